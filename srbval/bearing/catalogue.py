@@ -1,0 +1,100 @@
+"""Bearings known by name, and bearings read from a user's TOML file.
+
+A bearing file has a `title`, a `source` and one of three tables: `[geometry]` (spherical roller bearing,
+all of the paper's Table 1), `[elements]` (number, diameters, contact angle) or `[orders]` (published).
+"""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+from srbval.bearing.bearing import Bearing
+from srbval.bearing.geometry import SphericalRollerGeometry
+from srbval.bearing.kinematics import FaultOrders
+from srbval.config.strict import build, quantity, read_toml
+from srbval.errors import ConfigurationError
+
+DEFAULT_BEARING = "skf-22240"
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Elements:
+    rolling_elements: int
+    element_diameter_m: float = quantity("length")
+    pitch_diameter_m: float = quantity("length")
+    contact_angle_rad: float = quantity("angle")
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Orders:
+    rolling_elements: int
+    bpfo: float
+    bpfi: float
+    bsf: float
+    ftf: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class _BearingFile:
+    title: str
+    source: str
+    geometry: SphericalRollerGeometry | None = None
+    elements: _Elements | None = None
+    orders: _Orders | None = None
+
+
+def known_bearings() -> tuple[str, ...]:
+    """Names of the bearings that ship with the program, sorted."""
+    return tuple(sorted(p.name.removesuffix(".toml") for p in _folder().iterdir() if p.name.endswith(".toml")))
+
+
+def load_bearing(name_or_path: str | Path) -> Bearing:
+    """Load a bearing by name (see `known_bearings`) or from a TOML file.
+
+    Raises `ConfigurationError` for an unknown name or impossible values, `DataError` for a missing file.
+    """
+    text = str(name_or_path)
+    if text in known_bearings():
+        path = Path(str(_folder() / f"{text}.toml"))
+        return _assemble(build(_BearingFile, read_toml(path), text), text)
+    if text.endswith(".toml"):
+        path = Path(text)
+        return _assemble(build(_BearingFile, read_toml(path), str(path)), path.stem)
+    close = difflib.get_close_matches(text, known_bearings(), n=1, cutoff=0.4)
+    hint = f" Did you mean {close[0]!r}?" if close else ""
+    raise ConfigurationError(
+        f"bearing {text!r} is not known.{hint} Known: {', '.join(known_bearings())}; or give a .toml file."
+    )
+
+
+def _folder() -> resources.abc.Traversable:
+    return resources.files("srbval.bearing") / "known"
+
+
+def _assemble(file: _BearingFile, name: str) -> Bearing:
+    given = [t for t in (file.geometry, file.elements, file.orders) if t is not None]
+    if len(given) != 1:
+        raise ConfigurationError(
+            f"{name}: give exactly one of the tables [geometry], [elements], [orders]; found {len(given)}."
+        )
+    if file.geometry is not None:
+        g = file.geometry
+        orders = FaultOrders.from_dimensions(
+            rolling_elements=g.rollers_per_row,
+            element_diameter_m=g.roller_diameter_m,
+            pitch_diameter_m=2 * g.pitch_radius_m,
+            contact_angle_rad=g.tilt_rad,
+        )
+        return Bearing(name=name, title=file.title, source=file.source, rolling_elements=g.rollers_per_row,
+                       orders=orders, geometry=g)  # fmt: skip
+    if file.elements is not None:
+        values = vars(file.elements)
+        return Bearing(name=name, title=file.title, source=file.source, rolling_elements=values["rolling_elements"],
+                       orders=FaultOrders.from_dimensions(**values))  # fmt: skip
+    values = dict(vars(file.orders))
+    elements = values.pop("rolling_elements")
+    return Bearing(name=name, title=file.title, source=file.source, rolling_elements=elements,
+                   orders=FaultOrders(**values))  # fmt: skip

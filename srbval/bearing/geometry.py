@@ -1,0 +1,72 @@
+"""Geometry of a double-row spherical roller bearing, after the paper's Table 1 and Figure 1."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from srbval.config.strict import quantity
+from srbval.errors import ConfigurationError
+
+# Axial positions of the three circles of a raceway, in units of the tilt angle (paper, below eq. 17).
+CIRCLES = (0.5, 1.0, 1.5)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SphericalRollerGeometry:
+    """Table 1 of the paper, in SI, and what follows from it.
+
+    The outer raceway is a sphere of radius `raceway_radius_m` about the bearing centre. The profile of
+    an inner raceway is an arc of the same radius about the circle of centres (`inner_centre_radial_m`,
+    `inner_centre_axial_m`). `pitch_radius_m` is the paper's d_p, which Table 1 calls a diameter; only
+    as a radius does it give the printed fault frequencies. The barrel rollers carry the raceway's own
+    profile radius: the paper models no difference in curvature.
+    """
+
+    raceway_radius_m: float = quantity("length")
+    tilt_rad: float = quantity("angle")
+    pitch_radius_m: float = quantity("length")
+    roller_width_m: float = quantity("length")
+    roller_diameter_m: float = quantity("length")
+    inner_centre_radial_m: float = quantity("length")
+    inner_centre_axial_m: float = quantity("length")
+    rollers_per_row: int = 0
+    outer_diameter_m: float = quantity("length")
+    width_m: float = quantity("length")
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not (math.isfinite(value) and value > 0):
+                raise ConfigurationError(f"geometry {name} = {value} must be a positive number.")
+        if self.tilt_rad >= math.pi / 4:
+            raise ConfigurationError(f"geometry tilt_rad = {self.tilt_rad} must be below pi/4.")
+        chord = 2 * self.pitch_radius_m * math.sin(math.pi / self.rollers_per_row)
+        if self.roller_diameter_m >= chord:
+            raise ConfigurationError(
+                f"rollers overlap: {self.rollers_per_row} of diameter {self.roller_diameter_m} m stand "
+                f"{chord:.6g} m apart; use fewer or smaller rollers."
+            )
+        if self.roller_width_m / 2 <= self.raceway_radius_m * math.sin(self.tilt_rad / 2):
+            raise ConfigurationError(
+                f"roller_width_m = {self.roller_width_m} is too short to reach the outer circles of the "
+                f"raceway at {self.raceway_radius_m * math.sin(self.tilt_rad / 2):.6g} m from its middle."
+            )
+
+    @property
+    def roller_centre_distance_m(self) -> float:
+        """Distance of a roller centre from the bearing centre, d_p / cos(alpha) (eq. 12) [m]."""
+        return self.pitch_radius_m / math.cos(self.tilt_rad)
+
+    @property
+    def touching_diameter_m(self) -> float:
+        """Roller diameter that just touches both raceways [m].
+
+        Gap between roller centre and outer raceway plus the same to the inner one along the contact
+        normal; a play of zero means this diameter.
+        """
+        distance = self.roller_centre_distance_m
+        centre = math.hypot(
+            self.inner_centre_radial_m - self.pitch_radius_m,
+            self.inner_centre_axial_m - distance * math.sin(self.tilt_rad),
+        )
+        return (self.raceway_radius_m - distance) + (self.raceway_radius_m - centre)

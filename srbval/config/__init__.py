@@ -1,0 +1,1 @@
+"""Reading configuration: units at the border, strict TOML into frozen dataclasses."""

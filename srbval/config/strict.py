@@ -1,0 +1,133 @@
+"""Strict configuration: a TOML table becomes a frozen dataclass, or a clear error.
+
+A field declared with `quantity(dimension)` is named with its SI unit (``radial_n``). Its table may say
+``radial_n = 124800.0`` (a number, SI) or ``radial = "124.8 kN"`` (text with a unit); a bare number
+under the unit-less key is refused, so no file can be read in the wrong unit.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import enum
+import tomllib
+import types
+import typing
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+from srbval.config.units import parse_quantity
+from srbval.errors import ConfigurationError, DataError
+
+T = TypeVar("T")
+
+SI_SUFFIX = {
+    "length": "_m",
+    "force": "_n",
+    "time": "_s",
+    "frequency": "_hz",
+    "speed": "_rad_s",
+    "angle": "_rad",
+    "mass": "_kg",
+    "stiffness": "_n_m",
+    "damping": "_ns_m",
+    "velocity": "_m_s",
+    "density": "_kg_m3",
+}
+
+
+def quantity(dimension: str, **field_options: Any) -> Any:
+    """Declare a dataclass field that holds a physical quantity in SI."""
+    return dataclasses.field(metadata={"dimension": dimension}, **field_options)
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Read a TOML file; a missing file is a `DataError`, a malformed one a `ConfigurationError`."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise DataError(f"{path}: no such file. Check the path.") from None
+    except OSError as error:
+        raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigurationError(f"{path}: not a valid TOML file: {error}.") from None
+
+
+def build(cls: type[T], table: Mapping[str, Any], where: str) -> T:
+    """Make a `cls` (frozen dataclass) from `table`; `where` names the table in error messages.
+
+    Unknown keys are refused with the nearest known one; a missing required key, a value of the wrong
+    type or unit likewise (`ConfigurationError`). Values are checked further by the class itself.
+    """
+    if not isinstance(table, Mapping):
+        raise ConfigurationError(f"{where}: expected a table, found {table!r}.")
+    hints = typing.get_type_hints(cls)
+    fields: dict[str, dataclasses.Field[Any]] = {f.name: f for f in dataclasses.fields(cls) if f.init}  # type: ignore[arg-type]
+    spelling = {key: name for name, field in fields.items() for key in _keys(field)}
+    values: dict[str, Any] = {}
+    for key, raw in table.items():
+        if key not in spelling:
+            raise ConfigurationError(f"{where}: unknown key {key!r}{_nearest(key, spelling)}.")
+        name = spelling[key]
+        if name in values:
+            raise ConfigurationError(f"{where}: {key!r} is given twice, as {name!r} and without its unit.")
+        values[name] = _convert(raw, hints[name], fields[name], key, f"{where}.{key}")
+    required = (n for n, f in fields.items() if f.default is f.default_factory is dataclasses.MISSING)
+    missing = [n for n in required if n not in values]
+    if missing:
+        raise ConfigurationError(f"{where}: missing key {missing[0]!r}.")
+    return cls(**values)
+
+
+def _keys(field: dataclasses.Field[Any]) -> tuple[str, ...]:
+    suffix = SI_SUFFIX.get(field.metadata.get("dimension", ""), "")
+    return (field.name, field.name.removesuffix(suffix)) if suffix else (field.name,)
+
+
+def _nearest(key: str, known: Mapping[str, str]) -> str:
+    close = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
+    return f"; did you mean {close[0]!r}?" if close else f"; known: {', '.join(sorted(known))}"
+
+
+def _convert(raw: object, hint: Any, field: dataclasses.Field[Any], key: str, where: str) -> object:
+    dimension = field.metadata.get("dimension")
+    if dimension is not None:
+        if key == field.name and isinstance(raw, str):
+            raise ConfigurationError(f"{where}: a number in SI is expected; for {raw!r} write {_keys(field)[-1]!r}.")
+        if key != field.name and not isinstance(raw, str):
+            raise ConfigurationError(
+                f"{where}: {raw!r} has no unit; write text with a unit, or the SI number as {field.name!r}."
+            )
+        return parse_quantity(raw, dimension, where)
+    return _convert_plain(raw, hint, where)
+
+
+def _convert_plain(raw: object, hint: Any, where: str) -> object:
+    if typing.get_origin(hint) in (types.UnionType, typing.Union):
+        hint = next(a for a in typing.get_args(hint) if a is not type(None))
+    if typing.get_origin(hint) is tuple:
+        if not isinstance(raw, list):
+            raise ConfigurationError(f"{where}: expected a list, found {raw!r}.")
+        return tuple(_convert_plain(r, typing.get_args(hint)[0], f"{where}[{i}]") for i, r in enumerate(raw))
+    if dataclasses.is_dataclass(hint):
+        return build(typing.cast(Any, hint), typing.cast(Any, raw), where)
+    if isinstance(hint, type) and issubclass(hint, enum.Enum):
+        return _convert_enum(raw, hint, where)
+    return _convert_scalar(raw, hint, where)
+
+
+def _convert_enum(raw: object, hint: type[enum.Enum], where: str) -> enum.Enum:
+    try:
+        return hint(raw)
+    except ValueError:
+        known = {str(member.value): "" for member in hint}
+        raise ConfigurationError(f"{where}: {raw!r} is not known{_nearest(str(raw), known)}.") from None
+
+
+def _convert_scalar(raw: object, hint: type, where: str) -> object:
+    if hint is float and isinstance(raw, int | float | str) and not isinstance(raw, bool):
+        return parse_quantity(raw, "one", where)
+    if isinstance(raw, bool) and hint is not bool or not isinstance(raw, hint):
+        raise ConfigurationError(f"{where}: expected {hint.__name__}, found {raw!r}.")
+    return raw

@@ -1,0 +1,31 @@
+"""Errors that a user can act on: what was wrong, the value, the limit, what to do next.
+
+Every expected failure raises one of these; the command line prints its text and leaves with its
+`exit_code`. Anything else that is raised is a bug.
+"""
+
+from __future__ import annotations
+
+
+class SrbvalError(Exception):
+    """Base of all expected failures; `exit_code` is what the command line returns."""
+
+    exit_code = 1
+
+
+class ConfigurationError(SrbvalError):
+    """Wrong use: an unknown key, an impossible value, a band above Nyquist (exit code 2)."""
+
+    exit_code = 2
+
+
+class DataError(SrbvalError):
+    """Data missing, unreadable, ambiguous or changed (exit code 3)."""
+
+    exit_code = 3
+
+
+class NumericsError(SrbvalError):
+    """The simulation failed: the status and its advice are the message (exit code 4)."""
+
+    exit_code = 4

@@ -1,0 +1,107 @@
+"""The one shape in which vibration enters the signal pipeline, whoever made it."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.errors import DataError
+
+FloatArray = NDArray[np.float64]
+
+
+class Origin(enum.StrEnum):
+    """Who made the signal. Nothing but `MEASURED` is ever shown or counted as measured."""
+
+    MEASURED = "measured"
+    SIMULATED = "simulated"
+    STAND_IN = "stand-in"
+
+
+class State(enum.StrEnum):
+    """Health state of the bearing, as the file or its data set declares it."""
+
+    HEALTHY = "healthy"
+    OUTER = "outer"
+    INNER = "inner"
+    ROLLER = "roller"
+
+
+class SpeedSource(enum.StrEnum):
+    """Where a shaft speed comes from, best first."""
+
+    PRESCRIBED = "prescribed"  # the simulation drove the shaft at this speed
+    TACHOMETER = "tachometer"  # measured together with the vibration
+    STATED = "stated"  # a measured value written in the file or given by the user
+    NOMINAL = "nominal"  # a set point, not measured
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShaftSpeed:
+    """Mean shaft speed of a record.
+
+    `ci95_hz` is the half width of a 95 % interval [Hz] of the mean. `drift_hz` is the change from the
+    first to the last quarter of the record where the speed was measured through it, else None.
+    """
+
+    value_hz: float
+    ci95_hz: float
+    source: SpeedSource
+    drift_hz: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Recording:
+    """Vibration of one bearing, all channels at one rate.
+
+    `channels` maps a channel's name to its samples, float64, shape [n]. `unit` is that of the samples as
+    stored here (``m/s2`` wherever the source states enough to convert, else the source's own, else
+    ``unknown``). `channel` names the one to analyse; a simulated run names two radial axes in `axes`
+    instead, to be rotated onto the sensor's direction. What the source does not say is None.
+    `band_hz` is the demodulation band its data set declares. `notes` says what was read from where.
+    """
+
+    name: str
+    origin: Origin
+    channels: Mapping[str, FloatArray]
+    fs_hz: float
+    unit: str
+    channel: str | None = None
+    axes: tuple[str, str] | None = None
+    speed: ShaftSpeed | None = None
+    bearing: str | None = None
+    state: State | None = None
+    radial_n: float | None = None
+    axial_n: float | None = None
+    nominal_rpm: float | None = None
+    band_hz: tuple[float, float] | None = None
+    dataset: str | None = None
+    file: str | None = None
+    sha256: str | None = None
+    notes: tuple[str, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.fs_hz) and self.fs_hz > 0):
+            raise DataError(f"{self.name}: sampling rate {self.fs_hz} Hz must be a positive number.")
+        if (self.channel is None) == (self.axes is None):
+            raise DataError(f"{self.name}: name either one channel or two axes to analyse.")
+        for wanted in (self.channel,) if self.channel is not None else self.axes or ():
+            if wanted not in self.channels:
+                raise DataError(f"{self.name}: no channel {wanted!r}; it has {', '.join(self.channels)}.")
+        lengths = {len(samples) for samples in self.channels.values()}
+        if len(lengths) != 1 or 0 in lengths:
+            raise DataError(f"{self.name}: channels must have one common, non-zero length; found {sorted(lengths)}.")
+
+    @property
+    def samples(self) -> int:
+        """Number of samples of each channel."""
+        return len(next(iter(self.channels.values())))
+
+    @property
+    def seconds(self) -> float:
+        """Duration [s]."""
+        return self.samples / self.fs_hz
