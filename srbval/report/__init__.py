@@ -1,0 +1,42 @@
+"""The report: a tree of sections, tables and figures, and one thin renderer for each format."""
+
+from srbval.report.badges import Badge, Tone
+from srbval.report.blocks import (
+    Block,
+    Callout,
+    Command,
+    Figure,
+    FigureGrid,
+    KeyValues,
+    Listing,
+    Paragraph,
+)
+from srbval.report.inline import literal
+from srbval.report.json_file import strict_json, write_json
+from srbval.report.model import Report, Section, VerdictBox
+from srbval.report.table import Cell, Column, Table
+from srbval.report.write import FORMATS, write_report
+
+__all__ = [
+    "FORMATS",
+    "Badge",
+    "Block",
+    "Callout",
+    "Cell",
+    "Column",
+    "Command",
+    "Figure",
+    "FigureGrid",
+    "KeyValues",
+    "Listing",
+    "Paragraph",
+    "Report",
+    "Section",
+    "Table",
+    "Tone",
+    "VerdictBox",
+    "literal",
+    "strict_json",
+    "write_json",
+    "write_report",
+]

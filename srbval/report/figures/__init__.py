@@ -1,0 +1,16 @@
+"""Figures of the report: functions from plain arrays to a picture and a CSV file of what it shows."""
+
+from srbval.report.figures.acceleration import acceleration_panel
+from srbval.report.figures.cursors import Cursor, fault_cursors
+from srbval.report.figures.files import PanelFiles
+from srbval.report.figures.scalogram import scalogram_panel
+from srbval.report.figures.spectrum import envelope_spectrum_panel
+
+__all__ = [
+    "Cursor",
+    "PanelFiles",
+    "acceleration_panel",
+    "envelope_spectrum_panel",
+    "fault_cursors",
+    "scalogram_panel",
+]

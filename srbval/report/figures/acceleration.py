@@ -1,0 +1,76 @@
+"""Figure 11's kind: normalised acceleration and its envelope against time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from srbval.report.figures.decimate import extreme_indices
+from srbval.report.figures.files import PanelFiles, save_panel
+from srbval.report.figures.style import figure_style, new_axes, origin_style, stamp_stand_in, title_panel
+
+PLOTTED_BINS = 700
+
+
+def acceleration_panel(
+    folder: Path,
+    name: str,
+    *,
+    time_s: ArrayLike,
+    acceleration: ArrayLike,
+    envelope: ArrayLike,
+    origin: str,
+    letter: str = "",
+    title: str = "",
+    window_s: tuple[float, float] | None = None,
+    y_limits: tuple[float, float] | None = None,
+    period_s: float | None = None,
+    period_name: str = "",
+    size: str = "half",
+) -> PanelFiles:
+    """Draw acceleration (light) and envelope (strong) over `window_s`; write picture and CSV.
+
+    `acceleration` and `envelope`, shape [n], are in standard deviations of the record. Give every panel
+    of a figure the same `window_s` length and `y_limits`. `period_s` marks one spacing of the fault line
+    (named `period_name`) as a bar, to be compared with the spacing of the bursts.
+    """
+    time, signal, strength = (np.asarray(a, dtype=np.float64) for a in (time_s, acceleration, envelope))
+    start, stop = window_s or (float(time[0]), float(time[-1]))
+    inside = (time >= start) & (time <= stop)
+    time, signal, strength = time[inside] - start, signal[inside], strength[inside]
+    kept = extreme_indices(signal, PLOTTED_BINS)
+    style = origin_style(origin)
+    with figure_style():
+        figure, axes = new_axes(size)
+        axes.plot(time[kept] * 1e3, signal[kept], color=style.light, lw=0.6, label="acceleration")
+        axes.plot(
+            time[kept] * 1e3, strength[kept], color=style.colour, lw=1.2, label="envelope, demodulation band"
+        )
+        axes.set(
+            xlabel="Time, ms", ylabel="Acceleration, std. dev.", xlim=(0, (stop - start) * 1e3), ylim=y_limits
+        )
+        if period_s:
+            _mark_period(axes, period_s * 1e3, period_name)
+        title_panel(axes, origin, letter, title)
+        legend = axes.legend(loc="upper right", ncols=2, bbox_to_anchor=(1.0, 1.02), borderaxespad=0.1)
+        legend.set_zorder(60)
+        stamp_stand_in(axes, origin)
+        columns = {"time_s": time[kept], "acceleration_std": signal[kept], "envelope_std": strength[kept]}
+        return save_panel(figure, folder, name, columns)
+
+
+def _mark_period(axes: Any, period_ms: float, period_name: str) -> None:
+    """A bar of one period at the lower left, with its name and length."""
+    low, high = axes.get_ylim()
+    level = low + 0.07 * (high - low)
+    start = 0.03 * axes.get_xlim()[1]
+    axes.errorbar(
+        start + period_ms / 2, level, xerr=period_ms / 2, color="#1a2028", lw=1.3, capsize=3, zorder=40
+    )
+    axes.text(
+        start + period_ms * 1.08, level, f"{period_name} = {period_ms:.2f} ms".lstrip(" ="), va="center",
+        fontsize=7.5, zorder=40, bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1},
+    )  # fmt: skip

@@ -1,0 +1,49 @@
+"""Save a panel as a picture and, beside it, the plotted data as CSV."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+
+@dataclass(frozen=True)
+class PanelFiles:
+    """Where a panel's picture and its data were written."""
+
+    picture: Path
+    data: Path
+
+
+def save_panel(
+    figure: Any, folder: Path, name: str, columns: Mapping[str, ArrayLike], suffix: str = ".svg"
+) -> PanelFiles:
+    """Write ``folder/name.svg`` (or ``.png``) and ``folder/name.csv``; the folder is made if need be.
+
+    `columns` maps a unit-named column to its values, all of one length. The same figure gives the same
+    bytes: no date is stored.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    picture = folder / f"{name}{suffix}"
+    figure.savefig(picture, metadata={"Date": None} if suffix == ".svg" else {"Software": None})
+    data = folder / f"{name}.csv"
+    write_csv(data, columns)
+    return PanelFiles(picture=picture, data=data)
+
+
+def write_csv(path: Path, columns: Mapping[str, ArrayLike]) -> None:
+    """Write columns of numbers, six significant digits, empty where a number is missing."""
+    arrays = [np.asarray(values) for values in columns.values()]
+    lines = [",".join(columns)]
+    lines += [",".join(_text(value) for value in row) for row in zip(*arrays, strict=True)]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, str):
+        return '"' + value.replace('"', '""') + '"'
+    return "" if not np.isfinite(value) else f"{value:.6g}"

@@ -1,0 +1,135 @@
+"""Figure 14's kind: the magnitude of the continuous wavelet transform over time and frequency."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from srbval.report.figures.decimate import block_means
+from srbval.report.figures.files import PanelFiles, save_panel
+from srbval.report.figures.style import INK, figure_style, new_axes, stamp_stand_in, title_panel
+
+COLUMNS, ROWS, LEVELS = 360, 120, 64
+CSV_COLUMNS, CSV_ROWS = 180, 40
+FloatArray = NDArray[np.float64]
+
+
+def scalogram_panel(
+    folder: Path,
+    name: str,
+    *,
+    time_s: ArrayLike,
+    frequency_hz: ArrayLike,
+    magnitude: ArrayLike,
+    limits: tuple[float, float],
+    origin: str,
+    letter: str = "",
+    title: str = "",
+    window_s: tuple[float, float] | None = None,
+    period_s: float | None = None,
+    period_name: str = "",
+    line_hz: float | None = None,
+    line_name: str = "",
+    colour_label: str = "|CWT|, std. dev.",
+    size: str = "half",
+) -> PanelFiles:
+    """Draw |CWT| as an image over time and logarithmic frequency; write picture and CSV.
+
+    `magnitude` has shape [frequencies, times], `frequency_hz` [frequencies] is positive and monotonic,
+    `time_s` [times] uniform. `limits` is the colour scale, shared by all panels of a figure. `period_s`
+    (named `period_name`) puts ticks of that spacing along the top; `line_hz` marks one frequency.
+    """
+    time = np.asarray(time_s, dtype=float)
+    start, stop = window_s or (float(time[0]), float(time[-1]))
+    inside = (time >= start) & (time <= stop)
+    frequency, image = _on_log_grid(frequency_hz, np.asarray(magnitude, dtype=float)[:, inside])
+    span = (0.0, (stop - start) * 1e3)
+    with figure_style():
+        figure, axes = new_axes(size)
+        shown = _draw_image(axes, image, frequency, span, limits)
+        axes.set(xlabel="Time, ms", ylabel="Frequency, Hz")
+        _log_ticks(axes, frequency)
+        if line_hz:
+            _mark_line(axes, line_hz, line_name, span)
+        if period_s:
+            _mark_periods(axes, period_s * 1e3, period_name, span)
+        bar = figure.colorbar(shown, ax=axes, pad=0.02, aspect=18, extend="max")
+        bar.set_label(colour_label, fontsize=7.5)
+        bar.ax.tick_params(labelsize=7.5)
+        title_panel(axes, origin, letter, title)
+        stamp_stand_in(axes, origin)
+        return save_panel(figure, folder, name, _columns(image, frequency, span))
+
+
+def _on_log_grid(frequency_hz: ArrayLike, magnitude: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Rows at equal ratios, low to high, and columns averaged to what the picture can show."""
+    frequency = np.asarray(frequency_hz, dtype=float)
+    order = np.argsort(frequency)
+    logs = np.log(frequency[order])
+    wanted = np.linspace(logs[0], logs[-1], min(ROWS, max(len(logs), 2)))
+    columns = block_means(magnitude[order], COLUMNS)
+    above = np.clip(np.searchsorted(logs, wanted), 1, len(logs) - 1)
+    weight = ((wanted - logs[above - 1]) / (logs[above] - logs[above - 1]))[:, None]
+    return np.exp(wanted), (1 - weight) * columns[above - 1] + weight * columns[above]
+
+
+def _draw_image(
+    axes: Any,
+    image: FloatArray,
+    frequency: FloatArray,
+    span: tuple[float, float],
+    limits: tuple[float, float],
+) -> Any:
+    from matplotlib import colormaps
+
+    axes.grid(False)
+    extent = (*span, float(np.log10(frequency[0])), float(np.log10(frequency[-1])))
+    return axes.imshow(
+        image, origin="lower", aspect="auto", extent=extent, vmin=limits[0], vmax=limits[1],
+        cmap=colormaps["viridis"].resampled(LEVELS), interpolation="none",
+    )  # fmt: skip
+
+
+def _log_ticks(axes: Any, frequency: FloatArray) -> None:
+    """Ticks at 1, 2, 5 of each decade, labelled in Hz, on an axis that is linear in log10."""
+    candidates = [m * 10.0**k for k in range(-1, 6) for m in (1, 2, 5)]
+    shown = [f for f in candidates if frequency[0] <= f <= frequency[-1]]
+    axes.set_yticks(np.log10(shown), labels=[f"{f:g}" for f in shown])
+    axes.tick_params(direction="out")
+
+
+def _mark_line(axes: Any, line_hz: float, line_name: str, span: tuple[float, float]) -> None:
+    level = float(np.log10(line_hz))
+    axes.axhline(level, color="white", lw=0.8, ls="--")
+    if line_name:
+        axes.text(span[1] * 0.99, level, line_name, color="white", fontsize=7.5, ha="right", va="bottom")
+
+
+def _mark_periods(axes: Any, period_ms: float, period_name: str, span: tuple[float, float]) -> None:
+    """White ticks of one period's spacing inside the top edge, and what they mean at the upper left."""
+    from matplotlib.patheffects import withStroke
+
+    at = np.arange(0.0, span[1], period_ms)
+    blended = axes.get_xaxis_transform()
+    axes.vlines(at, 0.95, 1.0, transform=blended, color="white", lw=1.0, zorder=10)
+    label = f"{period_name} = {period_ms:.2f} ms".lstrip(" =")
+    text = axes.text(
+        0.012, 0.935, label, transform=axes.transAxes, color="white", fontsize=7.5, va="top", zorder=11
+    )
+    text.set_path_effects([withStroke(linewidth=2, foreground=INK)])
+
+
+def _columns(image: FloatArray, frequency: FloatArray, span: tuple[float, float]) -> dict[str, FloatArray]:
+    """The picture's values at a coarser grid, in long form: one row for each time and frequency."""
+    rows = np.linspace(0, len(frequency) - 1, min(CSV_ROWS, len(frequency))).round().astype(int)
+    coarse = block_means(image[rows], CSV_COLUMNS)
+    n = coarse.shape[1]
+    time = (np.arange(n) + 0.5) / n * span[1] / 1e3
+    return {
+        "time_s": np.tile(time, len(rows)),
+        "frequency_hz": np.repeat(frequency[rows], n),
+        "magnitude": coarse.ravel(),
+    }

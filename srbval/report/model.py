@@ -1,0 +1,85 @@
+"""The report as a small tree of frozen dataclasses; renderers walk it and compute nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from typing import Any
+
+from srbval.report.badges import Tone
+from srbval.report.blocks import Block, Figure, FigureGrid
+from srbval.report.identifiers import check_identifier
+from srbval.report.table import Table
+
+
+@dataclass(frozen=True, kw_only=True)
+class VerdictBox:
+    """The answer in plain words, first on the page: a tone, one sentence, a few points."""
+
+    tone: Tone
+    headline: str
+    points: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Section:
+    """One section; `id` is its anchor."""
+
+    id: str
+    title: str
+    blocks: tuple[Block, ...] = ()
+
+    def __post_init__(self) -> None:
+        check_identifier(self.id, "section")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Report:
+    """A whole report.
+
+    `generated_utc` dates the page and the PDF (time zone required). `data` becomes ``report.json``; its
+    ``figures`` list is filled from the tree. Raises ValueError when two parts share an id.
+    """
+
+    title: str
+    generated_utc: datetime
+    verdict: VerdictBox
+    sections: tuple[Section, ...]
+    subtitle: str = ""
+    language: str = "en"
+    data: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.generated_utc.utcoffset() is None:
+            raise ValueError("generated_utc needs a time zone: use datetime.now(UTC).")
+        seen: set[str] = set()
+        for identifier in self._identifiers():
+            if identifier in seen:
+                raise ValueError(f"report id {identifier!r} is used twice.")
+            seen.add(identifier)
+
+    @property
+    def generated_text(self) -> str:
+        """Date and time of making, UTC, to the second."""
+        return self.generated_utc.astimezone(UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
+
+    def figures(self) -> Iterator[Figure]:
+        """All figures in reading order, those in grids included."""
+        for section in self.sections:
+            for block in section.blocks:
+                if isinstance(block, Figure):
+                    yield block
+                elif isinstance(block, FigureGrid):
+                    yield from block.figures
+
+    def tables(self) -> Iterator[Table]:
+        """All tables in reading order."""
+        for section in self.sections:
+            yield from (block for block in section.blocks if isinstance(block, Table))
+
+    def _identifiers(self) -> Iterator[str]:
+        yield from ("verdict", "contents", "main")  # anchors of the page itself
+        yield from (section.id for section in self.sections)
+        yield from (table.id for table in self.tables())
+        yield from (figure.id for figure in self.figures())

@@ -1,0 +1,120 @@
+"""The report as nested dicts of finished text: what both page renderers are given.
+
+Every number is formatted here and only here, so the HTML page and the PDF cannot differ.
+"""
+
+from __future__ import annotations
+
+from functools import singledispatch
+from typing import Any
+
+from srbval.report import blocks
+from srbval.report.inline import printable, spans
+from srbval.report.model import Report
+from srbval.report.table import Cell, Column, Table, format_value
+
+Plain = dict[str, Any]
+
+
+def as_plain(report: Report) -> Plain:
+    """Turn a report into dicts, lists and strings; inline markup becomes lists of (kind, text)."""
+    return {
+        "title": printable(report.title),
+        "subtitle": printable(report.subtitle),
+        "generated": report.generated_text,
+        "language": report.language,
+        "verdict": {
+            "tone": report.verdict.tone.value,
+            "sign": report.verdict.tone.sign,
+            "headline": spans(report.verdict.headline),
+            "points": [spans(point) for point in report.verdict.points],
+        },
+        "sections": [
+            {"id": s.id, "title": printable(s.title), "blocks": [plain_block(b) for b in s.blocks]}
+            for s in report.sections
+        ],
+    }
+
+
+@singledispatch
+def plain_block(block: object) -> Plain:
+    """One block as a dict with its `kind`; an unknown kind of block is a bug."""
+    raise TypeError(f"{type(block).__name__} is not a block of a report.")
+
+
+@plain_block.register
+def _(block: blocks.Paragraph) -> Plain:
+    return {"kind": "paragraph", "text": spans(block.text)}
+
+
+@plain_block.register
+def _(block: blocks.Listing) -> Plain:
+    return {"kind": "listing", "numbered": block.numbered, "items": [spans(item) for item in block.items]}
+
+
+@plain_block.register
+def _(block: blocks.Callout) -> Plain:
+    return {"kind": "callout", "tone": block.tone.value, "sign": block.tone.sign,
+            "title": printable(block.title), "text": spans(block.text)}  # fmt: skip
+
+
+@plain_block.register
+def _(block: blocks.Command) -> Plain:
+    return {"kind": "command", "text": printable(block.text)}
+
+
+@plain_block.register
+def _(block: blocks.KeyValues) -> Plain:
+    pairs = [(printable(str(key)), printable(format_value(value, ""))) for key, value in block.pairs.items()]
+    return {"kind": "key-values", "pairs": pairs}
+
+
+@plain_block.register
+def _(block: blocks.Figure) -> Plain:
+    return {
+        "kind": "figure",
+        "id": block.id,
+        "label": printable(block.label),
+        "caption": spans(block.caption),
+        "alt": printable(block.alt),
+        "picture": block.picture_name,
+        "data": block.data_name,
+        "synthetic": block.synthetic,
+        "badge": block.badge.value if block.badge else None,
+    }
+
+
+@plain_block.register
+def _(block: blocks.FigureGrid) -> Plain:
+    return {"kind": "grid", "columns": block.columns, "label": printable(block.label),
+            "caption": spans(block.caption), "figures": [plain_block(f) for f in block.figures]}  # fmt: skip
+
+
+@plain_block.register
+def _(block: Table) -> Plain:
+    return {
+        "kind": "table",
+        "id": block.id,
+        "label": printable(block.label),
+        "caption": spans(block.caption),
+        "row_headers": block.row_headers,
+        "columns": [_plain_column(c) for c in block.columns],
+        "rows": [[_plain_cell(v, c) for v, c in zip(row, block.columns, strict=True)] for row in block.cells],
+        "notes": [spans(note) for note in block.notes],
+    }
+
+
+def _plain_column(column: Column) -> Plain:
+    return {"title": printable(column.title), "unit": printable(column.unit), "align": column.alignment}
+
+
+def _plain_cell(cell: Cell, column: Column) -> Plain:
+    return {
+        "text": printable(cell.text(column)),
+        "number": not isinstance(cell.value, str),
+        "align": column.alignment,
+        "badge": cell.badge.value if cell.badge else None,
+        "tone": cell.tone.value if cell.tone else None,
+        "sign": cell.tone.sign if cell.tone else "",
+        "note": printable(cell.note),
+    }

@@ -1,0 +1,108 @@
+"""Tables of the report: columns with units and formats, cells with badges and tones."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from srbval.report.badges import Badge, Tone
+from srbval.report.identifiers import check_identifier
+
+Value = float | int | str | bool | None
+MISSING = "–"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Column:
+    """One column. `format` is a Python format specification for numbers, such as ``.2f`` or ``+.3g``.
+
+    A column with a format is numeric and set to the right; `align` (``left``, ``right``, ``center``)
+    overrules that. `unit` is shown below the title.
+    """
+
+    title: str
+    unit: str = ""
+    format: str = ""
+    align: str = ""
+
+    def __post_init__(self) -> None:
+        if self.align not in ("", "left", "right", "center"):
+            raise ValueError(f"column {self.title!r}: align {self.align!r} must be left, right or center.")
+
+    @property
+    def alignment(self) -> str:
+        """Alignment to draw with."""
+        return self.align or ("right" if self.format else "left")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cell:
+    """One value with what is known of it.
+
+    `ci95` is the half width of a 95 % interval in the column's unit, shown as ``value ± ci95``. None and
+    non-finite values show as a dash. `badge` says where the value comes from, `tone` how it is judged,
+    `note` is a short remark set smaller below it. All text is plain: no markup is read in a cell.
+    """
+
+    value: Value
+    ci95: float | None = None
+    badge: Badge | None = None
+    tone: Tone | None = None
+    note: str = ""
+
+    def text(self, column: Column) -> str:
+        """The value as every renderer shows it."""
+        shown = format_value(self.value, column.format)
+        if self.ci95 is None or shown == MISSING:
+            return shown
+        return f"{shown} ± {format_value(self.ci95, column.format.lstrip('+'))}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """A table with a caption. A row may hold plain values; each becomes a `Cell`.
+
+    `label` is the bold start of the caption ("Table 6"). The first column holds row headers unless
+    `row_headers` is False. `notes` are set below the table; they and the caption may use inline markup.
+    """
+
+    id: str
+    caption: str
+    columns: tuple[Column, ...]
+    rows: Sequence[Sequence[Cell | Value]]
+    label: str = ""
+    notes: tuple[str, ...] = ()
+    row_headers: bool = True
+    cells: tuple[tuple[Cell, ...], ...] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        check_identifier(self.id, "table")
+        if not self.caption.strip():
+            raise ValueError(f"table {self.id!r} needs a caption.")
+        if not self.columns:
+            raise ValueError(f"table {self.id!r} needs at least one column.")
+        for number, row in enumerate(self.rows, start=1):
+            if len(row) != len(self.columns):
+                raise ValueError(
+                    f"table {self.id!r}, row {number}: {len(row)} cells for {len(self.columns)} columns."
+                )
+        cells = tuple(tuple(c if isinstance(c, Cell) else Cell(value=c) for c in row) for row in self.rows)
+        object.__setattr__(self, "cells", cells)
+
+
+def format_value(value: Value, spec: str) -> str:
+    """Show one value: numbers by `spec`, text as it is, truth as yes or no, nothing as a dash."""
+    if value is None or (isinstance(value, float) and not math.isfinite(value)):
+        return MISSING
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, str):
+        return value
+    shown = format(value, spec)
+    return shown.lstrip("+-") if _is_zero(shown) else shown
+
+
+def _is_zero(shown: str) -> bool:
+    """Whether a formatted number reads as zero, so that it carries no sign."""
+    return any(c == "0" for c in shown) and not any(c in "123456789" for c in shown)

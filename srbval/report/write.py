@@ -1,0 +1,89 @@
+"""Write a report's files, all of them or none."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+
+from srbval.errors import ConfigurationError, DataError
+from srbval.report.html import render_html
+from srbval.report.json_file import report_data, write_json
+from srbval.report.model import Report
+from srbval.report.pdf import render_pdf, require_typst
+
+FORMATS = ("html", "pdf", "json")
+
+
+def write_report(report: Report, folder: Path, formats: Iterable[str] = FORMATS) -> dict[str, Path]:
+    """Write ``report.html``, ``report.pdf``, ``report.json`` and ``figures/`` into `folder`.
+
+    Everything is made in a hidden folder beside and then moved file by file, so a failure leaves what
+    was there before. Returns the path of each format written.
+
+    Raises `ConfigurationError` for an unknown format, or for ``pdf`` without typst; `DataError` when
+    `folder` cannot be written to.
+    """
+    wanted = tuple(formats)
+    _check_formats(wanted)
+    folder = Path(folder)
+    try:
+        return _write(report, folder, wanted)
+    except OSError as error:
+        raise DataError(
+            f"the report could not be written to {folder}: {error.strerror or error} "
+            f"({error.filename or folder}). Choose another folder or free some space."
+        ) from error
+
+
+def _write(report: Report, folder: Path, wanted: tuple[str, ...]) -> dict[str, Path]:
+    with tempfile.TemporaryDirectory(prefix=".srbval-report-", dir=_nearest_existing(folder)) as name:
+        stage = Path(name)
+        _copy_figures(report, stage)
+        for kind in wanted:
+            _render(report, kind, stage)
+        _move(stage, folder)
+    return {kind: folder / f"report.{kind}" for kind in wanted}
+
+
+def _check_formats(wanted: tuple[str, ...]) -> None:
+    unknown = [kind for kind in wanted if kind not in FORMATS]
+    if unknown:
+        raise ConfigurationError(
+            f"report format {unknown[0]!r} is not known; choose from {', '.join(FORMATS)}."
+        )
+    if "pdf" in wanted:
+        require_typst()
+
+
+def _render(report: Report, kind: str, stage: Path) -> None:
+    target = stage / f"report.{kind}"
+    if kind == "html":
+        target.write_text(render_html(report), encoding="utf-8")
+    elif kind == "pdf":
+        target.write_bytes(render_pdf(report, stage))
+    else:
+        write_json(target, report_data(report))
+
+
+def _copy_figures(report: Report, stage: Path) -> None:
+    (stage / "figures").mkdir()
+    for figure in report.figures():
+        shutil.copyfile(figure.file, stage / figure.picture_name)
+        if figure.data and figure.data_name:
+            shutil.copyfile(figure.data, stage / figure.data_name)
+
+
+def _move(stage: Path, folder: Path) -> None:
+    for path in sorted(p for p in stage.rglob("*") if p.is_file()):
+        target = folder / path.relative_to(stage)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        os.replace(path, target)
+
+
+def _nearest_existing(folder: Path) -> Path:
+    """`folder` or its nearest ancestor that exists: on the same file system, so that moving is atomic."""
+    resolved = folder.resolve()
+    return next(p for p in (resolved, *resolved.parents) if p.is_dir())
