@@ -1,0 +1,1 @@
+"""Models of a bearing in motion, one rung a folder, and the solvers that run them."""

@@ -1,0 +1,81 @@
+"""Kernel: contact force and torque of one raceway's points on one barrel roller.
+
+Everything is in the roller's slot frame: x along the slot (outwards), y along the race, z along the roller's
+axis, origin at the roller's centre. Floats and arrays only; see `contact.py` for the documented physics.
+"""
+
+from __future__ import annotations
+
+import math
+
+from srbval.models.jit import kernel
+
+
+@kernel
+def race_on_roller(
+    # model
+    windows, window, roller_radius, profile_radius, stiffness, damping, smoothing, static_friction,
+    dynamic_friction, critical_velocity,
+    # state: meridian frame of the nearest point in slot axes (a: radial, b: along the race, z: shaft), ring
+    # centre, relative velocity (ring less roller) at the roller's centre, relative angular velocity
+    a_x, a_y, a_z, b_x, b_y, b_z, z_x, z_y, z_z, o_x, o_y, o_z, v_x, v_y, v_z, w_x, w_y, w_z,
+):  # fmt: skip
+    """Force and torque about the roller's centre, sum of the normal forces.
+
+    ``windows[window]`` holds the candidates, see `candidate_windows`.
+    """
+    inner_radius = profile_radius - roller_radius
+    sharpness = 1.0 / smoothing
+    slope = static_friction / critical_velocity
+    fall = (static_friction - dynamic_friction) / (0.5 * critical_velocity)
+    f_x = f_y = f_z = t_x = t_y = t_z = 0.0
+    load = 0.0
+    for i in range(windows.shape[2]):
+        along = windows[window, 0, i]
+        across = windows[window, 1, i]
+        axial = windows[window, 2, i]
+        p_x = o_x + along * a_x + across * b_x + axial * z_x
+        p_y = o_y + along * a_y + across * b_y + axial * z_y
+        p_z = o_z + along * a_z + across * b_z + axial * z_z
+        # closed-form distance to the barrel: a circle of profile_radius swept about the roller's axis
+        rho = math.sqrt(p_x * p_x + p_y * p_y)
+        s = rho + inner_radius
+        distance = math.sqrt(s * s + p_z * p_z)
+        depth = profile_radius - distance
+        inverse = 1.0 / (distance * rho)
+        n_x = s * inverse * p_x
+        n_y = s * inverse * p_y
+        n_z = rho * inverse * p_z
+        # velocity of the ring's point relative to the roller's material
+        u_x = v_x + w_y * p_z - w_z * p_y
+        u_y = v_y + w_z * p_x - w_x * p_z
+        u_z = v_z + w_x * p_y - w_y * p_x
+        u_n = u_x * n_x + u_y * n_y + u_z * n_z
+        # normal force, eq. (18), with depth rate -u_n
+        x = depth * sharpness
+        x = x if x > 0.0 else 0.0
+        x = x if x < 1.0 else 1.0
+        normal = stiffness * depth - damping * u_n
+        normal = normal if normal > 0.0 else 0.0
+        normal *= x * x * (3.0 - 2.0 * x)
+        # friction, eq. (19): coefficient over slip speed, never above its slope at rest
+        q_x = u_x - u_n * n_x
+        q_y = u_y - u_n * n_y
+        q_z = u_z - u_n * n_z
+        slip = math.sqrt(q_x * q_x + q_y * q_y + q_z * q_z) + 1e-300
+        mu = static_friction - fall * (slip - critical_velocity)
+        mu = mu if mu > dynamic_friction else dynamic_friction
+        mu = mu / slip
+        mu = mu if mu < slope else slope
+        drag = mu * normal
+        g_x = drag * q_x - normal * n_x
+        g_y = drag * q_y - normal * n_y
+        g_z = drag * q_z - normal * n_z
+        f_x += g_x
+        f_y += g_y
+        f_z += g_z
+        t_x += p_y * g_z - p_z * g_y
+        t_y += p_z * g_x - p_x * g_z
+        t_z += p_x * g_y - p_y * g_x
+        load += normal
+    return f_x, f_y, f_z, t_x, t_y, t_z, load

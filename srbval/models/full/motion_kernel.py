@@ -1,0 +1,200 @@
+"""Kernel: the right-hand side of the full model's equations of motion.
+
+Newton-Euler in the generalised speeds (slides, spins, cage angular velocity, ring velocity), projected as in
+Kane's method; see `motion.py` for the equations. State layout: `srbval.models.full`.
+"""
+
+from __future__ import annotations
+
+import math
+
+from srbval.models.full.contact_kernel import race_on_roller
+from srbval.models.jit import kernel
+
+SKIP_MARGIN_M = 5e-6  # a roller further than this (and the highest bump) from a race is not looked at
+
+
+@kernel
+def right_hand_side(t, y, model, rate, contact):
+    """Fill `rate` (shape of `y`) and `contact` (see below) for state `y` at time `t`.
+
+    contact[0:3]: force of the rollers on the outer ring [N]; contact[3]: deepest penetration into an undamaged race [m];
+    contact[4]: torque of the rollers on the inner ring about the shaft [N m].
+    """
+    n = model.roller_angle.shape[0]
+    d = 2 * n + 6
+    pi2 = 2.0 * math.pi
+    points = model.inner.cosine.shape[0]
+    spacing = pi2 / points
+
+    tilt_x, tilt_y, turn = y[2 * n], y[2 * n + 1], y[2 * n + 2]
+    ring_x, ring_y, ring_z = y[2 * n + 3], y[2 * n + 4], y[2 * n + 5]
+    omega_x, omega_y, omega_z = y[d + 2 * n], y[d + 2 * n + 1], y[d + 2 * n + 2]
+    ring_vx, ring_vy, ring_vz = y[d + 2 * n + 3], y[d + 2 * n + 4], y[d + 2 * n + 5]
+    shaft = model.shaft_speed
+    shaft_angle = shaft * t
+
+    ca, sa = math.cos(tilt_x), math.sin(tilt_x)
+    cb, sb = math.cos(tilt_y), math.sin(tilt_y)
+    ct, st = math.cos(turn), math.sin(turn)
+    cs, ss = math.cos(shaft_angle), math.sin(shaft_angle)
+    # cage tilt Rx(a) Ry(b), by columns
+    t00, t10, t20 = cb, sa * sb, -ca * sb
+    t01, t11, t21 = 0.0, ca, sa
+    t02, t12, t22 = sb, -sa * cb, ca * cb
+
+    # cage angular inertia about the bearing centre, and its torques, world axes
+    i_t, i_d = model.cage_transverse, model.cage_axial - model.cage_transverse
+    m00 = i_t + i_d * t02 * t02
+    m11 = i_t + i_d * t12 * t12
+    m22 = i_t + i_d * t22 * t22
+    m01 = i_d * t02 * t12
+    m02 = i_d * t02 * t22
+    m12 = i_d * t12 * t22
+    spin = omega_x * t02 + omega_y * t12 + omega_z * t22
+    # - omega x (I omega): the part along omega drops out
+    g_x = -i_d * spin * (omega_y * t22 - omega_z * t12)
+    g_y = -i_d * spin * (omega_z * t02 - omega_x * t22)
+    g_z = -i_d * spin * (omega_x * t12 - omega_y * t02)
+
+    on_ring_x = on_ring_y = on_ring_z = on_shaft = 0.0
+    deepest = -1.0
+    mass = model.roller_mass
+    for j in range(n):
+        side = model.roller_row[j]
+        row = 0 if side > 0.0 else 1
+        c = ct * model.roller_cosine[j] - st * model.roller_sine[j]
+        s = st * model.roller_cosine[j] + ct * model.roller_sine[j]
+        # slot axes in world coordinates: x along the slot, y along the race, z along the roller
+        ex = model.tilt_cosine * c
+        ey = model.tilt_cosine * s
+        ez = side * model.tilt_sine
+        x_x = t00 * ex + t01 * ey + t02 * ez
+        x_y = t10 * ex + t11 * ey + t12 * ez
+        x_z = t20 * ex + t21 * ey + t22 * ez
+        y_x = -t00 * s + t01 * c
+        y_y = -t10 * s + t11 * c
+        y_z = -t20 * s + t21 * c
+        z_x = x_y * y_z - x_z * y_y
+        z_y = x_z * y_x - x_x * y_z
+        z_z = x_x * y_y - x_y * y_x
+
+        reach = model.centre_distance + y[j]
+        slide_rate = y[d + j]
+        roller_spin = y[d + n + j]
+        w_x = omega_x * x_x + omega_y * x_y + omega_z * x_z
+        w_y = omega_x * y_x + omega_y * y_y + omega_z * y_z
+        w_z = omega_x * z_x + omega_y * z_y + omega_z * z_z
+        angle = turn + model.roller_angle[j]
+
+        # outer race: no rotation
+        o_x = ring_x * x_x + ring_y * x_y + ring_z * x_z - reach
+        closest = -o_x + model.roller_radius - model.profile_radius  # no point lies deeper than about this
+        f_x = f_y = f_z = t_x = t_y = t_z = 0.0
+        deepest = closest if closest > deepest else deepest
+        if closest > -(model.outer.highest + SKIP_MARGIN_M):
+            k = int(math.floor(angle / spacing + 0.5)) % points
+            pc, ps = model.outer.cosine[k], model.outer.sine[k]
+            f_x, f_y, f_z, t_x, t_y, t_z, load = race_on_roller(
+                model.outer.windows, model.outer.window_of[row, k], model.roller_radius,
+                model.profile_radius, model.stiffness, model.damping, model.smoothing, model.static_friction,
+                model.dynamic_friction, model.critical_velocity,
+                pc * x_x + ps * x_y, pc * y_x + ps * y_y, pc * z_x + ps * z_y,
+                pc * x_y - ps * x_x, pc * y_y - ps * y_x, pc * z_y - ps * z_x,
+                x_z, y_z, z_z,
+                o_x, ring_x * y_x + ring_y * y_y + ring_z * y_z, ring_x * z_x + ring_y * z_y + ring_z * z_z,
+                ring_vx * x_x + ring_vy * x_y + ring_vz * x_z - slide_rate,
+                ring_vx * y_x + ring_vy * y_y + ring_vz * y_z - reach * w_z,
+                ring_vx * z_x + ring_vy * z_y + ring_vz * z_z + reach * w_y,
+                -w_x, -w_y, -roller_spin,
+            )  # fmt: skip
+            on_ring_x -= f_x * x_x + f_y * y_x + f_z * z_x
+            on_ring_y -= f_x * x_y + f_y * y_y + f_z * z_y
+            on_ring_z -= f_x * x_z + f_y * y_z + f_z * z_z
+
+        # inner race: turns with the shaft
+        i_x = model.inner_centre_radial * (c * x_x + s * x_y) + side * model.inner_centre_axial * x_z - reach
+        closest = i_x + model.roller_radius - model.profile_radius
+        deepest = closest if closest > deepest else deepest
+        if closest > -(model.inner.highest + SKIP_MARGIN_M):
+            k = int(math.floor((angle - shaft_angle) / spacing + 0.5)) % points
+            pc = cs * model.inner.cosine[k] - ss * model.inner.sine[k]
+            ps = ss * model.inner.cosine[k] + cs * model.inner.sine[k]
+            h_x, h_y, h_z, r_x, r_y, r_z, load = race_on_roller(
+                model.inner.windows, model.inner.window_of[row, k], model.roller_radius,
+                model.profile_radius, model.stiffness, model.damping, model.smoothing, model.static_friction,
+                model.dynamic_friction, model.critical_velocity,
+                pc * x_x + ps * x_y, pc * y_x + ps * y_y, pc * z_x + ps * z_y,
+                pc * x_y - ps * x_x, pc * y_y - ps * y_x, pc * z_y - ps * z_x,
+                x_z, y_z, z_z,
+                -reach, 0.0, 0.0,
+                -slide_rate, reach * (shaft * z_z - w_z), reach * (w_y - shaft * y_z),
+                shaft * x_z - w_x, shaft * y_z - w_y, shaft * z_z - roller_spin,
+            )  # fmt: skip
+            # torque on the shaft: minus the shaft-axis part of (r x F + T) of the forces on the roller
+            q_y = r_y - reach * h_z
+            q_z = r_z + reach * h_y
+            on_shaft -= r_x * x_z + q_y * y_z + q_z * z_z
+            f_x += h_x
+            f_y += h_y
+            f_z += h_z
+            t_x += r_x
+            t_y += r_y
+            t_z += r_z
+
+        # roller: slide and spin
+        rate[j] = slide_rate
+        rate[n + j] = roller_spin
+        rate[d + j] = reach * (w_y * w_y + w_z * w_z) + f_x / mass
+        rate[d + n + j] = t_z / model.roller_axial
+
+        # cage: torque and inertia of the roller it carries, slot axes
+        arm = mass * reach * reach
+        coriolis = 2.0 * mass * reach * slide_rate
+        gyro = model.roller_axial * roller_spin - model.roller_transverse * w_z
+        q_x = t_x - gyro * w_y
+        q_y = t_y + gyro * w_x - reach * f_z + arm * w_x * w_z - coriolis * w_y
+        q_z = reach * f_y - arm * w_x * w_y - coriolis * w_z
+        g_x += q_x * x_x + q_y * y_x + q_z * z_x
+        g_y += q_x * x_y + q_y * y_y + q_z * z_y
+        g_z += q_x * x_z + q_y * y_z + q_z * z_z
+        both = arm + model.roller_transverse
+        m00 += both - arm * x_x * x_x - model.roller_transverse * z_x * z_x
+        m11 += both - arm * x_y * x_y - model.roller_transverse * z_y * z_y
+        m22 += both - arm * x_z * x_z - model.roller_transverse * z_z * z_z
+        m01 -= arm * x_x * x_y + model.roller_transverse * z_x * z_y
+        m02 -= arm * x_x * x_z + model.roller_transverse * z_x * z_z
+        m12 -= arm * x_y * x_z + model.roller_transverse * z_y * z_z
+
+    # cage: symmetric 3 x 3 solve by cofactors
+    k00 = m11 * m22 - m12 * m12
+    k01 = m02 * m12 - m01 * m22
+    k02 = m01 * m12 - m02 * m11
+    k11 = m00 * m22 - m02 * m02
+    k12 = m01 * m02 - m00 * m12
+    k22 = m00 * m11 - m01 * m01
+    determinant = m00 * k00 + m01 * k01 + m02 * k02
+    rate[d + 2 * n] = (k00 * g_x + k01 * g_y + k02 * g_z) / determinant
+    rate[d + 2 * n + 1] = (k01 * g_x + k11 * g_y + k12 * g_z) / determinant
+    rate[d + 2 * n + 2] = (k02 * g_x + k12 * g_y + k22 * g_z) / determinant
+    # gimbal angles from the angular velocity: w = Rx(-a) omega = (a' + c' sin b, b', c' cos b)
+    w_y = ca * omega_y + sa * omega_z
+    w_z = ca * omega_z - sa * omega_y
+    rate[2 * n] = omega_x - w_z * sb / cb
+    rate[2 * n + 1] = w_y
+    rate[2 * n + 2] = w_z / cb
+
+    # outer ring on the housing's spring and damper
+    rate[2 * n + 3] = ring_vx
+    rate[2 * n + 4] = ring_vy
+    rate[2 * n + 5] = ring_vz
+    kh, ch = model.housing_stiffness, model.housing_damping
+    rate[d + 2 * n + 3] = (model.force[0] + on_ring_x - kh * ring_x - ch * ring_vx) / model.ring_mass
+    rate[d + 2 * n + 4] = (model.force[1] + on_ring_y - kh * ring_y - ch * ring_vy) / model.ring_mass
+    rate[d + 2 * n + 5] = (model.force[2] + on_ring_z - kh * ring_z - ch * ring_vz) / model.ring_mass
+
+    contact[0] = on_ring_x
+    contact[1] = on_ring_y
+    contact[2] = on_ring_z
+    contact[3] = deepest
+    contact[4] = on_shaft

@@ -1,0 +1,46 @@
+"""Is a run a bearing? Cheap tests for failures that leave no NaN behind.
+
+When explicit integration fails it does so silently: rollers are thrown clear, the acceleration is exactly zero and
+the cage stops. So what is tested is what a bearing must do: stay finite, stay within the contact geometry,
+turn its cage, carry its load.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.models.run import RunStatus
+from srbval.scene import LoadPath, Scene
+
+# Pure rolling at the innermost and outermost circle alone gives 0.424 and 0.442 of the shaft; a cage outside
+# this wider range is not driven by its rollers.
+CAGE_RATIO_RANGE = (0.38, 0.48)
+# The load share of the rollers under which the load counts as lost: the softest reading carries 5 %.
+LEAST_LOAD_SHARE = 0.01
+ADVICE = "take a smaller step (--dt) or a higher-order solver"
+
+
+def judge(
+    scene: Scene, cage_ratio: float, load_share: float, depth_m: NDArray[np.float64], limit_m: float, finite: bool
+) -> tuple[RunStatus, str]:
+    """Status and reason of a run from its cage speed, load share and deepest penetrations [m]."""
+    if not finite:
+        return RunStatus.NOT_FINITE, f"the state is no longer finite; {ADVICE}"
+    deepest = float(depth_m.max())
+    if deepest > limit_m:
+        return RunStatus.TOO_DEEP, (
+            f"penetration reached {deepest * 1e6:.1f} um, the contact search reaches {limit_m * 1e6:.0f} um; "
+            f"reduce the load, raise the stiffness, or {ADVICE}"
+        )
+    low, high = CAGE_RATIO_RANGE
+    if not low <= cage_ratio <= high:
+        return RunStatus.CAGE_LOST, (
+            f"the cage turned at {cage_ratio:.4f} of the shaft, a driven one stays within {low} to {high}; {ADVICE}"
+        )
+    least = LEAST_LOAD_SHARE if scene.load.path is LoadPath.HOUSING else 1 - LEAST_LOAD_SHARE
+    if scene.load.radial_n > 0 and load_share < least:
+        return RunStatus.LOAD_LOST, (
+            f"the rollers carry {load_share:.2%} of the load, at least {least:.0%} is expected; {ADVICE}"
+        )
+    return RunStatus.OK, "the cage is driven and the load is carried"

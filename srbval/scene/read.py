@@ -1,0 +1,48 @@
+"""Scenes from TOML: the paper's scene, with a user's file or options laid over it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from srbval.config.strict import SI_SUFFIX, build, read_toml
+from srbval.scene.scene import Scene
+
+PAPER_FILE = "paper.toml"
+
+
+def paper_scene(**changes: Any) -> Scene:
+    """The paper's scene (Table 4, 710 rpm, 124.8 kN), with `changes` laid over it.
+
+    `changes` are top-level keys of a scene file, e.g. ``defect={"kind": "outer"}``, ``duration="2 s"``.
+    """
+    return _scene(changes, "scene")
+
+
+def load_scene(path: str | Path, changes: Mapping[str, Any] | None = None) -> Scene:
+    """Read a scene file; keys it leaves out keep the paper's value, `changes` overrule the file.
+
+    Raises `DataError` for a missing file, `ConfigurationError` for an unknown key (with the nearest known
+    one), a wrong unit or an impossible value.
+    """
+    return _scene(merge(read_toml(Path(path)), changes or {}), str(path))
+
+
+def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    """Lay table `over` on `base`, tables within tables; a quantity's two spellings replace each other."""
+    merged = dict(base)
+    for key, value in over.items():
+        for suffix in SI_SUFFIX.values():
+            merged.pop(key + suffix, None)
+            if key.endswith(suffix):
+                merged.pop(key.removesuffix(suffix), None)
+        old = merged.get(key)
+        merged[key] = merge(old, value) if isinstance(old, Mapping) and isinstance(value, Mapping) else value
+    return merged
+
+
+def _scene(table: Mapping[str, Any], where: str) -> Scene:
+    base = read_toml(Path(str(resources.files("srbval.scene") / PAPER_FILE)))
+    return build(Scene, merge(base, table), where)

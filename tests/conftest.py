@@ -1,0 +1,23 @@
+"""Shared fixtures: where the measured recordings are, and a home of its own for every test."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def recordings_dir() -> Path:
+    """Folder of measured recordings, from SRBVAL_RECORDINGS; skips visibly where it is not set."""
+    folder = os.environ.get("SRBVAL_RECORDINGS")
+    if not folder or not Path(folder).is_dir():
+        pytest.skip("SRBVAL_RECORDINGS does not name a folder of measured recordings")
+    return Path(folder)
+
+
+@pytest.fixture(autouse=True)
+def _own_home(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Keep the user's manifest out of the tests and the tests out of the user's manifest."""
+    monkeypatch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
