@@ -1,0 +1,112 @@
+"""Recogniser for the Case Western Reserve University records: ``X105_DE_time``, ``X105RPM``.
+
+The files state no sampling rate, label or unit. The record number in the variable names says all three,
+by the data set's own list (`records` of the description); the file's name, where it says the same
+things, is checked against it.
+"""
+
+from __future__ import annotations
+
+import re
+
+from srbval.errors import DataError
+from srbval.recordings.datasets.description import DatasetDescription, RecordRange
+from srbval.recordings.datasets.variables import match_groups, state_of
+from srbval.recordings.raw import RawFile, as_signal
+from srbval.recordings.reading import Channel, Reading
+from srbval.recordings.recording import ShaftSpeed, State
+from srbval.recordings.speed import nominal_speed, stated_speed
+
+_SIGNAL = re.compile(r"X(\d+)_(DE|FE|BA)_time")
+HZ_PER_KHZ = 1e3
+
+
+def read_cwru(raw: RawFile, description: DatasetDescription) -> Reading | None:
+    """Drive-end channel, or fan-end if the fault sits there; stray arrays and other records are left out."""
+    groups = match_groups(raw, description)
+    if groups is None:
+        return None
+    number = _record_number(raw, groups)
+    entry = next((r for r in description.records if r.first <= number <= r.last), None)
+    label = groups.get("label") or (entry.label if entry else None)
+    end = groups.get("end") or (entry.end if entry else None) or "DE"
+    channels = _channels(raw, number, end.upper(), label, description)
+    nominal_rpm = _nominal_rpm(number, groups, entry, description)
+    return Reading(
+        dataset=description.name,
+        channels=channels,
+        channel=end.upper() if end.upper() in channels else next(iter(channels)),
+        fs_hz=_rate(raw, groups, entry),
+        speed=_speed(raw, number, description, nominal_rpm),
+        nominal_rpm=nominal_rpm,
+        notes=(f"record {number} by its variables' names", *description.notes),
+    )
+
+
+def _record_number(raw: RawFile, groups: dict[str, str]) -> int:
+    """The record whose signals the file holds; with several, the one its name gives."""
+    numbers = sorted({int(m[1]) for name in raw.variables if (m := _SIGNAL.fullmatch(name))})
+    named = int(groups.get("record", -1))
+    if len(numbers) == 1:
+        return numbers[0]
+    if named in numbers:
+        return named
+    raise DataError(
+        f"{raw.path}: holds CWRU records {', '.join(map(str, numbers))} and its name gives none of them; "
+        "name the file after the record to read, for instance "
+        f"{numbers[0]}.mat."
+    )
+
+
+def _channels(
+    raw: RawFile, number: int, end: str, label: str | None, description: DatasetDescription
+) -> dict[str, Channel]:
+    state = state_of(label, description)
+    channels = {}
+    for rule in description.channels:
+        variable = f"X{number:03d}_{rule.name}_time"
+        array = raw.array(variable)
+        if array is None:
+            continue
+        here = state if rule.name == end or state is State.HEALTHY else None
+        samples = as_signal(array, f"{raw.path}: {variable}")
+        channels[rule.name] = Channel(
+            samples=samples, unit=rule.unit, bearing=rule.bearing, state=here, variable=variable
+        )
+    if not channels:
+        raise DataError(f"{raw.path}: CWRU record {number} without a numeric signal.")
+    return channels
+
+
+def _rate(raw: RawFile, groups: dict[str, str], entry: RecordRange | None) -> float | None:
+    named = float(groups["rate_khz"]) * HZ_PER_KHZ if "rate_khz" in groups else None
+    listed = entry.fs_hz if entry else None
+    if named and listed and named != listed:
+        raise DataError(
+            f"{raw.path}: its name says {named:g} Hz, the data set's list {listed:g} Hz for this record; "
+            "rename the file or correct the list."
+        )
+    return named or listed
+
+
+def _nominal_rpm(
+    number: int, groups: dict[str, str], entry: RecordRange | None, description: DatasetDescription
+) -> float | None:
+    """Set speed of the motor load, from the file's name or the record's place among its four loads."""
+    by_load = description.speed.nominal_rpm_by_load
+    if "hp" in groups:
+        load = int(groups["hp"])
+    elif entry is not None and entry.last - entry.first == len(by_load) - 1:
+        load = number - entry.first
+    else:
+        return None
+    return by_load[load] if load < len(by_load) else None
+
+
+def _speed(
+    raw: RawFile, number: int, description: DatasetDescription, nominal_rpm: float | None
+) -> ShaftSpeed | None:
+    stated = raw.number(f"X{number:03d}RPM")
+    if stated is not None:
+        return stated_speed(stated, description.speed.stated_ci95_rpm)
+    return None if nominal_rpm is None else nominal_speed(nominal_rpm, description.speed.nominal_ci95_pct)

@@ -1,0 +1,211 @@
+"""What is known about a data set, as `data_manifest/*.toml` states it."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from pathlib import Path
+
+import srbval
+from srbval.config.strict import build, read_toml
+from srbval.errors import DataError
+from srbval.recordings.recording import State
+
+
+@dataclass(frozen=True, kw_only=True)
+class MatchRule:
+    """How a file of the set is told: `file` is searched in its name, every `variables` pattern must be met.
+
+    Named groups of `file` feed the record: ``label``, ``rpm``, ``radial_kn``, ``axial_kn``, ``rate_khz``,
+    ``end``, ``record``, ``hp``; `label_variable` and `nominal_rpm_variable` of the file go before them.
+    `columns` are the column counts of a text table, `vectors` the number of numeric vectors. Without
+    `file_required` a renamed file is still recognised by its variables.
+    """
+
+    file: str | None = None
+    file_required: bool = False
+    variables: tuple[str, ...] = ()
+    columns: tuple[int, ...] = ()
+    vectors: int | None = None
+    label_variable: str | None = None
+    nominal_rpm_variable: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChannelRule:
+    """A channel: the pattern of its variable, its unit (``m/s2``, ``g``, ``V``, ``unknown``), its bearing.
+
+    Of several channels, the one marked `analyse` is taken; without a mark the user must choose.
+    """
+
+    name: str
+    variable: str
+    unit: str
+    bearing: str | None = None
+    analyse: bool = False
+    note: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class RateRule:
+    """Sampling rate [Hz]: a variable of the file, else a value the set's description states."""
+
+    variable: str | None = None
+    value_hz: float | None = None
+    note: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpeedRule:
+    """Shaft speed: tachometer signal with its rate, stated measured value, nominal value; best first.
+
+    `nominal_ci95_pct` is the declared half width of a nominal speed's 95 % interval.
+    """
+
+    tachometer_rpm: str | None = None
+    stated_rpm: str | None = None
+    stated_ci95_rpm: float = 1.0
+    nominal_rpm: float | None = None
+    nominal_rpm_by_load: tuple[float, ...] = ()
+    nominal_hz_variable: str | None = None
+    nominal_ci95_pct: float = 1.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class LabelRule:
+    """State of the bearing for file labels that match `label`."""
+
+    label: str
+    state: State
+
+
+@dataclass(frozen=True, kw_only=True)
+class BandRule:
+    """Demodulation band [Hz] for records at `fs_hz` (any rate if None), and why."""
+
+    low_hz: float
+    high_hz: float
+    reason: str
+    fs_hz: float | None = None
+    channel: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class PublishedOrders:
+    """Fault orders somebody published for a bearing of the set, with where they stand."""
+
+    bearing: str
+    bpfo: float
+    bpfi: float
+    bsf: float
+    ftf: float
+    source: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class PublishedSpeed:
+    """A published mean shaft speed [rpm] of the record of one state at one nominal motor speed."""
+
+    state: State
+    nominal_rpm: float
+    mean_rpm: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class PublishedSpeeds:
+    """Published mean shaft speeds of a set, over the first `seconds` of each record."""
+
+    source: str
+    seconds: float
+    means: tuple[PublishedSpeed, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordRange:
+    """Records `first` to `last` of a numbered set (CWRU): label, fault end, sampling rate."""
+
+    first: int
+    last: int
+    label: str
+    fs_hz: float
+    end: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExpectedFile:
+    """A file the set should have; `url` and `sha256` where it can be downloaded."""
+
+    name: str
+    sha256: str | None = None
+    url: str | None = None
+    size_bytes: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Grid:
+    """Operating points of a set: every state at every load case and nominal speed."""
+
+    source: str
+    states: tuple[State, ...]
+    radial_kn: tuple[float, ...]
+    axial_kn: tuple[float, ...]
+    nominal_rpm: tuple[float, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class DatasetDescription:
+    """One data set. `reader` names the recogniser: ``variables``, ``signal-structs`` or ``cwru``."""
+
+    name: str
+    title: str
+    licence: str
+    access: str
+    source: str
+    url: str
+    reader: str = "variables"
+    match: MatchRule = MatchRule()
+    channels: tuple[ChannelRule, ...] = ()
+    rate: RateRule = RateRule()
+    speed: SpeedRule = SpeedRule()
+    labels: tuple[LabelRule, ...] = ()
+    bands: tuple[BandRule, ...] = ()
+    orders: tuple[PublishedOrders, ...] = ()
+    published_speeds: PublishedSpeeds | None = None
+    records: tuple[RecordRange, ...] = ()
+    files: tuple[ExpectedFile, ...] = ()
+    grid: Grid | None = None
+    radial_kn: float | None = None
+    axial_kn: float | None = None
+    load_lbf_variable: str | None = None
+    notes: tuple[str, ...] = ()
+
+    def band_hz(self, fs_hz: float, channel: str | None) -> tuple[float, float] | None:
+        """The declared band at this sampling rate, or None; a band of the channel's own comes first."""
+        fitting = [b for b in self.bands if b.fs_hz in (None, fs_hz) and b.channel in (None, channel)]
+        fitting.sort(key=lambda b: (b.channel is None, b.fs_hz is None))
+        return (fitting[0].low_hz, fitting[0].high_hz) if fitting else None
+
+
+def data_manifest_folder() -> Path:
+    """The folder of the descriptions: inside an installed package, beside it in a source checkout."""
+    package = Path(srbval.__file__).resolve().parent
+    for folder in (package / "data_manifest", package.parent / "data_manifest"):
+        if folder.is_dir():
+            return folder
+    raise DataError(f"data_manifest is missing beside {package}; install srbval again.")
+
+
+@functools.cache
+def known_datasets() -> tuple[DatasetDescription, ...]:
+    """All descriptions, in the order of their file names."""
+    paths = sorted(data_manifest_folder().glob("*.toml"))
+    return tuple(build(DatasetDescription, read_toml(path), path.stem) for path in paths)
+
+
+def dataset(name: str) -> DatasetDescription:
+    """The description called `name`; `DataError` names the known ones."""
+    for description in known_datasets():
+        if description.name == name:
+            return description
+    known = ", ".join(d.name for d in known_datasets())
+    raise DataError(f"data set {name!r} is not known. Known: {known}.")

@@ -1,0 +1,83 @@
+"""Files this program writes: runs of the model and stand-ins (HDF5 with the attribute ``srbval_kind``)."""
+
+from __future__ import annotations
+
+from srbval.errors import DataError
+from srbval.recordings.raw import RawFile, as_signal
+from srbval.recordings.reading import Channel, Reading
+from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSource, State
+
+KIND_ATTRIBUTE = "srbval_kind"
+PREFIX = "acceleration"
+SUFFIX = "_m_s2"
+RUN_AXES = ("x", "y")
+
+
+def is_own(raw: RawFile) -> bool:
+    """Whether this program wrote the file."""
+    return KIND_ATTRIBUTE in raw.attributes
+
+
+def read_own(raw: RawFile) -> Reading:
+    """A run (channels x, y, z; axes x and y) or a stand-in (one channel); m/s2, speed as prescribed."""
+    kind = raw.text(KIND_ATTRIBUTE)
+    if kind not in ("run", "stand-in"):
+        raise DataError(f"{raw.path}: srbval_kind is {kind!r}; this version reads 'run' and 'stand-in'.")
+    channels = _channels(raw)
+    wanted = RUN_AXES if kind == "run" else (PREFIX,)
+    if not set(wanted) <= set(channels):
+        missing = " and ".join(wanted)
+        raise DataError(f"{raw.path}: a {kind} without {missing} acceleration; it is incomplete.")
+    return Reading(
+        channels=channels,
+        origin=Origin.SIMULATED if kind == "run" else Origin.STAND_IN,
+        channel=None if kind == "run" else PREFIX,
+        axes=RUN_AXES if kind == "run" else None,
+        fs_hz=raw.number("fs_hz"),
+        speed=_speed(raw),
+        radial_n=raw.number("radial_n"),
+        axial_n=raw.number("axial_n"),
+        nominal_rpm=raw.number("nominal_rpm"),
+        name=raw.text("name"),
+        notes=(f"{kind} written by srbval",),
+    )
+
+
+def _channels(raw: RawFile) -> dict[str, Channel]:
+    channels = {}
+    for variable in raw.variables:
+        array = raw.array(variable)
+        if array is None or not (variable.startswith(PREFIX) and variable.endswith(SUFFIX)):
+            continue
+        name = variable.removesuffix(SUFFIX).removeprefix(PREFIX + "_") or PREFIX
+        channels[name] = Channel(
+            samples=as_signal(array, f"{raw.path}: {variable}"),
+            unit="m/s2",
+            bearing=raw.text("bearing"),
+            state=_state(raw),
+            band_hz=_band(raw),
+            variable=variable,
+        )
+    return channels
+
+
+def _state(raw: RawFile) -> State | None:
+    text = raw.text("state")
+    if text is None:
+        return None
+    try:
+        return State(text)
+    except ValueError:
+        raise DataError(f"{raw.path}: state {text!r} is not one of {', '.join(State)}.") from None
+
+
+def _band(raw: RawFile) -> tuple[float, float] | None:
+    low, high = raw.number("band_low_hz"), raw.number("band_high_hz")
+    return None if low is None or high is None else (low, high)
+
+
+def _speed(raw: RawFile) -> ShaftSpeed | None:
+    value = raw.number("shaft_speed_hz")
+    if value is None:
+        return None
+    return ShaftSpeed(value_hz=value, ci95_hz=0.0, source=SpeedSource.PRESCRIBED)

@@ -1,0 +1,158 @@
+"""Recogniser for files with one struct a quantity: ``Signal_k`` with ``x_values`` and ``y_values``.
+
+The layout of the rig's full recordings (an LMS Test.Lab export). Stored values are SI; the quantity's
+label names the display unit and its ``unit_transformation.factor`` leads from the stored to the display
+unit. A signal is told by its quantity, never by its number.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.errors import DataError
+from srbval.recordings.amplitude import STANDARD_GRAVITY_M_S2
+from srbval.recordings.datasets.description import DatasetDescription
+from srbval.recordings.datasets.variables import match_groups, state_of
+from srbval.recordings.raw import RawFile, as_signal
+from srbval.recordings.reading import Channel, Reading
+from srbval.recordings.recording import ShaftSpeed
+from srbval.recordings.speed import RPM_PER_HZ, nominal_speed, tachometer_speed
+
+_STRUCT = re.compile(r"(Signal_?\d*)\.y_values\.values")
+FACTOR_TOLERANCE = 2e-3  # 0.1020 for 1/9.80665 is off by 3e-4
+IMPLAUSIBLE_RATIO = 3.0  # to the nominal motor speed; rpm taken for rad/s is off by 9.5
+
+# display label -> {factor from stored to display unit: factor from stored to the SI unit (m/s2, Hz)}
+ACCELERATION = {
+    "g": {1 / STANDARD_GRAVITY_M_S2: 1.0, 1.0: STANDARD_GRAVITY_M_S2},
+    "m/s2": {1.0: 1.0},
+    "m/s^2": {1.0: 1.0},
+}
+ROTATION = {
+    "rpm": {30 / math.pi: 1 / (2 * math.pi), 1.0: 1 / 60},
+    "rad/s": {1.0: 1 / (2 * math.pi)},
+    "Hz": {1 / (2 * math.pi): 1 / (2 * math.pi), 1.0: 1.0},
+}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Signal:
+    """One struct: samples in SI, shape [n, columns], and their rate."""
+
+    name: str
+    values: NDArray[np.float64]
+    fs_hz: float
+
+
+def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Reading | None:
+    """The accelerometers and the speed signal of the file; None if it has no such struct."""
+    names = [m[1] for variable in raw.variables if (m := _STRUCT.fullmatch(variable))]
+    accelerations = [s for n in names if (s := _signal(raw, n, ACCELERATION))]
+    if not accelerations:
+        return None
+    groups = match_groups(raw, description) or {}
+    state = state_of(groups.get("label"), description)
+    nominal_rpm = float(groups["rpm"]) if "rpm" in groups else None
+    rotations = [s for n in names if (s := _signal(raw, n, ROTATION))]
+    speed, problem, note = _speed(rotations, nominal_rpm, description)
+    channels, chosen = _sensors(raw, accelerations, description)
+    bearing = description.channels[-1].bearing
+    return Reading(
+        dataset=description.name,
+        channels={
+            key: Channel(samples=x, unit="m/s2", bearing=bearing if chosen in (key, None) else None,
+                         state=state if chosen in (key, None) else None, variable=key)
+            for key, x in channels.items()
+        },
+        channel=chosen,
+        fs_hz=accelerations[0].fs_hz,
+        speed=speed,
+        speed_problem=problem,
+        radial_n=float(groups["radial_kn"]) * 1e3 if "radial_kn" in groups else None,
+        axial_n=float(groups["axial_kn"]) * 1e3 if "axial_kn" in groups else None,
+        nominal_rpm=nominal_rpm,
+        notes=(f"acceleration from {accelerations[0].name}", note, *description.notes),
+    )  # fmt: skip
+
+
+def _signal(raw: RawFile, name: str, labels: dict[str, dict[float, float]]) -> Signal | None:
+    """The struct as a signal if its label is one of `labels`; sizes and factor are checked."""
+    label = (raw.text(f"{name}.y_values.quantity.label") or "").strip()
+    if label not in labels:
+        return None
+    values = raw.array(f"{name}.y_values.values")
+    if values is None or values.size == 0:
+        raise DataError(f"{raw.path}: {name} ({label}) holds no values.")
+    increment = raw.number(f"{name}.x_values.increment")
+    if increment is None or increment <= 0:
+        raise DataError(f"{raw.path}: {name}.x_values.increment must be a positive time step in seconds.")
+    matrix = _upright(values)
+    count = raw.number(f"{name}.x_values.number_of_values")
+    if count is not None and int(count) != len(matrix):
+        raise DataError(f"{raw.path}: {name} announces {count:.0f} values, holds {len(matrix)}: truncated.")
+    samples = as_signal(matrix, f"{raw.path}: {name}").reshape(matrix.shape)
+    factor = raw.number(f"{name}.y_values.quantity.unit_transformation.factor")
+    to_si = _to_si(raw, name, label, factor, labels[label])
+    return Signal(name=name, values=samples * to_si if to_si != 1 else samples, fs_hz=round(1 / increment, 6))
+
+
+def _upright(values: NDArray[np.generic]) -> NDArray[np.generic]:
+    """Samples down, sensors across, shape [n, columns]."""
+    matrix = values.reshape(len(values), -1) if values.ndim != 2 else values
+    return matrix if matrix.shape[0] >= matrix.shape[1] else matrix.T
+
+
+def _to_si(raw: RawFile, name: str, label: str, factor: float | None, known: dict[float, float]) -> float:
+    """Factor from the stored values to SI; without a stated factor the layout's rule holds: stored is SI."""
+    if factor is None:
+        return next(iter(known.values()))
+    for stated, to_si in known.items():
+        if abs(factor / stated - 1) < FACTOR_TOLERANCE:
+            return to_si
+    expected = " or ".join(f"{f:.4f}" for f in known)
+    raise DataError(f"{raw.path}: {name} leads to {label!r} by {factor}; {expected} is understood.")
+
+
+def _sensors(
+    raw: RawFile, signals: list[Signal], description: DatasetDescription
+) -> tuple[dict[str, NDArray[np.float64]], str | None]:
+    """Channels by sensor; the one to analyse where the description's own layout is met."""
+    rates = {s.fs_hz for s in signals}
+    if len(rates) > 1:
+        raise DataError(f"{raw.path}: acceleration signals at different rates, {sorted(rates)} Hz.")
+    layout = [rule.name for rule in description.channels]
+    if len(signals) == 1 and signals[0].values.shape[1] == len(layout):
+        chosen = next(rule.name for rule in description.channels if rule.analyse)
+        columns = np.ascontiguousarray(signals[0].values.T)
+        return dict(zip(layout, columns, strict=True)), chosen
+    named = {
+        f"{s.name}[{i + 1}]": np.ascontiguousarray(column)
+        for s in signals
+        for i, column in enumerate(s.values.T)
+    }
+    return named, next(iter(named)) if len(named) == 1 else None
+
+
+def _speed(
+    signals: list[Signal], nominal_rpm: float | None, description: DatasetDescription
+) -> tuple[ShaftSpeed | None, str | None, str]:
+    """Speed of the record, what is wrong with it if anything, and where it was read."""
+    vectors = [s for s in signals if s.values.shape[1] == 1]
+    if len(vectors) > 1:
+        return None, f"{len(vectors)} speed signals: {', '.join(s.name for s in vectors)}.", "speed left open"
+    if not vectors:
+        ci95_pct = description.speed.nominal_ci95_pct
+        nominal = None if nominal_rpm is None else nominal_speed(nominal_rpm, ci95_pct)
+        return nominal, None, "no speed signal in the file"
+    speed = tachometer_speed(vectors[0].values[:, 0])
+    found_rpm = speed.value_hz * RPM_PER_HZ
+    note = f"speed from {vectors[0].name}, {vectors[0].fs_hz:g} Hz"
+    if nominal_rpm and not 1 / IMPLAUSIBLE_RATIO < found_rpm / nominal_rpm < IMPLAUSIBLE_RATIO:
+        problem = f"{vectors[0].name} reads {found_rpm:.6g} rpm, the name says {nominal_rpm:g}: a wrong unit."
+        return speed, problem, note
+    return speed, None, note

@@ -1,0 +1,167 @@
+"""`load_recording`: from a path to a `Recording`, whatever the file is."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+from srbval.errors import ConfigurationError, DataError
+from srbval.recordings.amplitude import UNITS
+from srbval.recordings.datasets.description import dataset
+from srbval.recordings.datasets.recognise import recognise
+from srbval.recordings.loaders.ascii import load_ascii
+from srbval.recordings.loaders.hdf5 import load_hdf5
+from srbval.recordings.loaders.matlab_v5 import load_matlab_v5
+from srbval.recordings.loaders.numpy_file import load_npy
+from srbval.recordings.raw import RawFile
+from srbval.recordings.reading import Channel, Reading
+from srbval.recordings.recording import FloatArray, Recording
+from srbval.recordings.sniff import FileKind, sniff
+from srbval.recordings.speed import stated_speed
+
+LOADERS: dict[FileKind, Callable[[Path], RawFile]] = {
+    FileKind.MATLAB_V5: load_matlab_v5,
+    FileKind.HDF5: load_hdf5,
+    FileKind.NPY: load_npy,
+    FileKind.TEXT: load_ascii,
+}
+USER_RPM_CI95 = 1.0  # a speed given by hand is taken as rounded to about 1 rpm
+
+
+def load_recording(
+    path: str | Path,
+    *,
+    channel: str | None = None,
+    fs_hz: float | None = None,
+    unit: str | None = None,
+    rpm: float | None = None,
+) -> Recording:
+    """Load one measured file, simulated run or stand-in.
+
+    The format is told by the file's content, the data set by its variables. The options settle what the
+    file leaves open and override what it says: `channel` by name, `fs_hz` the sampling rate [Hz], `unit`
+    that of the samples in the file (see `amplitude.UNITS`), `rpm` the mean shaft speed [rpm].
+    Raises `DataError` for anything that cannot be read or is ambiguous, `ConfigurationError` for an
+    impossible option. Does not estimate a speed from the vibration.
+    """
+    _check_options(fs_hz, unit, rpm)
+    file = Path(path)
+    reading = read_file(file)
+    return _assemble(file, _with_options(file, reading, channel, fs_hz, unit, rpm), sha256_of(file))
+
+
+def read_file(path: Path) -> Reading:
+    """What the file holds, with open choices left open (`Reading.channel`, `Reading.fs_hz` may be None)."""
+    return recognise(LOADERS[sniff(path)](path))
+
+
+def sha256_of(path: Path, progress: Callable[[int], None] | None = None) -> str:
+    """SHA-256 of the file, hexadecimal; `progress` is told the bytes of each part read."""
+    digest = hashlib.sha256()
+    try:
+        with path.open("rb") as stream:
+            while block := stream.read(1 << 20):
+                digest.update(block)
+                if progress is not None:
+                    progress(len(block))
+    except OSError as error:
+        raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
+    return digest.hexdigest()
+
+
+def _check_options(fs_hz: float | None, unit: str | None, rpm: float | None) -> None:
+    for name, value in (("sampling rate", fs_hz), ("shaft speed", rpm)):
+        if value is not None and not (math.isfinite(value) and value > 0):
+            raise ConfigurationError(f"{name} {value} must be a positive number.")
+    if unit is not None and unit not in UNITS:
+        raise ConfigurationError(f"unit {unit!r} is not known; known: {', '.join(UNITS)}.")
+
+
+def _with_options(
+    path: Path,
+    reading: Reading,
+    channel: str | None,
+    fs_hz: float | None,
+    unit: str | None,
+    rpm: float | None,
+) -> Reading:
+    notes = list(reading.notes)
+    if fs_hz is not None:
+        notes.append(f"sampling rate {fs_hz:g} Hz given by the user")
+        reading = dataclasses.replace(reading, fs_hz=fs_hz)
+    if rpm is not None:
+        notes.append(f"shaft speed {rpm:g} rpm given by the user")
+        reading = dataclasses.replace(reading, speed=stated_speed(rpm, USER_RPM_CI95), speed_problem=None)
+    if unit is not None:
+        notes.append(f"unit {unit} given by the user")
+        found = {key: dataclasses.replace(c, unit=unit) for key, c in reading.channels.items()}
+        reading = dataclasses.replace(reading, channels=found)
+    if channel is not None:
+        reading = dataclasses.replace(reading, channel=_find_channel(path, reading, channel), axes=None)
+    return dataclasses.replace(reading, notes=tuple(notes))
+
+
+def _find_channel(path: Path, reading: Reading, wanted: str) -> str:
+    for name, found in reading.channels.items():
+        if wanted in (name, found.variable):
+            return name
+    lower = [name for name in reading.channels if name.lower() == wanted.lower()]
+    if len(lower) == 1:
+        return lower[0]
+    raise DataError(f"{path}: no channel {wanted!r}; it has {', '.join(reading.channels)}.")
+
+
+def _assemble(path: Path, reading: Reading, sha256: str) -> Recording:
+    if reading.channel is None and reading.axes is None:
+        raise DataError(
+            f"{path}: {len(reading.channels)} channels could be meant: {', '.join(reading.channels)}. "
+            f"Choose one with --channel {next(iter(reading.channels))} (in Python: channel=...)."
+        )
+    if reading.fs_hz is None:
+        raise DataError(
+            f"{path}: says no sampling rate. Give it with --fs HZ (in Python: fs_hz=...), "
+            "or write it into the file as a variable named fs_hz."
+        )
+    if reading.speed_problem is not None:
+        raise DataError(f"{path}: {reading.speed_problem} Say the speed with --rpm (in Python: rpm=...).")
+    main = reading.channels[reading.channel or reading.axes[0]]  # type: ignore[index]
+    stored, _ = UNITS.get(main.unit, (main.unit, 1.0))
+    same = {
+        key: c
+        for key, c in reading.channels.items()
+        if len(c.samples) == len(main.samples) and UNITS.get(c.unit, (c.unit, 1.0))[0] == stored
+    }
+    return Recording(
+        name=reading.name or path.stem,
+        origin=reading.origin,
+        channels={key: _in_unit(c) for key, c in same.items()},
+        fs_hz=reading.fs_hz,
+        unit=stored,
+        channel=reading.channel,
+        axes=None if reading.channel is not None else reading.axes,
+        speed=reading.speed,
+        bearing=main.bearing,
+        state=main.state,
+        radial_n=reading.radial_n,
+        axial_n=reading.axial_n,
+        nominal_rpm=reading.nominal_rpm,
+        band_hz=_band(reading, reading.fs_hz, main),
+        dataset=reading.dataset,
+        file=str(path),
+        sha256=sha256,
+        notes=reading.notes,
+    )
+
+
+def _in_unit(channel: Channel) -> FloatArray:
+    factor = UNITS.get(channel.unit, ("", 1.0))[1]
+    return channel.samples if factor == 1.0 else channel.samples * factor
+
+
+def _band(reading: Reading, fs_hz: float, main: Channel) -> tuple[float, float] | None:
+    if main.band_hz is not None or reading.dataset is None:
+        return main.band_hz
+    return dataset(reading.dataset).band_hz(fs_hz, reading.channel)

@@ -1,0 +1,84 @@
+"""Text tables: comma, semicolon, tab or blank separated, with or without a header line."""
+
+from __future__ import annotations
+
+import itertools
+import re
+import warnings
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.errors import DataError
+from srbval.recordings.raw import RawFile
+
+MAX_COLUMNS = 64
+HEADER_LINES = 100
+MAX_LINE = 16384
+_SETTING = re.compile(r"#\s*([A-Za-z_]\w*)\s*[=:]\s*(.+?)\s*")
+
+
+def load_ascii(path: Path) -> RawFile:
+    """Read the columns of a text table under their header's names, else ``col_1``, ``col_2``, ...
+
+    Lines that begin with ``#`` are comments; ``# fs_hz = 20480`` among the first ones is kept as an
+    attribute. Raises `DataError` for anything that is not a table of numbers.
+    """
+    first, settings = _first_line(path)
+    separator = _separator(first)
+    names = [part.strip().strip('"') for part in (first.split(separator) if separator else first.split())]
+    if not 1 <= len(names) <= MAX_COLUMNS:
+        raise DataError(f"{path}: {len(names)} columns in the first line; a table has 1 to {MAX_COLUMNS}.")
+    titled = not all(_is_number(part) for part in names)
+    if titled and all(not _is_number(p) for p in names) and len(set(names)) != len(names):
+        raise DataError(f"{path}: a text file whose first line, {first[:60]!r}, is no table of numbers.")
+    table = _table(path, separator, titled)
+    if table.shape[1] != len(names):
+        raise DataError(f"{path}: {len(names)} names for {table.shape[1]} columns of numbers.")
+    keys = names if titled else [f"col_{i + 1}" for i in range(len(names))]
+    columns = {key: np.ascontiguousarray(table[:, i]) for i, key in enumerate(keys)}
+    return RawFile(path=path, format="text", variables=columns, attributes=settings)
+
+
+def _first_line(path: Path) -> tuple[str, dict[str, float | str]]:
+    """First line that is neither blank nor a comment, and the settings among the comments."""
+    settings: dict[str, float | str] = {}
+    with path.open(encoding="latin-1") as stream:
+        for _ in itertools.repeat(None, HEADER_LINES):
+            line = stream.readline(MAX_LINE)
+            if len(line) >= MAX_LINE:
+                raise DataError(f"{path}: a line of more than {MAX_LINE} characters is no table of numbers.")
+            if match := _SETTING.fullmatch(line.strip()):
+                settings[match[1]] = float(match[2]) if _is_number(match[2]) else match[2]
+            elif line.strip() and not line.startswith("#"):
+                return line.strip(), settings
+    raise DataError(f"{path}: a text file without a line of numbers.")
+
+
+def _separator(line: str) -> str | None:
+    return next((mark for mark in (";", "\t", ",") if mark in line), None)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _table(path: Path, separator: str | None, titled: bool) -> NDArray[np.float64]:
+    import pandas as pd
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            frame = pd.read_csv(
+                path, sep=separator or r"\s+", header=0 if titled else None, comment="#", dtype=np.float64,
+                encoding="latin-1", skip_blank_lines=True, index_col=False,
+            )  # fmt: skip
+    except Exception as error:  # the one border where a hostile file meets foreign code
+        text = str(error).split("\n", 1)[0][:120] or type(error).__name__
+        raise DataError(f"{path}: a text file, but not a table of numbers ({text}).") from None
+    return frame.to_numpy(dtype=np.float64)

@@ -1,0 +1,69 @@
+"""Shaft speed from a tachometer signal, from a stated value, from a set point."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.errors import DataError
+from srbval.recordings.recording import ShaftSpeed, SpeedSource
+
+RPM_PER_HZ = 60.0
+Z95 = 1.96
+MIN_TACHOMETER_SAMPLES = 8
+LIMIT_HZ = 2000.0  # no rolling bearing turns faster
+
+
+def tachometer_speed(speed_hz: NDArray[np.float64]) -> ShaftSpeed:
+    """Mean of a tachometer signal [Hz], evenly sampled, with its 95 % interval and drift.
+
+    The interval is 1.96 standard errors, the samples' correlation counted by their integrated
+    autocorrelation time (Priestley, Spectral Analysis and Time Series, 1981, sect. 5.3.2): a smoothed
+    tachometer has thousands of samples and few independent ones. Scale errors of the tachometer itself
+    are not in it. Raises `DataError` for a signal that cannot be a shaft speed.
+    """
+    if speed_hz.size < MIN_TACHOMETER_SAMPLES:
+        raise DataError(f"speed signal of {speed_hz.size} samples; {MIN_TACHOMETER_SAMPLES} are needed.")
+    mean = float(np.mean(speed_hz))
+    if not 0 < abs(mean) < LIMIT_HZ:
+        raise DataError(f"speed signal with a mean of {mean * RPM_PER_HZ:.6g} rpm is not a shaft speed.")
+    quarter = speed_hz.size // 4
+    drift = float(np.mean(speed_hz[-quarter:]) - np.mean(speed_hz[:quarter]))
+    sign = math.copysign(1.0, mean)  # direction of rotation does not matter to the fault lines
+    half = Z95 * math.sqrt(float(np.var(speed_hz)) * correlated_samples(speed_hz) / speed_hz.size)
+    return ShaftSpeed(
+        value_hz=abs(mean), ci95_hz=half, source=SpeedSource.TACHOMETER, drift_hz=sign * drift
+    )
+
+
+def correlated_samples(values: NDArray[np.float64]) -> float:
+    """How many successive samples count as one: 1 + 2 sum of the autocorrelation up to its first zero."""
+    from scipy import fft
+
+    centred = values - np.mean(values)
+    n = fft.next_fast_len(2 * len(centred), real=True)
+    correlation = fft.irfft(np.abs(fft.rfft(centred, n)) ** 2, n)[: len(centred)]
+    if correlation[0] <= 0:
+        return 1.0
+    correlation = correlation / correlation[0]
+    negative = np.flatnonzero(correlation <= 0)
+    stop = int(negative[0]) if negative.size else len(centred)
+    return float(1 + 2 * np.sum(correlation[1:stop]))
+
+
+def stated_speed(rpm: float, ci95_rpm: float) -> ShaftSpeed:
+    """A measured value written down by somebody [rpm]; `ci95_rpm` covers its rounding."""
+    return _scalar(rpm, ci95_rpm, SpeedSource.STATED)
+
+
+def nominal_speed(rpm: float, ci95_pct: float) -> ShaftSpeed:
+    """A set point [rpm]; `ci95_pct` is how far the data set's description trusts it."""
+    return _scalar(rpm, rpm * ci95_pct / 100, SpeedSource.NOMINAL)
+
+
+def _scalar(rpm: float, ci95_rpm: float, source: SpeedSource) -> ShaftSpeed:
+    if not 0 < rpm < LIMIT_HZ * RPM_PER_HZ:
+        raise DataError(f"shaft speed {rpm} rpm must be above 0 and below {LIMIT_HZ * RPM_PER_HZ:.0f}.")
+    return ShaftSpeed(value_hz=rpm / RPM_PER_HZ, ci95_hz=ci95_rpm / RPM_PER_HZ, source=source)
