@@ -10,7 +10,15 @@ from numpy.typing import ArrayLike
 
 from srbval.report.figures.decimate import extreme_indices
 from srbval.report.figures.files import PanelFiles, save_panel
-from srbval.report.figures.style import figure_style, new_axes, origin_style, stamp_stand_in, title_panel
+from srbval.report.figures.style import (
+    INK,
+    figure_style,
+    legend_above,
+    new_axes,
+    origin_style,
+    stamp_stand_in,
+    title_panel,
+)
 
 PLOTTED_BINS = 700
 
@@ -46,17 +54,14 @@ def acceleration_panel(
     with figure_style():
         figure, axes = new_axes(size)
         axes.plot(time[kept] * 1e3, signal[kept], color=style.light, lw=0.6, label="acceleration")
-        axes.plot(
-            time[kept] * 1e3, strength[kept], color=style.colour, lw=1.2, label="envelope, demodulation band"
-        )
+        axes.plot(time[kept] * 1e3, strength[kept], color=style.colour, lw=1.2, label="its envelope")
         axes.set(
             xlabel="Time, ms", ylabel="Acceleration, std. dev.", xlim=(0, (stop - start) * 1e3), ylim=y_limits
         )
         if period_s:
             _mark_period(axes, period_s * 1e3, period_name)
         title_panel(axes, origin, letter, title)
-        legend = axes.legend(loc="upper right", ncols=2, bbox_to_anchor=(1.0, 1.02), borderaxespad=0.1)
-        legend.set_zorder(60)
+        legend_above(axes)
         stamp_stand_in(axes, origin)
         columns = {"time_s": time[kept], "acceleration_std": signal[kept], "envelope_std": strength[kept]}
         return save_panel(figure, folder, name, columns)
@@ -67,10 +72,9 @@ def _mark_period(axes: Any, period_ms: float, period_name: str) -> None:
     low, high = axes.get_ylim()
     level = low + 0.07 * (high - low)
     start = 0.03 * axes.get_xlim()[1]
-    axes.errorbar(
-        start + period_ms / 2, level, xerr=period_ms / 2, color="#1a2028", lw=1.3, capsize=3, zorder=40
-    )
+    axes.errorbar(start + period_ms / 2, level, xerr=period_ms / 2, color=INK, lw=1.3, capsize=3, zorder=40)
+    label = f"{period_name} = {period_ms:.2f} ms" if period_name else f"{period_ms:.2f} ms"
     axes.text(
-        start + period_ms * 1.08, level, f"{period_name} = {period_ms:.2f} ms".lstrip(" ="), va="center",
-        fontsize=7.5, zorder=40, bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1},
+        start + period_ms + 0.015 * axes.get_xlim()[1], level, label, va="center", fontsize=7.5, zorder=40,
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1},
     )  # fmt: skip

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from srbval.report.figures.decimate import block_means
 from srbval.report.figures.files import PanelFiles, save_panel
-from srbval.report.figures.style import INK, figure_style, new_axes, stamp_stand_in, title_panel
+from srbval.report.figures.style import INK, figure_style, new_axes, row_above, stamp_stand_in, title_panel
 
 COLUMNS, ROWS, LEVELS = 360, 120, 64
 CSV_COLUMNS, CSV_ROWS = 180, 40
@@ -59,7 +59,7 @@ def scalogram_panel(
         bar = figure.colorbar(shown, ax=axes, pad=0.02, aspect=18, extend="max")
         bar.set_label(colour_label, fontsize=7.5)
         bar.ax.tick_params(labelsize=7.5)
-        title_panel(axes, origin, letter, title)
+        title_panel(axes, origin, letter, title, pad=20.0)
         stamp_stand_in(axes, origin)
         return save_panel(figure, folder, name, _columns(image, frequency, span))
 
@@ -109,17 +109,12 @@ def _mark_line(axes: Any, line_hz: float, line_name: str, span: tuple[float, flo
 
 
 def _mark_periods(axes: Any, period_ms: float, period_name: str, span: tuple[float, float]) -> None:
-    """White ticks of one period's spacing inside the top edge, and what they mean at the upper left."""
-    from matplotlib.patheffects import withStroke
-
+    """Ticks of one period's spacing above the top edge, and what they mean above them."""
     at = np.arange(0.0, span[1], period_ms)
     blended = axes.get_xaxis_transform()
-    axes.vlines(at, 0.95, 1.0, transform=blended, color="white", lw=1.0, zorder=10)
-    label = f"{period_name} = {period_ms:.2f} ms".lstrip(" =")
-    text = axes.text(
-        0.012, 0.935, label, transform=axes.transAxes, color="white", fontsize=7.5, va="top", zorder=11
-    )
-    text.set_path_effects([withStroke(linewidth=2, foreground=INK)])
+    axes.vlines(at, 1.012, 1.05, transform=blended, color=INK, lw=0.9, clip_on=False)
+    label = f"ticks: {period_name} = {period_ms:.2f} ms" if period_name else f"ticks: {period_ms:.2f} ms"
+    axes.text(1.0, 1.0, label, transform=row_above(axes, 8.0), fontsize=7.5, ha="right", va="baseline")
 
 
 def _columns(image: FloatArray, frequency: FloatArray, span: tuple[float, float]) -> dict[str, FloatArray]:

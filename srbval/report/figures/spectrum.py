@@ -17,13 +17,16 @@ from srbval.report.figures.style import (
     HEALTHY,
     INK,
     figure_style,
+    legend_above,
     new_axes,
     origin_style,
     stamp_stand_in,
     title_panel,
 )
 
-PLOTTED_BINS = 900
+PLOTTED_BINS = 600
+HEALTHY_DASHES = (0, (3, 1.2))
+ORDER_LABEL_POINTS = 16.0  # height of the row of the order axis' label above the axes
 FloatArray = NDArray[np.float64]
 
 
@@ -61,16 +64,14 @@ def envelope_spectrum_panel(
         axes.set(xlim=(0, f_max_hz), ylim=top, xlabel="Frequency, Hz", ylabel=y_label)
         if log_scale:
             axes.set_yscale("log")
-        _draw_cursors(axes, cursors)
-        if reference is not None:
-            axes.plot(
-                *reference, color=HEALTHY, lw=0.9, ls=(0, (3, 1.5)), label="healthy, same speed", zorder=3
-            )
         axes.plot(frequency, height, color=style.colour, lw=1.0, label=style.word.lower(), zorder=4)
+        if reference is not None:
+            axes.plot(*reference, color=HEALTHY, lw=0.8, ls=HEALTHY_DASHES, label="healthy", zorder=5)
         _draw_peaks(axes, peaks, f_max_hz)
+        _draw_cursors(axes, cursors)
         _order_axis(axes, shaft_hz)
-        title_panel(axes, origin, letter, title)
-        axes.legend(loc="upper right", bbox_to_anchor=(1.0, 0.99)).set_zorder(60)
+        title_panel(axes, origin, letter, title, pad=6.0)
+        legend_above(axes, points=ORDER_LABEL_POINTS)
         stamp_stand_in(axes, origin)
         return save_panel(figure, folder, name, _columns(frequency, height, reference, shaft_hz))
 
@@ -93,11 +94,13 @@ def _limits(
 
 def _draw_cursors(axes: Any, cursors: Sequence[Cursor]) -> None:
     blended = axes.get_xaxis_transform()
+    first = next((cursor for cursor in cursors if not cursor.sideband), None)
     for cursor in cursors:
         if cursor.sideband:
             axes.axvline(cursor.frequency_hz, color=GREEN, lw=0.6, ls=":", alpha=0.8, zorder=2)
             continue
-        axes.axvline(cursor.frequency_hz, color=GREEN, lw=0.9, ls="--", zorder=2)
+        label = "expected" if cursor is first else None
+        axes.axvline(cursor.frequency_hz, color=GREEN, lw=0.9, ls="--", zorder=2, label=label)
         axes.text(
             cursor.frequency_hz, 0.975, cursor.name, transform=blended, rotation=90, ha="right", va="top",
             fontsize=7.5, color=GREEN, zorder=6,
@@ -116,7 +119,7 @@ def _draw_peaks(axes: Any, peaks: Sequence[tuple[float, float]], f_max_hz: float
 
 def _order_axis(axes: Any, shaft_hz: float) -> None:
     top = axes.secondary_xaxis("top", functions=(lambda f: f / shaft_hz, lambda order: order * shaft_hz))
-    top.set_xlabel("Shaft orders", fontsize=7.5, labelpad=2)
+    top.set_xlabel("Shaft orders", fontsize=7.5, labelpad=2, loc="left")
     top.tick_params(labelsize=7.5, pad=1)
 
 

@@ -11,11 +11,13 @@ from typing import Any
 # Width and height of a panel [inch]: half and full width of the text.
 HALF = (4.2, 2.55)
 WIDE = (7.6, 2.9)
+TITLE_CHARACTERS_PER_INCH = 10.8  # of the bold 9 pt title
 SIZES = {"half": HALF, "wide": WIDE}
 
 # Okabe & Ito's palette (2008), told apart by the common colour-vision deficiencies.
 BLUE, VERMILION, GREEN, PURPLE, ORANGE = "#0072B2", "#D55E00", "#00795A", "#8E3B76", "#B26F00"
-INK, SOFT, HEALTHY = "#1a2028", "#4e5a68", "#6b7480"
+INK, SOFT, HEALTHY = "#1a2028", "#4e5a68", "#39424d"
+STAMP, STAMP_RED = "SYNTHETIC STAND-IN", "#a3161f"
 
 
 @dataclass(frozen=True)
@@ -65,24 +67,49 @@ def new_axes(size: str = "half") -> tuple[Any, Any]:
     return figure, figure.add_subplot()
 
 
-def title_panel(axes: Any, origin: str, letter: str, title: str) -> None:
-    """Head a panel ``(a) Simulated · title``, in the origin's colour."""
+def title_panel(axes: Any, origin: str, letter: str, title: str, pad: float = 17.0) -> None:
+    """Head a panel ``(a) Simulated · title``, in the origin's colour, `pad` points above them."""
     style = origin_style(origin)
     parts = [f"({letter}) {style.word}" if letter else style.word, title]
-    axes.set_title(" · ".join(part for part in parts if part), color=style.colour)
+    text = " · ".join(part for part in parts if part)
+    room = TITLE_CHARACTERS_PER_INCH * axes.figure.get_size_inches()[0]
+    if len(text) > 1.4 * room:
+        text = text[: int(1.4 * room) - 1] + "…"
+    # A dollar sign would start a formula.
+    axes.set_title(
+        text, color=style.colour, pad=pad, fontsize=9 * min(1.0, room / len(text)), parse_math=False
+    )
+
+
+def row_above(axes: Any, points: float) -> Any:
+    """Transform of a row that lies `points` above the axes: x from 0 to 1 along them, y in their height."""
+    from matplotlib.transforms import ScaledTranslation
+
+    return axes.transAxes + ScaledTranslation(0, points / 72, axes.figure.dpi_scale_trans)
+
+
+def legend_above(axes: Any, points: float = 3.0) -> None:
+    """Legend in one row above the axes, at the right, where no curve can run into it."""
+    axes.legend(
+        loc="lower right", bbox_to_anchor=(1.0, 1.0), bbox_transform=row_above(axes, points), ncols=6,
+        borderaxespad=0, borderpad=0, columnspacing=1.2, handletextpad=0.5, frameon=False,
+    )  # fmt: skip
 
 
 def stamp_stand_in(axes: Any, origin: str) -> None:
-    """Stamp SYNTHETIC STAND-IN across the picture when the signal is one; else do nothing."""
+    """Stamp SYNTHETIC STAND-IN across the picture when the signal is one; else do nothing. Call it last."""
     if not origin_style(origin).stamped:
         return
     from matplotlib.patheffects import withStroke
 
-    width, height = axes.figure.get_size_inches()
-    axes.text(
-        0.5, 0.5, "SYNTHETIC STAND-IN", transform=axes.transAxes, ha="center", va="center", zorder=50,
-        fontsize=min(4.6 * width, 8.5 * height), fontweight="bold", rotation=14, color="#a3161f", alpha=0.62,
+    axes.figure.draw_without_rendering()  # the layout decides how wide the axes are
+    extent = axes.get_window_extent()
+    text = axes.text(
+        0.5, 0.5, STAMP, transform=axes.transAxes, ha="center", va="center", zorder=50, rotation=12,
+        fontsize=min(0.066 * extent.width, 0.2 * extent.height) * 72 / axes.figure.dpi,
+        fontweight="bold", color=STAMP_RED, alpha=0.66,
         path_effects=[withStroke(linewidth=3, foreground="white", alpha=0.75)],
     )  # fmt: skip
+    text.set_in_layout(False)
     for spine in axes.spines.values():
-        spine.set(visible=True, edgecolor="#a3161f", linewidth=1.4, linestyle=(0, (4, 2)))
+        spine.set(visible=True, edgecolor=STAMP_RED, linewidth=1.4, linestyle=(0, (4, 2)))
