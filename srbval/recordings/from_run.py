@@ -1,0 +1,32 @@
+"""A simulated run as a recording: the same shape a measured file takes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from srbval.models.run import Run
+from srbval.recordings.recording import Origin, Recording, ShaftSpeed, SpeedSource, State
+from srbval.scene import DefectKind
+
+STATES = {DefectKind.NONE: State.HEALTHY, DefectKind.OUTER: State.OUTER, DefectKind.INNER: State.INNER}
+
+
+def recording_from_run(run: Run) -> Recording:
+    """The outer ring's acceleration with its radial axes x and y, to be rotated onto the sensor's direction.
+
+    Says nothing of the run's status: check that first, a failed run is no vibration.
+    """
+    scene = run.scene
+    return Recording(
+        name=f"{scene.model} model, {scene.defect.kind.value} defect, {scene.shaft_hz * 60:.6g} rpm",
+        origin=Origin.SIMULATED,
+        channels={a: np.ascontiguousarray(run.acceleration_m_s2[:, i]) for i, a in enumerate("xyz")},
+        axes=("x", "y"),
+        fs_hz=scene.output_rate_hz,
+        unit="m/s2",
+        speed=ShaftSpeed(value_hz=scene.shaft_hz, ci95_hz=0.0, source=SpeedSource.PRESCRIBED),
+        bearing=scene.bearing,
+        state=STATES[scene.defect.kind],
+        radial_n=scene.load.radial_n,
+        axial_n=scene.load.axial_n,
+    )

@@ -1,0 +1,69 @@
+"""The paper's Tables 5 and 6 as data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+from srbval.config.strict import build, read_toml
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table6Row:
+    """One row of Table 6: frequencies [Hz] and deviations as printed [%]."""
+
+    defect: str
+    line: str
+    kinematic_hz: float
+    model_hz: float
+    model_printed_pct: float
+    rig_hz: float
+    rig_printed_pct: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table6:
+    """Table 6 with the speed and load it was taken at."""
+
+    table: str
+    shaft_rpm: float
+    motor_rpm: int
+    radial_kn: float
+    row: tuple[Table6Row, ...]
+
+    def of(self, defect: str) -> Table6Row:
+        """The row of a defect (``outer`` or ``inner``)."""
+        return next(row for row in self.row if row.defect == defect)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadCase:
+    """One load case of Table 5 [kN]."""
+
+    name: str
+    radial_kn: float
+    axial_kn: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table5:
+    """Table 5: load cases and nominal motor speeds [rpm]."""
+
+    table: str
+    nominal_rpm: tuple[int, ...]
+    case: tuple[LoadCase, ...]
+
+
+def table5() -> Table5:
+    """The paper's Table 5."""
+    return build(Table5, read_toml(_file("table5.toml")), "table5.toml")
+
+
+def table6() -> Table6:
+    """The paper's Table 6."""
+    return build(Table6, read_toml(_file("table6.toml")), "table6.toml")
+
+
+def _file(name: str) -> Path:
+    return Path(str(resources.files("srbval.validation") / "paper" / name))
