@@ -2,5 +2,14 @@
 
 from srbval.recordings.load import load_recording
 from srbval.recordings.recording import Origin, Recording, ShaftSpeed, SpeedSource, State
+from srbval.recordings.stand_in import write_stand_in
 
-__all__ = ["Origin", "Recording", "ShaftSpeed", "SpeedSource", "State", "load_recording"]
+__all__ = [
+    "Origin",
+    "Recording",
+    "ShaftSpeed",
+    "SpeedSource",
+    "State",
+    "load_recording",
+    "write_stand_in",
+]

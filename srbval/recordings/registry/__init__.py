@@ -1,0 +1,21 @@
+"""The user's register of recordings: which files there are, what they hold, whether they changed."""
+
+from srbval.recordings.registry.coverage import Coverage, GridPoint, coverage
+from srbval.recordings.registry.entry import Listing, RegisteredRecording, Status
+from srbval.recordings.registry.fetch import fetch
+from srbval.recordings.registry.verbs import add, find_recording, listing, rig_recordings, verify
+
+__all__ = [
+    "Coverage",
+    "GridPoint",
+    "Listing",
+    "RegisteredRecording",
+    "Status",
+    "add",
+    "coverage",
+    "fetch",
+    "find_recording",
+    "listing",
+    "rig_recordings",
+    "verify",
+]

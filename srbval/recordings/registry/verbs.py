@@ -1,0 +1,189 @@
+"""The verbs of `srbval data`: add, list, verify, and the look-up the report uses."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+
+from srbval.errors import DataError
+from srbval.recordings.load import sha256_of
+from srbval.recordings.recording import State
+from srbval.recordings.registry.coverage import coverage
+from srbval.recordings.registry.entry import Listing, RegisteredRecording, Status
+from srbval.recordings.registry.home import recordings_folder
+from srbval.recordings.registry.inspect import inspect_file
+from srbval.recordings.registry.manifest import Entries, manifest_path, read_manifest, update_manifest
+
+Progress = Callable[[int, int, str], None]  # bytes done, bytes in all, file at hand
+
+RIG_DATASETS = ("torino-full", "torino-excerpts")  # the longer recordings first
+
+
+def add(folder: str | Path, *, progress: Progress | None = None, repin: bool = False) -> Listing:
+    """Register every file under `folder` (or one file); nothing is copied.
+
+    A file seen for the first time is pinned with its SHA-256; one that differs from its pin is reported as
+    changed and keeps the pin, unless `repin`. Files that are no recording stay in the list with a reason.
+    Raises `DataError` for a folder that is not there or a manifest that cannot be written.
+    """
+    files = _files_under(Path(folder))
+    seen = _inspect(files, {} if repin else read_manifest(), progress)
+    merged: Entries = {}
+
+    def change(entries: Entries) -> None:
+        for entry in seen:
+            entries[entry.file] = entry if repin else _against_pin(entries.get(entry.file), entry)
+            merged[entry.file] = entries[entry.file]
+
+    update_manifest(change)
+    return _listing(merged.values())
+
+
+def listing() -> Listing:
+    """All registered files with their status by a quick look (size and time of change, not the hash).
+
+    Files of the folder named by SRBVAL_RECORDINGS are among them whether registered or not.
+    """
+    entries = _with_environment_folder(read_manifest())
+    return _listing(_quick_look(entry) for entry in entries.values())
+
+
+def verify(*, progress: Progress | None = None) -> Listing:
+    """All registered files, each hashed again and compared with its pin."""
+    entries = _with_environment_folder(read_manifest())
+    total, done, checked = sum(e.size_bytes for e in entries.values()), 0, []
+    for entry in entries.values():
+        checked.append(_verified(entry))
+        done += entry.size_bytes
+        if progress is not None:
+            progress(done, total, entry.file)
+    return _listing(checked)
+
+
+def rig_recordings(
+    *, state: State | None = None, nominal_rpm: float | None = None
+) -> tuple[RegisteredRecording, ...]:
+    """Usable recordings of the rig by state and nominal motor speed [rpm], full recordings first."""
+    found = [
+        r
+        for r in listing().recordings
+        if r.dataset in RIG_DATASETS
+        and r.status is Status.OK
+        and state in (None, r.state)
+        and nominal_rpm in (None, r.nominal_rpm)
+    ]
+    return tuple(sorted(found, key=lambda r: (RIG_DATASETS.index(r.dataset or ""), r.file)))
+
+
+def find_recording(
+    *, state: State, nominal_rpm: float, radial_kn: float = 124.8, axial_kn: float = 0.0
+) -> RegisteredRecording | None:
+    """The rig recording at one operating point [rpm, kN], or None; the longest if there are several."""
+    found = rig_recordings(state=state, nominal_rpm=nominal_rpm)
+    at_load = [r for r in found if (r.radial_kn, r.axial_kn) == (radial_kn, axial_kn)]
+    return max(at_load, key=lambda r: r.seconds or 0.0, default=None)
+
+
+def _listing(entries: Iterable[RegisteredRecording]) -> Listing:
+    recordings = tuple(sorted(entries, key=lambda e: e.file))
+    return Listing(manifest=manifest_path(), recordings=recordings, coverage=coverage(recordings))
+
+
+def _files_under(folder: Path) -> list[Path]:
+    """Regular files below `folder`, sorted; hidden ones and links to folders are passed over."""
+    if folder.is_file():
+        return [Path(os.path.abspath(folder))]
+    if not folder.is_dir():
+        raise DataError(f"{folder}: no such folder. Check the path.")
+    found = sorted(_walk(Path(os.path.abspath(folder))))
+    if not found:
+        raise DataError(f"{folder}: holds no file. Name the folder that holds the recordings.")
+    return found
+
+
+def _walk(folder: Path) -> Iterator[Path]:
+    for parent, folders, names in os.walk(folder):
+        folders[:] = [name for name in folders if not name.startswith(".")]
+        yield from (Path(parent, name) for name in names if not name.startswith("."))
+
+
+def _inspect(files: list[Path], known: Entries, progress: Progress | None) -> list[RegisteredRecording]:
+    """Each file looked at; one whose size and time of change are those pinned is taken from `known`."""
+    sizes = [_size(path) for path in files]
+    total, done, seen = sum(sizes), 0, []
+    for path, size in zip(files, sizes, strict=True):
+        pinned = known.get(str(path))
+        seen.append(pinned if pinned is not None and _untouched(pinned) else inspect_file(path))
+        done += size
+        if progress is not None:
+            progress(done, total, str(path))
+    return seen
+
+
+def _size(path: Path) -> int:
+    try:
+        return path.stat().st_size
+    except OSError:
+        return 0
+
+
+def _untouched(entry: RegisteredRecording) -> bool:
+    try:
+        stat = Path(entry.file).stat()
+    except OSError:
+        return False
+    return (stat.st_size, stat.st_mtime_ns) == (entry.size_bytes, entry.mtime_ns)
+
+
+def _against_pin(pinned: RegisteredRecording | None, seen: RegisteredRecording) -> RegisteredRecording:
+    """What the register keeps: the pin stays, and a file that differs from it is marked."""
+    if pinned is None or pinned.sha256 == seen.sha256:
+        return seen
+    return pinned.with_status(Status.CHANGED, _changed(pinned, seen.sha256))
+
+
+def _changed(pinned: RegisteredRecording, sha256: str) -> str:
+    return (
+        f"SHA-256 was {pinned.sha256[:12]}... when registered and is {sha256[:12]}... now; restore the file, "
+        "or register it anew as changed on purpose (repin)"
+    )
+
+
+def _quick_look(entry: RegisteredRecording) -> RegisteredRecording:
+    return entry if _untouched(entry) else _verified(entry)
+
+
+def _verified(entry: RegisteredRecording) -> RegisteredRecording:
+    path = Path(entry.file)
+    if not path.exists():
+        return entry.with_status(Status.MISSING, "the file is no longer there")
+    size = _size(path)
+    if size < entry.size_bytes:
+        return entry.with_status(
+            Status.TRUNCATED, f"{size} bytes where {entry.size_bytes} were registered; copy the file again"
+        )
+    if not entry.sha256:  # it could not even be hashed
+        return inspect_file(path)
+    try:
+        sha256 = sha256_of(path)
+    except DataError as error:
+        return entry.with_status(Status.UNREADABLE, str(error))
+    if sha256 != entry.sha256:
+        return entry.with_status(Status.CHANGED, _changed(entry, sha256))
+    return inspect_file(path) if entry.status is Status.CHANGED else entry
+
+
+def _with_environment_folder(entries: Entries) -> Entries:
+    """Add the files of SRBVAL_RECORDINGS; what was learnt is kept where the manifest can be written."""
+    folder = recordings_folder()
+    if folder is None:
+        return entries
+    looked_at = _inspect(_files_under(folder), entries, None)
+    seen = {e.file: _against_pin(entries.get(e.file), e) for e in looked_at}
+    new = {key: entry for key, entry in seen.items() if key not in entries}
+    if new:
+        with contextlib.suppress(DataError):  # a home that cannot be written costs time, not the recordings
+            update_manifest(lambda newest: newest.update({k: e for k, e in new.items() if k not in newest}))
+    return {**entries, **seen}

@@ -1,0 +1,141 @@
+"""A synthetic stand-in for a rig recording that cannot be had: a seeded stochastic impulse model.
+
+Impacts at the fault's kinematic order (McFadden & Smith, Model for the vibration produced by a single
+point defect in a rolling element bearing, J. Sound Vib. 96, 1984), their spacing a random walk of slip
+(Antoni & Randall, A stochastic model for simulation and diagnostics of rolling element bearings with
+localized faults, J. Vib. Acoust. 125, 2003), ringing one resonance, under noise. It is not a
+measurement, is never counted as one and enters no verdict.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.bearing import DEFAULT_BEARING, FaultOrders, load_bearing
+from srbval.errors import ConfigurationError
+from srbval.recordings.load import load_recording
+from srbval.recordings.recording import Recording, State
+from srbval.recordings.writing import Variable, write_own_hdf5
+
+FS_HZ = 20480.0  # the rig's
+BAND_HZ = (1400.0, 2800.0)  # the rig's
+RESONANCE_HZ = 2000.0
+DAMPING_RATIO = 0.03
+RING_S = 0.02  # the response has decayed to 5e-4 by then
+SLIP_JITTER = 0.005  # standard deviation of one impact spacing, relative
+SPEED_WANDER = 0.001  # standard deviation, relative
+WANDER_S = 0.5  # correlation time of the wander
+IMPACT_M_S2 = 4.0
+IMPACT_SPREAD = 0.2  # standard deviation of one impact's strength, relative
+RATTLE_M_S2 = 0.6  # RMS of the resonance under random excitation, in every state
+NOISE_M_S2 = 0.8
+LOAD_ZONE = 0.5  # load distribution factor of a bearing without play
+
+FloatArray = NDArray[np.float64]
+
+
+def write_stand_in(
+    path: str | Path,
+    *,
+    state: State,
+    shaft_hz: float,
+    seconds: float,
+    seed: int,
+    bearing: str = DEFAULT_BEARING,
+) -> Recording:
+    """Write a stand-in at `shaft_hz` [Hz] over `seconds` to `path` and read it back as a `Recording`.
+
+    The same seed writes the same samples. Raises `ConfigurationError` for an impossible speed or length.
+    """
+    if not (math.isfinite(shaft_hz) and 0 < shaft_hz < 1000):
+        raise ConfigurationError(f"stand-in shaft speed {shaft_hz} Hz must be above 0 and below 1000.")
+    if not 0.1 <= seconds <= 600:
+        raise ConfigurationError(f"stand-in of {seconds} s: it must last 0.1 to 600 s.")
+    rng = np.random.default_rng(seed)
+    turns = _shaft_turns(round(seconds * FS_HZ), shaft_hz, rng)
+    signal = vibration(State(state), load_bearing(bearing).orders, turns, rng)
+    mean_hz = float(turns[-1] - turns[0]) * FS_HZ / (len(turns) - 1)
+    attributes: dict[str, float | str] = {
+        "srbval_kind": "stand-in",
+        "name": f"SYNTHETIC STAND-IN {State(state).value} {shaft_hz * 60:.4g} rpm seed {seed}",
+        "unit": "m/s2",
+        "bearing": bearing,
+        "state": State(state).value,
+        "shaft_speed_hz": mean_hz,
+        "band_low_hz": BAND_HZ[0],
+        "band_high_hz": BAND_HZ[1],
+        "note": "SYNTHETIC STAND-IN: seeded stochastic impulse model, not a measurement",
+    }
+    measured = Variable(values=signal, units="m s-2", long_name="synthetic stand-in acceleration")
+    write_own_hdf5(Path(path), fs_hz=FS_HZ, variables={"acceleration_m_s2": measured}, attributes=attributes)
+    return load_recording(path)
+
+
+def vibration(state: State, orders: FaultOrders, turns: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Acceleration [m/s2], shape of `turns` (shaft turns at each sample), of a bearing in `state`."""
+    noise = rng.normal(0, NOISE_M_S2, len(turns))
+    rattle = _ring_through(rng.normal(0, 1, len(turns)))
+    signal = noise + rattle * (RATTLE_M_S2 / np.std(rattle))
+    if state is not State.HEALTHY:
+        at, strength = _impacts(state, orders, turns, rng)
+        _add_impacts(signal, at, strength * IMPACT_M_S2)
+    return signal
+
+
+def _shaft_turns(n: int, shaft_hz: float, rng: np.random.Generator) -> FloatArray:
+    """Turns of the shaft at each sample: a steady speed with a slow first-order random wander."""
+    from scipy.signal import lfilter
+
+    keep = math.exp(-1 / (WANDER_S * FS_HZ))
+    start = rng.normal(0, SPEED_WANDER)
+    kicks = rng.normal(0, SPEED_WANDER * math.sqrt(1 - keep**2), n)
+    wander, _ = lfilter([1.0], [1.0, -keep], kicks, zi=[keep * start])
+    speed_hz = shaft_hz * (1 + wander)
+    return np.concatenate(([0.0], np.cumsum(speed_hz[:-1]))) / FS_HZ
+
+
+def _impacts(
+    state: State, orders: FaultOrders, turns: FloatArray, rng: np.random.Generator
+) -> tuple[FloatArray, FloatArray]:
+    """Impact times [samples, fractional] and relative strengths."""
+    order = {State.OUTER: orders.bpfo, State.INNER: orders.bpfi, State.ROLLER: 2 * orders.bsf}[state]
+    carrier = {State.OUTER: 0.0, State.INNER: 1.0, State.ROLLER: orders.ftf}[state]
+    count = math.ceil(turns[-1] * order * (1 + 10 * SLIP_JITTER)) + 2
+    gaps = rng.normal(1, SLIP_JITTER, count) / order
+    at_turns = rng.uniform(0, 1 / order) + np.cumsum(gaps)
+    at_turns = at_turns[at_turns < turns[-1]]
+    strength = np.abs(rng.normal(1, IMPACT_SPREAD, len(at_turns))) * _load_zone(carrier * at_turns)
+    return np.interp(at_turns, turns, np.arange(len(turns))), strength
+
+
+def _load_zone(defect_turns: FloatArray) -> FloatArray:
+    """Stribeck's load distribution over the defect's position (0 is the direction of the load)."""
+    inside = 1 - (1 - np.cos(2 * np.pi * defect_turns)) / (2 * LOAD_ZONE)
+    return np.maximum(inside, 0) ** (10 / 9)
+
+
+def _response(seconds: FloatArray) -> FloatArray:
+    """Impulse response of the resonance, amplitude about 1, zero before the impact."""
+    omega = 2 * math.pi * RESONANCE_HZ
+    ring = np.exp(-DAMPING_RATIO * omega * seconds) * np.sin(omega * seconds)
+    return np.where(seconds > 0, ring, 0.0)
+
+
+def _add_impacts(signal: FloatArray, at: FloatArray, strength: FloatArray) -> None:
+    """Add each impact's ringing, sampled exactly at its fractional time, to `signal` in place."""
+    steps = np.arange(math.ceil(RING_S * FS_HZ))
+    first = np.ceil(at).astype(np.int64)
+    index = first[:, None] + steps
+    ringing = strength[:, None] * _response((index - at[:, None]) / FS_HZ)
+    inside = index < len(signal)
+    np.add.at(signal, index[inside], ringing[inside])
+
+
+def _ring_through(excitation: FloatArray) -> FloatArray:
+    from scipy.signal import fftconvolve
+
+    return fftconvolve(excitation, _response(np.arange(math.ceil(RING_S * FS_HZ)) / FS_HZ))[: len(excitation)]
