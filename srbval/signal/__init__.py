@@ -1,0 +1,23 @@
+"""Signal processing: arrays in, arrays and frozen results out; knows nothing of files or bearings."""
+
+from srbval.signal.bandpass import bandpass, check_band, drop_ends
+from srbval.signal.comb import LineReading, read_comb
+from srbval.signal.combine import normalise, rotate_axes
+from srbval.signal.envelope import envelope, squared_envelope
+from srbval.signal.periodogram import Periodogram
+from srbval.signal.spectrum import Spectrum, amplitude_spectrum
+
+__all__ = [
+    "LineReading",
+    "Periodogram",
+    "Spectrum",
+    "amplitude_spectrum",
+    "bandpass",
+    "check_band",
+    "drop_ends",
+    "envelope",
+    "normalise",
+    "read_comb",
+    "rotate_axes",
+    "squared_envelope",
+]

@@ -1,0 +1,140 @@
+"""Power over frequency on a fine grid, and the noise about a line."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.fft
+import scipy.signal
+from numpy.typing import NDArray
+
+from srbval.errors import DataError
+
+FloatArray = NDArray[np.floating]
+
+# Points per independent bin of the padded transform.
+PADDING = 8
+# Independent bins that the local noise is taken from, where the record has that many.
+NOISE_BINS = 64
+# A median wastes information: n bins tell as much about the mean as this share of n averaged ones
+# (variance of the sample median of an exponential variable, 1/n, over ln(2)^2).
+MEDIAN_EFFICIENCY = math.log(2) ** 2
+# Half width of the zone about a shaft harmonic that is neither line nor noise, in independent bins.
+MASK_BINS = 1.5
+# Reduced sampling rate in units of the highest frequency of interest: flat to there after the filter.
+_RATE = 4.0
+# Share of the reduced rate up to which the noise is not yet coloured by that filter.
+_FLAT_SHARE = 0.4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Noise:
+    """Local mean noise power and the number of averaged bins its estimate is worth."""
+
+    mean_power: float
+    effective_bins: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Periodogram:
+    """Power of a record [n] on a grid `PADDING` times finer than its bins.
+
+    `samples` and `fs_hz` are the record at a rate reduced to what `limit_hz` needs, mean removed; `power`
+    is |sum x exp(-i w t)|^2 on the grid of step `step_hz` from zero up. `masks_hz`, [m, 2], are the zones
+    that count neither as line nor as noise: the shaft's harmonics and what `masking` adds.
+    """
+
+    samples: FloatArray
+    fs_hz: float
+    power: FloatArray
+    step_hz: float
+    limit_hz: float
+    masks_hz: FloatArray
+
+    @classmethod
+    def of(
+        cls, samples: FloatArray, fs_hz: float, *, limit_hz: float, shaft_hz: float, shaft_ci_hz: float = 0.0
+    ) -> Periodogram:
+        """Periodogram of `samples` up to `limit_hz`, with the harmonics of `shaft_hz` masked.
+
+        `shaft_ci_hz` widens the mask of each harmonic in proportion to its number.
+        """
+        down = max(1, math.floor(fs_hz / (_RATE * limit_hz)))
+        centred = samples - samples.mean()
+        reduced = scipy.signal.resample_poly(centred, 1, down) if down > 1 else centred
+        rate = fs_hz / down
+        length = PADDING * scipy.fft.next_fast_len(reduced.size, real=True)
+        power = np.abs(scipy.fft.rfft(reduced, n=length)) ** 2
+        bare = cls(
+            samples=reduced,
+            fs_hz=rate,
+            power=power,
+            step_hz=rate / length,
+            limit_hz=limit_hz,
+            masks_hz=np.empty((0, 2)),
+        )
+        number = np.arange(1, math.floor(limit_hz / shaft_hz) + 2)
+        return bare.masking(number * shaft_hz, number * shaft_ci_hz)
+
+    def masking(self, centre_hz: FloatArray, half_width_hz: FloatArray) -> Periodogram:
+        """The same record with further zones masked; each at least `MASK_BINS` bins to either side."""
+        half = MASK_BINS * self.bin_hz + half_width_hz
+        zones = np.vstack((self.masks_hz, np.column_stack((centre_hz - half, centre_hz + half))))
+        return dataclasses.replace(self, masks_hz=_merged(zones))
+
+    @property
+    def seconds(self) -> float:
+        """Duration [s]."""
+        return self.samples.size / self.fs_hz
+
+    @property
+    def bin_hz(self) -> float:
+        """Spacing of independent bins, one over the duration [Hz]."""
+        return 1 / self.seconds
+
+    def masked(self, frequency_hz: FloatArray) -> NDArray[np.bool_]:
+        """Whether each frequency lies in a masked zone."""
+        if self.masks_hz.size == 0:
+            return np.zeros(np.shape(frequency_hz), dtype=bool)
+        place = np.searchsorted(self.masks_hz[:, 0], frequency_hz) - 1
+        return (place >= 0) & (frequency_hz <= self.masks_hz[np.maximum(place, 0), 1])
+
+    def power_at(self, frequency_hz: FloatArray) -> FloatArray:
+        """Power at any frequency, interpolated on the fine grid (relative error below one per cent)."""
+        return np.interp(frequency_hz, np.arange(self.power.size) * self.step_hz, self.power)
+
+    def exact_power_at(self, frequency_hz: FloatArray) -> FloatArray:
+        """Power from the sum itself; for a handful of frequencies."""
+        time_s = np.arange(self.samples.size) / self.fs_hz
+        return np.array([abs(np.exp(-2j * np.pi * f * time_s) @ self.samples) ** 2 for f in frequency_hz])
+
+    def noise_about(self, centre_hz: float, half_window_hz: float) -> Noise:
+        """Mean noise power about `centre_hz`, from the bins nearest outside the window and off the masks.
+
+        The mean is the median over ln 2, so that other lines among the neighbours do not count. Raises
+        `DataError` where fewer than eight bins are left: the record is too short to know its noise there.
+        """
+        bins = np.arange(2, math.floor(self.power.size / PADDING))
+        frequency = bins * PADDING * self.step_hz
+        distance = np.abs(frequency - centre_hz)
+        usable = (distance > half_window_hz + self.bin_hz) & (frequency < _FLAT_SHARE * self.fs_hz)
+        usable &= ~self.masked(frequency)
+        nearest = bins[usable][np.argsort(distance[usable])[:NOISE_BINS]]
+        if nearest.size < 8:
+            raise DataError(f"too few bins about {centre_hz:.4g} Hz to know the noise; use a longer record.")
+        power = self.power[nearest * PADDING]
+        mean = float(np.median(power)) / math.log(2)
+        floor = float(np.finfo(float).tiny)
+        return Noise(mean_power=max(mean, floor), effective_bins=MEDIAN_EFFICIENCY * nearest.size)
+
+
+def _merged(zones: FloatArray) -> FloatArray:
+    """Overlapping zones joined, in rising order, [k, 2]."""
+    zones = zones[np.argsort(zones[:, 0])]
+    reach = np.maximum.accumulate(zones[:, 1])
+    first = np.concatenate(([True], zones[1:, 0] > reach[:-1]))
+    last = np.concatenate((first[1:], [True]))
+    return np.column_stack((zones[first, 0], reach[last]))

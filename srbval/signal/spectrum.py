@@ -1,0 +1,47 @@
+"""Single-sided amplitude spectra."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.floating]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Spectrum:
+    """Amplitude over frequency: `frequency_hz` and `amplitude`, both [m], from zero upwards.
+
+    `resolution_hz` is one over the record's duration; the bins may stand closer than that.
+    """
+
+    frequency_hz: FloatArray
+    amplitude: FloatArray
+    resolution_hz: float
+
+    def up_to(self, limit_hz: float) -> Spectrum:
+        """The part at or below `limit_hz` [Hz]."""
+        keep = self.frequency_hz <= limit_hz
+        return Spectrum(
+            frequency_hz=self.frequency_hz[keep],
+            amplitude=self.amplitude[keep],
+            resolution_hz=self.resolution_hz,
+        )
+
+
+def amplitude_spectrum(samples: FloatArray, fs_hz: float) -> Spectrum:
+    """Spectrum of `samples` [n] about its mean; a sine of amplitude a on a bin reads a.
+
+    No window, so that the resolution is the record's own; padded to a fast length. Of the envelope of a
+    carrier A modulated with depth m the line reads A m, of the squared envelope 2 A^2 m.
+    """
+    length = scipy.fft.next_fast_len(samples.size, real=True)
+    lines = np.abs(scipy.fft.rfft(samples - samples.mean(), n=length)) * (2 / samples.size)
+    return Spectrum(
+        frequency_hz=np.arange(lines.size) * (fs_hz / length),
+        amplitude=lines,
+        resolution_hz=fs_hz / samples.size,
+    )

@@ -1,0 +1,108 @@
+"""`analyse`: one recording, measured or simulated, through the one pipeline to its fault lines."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+from srbval.bearing import Bearing
+from srbval.errors import ConfigurationError
+from srbval.recordings.recording import Recording, ShaftSpeed
+from srbval.signal import Periodogram
+from srbval.validation.closure import Closure, close
+from srbval.validation.lines import Line, highest_line_hz, read_lines
+from srbval.validation.pipeline import Processed, process
+from srbval.validation.verdict import verdict
+
+# Share of the band's width up to which the squared envelope's spectrum is used; its floor ends at the width.
+_USABLE_SHARE = 0.9
+# Shaft harmonics are masked no wider than this share of their frequency: with a speed that is only nominal
+# wider masks would grow together and hide every line.
+LARGEST_MASK_SHARE = 5e-4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Analysis:
+    """What was read from one recording.
+
+    `processed` holds the arrays that figures need (signal, envelope, envelope spectrum); `lines` the
+    bearing's lines, first harmonics from the joint fit; `verdict` a sentence.
+    """
+
+    recording: Recording
+    bearing: Bearing
+    speed: ShaftSpeed
+    processed: Processed
+    lines: tuple[Line, ...]
+    closure: Closure
+    verdict: str
+
+    def line(self, name: str, harmonic: int = 1) -> Line:
+        """The line of that name and harmonic; `KeyError` if it was not looked for."""
+        for line in self.lines:
+            if (line.name, line.harmonic) == (name, harmonic):
+                return line
+        raise KeyError(f"{name}, harmonic {harmonic}")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON: SI units, None where there is nothing to say; without the arrays."""
+        return {
+            "file": self.recording.file,
+            "bearing": self.bearing.name,
+            "origin": self.recording.origin.value,
+            "fs_hz": self.recording.fs_hz,
+            "seconds": self.recording.seconds,
+            "band_hz": list(self.processed.band_hz),
+            "resolution_hz": self.processed.spectrum.resolution_hz,
+            "shaft_hz": {
+                "value": self.speed.value_hz,
+                "ci95": self.speed.ci95_hz,
+                "source": self.speed.source.value,
+                "drift_hz": self.speed.drift_hz,
+            },
+            "lines": [dataclasses.asdict(line) for line in self.lines],
+            "closure": dataclasses.asdict(self.closure),
+            "verdict": self.verdict,
+        }
+
+
+def analyse(
+    recording: Recording,
+    *,
+    bearing: Bearing,
+    speed: ShaftSpeed | None = None,
+    band_hz: tuple[float, float] | None = None,
+    channel: str | None = None,
+) -> Analysis:
+    """Read the fault lines of `bearing` in `recording`.
+
+    `speed`, `band_hz` [Hz] and `channel` override what the recording says of itself. The envelope of the
+    paper's chain (see `process`) is kept for figures; lines are read from its square. The speed is taken
+    as constant: there is no order tracking. Raises `ConfigurationError` where speed or band are missing or
+    impossible, `DataError` where the record is constant or too short.
+    """
+    known_speed = speed if speed is not None else recording.speed
+    if known_speed is None:
+        raise ConfigurationError(
+            f"{recording.name}: neither the file nor its data set states a shaft speed; give it with --rpm."
+        )
+    processed = process(recording, band_hz=band_hz, channel=channel)
+    width_hz = processed.band_hz[1] - processed.band_hz[0]
+    record = Periodogram.of(
+        processed.envelope**2,
+        processed.fs_hz,
+        limit_hz=min(highest_line_hz(bearing, known_speed.value_hz), _USABLE_SHARE * width_hz),
+        shaft_hz=known_speed.value_hz,
+        shaft_ci_hz=min(known_speed.ci95_hz, LARGEST_MASK_SHARE * known_speed.value_hz),
+    )
+    lines = read_lines(record, bearing, known_speed)
+    return Analysis(
+        recording=recording,
+        bearing=bearing,
+        speed=known_speed,
+        processed=processed,
+        lines=lines,
+        closure=close(lines, bearing, known_speed),
+        verdict=verdict(lines, recording, known_speed),
+    )

@@ -1,0 +1,72 @@
+"""The sentence that says what was found, and no more than that."""
+
+from __future__ import annotations
+
+from srbval.recordings.recording import Origin, Recording, ShaftSpeed, SpeedSource, State
+from srbval.validation.lines import Line
+
+_PART = {"BPFO": "outer race", "BPFI": "inner race", "2xBSF": "rolling element"}
+
+
+def verdict(lines: tuple[Line, ...], recording: Recording, speed: ShaftSpeed) -> str:
+    """A plain sentence: which race or roller line was detected, how surely, and what that does not mean.
+
+    A detected line is not yet a fault: the passing of rollers under load gives a healthy bearing a BPFO line
+    of its own, so a line counts against the healthy bearing at the same speed and load. A stand-in
+    never earns a verdict, a simulated run is named as one.
+    """
+    if recording.origin is Origin.STAND_IN:
+        return "No verdict: this file is a synthetic stand-in, not a measurement."
+    parts = [line for line in lines if line.name in _PART and line.harmonic == 1]
+    detected = sorted((line for line in parts if line.detected), key=_strength, reverse=True)
+    sentences = [_found(detected, speed) if detected else _nothing(parts)]
+    if detected:
+        sentences.append(_caution(detected, recording))
+    if recording.origin is Origin.SIMULATED:
+        sentences.append("The record is simulated.")
+    return " ".join(sentences)
+
+
+def _strength(line: Line) -> float:
+    return line.snr or 0.0
+
+
+def _found(detected: list[Line], speed: ShaftSpeed) -> str:
+    first, *others = detected
+    text = f"{first.name} ({_PART[first.name]}) line detected: {_numbers(first)}"
+    if speed.source is SpeedSource.NOMINAL:
+        text += " of a speed that is only nominal"
+    weaker = ", ".join(f"{line.name} ({_PART[line.name]}), {_numbers(line)}" for line in others)
+    return text + (f"; weaker: {weaker}" if others else "") + "."
+
+
+def _numbers(line: Line) -> str:
+    return (
+        f"{line.found_hz:.2f} ± {line.ci95_hz:.2g} Hz, {line.snr:.3g} times the noise, "
+        f"{line.deviation_pct:+.2f} % from kinematic"
+    )
+
+
+def _nothing(parts: list[Line]) -> str:
+    unread = [line.name for line in parts if line.found_hz is None]
+    hidden = f" ({', '.join(unread)} out of reach or hidden by the shaft's harmonics)" if unread else ""
+    return (
+        f"No race or rolling-element line detected{hidden}; a fault without a visible line is not excluded."
+    )
+
+
+def _caution(detected: list[Line], recording: Recording) -> str:
+    if recording.state is State.HEALTHY:
+        return (
+            "The recording is declared healthy: the line is its baseline, not a fault (rollers passing under "
+            "load give one)."
+        )
+    if detected[0].name == "BPFO":
+        return (
+            "A BPFO line alone is not a fault verdict: rollers passing under load give a healthy bearing one "
+            "too; compare with a healthy record at the same speed and load."
+        )
+    return (
+        "A line is evidence, not yet a fault verdict: "
+        "compare with a healthy record at the same speed and load."
+    )
