@@ -12,7 +12,7 @@ from srbval.report.figures.decimate import block_means
 from srbval.report.figures.files import PanelFiles, save_panel
 from srbval.report.figures.style import INK, figure_style, new_axes, row_above, stamp_stand_in, title_panel
 
-COLUMNS, ROWS, LEVELS = 360, 120, 64
+COLUMNS, ROWS, LEVELS = 320, 110, 64
 CSV_COLUMNS, CSV_ROWS = 180, 40
 FloatArray = NDArray[np.float64]
 

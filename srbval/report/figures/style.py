@@ -104,12 +104,12 @@ def stamp_stand_in(axes: Any, origin: str) -> None:
 
     axes.figure.draw_without_rendering()  # the layout decides how wide the axes are
     extent = axes.get_window_extent()
-    text = axes.text(
-        0.5, 0.5, STAMP, transform=axes.transAxes, ha="center", va="center", zorder=50, rotation=12,
-        fontsize=min(0.066 * extent.width, 0.2 * extent.height) * 72 / axes.figure.dpi,
-        fontweight="bold", color=STAMP_RED, alpha=0.66,
-        path_effects=[withStroke(linewidth=3, foreground="white", alpha=0.75)],
-    )  # fmt: skip
-    text.set_in_layout(False)
+    size = min(0.066 * extent.width, 0.2 * extent.height) * 72 / axes.figure.dpi
+    look = {"ha": "center", "va": "center", "rotation": 12, "fontsize": size, "fontweight": "bold"}
+    halo = [withStroke(linewidth=3, foreground="white", alpha=0.75)]
+    # A halo below and plain text above it: the words stay findable in the SVG.
+    for extra in ({"zorder": 49, "path_effects": halo, "color": "white"}, {"zorder": 50, "color": STAMP_RED}):
+        text = axes.text(0.5, 0.5, STAMP, transform=axes.transAxes, alpha=0.66, **look, **extra)
+        text.set_in_layout(False)
     for spine in axes.spines.values():
         spine.set(visible=True, edgecolor=STAMP_RED, linewidth=1.4, linestyle=(0, (4, 2)))

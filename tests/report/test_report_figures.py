@@ -1,0 +1,147 @@
+"""Panels: pictures that are there, stamped when synthetic, the same each time, with their data beside."""
+
+import csv
+import sys
+
+import numpy as np
+import pytest
+
+from srbval.report.figures import acceleration_panel, envelope_spectrum_panel, fault_cursors, scalogram_panel
+from srbval.report.figures.decimate import block_means, extreme_indices
+
+LARGEST_BYTES = 150_000  # some twenty panels and more must fit into a page of 6 MB
+SHAFT_HZ, BPFI_HZ = 11.833, 128.04
+
+
+def draw_acceleration(folder, **changes):
+    time = np.arange(12_288) / 61_440 + 3.0
+    noise = np.random.default_rng(1).standard_normal(time.size)
+    given = {
+        "time_s": time,
+        "acceleration": noise,
+        "envelope": np.abs(noise),
+        "origin": "measured",
+        "window_s": (3.05, 3.15),
+        "y_limits": (-6, 6),
+        "period_s": 0.01,
+        "period_name": "1/BPFO",
+    }
+    return acceleration_panel(folder, "a", **given | changes)
+
+
+def draw_spectrum(folder, **changes):
+    frequency = np.arange(0, 10_000) * 0.1
+    noise = np.random.default_rng(2).random(frequency.size)
+    noise[1281] = 30.0
+    cursors = fault_cursors("BPFI", BPFI_HZ, f_max_hz=600, sideband_hz=SHAFT_HZ, sidebands=2)
+    given = {
+        "frequency_hz": frequency,
+        "amplitude": noise,
+        "shaft_hz": SHAFT_HZ,
+        "origin": "simulated",
+        "cursors": cursors,
+        "peaks": ((128.1, 30.0),),
+        "healthy": (frequency, noise / 2),
+    }
+    return envelope_spectrum_panel(folder, "s", **given | changes)
+
+
+def draw_scalogram(folder, **changes):
+    given = {
+        "time_s": np.linspace(0, 0.3, 2048),
+        "frequency_hz": np.geomspace(4000, 20, 200),
+        "magnitude": np.random.default_rng(3).random((200, 2048)),
+        "limits": (0, 1),
+        "origin": "measured",
+        "period_s": 0.01,
+        "line_hz": 97.0,
+        "line_name": "BPFO",
+    }
+    return scalogram_panel(folder, "c", **given | changes)
+
+
+DRAWERS = [draw_acceleration, draw_spectrum, draw_scalogram]
+
+
+@pytest.mark.parametrize("draw", DRAWERS)
+@pytest.mark.parametrize("origin", ["simulated", "measured", "stand-in"])
+def test_only_a_stand_in_is_stamped(draw, origin, tmp_path):
+    text = draw(tmp_path, origin=origin).picture.read_text("utf-8")
+    assert ("SYNTHETIC STAND-IN" in text) is (origin == "stand-in")
+    assert {"simulated": "Simulated", "measured": "Measured", "stand-in": "Synthetic stand-in"}[
+        origin
+    ] in text
+
+
+@pytest.mark.parametrize("draw", DRAWERS)
+def test_pictures_are_small_dateless_and_the_same_each_time(draw, tmp_path):
+    first, second = draw(tmp_path / "1"), draw(tmp_path / "2")
+    content = first.picture.read_bytes()
+    assert 5_000 < len(content) < LARGEST_BYTES
+    assert content == second.picture.read_bytes()
+    assert first.data.read_bytes() == second.data.read_bytes()
+    assert b"<dc:date>" not in content
+
+
+@pytest.mark.parametrize("draw", DRAWERS)
+def test_an_unknown_origin_is_refused(draw, tmp_path):
+    with pytest.raises(ValueError, match="origin 'real'"):
+        draw(tmp_path, origin="real")
+
+
+@pytest.mark.parametrize("draw", DRAWERS)
+def test_a_title_is_text_whatever_it_holds(draw, tmp_path):
+    draw(tmp_path, title=r"$\frac{1 <b> & " + "x" * 300)
+
+
+@pytest.mark.parametrize(
+    ("draw", "columns"),
+    [
+        (draw_acceleration, ["time_s", "acceleration_std", "envelope_std"]),
+        (draw_spectrum, ["frequency_hz", "shaft_order", "amplitude", "healthy_amplitude"]),
+        (draw_scalogram, ["time_s", "frequency_hz", "magnitude"]),
+    ],
+)
+def test_the_plotted_data_lies_beside(draw, columns, tmp_path):
+    with draw(tmp_path).data.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == columns
+    assert len(rows) > 1000
+    assert all(np.isfinite(float(value)) for row in rows for value in row.values())
+
+
+def test_the_tallest_line_survives_decimation(tmp_path):
+    with draw_spectrum(tmp_path).data.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    top = max(rows, key=lambda row: float(row["amplitude"]))
+    assert float(top["frequency_hz"]) == pytest.approx(128.1)
+    assert float(top["amplitude"]) == 30.0
+
+
+def test_drawing_leaves_the_user_s_matplotlib_alone(tmp_path):
+    import matplotlib as mpl
+
+    before = dict(mpl.rcParams)
+    pyplot_was_there = "matplotlib.pyplot" in sys.modules
+    draw_acceleration(tmp_path)
+    assert dict(mpl.rcParams) == before
+    assert ("matplotlib.pyplot" in sys.modules) is pyplot_was_there
+
+
+def test_cursors_are_named_as_the_field_does():
+    names = [c.name for c in fault_cursors("BPFI", 128.0, f_max_hz=270, sideband_hz=12.0, sidebands=1)]
+    assert names == ["BPFI-fr", "BPFI", "BPFI+fr", "2xBPFI-fr", "2xBPFI", "2xBPFI+fr"]
+
+
+def test_extremes_keep_every_stretch_s_least_and_greatest():
+    values = np.random.default_rng(4).standard_normal(10_000)
+    kept = extreme_indices(values, 100)
+    assert {int(values.argmin()), int(values.argmax()), 0, 9_999} <= set(kept.tolist())
+    assert len(kept) <= 202
+    assert np.all(np.diff(kept) > 0)
+
+
+def test_block_means_keep_the_mean():
+    values = np.random.default_rng(5).random((3, 1000))
+    assert block_means(values, 100).mean() == pytest.approx(values.mean())
+    assert block_means(values, 2000) is values
