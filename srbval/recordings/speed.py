@@ -33,9 +33,7 @@ def tachometer_speed(speed_hz: NDArray[np.float64]) -> ShaftSpeed:
     drift = float(np.mean(speed_hz[-quarter:]) - np.mean(speed_hz[:quarter]))
     sign = math.copysign(1.0, mean)  # direction of rotation does not matter to the fault lines
     half = Z95 * math.sqrt(float(np.var(speed_hz)) * correlated_samples(speed_hz) / speed_hz.size)
-    return ShaftSpeed(
-        value_hz=abs(mean), ci95_hz=half, source=SpeedSource.TACHOMETER, drift_hz=sign * drift
-    )
+    return ShaftSpeed(value_hz=abs(mean), ci95_hz=half, source=SpeedSource.TACHOMETER, drift_hz=sign * drift)
 
 
 def correlated_samples(values: NDArray[np.float64]) -> float:

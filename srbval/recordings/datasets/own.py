@@ -23,6 +23,9 @@ def read_own(raw: RawFile) -> Reading:
     kind = raw.text(KIND_ATTRIBUTE)
     if kind not in ("run", "stand-in"):
         raise DataError(f"{raw.path}: srbval_kind is {kind!r}; this version reads 'run' and 'stand-in'.")
+    status = raw.text("status") or "ok"
+    if status != "ok":
+        raise DataError(f"{raw.path}: the run failed ({status}: {raw.text('reason')}); it is no vibration.")
     channels = _channels(raw)
     wanted = RUN_AXES if kind == "run" else (PREFIX,)
     if not set(wanted) <= set(channels):

@@ -34,6 +34,8 @@ def load_ascii(path: Path) -> RawFile:
     if titled and all(not _is_number(p) for p in names) and len(set(names)) != len(names):
         raise DataError(f"{path}: a text file whose first line, {first[:60]!r}, is no table of numbers.")
     table = _table(path, separator, titled)
+    if len(table) == 0:
+        raise DataError(f"{path}: a text file, but not a table of numbers (no line of them after the first).")
     if table.shape[1] != len(names):
         raise DataError(f"{path}: {len(names)} names for {table.shape[1]} columns of numbers.")
     keys = names if titled else [f"col_{i + 1}" for i in range(len(names))]

@@ -73,7 +73,10 @@ def _against_published(entry: RegisteredRecording) -> RegisteredRecording:
 
 
 def _status_of(error: SrbvalError) -> Status:
-    return Status.TRUNCATED if "truncated MATLAB" in str(error) else Status.UNREADABLE
+    """Truncated where the reader says so, else unreadable."""
+    text = str(error)
+    cut = "truncated: " in text or ": truncated MATLAB v5 file" in text or "truncated file" in text
+    return Status.TRUNCATED if cut else Status.UNREADABLE
 
 
 def _reason(path: Path, error: SrbvalError) -> str:

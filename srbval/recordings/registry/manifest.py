@@ -30,11 +30,9 @@ def read_manifest() -> Entries:
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
         if document["schema_version"] != SCHEMA_VERSION:
-            raise DataError(
-                f"{path}: written as schema {document['schema_version']}, this program reads {SCHEMA_VERSION}."
-            )
+            raise DataError(f"{path}: schema {document['schema_version']} where {SCHEMA_VERSION} is read.")
         entries = [RegisteredRecording.from_dict(values) for values in document["recordings"]]
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         return {}
     except OSError as error:
         raise DataError(f"{path}: cannot be read ({error.strerror}).") from None

@@ -1,0 +1,123 @@
+"""Files as the world writes them, made for the tests: nothing here uses the package's own writers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.io import savemat
+
+FS_HZ = 20480.0
+
+
+def vibration(n: int = 4096, seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).normal(0, 1, n)
+
+
+def excerpt(path: Path, **changes: Any) -> Path:
+    """The layout of the rig's open excerpts."""
+    acceleration = vibration()
+    values = {
+        "acc_m_s2": acceleration,
+        "acc_g": acceleration / 9.80665,
+        "time_acc": np.arange(4096) / FS_HZ,
+        "fs_acc": FS_HZ,
+        "rpm": 858.0 + 0.5 * vibration(128, 1),
+        "time_rpm": np.arange(128) / 640,
+        "fs_rpm": 640.0,
+        "mean_rpm": 858.0,
+        "condition": "OR",
+        "rpm_nominal": 877,
+    }
+    savemat(path, values | changes, oned_as="column")
+    return path
+
+
+def cwru(path: Path, number: str, *, rpm: int | None = 1796, ends: tuple[str, ...] = ("DE", "FE")) -> Path:
+    values: dict[str, Any] = {
+        f"X{number}_{end}_time": vibration(seed=i)[:, None] for i, end in enumerate(ends)
+    }
+    if rpm is not None:
+        values[f"X{number}RPM"] = np.array([[rpm]], dtype=np.uint16)
+    savemat(path, values)
+    return path
+
+
+def mfpt(path: Path, load: Any = 100.0) -> Path:
+    bearing = {"gs": vibration()[:, None], "sr": 48828.0, "rate": 25.0, "load": load}
+    savemat(path, {"bearing": bearing, "BPFO": 81.125, "FTF": 14.8375}, do_compression=True)
+    return path
+
+
+def nested(value: Any) -> np.ndarray:
+    """A value wrapped in a 1 x 1 object array, as MATLAB's cells arrive."""
+    box = np.empty((1, 1), dtype=object)
+    box[0, 0] = value
+    return box
+
+
+def signal_struct(values: np.ndarray, label: str, factor: float | None, increment: float) -> dict[str, Any]:
+    """One quantity of the rig's full layout."""
+    quantity: dict[str, Any] = {"label": nested(label)}
+    if factor is not None:
+        quantity["unit_transformation"] = {"factor": factor, "offset": 0.0}
+    return {
+        "x_values": {"start_value": 0.0, "increment": increment, "number_of_values": float(len(values))},
+        "y_values": {"values": nested(values), "quantity": quantity},
+        "function_record": {"name": "time record"},
+    }
+
+
+def rig_signals(*, speed_rpm: float = 700.0, speed_fs_hz: float = 100.0) -> dict[str, Any]:
+    """Temperatures first, the speed in rad/s next, four accelerometers in m/s2 labelled g last."""
+    sensors = np.stack([vibration(seed=i) * (i + 1) for i in range(4)], axis=1)
+    count = int(4096 / FS_HZ * speed_fs_hz)
+    speed = (speed_rpm + 0.3 * vibration(count, 9)) * np.pi / 30
+    return {
+        "Signal_1": signal_struct(40 + np.zeros((count, 4)), "°C", 1.0, 1 / speed_fs_hz),
+        "Signal_2": signal_struct(speed[:, None], "rpm", 9.5493, 1 / speed_fs_hz),
+        "Signal_3": signal_struct(sensors, "g", 0.1020, 1 / FS_HZ),
+    }
+
+
+def rig_v5(path: Path, signals: dict[str, Any]) -> Path:
+    savemat(path, signals)
+    return path
+
+
+def rig_v73(path: Path, signals: dict[str, Any]) -> Path:
+    """The same as MATLAB v7.3 stores it: groups, transposed arrays, 16-bit texts, references to cells."""
+    import h5py
+
+    with h5py.File(path, "w", userblock_size=512) as file:
+        references = file.create_group("#refs#")
+        for name, value in signals.items():
+            _write_v73(file, name, value, references)
+    header = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM"
+    with path.open("r+b") as stream:
+        stream.write(header)
+    return path
+
+
+def _write_v73(group: Any, name: str, value: Any, references: Any) -> None:
+    import h5py
+
+    if isinstance(value, dict):
+        member = group.create_group(name)
+        member.attrs["MATLAB_class"] = np.bytes_(b"struct")
+        for key, inner in value.items():
+            _write_v73(member, key, inner, references)
+    elif isinstance(value, np.ndarray) and value.dtype == object:
+        inner_name = f"r{len(references)}"
+        _write_v73(references, inner_name, value[0, 0], references)
+        cell = group.create_dataset(name, (1, 1), dtype=h5py.ref_dtype)
+        cell.attrs["MATLAB_class"] = np.bytes_(b"cell")
+        cell[0, 0] = references[inner_name].ref
+    elif isinstance(value, str):
+        codes = np.array([[ord(letter)] for letter in value], dtype=np.uint16)
+        text = group.create_dataset(name, data=codes)
+        text.attrs["MATLAB_class"] = np.bytes_(b"char")
+    else:
+        array = group.create_dataset(name, data=np.atleast_2d(np.asarray(value, dtype=float)).T)
+        array.attrs["MATLAB_class"] = np.bytes_(b"double")

@@ -1,0 +1,63 @@
+"""The descriptions of known data sets: complete, consistent with the bearings, found where they are."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from srbval.bearing import known_bearings, load_bearing
+from srbval.recordings import State
+from srbval.recordings.datasets.description import data_manifest_folder, dataset, known_datasets
+
+ORDER_TOLERANCE = 2e-3  # published orders are rounded, and some come from slightly other dimensions
+
+
+def test_every_description_is_read_under_its_files_name() -> None:
+    names = [path.stem for path in sorted(data_manifest_folder().glob("*.toml"))]
+    assert [d.name for d in known_datasets()] == names
+    assert {"cwru", "mfpt", "torino-excerpts", "torino-full", "hit-sm", "uestc", "ims", "upm-citef"} == set(
+        names
+    )
+
+
+@pytest.mark.parametrize("description", known_datasets(), ids=lambda d: d.name)
+def test_names_patterns_and_addresses_are_usable(description: object) -> None:
+    d = dataset(description.name)  # type: ignore[attr-defined]
+    assert {c.bearing for c in d.channels} - {None} <= set(known_bearings())
+    for pattern in (d.match.file, *d.match.variables, *(c.variable for c in d.channels)):
+        re.compile(pattern or "")
+    assert d.url.startswith("https://")
+    assert all(f.sha256 is None or re.fullmatch("[0-9a-f]{64}", f.sha256) for f in d.files)
+    assert all(b.low_hz < b.high_hz and b.reason for b in d.bands)
+    assert d.access in ("open", "restricted")
+
+
+@pytest.mark.parametrize("name", ["cwru", "mfpt", "upm-citef", "torino-excerpts"])
+def test_published_race_orders_agree_with_the_bearings(name: str) -> None:
+    assert dataset(name).orders
+    for published in dataset(name).orders:
+        known = load_bearing(published.bearing).orders
+        assert published.bpfo == pytest.approx(known.bpfo, rel=ORDER_TOLERANCE)
+        assert published.bpfi == pytest.approx(known.bpfi, rel=ORDER_TOLERANCE)
+
+
+def test_published_tachometer_means() -> None:
+    speeds = dataset("torino-excerpts").published_speeds
+    assert speeds is not None
+    means = {(m.state, m.nominal_rpm): m.mean_rpm for m in speeds.means}
+    assert len(means) == 8
+    assert means[State.OUTER, 877.0] == 858.940
+    assert means[State.INNER, 353.0] == 335.770
+
+
+def test_rig_grid_is_the_papers_table_5() -> None:
+    grid = dataset("torino-full").grid
+    assert grid is not None
+    assert len(grid.states) * len(grid.radial_kn) * len(grid.nominal_rpm) == 160
+    assert tuple(zip(grid.radial_kn, grid.axial_kn, strict=True))[-1] == (124.8, 49.0)
+
+
+def test_restricted_set_has_nothing_to_download() -> None:
+    full = dataset("torino-full")
+    assert (full.access, full.files) == ("restricted", ())

@@ -1,0 +1,132 @@
+"""Files in the layouts of the open data sets, and the real ones where they are at hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from srbval.errors import DataError
+from srbval.recordings import SpeedSource, State, load_recording
+
+from . import files
+
+
+def test_cwru_number_alone_says_rate_label_and_end(tmp_path: Path) -> None:
+    r = load_recording(files.cwru(tmp_path / "131.mat", "131", rpm=1773))
+    assert (r.channel, r.bearing, r.fs_hz, r.state) == ("DE", "skf-6205", 12000.0, State.OUTER)
+    assert r.speed is not None
+    assert (r.speed.source, r.speed.value_hz * 60) == (SpeedSource.STATED, pytest.approx(1773))
+    assert r.nominal_rpm == 1772
+    np.testing.assert_allclose(r.channels["DE"], files.vibration() * 9.80665)
+
+
+def test_cwru_fan_end_fault_takes_the_fan_end_bearing(tmp_path: Path) -> None:
+    path = files.cwru(tmp_path / "270_IR021_0_12kFE.mat", "270")
+    r = load_recording(path)
+    assert (r.channel, r.bearing, r.state) == ("FE", "skf-6203", State.INNER)
+    other = load_recording(path, channel="DE")
+    assert (other.bearing, other.state) == ("skf-6205", None)
+
+
+def test_cwru_healthy_record_is_48_khz(tmp_path: Path) -> None:
+    r = load_recording(files.cwru(tmp_path / "97_Normal_0_48kDE.mat", "097"))
+    assert (r.fs_hz, r.state, r.band_hz) == (48000.0, State.HEALTHY, (2000.0, 12000.0))
+
+
+def test_cwru_name_against_list_is_refused(tmp_path: Path) -> None:
+    path = files.cwru(tmp_path / "105_IR007_0_48kDE.mat", "105")
+    with pytest.raises(DataError, match=r"name says 48000 Hz.*12000 Hz"):
+        load_recording(path)
+
+
+def test_cwru_without_rpm_falls_back_to_nominal(tmp_path: Path) -> None:
+    r = load_recording(files.cwru(tmp_path / "3001_IR028_0_12kDE.mat", "056", rpm=None, ends=("DE",)))
+    assert r.speed is not None
+    assert (r.speed.source, r.state) == (SpeedSource.NOMINAL, State.INNER)
+    assert r.speed.ci95_hz == pytest.approx(0.015 * 1797 / 60)
+
+
+def test_cwru_two_records_in_one_file(tmp_path: Path) -> None:
+    values = {f"X{n}_DE_time": files.vibration(seed=n)[:, None] for n in (98, 99)}
+    values = {key.replace("X9", "X09"): v for key, v in values.items()} | {"X098RPM": 1772, "X099RPM": 1750}
+    for name, expected in (("98.mat", 98), ("99.mat", 99)):
+        savemat(tmp_path / name, values)
+        r = load_recording(tmp_path / name)
+        np.testing.assert_allclose(r.channels["DE"], files.vibration(seed=expected) * 9.80665)
+    savemat(tmp_path / "both.mat", values)
+    with pytest.raises(DataError, match="holds CWRU records 98, 99"):
+        load_recording(tmp_path / "both.mat")
+
+
+@pytest.mark.parametrize("load", [25.0, "25"])
+def test_mfpt_struct(tmp_path: Path, load: object) -> None:
+    r = load_recording(files.mfpt(tmp_path / "OuterRaceFault_vload_1.mat", load))
+    assert (r.state, r.bearing, r.fs_hz, r.unit) == (State.OUTER, "mfpt-nice", 48828.0, "m/s2")
+    assert r.radial_n == pytest.approx(25 * 4.4482216)
+    assert r.speed is not None
+    assert (r.speed.source, r.speed.value_hz) == (SpeedSource.NOMINAL, pytest.approx(25.0))
+    assert r.speed.ci95_hz > 0.26  # 24.74 Hz, the speed the inner-race records really have, is inside
+
+
+def test_ims_names_its_channels(tmp_path: Path) -> None:
+    path = tmp_path / "2003.10.22.12.06.24"
+    np.savetxt(
+        path, np.stack([files.vibration(seed=i) for i in range(8)], axis=1), fmt="%.3f", delimiter="\t"
+    )
+    with pytest.raises(DataError, match=r"ch1, ch2.*ch8.*--channel"):
+        load_recording(path)
+    r = load_recording(path, channel="ch3")
+    assert (r.dataset, r.fs_hz, r.unit) == ("ims", 20000.0, "m/s2")
+
+
+def test_upm_names_its_channels(tmp_path: Path) -> None:
+    path = tmp_path / "3_350_S1_OR_F2_R1.mat"
+    savemat(path, {"Fs": 40000.0} | {f"Rod_{i}": 1.9 + files.vibration(seed=i) for i in (1, 2, 3)})
+    r = load_recording(path, channel="Rod_2")
+    assert (r.dataset, r.fs_hz, r.unit, r.bearing, r.nominal_rpm) == (
+        "upm-citef",
+        40000.0,
+        "V",
+        "fag-22205",
+        350,
+    )
+
+
+@pytest.mark.recordings
+def test_every_real_file_loads_or_says_why_not(recordings_dir: Path) -> None:
+    refused = {}
+    for path in sorted(p for p in recordings_dir.rglob("*") if p.is_file()):
+        try:
+            load_recording(path)
+        except DataError as error:
+            refused[path.relative_to(recordings_dir).as_posix()] = str(error)
+    measured = {key: text for key, text in refused.items() if not key.endswith((".md", ".txt", ".json"))}
+    assert all(key.startswith("ims_test1/") and "--channel" in text for key, text in measured.items()), (
+        measured
+    )
+    assert len(measured) == len(list((recordings_dir / "ims_test1").glob("2003*")))
+
+
+@pytest.mark.recordings
+@pytest.mark.parametrize(
+    ("name", "fs_hz", "rpm", "channel", "samples"),
+    [
+        ("cwru/174_IR014_0_48kDE.mat", 48000, 1796, "DE", 63788),  # its variables are called X173
+        ("cwru/278_IR007_0_12kFE.mat", 12000, 1796, "FE", 121535),  # carries a stray array
+        ("cwru/97_Normal_0_48kDE.mat", 48000, 1796, "DE", 243938),
+        ("cwru/3001_IR028_0_12kDE.mat", 12000, 1797, "DE", 120801),  # variables of another record, no rpm
+        ("mfpt/InnerRaceFault_vload_1.mat", 48828, 1500, "gs", 146484),
+        ("hit_sm/SpectraQuest/Normal_1200.mat", 51200, 1200, "vibration", 262144),
+        ("uestc/O_1200_1.mat", 20000, 1200, "vibration", 262144),
+    ],
+)
+def test_real_traps(
+    recordings_dir: Path, name: str, fs_hz: float, rpm: float, channel: str, samples: int
+) -> None:
+    r = load_recording(recordings_dir / name)
+    assert (r.fs_hz, r.channel, r.samples) == (fs_hz, channel, samples)
+    assert r.speed is not None
+    assert r.speed.value_hz * 60 == pytest.approx(rpm)

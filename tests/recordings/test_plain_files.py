@@ -1,0 +1,86 @@
+"""Files of no known data set: text, .npy, .mat and .h5, and what must be asked of the user."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from srbval.errors import ConfigurationError, DataError
+from srbval.recordings import SpeedSource, load_recording
+
+from . import files
+
+
+def test_csv_with_time_column_and_settings(tmp_path: Path) -> None:
+    table = np.stack([np.arange(1000) / 5000, files.vibration(1000)], axis=1)
+    path = tmp_path / "record.csv"
+    path.write_text(
+        "# unit = g\n# rpm = 1200\ntime_s,acc\n" + "\n".join(f"{t:.6f},{x:.9e}" for t, x in table)
+    )
+    r = load_recording(path)
+    assert (r.fs_hz, r.channel, r.unit) == (pytest.approx(5000, rel=1e-6), "acc", "m/s2")
+    np.testing.assert_allclose(r.channels["acc"], files.vibration(1000) * 9.80665, rtol=1e-8)
+    assert r.speed is not None
+    assert (r.speed.source, r.speed.value_hz) == (SpeedSource.STATED, pytest.approx(20.0))
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t", "   "])
+def test_text_separators(tmp_path: Path, separator: str) -> None:
+    path = tmp_path / "table.txt"
+    rows = zip(files.vibration(500), files.vibration(500, 1), strict=True)
+    path.write_text("\n".join(f"{a:.9e}{separator}{b:.9e}" for a, b in rows))
+    r = load_recording(path, channel="col_2", fs_hz=1000, unit="m/s2")
+    np.testing.assert_allclose(r.channels["col_2"], files.vibration(500, 1), rtol=1e-8)
+
+
+def test_npy_needs_a_rate(tmp_path: Path) -> None:
+    np.save(tmp_path / "x.npy", files.vibration().astype(np.float32))
+    with pytest.raises(DataError, match=r"no sampling rate.*--fs.*fs_hz"):
+        load_recording(tmp_path / "x.npy")
+    r = load_recording(tmp_path / "x.npy", fs_hz=25600, rpm=600)
+    assert (r.unit, r.samples, r.channels["data"].dtype) == ("unknown", 4096, np.float64)
+
+
+def test_plain_mat_and_h5(tmp_path: Path) -> None:
+    savemat(tmp_path / "a.mat", {"x": files.vibration(), "Fs": 8000})
+    with h5py.File(tmp_path / "b.h5", "w") as file:
+        file.attrs["fs_hz"] = 8000.0
+        file["group/x"] = files.vibration()
+    assert load_recording(tmp_path / "a.mat").fs_hz == 8000
+    r = load_recording(tmp_path / "b.h5")
+    assert (r.fs_hz, r.channel) == (8000, "group.x")
+
+
+def test_two_candidates_are_named(tmp_path: Path) -> None:
+    savemat(tmp_path / "a.mat", {"left": files.vibration(), "right": files.vibration(seed=1), "fs": 8000})
+    with pytest.raises(DataError, match=r"left, right.*--channel left"):
+        load_recording(tmp_path / "a.mat")
+    assert load_recording(tmp_path / "a.mat", channel="right").channel == "right"
+    with pytest.raises(DataError, match=r"no channel 'middle'; it has left, right"):
+        load_recording(tmp_path / "a.mat", channel="middle")
+
+
+def test_matrix_columns_are_channels(tmp_path: Path) -> None:
+    np.save(tmp_path / "m.npy", np.stack([files.vibration(seed=i) for i in range(3)]))
+    r = load_recording(tmp_path / "m.npy", channel="data[3]", fs_hz=1000)
+    np.testing.assert_array_equal(r.channels["data[3]"], files.vibration(seed=2))
+
+
+@pytest.mark.parametrize(
+    "option", [{"fs_hz": -1.0}, {"fs_hz": float("nan")}, {"rpm": 0.0}, {"unit": "furlong"}]
+)
+def test_impossible_options(tmp_path: Path, option: dict[str, object]) -> None:
+    np.save(tmp_path / "x.npy", files.vibration())
+    with pytest.raises(ConfigurationError):
+        load_recording(tmp_path / "x.npy", **option)  # type: ignore[arg-type]
+
+
+def test_uneven_time_is_no_sampling_rate(tmp_path: Path) -> None:
+    time = np.cumsum(np.random.default_rng(0).uniform(0.5, 1.5, 4096)) / 1000
+    savemat(tmp_path / "a.mat", {"time": time, "x": files.vibration()})
+    with pytest.raises(DataError, match="no sampling rate"):
+        load_recording(tmp_path / "a.mat")

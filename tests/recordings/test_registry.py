@@ -1,0 +1,272 @@
+"""The register: add, list, verify; atomic, shared between processes, a changed byte caught."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from srbval.errors import DataError
+from srbval.recordings import Origin, State, write_stand_in
+from srbval.recordings.registry import Status, add, fetch, find_recording, listing, rig_recordings, verify
+from srbval.recordings.registry.manifest import manifest_path, read_manifest, update_manifest
+from srbval.recordings.writing import whole_file
+
+from . import files
+
+INTERFACE_KEYS = {"file", "dataset", "state", "radial_kn", "axial_kn"} | {
+    "nominal_rpm", "fs_hz", "seconds", "sha256", "status",
+}  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def _no_environment_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("SRBVAL_RECORDINGS", raising=False)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A rig excerpt, a full rig recording, a CWRU record, a stand-in and a readme."""
+    folder = tmp_path / "data"
+    (folder / "below").mkdir(parents=True)
+    files.excerpt(folder / "OR_353rpm_x.mat", condition="OR", rpm_nominal=353)
+    files.rig_v5(folder / "below" / "IR_727rpm_124.8kN_0kN.mat", files.rig_signals())
+    files.cwru(folder / "105.mat", "105")
+    write_stand_in(folder / "s.h5", state=State.INNER, shaft_hz=14.3, seconds=0.2, seed=1)
+    (folder / "README.md").write_text("Recordings of a rig, two of them.\n")
+    return folder
+
+
+def by_name(recordings: object) -> dict[str, object]:
+    return {Path(r.file).name: r for r in recordings}  # type: ignore[attr-defined]
+
+
+def test_add_describes_every_file_and_drops_none(folder: Path) -> None:
+    told: list[tuple[int, int, str]] = []
+    result = add(folder, progress=lambda done, total, name: told.append((done, total, name)))
+    found = by_name(result.recordings)
+    assert len(found) == 5
+    rig = found["IR_727rpm_124.8kN_0kN.mat"]
+    assert (rig.dataset, rig.state, rig.radial_kn, rig.axial_kn) == ("torino-full", State.INNER, 124.8, 0.0)
+    assert (rig.nominal_rpm, rig.fs_hz, rig.seconds) == (727.0, 20480.0, pytest.approx(0.2))
+    assert (found["s.h5"].origin, found["s.h5"].dataset) == (Origin.STAND_IN, None)
+    assert found["README.md"].status is Status.UNREADABLE
+    assert "not a table of numbers" in found["README.md"].reason
+    assert result.problems == ()  # a readme is no damaged recording
+    assert told[-1][:2] == (sum(p.stat().st_size for p in folder.rglob("*") if p.is_file()),) * 2
+
+
+def test_json_has_the_interfaces_keys(folder: Path) -> None:
+    document = json.loads(json.dumps(add(folder).to_dict(), allow_nan=False))
+    assert {"schema_version", "status", "recordings", "manifest"} <= set(document)
+    assert all(set(r) >= INTERFACE_KEYS for r in document["recordings"])
+
+
+def test_listing_and_verify_agree_with_an_untouched_folder(folder: Path) -> None:
+    added = add(folder)
+    assert listing().recordings == added.recordings
+    assert verify().recordings == added.recordings
+
+
+def test_changed_byte_is_caught_though_size_and_time_are_kept(folder: Path) -> None:
+    add(folder)
+    path = folder / "105.mat"
+    before = path.stat()
+    data = bytearray(path.read_bytes())
+    data[20000] ^= 1
+    path.write_bytes(data)
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+    changed = by_name(verify().recordings)["105.mat"]
+    assert changed.status is Status.CHANGED
+    assert "when registered" in changed.reason
+
+
+def test_changed_file_keeps_its_pin_until_repinned(folder: Path) -> None:
+    pinned = by_name(add(folder).recordings)["105.mat"]
+    files.cwru(folder / "105.mat", "105", rpm=1700)
+    assert by_name(listing().recordings)["105.mat"].status is Status.CHANGED
+    again = by_name(add(folder).recordings)["105.mat"]
+    assert (again.status, again.sha256) == (Status.CHANGED, pinned.sha256)
+    anew = by_name(add(folder, repin=True).recordings)["105.mat"]
+    assert anew.status is Status.OK
+    assert anew.sha256 != pinned.sha256
+    assert verify().problems == ()
+
+
+def test_restored_file_is_ok_again(folder: Path) -> None:
+    add(folder)
+    path = folder / "105.mat"
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-8])
+    assert by_name(add(folder).recordings)["105.mat"].status is Status.CHANGED
+    path.write_bytes(whole)
+    assert verify().problems == ()
+
+
+def test_missing_and_truncated(folder: Path) -> None:
+    add(folder)
+    (folder / "s.h5").unlink()
+    path = folder / "105.mat"
+    path.write_bytes(path.read_bytes()[:1000])
+    for result in (listing(), verify()):
+        found = by_name(result.recordings)
+        assert (found["s.h5"].status, found["105.mat"].status) == (Status.MISSING, Status.TRUNCATED)
+        assert {Path(r.file).name for r in result.problems} == {"s.h5", "105.mat"}
+
+
+def test_excerpt_that_is_not_the_published_file(tmp_path: Path) -> None:
+    files.excerpt(tmp_path / "OR_877rpm_sample.mat")
+    entry = add(tmp_path).recordings[0]
+    assert entry.status is Status.CHANGED
+    assert "published 7c21237257b3" in (entry.reason or "")
+
+
+def test_coverage_names_what_is_missing(folder: Path) -> None:
+    grids = {c.dataset: c for c in add(folder).coverage}
+    assert len(grids["torino-full"].points) == 160
+    assert len(grids["torino-full"].missing) == 159
+    there = [p for p in grids["torino-excerpts"].points if p.files]
+    assert [(p.state, p.nominal_rpm) for p in there] == [(State.OUTER, 353.0)]
+
+
+def test_rig_look_up(folder: Path) -> None:
+    assert rig_recordings() == ()
+    add(folder)
+    assert [Path(r.file).name for r in rig_recordings()] == ["IR_727rpm_124.8kN_0kN.mat", "OR_353rpm_x.mat"]
+    found = find_recording(state=State.OUTER, nominal_rpm=353)
+    assert found is not None
+    assert found.dataset == "torino-excerpts"
+    assert find_recording(state=State.HEALTHY, nominal_rpm=353) is None
+
+
+def test_environment_folder_is_there_without_add(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SRBVAL_RECORDINGS", str(folder))
+    assert len(listing().recordings) == 5
+    assert len(read_manifest()) == 5
+
+
+def test_environment_folder_without_a_writable_home(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    blocked = tmp_path / "file"
+    blocked.write_text("a file where the home should be")
+    monkeypatch.setenv("SRBVAL_RECORDINGS", str(folder))
+    monkeypatch.setenv("SRBVAL_HOME", str(blocked / "home"))
+    assert len(rig_recordings()) == 2
+    with pytest.raises(DataError, match="SRBVAL_HOME"):
+        add(folder)
+
+
+def test_wrong_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(DataError, match="no such folder"):
+        add(tmp_path / "none")
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(DataError, match="holds no file"):
+        add(tmp_path / "empty")
+    monkeypatch.setenv("SRBVAL_RECORDINGS", str(tmp_path / "none"))
+    with pytest.raises(DataError, match="SRBVAL_RECORDINGS"):
+        listing()
+
+
+@pytest.mark.parametrize(
+    "text", ["{", "[]", '{"schema_version": 99}', '{"schema_version": 1, "recordings": [{}]}']
+)
+def test_manifest_that_is_none(text: str) -> None:
+    manifest_path().write_text(text)
+    with pytest.raises(DataError, match=r"manifest\.json"):
+        listing()
+
+
+def test_interrupted_write_leaves_the_manifest_as_it_was(folder: Path) -> None:
+    add(folder)
+    before = manifest_path().read_bytes()
+
+    def interrupt(_: object) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        update_manifest(interrupt)
+
+    def half_written() -> None:
+        with whole_file(manifest_path()) as part:
+            part.write_text('{"half":')
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        half_written()
+    assert manifest_path().read_bytes() == before
+    assert sorted(p.name for p in manifest_path().parent.iterdir()) == ["manifest.json", "manifest.lock"]
+
+
+def test_killed_while_holding_the_lock_blocks_nobody(folder: Path) -> None:
+    code = (
+        "import os, signal\n"
+        "from srbval.recordings.registry.manifest import update_manifest\n"
+        "update_manifest(lambda entries: os.kill(os.getpid(), signal.SIGKILL))\n"
+    )
+    process = subprocess.run([sys.executable, "-c", code], check=False)
+    assert process.returncode != 0
+    assert len(add(folder).recordings) == 5
+
+
+def test_adds_at_once_lose_nothing(tmp_path: Path) -> None:
+    code = "import sys\nfrom srbval.recordings.registry import add\nadd(sys.argv[1])\n"
+    folders = [tmp_path / f"f{i}" for i in range(4)]
+    for i, folder in enumerate(folders):
+        folder.mkdir()
+        for j in range(5):
+            files.cwru(folder / f"{105 + j}_{i}.mat", "105")
+    running = [subprocess.Popen([sys.executable, "-c", code, str(folder)]) for folder in folders]
+    assert [process.wait(60) for process in running] == [0, 0, 0, 0]
+    assert len(read_manifest()) == 20
+
+
+def test_fetch_refuses_with_a_way_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import pooch
+
+    def no_network(**_: object) -> None:
+        raise OSError("network is unreachable")
+
+    monkeypatch.setattr(pooch, "retrieve", no_network)
+    with pytest.raises(DataError, match=r"network is unreachable.*data add"):
+        fetch("torino-excerpts", tmp_path)
+    with pytest.raises(DataError, match=r"restricted.*data add"):
+        fetch("torino-full")
+    with pytest.raises(DataError, match=r"no pinned files.*Downloadable: torino-excerpts"):
+        fetch("upm-citef")
+    with pytest.raises(DataError, match="Known: cwru"):
+        fetch("nothing")
+
+
+def test_fetch_asks_for_all_eight_with_pinned_hashes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import pooch
+
+    asked: dict[str, tuple[str, str]] = {}
+
+    def retrieve(*, url: str, known_hash: str, fname: str, path: Path, **_: object) -> None:
+        asked[fname] = (url, known_hash)
+        path.mkdir(exist_ok=True)
+        files.excerpt(path / fname)
+
+    monkeypatch.setattr(pooch, "retrieve", retrieve)
+    result = fetch("torino-excerpts", tmp_path / "new")
+    assert len(asked) == len(result.recordings) == 8
+    assert all(
+        "946782ab5a7625e7f3f5e7f2bc6c2c8c3cd7079d" in url and url.endswith(n) for n, (url, _) in asked.items()
+    )
+    assert all(known.startswith("sha256:") and len(known) == 71 for _, known in asked.values())
+    assert all(r.status is Status.CHANGED for r in result.recordings)  # not the published bytes: caught
+
+
+@pytest.mark.recordings
+def test_real_folder(recordings_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SRBVAL_RECORDINGS", str(recordings_dir))
+    result = listing()
+    assert result.problems == ()
+    assert {Path(r.file).name for r in rig_recordings(nominal_rpm=877)} == {
+        f"{state}_877rpm_sample.mat" for state in ("H", "IR", "OR", "Roller")
+    }

@@ -1,0 +1,140 @@
+"""The rig's recordings: the open excerpts' layout and the full one, in MATLAB v5 and v7.3."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from srbval.errors import DataError
+from srbval.recordings import Origin, SpeedSource, State, load_recording
+
+from . import files
+
+FULL_NAME = "IR_727rpm_124.8kN_49kN.mat"
+Writer = Callable[[Path, dict[str, Any]], Path]
+
+both_formats = pytest.mark.parametrize("write", [files.rig_v5, files.rig_v73])
+
+
+def test_excerpt_needs_no_option(tmp_path: Path) -> None:
+    r = load_recording(files.excerpt(tmp_path / "OR_877rpm_sample.mat"))
+    assert (r.origin, r.dataset, r.channel) == (Origin.MEASURED, "torino-excerpts", "sensor_4")
+    assert (r.unit, r.fs_hz, r.bearing, r.state) == ("m/s2", 20480.0, "skf-22240", State.OUTER)
+    assert (r.radial_n, r.axial_n, r.nominal_rpm) == (124800.0, 0.0, 877.0)
+    assert r.band_hz == (1400.0, 2800.0)
+    assert r.speed is not None
+    assert r.speed.source is SpeedSource.TACHOMETER
+    assert r.speed.value_hz * 60 == pytest.approx(np.mean(858.0 + 0.5 * files.vibration(128, 1)), abs=1e-9)
+    np.testing.assert_array_equal(r.channels["sensor_4"], files.vibration())
+
+
+def test_renamed_excerpt_is_told_by_its_content(tmp_path: Path) -> None:
+    r = load_recording(files.excerpt(tmp_path / "unnamed.bin", condition="Roller", rpm_nominal=353))
+    assert (r.dataset, r.state, r.nominal_rpm) == ("torino-excerpts", State.ROLLER, 353.0)
+
+
+@both_formats
+def test_full_layout_needs_no_option(tmp_path: Path, write: Writer) -> None:
+    r = load_recording(write(tmp_path / FULL_NAME, files.rig_signals()))
+    assert (r.dataset, r.channel, r.unit, r.fs_hz) == ("torino-full", "sensor_4", "m/s2", 20480.0)
+    assert (r.state, r.bearing, r.nominal_rpm) == (State.INNER, "skf-22240", 727.0)
+    assert (r.radial_n, r.axial_n) == (124800.0, 49000.0)
+    np.testing.assert_allclose(r.channels["sensor_4"], 4 * files.vibration(seed=3), rtol=1e-15)
+    assert list(r.channels) == ["sensor_1", "sensor_2", "sensor_3", "sensor_4"]
+
+
+@both_formats
+def test_speed_is_the_records_not_its_names(tmp_path: Path, write: Writer) -> None:
+    r = load_recording(write(tmp_path / FULL_NAME, files.rig_signals(speed_rpm=700.0)))
+    expected_rpm = np.mean(700.0 + 0.3 * files.vibration(20, 9))
+    assert r.speed is not None
+    assert r.speed.source is SpeedSource.TACHOMETER
+    assert r.speed.value_hz * 60 == pytest.approx(expected_rpm, rel=1e-9)
+
+
+@both_formats
+def test_signals_are_found_whatever_their_number(tmp_path: Path, write: Writer) -> None:
+    signals = files.rig_signals()
+    shuffled = {
+        "Signal_1": signals["Signal_3"],
+        "Signal_7": signals["Signal_1"],
+        "Signal_2": signals["Signal_2"],
+    }
+    r = load_recording(write(tmp_path / FULL_NAME, shuffled))
+    np.testing.assert_allclose(r.channels["sensor_4"], 4 * files.vibration(seed=3), rtol=1e-15)
+    assert r.speed is not None
+    assert r.speed.value_hz * 60 == pytest.approx(700, abs=1)
+
+
+def test_sensors_across_instead_of_down(tmp_path: Path) -> None:
+    signals = files.rig_signals()
+    struct = signals["Signal_3"]
+    struct["y_values"]["values"] = files.nested(struct["y_values"]["values"][0, 0].T.copy())
+    r = load_recording(files.rig_v5(tmp_path / FULL_NAME, signals))
+    np.testing.assert_allclose(r.channels["sensor_4"], 4 * files.vibration(seed=3), rtol=1e-15)
+
+
+def test_values_stored_in_g_are_converted(tmp_path: Path) -> None:
+    signals = files.rig_signals()
+    signals["Signal_3"]["y_values"]["quantity"]["unit_transformation"]["factor"] = 1.0
+    r = load_recording(files.rig_v5(tmp_path / FULL_NAME, signals))
+    np.testing.assert_allclose(r.channels["sensor_4"], 4 * 9.80665 * files.vibration(seed=3), rtol=1e-12)
+
+
+def test_unknown_unit_factor_is_refused(tmp_path: Path) -> None:
+    signals = files.rig_signals()
+    signals["Signal_3"]["y_values"]["quantity"]["unit_transformation"]["factor"] = 0.5
+    with pytest.raises(DataError, match=r"Signal_3 leads to 'g' by 0\.5"):
+        load_recording(files.rig_v5(tmp_path / FULL_NAME, signals))
+
+
+def test_fewer_values_than_announced_is_truncated(tmp_path: Path) -> None:
+    signals = files.rig_signals()
+    signals["Signal_3"]["x_values"]["number_of_values"] = 9999.0
+    with pytest.raises(DataError, match="announces 9999 values, holds 4096"):
+        load_recording(files.rig_v5(tmp_path / FULL_NAME, signals))
+
+
+def test_speed_in_a_wrong_unit_is_refused_until_the_user_says_it(tmp_path: Path) -> None:
+    signals = files.rig_signals(speed_rpm=700.0 * 9.5493)  # rpm stored where rad/s is announced
+    path = files.rig_v5(tmp_path / FULL_NAME, signals)
+    with pytest.raises(DataError, match=r"wrong unit.*--rpm"):
+        load_recording(path)
+    r = load_recording(path, rpm=700)
+    assert r.speed is not None
+    assert (r.speed.value_hz * 60, r.speed.source) == (pytest.approx(700), SpeedSource.STATED)
+
+
+def test_two_sensors_are_ambiguous_and_named(tmp_path: Path) -> None:
+    signals = files.rig_signals()
+    struct = signals["Signal_3"]
+    struct["y_values"]["values"] = files.nested(struct["y_values"]["values"][0, 0][:, :2].copy())
+    path = files.rig_v5(tmp_path / FULL_NAME, signals)
+    with pytest.raises(DataError, match=r"Signal_3\[1\], Signal_3\[2\].*--channel"):
+        load_recording(path)
+    assert load_recording(path, channel="Signal_3[2]").channel == "Signal_3[2]"
+
+
+@pytest.mark.recordings
+@pytest.mark.parametrize(
+    ("name", "state", "mean_rpm"),
+    [  # the tachometer means published by the data set's author, to 0.001 rpm
+        ("H_353rpm", State.HEALTHY, 338.790),
+        ("H_877rpm", State.HEALTHY, 858.489),
+        ("IR_877rpm", State.INNER, 854.888),
+        ("OR_877rpm", State.OUTER, 858.940),
+        ("Roller_877rpm", State.ROLLER, 858.125),
+    ],
+)
+def test_measured_excerpts(recordings_dir: Path, name: str, state: State, mean_rpm: float) -> None:
+    r = load_recording(recordings_dir / "torino" / f"{name}_sample.mat")
+    assert (r.state, r.unit, r.fs_hz, r.seconds) == (state, "m/s2", 20480.0, 2.0)
+    assert (r.radial_n, r.axial_n, r.bearing) == (124800.0, 0.0, "skf-22240")
+    assert r.speed is not None
+    assert r.speed.source is SpeedSource.TACHOMETER
+    assert r.speed.value_hz * 60 == pytest.approx(mean_rpm, abs=6e-4)
+    assert 0 < r.speed.ci95_hz * 60 < 0.001 * mean_rpm
