@@ -6,7 +6,15 @@ import sys
 import numpy as np
 import pytest
 
-from srbval.report.figures import acceleration_panel, envelope_spectrum_panel, fault_cursors, scalogram_panel
+from srbval.report.figures import (
+    Deviation,
+    acceleration_panel,
+    bearing_scene,
+    deviation_plot,
+    envelope_spectrum_panel,
+    fault_cursors,
+    scalogram_panel,
+)
 from srbval.report.figures.decimate import block_means, extreme_indices
 
 LARGEST_BYTES = 150_000  # some twenty panels and more must fit into a page of 6 MB
@@ -145,3 +153,37 @@ def test_block_means_keep_the_mean():
     values = np.random.default_rng(5).random((3, 1000))
     assert block_means(values, 100).mean() == pytest.approx(values.mean())
     assert block_means(values, 2000) is values
+
+
+def test_a_stand_in_has_no_place_among_deviations():
+    with pytest.raises(ValueError, match="'stand-in' is not one of"):
+        Deviation(group="Outer ring", source="rig", kind="stand-in", deviation_pct=0.1)
+
+
+def test_the_deviation_plot_keeps_each_point(tmp_path):
+    points = [
+        Deviation(group="Outer ring", source="paper, rig", kind="published", deviation_pct=0.207),
+        Deviation(group="Inner ring", source="model", kind="simulated", deviation_pct=-0.16, ci95_pct=0.01),
+    ]
+    made = deviation_plot(tmp_path, "d", points=points, tolerance_pct=0.25)
+    assert "+0.207" in made.picture.read_text("utf-8")
+    with made.data.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [(r["source"], r["deviation_pct"], r["ci95_pct"]) for r in rows] == [
+        ("paper, rig", "0.207", ""),
+        ("model", "-0.16", "0.01"),
+    ]
+
+
+@pytest.mark.parametrize("defect", ["", "outer", "inner"])
+def test_the_scene_shows_rollers_load_and_defect(defect, tmp_path):
+    made = bearing_scene(
+        tmp_path, "scene", pitch_radius_m=0.14181, roller_diameter_m=0.0401, rollers=19,
+        outer_diameter_m=0.36,
+        roller_load_n=np.linspace(0, 1e4, 19), load_text="124.8 kN", defect=defect,
+        sensor_angle_rad=0.8,
+    )  # fmt: skip
+    text = made.picture.read_text("utf-8")
+    assert "124.8 kN" in text
+    assert ("race defect" in text) is bool(defect)
+    assert len(made.data.read_text("utf-8").splitlines()) == 20

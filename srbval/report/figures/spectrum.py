@@ -26,7 +26,7 @@ from srbval.report.figures.style import (
 
 PLOTTED_BINS = 600
 HEALTHY_DASHES = (0, (3, 1.2))
-ORDER_LABEL_POINTS = 16.0  # height of the row of the order axis' label above the axes
+ORDER_LABEL_POINTS = 15.0  # height of the row of the order axis' label above the axes
 FloatArray = NDArray[np.float64]
 
 
@@ -70,7 +70,7 @@ def envelope_spectrum_panel(
         _draw_peaks(axes, peaks, f_max_hz)
         _draw_cursors(axes, cursors)
         _order_axis(axes, shaft_hz)
-        title_panel(axes, origin, letter, title, pad=6.0)
+        title_panel(axes, origin, letter, title, pad=9.0)
         legend_above(axes, points=ORDER_LABEL_POINTS)
         stamp_stand_in(axes, origin)
         return save_panel(figure, folder, name, _columns(frequency, height, reference, shaft_hz))

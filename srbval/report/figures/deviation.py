@@ -1,0 +1,98 @@
+"""Table 6 as a picture: deviation from the kinematic frequency, with its uncertainty, source by source."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from srbval.report.figures.files import PanelFiles, save_panel
+from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, figure_style
+
+# kind: (marker, face colour, edge colour); shape and filling tell them apart without colour.
+MARKS = {
+    "published": ("D", "white", INK),
+    "simulated": ("o", BLUE, BLUE),
+    "measured": ("s", VERMILION, VERMILION),
+}
+ROW_INCHES, FRAME_INCHES, WIDTH_INCHES = 0.26, 0.95, 7.6
+
+
+@dataclass(frozen=True, kw_only=True)
+class Deviation:
+    """One point: `group` names the defect's line, `source` whose value it is, `kind` a key of `MARKS`.
+
+    `ci95_pct` is the half width of the 95 % interval where it is known.
+    """
+
+    group: str
+    source: str
+    kind: str
+    deviation_pct: float
+    ci95_pct: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.kind not in MARKS:
+            raise ValueError(f"{self.source}: kind {self.kind!r} is not one of {', '.join(MARKS)}.")
+
+
+def deviation_plot(
+    folder: Path, name: str, *, points: Sequence[Deviation], tolerance_pct: float | None = None
+) -> PanelFiles:
+    """Draw one row a point, grouped by defect, zero in the middle; write picture and CSV.
+
+    `tolerance_pct` shades the band within plus and minus it. A stand-in is no comparison: it is refused.
+    """
+    with figure_style():
+        figure, axes = _axes(len(points))
+        axes.axvline(0, color=INK, lw=0.9)
+        if tolerance_pct:
+            axes.axvspan(-tolerance_pct, tolerance_pct, color=GREEN, alpha=0.12, lw=0)
+            axes.text(tolerance_pct, 1.01, f"tolerance ±{tolerance_pct:g} %", color=GREEN, fontsize=7.5,
+                      transform=axes.get_xaxis_transform(), ha="right", va="bottom")  # fmt: skip
+        for row, point in enumerate(points):
+            _draw_point(axes, row, point)
+        _separate_groups(axes, points)
+        axes.set_yticks(range(len(points)), labels=[f"{p.group} · {p.source}" for p in points])
+        axes.set(ylim=(len(points) - 0.4, -0.6), xlabel="Deviation from the kinematic frequency, %")
+        axes.margins(x=0.12)
+        return save_panel(figure, folder, name, _columns(points))
+
+
+def _axes(rows: int) -> tuple[Any, Any]:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(WIDTH_INCHES, FRAME_INCHES + ROW_INCHES * rows))
+    FigureCanvasAgg(figure)
+    return figure, figure.add_subplot()
+
+
+def _draw_point(axes: Any, row: int, point: Deviation) -> None:
+    marker, face, edge = MARKS[point.kind]
+    axes.errorbar(
+        point.deviation_pct, row, xerr=point.ci95_pct, marker=marker, ms=6, mfc=face, mec=edge, mew=1.2,
+        ecolor=edge, elinewidth=1.4, capsize=3.5, zorder=5,
+    )  # fmt: skip
+    uncertain = "" if point.ci95_pct is None else f" ± {point.ci95_pct:.3f}"
+    axes.annotate(
+        f"{point.deviation_pct:+.3f}{uncertain}", (1.0, row), xycoords=axes.get_yaxis_transform(),
+        xytext=(6, 0), textcoords="offset points", va="center", fontsize=7.5, annotation_clip=False,
+    )  # fmt: skip
+
+
+def _separate_groups(axes: Any, points: Sequence[Deviation]) -> None:
+    for row in range(1, len(points)):
+        if points[row].group != points[row - 1].group:
+            axes.axhline(row - 0.5, color="#9aa5b1", lw=0.8)
+
+
+def _columns(points: Sequence[Deviation]) -> dict[str, list[Any]]:
+    return {
+        "group": [p.group for p in points],
+        "source": [p.source for p in points],
+        "kind": [p.kind for p in points],
+        "deviation_pct": [p.deviation_pct for p in points],
+        "ci95_pct": [float("nan") if p.ci95_pct is None else p.ci95_pct for p in points],
+    }
