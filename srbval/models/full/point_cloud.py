@@ -15,7 +15,7 @@ from srbval.scene import Defect
 FloatArray = NDArray[np.float64]
 
 LANES = 8  # candidate lists are padded to a multiple of this, so that vector code needs no remainder loop
-DEEPEST_M = 1e-4  # penetration within which every touching point is among the candidates; checked in each run
+DEEPEST_M = 2e-4  # penetration within which every touching point is among the candidates; checked in each run
 FAR_M = 1e3  # where padding points lie: out of everybody's reach
 
 

@@ -1,0 +1,66 @@
+"""``srbval analyse``: one recording or simulated run through the one signal pipeline."""
+
+from __future__ import annotations
+
+import argparse
+
+from srbval.bearing import known_bearings, load_bearing
+from srbval.cli.output import print_json, print_table
+from srbval.errors import ConfigurationError
+from srbval.recordings import Recording, load_recording
+from srbval.validation.analyse import Analysis, analyse
+
+LINES_OF = {"outer": ("BPFO",), "inner": ("BPFI",), "roller": ("2xBSF",), "cage": ("FTF",)}
+
+
+def run(options: argparse.Namespace) -> int:
+    """Analyse a file and print its lines and verdict."""
+    recording = load_recording(
+        options.file, channel=options.channel, fs_hz=options.fs, unit=options.unit, rpm=options.rpm
+    )
+    bearing = load_bearing(options.bearing or _bearing_of(recording))
+    band = (options.band[0], options.band[1]) if options.band else None
+    result = analyse(recording, bearing=bearing, band_hz=band)
+    if options.json:
+        print_json(_selected(result, options.defect))
+    else:
+        _print(result, options.defect)
+    return 0
+
+
+def _bearing_of(recording: Recording) -> str:
+    if recording.bearing is None:
+        raise ConfigurationError(
+            f"{recording.name}: neither the file nor its data set says which bearing it is; give --bearing: "
+            f"{', '.join(known_bearings())} or a TOML file."
+        )
+    return recording.bearing
+
+
+def _selected(result: Analysis, defect: str | None) -> dict[str, object]:
+    document = result.to_dict()
+    if defect is not None:
+        document["lines"] = [line for line in document["lines"] if line["name"].startswith(LINES_OF[defect])]
+    return document
+
+
+def _print(result: Analysis, defect: str | None) -> None:
+    recording, speed, band = result.recording, result.speed, result.processed.band_hz
+    print(f"{recording.file}: {recording.origin.value}, {recording.seconds:.3g} s at {recording.fs_hz:g} Hz")
+    print(
+        f"{result.bearing.title}; shaft {speed.value_hz * 60:.3f} ± {speed.ci95_hz * 60:.3f} rpm "
+        f"({speed.source.value}); band {band[0]:g}-{band[1]:g} Hz\n"
+    )
+    wanted = LINES_OF[defect] if defect else ("",)
+    lines = [line for line in result.lines if line.name.startswith(wanted)]
+    print_table(
+        ("line", "harmonic", "kinematic Hz", "found Hz", "± 95 %", "deviation %", "line/noise", "false alarm", "detected"),
+        [
+            (n.name, n.harmonic, n.kinematic_hz, n.found_hz, n.ci95_hz, n.deviation_pct, n.snr, n.false_alarm,
+             "yes" if n.detected else "no")
+            for n in lines
+        ],
+    )  # fmt: skip
+    print(f"\n{result.verdict}")
+    for note in recording.notes:
+        print(f"  - {note}")

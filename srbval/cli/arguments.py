@@ -1,0 +1,125 @@
+"""The argument parser: one place where every option is named."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+from typing import Any, NoReturn
+
+from srbval import __version__
+from srbval.errors import ConfigurationError
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser whose complaints are ordinary `ConfigurationError`s (exit code 2)."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raise instead of exiting."""
+        raise ConfigurationError(f"{message}. See: {self.prog} --help")
+
+
+def parser() -> Parser:
+    """The parser of the whole program."""
+    top = Parser(
+        prog="srbval",
+        description="Validate and benchmark simulated spherical-roller-bearing vibration against measured recordings.",
+    )
+    top.add_argument("--version", action="version", version=f"srbval {__version__}")
+    commands = top.add_subparsers(dest="command", metavar="COMMAND", parser_class=Parser)
+    _kinematics(commands)
+    _simulate(commands)
+    _analyse(commands)
+    _data(commands)
+    _report(commands)
+    _command(commands, "doctor", "versions, threads, caches, extras: is this installation sound?")
+    return top
+
+
+def _command(commands: Any, name: str, text: str, module: str | None = None) -> Parser:
+    command: Parser = commands.add_parser(name, help=text, description=text)
+    command.add_argument("--json", action="store_true", help="print one JSON document")
+    command.set_defaults(run=_late(module or name))
+    return command
+
+
+def _late(module: str) -> Any:
+    """The command's function, imported only when it runs: `srbval --help` answers at once."""
+
+    def run(options: argparse.Namespace) -> int:
+        code: int = importlib.import_module(f"srbval.cli.{module}_command").run(options)
+        return code
+
+    return run
+
+
+def _kinematics(commands: Any) -> None:
+    command = _command(commands, "kinematics", "fault frequencies of a bearing at a shaft speed")
+    command.add_argument("--bearing", default="skf-22240", metavar="B", help="known name or TOML file (default: %(default)s)")
+    command.add_argument("--rpm", type=_positive, default=710.0, metavar="R", help="shaft speed [rpm] (default: 710)")
+
+
+def _simulate(commands: Any) -> None:
+    command = _command(commands, "simulate", "run the bundled model on a scene")
+    command.add_argument("scene", nargs="?", metavar="SCENE.toml", help="scene file (default: the paper's scene)")
+    command.add_argument("--defect", metavar="none|outer|inner|roller", help="where the defect is")
+    command.add_argument("--defect-height-mm", type=_number, metavar="MM", help="bump > 0, pit < 0")
+    command.add_argument("--rpm", type=_positive, metavar="R", help="shaft speed [rpm]")
+    command.add_argument("--radial-kn", type=_number, metavar="KN", help="radial load [kN]")
+    command.add_argument("--axial-kn", type=_number, metavar="KN", help="axial load [kN]")
+    command.add_argument("--seconds", type=_positive, metavar="S", help="recorded duration [s]")
+    command.add_argument("--model", metavar="NAME", help="rung of the model ladder (full)")
+    command.add_argument("--solver", metavar="NAME", help="time integration (ode1, ode2, ode3, ode4)")
+    command.add_argument("--dt", type=_positive, metavar="S", help="solver step [s]")
+    command.add_argument("--seed", type=int, metavar="N", help="seed of everything random in the model")
+    command.add_argument("-o", "--output", metavar="RUN.h5", help="write the signals to this HDF5 file")
+
+
+def _analyse(commands: Any) -> None:
+    command = _command(commands, "analyse", "one recording or simulated run through the one signal pipeline")
+    command.add_argument("file", metavar="FILE")
+    command.add_argument("--bearing", metavar="B", help="known name or TOML file (default: what the file's data set says)")
+    command.add_argument("--rpm", type=_positive, metavar="R", help="shaft speed [rpm]")
+    command.add_argument("--channel", metavar="C", help="channel to analyse")
+    command.add_argument("--fs", type=_positive, metavar="HZ", help="sampling rate [Hz], where the file does not say")
+    command.add_argument("--unit", metavar="U", help="unit of the samples, where the file does not say")
+    command.add_argument("--band", nargs=2, type=_number, metavar=("LO", "HI"), help="demodulation band [Hz]")
+    command.add_argument("--defect", choices=("outer", "inner", "roller", "cage"), help="print the lines of this part only")
+
+
+def _data(commands: Any) -> None:
+    command = _command(commands, "data", "recordings on this machine: register, list, verify, download")
+    actions = command.add_subparsers(dest="action", metavar="ACTION", required=True, parser_class=Parser)
+    for name, text, argument in (
+        ("add", "register a folder of recordings (nothing is copied)", "folder"),
+        ("list", "what is registered", None),
+        ("verify", "check every registered file against its hash", None),
+        ("fetch", "download an open data set, e.g. torino-excerpts", "name"),
+    ):
+        action = actions.add_parser(name, help=text, description=text)
+        action.add_argument("--json", action="store_true", default=argparse.SUPPRESS, help="print one JSON document")
+        if argument:
+            action.add_argument(argument, metavar=argument.upper())
+        if name == "fetch":
+            action.add_argument("-o", "--output", metavar="DIR", help="where to put the files")
+
+
+def _report(commands: Any) -> None:
+    command = _command(commands, "report", "the main job: simulate, compare with paper and rig, write the report")
+    command.add_argument("-o", "--output", default="srbval-report", metavar="DIR", help="folder to write (default: %(default)s)")
+    command.add_argument("--seconds", type=_positive, default=10.0, metavar="S", help="recorded duration of the paper's three runs (default: 10)")
+    command.add_argument("--jobs", type=int, metavar="N", help="runs at a time (default: one per core)")
+    command.add_argument("--no-pdf", action="store_true", help="write HTML and JSON only")
+
+
+def _number(text: str) -> float:
+    number = float(text)
+    if number != number or number in (float("inf"), float("-inf")):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
+    return number
+
+
+def _positive(text: str) -> float:
+    number = _number(text)
+    if number <= 0:
+        raise argparse.ArgumentTypeError(f"{text!r} must be positive")
+    return number

@@ -1,0 +1,51 @@
+"""``srbval data``: register, list, verify and download recordings."""
+
+from __future__ import annotations
+
+import argparse
+
+from srbval.cli.output import print_json, print_table
+from srbval.recordings.registry import Listing, Status, add, fetch, listing, verify
+from srbval.report.progress import Progress
+
+CHANGED = 1
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run one of the data commands; `verify` leaves with 1 where a file changed, is missing or truncated."""
+    result = _do(options)
+    if options.json:
+        document = result.to_dict()
+        print_json(document, status=document["status"])
+    else:
+        _print(result)
+    bad = any(r.status in (Status.CHANGED, Status.MISSING, Status.TRUNCATED) for r in result.recordings)
+    return CHANGED if options.action == "verify" and bad else 0
+
+
+def _do(options: argparse.Namespace) -> Listing:
+    if options.action == "list":
+        return listing()
+    with Progress() as progress:
+        task = progress.add({"add": "Register", "verify": "Verify", "fetch": "Download"}[options.action])
+
+        def shown(done: int, total: int, _file: str) -> None:
+            progress.update(task, done / max(total, 1))
+
+        if options.action == "add":
+            return add(options.folder, progress=shown)
+        if options.action == "verify":
+            return verify(progress=shown)
+        return fetch(options.name, options.output, progress=shown)
+
+
+def _print(result: Listing) -> None:
+    rows = [
+        (r.file, r.dataset or "-", r.state or "-", r.radial_kn, r.axial_kn, r.nominal_rpm, r.fs_hz, r.seconds, r.status)
+        for r in result.recordings
+    ]
+    print_table(("file", "data set", "state", "radial kN", "axial kN", "rpm", "Hz", "s", "status"), rows)
+    for recording in result.recordings:
+        if recording.reason:
+            print(f"{recording.file}: {recording.reason}")
+    print(f"\n{len(rows)} files in {result.manifest}")

@@ -1,0 +1,51 @@
+"""What the commands print: data on standard output, messages on standard error."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+SCHEMA_VERSION = 1
+
+
+def print_json(document: Mapping[str, Any], *, status: str = "ok") -> None:
+    """Print one JSON document with `schema_version` and `status`; NaN and infinities become null."""
+    whole = {"schema_version": SCHEMA_VERSION, "status": status} | dict(document)
+    print(json.dumps(_finite(whole), indent=2, allow_nan=False))
+
+
+def print_failure(message: str, code: int, *, as_json: bool) -> None:
+    """Say what failed on standard error, and as JSON on standard output where that was asked for."""
+    print(f"srbval: {message}", file=sys.stderr)
+    if as_json:
+        print_json({"message": message, "exit_code": code}, status="failed")
+
+
+def print_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
+    """Print aligned columns; numbers to the right."""
+    texts = [[_text(value) for value in row] for row in rows]
+    widths = [max(len(title), *(len(row[i]) for row in texts)) if texts else len(title)
+              for i, title in enumerate(columns)]  # fmt: skip
+    right = [bool(rows) and all(isinstance(row[i], int | float | None) for row in rows) for i in range(len(columns))]
+    for line in [list(columns), *texts]:
+        cells = (t.rjust(w) if r else t.ljust(w) for t, w, r in zip(line, widths, right, strict=True))
+        print("  ".join(cells).rstrip())
+
+
+def _text(value: object) -> str:
+    if value is None:
+        return "-"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(k): _finite(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(v) for v in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

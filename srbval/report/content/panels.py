@@ -1,0 +1,235 @@
+"""Figures 11 to 14: the model beside the rig, each pair on identical axes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.recordings import Origin, State
+from srbval.report.blocks import Figure, FigureGrid
+from srbval.report.content.names import SIDE_NAME, STATE_NAME, badge_of, rpm_of
+from srbval.report.figures import acceleration_panel, envelope_spectrum_panel, fault_cursors, scalogram_panel
+from srbval.signal import Scalogram, scalogram
+from srbval.validation.analyse import Analysis
+
+FloatArray = NDArray[np.float64]
+
+WINDOW_S = (0.3, 0.5)  # shown in Figures 11 and 14: two to three shaft turns, clear of the filter's ends
+SPECTRUM_HZ = 600.0  # Figures 12 and 13
+SCALOGRAM_HZ = (40.0, 1000.0)  # Figure 14: from below the race lines to their high harmonics
+SCALOGRAM_MARGIN_S = 0.1  # transformed either side of the window, so that its edges are free of end effects
+LINE_OF = {State.OUTER: "BPFO", State.INNER: "BPFI"}
+PAIRS = {State.HEALTHY: "ab", State.OUTER: "cd", State.INNER: "ef"}
+COLOUR_QUANTILE = 0.995  # top of the shared colour scale, so that one burst does not darken all the rest
+SILENT_LINES = 1.02  # head room above the highest value on a shared axis
+
+
+@dataclass(frozen=True, kw_only=True)
+class Side:
+    """One column of the figures: its analyses by state."""
+
+    analyses: Mapping[State, Analysis]
+
+    def scaled(self, state: State) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Time [s], band-passed acceleration and envelope in standard deviations of the former."""
+        shown = self.analyses[state].processed
+        spread = float(np.std(shown.filtered))
+        time = np.arange(len(shown.filtered)) / shown.fs_hz
+        return time, shown.filtered / spread, shown.envelope / spread
+
+    def spectrum(self, state: State) -> tuple[FloatArray, FloatArray]:
+        """Frequency [Hz] and envelope amplitude in standard deviations of the band-passed signal."""
+        shown = self.analyses[state].processed
+        return shown.spectrum.frequency_hz, shown.spectrum.amplitude / float(np.std(shown.filtered))
+
+    def scalogram(self, state: State) -> Scalogram:
+        """Wavelet transform of the envelope about the window, in the same unit."""
+        time, _, strength = self.scaled(state)
+        near = (time >= WINDOW_S[0] - SCALOGRAM_MARGIN_S) & (time <= WINDOW_S[1] + SCALOGRAM_MARGIN_S)
+        part = strength[near]
+        return scalogram(part - part.mean(), self.analyses[state].processed.fs_hz, SCALOGRAM_HZ)
+
+
+def figures_11_to_14(model: Side, rig: Side, folder: Path) -> list[FigureGrid]:
+    """The sixteen panels; (a, c, e) model, (b, d, f) rig."""
+    return [
+        _figure_11(model, rig, folder),
+        _spectrum_figure("12", State.OUTER, model, rig, folder),
+        _spectrum_figure("13", State.INNER, model, rig, folder),
+        _figure_14(model, rig, folder),
+    ]
+
+
+def model_alone(model: Side, folder: Path) -> list[FigureGrid]:
+    """The model's panels at the paper's own speed, with no rig recording beside them."""
+    spectra = [
+        _spectrum_panel(f"fig{n}a-paper-speed", f"{n}a", state, model, model, folder)
+        for n, state in (("12", State.OUTER), ("13", State.INNER))
+    ]
+    limit = _largest(abs(model.scaled(s)[1][_inside(model.scaled(s)[0])]) for s in PAIRS)
+    time = [
+        _acceleration_panel(f"fig11{PAIRS[s][0]}-paper-speed", f"11{PAIRS[s][0]}", s, model, limit, folder)
+        for s in PAIRS
+    ]
+    return [
+        FigureGrid(figures=tuple(spectra), columns=1, label="Figures 12a and 13a at the paper's speed",
+                   caption="Envelope spectra of the model over the full run."),
+        FigureGrid(figures=tuple(time), columns=2, label="Figure 11 (a, c, e) at the paper's speed",
+                   caption="Band-passed acceleration of the model and its envelope."),
+    ]  # fmt: skip
+
+
+def _figure_11(model: Side, rig: Side, folder: Path) -> FigureGrid:
+    limit = _largest(abs(s.scaled(k)[1][_inside(s.scaled(k)[0])]) for s in (model, rig) for k in PAIRS)
+    panels = [
+        _acceleration_panel(f"fig11{letter}", f"11{letter}", state, side, limit, folder)
+        for state, letters in PAIRS.items()
+        for side, letter in zip((model, rig), letters, strict=True)
+    ]
+    return FigureGrid(
+        figures=tuple(panels),
+        columns=2,
+        label="Figure 11",
+        caption="Acceleration and its envelope, band-passed, in standard deviations of the band-passed record. "
+        "Left the model, right the rig side; all panels on the same axes.",
+    )
+
+
+def _acceleration_panel(
+    name: str, letter: str, state: State, side: Side, limit: float, folder: Path
+) -> Figure:  # fmt: skip
+    analysis = side.analyses[state]
+    time, signal, strength = side.scaled(state)
+    line = LINE_OF.get(state)
+    period = None if line is None else 1 / analysis.line(line).kinematic_hz
+    files = acceleration_panel(
+        folder, name, time_s=time, acceleration=signal, envelope=strength,
+        origin=analysis.recording.origin.value, letter=f"({letter[-1]})", title=_title(analysis, state),
+        window_s=WINDOW_S, y_limits=(-limit, limit), period_s=period, period_name=f"1/{line}" if line else "",
+    )  # fmt: skip
+    return _figure(
+        name, letter, analysis, files.picture, files.data,
+        f"{_who(analysis, state)}; {_band(analysis)}, {1e3 * (WINDOW_S[1] - WINDOW_S[0]):.0f} ms of "
+        f"{analysis.recording.seconds:.3g} s.",
+        f"Acceleration over time with its envelope, {_who(analysis, state)}.",
+    )  # fmt: skip
+
+
+def _spectrum_figure(number: str, state: State, model: Side, rig: Side, folder: Path) -> FigureGrid:
+    panels = [
+        _spectrum_panel(f"fig{number}{letter}", f"{number}{letter}", state, side, other, folder)
+        for side, other, letter in ((model, rig, "a"), (rig, model, "b"))
+    ]
+    return FigureGrid(
+        figures=tuple(panels),
+        columns=1,
+        label=f"Figure {number}",
+        caption=f"Envelope spectra, {STATE_NAME[state]} defect, on the same axes, with the healthy bearing of the "
+        "same side dashed. Cursors: kinematic fault lines; dots: lines that were read and detected.",
+    )
+
+
+def _spectrum_panel(name: str, letter: str, state: State, side: Side, other: Side, folder: Path) -> Figure:
+    analysis = side.analyses[state]
+    line = LINE_OF[state]
+    shaft_hz = analysis.speed.value_hz
+    frequency, amplitude = side.spectrum(state)
+    top = _largest(_below(*s.spectrum(state)) for s in (side, other))
+    cursors = fault_cursors(
+        line, analysis.line(line).kinematic_hz, f_max_hz=SPECTRUM_HZ, sideband_hz=shaft_hz,
+        sidebands=2 if state is State.INNER else 0,
+    )  # fmt: skip
+    peaks = [
+        (n.found_hz, float(np.interp(n.found_hz, frequency, amplitude)))
+        for n in analysis.lines
+        if n.detected and n.found_hz is not None and n.name.startswith(line)
+    ]
+    files = envelope_spectrum_panel(
+        folder, name, frequency_hz=frequency, amplitude=amplitude, shaft_hz=shaft_hz,
+        origin=analysis.recording.origin.value, cursors=cursors, peaks=peaks,
+        healthy=side.spectrum(State.HEALTHY), letter=f"({letter[-1]})", title=_title(analysis, state),
+        f_max_hz=SPECTRUM_HZ, y_limits=(0.0, top),
+    )  # fmt: skip
+    resolution = analysis.processed.spectrum.resolution_hz
+    return _figure(
+        name, letter, analysis, files.picture, files.data,
+        f"{_who(analysis, state)}; {_band(analysis)}, resolution {resolution:.3g} Hz. {analysis.verdict}",
+        f"Envelope spectrum up to {SPECTRUM_HZ:.0f} Hz with {line} and its harmonics marked, {_who(analysis, state)}.",
+    )  # fmt: skip
+
+
+def _figure_14(model: Side, rig: Side, folder: Path) -> FigureGrid:
+    images = {(id(side), s): side.scalogram(s) for side in (model, rig) for s in PAIRS}
+    top = float(np.quantile(np.concatenate([i.magnitude.ravel() for i in images.values()]), COLOUR_QUANTILE))
+    panels = []
+    for state, letters in PAIRS.items():
+        for side, letter in zip((model, rig), letters, strict=True):
+            panels.append(_scalogram_panel(letter, state, side, images[id(side), state], top, folder))
+    return FigureGrid(
+        figures=tuple(panels),
+        columns=2,
+        label="Figure 14",
+        caption="Magnitude of the continuous wavelet transform (complex Morlet) of the envelope; one colour scale for "
+        "all panels.",
+    )
+
+
+def _scalogram_panel(
+    letter: str, state: State, side: Side, image: Scalogram, top: float, folder: Path
+) -> Figure:  # fmt: skip
+    analysis = side.analyses[state]
+    line = LINE_OF.get(state)
+    expected = None if line is None else analysis.line(line).kinematic_hz
+    files = scalogram_panel(
+        folder, f"fig14{letter}", time_s=image.time_s + WINDOW_S[0] - SCALOGRAM_MARGIN_S,
+        frequency_hz=image.frequency_hz, magnitude=image.magnitude, limits=(0.0, top),
+        origin=analysis.recording.origin.value, letter=f"({letter})", title=_title(analysis, state),
+        window_s=WINDOW_S, period_s=1 / analysis.speed.value_hz if state is State.INNER else None,
+        period_name="1/fr", line_hz=expected, line_name=line or "",
+    )  # fmt: skip
+    return _figure(
+        f"fig14{letter}", f"14{letter}", analysis, files.picture, files.data,
+        f"{_who(analysis, state)}; {_band(analysis)}.",
+        f"Scalogram of the envelope from {SCALOGRAM_HZ[0]:.0f} to {SCALOGRAM_HZ[1]:.0f} Hz, {_who(analysis, state)}.",
+    )  # fmt: skip
+
+
+def _figure(
+    name: str, letter: str, analysis: Analysis, picture: Path, data: Path, caption: str, alt: str
+) -> Figure:  # fmt: skip
+    return Figure(
+        id=name, label=f"Figure {letter}", caption=caption, alt=alt, file=picture, data=data,
+        badge=badge_of(analysis), synthetic=analysis.recording.origin is Origin.STAND_IN,
+    )  # fmt: skip
+
+
+def _title(analysis: Analysis, state: State) -> str:
+    return f"{STATE_NAME[state]}, {rpm_of(analysis):.4g} rpm"
+
+
+def _who(analysis: Analysis, state: State) -> str:
+    what = "healthy bearing" if state is State.HEALTHY else f"{STATE_NAME[state]} defect"
+    return f"{SIDE_NAME[analysis.recording.origin]}, {what}, shaft {rpm_of(analysis):.2f} rpm ({analysis.speed.source})"
+
+
+def _band(analysis: Analysis) -> str:
+    low, high = analysis.processed.band_hz
+    return f"band {low:g} to {high:g} Hz"
+
+
+def _inside(time: FloatArray) -> NDArray[np.bool_]:
+    inside: NDArray[np.bool_] = (time >= WINDOW_S[0]) & (time <= WINDOW_S[1])
+    return inside
+
+
+def _below(frequency: FloatArray, amplitude: FloatArray) -> FloatArray:
+    """Amplitudes in the shown range, above the slow trend at its very start."""
+    return amplitude[(frequency > 1.0) & (frequency <= SPECTRUM_HZ)]
+
+
+def _largest(parts: Iterable[FloatArray]) -> float:
+    return SILENT_LINES * max(float(part.max()) for part in parts)

@@ -1,0 +1,82 @@
+"""What was compared with what: every record with its origin, speed and verdict."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from srbval.recordings import Origin
+from srbval.report.badges import Tone
+from srbval.report.blocks import Block, Callout, Paragraph
+from srbval.report.content.names import FETCH_COMMAND, STATE_NAME, badge_of, rpm_of
+from srbval.report.model import Section
+from srbval.report.table import Cell, Column, Table, Value
+from srbval.validation.analyse import Analysis
+from srbval.validation.evidence import Evidence
+
+
+def sources_section(evidence: Evidence) -> Section:
+    """One row a record; a warning where the rig side is synthetic."""
+    sides = [("paper's speed", evidence.paper)]
+    if evidence.measured_states:
+        sides.append(("beside the rig", {s: evidence.beside_rig[s] for s in evidence.measured_states}))
+    sides.append(("rig side", evidence.rig))
+    rows = [_row(group, a) for group, analyses in sides for a in analyses.values()]
+    table = Table(
+        id="records",
+        label="Records",
+        caption="All records in this report; each went through the same chain: rotation (two axes only), normalisation, "
+        "zero-phase band-pass, Hilbert envelope, envelope spectrum, joint line reading.",
+        columns=(
+            Column(title="Record"),
+            Column(title="For"),
+            Column(title="State"),
+            Column(title="Shaft", unit="rpm", format=".2f"),
+            Column(title="Length", unit="s", format=".3g"),
+            Column(title="Band", unit="Hz"),
+            Column(title="What was found"),
+        ),
+        rows=rows,
+    )
+    return Section(
+        id="records-section",
+        title="What was compared with what",
+        blocks=(*_warning(evidence), table, _sensor()),
+    )
+
+
+def _row(group: str, analysis: Analysis) -> list[Cell | Value]:
+    recording = analysis.recording
+    name = Path(recording.file).name if recording.file else "model run"
+    low, high = analysis.processed.band_hz
+    state = STATE_NAME[recording.state] if recording.state else "not stated"
+    ci95 = 60 * analysis.speed.ci95_hz or None
+    return [
+        Cell(value=name, badge=badge_of(analysis)),
+        group,
+        state,
+        Cell(value=rpm_of(analysis), ci95=ci95, note=analysis.speed.source.value),
+        recording.seconds,
+        f"{low:g} to {high:g}",
+        analysis.verdict,
+    ]
+
+
+def _warning(evidence: Evidence) -> list[Block]:
+    synthetic = [STATE_NAME[s] for s, a in evidence.rig.items() if a.recording.origin is Origin.STAND_IN]
+    if not synthetic:
+        return []
+    return [
+        Callout(
+            tone=Tone.WARNING,
+            title="The rig side is partly or wholly synthetic",
+            text=f"No measured recording is registered for: {', '.join(synthetic)}. Its panels show a synthetic stand-in, a "
+            f"seeded impulse model, and enter no verdict. `{FETCH_COMMAND}` brings the real ones.",
+        )
+    ]
+
+
+def _sensor() -> Paragraph:
+    return Paragraph(
+        "The rig has one accelerometer at 45 degrees per bearing, so its records are used as they are; the model's two radial "
+        "axes are rotated by 45 degrees onto that direction first."
+    )

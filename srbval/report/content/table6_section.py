@@ -1,0 +1,139 @@
+"""Table 6 with uncertainties: at the paper's speed, and at the rig recordings' own."""
+
+from __future__ import annotations
+
+from srbval.report.badges import Badge, Tone
+from srbval.report.blocks import Block, Callout, Paragraph
+from srbval.report.content.names import FETCH_COMMAND, STATE_CODE
+from srbval.report.model import Section
+from srbval.report.table import Cell, Column, Table, Value
+from srbval.recordings import State
+from srbval.validation.comparison import Comparison, ComparisonVerdict, RigSource, deviation_pct
+from srbval.validation.evidence import Evidence
+
+TONE = {
+    ComparisonVerdict.RESOLVED: Tone.WARNING,
+    ComparisonVerdict.NOT_RESOLVED: Tone.GOOD,
+    ComparisonVerdict.INSUFFICIENT: Tone.NEUTRAL,
+}
+
+
+def table6_section(evidence: Evidence) -> Section:
+    """Both tables and how to read them."""
+    published = [row for row in evidence.rows if row.rig_source is RigSource.PUBLISHED]
+    measured = [row for row in evidence.rows if row.rig_source is RigSource.MEASURED]
+    blocks: list[Block] = [_published_table(published, evidence.printed.shaft_rpm)]
+    if measured:
+        rpm = evidence.rig[State.OUTER].recording.nominal_rpm
+        blocks += [_measured_table(measured, rpm or 0.0), _parts_table(measured), _how_to_read()]
+    else:
+        blocks.append(
+            Callout(
+                tone=Tone.WARNING,
+                title="No rig recording is registered",
+                text="The model is held against published values only. Real recordings of this rig are open: "
+                f"`{FETCH_COMMAND}` downloads and registers them.",
+            )
+        )
+    return Section(id="table-6", title="Table 6: fault frequencies", blocks=tuple(blocks))
+
+
+def _published_table(rows: list[Comparison], shaft_rpm: float) -> Table:
+    table: list[list[Cell | Value]] = [
+        [
+            f"{STATE_CODE[State(row.defect)]} ({row.line})",
+            Cell(value=row.kinematic_hz, badge=Badge.PUBLISHED),
+            _with_deviation(row.paper_model_hz, row.paper_model_printed_pct, row.kinematic_hz),
+            _with_deviation(row.paper_rig_hz, row.paper_rig_printed_pct, row.kinematic_hz),
+            Cell(value=row.model_hz, ci95=row.model_ci95_hz, badge=Badge.SIMULATED),
+            row.model_deviation_pct,
+            row.model_cage_hz,
+        ]
+        for row in rows
+    ]
+    return Table(
+        id="table-6-paper-speed",
+        label="Table 6",
+        caption=f"Fault frequencies at {shaft_rpm:g} rpm shaft speed: the paper's values and ours. Printed deviations "
+        "stand beside the recomputed ones.",
+        columns=(
+            Column(title="Defect (line)"),
+            Column(title="Kinematic, printed", unit="Hz", format=".2f"),
+            Column(title="Paper's model", unit="Hz", format=".2f"),
+            Column(title="Paper's rig", unit="Hz", format=".2f"),
+            Column(title="Our model, read", unit="Hz", format=".3f"),
+            Column(title="Our model from kinematic", unit="%", format="+.3f"),
+            Column(title="Our model, cage speed", unit="Hz", format=".3f"),
+        ),
+        rows=table,
+        notes=(
+            "**Read**: joint fit of the harmonics in the envelope spectrum, with its 95 % interval. **Cage speed**: "
+            "the same line from the model's own mean cage speed, an independent check.",
+            "The paper states neither an uncertainty nor a measured speed for its rig values, so no verdict can be "
+            "given on them: **insufficient data**.",
+        ),
+    )
+
+
+def _with_deviation(value: float | None, printed_pct: float | None, kinematic: float) -> Cell:
+    if value is None or printed_pct is None:
+        return Cell(value=None)
+    recomputed = deviation_pct(value, kinematic)
+    return Cell(
+        value=value, badge=Badge.PUBLISHED, note=f"printed {printed_pct:+g} %, recomputed {recomputed:+.3f} %"
+    )
+
+
+def _measured_table(rows: list[Comparison], nominal_rpm: float) -> Table:
+    table: list[list[Cell | Value]] = [
+        [
+            f"{STATE_CODE[State(row.defect)]} ({row.line})",
+            row.shaft_rpm,
+            Cell(value=row.kinematic_hz, badge=Badge.COMPUTED),
+            Cell(value=row.rig_hz, ci95=row.rig_ci95_hz, badge=Badge.MEASURED),
+            Cell(value=row.model_hz, ci95=row.model_ci95_hz, badge=Badge.SIMULATED),
+            row.comparison_error_pct,
+            row.validation_uncertainty_pct,
+            Cell(value=row.verdict.value, tone=TONE[row.verdict]),
+        ]
+        for row in rows
+    ]
+    return Table(
+        id="table-6-rig-speed",
+        label="Table 6 at the rig's own speed",
+        caption=f"The model at each recording's tachometer speed ({nominal_rpm:g} rpm nominal) beside that recording.",
+        columns=(
+            Column(title="Defect (line)"),
+            Column(title="Shaft, measured", unit="rpm", format=".2f"),
+            Column(title="Kinematic", unit="Hz", format=".3f"),
+            Column(title="Rig", unit="Hz", format=".3f"),
+            Column(title="Our model", unit="Hz", format=".3f"),
+            Column(title="Error E", unit="%", format="+.3f"),
+            Column(title="Uncertainty U", unit="%", format=".3f"),
+            Column(title="Verdict"),
+        ),
+        rows=table,
+    )
+
+
+def _parts_table(rows: list[Comparison]) -> Table:
+    names = list(rows[0].uncertainty_parts_pct)
+    return Table(
+        id="uncertainty-parts",
+        label="What U is made of",
+        caption="Parts of the validation uncertainty, 95 % half widths; U is the root of their sum of squares.",
+        columns=(Column(title="Part"), *(Column(title=row.line, unit="%", format=".3f") for row in rows)),
+        rows=[[name, *(row.uncertainty_parts_pct[name] for row in rows)] for name in names],
+        notes=(
+            "Not included, since the paper gives no basis for it: the geometry's own tolerances, the load, and the "
+            "defects' shape (the rig's are drilled pits, the model's are raised points).",
+        ),
+    )
+
+
+def _how_to_read() -> Paragraph:
+    return Paragraph(
+        "The error E is model minus rig, relative to the rig. After ASME V&V 20 the model's error counts as **resolved** "
+        "only where it exceeds U; **not resolved from uncertainty** means that what separates model and rig is no "
+        "larger than what is not known."
+    )

@@ -1,0 +1,81 @@
+"""The runs a report needs: the paper's three, the rig's speeds, and one variation at a time.
+
+A variation changes one thing that the paper leaves open or that the numerics decide, on the outer-race scene; its
+effect on the cage speed is the uncertainty that this thing leaves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from srbval.recordings import State
+from srbval.scene import Scene, paper_scene
+
+PAPER_STATES = (State.HEALTHY, State.OUTER, State.INNER)
+DEFECT_OF = {State.HEALTHY: "none", State.OUTER: "outer", State.INNER: "inner"}
+VARIATION_SECONDS = 4.0  # the mean cage speed of so long a run repeats to about 1e-5
+STEP_FACTOR = 2
+SMOOTH_FRICTION = "0.5 m/s"  # far above every sliding speed in the contacts: no sticking at all
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """One run: its id, what it is for, the state it simulates, its scene."""
+
+    id: str
+    purpose: str
+    state: State
+    scene: Scene
+
+
+def paper_cases(seconds: float) -> list[Case]:
+    """H, OR and IR at 710 rpm and 124.8 kN, `seconds` long."""
+    return [
+        Case(
+            id=f"paper-{state}",
+            purpose="the paper's scene",
+            state=state,
+            scene=paper_scene(duration_s=seconds, defect={"kind": DEFECT_OF[state]}),
+        )
+        for state in PAPER_STATES
+    ]
+
+
+def rig_cases(speeds_hz: Mapping[State, float], seconds: Mapping[State, float]) -> list[Case]:
+    """One run per measured recording, at its own shaft speed and as long as it."""
+    return [
+        Case(
+            id=f"rig-{state}",
+            purpose="at the recording's own speed",
+            state=state,
+            scene=paper_scene(
+                duration_s=seconds[state],
+                shaft_speed_rad_s=2 * math.pi * hz,
+                defect={"kind": DEFECT_OF[state]},
+            ),
+        )
+        for state, hz in speeds_hz.items()
+    ]
+
+
+def variation_cases(seconds: float) -> list[Case]:
+    """Half the step, the printed roller diameter, friction without sticking: outer race; the diameter on both."""
+    duration = min(seconds, VARIATION_SECONDS)
+    step = paper_scene().solver.step_s / STEP_FACTOR
+    return [
+        _variation("half-step", "numerics: half the step", State.OUTER, duration, solver={"step_s": step}),
+        _variation("smooth-friction", f"input: critical velocity {SMOOTH_FRICTION} instead of 1 mm/s", State.OUTER,
+                   duration, contact={"critical_velocity": SMOOTH_FRICTION}),
+        _variation("interference-outer", "input: roller diameter as printed, 40.1 mm", State.OUTER,
+                   duration, contact={"roller_fit": "printed"}),
+        _variation("interference-inner", "input: roller diameter as printed, 40.1 mm", State.INNER,
+                   duration, contact={"roller_fit": "printed"}),
+    ]  # fmt: skip
+
+
+def _variation(name: str, purpose: str, state: State, seconds: float, **changes: Any) -> Case:
+    scene = paper_scene(duration_s=seconds, defect={"kind": DEFECT_OF[state]}, **changes)
+    return Case(id=name, purpose=purpose, state=state, scene=scene)

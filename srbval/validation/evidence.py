@@ -1,0 +1,145 @@
+"""Everything the report shows, gathered once: runs, analyses, comparisons, sums, variations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from srbval.bearing import DEFAULT_BEARING, Bearing, load_bearing
+from srbval.models.run import Run
+from srbval.recordings import Origin, Recording, State, load_recording
+from srbval.recordings.from_run import recording_from_run
+from srbval.recordings.registry import RegisteredRecording, rig_recordings
+from srbval.recordings.stand_in import write_stand_in
+from srbval.validation.analyse import Analysis, analyse
+from srbval.validation.cases import PAPER_STATES, Case, paper_cases, rig_cases, variation_cases
+from srbval.validation.comparison import Comparison
+from srbval.validation.published import Table6, table6
+from srbval.validation.run_cases import Progress, run_cases
+from srbval.validation.sum_rule import SumRule
+from srbval.validation.table6 import measured_rows, published_rows, sum_rules
+from srbval.validation.variation import Variation, variation
+
+SHORTEST_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
+STAND_IN_SECONDS = 2.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Evidence:
+    """What the report is made of.
+
+    `paper` are the model's analyses at 710 rpm; `rig` those of the rig's recordings, or of stand-ins where a
+    state has none; `beside_rig` those of the model at each rig recording's own speed (at 710 rpm beside a stand-in).
+    """
+
+    bearing: Bearing
+    printed: Table6
+    cases: tuple[Case, ...]
+    runs: Mapping[str, Run]
+    paper: Mapping[State, Analysis]
+    beside_rig: Mapping[State, Analysis]
+    rig: Mapping[State, Analysis]
+    rows: tuple[Comparison, ...]
+    sums: tuple[SumRule, ...]
+    variations: tuple[Variation, ...]
+    registered: tuple[RegisteredRecording, ...]
+
+    @property
+    def measured_states(self) -> tuple[State, ...]:
+        """States for which the rig side is a measured recording."""
+        return tuple(s for s in self.rig if self.rig[s].recording.origin is Origin.MEASURED)
+
+
+def gather(
+    *, seconds: float, stand_in_folder: Path, jobs: int | None = None, progress: Progress | None = None
+) -> Evidence:
+    """Run the cases and analyse everything; the rig's recordings are those registered.
+
+    `seconds` is the recorded duration of the paper's three runs; `stand_in_folder` receives the stand-ins'
+    files, where any are needed. Raises what simulation and loading raise.
+    """
+    bearing = load_bearing(DEFAULT_BEARING)
+    printed = table6()
+    registered = choose_rig_recordings(printed)
+    measured = {state: load_recording(entry.file) for state, entry in registered.items()}
+    cases = plan_cases(measured, seconds)
+    runs = run_cases(cases, jobs=jobs, progress=progress)
+    rig = measured | _stand_ins(set(PAPER_STATES) - set(measured), printed, stand_in_folder)
+    rig_side = {state: analyse(rig[state], bearing=bearing) for state in PAPER_STATES}
+    paper = {s: analyse(recording_from_run(runs[f"paper-{s}"]), bearing=bearing) for s in PAPER_STATES}
+    beside = {
+        s: analyse(recording_from_run(runs[f"rig-{s}"]), bearing=bearing) if s in measured else paper[s]
+        for s in PAPER_STATES
+    }
+    variations = tuple(
+        variation(c, runs[c.id], runs[f"paper-{c.state}"]) for c in cases if c.id in _variation_ids(cases)
+    )
+    measured_side = {s: rig_side[s] for s in measured}
+    rows = (
+        *published_rows(printed, paper, runs),
+        *measured_rows(measured_side, beside, {s: runs[f"rig-{s}"] for s in measured}, variations),
+    )
+    return Evidence(
+        bearing=bearing,
+        printed=printed,
+        cases=tuple(cases),
+        runs=runs,
+        paper=paper,
+        beside_rig=beside,
+        rig=rig_side,
+        rows=rows,
+        sums=tuple(sum_rules(printed, paper, measured_side)),
+        variations=variations,
+        registered=tuple(registered.values()),
+    )
+
+
+def plan_cases(measured: Mapping[State, Recording], seconds: float) -> list[Case]:
+    """The cases of a report: the paper's, one beside each measured recording, the variations."""
+    speeds = {s: r.speed.value_hz for s, r in measured.items() if r.speed is not None}
+    lengths = {s: r.seconds for s, r in measured.items()}
+    return [*paper_cases(seconds), *rig_cases(speeds, lengths), *variation_cases(seconds)]
+
+
+def choose_rig_recordings(printed: Table6) -> dict[State, RegisteredRecording]:
+    """The registered rig recordings to hold the model against: one nominal speed, the paper's load, no axial load.
+
+    The speed with most of the three states wins, then the one nearest to the paper's 727 rpm.
+    """
+    usable = [
+        r
+        for r in rig_recordings()
+        if r.radial_kn == printed.radial_kn
+        and not r.axial_kn
+        and r.nominal_rpm is not None
+        and r.state in PAPER_STATES
+        and (r.seconds or 0) >= SHORTEST_S
+    ]
+    by_speed: dict[float, dict[State, RegisteredRecording]] = {}
+    for entry in usable:
+        if entry.nominal_rpm is not None and entry.state is not None:
+            by_speed.setdefault(entry.nominal_rpm, {}).setdefault(entry.state, entry)
+    if not by_speed:
+        return {}
+    best = max(by_speed, key=lambda rpm: (len(by_speed[rpm]), -abs(rpm - printed.motor_rpm)))
+    return {state: by_speed[best][state] for state in PAPER_STATES if state in by_speed[best]}
+
+
+def _stand_ins(states: set[State], printed: Table6, folder: Path) -> dict[State, Recording]:
+    folder.mkdir(parents=True, exist_ok=True)
+    return {
+        state: write_stand_in(
+            folder / f"stand-in-{state}.h5",
+            state=state,
+            shaft_hz=printed.shaft_rpm / 60,
+            seconds=STAND_IN_SECONDS,
+            seed=i,
+        )
+        for i, state in enumerate(PAPER_STATES)
+        if state in states
+    }
+
+
+def _variation_ids(cases: Sequence[Case]) -> set[str]:
+    return {c.id for c in cases if not c.id.startswith(("paper-", "rig-"))}

@@ -1,0 +1,145 @@
+"""The rows of Table 6: the paper's speed against published values, the rig's speed against recordings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+from srbval.errors import DataError
+from srbval.models.run import Run
+from srbval.recordings import State
+from srbval.validation.analyse import Analysis
+from srbval.validation.comparison import Comparison, RigSource
+from srbval.validation.lines import Line
+from srbval.validation.published import Table6
+from srbval.validation.sum_rule import SumRule, sum_rule
+from srbval.validation.variation import Variation
+
+LINE_OF = {State.OUTER: "BPFO", State.INNER: "BPFI"}
+
+
+def published_rows(printed: Table6, paper: Mapping[State, Analysis], runs: Mapping[str, Run]) -> Iterator[Comparison]:
+    """Our model at the paper's speed beside the paper's model and rig, against the printed kinematic frequency.
+
+    The paper gives its rig values no uncertainty and no measured speed, so these rows cannot be resolved.
+    """
+    for state, line in LINE_OF.items():
+        row = printed.of(state.value)
+        read = found_line(paper[state], line)
+        yield Comparison(
+            defect=state.value,
+            line=line,
+            shaft_rpm=printed.shaft_rpm,
+            kinematic_hz=row.kinematic_hz,
+            model_hz=_found(read),
+            model_ci95_hz=_ci95(read),
+            model_cage_hz=cage_line_hz(runs[f"paper-{state}"], line),
+            rig_hz=row.rig_hz,
+            rig_source=RigSource.PUBLISHED,
+            paper_model_hz=row.model_hz,
+            paper_rig_hz=row.rig_hz,
+            paper_model_printed_pct=row.model_printed_pct,
+            paper_rig_printed_pct=row.rig_printed_pct,
+        )
+
+
+def measured_rows(
+    rig: Mapping[State, Analysis],
+    beside: Mapping[State, Analysis],
+    runs: Mapping[State, Run],
+    variations: Sequence[Variation],
+) -> Iterator[Comparison]:
+    """Our model at each recording's measured speed beside that recording; states without a found line are left out."""
+    for state, line in LINE_OF.items():
+        if state not in rig or not found_line(rig[state], line).detected:
+            continue
+        read, model = found_line(rig[state], line), found_line(beside[state], line)
+        speed = rig[state].speed
+        yield Comparison(
+            defect=state.value,
+            line=line,
+            shaft_rpm=60 * speed.value_hz,
+            kinematic_hz=read.kinematic_hz,
+            model_hz=_found(model),
+            model_ci95_hz=_ci95(model),
+            model_cage_hz=cage_line_hz(runs[state], line),
+            rig_hz=_found(read),
+            rig_ci95_hz=_ci95(read),
+            rig_source=RigSource.MEASURED,
+            rig_shaft_rpm=60 * speed.value_hz,
+            uncertainty_parts_pct={
+                "model reading": 100 * _ci95(model) / _found(model),
+                "rig reading": 100 * _ci95(read) / _found(read),
+                "rig speed": 100 * speed.ci95_hz / speed.value_hz,
+                **_variation_parts(line, variations),
+            },
+        )
+
+
+def sum_rules(printed: Table6, paper: Mapping[State, Analysis], rig: Mapping[State, Analysis]) -> Iterator[SumRule]:
+    """BPFO + BPFI of every pair there is: printed kinematic, paper's model, paper's rig, our model, the recordings."""
+    outer, inner = printed.of("outer"), printed.of("inner")
+    shaft_hz = printed.shaft_rpm / 60
+    rollers = paper[State.OUTER].bearing.rolling_elements
+    for source, origin, bpfo, bpfi in (
+        ("kinematic, as printed", "published", outer.kinematic_hz, inner.kinematic_hz),
+        ("paper's model", "published", outer.model_hz, inner.model_hz),
+        ("paper's rig", "published", outer.rig_hz, inner.rig_hz),
+    ):
+        yield sum_rule(source, origin, rollers, bpfo_hz=bpfo, bpfi_hz=bpfi,
+                       outer_shaft_hz=shaft_hz, inner_shaft_hz=shaft_hz)  # fmt: skip
+    yield _read_pair("our model", "simulated", rollers, paper)
+    if all(s in rig and found_line(rig[s], n).detected for s, n in LINE_OF.items()):
+        rpm = rig[State.OUTER].recording.nominal_rpm
+        yield _read_pair(f"rig recordings, {rpm:g} rpm nominal", "measured", rollers, rig)
+
+
+def found_line(analysis: Analysis, name: str) -> Line:
+    """First harmonic of a line; `DataError` where it lies outside the record's reach."""
+    line = analysis.line(name)
+    if line.found_hz is None:
+        raise DataError(f"{analysis.recording.name}: {name} cannot be read; the record is too short.")
+    return line
+
+
+def cage_line_hz(run: Run, line: str) -> float:
+    """A race line from the run's own mean cage speed [Hz]."""
+    return run.bpfo_hz if line == "BPFO" else run.bpfi_hz
+
+
+def _read_pair(source: str, origin: str, rollers: int, sides: Mapping[State, Analysis]) -> SumRule:
+    outer, inner = sides[State.OUTER], sides[State.INNER]
+    bpfo, bpfi = found_line(outer, "BPFO"), found_line(inner, "BPFI")
+    return sum_rule(
+        source,
+        origin,
+        rollers,
+        bpfo_hz=_found(bpfo),
+        bpfi_hz=_found(bpfi),
+        outer_shaft_hz=outer.speed.value_hz,
+        inner_shaft_hz=inner.speed.value_hz,
+        ci95=(_order_ci95(outer, bpfo), _order_ci95(inner, bpfi)),
+    )
+
+
+def _order_ci95(analysis: Analysis, line: Line) -> float:
+    relative = math.hypot(_ci95(line) / _found(line), analysis.speed.ci95_hz / analysis.speed.value_hz)
+    return relative * _found(line) / analysis.speed.value_hz
+
+
+def _variation_parts(line: str, variations: Sequence[Variation]) -> dict[str, float]:
+    """What the numerics and the open inputs do to a line: the change each variation makes, taken as its 95 % bound."""
+    return {
+        v.purpose: abs(v.bpfo_change_pct if line == "BPFO" else v.bpfi_change_pct)
+        for v in variations
+        if v.state == State.OUTER.value
+    }
+
+
+def _found(line: Line) -> float:
+    assert line.found_hz is not None, "found_line has checked this"
+    return line.found_hz
+
+
+def _ci95(line: Line) -> float:
+    return line.ci95_hz or 0.0

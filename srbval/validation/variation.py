@@ -1,0 +1,42 @@
+"""What one change does to the cage speed, and so to the race lines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from srbval.models.run import Run
+from srbval.validation.cases import Case
+from srbval.validation.comparison import deviation_pct
+
+
+@dataclass(frozen=True, kw_only=True)
+class Variation:
+    """A varied run against the paper's: cage ratios and what the change does to each race line [%].
+
+    Both follow from the mean cage speed: BPFO = Z f_c, BPFI = Z (f_r - f_c).
+    """
+
+    id: str
+    purpose: str
+    state: str
+    cage_ratio: float
+    bpfo_hz: float
+    bpfi_hz: float
+    bpfo_change_pct: float
+    bpfi_change_pct: float
+    roller_load_share: float
+
+
+def variation(case: Case, run: Run, base: Run) -> Variation:
+    """Compare a varied run with the run it was varied from."""
+    return Variation(
+        id=case.id,
+        purpose=case.purpose,
+        state=case.state.value,
+        cage_ratio=run.cage_ratio,
+        bpfo_hz=run.bpfo_hz,
+        bpfi_hz=run.bpfi_hz,
+        bpfo_change_pct=deviation_pct(run.bpfo_hz, base.bpfo_hz),
+        bpfi_change_pct=deviation_pct(run.bpfi_hz, base.bpfi_hz),
+        roller_load_share=run.roller_load_share,
+    )
