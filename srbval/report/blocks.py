@@ -57,7 +57,8 @@ class Figure:
 
     `file` is where the picture lies now; the report keeps its own copy as ``figures/<id>.<suffix>``, and
     `data` (CSV) likewise. `label` is the bold start of the caption ("Figure 11a"). `synthetic` marks a
-    stand-in: both renderers print so above the caption. Raises ValueError without alt text or caption.
+    stand-in: both renderers print so above the caption. A figure on its own takes the whole width of the
+    text unless `wide` is False. Raises ValueError without alt text or caption.
     """
 
     id: str
@@ -68,6 +69,7 @@ class Figure:
     synthetic: bool = False
     label: str = ""
     badge: Badge | None = None
+    wide: bool = True
 
     def __post_init__(self) -> None:
         check_identifier(self.id, "figure")

@@ -81,6 +81,7 @@ def _(block: blocks.Figure) -> Plain:
         "data": block.data_name,
         "synthetic": block.synthetic,
         "badge": block.badge.value if block.badge else None,
+        "wide": block.wide,
     }
 
 

@@ -51,7 +51,7 @@ def panels(tmp_path_factory: pytest.TempPathFactory) -> tuple[Figure, ...]:
     )  # fmt: skip
     model = Figure(
         id="fig12a", label="Figure 12a", caption="Envelope spectrum.", alt="Six lines at BPFO's harmonics",
-        file=made.picture, data=made.data,
+        file=made.picture, data=made.data, wide=False,
     )  # fmt: skip
     return stand_in, model
 
