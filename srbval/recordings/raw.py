@@ -61,4 +61,5 @@ def as_signal(values: NDArray[Any], what: str) -> NDArray[np.float64]:
             f"{what}: sample {bad} of {values.size} is {values.ravel()[bad]}; every sample must be finite. "
             "Export the record again, or cut the damaged part off."
         )
-    return np.ascontiguousarray(values, dtype=np.float64).ravel()
+    samples = np.ascontiguousarray(values, dtype=np.float64).ravel()
+    return samples if samples.flags.writeable else samples.copy()

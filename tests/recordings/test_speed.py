@@ -37,6 +37,15 @@ def test_interval_covers_the_truth() -> None:
     assert 176 <= covered <= 198
 
 
+def test_long_signal_gives_the_interval_of_the_short_one() -> None:
+    """The same process sampled 16 times faster: the interval of the mean must not shrink."""
+    slow = correlated(np.random.default_rng(3), 8000, 0.9)
+    fast = np.repeat(slow, 16)
+    assert tachometer_speed(14 + 0.01 * fast).ci95_hz == pytest.approx(
+        tachometer_speed(14 + 0.01 * slow).ci95_hz, rel=0.05
+    )
+
+
 def test_drift_and_direction() -> None:
     up = tachometer_speed(np.linspace(10, 11, 1000))
     assert (up.value_hz, up.drift_hz) == (pytest.approx(10.5), pytest.approx(0.75, abs=1e-3))
