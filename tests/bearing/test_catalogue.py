@@ -1,0 +1,72 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from srbval.bearing import known_bearings, load_bearing
+from srbval.errors import ConfigurationError, DataError
+
+GEOMETRY = """
+title = "test"
+source = "test"
+[geometry]
+raceway_radius = "164 mm"
+tilt = "10 deg"
+pitch_radius = "141.81 mm"
+roller_width = "37 mm"
+roller_diameter = "40.1 mm"
+inner_centre_radial = "283.61 mm"
+inner_centre_axial = "50.01 mm"
+rollers_per_row = 19
+outer_diameter = "360 mm"
+width = "98 mm"
+"""
+
+
+def test_names_of_the_interface_are_there() -> None:
+    assert {"skf-22240", "skf-6205", "skf-6203", "mfpt-nice", "fag-22205"} <= set(known_bearings())
+
+
+def test_a_file_of_the_same_content_is_the_same_bearing(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(GEOMETRY)
+    mine, known = load_bearing(path), load_bearing("skf-22240")
+    assert (mine.orders, mine.geometry, mine.name) == (known.orders, known.geometry, "mine")
+
+
+def test_unknown_name_gets_the_nearest() -> None:
+    with pytest.raises(ConfigurationError, match="Did you mean 'skf-22240'"):
+        load_bearing("skf22240")
+
+
+def test_missing_file_is_missing_data() -> None:
+    with pytest.raises(DataError, match="no such file"):
+        load_bearing("nowhere.toml")
+
+
+def test_two_tables_are_one_too_many(tmp_path: Path) -> None:
+    path = tmp_path / "two.toml"
+    path.write_text(GEOMETRY + "[orders]\nrolling_elements = 9\nbpfo = 1.0\nbpfi = 2.0\nbsf = 1.0\nftf = 0.4\n")
+    with pytest.raises(ConfigurationError, match="exactly one"):
+        load_bearing(path)
+
+
+def test_touching_diameter_closes_the_gap() -> None:
+    geometry = load_bearing("skf-22240").geometry
+    assert geometry is not None
+    # outer gap: sphere about the origin; inner gap: arc about its centre, both seen from the roller's centre
+    assert geometry.touching_diameter_m == pytest.approx(2 * 0.020, abs=2e-5)
+    assert geometry.touching_diameter_m < geometry.roller_diameter_m
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [({"rollers_per_row": 30}, "overlap"), ({"roller_width_m": 0.02}, "too short"), ({"pitch_radius_m": -1.0}, "positive")],
+)  # fmt: skip
+def test_impossible_geometry_is_refused(change: dict[str, float], message: str) -> None:
+    geometry = load_bearing("skf-22240").geometry
+    assert geometry is not None
+    with pytest.raises(ConfigurationError, match=message):
+        replace(geometry, **change)

@@ -1,0 +1,72 @@
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from srbval.config.strict import build, quantity, read_toml
+from srbval.config.units import parse_quantity
+from srbval.errors import ConfigurationError, DataError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    radial_n: float = quantity("force")
+    count: int = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Whole:
+    part: Part
+    name: str = "x"
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "value"),
+    [("124.8 kN", "force", 124_800.0), ("710 rpm", "speed", 710 * 2 * math.pi / 60), ("-90 deg", "angle", -math.pi / 2),
+     ("1e-8 m", "length", 1e-8), ("0.2mm", "length", 2e-4), ("5 %", "one", 0.05)],
+)  # fmt: skip
+def test_quantities_with_units(text: str, dimension: str, value: float) -> None:
+    assert parse_quantity(text, dimension, "here") == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize("bad", ["5", "5 lbf", "kN", "1e999 N", "nan N", True, None, [1]])
+def test_bad_quantities_are_refused_by_name(bad: object) -> None:
+    with pytest.raises(ConfigurationError, match=r"here\.load"):
+        parse_quantity(bad, "force", "here.load")
+
+
+def test_both_spellings_of_a_quantity() -> None:
+    assert build(Part, {"radial": "2 kN"}, "t") == build(Part, {"radial_n": 2000.0}, "t")
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ({"part": {"radial": 5.0}}, r"5\.0 has no unit.*radial_n"),
+        ({"part": {"radial_n": "5 N"}}, "number in SI"),
+        ({"part": {"radial": "5 N", "radial_n": 5.0}}, "given twice"),
+        ({"part": {"radail": "5 N"}}, "did you mean 'radial'"),
+        ({"part": {}}, "missing key 'radial_n'"),
+        ({"part": {"radial": "5 N", "count": 2.5}}, "expected int"),
+        ({"part": {"radial": "5 N", "count": True}}, "expected int"),
+        ({"part": 3}, "expected a table"),
+        ({}, "missing key 'part'"),
+    ],
+)
+def test_wrong_tables_say_what_is_wrong(table: dict[str, object], message: str) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        build(Whole, table, "t")
+
+
+def test_toml_files(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="no such file"):
+        read_toml(tmp_path / "none.toml")
+    (tmp_path / "bad.toml").write_text("a = = 1")
+    with pytest.raises(ConfigurationError, match="not a valid TOML"):
+        read_toml(tmp_path / "bad.toml")
+    (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ConfigurationError, match="not a valid TOML"):
+        read_toml(tmp_path / "binary.toml")

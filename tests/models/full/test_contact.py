@@ -1,0 +1,73 @@
+"""The contact law point by point: eqs (18) and (19) and their directions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from srbval.models.full.contact_kernel import race_on_roller
+
+R, PROFILE = 0.020, 0.164
+K, C, W, MU_S, MU_D, V_C = 5e7, 1e3, 1e-8, 0.7, 0.5, 1e-3
+
+
+def one_point(
+    depth: float, velocity: tuple[float, float, float] = (0.0, 0.0, 0.0), along: float = 0.0
+) -> tuple[float, ...]:
+    """Force and torque of one ring point `depth` below the roller's surface at its +x side, `along` the axis.
+
+    `velocity` is the ring's relative to the roller.
+    """
+    rho = np.sqrt((PROFILE - depth) ** 2 - along**2) - PROFILE + R
+    windows = np.zeros((1, 3, 1))
+    windows[0, :, 0] = (rho, 0.0, along)
+    frame = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    found: tuple[float, ...] = race_on_roller(
+        windows, 0, R, PROFILE, K, C, W, MU_S, MU_D, V_C, *frame, 0.0, 0.0, 0.0, *velocity, 0.0, 0.0, 0.0
+    )
+    return found
+
+
+def test_a_point_inside_pushes_the_roller_away() -> None:
+    f_x, f_y, f_z, *_, load = one_point(2e-5)
+    assert f_x == pytest.approx(-K * 2e-5, rel=1e-6)
+    assert (f_y, f_z) == (0.0, 0.0)
+    assert load == pytest.approx(K * 2e-5, rel=1e-6)
+
+
+def test_a_point_outside_does_nothing() -> None:
+    assert one_point(-1e-9) == (0.0,) * 7
+
+
+@pytest.mark.parametrize(("share", "smooth"), [(0.25, 0.15625), (0.5, 0.5), (0.75, 0.84375), (1.0, 1.0)])
+def test_smoothing_rises_from_0_to_1_with_flat_ends(share: float, smooth: float) -> None:
+    assert one_point(share * W)[6] == pytest.approx(smooth * K * share * W, rel=1e-5)
+
+
+def test_damping_resists_approach_and_eases_retreat_but_never_pulls() -> None:
+    still = one_point(2e-5)[6]
+    inwards, outwards = one_point(2e-5, (-0.1, 0, 0))[6], one_point(2e-5, (0.1, 0, 0))[6]
+    assert inwards - still == pytest.approx(C * 0.1, rel=1e-6)
+    assert outwards - still == pytest.approx(-C * 0.1, rel=1e-6)
+    assert one_point(2e-5, (5.0, 0, 0))[6] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("slip", "coefficient"),
+    [(0.5 * V_C, 0.5 * MU_S), (V_C, MU_S), (1.25 * V_C, (MU_S + MU_D) / 2), (1.5 * V_C, MU_D), (1.0, MU_D)],
+)
+def test_friction_coefficient_over_slip(slip: float, coefficient: float) -> None:
+    f_x, f_y, *_ = one_point(2e-5, (0.0, slip, 0.0))
+    assert f_y / -f_x == pytest.approx(coefficient, rel=1e-9)
+
+
+def test_friction_drags_the_roller_along_and_spins_it() -> None:
+    _, f_y, _, t_x, t_y, t_z, _ = one_point(2e-5, (0.0, 0.2, 0.0))
+    assert f_y > 0, "the ring's point moves along +y and takes the roller with it"
+    assert t_z == pytest.approx(f_y * (R - 2e-5), rel=1e-9), "a force along +y at +x turns about +z"
+    assert (t_x, t_y) == (0.0, 0.0)
+
+
+def test_the_normal_follows_the_barrel() -> None:
+    f_x, _, f_z, *_ = one_point(2e-5, along=0.014)
+    assert f_z / f_x == pytest.approx(0.014 / np.sqrt((PROFILE - 2e-5) ** 2 - 0.014**2), rel=1e-9)

@@ -1,0 +1,111 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from srbval.bearing import load_bearing
+from srbval.bearing.geometry import CIRCLES
+from srbval.models.full.bodies import outer_ring_mass_kg, roller_body
+from srbval.models.full.parameters import make_parameters
+from srbval.models.full.point_cloud import (
+    DEEPEST_M,
+    FAR_M,
+    candidate_windows,
+    displacement,
+    inner_circle,
+    outer_circle,
+    window_half_count,
+)
+from srbval.scene import Defect, DefectKind, paper_scene
+
+GEOMETRY = load_bearing("skf-22240").geometry
+assert GEOMETRY is not None
+ROUNDED_TABLE_1_M = 2e-5  # Table 1 gives hundredths of a millimetre
+
+
+@pytest.mark.parametrize("p", CIRCLES)
+def test_both_raceways_face_the_roller(p: float) -> None:
+    """Each circle lies one roller radius from the roller's profile, the inner one with eq. (17)'s sign mended."""
+    assert GEOMETRY is not None
+    reach = GEOMETRY.roller_centre_distance_m
+    centre = np.array([reach * math.cos(GEOMETRY.tilt_rad), reach * math.sin(GEOMETRY.tilt_rad)])
+    slot = centre / reach
+    for circle, side in ((outer_circle(GEOMETRY, p), 1.0), (inner_circle(GEOMETRY, p), -1.0)):
+        point = np.array([circle.radius_m, circle.height_m])
+        arc_centre = centre - side * slot * (GEOMETRY.raceway_radius_m - GEOMETRY.touching_diameter_m / 2)
+        distance = np.linalg.norm(point - arc_centre)
+        assert distance == pytest.approx(GEOMETRY.raceway_radius_m, abs=ROUNDED_TABLE_1_M)
+        towards_roller = (centre - point) @ np.array([circle.normal_radial, circle.normal_axial])
+        assert towards_roller > 0, "the normal points at the rollers"
+    assert inner_circle(GEOMETRY, 1.0).radius_m == pytest.approx(0.1221, abs=ROUNDED_TABLE_1_M)
+
+
+def test_a_bump_moves_its_points_towards_the_rollers() -> None:
+    defect = Defect(kind=DefectKind.OUTER, points=2, height_m=2e-4, angle_rad=0.0, row=2, circle=2)
+    moved = displacement(500, defect, math.pi / 2)
+    assert sorted(np.flatnonzero(moved[1, 1])) == [124, 125] or sorted(np.flatnonzero(moved[1, 1])) == [125, 126]
+    assert np.count_nonzero(moved) == 2
+    assert GEOMETRY is not None
+    circles = [outer_circle(GEOMETRY, p) for p in CIRCLES]
+    windows, window_of = candidate_windows(circles, moved, 2)
+    plain, raised = windows[window_of[1, 0]], windows[window_of[1, 125]]
+    assert window_of[1, 0] != window_of[1, 125]
+    lifted = np.linalg.norm(raised - plain, axis=0)
+    assert sorted(lifted)[-2:] == pytest.approx([2e-4, 2e-4])
+    radius = np.hypot(raised[0], raised[1])[np.argsort(lifted)[-2:]]
+    assert np.all(radius < circles[1].radius_m), "off the outer race means inwards"
+
+
+def test_rows_mirror_each_other_and_padding_is_out_of_reach() -> None:
+    assert GEOMETRY is not None
+    circles = [inner_circle(GEOMETRY, p) for p in CIRCLES]
+    windows, window_of = candidate_windows(circles, np.zeros((2, 3, 500)), 2)
+    first, second = windows[window_of[0, 17]], windows[window_of[1, 17]]
+    assert np.array_equal(first[:2], second[:2])
+    assert np.array_equal(first[2], -second[2])
+    assert np.all(first[0, 15:] == FAR_M)
+
+
+@pytest.mark.parametrize("points", [500, 1000, 4000])
+def test_no_point_beyond_the_window_can_touch(points: int) -> None:
+    """Brute force: a roller at every phase between two points, pressed in as deep as the search allows."""
+    assert GEOMETRY is not None
+    r = GEOMETRY.touching_diameter_m / 2
+    for radius, sign in ((outer_circle(GEOMETRY, 1.0).radius_m, -1), (inner_circle(GEOMETRY, 1.0).radius_m, 1)):
+        half = window_half_count(r, sign * radius, points_per_circle=points, highest_m=0.0)
+        centre = radius + sign * (r - DEEPEST_M)
+        k = np.arange(points)
+        for phase in np.linspace(-0.5, 0.5, 11):
+            angle = 2 * np.pi * (k - phase) / points
+            distance = np.hypot(radius * np.cos(angle) - centre, radius * np.sin(angle))
+            touching = np.flatnonzero(distance < r)
+            offset = np.minimum(touching, points - touching)
+            assert offset.max() <= half
+
+
+def test_roller_mass_and_inertia() -> None:
+    """About 0.36 kg of steel; a cylinder's inertia within the barrel's few per cent."""
+    assert GEOMETRY is not None
+    body = roller_body(GEOMETRY, 0.04, 7850.0)
+    assert body.mass_kg == pytest.approx(0.36, abs=0.01)
+    assert body.axial_kg_m2 == pytest.approx(body.mass_kg * 0.02**2 / 2, rel=0.05)
+    assert body.transverse_kg_m2 == pytest.approx(body.mass_kg * (3 * 0.02**2 + 0.037**2) / 12, rel=0.05)
+
+
+def test_outer_ring_mass() -> None:
+    """Rectangle of revolution less a barrel-shaped bore, by slices."""
+    assert GEOMETRY is not None
+    z = (np.arange(20_000) + 0.5) / 20_000 * 0.098 - 0.049
+    slices = np.pi * (0.18**2 - (0.164**2 - z**2))
+    assert outer_ring_mass_kg(GEOMETRY, 7850.0) == pytest.approx(7850 * slices.mean() * 0.098, rel=1e-6)
+
+
+@pytest.mark.parametrize(("play", "diameter"), [("0 m", 0.04001), ("0.1 mm", 0.03991), ("-0.05 mm", 0.04006)])
+def test_diameter_follows_from_the_play(play: str, diameter: float) -> None:
+    assert GEOMETRY is not None
+    model = make_parameters(paper_scene(contact={"radial_play": play}), GEOMETRY)
+    assert 2 * model.roller_radius == pytest.approx(diameter, abs=1e-5)
+    printed = make_parameters(paper_scene(contact={"roller_fit": "printed"}), GEOMETRY)
+    assert 2 * printed.roller_radius == pytest.approx(0.0401, rel=1e-12)

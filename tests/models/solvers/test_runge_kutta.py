@@ -1,0 +1,27 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from srbval.models.solvers import TABLEAUX
+
+
+@pytest.mark.parametrize("name", TABLEAUX)
+def test_order_conditions(name: str) -> None:
+    """Hairer, Norsett & Wanner I, sect. II.2: one equation per rooted tree up to order 4."""
+    t = TABLEAUX[name]
+    a, b, c = t.a, t.b, t.c
+    conditions = [
+        [(b.sum(), 1)],
+        [(b @ c, 1 / 2)],
+        [(b @ c**2, 1 / 3), (b @ a @ c, 1 / 6)],
+        [(b @ c**3, 1 / 4), (b @ (c * (a @ c)), 1 / 8), (b @ a @ c**2, 1 / 12), (b @ a @ a @ c, 1 / 24)],
+    ]
+    for order, equations in enumerate(conditions, start=1):
+        met = all(np.isclose(found, wanted, atol=1e-15) for found, wanted in equations)
+        assert met == (order <= t.order), f"order {order}"
+
+
+def test_methods_are_explicit() -> None:
+    for tableau in TABLEAUX.values():
+        assert np.array_equal(tableau.a, np.tril(tableau.a, -1))

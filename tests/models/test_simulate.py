@@ -1,0 +1,128 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from srbval.errors import ConfigurationError, DataError
+from srbval.models.health import judge
+from srbval.models.run import Run, RunStatus
+from srbval.models.run_file import write_run
+from srbval.models.simulate import simulate
+from srbval.recordings import Origin, load_recording
+from srbval.recordings.from_run import recording_from_run
+from srbval.scene import paper_scene
+
+# Coulomb friction on three circles that cannot all roll: 0.4314; the band is what play and defects change.
+CAGE_RATIO = (0.4308, 0.4320)
+
+
+@pytest.fixture(scope="module")
+def run() -> Run:
+    return simulate(paper_scene(duration="0.3 s", defect={"kind": "outer"}))
+
+
+def test_the_bearing_turns_as_bearings_do(run: Run) -> None:
+    assert run.status is RunStatus.OK
+    assert CAGE_RATIO[0] < run.cage_ratio < CAGE_RATIO[1]
+    assert run.bpfo_hz + run.bpfi_hz == pytest.approx(19 * run.scene.shaft_hz, rel=1e-12)
+    assert run.displacement_m[:, 1].mean() < -1e-5, "the load pushes the ring down"
+
+
+def test_forces_on_the_ring_balance_in_the_mean(run: Run) -> None:
+    """Spring, damper and rollers carry the load: momentum of the ring over the run, axis by axis."""
+    scene = run.scene
+    spring = scene.housing.stiffness_n_m * run.displacement_m.mean(axis=0)[:2]
+    rollers = run.roller_force_n.mean(axis=0)[:2]
+    total = rollers - spring + np.array([0.0, -scene.load.radial_n])
+    assert np.abs(total).max() < 0.01 * scene.load.radial_n
+
+
+def test_output_is_the_mean_of_finer_output() -> None:
+    """Acceleration is the change of velocity over the interval: a coarser rate averages, it does not pick."""
+    changes = {"duration": "0.02 s", "settle": "0 s"}
+    coarse = simulate(paper_scene(output_rate="15360 Hz", **changes))
+    fine = simulate(paper_scene(output_rate="61440 Hz", **changes))
+    n = len(coarse.acceleration_m_s2)
+    averaged = fine.acceleration_m_s2[: 4 * n].reshape(n, 4, 3).mean(axis=1)
+    assert coarse.acceleration_m_s2 == pytest.approx(averaged, rel=1e-6, abs=1e-6)
+
+
+def test_the_same_scene_gives_the_same_run() -> None:
+    scene = paper_scene(duration="0.02 s", settle="0.01 s")
+    first, second = simulate(scene), simulate(scene)
+    assert np.array_equal(first.acceleration_m_s2, second.acceleration_m_s2)
+
+
+def test_progress_reaches_the_end() -> None:
+    seen: list[float] = []
+    simulate(paper_scene(duration="0.05 s", settle="0.01 s"), progress=seen.append)
+    assert seen[-1] == pytest.approx(0.06, abs=1e-4)  # settling is rounded to a sample
+    assert seen == sorted(seen)
+
+
+@pytest.mark.parametrize(("solver", "factor"), [("ode1", 2), ("ode1", 4), ("ode2", 4)])
+def test_silent_failures_are_caught(solver: str, factor: int) -> None:
+    """Rollers thrown clear, acceleration zero, no NaN: must not look like a quiet bearing."""
+    scene = paper_scene(duration="0.5 s", output_rate="15360 Hz", solver={"name": solver, "step_s": factor / 61_440})
+    failed = simulate(scene)
+    assert failed.status is not RunStatus.OK
+    assert "--dt" in failed.reason
+
+
+@pytest.mark.parametrize(
+    ("changes", "status"),
+    [
+        ({"finite": False}, RunStatus.NOT_FINITE),
+        ({"depth_m": np.array([1e-3])}, RunStatus.TOO_DEEP),
+        ({"cage_ratio": 0.2}, RunStatus.CAGE_LOST),
+        ({"load_share": 0.0}, RunStatus.LOAD_LOST),
+        ({}, RunStatus.OK),
+    ],
+)
+def test_health(changes: dict[str, object], status: RunStatus) -> None:
+    good = {"cage_ratio": 0.4314, "load_share": 0.05, "depth_m": np.array([2e-5]), "limit_m": 1e-4, "finite": True}
+    assert judge(paper_scene(), **(good | changes))[0] is status  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("changes", [{"model": "ful"}, {"solver": {"name": "ode5"}}, {"bearing": "skf-6205"}])
+def test_what_cannot_be_run_is_refused(changes: dict[str, object]) -> None:
+    with pytest.raises(ConfigurationError):
+        simulate(paper_scene(**changes))
+
+
+def test_a_run_and_its_file_are_the_same_recording(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "run.h5"
+    write_run(run, path)
+    read, made = load_recording(path), recording_from_run(run)
+    assert read.origin is made.origin is Origin.SIMULATED
+    assert (read.axes, read.fs_hz, read.state, read.bearing, read.unit) == (
+        made.axes, made.fs_hz, made.state, made.bearing, made.unit,
+    )  # fmt: skip
+    assert read.speed == made.speed
+    for axis in "xyz":
+        assert np.array_equal(read.channels[axis], made.channels[axis])
+
+
+def test_a_run_file_opens_in_xarray_with_units(run: Run, tmp_path: Path) -> None:
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+    path = tmp_path / "run.h5"
+    write_run(run, path)
+    with xarray.open_dataset(path, engine="h5netcdf") as data:
+        assert all(v.attrs["units"] and v.attrs["long_name"] for v in data.variables.values())
+        assert data["acceleration_x_m_s2"].dims == ("time_s",)
+
+
+def test_a_run_that_cannot_be_written_leaves_nothing(run: Run, tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="cannot be written"):
+        write_run(run, tmp_path / "no" / "such" / "run.h5")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_load_share_follows_the_path(run: Run) -> None:
+    assert 0.03 < run.roller_load_share < 0.1
+    no_load = replace(run, scene=paper_scene(duration="0.3 s", load={"radial": "0 N"}))
+    assert np.isnan(no_load.roller_load_share)

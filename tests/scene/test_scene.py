@@ -1,0 +1,63 @@
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from srbval.errors import ConfigurationError, DataError
+from srbval.scene import DefectKind, load_scene, paper_scene
+
+
+def test_defaults_are_table_4() -> None:
+    scene = paper_scene()
+    contact, housing = scene.contact, scene.housing
+    assert (contact.stiffness_n_m, contact.damping_ns_m, contact.smoothing_width_m) == (5e7, 1e3, 1e-8)
+    assert (contact.static_friction, contact.dynamic_friction, contact.points_per_circle) == (0.7, 0.5, 500)
+    assert (housing.mass_kg, housing.stiffness_n_m, housing.damping_ns_m) == (75, 5e9, 5e5)
+    assert scene.load.radial_n == pytest.approx(124_800)
+    assert scene.solver.step_s == pytest.approx(1 / 61_440, rel=1e-15)
+    assert 60 * scene.shaft_hz == pytest.approx(710, rel=1e-12)
+
+
+def test_the_load_zone_is_opposite_to_the_load() -> None:
+    load = paper_scene(load={"direction": "0 deg"}).load
+    assert load.zone_rad == pytest.approx(math.pi)
+
+
+def test_a_file_lies_over_the_paper(tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text('shaft_speed = "858 rpm"\n[load]\nradial = "62.4 kN"\n[defect]\nkind = "inner"\n')
+    scene = load_scene(path)
+    assert (scene.load.radial_n, scene.defect.kind, scene.load.axial_n) == (62_400, DefectKind.INNER, 0.0)
+    assert load_scene(path, {"load": {"radial_n": 1.0}}).load.radial_n == 1.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"shaft_sped": "710 rpm"}, "did you mean 'shaft_speed'"),
+        ({"contact": {"stifness": "1 N/m"}}, "did you mean 'stiffness'"),
+        ({"contact": {"stiffness": "-1 N/m"}}, r"stiffness_n_m = -1\.0 must be positive"),
+        ({"contact": {"static_friction": 0.1}}, "must not be below"),
+        ({"defect": {"circle": 4}}, "between 1 and 3"),
+        ({"defect": {"kind": "outter"}}, "did you mean 'outer'"),
+        ({"defect": {"height": "5 mm"}}, "within -1 mm and 1 mm"),
+        ({"solver": {"step": "20 us"}}, "whole number"),
+        ({"duration": "1 us"}, "shorter than one output interval"),
+        ({"shaft_speed": "0 rpm"}, "must be positive"),
+    ],
+)
+def test_wrong_scenes_say_what_is_wrong(changes: dict[str, object], message: str) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        paper_scene(**changes)
+
+
+def test_missing_scene_file() -> None:
+    with pytest.raises(DataError, match="no such file"):
+        load_scene("nowhere.toml")
+
+
+def test_output_interval_is_whole_steps() -> None:
+    scene = paper_scene(solver={"step_s": 1 / 122_880}, duration="2 s")
+    assert (scene.steps_per_output, scene.samples) == (6, 40_960)
