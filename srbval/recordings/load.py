@@ -58,15 +58,13 @@ def read_file(path: Path) -> Reading:
     return recognise(LOADERS[sniff(path)](path))
 
 
-def sha256_of(path: Path, progress: Callable[[int], None] | None = None) -> str:
-    """SHA-256 of the file, hexadecimal; `progress` is told the bytes of each part read."""
+def sha256_of(path: Path) -> str:
+    """SHA-256 of the file, hexadecimal."""
     digest = hashlib.sha256()
     try:
         with path.open("rb") as stream:
             while block := stream.read(1 << 20):
                 digest.update(block)
-                if progress is not None:
-                    progress(len(block))
     except OSError as error:
         raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
     return digest.hexdigest()

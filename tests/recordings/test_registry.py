@@ -262,6 +262,13 @@ def test_fetch_asks_for_all_eight_with_pinned_hashes(tmp_path: Path, monkeypatch
     assert all(r.status is Status.CHANGED for r in result.recordings)  # not the published bytes: caught
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes on this system")
+def test_named_pipe_in_the_folder_does_not_hang(folder: Path) -> None:
+    os.mkfifo(folder / "pipe.mat")
+    pipe = by_name(add(folder).recordings)["pipe.mat"]
+    assert (pipe.status, pipe.reason) == (Status.UNREADABLE, "not a regular file")
+
+
 @pytest.mark.recordings
 def test_real_folder(recordings_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SRBVAL_RECORDINGS", str(recordings_dir))

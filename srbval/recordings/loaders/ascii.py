@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import re
+import threading
 import warnings
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from srbval.recordings.raw import RawFile
 MAX_COLUMNS = 64
 HEADER_LINES = 100
 MAX_LINE = 16384
+_WARNINGS = threading.Lock()  # catch_warnings changes the state of the whole process
 _SETTING = re.compile(r"#\s*([A-Za-z_]\w*)\s*[=:]\s*(.+?)\s*")
 
 
@@ -74,7 +76,7 @@ def _table(path: Path, separator: str | None, titled: bool) -> NDArray[np.float6
     import pandas as pd
 
     try:
-        with warnings.catch_warnings():
+        with _WARNINGS, warnings.catch_warnings():
             warnings.simplefilter("ignore")
             frame = pd.read_csv(
                 path, sep=separator or r"\s+", header=0 if titled else None, comment="#", dtype=np.float64,

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+import stat
 from dataclasses import replace
 from pathlib import Path
 
-from srbval.errors import DataError, SrbvalError
+from srbval.errors import SrbvalError
 from srbval.recordings.datasets.description import known_datasets
 from srbval.recordings.load import read_file, sha256_of
 from srbval.recordings.reading import Reading
@@ -15,31 +14,25 @@ from srbval.recordings.registry.entry import RegisteredRecording, Status
 from srbval.recordings.sniff import sniff
 
 N_PER_KN = 1e3
-BytesRead = Callable[[int], None]
 
 
-def inspect_file(path: Path, bytes_read: BytesRead | None = None) -> RegisteredRecording:
-    """Read and hash `path` (at the same time); whatever is wrong becomes a status with a reason.
+def inspect_file(path: Path) -> RegisteredRecording:
+    """Read and hash `path`; whatever is wrong becomes a status with a reason.
 
     A file that leaves the channel or the rate open is ok: the question comes up when it is analysed.
     """
     entry = RegisteredRecording(file=str(path), sha256="", size_bytes=0, mtime_ns=0, status=Status.OK)
     try:
-        stat = path.stat()
+        found = path.stat()
+        if not stat.S_ISREG(found.st_mode):
+            return entry.with_status(Status.UNREADABLE, "not a regular file")
+        entry = replace(entry, size_bytes=found.st_size, mtime_ns=found.st_mtime_ns, sha256=sha256_of(path))
+        entry = replace(entry, format=sniff(path).value)
+        return _against_published(_described(entry, read_file(path)))
     except OSError as error:
         return entry.with_status(Status.UNREADABLE, f"cannot be read ({error.strerror})")
-    entry = replace(entry, size_bytes=stat.st_size, mtime_ns=stat.st_mtime_ns)
-    with ThreadPoolExecutor(max_workers=1) as pool:
-        hashing = pool.submit(sha256_of, path, bytes_read)
-        try:
-            entry = replace(entry, format=sniff(path).value)
-            entry = _described(entry, read_file(path))
-        except SrbvalError as error:
-            entry = entry.with_status(_status_of(error), _reason(path, error))
-    try:
-        return _against_published(replace(entry, sha256=hashing.result()))
-    except DataError as error:
-        return entry.with_status(Status.UNREADABLE, _reason(path, error))
+    except SrbvalError as error:
+        return entry.with_status(_status_of(error), _reason(path, error))
 
 
 def _described(entry: RegisteredRecording, reading: Reading) -> RegisteredRecording:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from srbval.errors import DataError
@@ -18,6 +19,7 @@ from srbval.recordings.registry.manifest import Entries, manifest_path, read_man
 
 Progress = Callable[[int, int, str], None]  # bytes done, bytes in all, file at hand
 
+MAX_WORKERS = 4
 RIG_DATASETS = ("torino-full", "torino-excerpts")  # the longer recordings first
 
 
@@ -113,12 +115,19 @@ def _inspect(files: list[Path], known: Entries, progress: Progress | None) -> li
     """Each file looked at; one whose size and time of change are those pinned is taken from `known`."""
     sizes = [_size(path) for path in files]
     total, done, seen = sum(sizes), 0, []
-    for path, size in zip(files, sizes, strict=True):
+
+    def look(path: Path) -> RegisteredRecording:
         pinned = known.get(str(path))
-        seen.append(pinned if pinned is not None and _untouched(pinned) else inspect_file(path))
-        done += size
-        if progress is not None:
-            progress(done, total, str(path))
+        return pinned if pinned is not None and _untouched(pinned) else inspect_file(path)
+
+    with ThreadPoolExecutor(
+        min(MAX_WORKERS, os.cpu_count() or 1)
+    ) as pool:  # hashing and reading free the GIL
+        for entry, size in zip(pool.map(look, files), sizes, strict=True):
+            seen.append(entry)
+            done += size
+            if progress is not None:
+                progress(done, total, entry.file)
     return seen
 
 
