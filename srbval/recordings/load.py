@@ -58,6 +58,35 @@ def read_file(path: Path) -> Reading:
     return recognise(LOADERS[sniff(path)](path))
 
 
+def read_and_hash(path: Path) -> tuple[Reading | DataError, str]:
+    """`read_file` and the file's SHA-256; a refusal is returned, so that the hash is known all the same.
+
+    The large MATLAB v5 files are read from the disk once for both. Raises `DataError` for a file that
+    cannot be read at all.
+    """
+    try:
+        if sniff(path) is FileKind.MATLAB_V5:
+            contents = path.read_bytes()
+            return _or_refusal(lambda: recognise(load_matlab_v5(path, contents))), hash_of(contents)
+    except OSError as error:
+        raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
+    except DataError as error:
+        return error, sha256_of(path)
+    return _or_refusal(lambda: read_file(path)), sha256_of(path)
+
+
+def _or_refusal(read: Callable[[], Reading]) -> Reading | DataError:
+    try:
+        return read()
+    except DataError as error:
+        return error
+
+
+def hash_of(contents: bytes) -> str:
+    """SHA-256 of `contents`, hexadecimal."""
+    return hashlib.sha256(contents).hexdigest()
+
+
 def sha256_of(path: Path) -> str:
     """SHA-256 of the file, hexadecimal."""
     digest = hashlib.sha256()

@@ -119,6 +119,17 @@ def test_two_sensors_are_ambiguous_and_named(tmp_path: Path) -> None:
     assert load_recording(path, channel="Signal_3[2]").channel == "Signal_3[2]"
 
 
+def test_same_layout_from_another_rig_is_not_taken_for_this_one(tmp_path: Path) -> None:
+    path = files.rig_v5(tmp_path / "gearbox_run_3.mat", files.rig_signals())
+    with pytest.raises(DataError, match=r"Signal_3\[1\].*Signal_3\[4\].*--channel"):
+        load_recording(path)
+    r = load_recording(path, channel="Signal_3[4]")
+    assert (r.dataset, r.bearing, r.state, r.band_hz) == (None, None, None, None)
+    assert (r.unit, r.fs_hz) == ("m/s2", 20480.0)
+    assert r.speed is not None
+    assert r.speed.source is SpeedSource.TACHOMETER
+
+
 @pytest.mark.recordings
 @pytest.mark.parametrize(
     ("name", "state", "mean_rpm"),

@@ -50,34 +50,40 @@ class Signal:
 
 
 def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Reading | None:
-    """The accelerometers and the speed signal of the file; None if it has no such struct."""
+    """The accelerometers and the speed signal of the file; None if it has no such struct.
+
+    Other rigs export the same layout: only a file with the set's own name is taken for one of its
+    recordings, with its bearing and its choice of sensor. Of others both stay open.
+    """
     names = [m[1] for variable in raw.variables if (m := _STRUCT.fullmatch(variable))]
     accelerations = [s for n in names if (s := _signal(raw, n, ACCELERATION))]
     if not accelerations:
         return None
     groups = match_groups(raw, description) or {}
-    state = state_of(groups.get("label"), description)
     nominal_rpm = float(groups["rpm"]) if "rpm" in groups else None
     rotations = [s for n in names if (s := _signal(raw, n, ROTATION))]
     speed, problem, note = _speed(rotations, nominal_rpm, description)
-    channels, chosen = _sensors(raw, accelerations, description)
-    bearing = description.channels[-1].bearing
+    known = "label" in groups
+    sensors, tested = _sensors(raw, accelerations, description if known else None)
+    bearing = next(rule.bearing for rule in description.channels if rule.analyse) if known else None
+    state = state_of(groups.get("label"), description)
     return Reading(
-        dataset=description.name,
+        dataset=description.name if known else None,
         channels={
-            key: Channel(samples=x, unit="m/s2", bearing=bearing if chosen in (key, None) else None,
-                         state=state if chosen in (key, None) else None, variable=key)
-            for key, x in channels.items()
+            name: Channel(samples=samples, unit="m/s2", bearing=bearing, state=state, variable=name)
+            if name == tested
+            else Channel(samples=samples, unit="m/s2", variable=name)
+            for name, samples in sensors.items()
         },
-        channel=chosen,
+        channel=tested,
         fs_hz=accelerations[0].fs_hz,
         speed=speed,
         speed_problem=problem,
         radial_n=float(groups["radial_kn"]) * 1e3 if "radial_kn" in groups else None,
         axial_n=float(groups["axial_kn"]) * 1e3 if "axial_kn" in groups else None,
         nominal_rpm=nominal_rpm,
-        notes=(f"acceleration from {accelerations[0].name}", note, *description.notes),
-    )  # fmt: skip
+        notes=(f"acceleration from {accelerations[0].name}", note, *(description.notes if known else ())),
+    )
 
 
 def _signal(raw: RawFile, name: str, labels: dict[str, dict[float, float]]) -> Signal | None:
@@ -119,17 +125,17 @@ def _to_si(raw: RawFile, name: str, label: str, factor: float | None, known: dic
 
 
 def _sensors(
-    raw: RawFile, signals: list[Signal], description: DatasetDescription
+    raw: RawFile, signals: list[Signal], description: DatasetDescription | None
 ) -> tuple[dict[str, NDArray[np.float64]], str | None]:
-    """Channels by sensor; the one to analyse where the description's own layout is met."""
+    """Channels by sensor, and the one at the tested bearing where the description's own layout is met."""
     rates = {s.fs_hz for s in signals}
     if len(rates) > 1:
         raise DataError(f"{raw.path}: acceleration signals at different rates, {sorted(rates)} Hz.")
-    layout = [rule.name for rule in description.channels]
+    layout = description.channels if description is not None else ()
     if len(signals) == 1 and signals[0].values.shape[1] == len(layout):
-        chosen = next(rule.name for rule in description.channels if rule.analyse)
+        tested = next(rule.name for rule in layout if rule.analyse)
         columns = np.ascontiguousarray(signals[0].values.T)
-        return dict(zip(layout, columns, strict=True)), chosen
+        return {rule.name: column for rule, column in zip(layout, columns, strict=True)}, tested
     named = {
         f"{s.name}[{i + 1}]": np.ascontiguousarray(column)
         for s in signals

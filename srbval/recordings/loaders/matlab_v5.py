@@ -36,14 +36,14 @@ MAX_ELEMENTS = 100_000
 MAX_TEXT_BYTES = 65536
 
 
-def load_matlab_v5(path: Path) -> RawFile:
-    """Read every numeric array, text and (nested) struct field of a MATLAB v5 file.
+def load_matlab_v5(path: Path, contents: bytes | None = None) -> RawFile:
+    """Read every numeric array, text and (nested) struct field of a MATLAB v5 file (or of its `contents`).
 
     Cells and structs of one element are unwrapped; of larger ones each element's index goes into its name.
     Complex parts, sparse arrays, function handles and Java objects are left out. Raises `DataError`
     whatever the damage.
     """
-    data = path.read_bytes()
+    data = path.read_bytes() if contents is None else contents
     reader = _Reader(path, ">" if data[126:128] == b"MI" else "<")
     if len(data) < HEADER_BYTES + 8:
         raise reader.damaged(f"{len(data)} bytes; its header alone has {HEADER_BYTES}")

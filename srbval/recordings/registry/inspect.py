@@ -6,9 +6,9 @@ import stat
 from dataclasses import replace
 from pathlib import Path
 
-from srbval.errors import SrbvalError
+from srbval.errors import DataError, SrbvalError
 from srbval.recordings.datasets.description import known_datasets
-from srbval.recordings.load import read_file, sha256_of
+from srbval.recordings.load import read_and_hash
 from srbval.recordings.reading import Reading
 from srbval.recordings.registry.entry import RegisteredRecording, Status
 from srbval.recordings.sniff import sniff
@@ -26,9 +26,12 @@ def inspect_file(path: Path) -> RegisteredRecording:
         found = path.stat()
         if not stat.S_ISREG(found.st_mode):
             return entry.with_status(Status.UNREADABLE, "not a regular file")
-        entry = replace(entry, size_bytes=found.st_size, mtime_ns=found.st_mtime_ns, sha256=sha256_of(path))
+        reading, sha256 = read_and_hash(path)
+        entry = replace(entry, size_bytes=found.st_size, mtime_ns=found.st_mtime_ns, sha256=sha256)
         entry = replace(entry, format=sniff(path).value)
-        return _against_published(_described(entry, read_file(path)))
+        if isinstance(reading, DataError):
+            raise reading
+        return _against_published(_described(entry, reading))
     except OSError as error:
         return entry.with_status(Status.UNREADABLE, f"cannot be read ({error.strerror})")
     except SrbvalError as error:
