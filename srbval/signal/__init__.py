@@ -5,11 +5,13 @@ from srbval.signal.comb import LineReading, read_comb
 from srbval.signal.combine import normalise, rotate_axes
 from srbval.signal.envelope import envelope, squared_envelope
 from srbval.signal.periodogram import Periodogram
+from srbval.signal.scalogram import Scalogram, scalogram
 from srbval.signal.spectrum import Spectrum, amplitude_spectrum
 
 __all__ = [
     "LineReading",
     "Periodogram",
+    "Scalogram",
     "Spectrum",
     "amplitude_spectrum",
     "bandpass",
@@ -19,5 +21,6 @@ __all__ = [
     "normalise",
     "read_comb",
     "rotate_axes",
+    "scalogram",
     "squared_envelope",
 ]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from srbval.errors import ConfigurationError, DataError
 
-FloatArray = NDArray[np.floating]
+FloatArray = NDArray[np.float64]
 
 # Order of the Butterworth prototype; the two-way pass doubles the slope. The paper does not state its own.
 ORDER = 4

@@ -12,7 +12,7 @@ from srbval.signal.false_alarm import comb_trials, evidence, false_alarm
 from srbval.signal.periodogram import Noise, Periodogram
 from srbval.signal.wander import wander_sigma_hz
 
-FloatArray = NDArray[np.floating]
+FloatArray = NDArray[np.float64]
 
 # Harmonics fitted together, where the record reaches that far.
 HARMONICS = 5
@@ -43,8 +43,9 @@ class LineReading:
     `found_hz` is the fundamental, `ci95_hz` the half width of its 95 % interval without the uncertainty of
     the shaft speed; `snr` the power of each harmonic over the local mean noise power of a bin;
     `false_alarm` the chance of at least this much from noise alone anywhere in the window; `isolated` is
-    False where the peak is the flank of a far stronger line or of one outside the window. A line is always
-    *found*: whether it is there is for `detected` to say.
+    False where the peak is the flank of a far stronger line or of one outside the window. `depth` is
+    the first harmonic's amplitude over the record's mean. A line is always *found*: whether it is there is
+    for `detected` to say.
     """
 
     found_hz: float
@@ -53,6 +54,7 @@ class LineReading:
     false_alarm: float
     half_window_hz: float
     isolated: bool
+    depth: float
 
     @property
     def detected(self) -> bool:
@@ -99,6 +101,7 @@ def read_comb(
             float(evidence(snr, bins).sum()), used, comb_trials(half_window_hz, record.seconds, used)
         ),
         half_window_hz=half_window_hz,
+        depth=record.depth_at(found),
         isolated=abs(found - expected_hz) < half_window_hz
         and _isolated(record, found, noise[0], float(snr[0])),
     )
@@ -136,7 +139,7 @@ def _refine(record: Periodogram, start_hz: float, noise: list[Noise]) -> float:
         left, middle, right = (float(weight @ record.exact_power_at(number[shown] * f)) for f in at)
         curvature = left - 2 * middle + right
         shift = 0.5 * (left - right) / curvature if curvature < 0 else math.copysign(1.0, right - left)
-        found += width * min(max(shift, -1.0), 1.0)
+        found += width * min(max(float(shift), -1.0), 1.0)
         if abs(shift) < 1:
             width /= 2
     return found

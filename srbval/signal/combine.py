@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from srbval.errors import DataError
 
-FloatArray = NDArray[np.floating]
+FloatArray = NDArray[np.float64]
 
 # Direction of the rig's accelerometers, from the first radial axis towards the second [rad].
 SENSOR_ANGLE_RAD = math.pi / 4

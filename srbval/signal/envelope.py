@@ -7,7 +7,7 @@ import scipy.fft
 import scipy.signal
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.floating]
+FloatArray = NDArray[np.float64]
 
 
 def squared_envelope(samples: FloatArray) -> FloatArray:

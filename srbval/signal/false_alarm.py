@@ -3,7 +3,7 @@
 Every bin of a noise periodogram is exponential about the local mean. That mean is itself estimated, from
 `bins` neighbours, so a line of x times the estimated mean has the tail (1 + x/L)^-L instead of exp(-x).
 ``evidence`` turns x into the exponential variable of equal tail; evidence adds over harmonics to a gamma
-variable. The number of places searched multiplies the chances (Randall & Antoni 2011 leave both out).
+variable. The number of places searched multiplies the chances.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 import scipy.special
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.floating]
+FloatArray = NDArray[np.float64]
 
 
 def evidence(snr: FloatArray, bins: FloatArray) -> FloatArray:
@@ -38,9 +38,11 @@ def false_alarm(total_evidence: float, harmonics: int, trials: float) -> float:
 
 
 def comb_trials(half_window_hz: float, seconds: float, harmonics: int) -> float:
-    """Independent places in a search of +-`half_window_hz` about the fundamental, ``4 w T H``.
+    """Independent places in a search of +-`half_window_hz` about the fundamental, ``4 w T sqrt(mean h^2)``.
 
-    The highest harmonic moves H times as fast as the fundamental, and a periodogram off its bins has about
-    two independent maxima a bin.
+    A periodogram off its bins has about two independent maxima a bin. Harmonic h moves h times as fast as
+    the fundamental; how often their sum peaks goes with the root mean square of these rates (Rice 1945, Bell
+    Syst. Tech. J. 24, 46). One harmonic: ``4 w T``.
     """
-    return max(1.0, 4 * half_window_hz * seconds * harmonics)
+    mean_square = (harmonics + 1) * (2 * harmonics + 1) / 6
+    return max(1.0, 4 * half_window_hz * seconds * math.sqrt(mean_square))

@@ -8,7 +8,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.floating]
+FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,7 +41,7 @@ def amplitude_spectrum(samples: FloatArray, fs_hz: float) -> Spectrum:
     length = scipy.fft.next_fast_len(samples.size, real=True)
     lines = np.abs(scipy.fft.rfft(samples - samples.mean(), n=length)) * (2 / samples.size)
     return Spectrum(
-        frequency_hz=np.arange(lines.size) * (fs_hz / length),
+        frequency_hz=np.arange(lines.size, dtype=np.float64) * (fs_hz / length),
         amplitude=lines,
         resolution_hz=fs_hz / samples.size,
     )

@@ -8,7 +8,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.floating]
+FloatArray = NDArray[np.float64]
 
 # Blocks the record is cut into, at most and at least.
 MOST_BLOCKS, LEAST_BLOCKS = 32, 5

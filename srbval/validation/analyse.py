@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from srbval.bearing import Bearing
-from srbval.errors import ConfigurationError
+from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.recording import Recording, ShaftSpeed
 from srbval.signal import Periodogram
 from srbval.validation.closure import Closure, close
@@ -20,6 +20,8 @@ _USABLE_SHARE = 0.9
 # Shaft harmonics are masked no wider than this share of their frequency: with a speed that is only nominal
 # wider masks would grow together and hide every line.
 LARGEST_MASK_SHARE = 5e-4
+# Shorter records cannot part a line from the shaft's harmonics beside it.
+LEAST_REVOLUTIONS = 8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -88,6 +90,7 @@ def analyse(
             f"{recording.name}: neither the file nor its data set states a shaft speed; give it with --rpm."
         )
     processed = process(recording, band_hz=band_hz, channel=channel)
+    _check_duration(processed, known_speed)
     width_hz = processed.band_hz[1] - processed.band_hz[0]
     record = Periodogram.of(
         processed.envelope**2,
@@ -106,3 +109,12 @@ def analyse(
         closure=close(lines, bearing, known_speed),
         verdict=verdict(lines, recording, known_speed),
     )
+
+
+def _check_duration(processed: Processed, speed: ShaftSpeed) -> None:
+    seconds = processed.envelope.size / processed.fs_hz
+    if seconds * speed.value_hz < LEAST_REVOLUTIONS:
+        raise DataError(
+            f"the record lasts {seconds:.3g} s without its ends, {seconds * speed.value_hz:.2g} revolutions; "
+            f"at least {LEAST_REVOLUTIONS} are needed to tell a fault line from the shaft's. Record more."
+        )

@@ -28,7 +28,8 @@ _LARGEST_RATIO = 4
 class Line:
     """One line. `ci95_hz` is the reading's own 95 % half width; the speed's enters only the deviation's.
 
-    `snr` is power over local mean noise power in the squared envelope spectrum. The first harmonic comes
+    `snr` is power over local mean noise power in the squared envelope spectrum, `depth` the line's amplitude
+    there over the squared envelope's mean. The first harmonic comes
     from the joint fit of all, and so does its `false_alarm`; the others are read one by one.
     `explained_by` names the stronger line whose frequency this one is a simple multiple of. Values are
     None where the line is out of the record's reach.
@@ -42,6 +43,7 @@ class Line:
     deviation_pct: float | None = None
     deviation_ci95_pct: float | None = None
     snr: float | None = None
+    depth: float | None = None
     false_alarm: float | None = None
     detected: bool = False
     explained_by: str | None = None
@@ -151,10 +153,10 @@ def _judge(
 
 
 def _strength(reading: LineReading | None) -> float:
-    """Order of reading: detected lines first, by the power of the whole comb over its noise."""
+    """Order of reading: detected lines first, the deepest modulation before all."""
     if reading is None:
         return -1.0
-    return sum(reading.snr) if reading.detected else 0.0
+    return reading.depth if reading.detected else 0.0
 
 
 def _explained_by(reading: LineReading, stronger: list[_Found], bin_hz: float) -> str | None:
@@ -230,6 +232,7 @@ def _measured(line: Line, reading: LineReading, speed: ShaftSpeed) -> Line:
         deviation_pct=100 * (reading.found_hz / line.kinematic_hz - 1),
         deviation_ci95_pct=100 * relative * reading.found_hz / line.kinematic_hz,
         snr=reading.snr[0],
+        depth=reading.depth,
         false_alarm=reading.false_alarm,
         detected=reading.detected,
     )

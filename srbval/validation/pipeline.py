@@ -20,7 +20,7 @@ from srbval.signal import (
     rotate_axes,
 )
 
-FloatArray = NDArray[np.floating]
+FloatArray = NDArray[np.float64]
 
 # Giraudo et al. 2025 (Sensors 25, 2419), sect. 5: bands found best for the simulated and the rig's signals.
 SIMULATED_BAND_HZ = (500.0, 1500.0)

@@ -5,6 +5,10 @@ from __future__ import annotations
 from srbval.recordings.recording import Origin, Recording, ShaftSpeed, SpeedSource, State
 from srbval.validation.lines import Line
 
+# A defect that is struck once a period modulates the squared envelope by about its mean and more. Lines below
+# this share occur in healthy bearings and as by-lines of other faults.
+SHALLOW = 0.5
+
 _PART = {"BPFO": "outer race", "BPFI": "inner race", "2xBSF": "rolling element"}
 
 
@@ -28,7 +32,7 @@ def verdict(lines: tuple[Line, ...], recording: Recording, speed: ShaftSpeed) ->
 
 
 def _strength(line: Line) -> float:
-    return line.snr or 0.0
+    return line.depth or 0.0
 
 
 def _found(detected: list[Line], speed: ShaftSpeed) -> str:
@@ -43,6 +47,7 @@ def _found(detected: list[Line], speed: ShaftSpeed) -> str:
 def _numbers(line: Line) -> str:
     return (
         f"{line.found_hz:.2f} ± {line.ci95_hz:.2g} Hz, {line.snr:.3g} times the noise, "
+        f"modulation {100 * (line.depth or 0.0):.0f} %, "
         f"{line.deviation_pct:+.2f} % from kinematic"
     )
 
@@ -61,12 +66,15 @@ def _caution(detected: list[Line], recording: Recording) -> str:
             "The recording is declared healthy: the line is its baseline, not a fault (rollers passing under "
             "load give one)."
         )
+    shallow = (
+        "The modulation is shallow, as in healthy bearings. " if (detected[0].depth or 0.0) < SHALLOW else ""
+    )
     if detected[0].name == "BPFO":
         return (
-            "A BPFO line alone is not a fault verdict: rollers passing under load give a healthy bearing one "
-            "too; compare with a healthy record at the same speed and load."
+            f"{shallow}A BPFO line alone is not a fault verdict: rollers passing under load give a healthy "
+            "bearing one too; compare with a healthy record at the same speed and load."
         )
     return (
-        "A line is evidence, not yet a fault verdict: "
-        "compare with a healthy record at the same speed and load."
+        f"{shallow}A line is evidence, not yet a fault verdict: compare with a healthy record at the same "
+        "speed and load."
     )

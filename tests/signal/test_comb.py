@@ -1,0 +1,89 @@
+import numpy as np
+import pytest
+
+from srbval.signal import Periodogram, read_comb
+
+FS_HZ = 2000.0
+LINE_HZ = 96.99
+SHAFT_HZ = 11.83
+AMPLITUDES = (1.0, 0.8, 0.6, 0.4, 0.3)
+# Cramer-Rao bound of the fixture; the fit is allowed this much more, the scatter of 60 trials included.
+BOUND_FACTOR = 1.4
+# 60 trials of an interval that covers 95 %: four binomial standard errors below.
+LEAST_COVER = 0.83
+TRIALS = 60
+
+
+def comb(rng, seconds, jitter=0.0, snr=316.0, line_hz=LINE_HZ):
+    """Five harmonics of a line whose period jitters by `jitter` (a random walk), first one at `snr`."""
+    time_s = np.arange(round(seconds * FS_HZ)) / FS_HZ
+    impacts = round(seconds * line_hz * 1.2) + 10
+    gaps_s = (1 + jitter * rng.standard_normal(impacts)) / line_hz
+    at_s = np.concatenate(([0.0], np.cumsum(gaps_s))) - rng.random() / line_hz
+    phase = 2 * np.pi * np.interp(time_s, at_s, np.arange(impacts + 1))
+    signal = sum(a * np.cos(h * phase + rng.uniform(0, 6.28)) for h, a in enumerate(AMPLITUDES, 1))
+    return 3 + signal + np.sqrt(time_s.size / 4 / snr) * rng.standard_normal(time_s.size)
+
+
+def read(samples, expected_hz=1.002 * LINE_HZ, half_window_hz=0.01 * LINE_HZ):
+    record = Periodogram.of(samples, FS_HZ, limit_hz=520.0, shaft_hz=SHAFT_HZ)
+    return read_comb(record, expected_hz, half_window_hz, shortest_block_s=2 / SHAFT_HZ)
+
+
+def readings(seconds, jitter, seed):
+    rng = np.random.default_rng(seed)
+    found = [read(comb(rng, seconds, jitter)) for _ in range(TRIALS)]
+    return np.array([r.found_hz - LINE_HZ for r in found]), np.array([r.ci95_hz for r in found])
+
+
+def test_five_harmonics_reach_the_cramer_rao_bound():
+    seconds, snr = 10.0, 316.0
+    information = sum(h**2 * snr * a**2 for h, a in enumerate(AMPLITUDES, 1))
+    bound_hz = np.sqrt(6) / (2 * np.pi) / (seconds * np.sqrt(information))
+    error_hz, _ = readings(seconds, 0.0, seed=1)
+    assert np.sqrt(np.mean(error_hz**2)) < BOUND_FACTOR * bound_hz
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.001, 0.005, 0.01])
+def test_stated_interval_covers_the_mean_rate_with_slip(jitter):
+    error_hz, ci95_hz = readings(10.0, jitter, seed=2)
+    assert np.mean(np.abs(error_hz) < ci95_hz) > LEAST_COVER
+
+
+def test_stated_interval_is_not_vacuous():
+    error_hz, ci95_hz = readings(10.0, 0.005, seed=3)
+    assert np.median(ci95_hz) < 2 * 1.96 * np.std(error_hz)
+
+
+def test_line_is_detected_with_its_depth():
+    reading = read(comb(np.random.default_rng(4), 10.0))
+    assert reading.detected
+    assert reading.false_alarm < 1e-20
+    assert reading.depth == pytest.approx(1 / 3, rel=0.1)
+    assert len(reading.snr) == len(AMPLITUDES)
+
+
+def test_noise_is_not_detected():
+    rng = np.random.default_rng(5)
+    found = [read(3 + rng.standard_normal(4000)) for _ in range(50)]
+    assert not any(r is not None and r.detected for r in found)
+
+
+def test_line_outside_the_window_is_not_drawn_in():
+    outside_hz = 1.0135 * LINE_HZ
+    reading = read(comb(np.random.default_rng(6), 10.0, line_hz=outside_hz), expected_hz=LINE_HZ)
+    assert reading is None or not reading.detected
+
+
+def test_harmonic_of_the_shaft_is_not_a_line():
+    time_s = np.arange(20_000) / FS_HZ
+    shaft = 8 * SHAFT_HZ
+    samples = 3 + np.cos(2 * np.pi * shaft * time_s) + 0.1 * np.random.default_rng(7).standard_normal(20_000)
+    reading = read(samples, expected_hz=1.005 * shaft, half_window_hz=0.01 * shaft)
+    assert reading is None or not reading.detected
+
+
+def test_harmonics_out_of_reach_are_left_out():
+    record = Periodogram.of(comb(np.random.default_rng(8), 5.0), FS_HZ, limit_hz=250.0, shaft_hz=SHAFT_HZ)
+    assert len(read_comb(record, LINE_HZ, 1.0).snr) == 2
+    assert read_comb(record, 300.0, 1.0) is None
