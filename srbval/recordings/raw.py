@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from srbval.errors import DataError
 
 Value = NDArray[Any] | str
+MAX_CODES = 64
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,8 +47,10 @@ class RawFile:
         return number if math.isfinite(number) else None
 
     def text(self, name: str) -> str | None:
-        """The text called `name`, or None."""
+        """The text called `name`, or None; a short array of 16-bit codes (MATLAB v7.3) is read as one."""
         value = self.variables.get(name, self.attributes.get(name))
+        if isinstance(value, np.ndarray) and value.dtype == np.uint16 and 0 < value.size <= MAX_CODES:
+            return "".join(chr(code) for code in value.ravel(order="F"))
         return value if isinstance(value, str) else None
 
 

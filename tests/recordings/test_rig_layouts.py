@@ -70,6 +70,18 @@ def test_signals_are_found_whatever_their_number(tmp_path: Path, write: Writer) 
     assert r.speed.value_hz * 60 == pytest.approx(700, abs=1)
 
 
+def test_v73_without_matlabs_attributes(tmp_path: Path) -> None:
+    import h5py
+
+    path = files.rig_v73(tmp_path / FULL_NAME, files.rig_signals())
+    with h5py.File(path, "r+") as file:
+        file.visititems(lambda _, item: item.attrs.pop("MATLAB_class", None) and None)
+    r = load_recording(path)
+    np.testing.assert_allclose(r.channels["sensor_4"], 4 * files.vibration(seed=3), rtol=1e-15)
+    assert r.speed is not None
+    assert r.speed.value_hz * 60 == pytest.approx(700, abs=1)
+
+
 def test_sensors_across_instead_of_down(tmp_path: Path) -> None:
     signals = files.rig_signals()
     struct = signals["Signal_3"]
