@@ -25,8 +25,7 @@ def check_band(band_hz: tuple[float, float], fs_hz: float) -> None:
     low, high = band_hz
     if not (math.isfinite(low) and math.isfinite(high) and 0 < low < high):
         raise ConfigurationError(
-            f"band {low:g} to {high:g} Hz: the lower edge must be above 0 and below the upper; "
-            "give --band LO HI."
+            f"band {low:g} to {high:g} Hz: the lower edge must be above 0 and below the upper; give --band LO HI."
         )
     if high >= fs_hz / 2:
         raise ConfigurationError(
@@ -35,9 +34,7 @@ def check_band(band_hz: tuple[float, float], fs_hz: float) -> None:
         )
 
 
-def bandpass(
-    samples: FloatArray, fs_hz: float, band_hz: tuple[float, float], *, order: int = ORDER
-) -> FloatArray:
+def bandpass(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float], *, order: int = ORDER) -> FloatArray:
     """Butterworth band-pass without phase shift (forward and backward, second-order sections), [n].
 
     The gain is the squared Butterworth magnitude, 1/2 at both edges of `band_hz`. The ends are not trusted:

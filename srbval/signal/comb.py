@@ -102,8 +102,7 @@ def read_comb(
         ),
         half_window_hz=half_window_hz,
         depth=record.depth_at(found),
-        isolated=abs(found - expected_hz) < half_window_hz
-        and _isolated(record, found, noise[0], float(snr[0])),
+        isolated=abs(found - expected_hz) < half_window_hz and _isolated(record, found, noise[0], float(snr[0])),
     )
 
 

@@ -43,9 +43,7 @@ def wander_sigma_hz(
     return math.sqrt(1.2 * walk_rad2_s / seconds) / (2 * math.pi)
 
 
-def _joint_steps(
-    samples: FloatArray, fs_hz: float, line_hz: float, snr: FloatArray, blocks: int
-) -> FloatArray:
+def _joint_steps(samples: FloatArray, fs_hz: float, line_hz: float, snr: FloatArray, blocks: int) -> FloatArray:
     """Steps of the fundamental's phase between blocks [rad], from all harmonics that show it clearly."""
     strongest = int(np.argmax(snr))
     total, weight = np.zeros(blocks - 1), 0.0

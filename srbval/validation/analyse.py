@@ -11,7 +11,8 @@ from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.recording import Recording, ShaftSpeed
 from srbval.signal import Periodogram
 from srbval.validation.closure import Closure, close
-from srbval.validation.lines import Line, highest_line_hz, read_lines
+from srbval.validation.families import highest_line_hz
+from srbval.validation.lines import Line, read_lines
 from srbval.validation.pipeline import Processed, process
 from srbval.validation.verdict import verdict
 

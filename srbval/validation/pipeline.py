@@ -90,9 +90,7 @@ def _one_signal(recording: Recording, channel: str | None) -> FloatArray:
     name = channel if channel is not None else recording.channel
     if name is not None:
         if name not in recording.channels:
-            raise ConfigurationError(
-                f"{recording.name}: no channel {name!r}; it has {', '.join(recording.channels)}."
-            )
+            raise ConfigurationError(f"{recording.name}: no channel {name!r}; it has {', '.join(recording.channels)}.")
         return recording.channels[name]
     first, second = recording.axes or ("", "")
     return rotate_axes(recording.channels[first], recording.channels[second])

@@ -55,9 +55,7 @@ def _numbers(line: Line) -> str:
 def _nothing(parts: list[Line]) -> str:
     unread = [line.name for line in parts if line.found_hz is None]
     hidden = f" ({', '.join(unread)} out of reach or hidden by the shaft's harmonics)" if unread else ""
-    return (
-        f"No race or rolling-element line detected{hidden}; a fault without a visible line is not excluded."
-    )
+    return f"No race or rolling-element line detected{hidden}; a fault without a visible line is not excluded."
 
 
 def _caution(detected: list[Line], recording: Recording) -> str:
@@ -66,9 +64,7 @@ def _caution(detected: list[Line], recording: Recording) -> str:
             "The recording is declared healthy: the line is its baseline, not a fault (rollers passing under "
             "load give one)."
         )
-    shallow = (
-        "The modulation is shallow, as in healthy bearings. " if (detected[0].depth or 0.0) < SHALLOW else ""
-    )
+    shallow = "The modulation is shallow, as in healthy bearings. " if (detected[0].depth or 0.0) < SHALLOW else ""
     if detected[0].name == "BPFO":
         return (
             f"{shallow}A BPFO line alone is not a fault verdict: rollers passing under load give a healthy "

@@ -44,9 +44,7 @@ def test_columns_are_means_and_times_are_their_middles():
 
 
 def test_rows_are_log_spaced_and_edges_shrink_with_frequency():
-    result = scalogram(
-        np.random.default_rng(2).standard_normal(SAMPLES), FS_HZ, range_hz=(100.0, 1600.0), rows=5
-    )
+    result = scalogram(np.random.default_rng(2).standard_normal(SAMPLES), FS_HZ, range_hz=(100.0, 1600.0), rows=5)
     np.testing.assert_allclose(result.frequency_hz, [100.0, 200.0, 400.0, 800.0, 1600.0])
     np.testing.assert_allclose(result.edge_s * result.frequency_hz, np.sqrt(BANDWIDTH))
 

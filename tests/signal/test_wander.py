@@ -31,9 +31,7 @@ def test_an_error_of_the_line_frequency_is_not_wander():
 
 def test_steady_line_wanders_far_less_than_a_slipping_one():
     rng = np.random.default_rng(3)
-    steady, slipping = (
-        wander_sigma_hz(wandering(rng, q), FS_HZ, LINE_HZ, np.array([1e4])) for q in (0.0, 0.1)
-    )
+    steady, slipping = (wander_sigma_hz(wandering(rng, q), FS_HZ, LINE_HZ, np.array([1e4])) for q in (0.0, 0.1))
     assert steady < 0.05 * slipping
 
 

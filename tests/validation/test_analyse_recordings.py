@@ -67,6 +67,20 @@ def test_right_race_line_is_the_strongest_and_named(recordings_dir, name, line):
     assert result.line(line).depth > 0.5
 
 
+@pytest.mark.parametrize(
+    ("name", "line"),
+    [
+        ("cwru/105_IR007_0_12kDE.mat", "BPFI"),
+        ("cwru/130_OR007at6_0_12kDE.mat", "BPFO"),  # carries a strong line at 3/2 BPFO, in the window of BPFI
+        ("mfpt/InnerRaceFault_vload_3.mat", "BPFI"),
+        ("mfpt/OuterRaceFault_vload_1.mat", "BPFO"),
+        ("torino/OR_877rpm_sample.mat", "BPFO"),
+    ],
+)
+def test_the_other_race_is_not_accused(recordings_dir, name, line):
+    assert race_lines(analysed(recordings_dir, name)) == [line]
+
+
 def test_healthy_record_shows_no_race_line(recordings_dir):
     result = analysed(recordings_dir, "cwru/97_Normal_0_48kDE.mat")
     assert race_lines(result) == []

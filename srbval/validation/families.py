@@ -1,0 +1,162 @@
+"""A bearing's families of lines and the order in which they are read.
+
+The strongest family is read first. Its harmonics and sidebands are masked before the next is read, and a
+weaker line on a simple ratio of a stronger one is marked as explained by it: in several bearings three times
+BPFO lies within a per cent of twice BPFI.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from srbval.bearing import Bearing
+from srbval.recordings.recording import ShaftSpeed, SpeedSource
+from srbval.signal import LineReading, Periodogram, read_comb
+
+# Half width of the search about the kinematic frequency, as a share of it: slip, and for a speed that is only
+# a set point the speed's own error (an induction motor's slip under load).
+SLIP_WINDOW = 0.01
+NOMINAL_WINDOW = 0.02
+HARMONICS = 5
+# Sidebands of a found line that are taken as its own when a weaker line is read.
+_OWN_SIDEBANDS = 3
+# Blocks of the phase wander last at least this many revolutions, or a line's sidebands leak into its phase.
+_BLOCK_REVOLUTIONS = 2
+# A weaker line on a simple ratio of a stronger one's frequency is taken as part of it up to these integers.
+_LARGEST_RATIO = 4
+
+
+@dataclass(frozen=True, kw_only=True)
+class Family:
+    """A fundamental line with the spacing of its sidebands (zero: none looked for)."""
+
+    name: str
+    kinematic_hz: float
+    sideband_hz: float
+    sideband_name: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Search:
+    """Where lines are looked for: `scale` times kinematic, within `half_share` of that; `block_s` for wander."""
+
+    half_share: float
+    block_s: float
+    scale: float = 1.0
+
+    def settled(self, scale: float) -> Search:
+        """After a line at `scale` times kinematic: the others stand there too but for slip."""
+        return replace(self, scale=scale, half_share=SLIP_WINDOW) if self.half_share > SLIP_WINDOW else self
+
+    def half_window_hz(self, frequency_hz: float, bin_hz: float) -> float:
+        """Half width of the window about a frequency [Hz], at least one bin."""
+        return max(self.half_share * frequency_hz, bin_hz)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Found:
+    """A family as read, with the record and the search it was read in."""
+
+    family: Family
+    reading: LineReading
+    record: Periodogram
+    search: Search
+    explained_by: str | None
+
+    @property
+    def detected(self) -> bool:
+        """Whether the line is there and its own."""
+        return self.reading.detected and self.explained_by is None
+
+
+def highest_line_hz(bearing: Bearing, shaft_hz: float) -> float:
+    """Highest frequency the readings of `bearing` need [Hz]."""
+    orders = bearing.orders
+    highest = max(orders.bpfo, orders.bpfi, 2 * orders.bsf)
+    return (HARMONICS * (1 + NOMINAL_WINDOW) * highest + _OWN_SIDEBANDS) * shaft_hz
+
+
+def families_of(bearing: Bearing, shaft_hz: float) -> tuple[Family, ...]:
+    """Race, roller and cage families at a shaft speed [Hz], the cage last."""
+    at = bearing.orders.at(shaft_hz)
+    return (
+        Family(name="BPFO", kinematic_hz=at.bpfo_hz, sideband_hz=0.0, sideband_name=""),
+        Family(name="BPFI", kinematic_hz=at.bpfi_hz, sideband_hz=shaft_hz, sideband_name="fr"),
+        Family(name="2xBSF", kinematic_hz=2 * at.bsf_hz, sideband_hz=at.ftf_hz, sideband_name="FTF"),
+        Family(name="FTF", kinematic_hz=at.ftf_hz, sideband_hz=0.0, sideband_name=""),
+    )
+
+
+def find_families(record: Periodogram, bearing: Bearing, speed: ShaftSpeed) -> dict[str, Found]:
+    """Every family of `bearing` that `record`, a periodogram of the squared envelope, can show, by name.
+
+    With a nominal speed the first detected line also settles the speed for the others. The cage line is
+    read by itself: its harmonics coincide with every other line's.
+    """
+    *waiting, cage = families_of(bearing, speed.value_hz)
+    search = Search(
+        half_share=NOMINAL_WINDOW if speed.source is SpeedSource.NOMINAL else SLIP_WINDOW,
+        block_s=_BLOCK_REVOLUTIONS / speed.value_hz,
+    )
+    found: list[Found] = []
+    bare = record
+    while waiting:
+        readings = {f.name: _fundamental(record, f, search) for f in waiting}
+        strongest = max(waiting, key=lambda f: _strength(readings[f.name]))
+        waiting.remove(strongest)
+        latest = _judge(strongest, readings[strongest.name], record, search, found)
+        if latest is not None:
+            found.append(latest)
+            if latest.detected:
+                record = _without(record, latest)
+                search = search.settled(latest.reading.found_hz / strongest.kinematic_hz)
+    cage_line = _judge(cage, _fundamental(bare, cage, search), bare, search, [])
+    return {f.family.name: f for f in (*found, cage_line) if f is not None}
+
+
+def _fundamental(record: Periodogram, family: Family, search: Search) -> LineReading | None:
+    centre = search.scale * family.kinematic_hz
+    half = search.half_window_hz(centre, record.bin_hz)
+    return read_comb(record, centre, half, harmonics=HARMONICS, shortest_block_s=search.block_s)
+
+
+def _judge(
+    family: Family, reading: LineReading | None, record: Periodogram, search: Search, stronger: list[Found]
+) -> Found | None:
+    if reading is None:
+        return None
+    explained = _explained_by(reading, stronger, record.bin_hz) if reading.detected else None
+    return Found(family=family, reading=reading, record=record, search=search, explained_by=explained)
+
+
+def _strength(reading: LineReading | None) -> float:
+    """Order of reading: detected lines first, the deepest modulation before all."""
+    if reading is None:
+        return -1.0
+    return reading.depth if reading.detected else 0.0
+
+
+def _explained_by(reading: LineReading, stronger: list[Found], bin_hz: float) -> str | None:
+    for other in stronger:
+        if not other.detected:
+            continue
+        for up in range(1, _LARGEST_RATIO + 1):
+            for down in range(1, _LARGEST_RATIO + 1):
+                expected = other.reading.found_hz * up / down
+                margin = bin_hz + math.hypot(reading.ci95_hz, other.reading.ci95_hz * up / down)
+                if math.gcd(up, down) == 1 and abs(reading.found_hz - expected) <= margin:
+                    return f"{up}/{down} {other.family.name}"
+    return None
+
+
+def _without(record: Periodogram, found: Found) -> Periodogram:
+    """The record with the harmonics of a found line, and their sidebands, masked."""
+    line_hz = found.reading.found_hz
+    number = np.arange(1, math.floor(record.limit_hz / line_hz) + 1)[:, None]
+    side = np.arange(-_OWN_SIDEBANDS, _OWN_SIDEBANDS + 1)[None, :] * (found.family.sideband_hz > 0)
+    centre = number * line_hz + side * found.family.sideband_hz
+    width = np.broadcast_to(number * found.reading.ci95_hz, centre.shape)
+    return record.masking(centre.ravel(), width.ravel())
