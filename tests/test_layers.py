@@ -11,7 +11,18 @@ import pytest
 
 import srbval
 
-ORDER = ("errors", "config", "bearing", "scene", "models", "recordings", "signal", "validation", "report", "cli")
+ORDER = (
+    "errors",
+    "config",
+    "bearing",
+    "scene",
+    "models",
+    "recordings",
+    "signal",
+    "validation",
+    "report",
+    "cli",
+)
 PACKAGE = Path(srbval.__file__).parent
 FILES = sorted(p for p in PACKAGE.rglob("*.py") if p.parent != PACKAGE)
 
@@ -39,5 +50,7 @@ def test_signal_knows_only_arrays() -> None:
 
 @pytest.mark.parametrize("heavy", ["numba", "scipy.signal", "matplotlib", "pandas", "h5py", "pywt", "rich"])
 def test_help_loads_nothing_heavy(heavy: str) -> None:
-    code = f"import sys; from srbval.cli.arguments import parser; parser(); sys.exit({heavy!r} in sys.modules)"
+    code = (
+        f"import sys; from srbval.cli.arguments import parser; parser(); sys.exit({heavy!r} in sys.modules)"
+    )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

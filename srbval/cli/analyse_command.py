@@ -10,6 +10,8 @@ from srbval.errors import ConfigurationError
 from srbval.recordings import Recording, load_recording
 from srbval.validation.analyse import Analysis, analyse
 
+COLUMNS = ("line", "harmonic", "kinematic Hz", "found Hz", "± 95 %", "deviation %", "line/noise", "false alarm",
+           "detected")  # fmt: skip
 LINES_OF = {"outer": ("BPFO",), "inner": ("BPFI",), "roller": ("2xBSF",), "cage": ("FTF",)}
 
 
@@ -54,7 +56,7 @@ def _print(result: Analysis, defect: str | None) -> None:
     wanted = LINES_OF[defect] if defect else ("",)
     lines = [line for line in result.lines if line.name.startswith(wanted)]
     print_table(
-        ("line", "harmonic", "kinematic Hz", "found Hz", "± 95 %", "deviation %", "line/noise", "false alarm", "detected"),
+        COLUMNS,
         [
             (n.name, n.harmonic, n.kinematic_hz, n.found_hz, n.ci95_hz, n.deviation_pct, n.snr, n.false_alarm,
              "yes" if n.detected else "no")

@@ -41,7 +41,17 @@ def _do(options: argparse.Namespace) -> Listing:
 
 def _print(result: Listing) -> None:
     rows = [
-        (r.file, r.dataset or "-", r.state or "-", r.radial_kn, r.axial_kn, r.nominal_rpm, r.fs_hz, r.seconds, r.status)
+        (
+            r.file,
+            r.dataset or "-",
+            r.state or "-",
+            r.radial_kn,
+            r.axial_kn,
+            r.nominal_rpm,
+            r.fs_hz,
+            r.seconds,
+            r.status,
+        )
         for r in result.recordings
     ]
     print_table(("file", "data set", "state", "radial kN", "axial kN", "rpm", "Hz", "s", "status"), rows)

@@ -12,7 +12,18 @@ from srbval import __version__
 from srbval.cli.output import print_json, print_table
 from srbval.recordings.datasets.description import data_manifest_folder
 
-REQUIRED = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib", "jinja2", "rich", "pooch")
+REQUIRED = (
+    "numpy",
+    "scipy",
+    "numba",
+    "pandas",
+    "PyWavelets",
+    "h5py",
+    "matplotlib",
+    "jinja2",
+    "rich",
+    "pooch",
+)
 EXTRAS = {"typst": "pdf", "distributed": "cluster", "pytest": "test"}
 
 
@@ -30,10 +41,15 @@ def run(options: argparse.Namespace) -> int:
         if facts[name] is None:
             problems.append(f"{name} is not installed: pip install {name}")
     for name, extra in EXTRAS.items():
-        facts[name] = _version(name) if util.find_spec(name) else f'not installed (pip install "srbval[{extra}]")'
+        facts[name] = (
+            _version(name) if util.find_spec(name) else f'not installed (pip install "srbval[{extra}]")'
+        )
     facts |= _places(problems)
     if options.json:
-        print_json({"ok": not problems, "problems": problems, "facts": facts}, status="ok" if not problems else "problems")
+        print_json(
+            {"ok": not problems, "problems": problems, "facts": facts},
+            status="ok" if not problems else "problems",
+        )
     else:
         print_table(("what", "is"), list(facts.items()))
         print("\n" + ("no problems found" if not problems else "\n".join(f"problem: {p}" for p in problems)))

@@ -29,7 +29,10 @@ def run(options: argparse.Namespace) -> int:
         written = _write(evidence, folder, Path(scratch), formats, progress)
     summary = {kind: str(path) for kind, path in written.items()} | {"figures": str(folder / "figures")}
     if options.json:
-        print_json(summary | {"wall_s": time.perf_counter() - started, "table6": [r.to_dict() for r in evidence.rows]})
+        print_json(
+            summary
+            | {"wall_s": time.perf_counter() - started, "table6": [r.to_dict() for r in evidence.rows]}
+        )
     else:
         print("\n".join(summary.values()))
     return 0
@@ -38,7 +41,8 @@ def run(options: argparse.Namespace) -> int:
 def _check(options: argparse.Namespace) -> None:
     if options.seconds < SHORTEST_S:
         raise ConfigurationError(
-            f"--seconds {options.seconds:g} is too short to tell fault lines from shaft harmonics; use {SHORTEST_S:g} or more."
+            f"--seconds {options.seconds:g} is too short to tell fault lines from shaft harmonics; use {SHORTEST_S:g} "
+            "or more."
         )
     if options.jobs is not None and options.jobs < 1:
         raise ConfigurationError(f"--jobs {options.jobs} must be 1 or more.")

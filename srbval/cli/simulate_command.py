@@ -19,7 +19,9 @@ def run(options: argparse.Namespace) -> int:
     scene = _scene(options)
     output = Path(options.output) if options.output else None
     if output is not None and not output.parent.is_dir():
-        raise DataError(f"{output.parent}: no such folder to write {output.name} to. Create it or choose another -o.")
+        raise DataError(
+            f"{output.parent}: no such folder to write {output.name} to. Create it or choose another -o."
+        )
     result = _simulate(scene)
     if result.status is not RunStatus.OK:
         raise NumericsError(f"run failed ({result.status}): {result.reason}. Nothing was written.")
@@ -31,7 +33,10 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         print_json(summary, status=result.status.value)
     else:
-        print_table(("quantity", "value"), [(k, f"{v:.6g}" if isinstance(v, float) else v) for k, v in summary.items()])
+        print_table(
+            ("quantity", "value"),
+            [(k, f"{v:.6g}" if isinstance(v, float) else v) for k, v in summary.items()],
+        )
     return 0
 
 

@@ -94,7 +94,9 @@ def _convert(raw: object, hint: Any, field: dataclasses.Field[Any], key: str, wh
     dimension = field.metadata.get("dimension")
     if dimension is not None:
         if key == field.name and isinstance(raw, str):
-            raise ConfigurationError(f"{where}: a number in SI is expected; for {raw!r} write {_keys(field)[-1]!r}.")
+            raise ConfigurationError(
+                f"{where}: a number in SI is expected; for {raw!r} write {_keys(field)[-1]!r}."
+            )
         if key != field.name and not isinstance(raw, str):
             raise ConfigurationError(
                 f"{where}: {raw!r} has no unit; write text with a unit, or the SI number as {field.name!r}."
@@ -128,6 +130,6 @@ def _convert_enum(raw: object, hint: type[enum.Enum], where: str) -> enum.Enum:
 def _convert_scalar(raw: object, hint: type, where: str) -> object:
     if hint is float and isinstance(raw, int | float | str) and not isinstance(raw, bool):
         return parse_quantity(raw, "one", where)
-    if isinstance(raw, bool) and hint is not bool or not isinstance(raw, hint):
+    if not isinstance(raw, hint) or (isinstance(raw, bool) and hint is not bool):
         raise ConfigurationError(f"{where}: expected {hint.__name__}, found {raw!r}.")
     return raw

@@ -22,7 +22,12 @@ ADVICE = "take a smaller step (--dt) or a higher-order solver"
 
 
 def judge(
-    scene: Scene, cage_ratio: float, load_share: float, depth_m: NDArray[np.float64], limit_m: float, finite: bool
+    scene: Scene,
+    cage_ratio: float,
+    load_share: float,
+    depth_m: NDArray[np.float64],
+    limit_m: float,
+    finite: bool,
 ) -> tuple[RunStatus, str]:
     """Status and reason of a run from its cage speed, load share and deepest penetrations [m]."""
     if not finite:

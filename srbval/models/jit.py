@@ -24,14 +24,15 @@ FAST_MATH = {"reassoc", "contract", "nsz", "arcp"}
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile `function` for the processor at hand, kept on disk, releasing the interpreter lock."""
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(kernel_store())
+    settings = vars(numba.config)
+    before = settings["CACHE_DIR"]
+    settings["CACHE_DIR"] = str(kernel_store())
     try:
         compiled: Callable[..., Any] = numba.njit(
             cache=True, nogil=True, fastmath=FAST_MATH, error_model="numpy"
         )(function)  # fmt: skip
     finally:
-        numba.config.CACHE_DIR = before
+        settings["CACHE_DIR"] = before
     return compiled
 
 

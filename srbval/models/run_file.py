@@ -39,7 +39,9 @@ def write_run(run: Run, path: Path) -> None:
                 variable.dims[0].attach_scale(time)
         os.replace(aside, path)
     except OSError as error:
-        raise DataError(f"{path}: cannot be written ({error.strerror or error}). Choose another -o.") from None
+        raise DataError(
+            f"{path}: cannot be written ({error.strerror or error}). Choose another -o."
+        ) from None
     finally:
         aside.unlink(missing_ok=True)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import time
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,9 +13,6 @@ from srbval.bearing import Bearing, load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models.run import Run, RunStatus
 from srbval.scene import Scene
-
-if TYPE_CHECKING:
-    from srbval.models.full.parameters import Parameters
 
 MODELS = ("full",)
 CHUNK_S = 0.02  # simulated time between two signs of progress
@@ -74,14 +71,12 @@ def _simulate_full(scene: Scene, bearing: Bearing, progress: Callable[[float], N
             out = out[: first + len(part)]
             break
     wall_s = time.perf_counter() - started
-    return _finish(scene, bearing, model, out[settle:] if len(out) > settle else out, wall_s, compile_s)
+    return _finish(scene, bearing, out[settle:] if len(out) > settle else out, wall_s, compile_s)
 
 
 def _finish(
-    scene: Scene, bearing: Bearing, model: Parameters, out: np.ndarray, wall_s: float, compile_s: float
+    scene: Scene, bearing: Bearing, out: np.ndarray, wall_s: float, compile_s: float
 ) -> Run:
-    from dataclasses import replace
-
     from srbval.models.full.point_cloud import DEEPEST_M
     from srbval.models.health import judge
 

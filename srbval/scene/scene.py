@@ -96,10 +96,13 @@ class Contact:
         _not_negative(self, "damping_ns_m", "dynamic_friction")
         if self.static_friction < self.dynamic_friction:
             raise ConfigurationError(
-                f"static_friction = {self.static_friction} must not be below dynamic_friction = {self.dynamic_friction}."
+                f"static_friction = {self.static_friction} must not be below dynamic_friction = "
+                f"{self.dynamic_friction}."
             )
         if not 60 <= self.points_per_circle <= 100_000:
-            raise ConfigurationError(f"points_per_circle = {self.points_per_circle} must be between 60 and 100000.")
+            raise ConfigurationError(
+                f"points_per_circle = {self.points_per_circle} must be between 60 and 100000."
+            )
 
 
 @dataclass(frozen=True, kw_only=True)

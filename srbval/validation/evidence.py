@@ -89,7 +89,7 @@ def gather(
         beside_rig=beside,
         rig=rig_side,
         rows=rows,
-        sums=tuple(sum_rules(printed, paper, measured_side)),
+        sums=tuple(sum_rules(printed, paper, runs, measured_side)),
         variations=variations,
         registered=tuple(registered.values()),
     )

@@ -18,7 +18,9 @@ from srbval.validation.variation import Variation
 LINE_OF = {State.OUTER: "BPFO", State.INNER: "BPFI"}
 
 
-def published_rows(printed: Table6, paper: Mapping[State, Analysis], runs: Mapping[str, Run]) -> Iterator[Comparison]:
+def published_rows(
+    printed: Table6, paper: Mapping[State, Analysis], runs: Mapping[str, Run]
+) -> Iterator[Comparison]:
     """Our model at the paper's speed beside the paper's model and rig, against the printed kinematic frequency.
 
     The paper gives its rig values no uncertainty and no measured speed, so these rows cannot be resolved.
@@ -76,8 +78,13 @@ def measured_rows(
         )
 
 
-def sum_rules(printed: Table6, paper: Mapping[State, Analysis], rig: Mapping[State, Analysis]) -> Iterator[SumRule]:
-    """BPFO + BPFI of every pair there is: printed kinematic, paper's model, paper's rig, our model, the recordings."""
+def sum_rules(
+    printed: Table6, paper: Mapping[State, Analysis], runs: Mapping[str, Run], rig: Mapping[State, Analysis]
+) -> Iterator[SumRule]:
+    """BPFO + BPFI of every pair there is: printed kinematic, paper's model, paper's rig, our model, the recordings.
+
+    Our model's two runs have their own mean cage speeds, which are known; the rig's are not.
+    """
     outer, inner = printed.of("outer"), printed.of("inner")
     shaft_hz = printed.shaft_rpm / 60
     rollers = paper[State.OUTER].bearing.rolling_elements
@@ -88,7 +95,9 @@ def sum_rules(printed: Table6, paper: Mapping[State, Analysis], rig: Mapping[Sta
     ):
         yield sum_rule(source, origin, rollers, bpfo_hz=bpfo, bpfi_hz=bpfi,
                        outer_shaft_hz=shaft_hz, inner_shaft_hz=shaft_hz)  # fmt: skip
-    yield _read_pair("our model", "simulated", rollers, paper)
+    cage = {state: runs[f"paper-{state}"].cage_ratio for state in LINE_OF}
+    slip = rollers * (cage[State.OUTER] - cage[State.INNER])
+    yield _read_pair("our model, two runs", "simulated", rollers, paper, slip)
     if all(s in rig and found_line(rig[s], n).detected for s, n in LINE_OF.items()):
         rpm = rig[State.OUTER].recording.nominal_rpm
         yield _read_pair(f"rig recordings, {rpm:g} rpm nominal", "measured", rollers, rig)
@@ -107,7 +116,9 @@ def cage_line_hz(run: Run, line: str) -> float:
     return run.bpfo_hz if line == "BPFO" else run.bpfi_hz
 
 
-def _read_pair(source: str, origin: str, rollers: int, sides: Mapping[State, Analysis]) -> SumRule:
+def _read_pair(
+    source: str, origin: str, rollers: int, sides: Mapping[State, Analysis], slip_difference: float = 0.0
+) -> SumRule:
     outer, inner = sides[State.OUTER], sides[State.INNER]
     bpfo, bpfi = found_line(outer, "BPFO"), found_line(inner, "BPFI")
     return sum_rule(
@@ -119,6 +130,7 @@ def _read_pair(source: str, origin: str, rollers: int, sides: Mapping[State, Ana
         outer_shaft_hz=outer.speed.value_hz,
         inner_shaft_hz=inner.speed.value_hz,
         ci95=(_order_ci95(outer, bpfo), _order_ci95(inner, bpfi)),
+        slip_difference=slip_difference,
     )
 
 
@@ -138,8 +150,8 @@ def _variation_parts(line: str, variations: Sequence[Variation]) -> dict[str, fl
 
 def _found(line: Line) -> float:
     assert line.found_hz is not None, "found_line has checked this"
-    return line.found_hz
+    return float(line.found_hz)
 
 
 def _ci95(line: Line) -> float:
-    return line.ci95_hz or 0.0
+    return float(line.ci95_hz or 0.0)

@@ -48,7 +48,9 @@ def test_missing_file_is_missing_data() -> None:
 
 def test_two_tables_are_one_too_many(tmp_path: Path) -> None:
     path = tmp_path / "two.toml"
-    path.write_text(GEOMETRY + "[orders]\nrolling_elements = 9\nbpfo = 1.0\nbpfi = 2.0\nbsf = 1.0\nftf = 0.4\n")
+    path.write_text(
+        GEOMETRY + "[orders]\nrolling_elements = 9\nbpfo = 1.0\nbpfi = 2.0\nbsf = 1.0\nftf = 0.4\n"
+    )
     with pytest.raises(ConfigurationError, match="exactly one"):
         load_bearing(path)
 
@@ -63,8 +65,12 @@ def test_touching_diameter_closes_the_gap() -> None:
 
 @pytest.mark.parametrize(
     ("change", "message"),
-    [({"rollers_per_row": 30}, "overlap"), ({"roller_width_m": 0.02}, "too short"), ({"pitch_radius_m": -1.0}, "positive")],
-)  # fmt: skip
+    [
+        ({"rollers_per_row": 30}, "overlap"),
+        ({"roller_width_m": 0.02}, "too short"),
+        ({"pitch_radius_m": -1.0}, "positive"),
+    ],
+)
 def test_impossible_geometry_is_refused(change: dict[str, float], message: str) -> None:
     geometry = load_bearing("skf-22240").geometry
     assert geometry is not None

@@ -9,7 +9,9 @@ from srbval.errors import ConfigurationError
 from srbval.validation.published import table6
 
 PRINTED_HZ = 0.05  # the printed kinematic frequencies follow from slightly rounded geometry
-PUBLISHED_ORDER = 3e-4  # published with four decimals, from diameters rounded to a tenth of a thousandth of an inch
+PUBLISHED_ORDER = (
+    3e-4  # published with four decimals, from diameters rounded to a tenth of a thousandth of an inch
+)
 
 
 def test_paper_frequencies_follow_from_table_1() -> None:
@@ -43,7 +45,10 @@ def test_known_bearings_have_their_published_orders(
 
 def test_outer_line_is_the_slower_one_and_the_cage_carries_it() -> None:
     orders = FaultOrders.from_dimensions(
-        rolling_elements=10, element_diameter_m=0.01, pitch_diameter_m=0.05, contact_angle_rad=math.radians(15)
+        rolling_elements=10,
+        element_diameter_m=0.01,
+        pitch_diameter_m=0.05,
+        contact_angle_rad=math.radians(15),
     )
     assert orders.bpfo < orders.bpfi
     assert orders.bpfo == pytest.approx(10 * orders.ftf, rel=1e-14)

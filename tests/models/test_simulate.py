@@ -66,7 +66,9 @@ def test_progress_reaches_the_end() -> None:
 @pytest.mark.parametrize(("solver", "factor"), [("ode1", 2), ("ode1", 4), ("ode2", 4)])
 def test_silent_failures_are_caught(solver: str, factor: int) -> None:
     """Rollers thrown clear, acceleration zero, no NaN: must not look like a quiet bearing."""
-    scene = paper_scene(duration="0.5 s", output_rate="15360 Hz", solver={"name": solver, "step_s": factor / 61_440})
+    scene = paper_scene(
+        duration="0.5 s", output_rate="15360 Hz", solver={"name": solver, "step_s": factor / 61_440}
+    )
     failed = simulate(scene)
     assert failed.status is not RunStatus.OK
     assert "--dt" in failed.reason
@@ -83,7 +85,13 @@ def test_silent_failures_are_caught(solver: str, factor: int) -> None:
     ],
 )
 def test_health(changes: dict[str, object], status: RunStatus) -> None:
-    good = {"cage_ratio": 0.4314, "load_share": 0.05, "depth_m": np.array([2e-5]), "limit_m": 1e-4, "finite": True}
+    good = {
+        "cage_ratio": 0.4314,
+        "load_share": 0.05,
+        "depth_m": np.array([2e-5]),
+        "limit_m": 1e-4,
+        "finite": True,
+    }
     assert judge(paper_scene(), **(good | changes))[0] is status  # type: ignore[arg-type]
 
 

@@ -18,8 +18,8 @@ SKIP_MARGIN_M = 5e-6  # a roller further than this (and the highest bump) from a
 def right_hand_side(t, y, model, rate, contact):
     """Fill `rate` (shape of `y`) and `contact` (see below) for state `y` at time `t`.
 
-    contact[0:3]: force of the rollers on the outer ring [N]; contact[3]: deepest penetration into an undamaged race [m];
-    contact[4]: torque of the rollers on the inner ring about the shaft [N m].
+    contact[0:3]: force of the rollers on the outer ring [N]; contact[3]: deepest penetration [m] into an
+    undamaged race; contact[4]: torque of the rollers on the inner ring about the shaft [N m].
     """
     n = model.roller_angle.shape[0]
     d = 2 * n + 6
@@ -93,9 +93,9 @@ def right_hand_side(t, y, model, rate, contact):
         f_x = f_y = f_z = t_x = t_y = t_z = 0.0
         deepest = closest if closest > deepest else deepest
         if closest > -(model.outer.highest + SKIP_MARGIN_M):
-            k = int(math.floor(angle / spacing + 0.5)) % points
+            k = math.floor(angle / spacing + 0.5) % points
             pc, ps = model.outer.cosine[k], model.outer.sine[k]
-            f_x, f_y, f_z, t_x, t_y, t_z, load = race_on_roller(
+            f_x, f_y, f_z, t_x, t_y, t_z, _ = race_on_roller(
                 model.outer.windows, model.outer.window_of[row, k], model.roller_radius,
                 model.profile_radius, model.stiffness, model.damping, model.smoothing, model.static_friction,
                 model.dynamic_friction, model.critical_velocity,
@@ -117,10 +117,10 @@ def right_hand_side(t, y, model, rate, contact):
         closest = i_x + model.roller_radius - model.profile_radius
         deepest = closest if closest > deepest else deepest
         if closest > -(model.inner.highest + SKIP_MARGIN_M):
-            k = int(math.floor((angle - shaft_angle) / spacing + 0.5)) % points
+            k = math.floor((angle - shaft_angle) / spacing + 0.5) % points
             pc = cs * model.inner.cosine[k] - ss * model.inner.sine[k]
             ps = ss * model.inner.cosine[k] + cs * model.inner.sine[k]
-            h_x, h_y, h_z, r_x, r_y, r_z, load = race_on_roller(
+            h_x, h_y, h_z, r_x, r_y, r_z, _ = race_on_roller(
                 model.inner.windows, model.inner.window_of[row, k], model.roller_radius,
                 model.profile_radius, model.stiffness, model.damping, model.smoothing, model.static_friction,
                 model.dynamic_friction, model.critical_velocity,

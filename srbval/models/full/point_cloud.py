@@ -99,7 +99,7 @@ def candidate_windows(
     count = moved.shape[2]
     offsets = np.arange(-half_count, half_count + 1)
     window_of = np.zeros((2, count), dtype=np.int64)
-    windows = []
+    windows: list[FloatArray] = []
     for row in range(2):
         window_of[row] = len(windows)
         windows.append(_window(circles, np.zeros((len(circles), len(offsets))), row, count))

@@ -12,6 +12,8 @@ from srbval.report.content.open_section import open_section
 from srbval.report.content.panels import Side, figures_11_to_14, model_alone
 from srbval.report.content.provenance import provenance
 from srbval.report.content.runs_section import flatten, runs_section, scene_section
+from srbval.report.content.scene_figure import scene_figure, table6_figure
+from srbval.report.content.sidebands import sideband_remark
 from srbval.report.content.sources_section import sources_section
 from srbval.report.content.sum_rule_section import sum_rule_section
 from srbval.report.content.table6_section import table6_section
@@ -31,8 +33,8 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
         generated_utc=datetime.now(UTC),
         verdict=verdict_box(evidence),
         sections=(
-            sources_section(evidence),
-            table6_section(evidence),
+            sources_section(evidence, scene_figure(evidence, figures)),
+            table6_section(evidence, table6_figure(evidence, figures)),
             sum_rule_section(evidence),
             _figures_section(evidence, figures),
             *_paper_speed_section(evidence, figures),
@@ -53,10 +55,12 @@ def _figures_section(evidence: Evidence, folder: Path) -> Section:
         title="Figures 11 to 14: model and rig",
         blocks=(
             Paragraph(
-                "Panel letters are the paper's: (a, c, e) the model, (b, d, f) the rig. Where a measured recording is registered, "
+                "Panel letters are the paper's: (a, c, e) the model, (b, d, f) the rig. Where a measured recording is "
+                "registered, "
                 "the model beside it runs at that recording's own tachometer speed."
             ),
             *grids,
+            sideband_remark(evidence),
         ),
     )
 
@@ -86,11 +90,14 @@ def _limits_section() -> Section:
         blocks=(
             Listing(
                 items=(
-                    "**Amplitudes.** The paper did not seek to match them; neither does this report. Every signal is normalised.",
+                    "**Amplitudes.** The paper did not seek to match them; neither does this report. Every signal is "
+                    "normalised.",
                     "**Rolling-element defects, axial load, gravity, lubrication**: not modelled yet.",
-                    "**The noise floor of the simulated spectra.** With a fixed explicit step the friction is under-resolved and "
+                    "**The noise floor of the simulated spectra.** With a fixed explicit step the friction is "
+                    "under-resolved and "
                     "chatters; part of the broadband signal is numerical. Fault lines are read well above it.",
-                    "**Point passing**: the raceways are 500 points a circle, which excites about 2.5 and 3.4 kHz at 710 rpm. These "
+                    "**Point passing**: the raceways are 500 points a circle, which excites about 2.5 and 3.4 kHz at "
+                    "710 rpm. These "
                     "are numerical and lie above the simulated band.",
                 )
             ),
@@ -110,9 +117,11 @@ def _provenance_section(origin: dict[str, Any]) -> Section:
             Paragraph("**References used**"),
             Listing(
                 items=(
-                    "Giraudo, Di Maggio, Giorio, Delprete: Dynamic Multibody Modeling of Spherical Roller Bearings with Localized "
+                    "Giraudo, Di Maggio, Giorio, Delprete: Dynamic Multibody Modeling of Spherical Roller Bearings "
+                    "with Localized "
                     "Defects for Large-Scale Rotating Machinery. Sensors 25, 2419 (2025). doi 10.3390/s25082419",
-                    "ASME V&V 20-2009: Standard for Verification and Validation in Computational Fluid Dynamics and Heat Transfer",
+                    "ASME V&V 20-2009: Standard for Verification and Validation in Computational Fluid Dynamics and "
+                    "Heat Transfer",
                     "Randall: Vibration-based Condition Monitoring. Wiley (2011)",
                 )
             ),

@@ -25,7 +25,7 @@ SCALOGRAM_MARGIN_S = 0.1  # transformed either side of the window, so that its e
 LINE_OF = {State.OUTER: "BPFO", State.INNER: "BPFI"}
 PAIRS = {State.HEALTHY: "ab", State.OUTER: "cd", State.INNER: "ef"}
 COLOUR_QUANTILE = 0.995  # top of the shared colour scale, so that one burst does not darken all the rest
-SILENT_LINES = 1.02  # head room above the highest value on a shared axis
+HEAD_ROOM = 1.12  # above the highest value on a shared axis, for the marks of found lines
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +51,7 @@ class Side:
         time, _, strength = self.scaled(state)
         near = (time >= WINDOW_S[0] - SCALOGRAM_MARGIN_S) & (time <= WINDOW_S[1] + SCALOGRAM_MARGIN_S)
         part = strength[near]
-        return scalogram(part - part.mean(), self.analyses[state].processed.fs_hz, SCALOGRAM_HZ)
+        return scalogram(part - part.mean(), self.analyses[state].processed.fs_hz, range_hz=SCALOGRAM_HZ)
 
 
 def figures_11_to_14(model: Side, rig: Side, folder: Path) -> list[FigureGrid]:
@@ -108,7 +108,7 @@ def _acceleration_panel(
     period = None if line is None else 1 / analysis.line(line).kinematic_hz
     files = acceleration_panel(
         folder, name, time_s=time, acceleration=signal, envelope=strength,
-        origin=analysis.recording.origin.value, letter=f"({letter[-1]})", title=_title(analysis, state),
+        origin=analysis.recording.origin.value, letter=letter[-1], title=_title(analysis, state),
         window_s=WINDOW_S, y_limits=(-limit, limit), period_s=period, period_name=f"1/{line}" if line else "",
     )  # fmt: skip
     return _figure(
@@ -129,7 +129,7 @@ def _spectrum_figure(number: str, state: State, model: Side, rig: Side, folder: 
         columns=1,
         label=f"Figure {number}",
         caption=f"Envelope spectra, {STATE_NAME[state]} defect, on the same axes, with the healthy bearing of the "
-        "same side dashed. Cursors: kinematic fault lines; dots: lines that were read and detected.",
+        "same side dashed. Dashed cursors: kinematic fault lines; triangles: lines that were read and detected.",
     )
 
 
@@ -144,14 +144,14 @@ def _spectrum_panel(name: str, letter: str, state: State, side: Side, other: Sid
         sidebands=2 if state is State.INNER else 0,
     )  # fmt: skip
     peaks = [
-        (n.found_hz, float(np.interp(n.found_hz, frequency, amplitude)))
+        (n.found_hz, _height_at(n.found_hz, frequency, amplitude))
         for n in analysis.lines
         if n.detected and n.found_hz is not None and n.name.startswith(line)
     ]
     files = envelope_spectrum_panel(
         folder, name, frequency_hz=frequency, amplitude=amplitude, shaft_hz=shaft_hz,
         origin=analysis.recording.origin.value, cursors=cursors, peaks=peaks,
-        healthy=side.spectrum(State.HEALTHY), letter=f"({letter[-1]})", title=_title(analysis, state),
+        healthy=side.spectrum(State.HEALTHY), letter=letter[-1], title=_title(analysis, state),
         f_max_hz=SPECTRUM_HZ, y_limits=(0.0, top),
     )  # fmt: skip
     resolution = analysis.processed.spectrum.resolution_hz
@@ -164,7 +164,7 @@ def _spectrum_panel(name: str, letter: str, state: State, side: Side, other: Sid
 
 def _figure_14(model: Side, rig: Side, folder: Path) -> FigureGrid:
     images = {(id(side), s): side.scalogram(s) for side in (model, rig) for s in PAIRS}
-    top = float(np.quantile(np.concatenate([i.magnitude.ravel() for i in images.values()]), COLOUR_QUANTILE))
+    top = float(np.quantile(np.concatenate([i.amplitude.ravel() for i in images.values()]), COLOUR_QUANTILE))
     panels = []
     for state, letters in PAIRS.items():
         for side, letter in zip((model, rig), letters, strict=True):
@@ -186,8 +186,8 @@ def _scalogram_panel(
     expected = None if line is None else analysis.line(line).kinematic_hz
     files = scalogram_panel(
         folder, f"fig14{letter}", time_s=image.time_s + WINDOW_S[0] - SCALOGRAM_MARGIN_S,
-        frequency_hz=image.frequency_hz, magnitude=image.magnitude, limits=(0.0, top),
-        origin=analysis.recording.origin.value, letter=f"({letter})", title=_title(analysis, state),
+        frequency_hz=image.frequency_hz, magnitude=image.amplitude, limits=(0.0, top),
+        origin=analysis.recording.origin.value, letter=letter, title=_title(analysis, state),
         window_s=WINDOW_S, period_s=1 / analysis.speed.value_hz if state is State.INNER else None,
         period_name="1/fr", line_hz=expected, line_name=line or "",
     )  # fmt: skip
@@ -226,10 +226,15 @@ def _inside(time: FloatArray) -> NDArray[np.bool_]:
     return inside
 
 
+def _height_at(line_hz: float, frequency: FloatArray, amplitude: FloatArray) -> float:
+    """Height of a line: the larger of the two bins it lies between."""
+    return float(amplitude[np.argsort(np.abs(frequency - line_hz))[:2]].max())
+
+
 def _below(frequency: FloatArray, amplitude: FloatArray) -> FloatArray:
     """Amplitudes in the shown range, above the slow trend at its very start."""
     return amplitude[(frequency > 1.0) & (frequency <= SPECTRUM_HZ)]
 
 
 def _largest(parts: Iterable[FloatArray]) -> float:
-    return SILENT_LINES * max(float(part.max()) for part in parts)
+    return HEAD_ROOM * max(float(part.max()) for part in parts)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from srbval.recordings import Origin
 from srbval.report.badges import Tone
-from srbval.report.blocks import Block, Callout, Paragraph
+from srbval.report.blocks import Block, Callout, Figure, Paragraph
 from srbval.report.content.names import FETCH_COMMAND, STATE_NAME, badge_of, rpm_of
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table, Value
@@ -14,7 +14,7 @@ from srbval.validation.analyse import Analysis
 from srbval.validation.evidence import Evidence
 
 
-def sources_section(evidence: Evidence) -> Section:
+def sources_section(evidence: Evidence, picture: Figure) -> Section:
     """One row a record; a warning where the rig side is synthetic."""
     sides = [("paper's speed", evidence.paper)]
     if evidence.measured_states:
@@ -24,8 +24,8 @@ def sources_section(evidence: Evidence) -> Section:
     table = Table(
         id="records",
         label="Records",
-        caption="All records in this report; each went through the same chain: rotation (two axes only), normalisation, "
-        "zero-phase band-pass, Hilbert envelope, envelope spectrum, joint line reading.",
+        caption="All records in this report; each went through the same chain: rotation (two axes only), "
+        "normalisation, zero-phase band-pass, Hilbert envelope, envelope spectrum, joint line reading.",
         columns=(
             Column(title="Record"),
             Column(title="For"),
@@ -33,14 +33,14 @@ def sources_section(evidence: Evidence) -> Section:
             Column(title="Shaft", unit="rpm", format=".2f"),
             Column(title="Length", unit="s", format=".3g"),
             Column(title="Band", unit="Hz"),
-            Column(title="What was found"),
+            Column(title="Lines found (from kinematic)"),
         ),
         rows=rows,
     )
     return Section(
         id="records-section",
         title="What was compared with what",
-        blocks=(*_warning(evidence), table, _sensor()),
+        blocks=(*_warning(evidence), picture, table, _sensor()),
     )
 
 
@@ -57,8 +57,19 @@ def _row(group: str, analysis: Analysis) -> list[Cell | Value]:
         Cell(value=rpm_of(analysis), ci95=ci95, note=analysis.speed.source.value),
         recording.seconds,
         f"{low:g} to {high:g}",
-        analysis.verdict,
+        finding(analysis),
     ]
+
+
+def finding(analysis: Analysis) -> str:
+    """The detected race and roller lines in a few words."""
+    lines = [
+        n for n in analysis.lines if n.detected and n.harmonic == 1 and n.name in ("BPFO", "BPFI", "2xBSF")
+    ]
+    if not lines:
+        return "no race or roller line"
+    strongest_first = sorted(lines, key=lambda n: -(n.snr or 0))
+    return "; ".join(f"{n.name} {n.found_hz:.2f} Hz ({n.deviation_pct:+.2f} %)" for n in strongest_first)
 
 
 def _warning(evidence: Evidence) -> list[Block]:
@@ -69,7 +80,8 @@ def _warning(evidence: Evidence) -> list[Block]:
         Callout(
             tone=Tone.WARNING,
             title="The rig side is partly or wholly synthetic",
-            text=f"No measured recording is registered for: {', '.join(synthetic)}. Its panels show a synthetic stand-in, a "
+            text=f"No measured recording is registered for: {', '.join(synthetic)}. Its panels show a "
+            "synthetic stand-in, a "
             f"seeded impulse model, and enter no verdict. `{FETCH_COMMAND}` brings the real ones.",
         )
     ]
@@ -77,6 +89,7 @@ def _warning(evidence: Evidence) -> list[Block]:
 
 def _sensor() -> Paragraph:
     return Paragraph(
-        "The rig has one accelerometer at 45 degrees per bearing, so its records are used as they are; the model's two radial "
+        "The rig has one accelerometer at 45 degrees per bearing, so its records are used as they are; the model's "
+        "two radial "
         "axes are rotated by 45 degrees onto that direction first."
     )

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from srbval.recordings import State
 from srbval.report.badges import Badge, Tone
-from srbval.report.blocks import Block, Callout, Paragraph
+from srbval.report.blocks import Block, Callout, Figure, Paragraph
 from srbval.report.content.names import FETCH_COMMAND, STATE_CODE
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table, Value
-from srbval.recordings import State
 from srbval.validation.comparison import Comparison, ComparisonVerdict, RigSource, deviation_pct
 from srbval.validation.evidence import Evidence
 
@@ -18,11 +18,11 @@ TONE = {
 }
 
 
-def table6_section(evidence: Evidence) -> Section:
+def table6_section(evidence: Evidence, picture: Figure) -> Section:
     """Both tables and how to read them."""
     published = [row for row in evidence.rows if row.rig_source is RigSource.PUBLISHED]
     measured = [row for row in evidence.rows if row.rig_source is RigSource.MEASURED]
-    blocks: list[Block] = [_published_table(published, evidence.printed.shaft_rpm)]
+    blocks: list[Block] = [_published_table(published, evidence.printed.shaft_rpm), picture]
     if measured:
         rpm = evidence.rig[State.OUTER].recording.nominal_rpm
         blocks += [_measured_table(measured, rpm or 0.0), _parts_table(measured), _how_to_read()]
@@ -45,8 +45,12 @@ def _published_table(rows: list[Comparison], shaft_rpm: float) -> Table:
             Cell(value=row.kinematic_hz, badge=Badge.PUBLISHED),
             _with_deviation(row.paper_model_hz, row.paper_model_printed_pct, row.kinematic_hz),
             _with_deviation(row.paper_rig_hz, row.paper_rig_printed_pct, row.kinematic_hz),
-            Cell(value=row.model_hz, ci95=row.model_ci95_hz, badge=Badge.SIMULATED),
-            row.model_deviation_pct,
+            Cell(
+                value=row.model_hz,
+                ci95=row.model_ci95_hz,
+                badge=Badge.SIMULATED,
+                note=f"{row.model_deviation_pct:+.3f} %",
+            ),
             row.model_cage_hz,
         ]
         for row in rows
@@ -54,15 +58,14 @@ def _published_table(rows: list[Comparison], shaft_rpm: float) -> Table:
     return Table(
         id="table-6-paper-speed",
         label="Table 6",
-        caption=f"Fault frequencies at {shaft_rpm:g} rpm shaft speed: the paper's values and ours. Printed deviations "
-        "stand beside the recomputed ones.",
+        caption=f"Fault frequencies at {shaft_rpm:g} rpm shaft speed: the paper's values and ours. Below each its "
+        "deviation from the kinematic frequency, recomputed, with the paper's printed one in parentheses.",
         columns=(
             Column(title="Defect (line)"),
             Column(title="Kinematic, printed", unit="Hz", format=".2f"),
             Column(title="Paper's model", unit="Hz", format=".2f"),
             Column(title="Paper's rig", unit="Hz", format=".2f"),
             Column(title="Our model, read", unit="Hz", format=".3f"),
-            Column(title="Our model from kinematic", unit="%", format="+.3f"),
             Column(title="Our model, cage speed", unit="Hz", format=".3f"),
         ),
         rows=table,
@@ -79,9 +82,7 @@ def _with_deviation(value: float | None, printed_pct: float | None, kinematic: f
     if value is None or printed_pct is None:
         return Cell(value=None)
     recomputed = deviation_pct(value, kinematic)
-    return Cell(
-        value=value, badge=Badge.PUBLISHED, note=f"printed {printed_pct:+g} %, recomputed {recomputed:+.3f} %"
-    )
+    return Cell(value=value, badge=Badge.PUBLISHED, note=f"{recomputed:+.3f} % (printed {printed_pct:+g} %)")
 
 
 def _measured_table(rows: list[Comparison], nominal_rpm: float) -> Table:
@@ -133,7 +134,8 @@ def _parts_table(rows: list[Comparison]) -> Table:
 
 def _how_to_read() -> Paragraph:
     return Paragraph(
-        "The error E is model minus rig, relative to the rig. After ASME V&V 20 the model's error counts as **resolved** "
+        "The error E is model minus rig, relative to the rig. After ASME V&V 20 the model's error counts as "
+        "**resolved** "
         "only where it exceeds U; **not resolved from uncertainty** means that what separates model and rig is no "
         "larger than what is not known."
     )

@@ -18,7 +18,8 @@ def verdict_box(evidence: Evidence) -> VerdictBox:
     measured = [r for r in evidence.rows if r.rig_source is RigSource.MEASURED]
     within = all(abs(r.model_deviation_pct) <= TABLE6_LIMIT_PCT for r in published)
     headline = (
-        f"The model's race lines lie {'within' if within else 'not within'} {TABLE6_LIMIT_PCT} % of the paper's kinematic "
+        f"The model's race lines lie {'within' if within else 'not within'} {TABLE6_LIMIT_PCT} % of the paper's "
+        "kinematic "
         f"frequencies ({_list(published, 'model_deviation_pct')})."
     )
     points = [*_measured_points(measured), *_sum_points(evidence), _limits()]
@@ -48,12 +49,14 @@ def _measured_points(rows: list[Comparison]) -> list[str]:
 def _sum_points(evidence: Evidence) -> list[str]:
     paper = next(s for s in evidence.sums if s.source == "paper's rig")
     text = (
-        f"The paper's rig lines add up to {paper.difference_pct:+.2f} % of {paper.rolling_elements} shaft orders: a shaft at "
+        f"The paper's rig lines add up to {paper.difference_pct:+.2f} % of {paper.rolling_elements} shaft orders: a "
+        "shaft at "
         f"{paper.implied_rpm:.1f} rpm instead of {paper.stated_rpm:g}, not slippage."
     )
     measured = [s for s in evidence.sums if s.origin == "measured"]
     if measured:
-        text += f" With the speed measured, the rig's recordings add up to {measured[0].total:.3f} ± {measured[0].ci95:.3f}."
+        total, ci95 = measured[0].total, measured[0].ci95
+        text += f" With the speed measured, the rig's recordings add up to {total:.3f} ± {ci95:.3f}."
     return [text]
 
 

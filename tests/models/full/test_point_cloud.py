@@ -45,7 +45,10 @@ def test_both_raceways_face_the_roller(p: float) -> None:
 def test_a_bump_moves_its_points_towards_the_rollers() -> None:
     defect = Defect(kind=DefectKind.OUTER, points=2, height_m=2e-4, angle_rad=0.0, row=2, circle=2)
     moved = displacement(500, defect, math.pi / 2)
-    assert sorted(np.flatnonzero(moved[1, 1])) == [124, 125] or sorted(np.flatnonzero(moved[1, 1])) == [125, 126]
+    assert sorted(np.flatnonzero(moved[1, 1])) == [124, 125] or sorted(np.flatnonzero(moved[1, 1])) == [
+        125,
+        126,
+    ]
     assert np.count_nonzero(moved) == 2
     assert GEOMETRY is not None
     circles = [outer_circle(GEOMETRY, p) for p in CIRCLES]
@@ -73,7 +76,10 @@ def test_no_point_beyond_the_window_can_touch(points: int) -> None:
     """Brute force: a roller at every phase between two points, pressed in as deep as the search allows."""
     assert GEOMETRY is not None
     r = GEOMETRY.touching_diameter_m / 2
-    for radius, sign in ((outer_circle(GEOMETRY, 1.0).radius_m, -1), (inner_circle(GEOMETRY, 1.0).radius_m, 1)):
+    for radius, sign in (
+        (outer_circle(GEOMETRY, 1.0).radius_m, -1),
+        (inner_circle(GEOMETRY, 1.0).radius_m, 1),
+    ):
         half = window_half_count(r, sign * radius, points_per_circle=points, highest_m=0.0)
         centre = radius + sign * (r - DEEPEST_M)
         k = np.arange(points)
