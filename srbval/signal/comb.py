@@ -129,10 +129,10 @@ def _ratio(record: Periodogram, frequency_hz: FloatArray, noise: Noise) -> Float
 
 def _refine(record: Periodogram, start_hz: float, noise: list[Noise]) -> float:
     """Parabolas through the exact sum of the harmonics that show, from the best candidate."""
-    number = np.arange(1, len(noise) + 1)
+    number = np.arange(1, len(noise) + 1, dtype=np.float64)
     shown = _shown(_snr(record, start_hz, noise))
     weight = np.array([1 / n.mean_power for n in noise])[shown]
-    found, width = start_hz, record.bin_hz / (4 * number[shown].max())
+    found, width = start_hz, record.bin_hz / (4 * float(number[shown].max()))
     for _ in range(_REFINEMENTS):
         at = (found - width, found, found + width)
         left, middle, right = (float(weight @ record.exact_power_at(number[shown] * f)) for f in at)

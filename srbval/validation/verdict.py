@@ -64,7 +64,7 @@ def _caution(detected: list[Line], recording: Recording) -> str:
             "The recording is declared healthy: the line is its baseline, not a fault (rollers passing under "
             "load give one)."
         )
-    shallow = "The modulation is shallow, as in healthy bearings. " if (detected[0].depth or 0.0) < SHALLOW else ""
+    shallow = "Healthy bearings show a modulation this shallow too. " if (detected[0].depth or 0.0) < SHALLOW else ""
     if detected[0].name == "BPFO":
         return (
             f"{shallow}A BPFO line alone is not a fault verdict: rollers passing under load give a healthy "

@@ -58,6 +58,12 @@ def inner():
     return analyse(recording(samples), bearing=BEARING)
 
 
+def both_races():
+    outer_hz = BEARING.orders.bpfo * SHAFT_HZ * 0.998
+    samples = impulses(outer_hz) + impulses(19 * SHAFT_HZ - outer_hz, seed=3)
+    return analyse(recording(samples), bearing=BEARING)
+
+
 def detected(analysis):
     return {line.name for line in analysis.lines if line.detected and line.harmonic == 1}
 
@@ -101,6 +107,13 @@ def test_json_has_the_public_keys_and_only_finite_numbers(outer):
     assert {"value", "ci95", "source"} <= data["shaft_hz"].keys()
     assert all(line.keys() >= LINE_KEYS for line in data["lines"])
     assert json.loads(json.dumps(data, allow_nan=False)) == data
+
+
+def test_json_of_a_closed_sum_and_of_noise_is_plain_too():
+    noise = recording(np.random.default_rng(4).standard_normal(round(SECONDS * FS_HZ)))
+    for data in (both_races().to_dict(), analyse(noise, bearing=BEARING).to_dict()):
+        assert json.loads(json.dumps(data, allow_nan=False)) == data
+        assert {type(line["detected"]) for line in data["lines"]} == {bool}
 
 
 def test_speed_uncertainty_enters_the_deviation_not_the_line(outer):
@@ -175,10 +188,7 @@ def test_sideband_without_its_line_is_not_detected():
 
 
 def test_both_race_lines_close_on_the_number_of_rollers():
-    samples = impulses(BEARING.orders.bpfo * SHAFT_HZ * 0.998) + impulses(
-        (19 - BEARING.orders.bpfo * 0.998) * SHAFT_HZ, seed=3
-    )
-    closure = analyse(recording(samples), bearing=BEARING).closure
+    closure = both_races().closure
     assert closure.expected_hz == pytest.approx(19 * SHAFT_HZ)
     assert closure.difference_pct == pytest.approx(0.0, abs=2 * READING_PCT)
     assert closure.closed
