@@ -14,6 +14,7 @@ import srbval
 ORDER = (
     "errors",
     "config",
+    "storage",
     "bearing",
     "scene",
     "models",

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
-import math
 import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
+
+from srbval.storage.strict_json import strict_json
 
 SCHEMA_VERSION = 1
 
@@ -14,7 +14,7 @@ SCHEMA_VERSION = 1
 def print_json(document: Mapping[str, Any], *, status: str = "ok") -> None:
     """Print one JSON document with `schema_version` and `status`; NaN and infinities become null."""
     whole = {"schema_version": SCHEMA_VERSION, "status": status} | dict(document)
-    print(json.dumps(_finite(whole), indent=2, allow_nan=False))
+    print(strict_json(whole), end="")
 
 
 def print_failure(message: str, code: int, *, as_json: bool) -> None:
@@ -42,13 +42,3 @@ def _text(value: object) -> str:
     if value is None:
         return "-"
     return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(k): _finite(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(v) for v in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

@@ -5,45 +5,23 @@ from __future__ import annotations
 import dataclasses
 import enum
 import json
-import os
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+from srbval.models.run import FloatArray, Run
+from srbval.storage.own_hdf5 import Variable, write_own_hdf5
 
-from srbval.errors import DataError
-from srbval.models.run import Run
-
-SCHEMA_VERSION = 1
 AXES = ("x", "y", "z")
+MEAN = "mean of the interval"
 
 
 def write_run(run: Run, path: Path) -> None:
-    """Write `run` to `path`: aside first, then moved, so the file is whole or not there.
+    """Write `run` to `path`, whole or not at all; times are the ends of the output intervals.
 
     Raises `DataError` where the place cannot be written.
     """
-    import h5py
-
-    aside = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with h5py.File(aside, "w") as file:
-            file.attrs.update(_attributes(run))
-            rows = len(run.cage_rad_s)
-            time = file.create_dataset("time_s", data=np.arange(1, rows + 1) / run.scene.output_rate_hz)
-            time.attrs.update(units="s", long_name="end of the output interval, from the end of settling")
-            time.make_scale("time_s")
-            for name, (values, units, long_name) in _variables(run).items():
-                variable = file.create_dataset(name, data=values)
-                variable.attrs.update(units=units, long_name=long_name)
-                variable.dims[0].attach_scale(time)
-        os.replace(aside, path)
-    except OSError as error:
-        raise DataError(
-            f"{path}: cannot be written ({error.strerror or error}). Choose another -o."
-        ) from None
-    finally:
-        aside.unlink(missing_ok=True)
+    fs_hz = run.scene.output_rate_hz
+    write_own_hdf5(path, fs_hz=fs_hz, variables=_variables(run), attributes=_attributes(run), start_s=1 / fs_hz)
 
 
 def scene_dict(scene: Any) -> dict[str, Any]:
@@ -61,10 +39,8 @@ def _attributes(run: Run) -> dict[str, Any]:
     scene = run.scene
     kind = scene.defect.kind.value
     return {
-        "schema_version": SCHEMA_VERSION,
         "srbval_kind": "run",
         "name": f"{scene.model} model, {kind} defect, {scene.shaft_hz * 60:.6g} rpm",
-        "fs_hz": scene.output_rate_hz,
         "unit": "m/s2",
         "bearing": scene.bearing,
         "state": "healthy" if kind == "none" else kind,
@@ -81,18 +57,23 @@ def _attributes(run: Run) -> dict[str, Any]:
     }
 
 
-def _variables(run: Run) -> dict[str, tuple[np.ndarray, str, str]]:
-    table: dict[str, tuple[np.ndarray, str, str]] = {}
+def _variables(run: Run) -> dict[str, Variable]:
+    table: dict[str, Variable] = {}
     for i, axis in enumerate(AXES):
-        table[f"acceleration_{axis}_m_s2"] = (
-            run.acceleration_m_s2[:, i], "m s-2", f"outer ring acceleration, {axis}, mean of the interval",
-        )  # fmt: skip
-        table[f"displacement_{axis}_m"] = (run.displacement_m[:, i], "m", f"outer ring displacement, {axis}")
-        table[f"roller_force_{axis}_n"] = (
-            run.roller_force_n[:, i], "N", f"force of the rollers on the outer ring, {axis}, mean of the interval",
-        )  # fmt: skip
+        acceleration, displacement, force = (
+            a[:, i] for a in (run.acceleration_m_s2, run.displacement_m, run.roller_force_n)
+        )
+        table |= {
+            f"acceleration_{axis}_m_s2": _variable(acceleration, "m s-2", f"outer ring acceleration, {axis}, {MEAN}"),
+            f"displacement_{axis}_m": _variable(displacement, "m", f"outer ring displacement, {axis}"),
+            f"roller_force_{axis}_n": _variable(force, "N", f"rollers' force on the outer ring, {axis}, {MEAN}"),
+        }
     for i, axis in enumerate(AXES[:2]):
-        table[f"cage_tilt_{axis}_rad"] = (run.cage_tilt_rad[:, i], "rad", f"cage tilt about {axis}")
-    table["cage_speed_rad_s"] = (run.cage_rad_s, "rad s-1", "cage speed, mean of the interval")
-    table["depth_m"] = (run.depth_m, "m", "deepest penetration into an undamaged raceway")
+        table[f"cage_tilt_{axis}_rad"] = _variable(run.cage_tilt_rad[:, i], "rad", f"cage tilt about {axis}")
+    table["cage_speed_rad_s"] = _variable(run.cage_rad_s, "rad s-1", f"cage speed, {MEAN}")
+    table["depth_m"] = _variable(run.depth_m, "m", "deepest penetration into an undamaged raceway")
     return table
+
+
+def _variable(values: FloatArray, units: str, long_name: str) -> Variable:
+    return Variable(values=values, units=units, long_name=long_name)

@@ -19,7 +19,7 @@ from srbval.bearing import DEFAULT_BEARING, FaultOrders, load_bearing
 from srbval.errors import ConfigurationError
 from srbval.recordings.load import load_recording
 from srbval.recordings.recording import Recording, State
-from srbval.recordings.writing import Variable, write_own_hdf5
+from srbval.storage.own_hdf5 import Variable, write_own_hdf5
 
 FS_HZ = 20480.0  # the rig's
 BAND_HZ = (1400.0, 2800.0)  # the rig's

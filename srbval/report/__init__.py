@@ -12,7 +12,6 @@ from srbval.report.blocks import (
     Paragraph,
 )
 from srbval.report.inline import literal
-from srbval.report.json_file import strict_json, write_json
 from srbval.report.model import Report, Section, VerdictBox
 from srbval.report.table import Cell, Column, Table
 from srbval.report.write import FORMATS, write_report
@@ -36,7 +35,5 @@ __all__ = [
     "Tone",
     "VerdictBox",
     "literal",
-    "strict_json",
-    "write_json",
     "write_report",
 ]

@@ -1,65 +1,10 @@
-"""Strict JSON: numbers as numbers, null instead of NaN or Infinity, whole files or none."""
+"""The content of ``report.json``."""
 
 from __future__ import annotations
 
-import enum
-import json
-import math
-import os
-import tempfile
-from collections.abc import Mapping
-from datetime import datetime
-from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from srbval.report.model import Report
-
-
-def strict(value: Any) -> Any:
-    """Turn `value` into what JSON knows.
-
-    NumPy scalars and arrays, enums, paths, dates and tuples are converted; a number that is not finite
-    becomes None. Raises TypeError for anything else, so that no object is ever written as its repr.
-    """
-    if isinstance(value, enum.Enum):
-        return strict(value.value)
-    if value is None or isinstance(value, str | bool | int):
-        return value
-    if isinstance(value, float):
-        return float(value) if math.isfinite(value) else None
-    if isinstance(value, np.ndarray | np.generic):
-        return strict(value.tolist())
-    if isinstance(value, Path):
-        return value.as_posix()
-    if isinstance(value, datetime):
-        return value.isoformat()
-    if isinstance(value, Mapping):
-        return {_key(key): strict(item) for key, item in value.items()}
-    if isinstance(value, tuple | list):
-        return [strict(item) for item in value]
-    raise TypeError(f"{type(value).__name__} has no place in a JSON file.")
-
-
-def strict_json(value: Any) -> str:
-    """One JSON document, two blanks of indent, keys in the order given, a newline at the end."""
-    return json.dumps(strict(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-
-
-def write_json(path: Path, value: Any) -> None:
-    """Write `value` to `path` at once: readers see the old file or the new one, never a half."""
-    # A lone surrogate of a damaged file name becomes its own JSON escape.
-    content = strict_json(value).encode("utf-8", errors="backslashreplace")
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}-", dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
 
 
 def report_data(report: Report) -> dict[str, Any]:
@@ -77,9 +22,3 @@ def report_data(report: Report) -> dict[str, Any]:
         for figure in report.figures()
     ]
     return {**report.data, "figures": figures}
-
-
-def _key(key: Any) -> str:
-    if not isinstance(key, str):
-        raise TypeError(f"JSON key {key!r} must be text.")
-    return str(key)

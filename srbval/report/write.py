@@ -10,9 +10,10 @@ from pathlib import Path
 
 from srbval.errors import ConfigurationError, DataError
 from srbval.report.html import render_html
-from srbval.report.json_file import report_data, write_json
+from srbval.report.json_file import report_data
 from srbval.report.model import Report
 from srbval.report.pdf import render_pdf, require_typst
+from srbval.storage.strict_json import write_json
 
 FORMATS = ("html", "pdf", "json")
 

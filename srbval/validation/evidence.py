@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from srbval.bearing import DEFAULT_BEARING, Bearing, load_bearing
+from srbval.errors import ConfigurationError
 from srbval.models.run import Run
 from srbval.recordings import Origin, Recording, State, load_recording
 from srbval.recordings.from_run import recording_from_run
@@ -59,6 +60,11 @@ def gather(
     `seconds` is the recorded duration of the paper's three runs; `stand_in_folder` receives the stand-ins'
     files, where any are needed. Raises what simulation and loading raise.
     """
+    if seconds < SHORTEST_S:
+        raise ConfigurationError(
+            f"{seconds:g} s of simulation are too short to tell fault lines from shaft harmonics; use {SHORTEST_S:g} s "
+            "or more."
+        )
     bearing = load_bearing(DEFAULT_BEARING)
     printed = table6()
     registered = choose_rig_recordings(printed)

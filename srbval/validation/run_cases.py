@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
-from srbval.errors import NumericsError
+from srbval.errors import ConfigurationError, NumericsError
 from srbval.models.run import Run, RunStatus
 from srbval.models.simulate import simulate
 from srbval.validation.cases import Case
@@ -26,6 +26,8 @@ def run_cases(
     `progress` gets a case and its simulated seconds, from several threads. Raises `NumericsError` naming the
     first failed case; the others are stopped.
     """
+    if jobs is not None and jobs < 1:
+        raise ConfigurationError(f"jobs = {jobs} must be 1 or more.")
     stop = False
 
     def one(case: Case) -> Run:

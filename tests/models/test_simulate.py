@@ -125,9 +125,11 @@ def test_a_run_file_opens_in_xarray_with_units(run: Run, tmp_path: Path) -> None
 
 
 def test_a_run_that_cannot_be_written_leaves_nothing(run: Run, tmp_path: Path) -> None:
+    blocked = tmp_path / "a file, no folder"
+    blocked.write_text("")
     with pytest.raises(DataError, match="cannot be written"):
-        write_run(run, tmp_path / "no" / "such" / "run.h5")
-    assert list(tmp_path.iterdir()) == []
+        write_run(run, blocked / "run.h5")
+    assert list(tmp_path.iterdir()) == [blocked]
 
 
 def test_load_share_follows_the_path(run: Run) -> None:

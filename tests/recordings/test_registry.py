@@ -14,7 +14,7 @@ from srbval.errors import DataError
 from srbval.recordings import Origin, State, write_stand_in
 from srbval.recordings.registry import Status, add, fetch, find_recording, listing, rig_recordings, verify
 from srbval.recordings.registry.manifest import manifest_path, read_manifest, update_manifest
-from srbval.recordings.writing import whole_file
+from srbval.storage.whole_file import whole_file
 
 from . import files
 

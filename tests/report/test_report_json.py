@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from srbval.report import Badge, strict_json, write_json
+from srbval.report import Badge
 from srbval.report.json_file import report_data
+from srbval.storage.strict_json import strict_json, write_json
 
 
 def refuse(name):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import srbval
 from srbval.config.strict import build, read_toml
-from srbval.errors import DataError
+from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.recording import State
 
 
@@ -203,9 +203,9 @@ def known_datasets() -> tuple[DatasetDescription, ...]:
 
 
 def dataset(name: str) -> DatasetDescription:
-    """The description called `name`; `DataError` names the known ones."""
+    """The description called `name`; `ConfigurationError` names the known ones."""
     for description in known_datasets():
         if description.name == name:
             return description
     known = ", ".join(d.name for d in known_datasets())
-    raise DataError(f"data set {name!r} is not known. Known: {known}.")
+    raise ConfigurationError(f"data set {name!r} is not known. Known: {known}.")

@@ -12,7 +12,7 @@ from typing import IO
 from srbval.errors import DataError
 from srbval.recordings.registry.entry import SCHEMA_VERSION, RegisteredRecording
 from srbval.recordings.registry.home import home_folder
-from srbval.recordings.writing import whole_file
+from srbval.storage.whole_file import whole_file
 
 LOCK_SECONDS = 30.0
 

@@ -1,0 +1,145 @@
+"""The commands as a user meets them: keys, exit codes, messages, no trace left behind."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from srbval.cli import main
+
+
+def ask(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, dict[str, object]]:
+    """Exit code and JSON document of a command."""
+    code = main([*arguments, "--json"])
+    document = json.loads(capsys.readouterr().out, parse_constant=lambda c: pytest.fail(f"{c} in JSON"))
+    return code, document
+
+
+def test_kinematics(capsys: pytest.CaptureFixture[str]) -> None:
+    code, found = ask(capsys, "kinematics", "--bearing", "skf-22240", "--rpm", "710")
+    assert code == 0
+    assert {"shaft_hz", "bpfo_hz", "bpfi_hz", "bsf_hz", "ftf_hz", "orders", "schema_version", "status"} <= set(found)
+    assert found["bpfo_hz"] == pytest.approx(96.79, abs=0.05)
+    assert found["bpfi_hz"] == pytest.approx(128.04, abs=0.05)
+    assert found["bpfo_hz"] + found["bpfi_hz"] == pytest.approx(19 * found["shaft_hz"], abs=1e-9)  # type: ignore[operator]
+
+
+def test_simulate_then_analyse(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = tmp_path / "run.h5"
+    code, made = ask(capsys, "simulate", "--defect", "inner", "--rpm", "850", "--seconds", "2", "-o", str(path))
+    keys = "model solver dt_s seconds wall_s compile_s wall_per_simulated_s cage_ratio bpfo_hz bpfi_hz file status"
+    assert set(keys.split()) <= set(made)
+    assert (code, made["status"], made["file"], made["seconds"]) == (0, "ok", str(path), 2.0)
+    code, read = ask(capsys, "analyse", str(path))
+    keys = "file fs_hz seconds band_hz shaft_hz lines closure verdict status"
+    assert code == 0
+    assert set(keys.split()) <= set(read)
+    assert read["band_hz"] == [500, 1500]
+    assert read["shaft_hz"]["source"] == "prescribed"  # type: ignore[index]
+    line = next(n for n in read["lines"] if n["name"] == "BPFI" and n["harmonic"] == 1)  # type: ignore[attr-defined]
+    keys = "name harmonic kinematic_hz found_hz ci95_hz deviation_pct snr false_alarm detected"
+    assert set(keys.split()) <= set(line)
+    assert line["detected"]
+    # the line read from the envelope spectrum against the run's own cage speed
+    assert line["found_hz"] == pytest.approx(made["bpfi_hz"], rel=2e-4)
+
+
+def test_scene_file_and_options(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    scene = tmp_path / "scene.toml"
+    scene.write_text('duration = "0.05 s"\nsettle = "0.01 s"\n[load]\nradial = "62.4 kN"\n')
+    code, found = ask(capsys, "simulate", str(scene), "--solver", "ode3", "--dt", "8.138020833333333e-06")
+    assert (code, found["solver"], found["seconds"]) == (0, "ode3", 0.05)
+
+
+def test_doctor(capsys: pytest.CaptureFixture[str]) -> None:
+    code, found = ask(capsys, "doctor")
+    assert (code, found["ok"], found["problems"]) == (0, True, [])
+
+
+def test_data_add_list_verify(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    folder = tmp_path / "rig"
+    folder.mkdir()
+    rng = np.random.default_rng(0)
+    path = folder / "a.mat"
+    savemat(path, {"acc_m_s2": rng.normal(size=20_480), "fs_acc": 20_480.0})
+    keys = "file dataset state radial_kn axial_kn nominal_rpm fs_hz seconds sha256 status"
+    for arguments in (("add", str(folder)), ("list",), ("verify",)):
+        code, found = ask(capsys, "data", *arguments)
+        assert code == 0
+        (entry,) = found["recordings"]  # type: ignore[misc]
+        assert set(keys.split()) <= set(entry)
+    content = bytearray(path.read_bytes())
+    content[-100] ^= 1
+    path.write_bytes(content)
+    code, found = ask(capsys, "data", "verify")
+    assert code == 1
+    assert found["recordings"][0]["status"] == "changed"  # type: ignore[index]
+
+
+BAD = [
+    (("analyse", "nowhere.mat"), 3, "no such file"),
+    (("analyse", "empty.mat"), 3, "empty"),
+    (("analyse", "text.mat"), 3, "text.mat"),
+    (("analyse", "good.h5", "--band", "500", "15000"), 2, "Nyquist|10240"),
+    (("analyse", "good.h5", "--band", "1500", "500"), 2, "band|Band"),
+    (("simulate", "misspelt.toml", "-o", "out.h5"), 2, "did you mean 'shaft_speed'"),
+    (("simulate", "nowhere.toml", "-o", "out.h5"), 3, "no such file"),
+    (("simulate", "--defect", "outter", "-o", "out.h5"), 2, "did you mean 'outer'"),
+    (("simulate", "--seconds", "-1", "-o", "out.h5"), 2, "positive"),
+    (("simulate", "--dt", "2e-5", "-o", "out.h5"), 2, "whole number"),
+    (("simulate", "-o", "no/such/folder/out.h5"), 3, "no such folder"),
+    (("simulate", "--solver", "ode1", "--dt", "4.8828125e-05", "--seconds", "0.3", "-o", "out.h5"), 4, "failed"),
+    (("kinematics", "--bearing", "skf22240"), 2, "skf-22240"),
+    (("kinematics", "--rpm", "fast"), 2, "fast"),
+    (("report", "--seconds", "0.1", "-o", "out"), 2, "too short"),
+    (("report", "--jobs", "0", "-o", "out"), 2, "1 or more"),
+    (("data", "add", "nowhere"), 3, "no such folder"),
+    (("data", "fetch", "torino"), 2, "torino"),
+    (("frobnicate",), 2, "invalid choice"),
+    ((), 2, "name a command"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "code", "message"), BAD, ids=[" ".join(a[0]) or "nothing" for a in BAD])
+def test_bad_input(
+    arguments: tuple[str, ...], code: int, message: str, capsys: pytest.CaptureFixture[str],
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, good_run: Path,
+) -> None:  # fmt: skip
+    """One clear message, the right exit code, no file left behind."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "empty.mat").touch()
+    (tmp_path / "text.mat").write_text("this is no MATLAB file\n")
+    (tmp_path / "misspelt.toml").write_text('shaft_sped = "710 rpm"\n')
+    (tmp_path / "good.h5").write_bytes(good_run.read_bytes())
+    before = sorted(p.name for p in tmp_path.iterdir())
+    assert main(list(arguments)) == code
+    said = capsys.readouterr()
+    assert said.out == ""
+    last = said.err.strip().splitlines()[-1]
+    assert last.startswith("srbval: ")
+    assert re.search(message, last), last
+    assert "Traceback" not in said.err
+    assert sorted(p.name for p in tmp_path.iterdir()) == before
+
+
+@pytest.fixture(scope="module")
+def good_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("run") / "good.h5"
+    assert main(["simulate", "--seconds", "1.2", "-o", str(path)]) == 0
+    return path
+
+
+def test_failure_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    code, found = ask(capsys, "analyse", "nowhere.mat")
+    assert (code, found["status"], found["exit_code"]) == (3, "failed", 3)
+
+
+def test_texts_of_a_terminal(capsys: pytest.CaptureFixture[str], good_run: Path) -> None:
+    for arguments in (["kinematics"], ["doctor"], ["analyse", str(good_run)], ["data", "list"]):
+        assert main(arguments) == 0
+        assert capsys.readouterr().out.strip()
