@@ -42,7 +42,34 @@ _HOME = {
     "DataError": "srbval.errors",
     "NumericsError": "srbval.errors",
 }
-__all__ = ["__version__", *sorted(_HOME)]
+__all__ = [
+    "Analysis",
+    "Bearing",
+    "ConfigurationError",
+    "DataError",
+    "Evidence",
+    "NumericsError",
+    "Recording",
+    "Run",
+    "RunStatus",
+    "Scene",
+    "ShaftSpeed",
+    "Spectrum",
+    "SpeedSource",
+    "SrbvalError",
+    "__version__",
+    "analyse",
+    "gather",
+    "known_bearings",
+    "load_bearing",
+    "load_recording",
+    "load_scene",
+    "make_report",
+    "paper_scene",
+    "recording_from_run",
+    "simulate",
+    "write_run",
+]
 
 if TYPE_CHECKING:
     from srbval.bearing import Bearing, known_bearings, load_bearing

@@ -19,5 +19,6 @@ def recordings_dir() -> Path:
 
 @pytest.fixture(autouse=True)
 def _own_home(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Keep the user's manifest out of the tests and the tests out of the user's manifest."""
+    """Keep the user's manifest and recordings out of the tests, and the tests out of the user's manifest."""
+    monkeypatch.delenv("SRBVAL_RECORDINGS", raising=False)
     monkeypatch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))

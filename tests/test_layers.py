@@ -51,7 +51,5 @@ def test_signal_knows_only_arrays() -> None:
 
 @pytest.mark.parametrize("heavy", ["numba", "scipy.signal", "matplotlib", "pandas", "h5py", "pywt", "rich"])
 def test_help_loads_nothing_heavy(heavy: str) -> None:
-    code = (
-        f"import sys; from srbval.cli.arguments import parser; parser(); sys.exit({heavy!r} in sys.modules)"
-    )
+    code = f"import sys; from srbval.cli.arguments import parser; parser(); sys.exit({heavy!r} in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -48,9 +48,7 @@ class _BearingFile:
 
 def known_bearings() -> tuple[str, ...]:
     """Names of the bearings that ship with the program, sorted."""
-    return tuple(
-        sorted(p.name.removesuffix(".toml") for p in _folder().iterdir() if p.name.endswith(".toml"))
-    )
+    return tuple(sorted(p.name.removesuffix(".toml") for p in _folder().iterdir() if p.name.endswith(".toml")))
 
 
 def load_bearing(name_or_path: str | Path) -> Bearing:

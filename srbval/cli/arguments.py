@@ -57,16 +57,12 @@ def _kinematics(commands: Any) -> None:
     command.add_argument(
         "--bearing", default="skf-22240", metavar="B", help="known name or TOML file (default: %(default)s)"
     )
-    command.add_argument(
-        "--rpm", type=_positive, default=710.0, metavar="R", help="shaft speed [rpm] (default: 710)"
-    )
+    command.add_argument("--rpm", type=_positive, default=710.0, metavar="R", help="shaft speed [rpm] (default: 710)")
 
 
 def _simulate(commands: Any) -> None:
     command = _command(commands, "simulate", "run the bundled model on a scene")
-    command.add_argument(
-        "scene", nargs="?", metavar="SCENE.toml", help="scene file (default: the paper's scene)"
-    )
+    command.add_argument("scene", nargs="?", metavar="SCENE.toml", help="scene file (default: the paper's scene)")
     command.add_argument("--defect", metavar="none|outer|inner|roller", help="where the defect is")
     command.add_argument("--defect-height-mm", type=_number, metavar="MM", help="bump > 0, pit < 0")
     command.add_argument("--rpm", type=_positive, metavar="R", help="shaft speed [rpm]")
@@ -88,9 +84,7 @@ def _analyse(commands: Any) -> None:
     )
     command.add_argument("--rpm", type=_positive, metavar="R", help="shaft speed [rpm]")
     command.add_argument("--channel", metavar="C", help="channel to analyse")
-    command.add_argument(
-        "--fs", type=_positive, metavar="HZ", help="sampling rate [Hz], where the file does not say"
-    )
+    command.add_argument("--fs", type=_positive, metavar="HZ", help="sampling rate [Hz], where the file does not say")
     command.add_argument("--unit", metavar="U", help="unit of the samples, where the file does not say")
     command.add_argument("--band", nargs=2, type=_number, metavar=("LO", "HI"), help="demodulation band [Hz]")
     command.add_argument(
@@ -108,9 +102,7 @@ def _data(commands: Any) -> None:
         ("fetch", "download an open data set, e.g. torino-excerpts", "name"),
     ):
         action = actions.add_parser(name, help=text, description=text)
-        action.add_argument(
-            "--json", action="store_true", default=argparse.SUPPRESS, help="print one JSON document"
-        )
+        action.add_argument("--json", action="store_true", default=argparse.SUPPRESS, help="print one JSON document")
         if argument:
             action.add_argument(argument, metavar=argument.upper())
         if name == "fetch":
@@ -118,9 +110,7 @@ def _data(commands: Any) -> None:
 
 
 def _report(commands: Any) -> None:
-    command = _command(
-        commands, "report", "the main job: simulate, compare with paper and rig, write the report"
-    )
+    command = _command(commands, "report", "the main job: simulate, compare with paper and rig, write the report")
     command.add_argument(
         "-o",
         "--output",

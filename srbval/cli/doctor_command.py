@@ -41,9 +41,7 @@ def run(options: argparse.Namespace) -> int:
         if facts[name] is None:
             problems.append(f"{name} is not installed: pip install {name}")
     for name, extra in EXTRAS.items():
-        facts[name] = (
-            _version(name) if util.find_spec(name) else f'not installed (pip install "srbval[{extra}]")'
-        )
+        facts[name] = _version(name) if util.find_spec(name) else f'not installed (pip install "srbval[{extra}]")'
     facts |= _places(problems)
     if options.json:
         print_json(

@@ -28,8 +28,7 @@ def run(options: argparse.Namespace) -> int:
     print(f"{bearing.title} at {options.rpm:g} rpm, outer ring at rest, no slip\n")
     rows = [("shaft", frequencies.shaft_hz, 1.0)]
     rows += [
-        (n.upper(), getattr(frequencies, f"{n}_hz"), getattr(bearing.orders, n))
-        for n in ("bpfo", "bpfi", "bsf", "ftf")
+        (n.upper(), getattr(frequencies, f"{n}_hz"), getattr(bearing.orders, n)) for n in ("bpfo", "bpfi", "bsf", "ftf")
     ]
     print_table(("line", "Hz", "order"), rows)
     return 0

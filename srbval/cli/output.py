@@ -29,10 +29,7 @@ def print_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> Non
     texts = [[_text(value) for value in row] for row in rows]
     widths = [max(len(title), *(len(row[i]) for row in texts)) if texts else len(title)
               for i, title in enumerate(columns)]  # fmt: skip
-    right = [
-        bool(rows) and all(isinstance(row[i], int | float | None) for row in rows)
-        for i in range(len(columns))
-    ]
+    right = [bool(rows) and all(isinstance(row[i], int | float | None) for row in rows) for i in range(len(columns))]
     for line in [list(columns), *texts]:
         cells = (t.rjust(w) if r else t.ljust(w) for t, w, r in zip(line, widths, right, strict=True))
         print("  ".join(cells).rstrip())

@@ -19,9 +19,7 @@ def run(options: argparse.Namespace) -> int:
     scene = _scene(options)
     output = Path(options.output) if options.output else None
     if output is not None and not output.parent.is_dir():
-        raise DataError(
-            f"{output.parent}: no such folder to write {output.name} to. Create it or choose another -o."
-        )
+        raise DataError(f"{output.parent}: no such folder to write {output.name} to. Create it or choose another -o.")
     result = _simulate(scene)
     if result.status is not RunStatus.OK:
         raise NumericsError(f"run failed ({result.status}): {result.reason}. Nothing was written.")

@@ -94,9 +94,7 @@ def _convert(raw: object, hint: Any, field: dataclasses.Field[Any], key: str, wh
     dimension = field.metadata.get("dimension")
     if dimension is not None:
         if key == field.name and isinstance(raw, str):
-            raise ConfigurationError(
-                f"{where}: a number in SI is expected; for {raw!r} write {_keys(field)[-1]!r}."
-            )
+            raise ConfigurationError(f"{where}: a number in SI is expected; for {raw!r} write {_keys(field)[-1]!r}.")
         if key != field.name and not isinstance(raw, str):
             raise ConfigurationError(
                 f"{where}: {raw!r} has no unit; write text with a unit, or the SI number as {field.name!r}."

@@ -40,22 +40,16 @@ def parse_quantity(value: object, dimension: str, where: str) -> float:
     if isinstance(value, str):
         match = _QUANTITY.fullmatch(value)
         if match is None:
-            raise ConfigurationError(
-                f"{where}: {value!r} is not a number with a unit; write e.g. {_example(units)}."
-            )
+            raise ConfigurationError(f"{where}: {value!r} is not a number with a unit; write e.g. {_example(units)}.")
         number, unit = float(match[1]), match[2]
         if unit not in units:
             known = ", ".join(u for u in units if u) or "no unit"
-            raise ConfigurationError(
-                f"{where}: unit {unit!r} of {value!r} is not a {dimension} unit; known: {known}."
-            )
+            raise ConfigurationError(f"{where}: unit {unit!r} of {value!r} is not a {dimension} unit; known: {known}.")
         number *= units[unit]
     elif isinstance(value, int | float) and not isinstance(value, bool):
         number = float(value)
     else:
-        raise ConfigurationError(
-            f"{where}: {value!r} is not a {dimension}; write a number or e.g. {_example(units)}."
-        )
+        raise ConfigurationError(f"{where}: {value!r} is not a {dimension}; write a number or e.g. {_example(units)}.")
     if not math.isfinite(number):
         raise ConfigurationError(f"{where}: {value!r} is not finite.")
     return number

@@ -74,9 +74,7 @@ def _simulate_full(scene: Scene, bearing: Bearing, progress: Callable[[float], N
     return _finish(scene, bearing, out[settle:] if len(out) > settle else out, wall_s, compile_s)
 
 
-def _finish(
-    scene: Scene, bearing: Bearing, out: np.ndarray, wall_s: float, compile_s: float
-) -> Run:
+def _finish(scene: Scene, bearing: Bearing, out: np.ndarray, wall_s: float, compile_s: float) -> Run:
     from srbval.models.full.point_cloud import DEEPEST_M
     from srbval.models.health import judge
 

@@ -11,6 +11,5 @@ def check_identifier(identifier: str, what: str) -> None:
     """Raise ValueError unless `identifier` is lower-case letters, digits and hyphens, a letter first."""
     if not _IDENTIFIER.fullmatch(identifier):
         raise ValueError(
-            f"{what} id {identifier[:80]!r}: use at most 64 lower-case letters, digits and hyphens, "
-            "a letter first."
+            f"{what} id {identifier[:80]!r}: use at most 64 lower-case letters, digits and hyphens, a letter first."
         )

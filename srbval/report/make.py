@@ -42,9 +42,7 @@ def make_report(
     with progress or Progress(silent=True) as shown, tempfile.TemporaryDirectory(prefix="srbval-") as name:
         scratch = Path(name)
         shown.message("Looking for rig recordings, planning the runs, compiling the model")
-        evidence = gather(
-            seconds=seconds, stand_in_folder=scratch, jobs=jobs, progress=SimulationProgress(shown)
-        )
+        evidence = gather(seconds=seconds, stand_in_folder=scratch, jobs=jobs, progress=SimulationProgress(shown))
         task = shown.add("Draw the figures and write the report", total=2)
         figures = scratch / "figures"
         figures.mkdir()

@@ -66,9 +66,7 @@ def _known_characters() -> frozenset[int]:
 def _displayable(value: Any) -> Any:
     """Make every string of the tree drawable: unknown characters replaced, endless words breakable."""
     if isinstance(value, dict):
-        return {
-            key: item if key in ("picture", "kind") else _displayable(item) for key, item in value.items()
-        }
+        return {key: item if key in ("picture", "kind") else _displayable(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [_displayable(item) for item in value]
     return _displayable_text(value) if isinstance(value, str) else value

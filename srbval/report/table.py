@@ -84,9 +84,7 @@ class Table:
             raise ValueError(f"table {self.id!r} needs at least one column.")
         for number, row in enumerate(self.rows, start=1):
             if len(row) != len(self.columns):
-                raise ValueError(
-                    f"table {self.id!r}, row {number}: {len(row)} cells for {len(self.columns)} columns."
-                )
+                raise ValueError(f"table {self.id!r}, row {number}: {len(row)} cells for {len(self.columns)} columns.")
         cells = tuple(tuple(c if isinstance(c, Cell) else Cell(value=c) for c in row) for row in self.rows)
         object.__setattr__(self, "cells", cells)
 

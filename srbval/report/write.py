@@ -52,9 +52,7 @@ def _write(report: Report, folder: Path, wanted: tuple[str, ...]) -> dict[str, P
 def _check_formats(wanted: tuple[str, ...]) -> None:
     unknown = [kind for kind in wanted if kind not in FORMATS]
     if unknown:
-        raise ConfigurationError(
-            f"report format {unknown[0]!r} is not known; choose from {', '.join(FORMATS)}."
-        )
+        raise ConfigurationError(f"report format {unknown[0]!r} is not known; choose from {', '.join(FORMATS)}.")
     if "pdf" in wanted:
         require_typst()
 

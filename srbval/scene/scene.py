@@ -100,9 +100,7 @@ class Contact:
                 f"{self.dynamic_friction}."
             )
         if not 60 <= self.points_per_circle <= 100_000:
-            raise ConfigurationError(
-                f"points_per_circle = {self.points_per_circle} must be between 60 and 100000."
-            )
+            raise ConfigurationError(f"points_per_circle = {self.points_per_circle} must be between 60 and 100000.")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,9 +18,7 @@ class Stopped(Exception):
     """Raised inside a run when another one failed or the user interrupted."""
 
 
-def run_cases(
-    cases: Sequence[Case], *, jobs: int | None = None, progress: Progress | None = None
-) -> dict[str, Run]:
+def run_cases(cases: Sequence[Case], *, jobs: int | None = None, progress: Progress | None = None) -> dict[str, Run]:
     """Run all `cases`, `jobs` at a time (default: one a core), the longest first.
 
     `progress` gets a case and its simulated seconds, from several threads. Raises `NumericsError` naming the

@@ -18,9 +18,7 @@ from srbval.validation.variation import Variation
 LINE_OF = {State.OUTER: "BPFO", State.INNER: "BPFI"}
 
 
-def published_rows(
-    printed: Table6, paper: Mapping[State, Analysis], runs: Mapping[str, Run]
-) -> Iterator[Comparison]:
+def published_rows(printed: Table6, paper: Mapping[State, Analysis], runs: Mapping[str, Run]) -> Iterator[Comparison]:
     """Our model at the paper's speed beside the paper's model and rig, against the printed kinematic frequency.
 
     The paper gives its rig values no uncertainty and no measured speed, so these rows cannot be resolved.

@@ -48,9 +48,7 @@ def test_missing_file_is_missing_data() -> None:
 
 def test_two_tables_are_one_too_many(tmp_path: Path) -> None:
     path = tmp_path / "two.toml"
-    path.write_text(
-        GEOMETRY + "[orders]\nrolling_elements = 9\nbpfo = 1.0\nbpfi = 2.0\nbsf = 1.0\nftf = 0.4\n"
-    )
+    path.write_text(GEOMETRY + "[orders]\nrolling_elements = 9\nbpfo = 1.0\nbpfi = 2.0\nbsf = 1.0\nftf = 0.4\n")
     with pytest.raises(ConfigurationError, match="exactly one"):
         load_bearing(path)
 

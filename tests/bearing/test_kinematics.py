@@ -9,9 +9,7 @@ from srbval.errors import ConfigurationError
 from srbval.validation.published import table6
 
 PRINTED_HZ = 0.05  # the printed kinematic frequencies follow from slightly rounded geometry
-PUBLISHED_ORDER = (
-    3e-4  # published with four decimals, from diameters rounded to a tenth of a thousandth of an inch
-)
+PUBLISHED_ORDER = 3e-4  # published with four decimals, from diameters rounded to a tenth of a thousandth of an inch
 
 
 def test_paper_frequencies_follow_from_table_1() -> None:

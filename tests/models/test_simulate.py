@@ -66,9 +66,7 @@ def test_progress_reaches_the_end() -> None:
 @pytest.mark.parametrize(("solver", "factor"), [("ode1", 2), ("ode1", 4), ("ode2", 4)])
 def test_silent_failures_are_caught(solver: str, factor: int) -> None:
     """Rollers thrown clear, acceleration zero, no NaN: must not look like a quiet bearing."""
-    scene = paper_scene(
-        duration="0.5 s", output_rate="15360 Hz", solver={"name": solver, "step_s": factor / 61_440}
-    )
+    scene = paper_scene(duration="0.5 s", output_rate="15360 Hz", solver={"name": solver, "step_s": factor / 61_440})
     failed = simulate(scene)
     assert failed.status is not RunStatus.OK
     assert "--dt" in failed.reason

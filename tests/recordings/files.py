@@ -35,9 +35,7 @@ def excerpt(path: Path, **changes: Any) -> Path:
 
 
 def cwru(path: Path, number: str, *, rpm: int | None = 1796, ends: tuple[str, ...] = ("DE", "FE")) -> Path:
-    values: dict[str, Any] = {
-        f"X{number}_{end}_time": vibration(seed=i)[:, None] for i, end in enumerate(ends)
-    }
+    values: dict[str, Any] = {f"X{number}_{end}_time": vibration(seed=i)[:, None] for i, end in enumerate(ends)}
     if rpm is not None:
         values[f"X{number}RPM"] = np.array([[rpm]], dtype=np.uint16)
     savemat(path, values)

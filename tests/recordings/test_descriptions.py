@@ -16,9 +16,7 @@ ORDER_TOLERANCE = 2e-3  # published orders are rounded, and some come from sligh
 def test_every_description_is_read_under_its_files_name() -> None:
     names = [path.stem for path in sorted(data_manifest_folder().glob("*.toml"))]
     assert [d.name for d in known_datasets()] == names
-    assert {"cwru", "mfpt", "torino-excerpts", "torino-full", "hit-sm", "uestc", "ims", "upm-citef"} == set(
-        names
-    )
+    assert {"cwru", "mfpt", "torino-excerpts", "torino-full", "hit-sm", "uestc", "ims", "upm-citef"} == set(names)
 
 
 @pytest.mark.parametrize("description", known_datasets(), ids=lambda d: d.name)

@@ -100,9 +100,7 @@ def test_pickled_npy_is_not_opened(tmp_path: Path) -> None:
 
 def test_npy_with_a_huge_claim(tmp_path: Path) -> None:
     header = "{'descr': '<f8', 'fortran_order': False, 'shape': (1000000000000,), }".ljust(117) + "\n"
-    (tmp_path / "a.npy").write_bytes(
-        b"\x93NUMPY\x01\x00" + struct.pack("<H", 118) + header.encode() + b"\0" * 64
-    )
+    (tmp_path / "a.npy").write_bytes(b"\x93NUMPY\x01\x00" + struct.pack("<H", 118) + header.encode() + b"\0" * 64)
     refused(tmp_path / "a.npy")
 
 
@@ -117,11 +115,7 @@ def test_compressed_bomb(tmp_path: Path) -> None:
     zeros = 1 << 30
     matrix = struct.pack("<II", 14, zeros)
     squeeze = zlib.compressobj(9)
-    body = (
-        squeeze.compress(matrix)
-        + b"".join(squeeze.compress(bytes(1 << 20)) for _ in range(64))
-        + squeeze.flush()
-    )
+    body = squeeze.compress(matrix) + b"".join(squeeze.compress(bytes(1 << 20)) for _ in range(64)) + squeeze.flush()
     (tmp_path / "a.mat").write_bytes(HEADER + struct.pack("<II", 15, len(body)) + body)
     refused(tmp_path / "a.mat", "claims")
 

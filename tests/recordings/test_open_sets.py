@@ -73,9 +73,7 @@ def test_mfpt_struct(tmp_path: Path, load: object) -> None:
 
 def test_ims_names_its_channels(tmp_path: Path) -> None:
     path = tmp_path / "2003.10.22.12.06.24"
-    np.savetxt(
-        path, np.stack([files.vibration(seed=i) for i in range(8)], axis=1), fmt="%.3f", delimiter="\t"
-    )
+    np.savetxt(path, np.stack([files.vibration(seed=i) for i in range(8)], axis=1), fmt="%.3f", delimiter="\t")
     with pytest.raises(DataError, match=r"ch1, ch2.*ch8.*--channel"):
         load_recording(path)
     r = load_recording(path, channel="ch3")
@@ -104,9 +102,7 @@ def test_every_real_file_loads_or_says_why_not(recordings_dir: Path) -> None:
         except DataError as error:
             refused[path.relative_to(recordings_dir).as_posix()] = str(error)
     measured = {key: text for key, text in refused.items() if not key.endswith((".md", ".txt", ".json"))}
-    assert all(key.startswith("ims_test1/") and "--channel" in text for key, text in measured.items()), (
-        measured
-    )
+    assert all(key.startswith("ims_test1/") and "--channel" in text for key, text in measured.items()), measured
     assert len(measured) == len(list((recordings_dir / "ims_test1").glob("2003*")))
 
 
@@ -123,9 +119,7 @@ def test_every_real_file_loads_or_says_why_not(recordings_dir: Path) -> None:
         ("uestc/O_1200_1.mat", 20000, 1200, "vibration", 262144),
     ],
 )
-def test_real_traps(
-    recordings_dir: Path, name: str, fs_hz: float, rpm: float, channel: str, samples: int
-) -> None:
+def test_real_traps(recordings_dir: Path, name: str, fs_hz: float, rpm: float, channel: str, samples: int) -> None:
     r = load_recording(recordings_dir / name)
     assert (r.fs_hz, r.channel, r.samples) == (fs_hz, channel, samples)
     assert r.speed is not None

@@ -18,9 +18,7 @@ from . import files
 def test_csv_with_time_column_and_settings(tmp_path: Path) -> None:
     table = np.stack([np.arange(1000) / 5000, files.vibration(1000)], axis=1)
     path = tmp_path / "record.csv"
-    path.write_text(
-        "# unit = g\n# rpm = 1200\ntime_s,acc\n" + "\n".join(f"{t:.6f},{x:.9e}" for t, x in table)
-    )
+    path.write_text("# unit = g\n# rpm = 1200\ntime_s,acc\n" + "\n".join(f"{t:.6f},{x:.9e}" for t, x in table))
     r = load_recording(path)
     assert (r.fs_hz, r.channel, r.unit) == (pytest.approx(5000, rel=1e-6), "acc", "m/s2")
     np.testing.assert_allclose(r.channels["acc"], files.vibration(1000) * 9.80665, rtol=1e-8)
@@ -70,9 +68,7 @@ def test_matrix_columns_are_channels(tmp_path: Path) -> None:
     np.testing.assert_array_equal(r.channels["data[3]"], files.vibration(seed=2))
 
 
-@pytest.mark.parametrize(
-    "option", [{"fs_hz": -1.0}, {"fs_hz": float("nan")}, {"rpm": 0.0}, {"unit": "furlong"}]
-)
+@pytest.mark.parametrize("option", [{"fs_hz": -1.0}, {"fs_hz": float("nan")}, {"rpm": 0.0}, {"unit": "furlong"}])
 def test_impossible_options(tmp_path: Path, option: dict[str, object]) -> None:
     np.save(tmp_path / "x.npy", files.vibration())
     with pytest.raises(ConfigurationError):

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from srbval.errors import DataError
+from srbval.errors import ConfigurationError, DataError
 from srbval.recordings import Origin, State, write_stand_in
 from srbval.recordings.registry import Status, add, fetch, find_recording, listing, rig_recordings, verify
 from srbval.recordings.registry.manifest import manifest_path, read_manifest, update_manifest
@@ -172,9 +172,7 @@ def test_wrong_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         listing()
 
 
-@pytest.mark.parametrize(
-    "text", ["{", "[]", '{"schema_version": 99}', '{"schema_version": 1, "recordings": [{}]}']
-)
+@pytest.mark.parametrize("text", ["{", "[]", '{"schema_version": 99}', '{"schema_version": 1, "recordings": [{}]}'])
 def test_manifest_that_is_none(text: str) -> None:
     manifest_path().write_text(text)
     with pytest.raises(DataError, match=r"manifest\.json"):
@@ -238,7 +236,7 @@ def test_fetch_refuses_with_a_way_out(tmp_path: Path, monkeypatch: pytest.Monkey
         fetch("torino-full")
     with pytest.raises(DataError, match=r"no pinned files.*Downloadable: torino-excerpts"):
         fetch("upm-citef")
-    with pytest.raises(DataError, match="Known: cwru"):
+    with pytest.raises(ConfigurationError, match="Known: cwru"):
         fetch("nothing")
 
 
@@ -255,9 +253,7 @@ def test_fetch_asks_for_all_eight_with_pinned_hashes(tmp_path: Path, monkeypatch
     monkeypatch.setattr(pooch, "retrieve", retrieve)
     result = fetch("torino-excerpts", tmp_path / "new")
     assert len(asked) == len(result.recordings) == 8
-    assert all(
-        "946782ab5a7625e7f3f5e7f2bc6c2c8c3cd7079d" in url and url.endswith(n) for n, (url, _) in asked.items()
-    )
+    assert all("946782ab5a7625e7f3f5e7f2bc6c2c8c3cd7079d" in url and url.endswith(n) for n, (url, _) in asked.items())
     assert all(known.startswith("sha256:") and len(known) == 71 for _, known in asked.values())
     assert all(r.status is Status.CHANGED for r in result.recordings)  # not the published bytes: caught
 

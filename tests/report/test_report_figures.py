@@ -76,9 +76,7 @@ DRAWERS = [draw_acceleration, draw_spectrum, draw_scalogram]
 def test_only_a_stand_in_is_stamped(draw, origin, tmp_path):
     text = draw(tmp_path, origin=origin).picture.read_text("utf-8")
     assert ("SYNTHETIC STAND-IN" in text) is (origin == "stand-in")
-    assert {"simulated": "Simulated", "measured": "Measured", "stand-in": "Synthetic stand-in"}[
-        origin
-    ] in text
+    assert {"simulated": "Simulated", "measured": "Measured", "stand-in": "Synthetic stand-in"}[origin] in text
 
 
 @pytest.mark.parametrize("draw", DRAWERS)

@@ -56,9 +56,7 @@ def test_silence_is_silence(capsys):
 def test_many_threads_lose_no_line():
     stream = io.StringIO()
     with Progress(stream=stream) as progress:
-        threads = [
-            threading.Thread(target=lambda i=i: progress.finish(progress.add(f"t{i}"))) for i in range(20)
-        ]
+        threads = [threading.Thread(target=lambda i=i: progress.finish(progress.add(f"t{i}"))) for i in range(20)]
         for thread in threads:
             thread.start()
         for thread in threads:

@@ -72,9 +72,7 @@ def displacement(points_per_circle: int, defect: Defect | None, zone_rad: float)
     return moved
 
 
-def window_half_count(
-    roller_radius_m: float, race_radius_m: float, *, points_per_circle: int, highest_m: float
-) -> int:
+def window_half_count(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int, highest_m: float) -> int:
     """How many points either side of the nearest one a roller can touch.
 
     A point at distance x along the race stands x^2/2 (1/r + 1/R) clear of a roller that just touches the

@@ -103,9 +103,7 @@ def _nominal_rpm(
     return by_load[load] if load < len(by_load) else None
 
 
-def _speed(
-    raw: RawFile, number: int, description: DatasetDescription, nominal_rpm: float | None
-) -> ShaftSpeed | None:
+def _speed(raw: RawFile, number: int, description: DatasetDescription, nominal_rpm: float | None) -> ShaftSpeed | None:
     stated = raw.number(f"X{number:03d}RPM")
     if stated is not None:
         return stated_speed(stated, description.speed.stated_ci95_rpm)

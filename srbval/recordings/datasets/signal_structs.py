@@ -136,11 +136,7 @@ def _sensors(
         tested = next(rule.name for rule in layout if rule.analyse)
         columns = np.ascontiguousarray(signals[0].values.T)
         return {rule.name: column for rule, column in zip(layout, columns, strict=True)}, tested
-    named = {
-        f"{s.name}[{i + 1}]": np.ascontiguousarray(column)
-        for s in signals
-        for i, column in enumerate(s.values.T)
-    }
+    named = {f"{s.name}[{i + 1}]": np.ascontiguousarray(column) for s in signals for i, column in enumerate(s.values.T)}
     return named, next(iter(named)) if len(named) == 1 else None
 
 

@@ -114,9 +114,7 @@ class _Reader:
     def _array(self, data: bytes, element: _Element, name: str | None, depth: int) -> None:
         """Read one array under `name`, or under its own name at the top level."""
         if element.kind != MI_MATRIX:
-            raise self.damaged(
-                f"element type {element.kind} at byte {element.start} where an array should be"
-            )
+            raise self.damaged(f"element type {element.kind} at byte {element.start} where an array should be")
         if depth > MAX_DEPTH:
             raise self.damaged(f"arrays nested deeper than {MAX_DEPTH}")
         parts = self._elements(data, element.start, element.stop)

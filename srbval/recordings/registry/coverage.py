@@ -21,9 +21,7 @@ def coverage(recordings: Sequence[RegisteredRecording]) -> tuple[Coverage, ...]:
     )
 
 
-def _coverage(
-    description: DatasetDescription, grid: Grid, recordings: Sequence[RegisteredRecording]
-) -> Coverage:
+def _coverage(description: DatasetDescription, grid: Grid, recordings: Sequence[RegisteredRecording]) -> Coverage:
     usable = [r for r in recordings if r.dataset == description.name and r.status is Status.OK]
     points = tuple(
         GridPoint(

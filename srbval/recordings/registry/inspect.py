@@ -62,9 +62,7 @@ def _against_published(entry: RegisteredRecording) -> RegisteredRecording:
         for expected in description.files if description.name == entry.dataset else ():
             published = expected.name == Path(entry.file).name and expected.sha256
             if published and entry.status is Status.OK and published != entry.sha256:
-                return entry.with_status(
-                    Status.CHANGED, f"its SHA-256 is not the published {published[:12]}..."
-                )
+                return entry.with_status(Status.CHANGED, f"its SHA-256 is not the published {published[:12]}...")
     return entry
 
 

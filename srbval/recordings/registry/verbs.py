@@ -64,9 +64,7 @@ def verify(*, progress: Progress | None = None) -> Listing:
     return _listing(checked)
 
 
-def rig_recordings(
-    *, state: State | None = None, nominal_rpm: float | None = None
-) -> tuple[RegisteredRecording, ...]:
+def rig_recordings(*, state: State | None = None, nominal_rpm: float | None = None) -> tuple[RegisteredRecording, ...]:
     """Usable recordings of the rig by state and nominal motor speed [rpm], full recordings first."""
     found = [
         r
@@ -120,9 +118,7 @@ def _inspect(files: list[Path], known: Entries, progress: Progress | None) -> li
         pinned = known.get(str(path))
         return pinned if pinned is not None and _untouched(pinned) else inspect_file(path)
 
-    with ThreadPoolExecutor(
-        min(MAX_WORKERS, os.cpu_count() or 1)
-    ) as pool:  # hashing and reading free the GIL
+    with ThreadPoolExecutor(min(MAX_WORKERS, os.cpu_count() or 1)) as pool:  # hashing and reading free the GIL
         for entry, size in zip(pool.map(look, files), sizes, strict=True):
             seen.append(entry)
             done += size

@@ -68,9 +68,7 @@ def scene_section(evidence: Evidence) -> Section:
                 "above "
                 "name. Printed values are those of the paper's Tables 1, 4 and 5."
             ),
-            KeyValues(
-                pairs=flatten(scene_dict(scene)) | flatten({"geometry": vars(evidence.bearing.geometry)})
-            ),
+            KeyValues(pairs=flatten(scene_dict(scene)) | flatten({"geometry": vars(evidence.bearing.geometry)})),
         ),
     )
 

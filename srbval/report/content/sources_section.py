@@ -63,9 +63,7 @@ def _row(group: str, analysis: Analysis) -> list[Cell | Value]:
 
 def finding(analysis: Analysis) -> str:
     """The detected race and roller lines in a few words."""
-    lines = [
-        n for n in analysis.lines if n.detected and n.harmonic == 1 and n.name in ("BPFO", "BPFI", "2xBSF")
-    ]
+    lines = [n for n in analysis.lines if n.detected and n.harmonic == 1 and n.name in ("BPFO", "BPFI", "2xBSF")]
     if not lines:
         return "no race or roller line"
     strongest_first = sorted(lines, key=lambda n: -(n.snr or 0))

@@ -47,9 +47,7 @@ def sum_rule_section(evidence: Evidence) -> Section:
             f"({_slip(evidence):+.4f} orders) and taken off.",
         ),
     )
-    return Section(
-        id="sum-rule", title="Speed or slip? The sum of the race lines", blocks=(table, *_reading(evidence))
-    )
+    return Section(id="sum-rule", title="Speed or slip? The sum of the race lines", blocks=(table, *_reading(evidence)))
 
 
 def _slip(evidence: Evidence) -> float:

@@ -55,9 +55,7 @@ def acceleration_panel(
         figure, axes = new_axes(size)
         axes.plot(time[kept] * 1e3, signal[kept], color=style.light, lw=0.6, label="acceleration")
         axes.plot(time[kept] * 1e3, strength[kept], color=style.colour, lw=1.2, label="its envelope")
-        axes.set(
-            xlabel="Time, ms", ylabel="Acceleration, std. dev.", xlim=(0, (stop - start) * 1e3), ylim=y_limits
-        )
+        axes.set(xlabel="Time, ms", ylabel="Acceleration, std. dev.", xlim=(0, (stop - start) * 1e3), ylim=y_limits)
         if period_s:
             _mark_period(axes, period_s * 1e3, period_name)
         title_panel(axes, origin, letter, title)

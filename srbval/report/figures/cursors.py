@@ -35,7 +35,5 @@ def fault_cursors(
             at = harmonic * frequency_hz + k * sideband_hz
             if k and 0 < at <= f_max_hz:
                 times = "" if abs(k) == 1 else str(abs(k))
-                found.append(
-                    Cursor(f"{name}{'+' if k > 0 else '-'}{times}{sideband_name}", at, sideband=True)
-                )
+                found.append(Cursor(f"{name}{'+' if k > 0 else '-'}{times}{sideband_name}", at, sideband=True))
     return tuple(sorted(found, key=lambda cursor: cursor.frequency_hz))

@@ -76,9 +76,7 @@ def title_panel(axes: Any, origin: str, letter: str, title: str, pad: float = 17
     if len(text) > 1.4 * room:
         text = text[: int(1.4 * room) - 1] + "…"
     # A dollar sign would start a formula.
-    axes.set_title(
-        text, color=style.colour, pad=pad, fontsize=9 * min(1.0, room / len(text)), parse_math=False
-    )
+    axes.set_title(text, color=style.colour, pad=pad, fontsize=9 * min(1.0, room / len(text)), parse_math=False)
 
 
 def row_above(axes: Any, points: float) -> Any:

@@ -64,9 +64,7 @@ def clouds(scene: Scene, g: SphericalRollerGeometry) -> dict[str, np.ndarray]:
                     lift[[(first + i) % n for i in range(d.points)]] = d.height_m
                 r = radius + lift * normal[0]
                 points.append(
-                    np.stack(
-                        [r * np.cos(angle), r * np.sin(angle), side * (height + lift * normal[1])], axis=1
-                    )
+                    np.stack([r * np.cos(angle), r * np.sin(angle), side * (height + lift * normal[1])], axis=1)
                 )
         found[kind] = np.concatenate(points)
     return found
@@ -93,9 +91,7 @@ def roller_frames(g: SphericalRollerGeometry, state: State) -> tuple[np.ndarray,
     return axes[:, :, 0] * reach[:, None], axes
 
 
-def contact_forces(
-    scene: Scene, g: SphericalRollerGeometry, t: float, y: np.ndarray
-) -> dict[str, np.ndarray]:
+def contact_forces(scene: Scene, g: SphericalRollerGeometry, t: float, y: np.ndarray) -> dict[str, np.ndarray]:
     """Force [N, 3] and torque about its centre [N, 3] on each roller, and the total force on the outer ring."""
     state = State.of(y)
     centres, axes = roller_frames(g, state)
@@ -127,9 +123,7 @@ def contact_forces(
             n, deep = normal[touching], depth[touching]
             closing = -(relative * n).sum(axis=1)
             smooth = np.clip(deep / c.smoothing_width_m, 0, 1)
-            load = (3 * smooth**2 - 2 * smooth**3) * np.maximum(
-                c.stiffness_n_m * deep + c.damping_ns_m * closing, 0
-            )
+            load = (3 * smooth**2 - 2 * smooth**3) * np.maximum(c.stiffness_n_m * deep + c.damping_ns_m * closing, 0)
             slide = relative + closing[:, None] * n
             slip = np.linalg.norm(slide, axis=1)
             f = -load[:, None] * n + (friction(scene, slip) * load / slip)[:, None] * slide

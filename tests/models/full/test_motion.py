@@ -72,8 +72,7 @@ def test_contact_forces_agree_with_the_independent_formulation(kind: str, fit: s
     reach = model.centre_distance + state.slide
     turning = np.cross(state.omega, axes[:, :, 0])
     slide = (
-        reach * (turning**2).sum(axis=1)
-        + np.einsum("ij,ij->i", expected["force"], axes[:, :, 0]) / model.roller_mass
+        reach * (turning**2).sum(axis=1) + np.einsum("ij,ij->i", expected["force"], axes[:, :, 0]) / model.roller_mass
     )
     assert rate[half : half + n] == pytest.approx(slide, abs=ROUNDING * np.abs(slide).max())
 
@@ -95,9 +94,7 @@ def momentum_and_energy(model: Parameters, y: np.ndarray) -> tuple[np.ndarray, f
     state, (centres, axes) = State.of(y), roller_frames(geometry(), State.of(y))
     momentum, energy = np.zeros(3), 0.0
     cage = roller_frames_axis(state)
-    inertia = model.cage_transverse * np.eye(3) + (model.cage_axial - model.cage_transverse) * np.outer(
-        cage, cage
-    )
+    inertia = model.cage_transverse * np.eye(3) + (model.cage_axial - model.cage_transverse) * np.outer(cage, cage)
     momentum += inertia @ state.omega
     energy += 0.5 * state.omega @ inertia @ state.omega
     for j, (centre, axis) in enumerate(zip(centres, axes, strict=True)):
@@ -160,9 +157,7 @@ def test_jitted_equals_plain_python() -> None:
         "r, c = rates_of(m, 0.01, disturbed(m, 5)); print(json.dumps([list(r), list(c)]))"
     )
     env = os.environ | {"NUMBA_DISABLE_JIT": "1"}
-    text = subprocess.run(
-        [sys.executable, "-c", code], env=env, check=True, capture_output=True, text=True
-    ).stdout
+    text = subprocess.run([sys.executable, "-c", code], env=env, check=True, capture_output=True, text=True).stdout
     plain_rate, plain_contact = map(np.array, json.loads(text))
     model = make_parameters(paper_scene(defect={"kind": "inner"}), geometry())
     rate, contact = rates_of(model, 0.01, disturbed(model, 5))
@@ -187,7 +182,5 @@ def test_observed_order_of_the_methods(name: str, order: int) -> None:
         y, t = start.copy(), TABLEAUX[name]
         advance(y, 0, seconds / steps, steps, t.a, t.b, t.c, model, np.zeros((1, OUTPUTS)))
         wrong = y - exact
-        errors.append(
-            np.linalg.norm(np.concatenate([wrong[-3:], swing * wrong[len(y) // 2 - 3 : len(y) // 2]]))
-        )
+        errors.append(np.linalg.norm(np.concatenate([wrong[-3:], swing * wrong[len(y) // 2 - 3 : len(y) // 2]])))
     assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.35)
