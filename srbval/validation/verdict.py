@@ -46,7 +46,7 @@ def _found(detected: list[Line], speed: ShaftSpeed) -> str:
 
 def _numbers(line: Line) -> str:
     return (
-        f"{line.found_hz:.2f} ± {line.ci95_hz:.2g} Hz, {line.snr:.3g} times the noise, "
+        f"{line.found_hz:.2f} ± {line.ci95_hz:.2g} Hz, {line.snr:,.0f} times the noise, "
         f"modulation {100 * (line.depth or 0.0):.0f} %, "
         f"{line.deviation_pct:+.2f} % from kinematic"
     )

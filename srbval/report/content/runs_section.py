@@ -80,5 +80,5 @@ def flatten(table: Mapping[str, Any], prefix: str = "") -> dict[str, Value]:
         if isinstance(value, Mapping):
             flat |= flatten(value, f"{prefix}{key}.")
         else:
-            flat[prefix + key] = value
+            flat[prefix + key] = float(f"{value:.12g}") if isinstance(value, float) else value
     return flat

@@ -35,9 +35,9 @@ def bearing_scene(
 ) -> PanelFiles:
     """Draw one row of rollers; write picture and CSV.
 
-    Angles are counter-clockwise from the right [rad]; `load_angle_rad` is the direction the load points
-    to. `roller_load_n`, shape [rollers], colours each roller by its contact force. `defect` is ``outer``,
-    ``inner`` or empty; it is drawn on that raceway at `defect_angle_rad`.
+    Angles are counter-clockwise from the right [rad]; `load_angle_rad` is the direction in which the load pushes
+    the outer ring, so that the load zone lies opposite. `roller_load_n`, shape [rollers], colours each roller by
+    its contact force. `defect` is ``outer``, ``inner`` or empty; it is drawn on that raceway at `defect_angle_rad`.
     """
     if defect not in ("", "outer", "inner"):
         raise ValueError(f"defect {defect!r} is not outer, inner or empty.")
@@ -49,7 +49,7 @@ def bearing_scene(
         figure, axes = _axes(outer_diameter_m / 2)
         _draw_rings(axes, outer_diameter_m / 2, races)
         _draw_rollers(figure, axes, centres * 1e3, roller_diameter_m * 1e3, load)
-        _draw_load(axes, load_angle_rad, races["inner"] * 1e3, load_text)
+        _draw_load(axes, load_angle_rad, outer_diameter_m / 2 * 1e3, races["inner"] * 1e3, load_text)
         if defect:
             _draw_defect(axes, defect, races[defect] * 1e3, defect_angle_rad)
         if sensor_angle_rad is not None:
@@ -66,7 +66,7 @@ def _axes(outer_radius_m: float) -> tuple[Any, Any]:
     figure = Figure(figsize=SIZE_INCHES)
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
-    reach = 1.16 * outer_radius_m * 1e3
+    reach = 1.42 * outer_radius_m * 1e3
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xlabel="mm", ylabel="mm")
     return figure, axes
 
@@ -96,13 +96,16 @@ def _draw_rollers(figure: Any, axes: Any, centres_mm: FloatArray, diameter_mm: f
         bar.ax.tick_params(labelsize=7.5)
 
 
-def _draw_load(axes: Any, angle: float, inner_mm: float, text: str) -> None:
-    tail, tip = 0.1 * inner_mm, 0.72 * inner_mm
+def _draw_load(axes: Any, angle: float, outer_mm: float, inner_mm: float, text: str) -> None:
+    """An arrow that pushes the outer ring along `angle`, and the load zone it makes on the side it comes from."""
     direction = np.array([np.cos(angle), np.sin(angle)])
     arrow = {"arrowstyle": "-|>", "color": BLUE, "lw": 2.6, "mutation_scale": 16}
-    axes.annotate("", xy=direction * tip, xytext=direction * tail, arrowprops=arrow, zorder=6)
-    x, y = -direction * 0.12 * inner_mm
-    axes.text(x, y, text or "load", ha="center", va="center", color=BLUE, fontweight="bold", parse_math=False)
+    axes.annotate("", xy=-1.02 * direction * outer_mm, xytext=-1.34 * direction * outer_mm, arrowprops=arrow, zorder=6)
+    x, y = -1.2 * direction * outer_mm - 0.06 * outer_mm * np.array([abs(direction[1]), abs(direction[0])])
+    side = {"ha": "right", "va": "center"} if abs(direction[1]) > abs(direction[0]) else {"ha": "center", "va": "top"}
+    axes.text(x, y, text or "load", color=BLUE, fontweight="bold", parse_math=False, **side)
+    zone = -0.62 * direction * inner_mm
+    axes.text(*zone, "load zone", ha="center", va="center", color=BLUE, fontsize=8)
 
 
 def _draw_defect(axes: Any, defect: str, radius_mm: float, angle: float) -> None:

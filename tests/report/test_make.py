@@ -1,0 +1,100 @@
+"""The main job, short: what it writes, what it claims, and that a stand-in never counts as measured."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from srbval.report.make import Made, make_report
+
+SECONDS = 1.2  # enough to read the lines; the report itself runs 10 s
+PANELS = {
+    f"fig{n}{c}" for n, letters in (("11", "abcdef"), ("12", "ab"), ("13", "ab"), ("14", "abcdef")) for c in letters
+}
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory: pytest.TempPathFactory) -> tuple[Made, Path]:
+    """A report with no recording registered."""
+    folder = tmp_path_factory.mktemp("alone")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("SRBVAL_RECORDINGS", raising=False)
+        patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
+        return make_report(folder / "report", seconds=SECONDS), folder / "report"
+
+
+@pytest.fixture(scope="module")
+def with_rig(tmp_path_factory: pytest.TempPathFactory, recordings_dir: Path) -> tuple[Made, Path]:
+    """A report with the rig's recordings registered."""
+    folder = tmp_path_factory.mktemp("rig")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SRBVAL_RECORDINGS", str(recordings_dir / "torino"))
+        patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
+        return make_report(folder / "report", seconds=SECONDS, formats=("html", "json")), folder / "report"
+
+
+def document(made: tuple[Made, Path]) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(made[0].files["json"].read_text(encoding="utf-8"))
+    return found
+
+
+def test_everything_is_written(alone: tuple[Made, Path]) -> None:
+    _, folder = alone
+    assert {p.name for p in folder.iterdir()} == {"report.html", "report.pdf", "report.json", "figures"}
+    assert {f"{panel}.svg" for panel in PANELS} <= {p.name for p in (folder / "figures").iterdir()}
+
+
+def test_json_has_the_keys_of_the_interface(alone: tuple[Made, Path]) -> None:
+    found = document(alone)
+    keys = "table6 closure figures speed_accuracy stability ladder recordings provenance schema_version status"
+    assert set(keys.split()) <= set(found)
+    row_keys = (
+        "defect kinematic_hz paper_model_hz paper_rig_hz model_hz model_ci95_hz model_deviation_pct rig_hz "
+        "rig_ci95_hz rig_source comparison_error_pct validation_uncertainty_pct verdict"
+    )
+    assert all(set(row_keys.split()) <= set(row) for row in found["table6"])
+    assert all({"id", "caption", "alt", "file", "data"} <= set(figure) for figure in found["figures"])
+
+
+def test_model_lines_agree_with_the_cage_within_their_interval(alone: tuple[Made, Path]) -> None:
+    for row in document(alone)["table6"]:
+        assert abs(row["model_deviation_pct"]) < 0.25
+        assert row["model_hz"] == pytest.approx(row["model_cage_hz"], abs=row["model_ci95_hz"])
+
+
+def test_a_stand_in_never_counts(alone: tuple[Made, Path]) -> None:
+    found = document(alone)
+    assert {row["rig_source"] for row in found["table6"]} == {"published"}
+    assert {row["verdict"] for row in found["table6"]} == {"insufficient data"}
+    synthetic = {f["id"] for f in found["figures"] if f["synthetic"]}
+    assert synthetic == {"fig11b", "fig11d", "fig11f", "fig12b", "fig13b", "fig14b", "fig14d", "fig14f"}
+    for name in synthetic:
+        assert "SYNTHETIC STAND-IN" in (alone[1] / "figures" / f"{name}.svg").read_text(encoding="utf-8")
+    assert found["recordings"] == []
+    page = alone[0].files["html"].read_text(encoding="utf-8")
+    assert "srbval data fetch torino-excerpts" in page
+    assert not any(s["origin"] == "measured" for s in found["closure"])
+
+
+@pytest.mark.recordings
+def test_with_the_rig_the_rows_are_measured(with_rig: tuple[Made, Path]) -> None:
+    found = document(with_rig)
+    measured = [row for row in found["table6"] if row["rig_source"] == "measured"]
+    assert [row["defect"] for row in measured] == ["outer", "inner"]
+    for row in measured:
+        assert row["verdict"] in ("resolved", "not resolved from uncertainty")
+        assert row["validation_uncertainty_pct"] > 0
+        assert abs(row["comparison_error_pct"]) < 0.5
+        assert row["shaft_rpm"] == row["rig_shaft_rpm"]
+    assert not any(figure["synthetic"] for figure in found["figures"])
+    assert len(found["recordings"]) == 3
+
+
+@pytest.mark.recordings
+def test_with_the_rig_its_sum_closes(with_rig: tuple[Made, Path]) -> None:
+    (rule,) = [s for s in document(with_rig)["closure"] if s["origin"] == "measured"]
+    assert rule["total"] == pytest.approx(19, abs=0.01)
+    assert rule["closed"] is True
