@@ -20,7 +20,7 @@ def race_on_roller(
     # centre, relative velocity (ring less roller) at the roller's centre, relative angular velocity
     a_x, a_y, a_z, b_x, b_y, b_z, z_x, z_y, z_z, o_x, o_y, o_z, v_x, v_y, v_z, w_x, w_y, w_z,
 ):  # fmt: skip
-    """Force and torque about the roller's centre, sum of the normal forces.
+    """Force and torque about the roller's centre, power lost to friction and to damping, elastic energy.
 
     ``windows[window]`` holds the candidates, see `candidate_windows`.
     """
@@ -29,7 +29,7 @@ def race_on_roller(
     slope = static_friction / critical_velocity
     fall = (static_friction - dynamic_friction) / (0.5 * critical_velocity)
     f_x = f_y = f_z = t_x = t_y = t_z = 0.0
-    load = 0.0
+    rubbed = damped = stored = 0.0
     for i in range(windows.shape[2]):
         along = windows[window, 0, i]
         across = windows[window, 1, i]
@@ -55,14 +55,16 @@ def race_on_roller(
         x = depth * sharpness
         x = x if x > 0.0 else 0.0
         x = x if x < 1.0 else 1.0
-        normal = stiffness * depth - damping * u_n
+        smooth = x * x * (3.0 - 2.0 * x)
+        spring = smooth * stiffness * depth
+        normal = spring - smooth * damping * u_n
         normal = normal if normal > 0.0 else 0.0
-        normal *= x * x * (3.0 - 2.0 * x)
         # friction, eq. (19): coefficient over slip speed, never above its slope at rest
         q_x = u_x - u_n * n_x
         q_y = u_y - u_n * n_y
         q_z = u_z - u_n * n_z
-        slip = math.sqrt(q_x * q_x + q_y * q_y + q_z * q_z) + 1e-300
+        square = q_x * q_x + q_y * q_y + q_z * q_z
+        slip = math.sqrt(square) + 1e-300
         mu = static_friction - fall * (slip - critical_velocity)
         mu = mu if mu > dynamic_friction else dynamic_friction
         mu = mu / slip
@@ -77,5 +79,7 @@ def race_on_roller(
         t_x += p_y * g_z - p_z * g_y
         t_y += p_z * g_x - p_x * g_z
         t_z += p_x * g_y - p_y * g_x
-        load += normal
-    return f_x, f_y, f_z, t_x, t_y, t_z, load
+        rubbed += drag * square
+        damped += (spring - normal) * u_n
+        stored += spring * depth
+    return f_x, f_y, f_z, t_x, t_y, t_z, rubbed, damped, 0.5 * stored

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from srbval.models.full.motion_kernel import right_hand_side
+from srbval.models.full.motion_kernel import CONTACT_VALUES, right_hand_side
 from srbval.models.jit import kernel
 
 OUTPUTS = 13  # columns of `out`, see `advance`
@@ -24,7 +24,7 @@ def advance(y, first_step, step, steps_per_output, a, b, c, model, out):
     turn = half - 4
     rates = np.zeros((stages, size))
     trial = np.zeros(size)
-    contact = np.zeros(5)
+    contact = np.zeros(CONTACT_VALUES)
     interval = step * steps_per_output
     for i in range(out.shape[0]):
         v0, v1, v2, turned = y[size - 3], y[size - 2], y[size - 1], y[turn]

@@ -11,6 +11,7 @@ import math
 from srbval.models.full.contact_kernel import race_on_roller
 from srbval.models.jit import kernel
 
+CONTACT_VALUES = 8
 SKIP_MARGIN_M = 5e-6  # a roller further than this (and the highest bump) from a race is not looked at
 
 
@@ -18,8 +19,9 @@ SKIP_MARGIN_M = 5e-6  # a roller further than this (and the highest bump) from a
 def right_hand_side(t, y, model, rate, contact):
     """Fill `rate` (shape of `y`) and `contact` (see below) for state `y` at time `t`.
 
-    contact[0:3]: force of the rollers on the outer ring [N]; contact[3]: deepest penetration [m] into an
-    undamaged race; contact[4]: torque of the rollers on the inner ring about the shaft [N m].
+    `contact`, shape [CONTACT_VALUES]: 0-2 force of the rollers on the outer ring [N]; 3 deepest penetration [m] into
+    an undamaged race; 4 torque of the rollers on the shaft about its axis [N m]; 5 power lost to friction [W]; 6 power
+    lost to contact damping [W]; 7 elastic energy in the contacts, K_c delta^2 / 2 [J].
     """
     n = model.roller_angle.shape[0]
     d = 2 * n + 6
@@ -58,6 +60,7 @@ def right_hand_side(t, y, model, rate, contact):
     g_z = -i_d * spin * (omega_x * t12 - omega_y * t02)
 
     on_ring_x = on_ring_y = on_ring_z = on_shaft = 0.0
+    rubbed = damped = stored = 0.0
     deepest = -1.0
     mass = model.roller_mass
     for j in range(n):
@@ -92,11 +95,12 @@ def right_hand_side(t, y, model, rate, contact):
         closest = -o_x + model.roller_radius - model.profile_radius  # no point lies deeper than about this
         f_x = f_y = f_z = t_x = t_y = t_z = 0.0
         deepest = closest if closest > deepest else deepest
-        if closest > -(model.outer.highest + SKIP_MARGIN_M):
-            k = math.floor(angle / spacing + 0.5) % points
+        k = math.floor(angle / spacing + 0.5) % points
+        window = model.outer.window_of[row, k]
+        if closest > -(model.outer.highest[window] + SKIP_MARGIN_M):
             pc, ps = model.outer.cosine[k], model.outer.sine[k]
-            f_x, f_y, f_z, t_x, t_y, t_z, _ = race_on_roller(
-                model.outer.windows, model.outer.window_of[row, k], model.roller_radius,
+            f_x, f_y, f_z, t_x, t_y, t_z, rub, damp, store = race_on_roller(
+                model.outer.windows, window, model.roller_radius,
                 model.profile_radius, model.stiffness, model.damping, model.smoothing, model.static_friction,
                 model.dynamic_friction, model.critical_velocity,
                 pc * x_x + ps * x_y, pc * y_x + ps * y_y, pc * z_x + ps * z_y,
@@ -108,6 +112,9 @@ def right_hand_side(t, y, model, rate, contact):
                 ring_vx * z_x + ring_vy * z_y + ring_vz * z_z + reach * w_y,
                 -w_x, -w_y, -roller_spin,
             )  # fmt: skip
+            rubbed += rub
+            damped += damp
+            stored += store
             on_ring_x -= f_x * x_x + f_y * y_x + f_z * z_x
             on_ring_y -= f_x * x_y + f_y * y_y + f_z * z_y
             on_ring_z -= f_x * x_z + f_y * y_z + f_z * z_z
@@ -116,12 +123,13 @@ def right_hand_side(t, y, model, rate, contact):
         i_x = model.inner_centre_radial * (c * x_x + s * x_y) + side * model.inner_centre_axial * x_z - reach
         closest = i_x + model.roller_radius - model.profile_radius
         deepest = closest if closest > deepest else deepest
-        if closest > -(model.inner.highest + SKIP_MARGIN_M):
-            k = math.floor((angle - shaft_angle) / spacing + 0.5) % points
+        k = math.floor((angle - shaft_angle) / spacing + 0.5) % points
+        window = model.inner.window_of[row, k]
+        if closest > -(model.inner.highest[window] + SKIP_MARGIN_M):
             pc = cs * model.inner.cosine[k] - ss * model.inner.sine[k]
             ps = ss * model.inner.cosine[k] + cs * model.inner.sine[k]
-            h_x, h_y, h_z, r_x, r_y, r_z, _ = race_on_roller(
-                model.inner.windows, model.inner.window_of[row, k], model.roller_radius,
+            h_x, h_y, h_z, r_x, r_y, r_z, rub, damp, store = race_on_roller(
+                model.inner.windows, window, model.roller_radius,
                 model.profile_radius, model.stiffness, model.damping, model.smoothing, model.static_friction,
                 model.dynamic_friction, model.critical_velocity,
                 pc * x_x + ps * x_y, pc * y_x + ps * y_y, pc * z_x + ps * z_y,
@@ -131,6 +139,9 @@ def right_hand_side(t, y, model, rate, contact):
                 -slide_rate, reach * (shaft * z_z - w_z), reach * (w_y - shaft * y_z),
                 shaft * x_z - w_x, shaft * y_z - w_y, shaft * z_z - roller_spin,
             )  # fmt: skip
+            rubbed += rub
+            damped += damp
+            stored += store
             # torque on the shaft: minus the shaft-axis part of (r x F + T) of the forces on the roller
             q_y = r_y - reach * h_z
             q_z = r_z + reach * h_y
@@ -198,3 +209,6 @@ def right_hand_side(t, y, model, rate, contact):
     contact[2] = on_ring_z
     contact[3] = deepest
     contact[4] = on_shaft
+    contact[5] = rubbed
+    contact[6] = damped
+    contact[7] = stored

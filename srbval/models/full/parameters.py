@@ -27,13 +27,13 @@ FloatArray = NDArray[np.float64]
 class Race(NamedTuple):
     """Point cloud of one raceway as the contact kernel reads it.
 
-    `windows` shape [W, 3, lanes] [m] and `window_of` shape [2, points]: see `candidate_windows`; `highest` is the
-    defect's height [m]; `cosine` and `sine` are those of the points' angles, shape [points].
+    `windows` shape [W, 3, lanes] [m], `window_of` shape [2, points] and `highest` shape [W] [m]: see
+    `candidate_windows`; `cosine` and `sine` are those of the points' angles, shape [points].
     """
 
     windows: FloatArray
     window_of: NDArray[np.int64]
-    highest: float
+    highest: FloatArray
     cosine: FloatArray
     sine: FloatArray
 
@@ -146,8 +146,8 @@ def _race(scene: Scene, geometry: SphericalRollerGeometry, kind: DefectKind, rol
     half = window_half_count(
         roller_radius, sign * circles[1].radius_m, points_per_circle=n, highest_m=highest
     )  # fmt: skip
-    windows, window_of = candidate_windows(circles, moved, half)
+    windows, window_of, heights = candidate_windows(circles, moved, half)
     angle = np.arange(n) * 2 * math.pi / n
     return Race(
-        windows=windows, window_of=window_of, highest=highest, cosine=np.cos(angle), sine=np.sin(angle)
+        windows=windows, window_of=window_of, highest=heights, cosine=np.cos(angle), sine=np.sin(angle)
     )  # fmt: skip

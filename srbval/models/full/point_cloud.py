@@ -86,26 +86,30 @@ def window_half_count(roller_radius_m: float, race_radius_m: float, *, points_pe
 
 def candidate_windows(
     circles: list[Circle], moved: FloatArray, half_count: int
-) -> tuple[FloatArray, NDArray[np.int64]]:
+) -> tuple[FloatArray, NDArray[np.int64], FloatArray]:
     """The candidate points about each point of a race, in the frame of that point's meridian.
 
     `moved` is the displacement along the normal, shape [2 rows, 3 circles, points] [m]. Returns `windows`,
     shape [W, 3, lanes]: positions along the meridian, along the race and along the shaft [m], padded with
-    points `FAR_M` away; and `window_of`, shape [2, points]: which window belongs to a nearest point. All
-    undisplaced points of a row share one.
+    points `FAR_M` away; `window_of`, shape [2, points]: which window belongs to a nearest point, all undisplaced
+    points of a row sharing one; and `highest`, shape [W]: the highest displacement in each window [m].
     """
     count = moved.shape[2]
     offsets = np.arange(-half_count, half_count + 1)
     window_of = np.zeros((2, count), dtype=np.int64)
     windows: list[FloatArray] = []
+    highest: list[float] = []
     for row in range(2):
         window_of[row] = len(windows)
         windows.append(_window(circles, np.zeros((len(circles), len(offsets))), row, count))
+        highest.append(0.0)
         displaced = np.flatnonzero(np.any(moved[row] != 0, axis=0))
         for nearest in np.unique((displaced[:, None] + offsets) % count):
             window_of[row, nearest] = len(windows)
-            windows.append(_window(circles, moved[row][:, (nearest + offsets) % count], row, count))
-    return np.array(windows), window_of
+            height = moved[row][:, (nearest + offsets) % count]
+            windows.append(_window(circles, height, row, count))
+            highest.append(max(0.0, float(height.max())))
+    return np.array(windows), window_of, np.array(highest)
 
 
 def _window(circles: list[Circle], height: FloatArray, row: int, count: int) -> FloatArray:

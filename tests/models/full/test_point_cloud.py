@@ -52,7 +52,7 @@ def test_a_bump_moves_its_points_towards_the_rollers() -> None:
     assert np.count_nonzero(moved) == 2
     assert GEOMETRY is not None
     circles = [outer_circle(GEOMETRY, p) for p in CIRCLES]
-    windows, window_of = candidate_windows(circles, moved, 2)
+    windows, window_of, _ = candidate_windows(circles, moved, 2)
     plain, raised = windows[window_of[1, 0]], windows[window_of[1, 125]]
     assert window_of[1, 0] != window_of[1, 125]
     lifted = np.linalg.norm(raised - plain, axis=0)
@@ -64,7 +64,7 @@ def test_a_bump_moves_its_points_towards_the_rollers() -> None:
 def test_rows_mirror_each_other_and_padding_is_out_of_reach() -> None:
     assert GEOMETRY is not None
     circles = [inner_circle(GEOMETRY, p) for p in CIRCLES]
-    windows, window_of = candidate_windows(circles, np.zeros((2, 3, 500)), 2)
+    windows, window_of, _ = candidate_windows(circles, np.zeros((2, 3, 500)), 2)
     first, second = windows[window_of[0, 17]], windows[window_of[1, 17]]
     assert np.array_equal(first[:2], second[:2])
     assert np.array_equal(first[2], -second[2])
