@@ -91,16 +91,23 @@ def _nearest(key: str, known: Mapping[str, str]) -> str:
 
 
 def _convert(raw: object, hint: Any, field: dataclasses.Field[Any], key: str, where: str) -> object:
-    dimension = field.metadata.get("dimension")
-    if dimension is not None:
-        if key == field.name and isinstance(raw, str):
-            raise ConfigurationError(f"{where}: a number in SI is expected; for {raw!r} write {_keys(field)[-1]!r}.")
-        if key != field.name and not isinstance(raw, str):
-            raise ConfigurationError(
-                f"{where}: {raw!r} has no unit; write text with a unit, or the SI number as {field.name!r}."
-            )
-        return parse_quantity(raw, dimension, where)
-    return _convert_plain(raw, hint, where)
+    if "dimension" not in field.metadata:
+        return _convert_plain(raw, hint, where)
+    if typing.get_origin(hint) is not tuple:
+        return _convert_quantity(raw, field, key, where)
+    if not isinstance(raw, list):
+        raise ConfigurationError(f"{where}: expected a list, found {raw!r}.")
+    return tuple(_convert_quantity(value, field, key, f"{where}[{i}]") for i, value in enumerate(raw))
+
+
+def _convert_quantity(raw: object, field: dataclasses.Field[Any], key: str, where: str) -> float:
+    if key == field.name and isinstance(raw, str):
+        raise ConfigurationError(f"{where}: a number in SI is expected; for {raw!r} write {_keys(field)[-1]!r}.")
+    if key != field.name and not isinstance(raw, str):
+        raise ConfigurationError(
+            f"{where}: {raw!r} has no unit; write text with a unit, or the SI number as {field.name!r}."
+        )
+    return parse_quantity(raw, field.metadata["dimension"], where)
 
 
 def _convert_plain(raw: object, hint: Any, where: str) -> object:

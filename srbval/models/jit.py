@@ -23,14 +23,17 @@ FAST_MATH = {"reassoc", "contract", "nsz", "arcp"}
 
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile `function` for the processor at hand, kept on disk, releasing the interpreter lock."""
+    """Compile `function` for the processor at hand, kept on disk, releasing the interpreter lock.
+
+    Do not hand a tuple that holds arrays to a kernel called many times a step: each array in it is counted in and out.
+    """
     settings = vars(numba.config)
     before = settings["CACHE_DIR"]
     settings["CACHE_DIR"] = str(kernel_store())
     try:
-        compiled: Callable[..., Any] = numba.njit(
-            cache=True, nogil=True, fastmath=FAST_MATH, error_model="numpy"
-        )(function)  # fmt: skip
+        compiled: Callable[..., Any] = numba.njit(cache=True, nogil=True, fastmath=FAST_MATH, error_model="numpy")(
+            function
+        )
     finally:
         settings["CACHE_DIR"] = before
     return compiled

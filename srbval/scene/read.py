@@ -45,4 +45,8 @@ def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
 
 def _scene(table: Mapping[str, Any], where: str) -> Scene:
     base = read_toml(Path(str(resources.files("srbval.scene") / PAPER_FILE)))
-    return build(Scene, merge(base, table), where)
+    merged = merge(base, table)
+    further = merged.get("further_defects", [])
+    if isinstance(further, list):  # each further defect, too, is laid over the paper's
+        merged["further_defects"] = [merge(base["defect"], d) if isinstance(d, Mapping) else d for d in further]
+    return build(Scene, merged, where)

@@ -6,148 +6,19 @@ a user's file is laid.
 
 from __future__ import annotations
 
-import enum
 import math
 from dataclasses import dataclass
 
 from srbval.config.strict import quantity
 from srbval.errors import ConfigurationError
+from srbval.scene.bodies import Bodies, Housing
+from srbval.scene.checks import not_negative, positive
+from srbval.scene.contact import Contact
+from srbval.scene.defect import Defect, DefectKind
+from srbval.scene.load import Load
+from srbval.scene.profile import LoadProfile, SpeedProfile
 
 STEP_TOLERANCE = 1e-6  # how far an output interval may be from a whole number of steps, relative
-
-
-class DefectKind(enum.StrEnum):
-    """Where the localized defect is."""
-
-    NONE = "none"
-    OUTER = "outer"
-    INNER = "inner"
-
-
-class LoadPath(enum.StrEnum):
-    """What carries the external load: housing spring and rollers in parallel, or the rollers alone."""
-
-    HOUSING = "housing"
-    BEARING = "bearing"
-
-
-class RollerFit(enum.StrEnum):
-    """How the roller diameter is found: from the radial play, or as printed in Table 1."""
-
-    PLAY = "play"
-    PRINTED = "printed"
-
-
-def _positive(owner: object, *names: str) -> None:
-    for name in names:
-        value = getattr(owner, name)
-        if not value > 0:
-            raise ConfigurationError(f"{name} = {value} must be positive.")
-
-
-def _not_negative(owner: object, *names: str) -> None:
-    for name in names:
-        value = getattr(owner, name)
-        if value < 0:
-            raise ConfigurationError(f"{name} = {value} must not be negative.")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Load:
-    """External force on the outer ring: `radial_n` along `direction_rad` in the x-y plane, `axial_n` along z.
-
-    The load zone lies opposite to the direction of the force.
-    """
-
-    radial_n: float = quantity("force")
-    axial_n: float = quantity("force")
-    direction_rad: float = quantity("angle")
-    path: LoadPath
-
-    def __post_init__(self) -> None:
-        _not_negative(self, "radial_n")
-
-    @property
-    def zone_rad(self) -> float:
-        """Angle of the middle of the load zone, from x towards y [rad]."""
-        return self.direction_rad + math.pi
-
-
-@dataclass(frozen=True, kw_only=True)
-class Contact:
-    """Contact between one raceway point and one roller (paper, eqs 18 and 19, Table 4).
-
-    `stiffness_n_m` and `damping_ns_m` are per point, so `points_per_circle` is part of the stiffness.
-    `radial_play_m` is the gap between the raceways at a roller less the roller's diameter.
-    """
-
-    stiffness_n_m: float = quantity("stiffness")
-    damping_ns_m: float = quantity("damping")
-    smoothing_width_m: float = quantity("length")
-    static_friction: float
-    dynamic_friction: float
-    critical_velocity_m_s: float = quantity("velocity")
-    points_per_circle: int
-    radial_play_m: float = quantity("length")
-    roller_fit: RollerFit
-
-    def __post_init__(self) -> None:
-        _positive(self, "stiffness_n_m", "smoothing_width_m", "critical_velocity_m_s")
-        _not_negative(self, "damping_ns_m", "dynamic_friction")
-        if self.static_friction < self.dynamic_friction:
-            raise ConfigurationError(
-                f"static_friction = {self.static_friction} must not be below dynamic_friction = "
-                f"{self.dynamic_friction}."
-            )
-        if not 60 <= self.points_per_circle <= 100_000:
-            raise ConfigurationError(f"points_per_circle = {self.points_per_circle} must be between 60 and 100000.")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Housing:
-    """Housing: point mass on the outer ring, spring and damper to ground in all three directions."""
-
-    mass_kg: float = quantity("mass")
-    stiffness_n_m: float = quantity("stiffness")
-    damping_ns_m: float = quantity("damping")
-
-    def __post_init__(self) -> None:
-        _not_negative(self, "mass_kg", "stiffness_n_m", "damping_ns_m")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Bodies:
-    """Masses: `density_kg_m3` of rollers and outer ring, `cage_mass_kg` (not in the paper)."""
-
-    density_kg_m3: float = quantity("density")
-    cage_mass_kg: float = quantity("mass")
-
-    def __post_init__(self) -> None:
-        _positive(self, "density_kg_m3", "cage_mass_kg")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Defect:
-    """A localized defect: `points` neighbouring points of one circle moved by `height_m` along the normal.
-
-    Positive heights are bumps towards the rollers (the paper), negative ones pits. `angle_rad` is that of the
-    defect's middle from the middle of the load zone, at time zero. `row` is 1 (+z) or 2, `circle` 1 to 3.
-    """
-
-    kind: DefectKind
-    points: int
-    height_m: float = quantity("length")
-    angle_rad: float = quantity("angle")
-    row: int
-    circle: int
-
-    def __post_init__(self) -> None:
-        for name, low, high in (("points", 1, 50), ("row", 1, 2), ("circle", 1, 3)):
-            value = getattr(self, name)
-            if not low <= value <= high:
-                raise ConfigurationError(f"defect {name} = {value} must be between {low} and {high}.")
-        if not abs(self.height_m) <= 1e-3:
-            raise ConfigurationError(f"defect height_m = {self.height_m} must lie within -1 mm and 1 mm.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,15 +29,17 @@ class SolverSettings:
     step_s: float = quantity("time")
 
     def __post_init__(self) -> None:
-        _positive(self, "step_s")
+        positive(self, "step_s")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Scene:
     """One case: a bearing at a speed under a load, with or without a defect, and how it is simulated.
 
-    `settle_s` is simulated first and not recorded. `output_rate_hz` is the rate of the recorded signals;
-    an output interval must be a whole number of solver steps.
+    `settle_s` is simulated first and not recorded. `output_rate_hz` is the rate of the recorded signals; an
+    output interval must be a whole number of solver steps. `detail_rate_hz`, 0 for none, is that of the detailed
+    outputs (spins, contact loads). A profile, where there is one, takes the place of the constant speed or load
+    and must cover the recorded time; before it its first value holds.
     """
 
     bearing: str
@@ -175,6 +48,7 @@ class Scene:
     duration_s: float = quantity("time")
     settle_s: float = quantity("time")
     output_rate_hz: float = quantity("frequency")
+    detail_rate_hz: float = quantity("frequency")
     seed: int
     load: Load
     contact: Contact
@@ -182,13 +56,23 @@ class Scene:
     bodies: Bodies
     defect: Defect
     solver: SolverSettings
+    further_defects: tuple[Defect, ...] = ()
+    speed_profile: SpeedProfile | None = None
+    load_profile: LoadProfile | None = None
 
     def __post_init__(self) -> None:
-        _positive(self, "shaft_speed_rad_s", "duration_s", "output_rate_hz")
-        _not_negative(self, "settle_s")
+        positive(self, "shaft_speed_rad_s", "duration_s", "output_rate_hz")
+        not_negative(self, "settle_s", "detail_rate_hz")
+        for profile in (self.speed_profile, self.load_profile):
+            if profile is not None:
+                profile.check_covers(self.duration_s)
         if self.samples < 1:
             raise ConfigurationError(
                 f"duration_s = {self.duration_s} is shorter than one output interval of {1 / self.output_rate_hz} s."
+            )
+        if self.detail_rate_hz and abs(self.outputs_per_detail * self.detail_rate_hz / self.output_rate_hz - 1) > 1e-9:
+            raise ConfigurationError(
+                f"detail_rate_hz = {self.detail_rate_hz:g} must divide output_rate_hz = {self.output_rate_hz:g}."
             )
         steps = 1 / (self.output_rate_hz * self.solver.step_s)
         if round(steps) < 1 or abs(steps / round(steps) - 1) > STEP_TOLERANCE:
@@ -199,8 +83,25 @@ class Scene:
 
     @property
     def shaft_hz(self) -> float:
-        """Shaft speed [Hz]."""
-        return self.shaft_speed_rad_s / (2 * math.pi)
+        """Mean shaft speed over the recorded time [Hz]."""
+        return self.mean_shaft_rad_s / (2 * math.pi)
+
+    @property
+    def mean_shaft_rad_s(self) -> float:
+        """Mean shaft speed over the recorded time [rad/s]."""
+        if self.speed_profile is None:
+            return self.shaft_speed_rad_s
+        return self.speed_profile.mean(self.duration_s)
+
+    @property
+    def defects(self) -> tuple[Defect, ...]:
+        """All defects that are there."""
+        return tuple(d for d in (self.defect, *self.further_defects) if d.kind is not DefectKind.NONE)
+
+    @property
+    def outputs_per_detail(self) -> int:
+        """Output intervals between two detailed outputs; 0 for none."""
+        return round(self.output_rate_hz / self.detail_rate_hz) if self.detail_rate_hz else 0
 
     @property
     def steps_per_output(self) -> int:

@@ -8,11 +8,43 @@ from __future__ import annotations
 
 import math
 
-from srbval.models.full.contact_kernel import race_on_roller
+import numpy as np
+
+from srbval.models.full.contact_kernel import damaged_roller_points, race_on_roller
 from srbval.models.jit import kernel
 
 CONTACT_VALUES = 8
-SKIP_MARGIN_M = 5e-6  # a roller further than this (and the highest bump) from a race is not looked at
+OUTER = 0  # first index of the races' arrays; 1 is the inner race
+PROFILE_SLOPE = 0.1  # above the sine of half the tilt: where the outer circles' normals lean
+SKIP_MARGIN_M = 2e-6  # a roller further than this (and the highest bump) from a race is not looked at
+
+
+@kernel
+def shaft_motion(t, drive):
+    """Speed and angle of the shaft at time `t`: linear between the table's entries, constant outside."""
+    last = drive.speed.shape[0] - 1
+    if t <= drive.speed_time[0]:
+        return drive.speed[0], drive.speed_angle[0] + drive.speed[0] * (t - drive.speed_time[0])
+    if t >= drive.speed_time[last]:
+        return drive.speed[last], drive.speed_angle[last] + drive.speed[last] * (t - drive.speed_time[last])
+    i = np.searchsorted(drive.speed_time, t) - 1
+    since = t - drive.speed_time[i]
+    slope = (drive.speed[i + 1] - drive.speed[i]) / (drive.speed_time[i + 1] - drive.speed_time[i])
+    return drive.speed[i] + slope * since, drive.speed_angle[i] + (drive.speed[i] + 0.5 * slope * since) * since
+
+
+@kernel
+def external_load(t, drive):
+    """Radial and axial load at time `t`: linear between the table's entries, constant outside."""
+    last = drive.radial.shape[0] - 1
+    if t <= drive.load_time[0]:
+        return drive.radial[0], drive.axial[0]
+    if t >= drive.load_time[last]:
+        return drive.radial[last], drive.axial[last]
+    i = np.searchsorted(drive.load_time, t) - 1
+    share = (t - drive.load_time[i]) / (drive.load_time[i + 1] - drive.load_time[i])
+    radial = drive.radial[i] + share * (drive.radial[i + 1] - drive.radial[i])
+    return radial, drive.axial[i] + share * (drive.axial[i + 1] - drive.axial[i])
 
 
 @kernel
@@ -26,15 +58,15 @@ def right_hand_side(t, y, model, rate, contact):
     n = model.roller_angle.shape[0]
     d = 2 * n + 6
     pi2 = 2.0 * math.pi
-    points = model.inner.cosine.shape[0]
-    spacing = pi2 / points
+    count = model.races.cosine.shape[0]
+    per_radian, per_count = count / pi2, 1.0 / count
 
     tilt_x, tilt_y, turn = y[2 * n], y[2 * n + 1], y[2 * n + 2]
     ring_x, ring_y, ring_z = y[2 * n + 3], y[2 * n + 4], y[2 * n + 5]
     omega_x, omega_y, omega_z = y[d + 2 * n], y[d + 2 * n + 1], y[d + 2 * n + 2]
     ring_vx, ring_vy, ring_vz = y[d + 2 * n + 3], y[d + 2 * n + 4], y[d + 2 * n + 5]
-    shaft = model.shaft_speed
-    shaft_angle = shaft * t
+    shaft, shaft_angle = shaft_motion(t, model.drive)
+    radial, axial = external_load(t, model.drive)
 
     ca, sa = math.cos(tilt_x), math.sin(tilt_x)
     cb, sb = math.cos(tilt_y), math.sin(tilt_y)
@@ -62,12 +94,18 @@ def right_hand_side(t, y, model, rate, contact):
     on_ring_x = on_ring_y = on_ring_z = on_shaft = 0.0
     rubbed = damped = stored = 0.0
     deepest = -1.0
-    mass = model.roller_mass
+    mass, law = model.roller_mass, model.law
+    # arrays are taken out of their tuples once: inside the loop each would be counted in and out
+    roller_defects, damaged = model.roller_defects, model.damaged
+    points, lanes, window_of, highest, shallow, cosine, sine = model.races
+    row_of, slot_angle, slot_cosine, slot_sine = (
+        model.roller_row, model.roller_angle, model.roller_cosine, model.roller_sine,
+    )  # fmt: skip
     for j in range(n):
-        side = model.roller_row[j]
+        side = row_of[j]
         row = 0 if side > 0.0 else 1
-        c = ct * model.roller_cosine[j] - st * model.roller_sine[j]
-        s = st * model.roller_cosine[j] + ct * model.roller_sine[j]
+        c = ct * slot_cosine[j] - st * slot_sine[j]
+        s = st * slot_cosine[j] + ct * slot_sine[j]
         # slot axes in world coordinates: x along the slot, y along the race, z along the roller
         ex = model.tilt_cosine * c
         ey = model.tilt_cosine * s
@@ -88,74 +126,84 @@ def right_hand_side(t, y, model, rate, contact):
         w_x = omega_x * x_x + omega_y * x_y + omega_z * x_z
         w_y = omega_x * y_x + omega_y * y_y + omega_z * y_z
         w_z = omega_x * z_x + omega_y * z_y + omega_z * z_z
-        angle = turn + model.roller_angle[j]
+        angle = turn + slot_angle[j]
 
-        # outer race: no rotation
-        o_x = ring_x * x_x + ring_y * x_y + ring_z * x_z - reach
-        closest = -o_x + model.roller_radius - model.profile_radius  # no point lies deeper than about this
         f_x = f_y = f_z = t_x = t_y = t_z = 0.0
-        deepest = closest if closest > deepest else deepest
-        k = math.floor(angle / spacing + 0.5) % points
-        window = model.outer.window_of[row, k]
-        if closest > -(model.outer.highest[window] + SKIP_MARGIN_M):
-            pc, ps = model.outer.cosine[k], model.outer.sine[k]
-            f_x, f_y, f_z, t_x, t_y, t_z, rub, damp, store = race_on_roller(
-                model.outer.windows, window, model.roller_radius,
-                model.profile_radius, model.stiffness, model.damping, model.smoothing, model.static_friction,
-                model.dynamic_friction, model.critical_velocity,
-                pc * x_x + ps * x_y, pc * y_x + ps * y_y, pc * z_x + ps * z_y,
-                pc * x_y - ps * x_x, pc * y_y - ps * y_x, pc * z_y - ps * z_x,
-                x_z, y_z, z_z,
-                o_x, ring_x * y_x + ring_y * y_y + ring_z * y_z, ring_x * z_x + ring_y * z_y + ring_z * z_z,
-                ring_vx * x_x + ring_vy * x_y + ring_vz * x_z - slide_rate,
-                ring_vx * y_x + ring_vy * y_y + ring_vz * y_z - reach * w_z,
-                ring_vx * z_x + ring_vy * z_y + ring_vz * z_z + reach * w_y,
-                -w_x, -w_y, -roller_spin,
-            )  # fmt: skip
-            rubbed += rub
-            damped += damp
-            stored += store
-            on_ring_x -= f_x * x_x + f_y * y_x + f_z * z_x
-            on_ring_y -= f_x * x_y + f_y * y_y + f_z * z_y
-            on_ring_z -= f_x * x_z + f_y * y_z + f_z * z_z
+        for race in range(2):
+            # place on the race in points; ring's angle; ring's centre less the roller's, relative velocity (ring less
+            # roller) at the roller's centre and relative angular velocity, all in slot axes
+            if race == OUTER:
+                place, ring_cosine, ring_sine = angle * per_radian, 1.0, 0.0
+                o_x = ring_x * x_x + ring_y * x_y + ring_z * x_z - reach
+                o_y = ring_x * y_x + ring_y * y_y + ring_z * y_z
+                o_z = ring_x * z_x + ring_y * z_y + ring_z * z_z
+                v_x = ring_vx * x_x + ring_vy * x_y + ring_vz * x_z - slide_rate
+                v_y = ring_vx * y_x + ring_vy * y_y + ring_vz * y_z - reach * w_z
+                v_z = ring_vx * z_x + ring_vy * z_y + ring_vz * z_z + reach * w_y
+                r_x, r_y, r_z = -w_x, -w_y, -roller_spin
+                closest, offset = -o_x + law.roller_radius - law.profile_radius, o_z
+            else:
+                place, ring_cosine, ring_sine = (angle - shaft_angle) * per_radian, cs, ss
+                o_x, o_y, o_z = -reach, 0.0, 0.0
+                v_x, v_y, v_z = -slide_rate, reach * (shaft * z_z - w_z), reach * (w_y - shaft * y_z)
+                r_x, r_y, r_z = shaft * x_z - w_x, shaft * y_z - w_y, shaft * z_z - roller_spin
+                arc_radial, arc_axial = model.inner_centre_radial, side * model.inner_centre_axial
+                closest = arc_radial * (c * x_x + s * x_y) + arc_axial * x_z - reach + law.roller_radius
+                closest -= law.profile_radius
+                offset = arc_radial * (c * z_x + s * z_y) + arc_axial * z_z
+            deepest = closest if closest > deepest else deepest
 
-        # inner race: turns with the shaft
-        i_x = model.inner_centre_radial * (c * x_x + s * x_y) + side * model.inner_centre_axial * x_z - reach
-        closest = i_x + model.roller_radius - model.profile_radius
-        deepest = closest if closest > deepest else deepest
-        k = math.floor((angle - shaft_angle) / spacing + 0.5) % points
-        window = model.inner.window_of[row, k]
-        if closest > -(model.inner.highest[window] + SKIP_MARGIN_M):
-            pc = cs * model.inner.cosine[k] - ss * model.inner.sine[k]
-            ps = ss * model.inner.cosine[k] + cs * model.inner.sine[k]
-            h_x, h_y, h_z, r_x, r_y, r_z, rub, damp, store = race_on_roller(
-                model.inner.windows, window, model.roller_radius,
-                model.profile_radius, model.stiffness, model.damping, model.smoothing, model.static_friction,
-                model.dynamic_friction, model.critical_velocity,
-                pc * x_x + ps * x_y, pc * y_x + ps * y_y, pc * z_x + ps * z_y,
-                pc * x_y - ps * x_x, pc * y_y - ps * y_x, pc * z_y - ps * z_x,
-                x_z, y_z, z_z,
-                -reach, 0.0, 0.0,
-                -slide_rate, reach * (shaft * z_z - w_z), reach * (w_y - shaft * y_z),
-                shaft * x_z - w_x, shaft * y_z - w_y, shaft * z_z - roller_spin,
+            # candidate points: none if out of reach, a narrow window if shallow and undamaged, else a wide one
+            bound = closest + PROFILE_SLOPE * abs(offset)
+            place -= count * math.floor(place * per_count)
+            below = int(place)
+            k = int(place + 0.5)
+            k = k if k < count else 0
+            window = window_of[race, row, k]
+            if bound <= -(highest[race, window] + damaged[j] + SKIP_MARGIN_M):
+                continue
+            if bound < shallow[race] and window < 2 and damaged[j] == 0.0:
+                k = below if below < count else 0
+                window = row + 2
+            pc = ring_cosine * cosine[k] - ring_sine * sine[k]
+            ps = ring_sine * cosine[k] + ring_cosine * sine[k]
+            a_x, a_y, a_z = pc * x_x + ps * x_y, pc * y_x + ps * y_y, pc * z_x + ps * z_y
+            b_x, b_y, b_z = pc * x_y - ps * x_x, pc * y_y - ps * y_x, pc * z_y - ps * z_x
+            width, from_race, from_window = lanes[race, window], race, window
+            if damaged[j] > 0.0:
+                damaged_roller_points(
+                    law.roller_radius, model.circle_half_gap, roller_defects, j, y[n + j], points, race, window, width,
+                    a_x, a_y, a_z, b_x, b_y, b_z, x_z, y_z, z_z, o_x, o_y, o_z,
+                )  # fmt: skip
+                from_window = points.shape[1] - 1
+            h_x, h_y, h_z, m_x, m_y, m_z, rub, damp, store = race_on_roller(
+                law, points, from_race, from_window, width,
+                a_x, a_y, a_z, b_x, b_y, b_z, x_z, y_z, z_z, o_x, o_y, o_z, v_x, v_y, v_z, r_x, r_y, r_z,
             )  # fmt: skip
             rubbed += rub
             damped += damp
             stored += store
-            # torque on the shaft: minus the shaft-axis part of (r x F + T) of the forces on the roller
-            q_y = r_y - reach * h_z
-            q_z = r_z + reach * h_y
-            on_shaft -= r_x * x_z + q_y * y_z + q_z * z_z
             f_x += h_x
             f_y += h_y
             f_z += h_z
-            t_x += r_x
-            t_y += r_y
-            t_z += r_z
+            t_x += m_x
+            t_y += m_y
+            t_z += m_z
+            if race == OUTER:
+                on_ring_x -= h_x * x_x + h_y * y_x + h_z * z_x
+                on_ring_y -= h_x * x_y + h_y * y_y + h_z * z_y
+                on_ring_z -= h_x * x_z + h_y * y_z + h_z * z_z
+            else:  # torque on the shaft: minus the shaft-axis part of (r x F + T) of the forces on the roller
+                on_shaft -= m_x * x_z + (m_y - reach * h_z) * y_z + (m_z + reach * h_y) * z_z
+
+        weight = mass * model.gravity
+        f_x += weight * x_y
+        f_y += weight * y_y
+        f_z += weight * z_y
 
         # roller: slide and spin
         rate[j] = slide_rate
-        rate[n + j] = roller_spin
+        rate[n + j] = roller_spin - w_z
         rate[d + j] = reach * (w_y * w_y + w_z * w_z) + f_x / mass
         rate[d + n + j] = t_z / model.roller_axial
 
@@ -200,9 +248,11 @@ def right_hand_side(t, y, model, rate, contact):
     rate[2 * n + 4] = ring_vy
     rate[2 * n + 5] = ring_vz
     kh, ch = model.housing_stiffness, model.housing_damping
-    rate[d + 2 * n + 3] = (model.force[0] + on_ring_x - kh * ring_x - ch * ring_vx) / model.ring_mass
-    rate[d + 2 * n + 4] = (model.force[1] + on_ring_y - kh * ring_y - ch * ring_vy) / model.ring_mass
-    rate[d + 2 * n + 5] = (model.force[2] + on_ring_z - kh * ring_z - ch * ring_vz) / model.ring_mass
+    push_x, push_y = radial * model.drive.direction_cosine, radial * model.drive.direction_sine
+    push_y += model.ring_mass * model.gravity
+    rate[d + 2 * n + 3] = (push_x + on_ring_x - kh * ring_x - ch * ring_vx) / model.ring_mass
+    rate[d + 2 * n + 4] = (push_y + on_ring_y - kh * ring_y - ch * ring_vy) / model.ring_mass
+    rate[d + 2 * n + 5] = (axial + on_ring_z - kh * ring_z - ch * ring_vz) / model.ring_mass
 
     contact[0] = on_ring_x
     contact[1] = on_ring_y

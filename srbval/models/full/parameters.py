@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,29 +14,66 @@ from srbval.bearing.geometry import CIRCLES
 from srbval.errors import ConfigurationError
 from srbval.models.full.bodies import outer_ring_mass_kg, roller_body
 from srbval.models.full.point_cloud import (
+    FAR_M,
+    Windows,
     candidate_windows,
-    displacement,
+    circle_points,
     inner_circle,
     outer_circle,
+    shallow_half_count,
     window_half_count,
 )
-from srbval.scene import DefectKind, LoadPath, RollerFit, Scene
+from srbval.scene import Defect, DefectKind, DefectShape, LoadPath, RollerFit, Scene
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+STANDARD_GRAVITY = 9.80665  # m/s2
 
 
-class Race(NamedTuple):
-    """Point cloud of one raceway as the contact kernel reads it.
+class Races(NamedTuple):
+    """Point clouds of both raceways as the kernels read them, outer first: see `point_cloud.Windows`.
 
-    `windows` shape [W, 3, lanes] [m], `window_of` shape [2, points] and `highest` shape [W] [m]: see
-    `candidate_windows`; `cosine` and `sine` are those of the points' angles, shape [points].
+    `points` shape [2, W, 7, lanes], with a spare window at the end; `lanes` [2, W]; `window_of` [2, 2 rows, points];
+    `highest` [2, W]; `shallow` [2]: depth up to which the narrow windows hold every point that can touch [m];
+    `cosine` and `sine` of the undisplaced points' angles, [points].
     """
 
-    windows: FloatArray
-    window_of: NDArray[np.int64]
+    points: FloatArray
+    lanes: IntArray
+    window_of: IntArray
     highest: FloatArray
+    shallow: FloatArray
     cosine: FloatArray
     sine: FloatArray
+
+
+class ContactLaw(NamedTuple):
+    """Shape of the rollers' profile and the constants of eqs (18) and (19). Numbers only."""
+
+    profile_radius: float  # of the roller's profile arc [m]
+    roller_radius: float  # at the roller's middle [m]
+    stiffness: float
+    damping: float
+    smoothing: float
+    static_friction: float
+    dynamic_friction: float
+    critical_velocity: float
+
+
+class Drive(NamedTuple):
+    """Piecewise linear drive: shaft speed [rad/s] and load [N] over the run's time [s].
+
+    `speed_angle` is the shaft's angle at `speed_time` [rad]. A constant has one entry.
+    """
+
+    speed_time: FloatArray
+    speed: FloatArray
+    speed_angle: FloatArray
+    load_time: FloatArray
+    radial: FloatArray
+    axial: FloatArray
+    direction_cosine: float
+    direction_sine: float
 
 
 class Parameters(NamedTuple):
@@ -45,8 +83,6 @@ class Parameters(NamedTuple):
     centre_distance: float  # roller centre from the bearing centre [m]
     tilt_cosine: float
     tilt_sine: float
-    profile_radius: float  # of the roller's profile arc [m]
-    roller_radius: float  # at the roller's middle [m]
     inner_centre_radial: float  # circle of centres of the inner profile [m]
     inner_centre_axial: float
     # rollers, arrays of shape [2 M]
@@ -61,21 +97,18 @@ class Parameters(NamedTuple):
     cage_axial: float
     cage_transverse: float
     ring_mass: float
-    # contact
-    stiffness: float
-    damping: float
-    smoothing: float
-    static_friction: float
-    dynamic_friction: float
-    critical_velocity: float
+    law: ContactLaw
     # housing, load, drive
     housing_stiffness: float
     housing_damping: float
-    force: FloatArray  # external force on the outer ring, shape [3] [N]
-    shaft_speed: float  # [rad/s]
-    # raceways
-    inner: Race
-    outer: Race
+    gravity: float  # acceleration along y [m/s2]
+    drive: Drive
+    # raceways and rollers' surfaces
+    races: Races
+    # shape [D, 6]: roller, angle about its axis [rad], place along it [m], height [m], extent [m], 1 if cosine-shaped
+    roller_defects: FloatArray
+    damaged: FloatArray  # sum of the heights and depths of each roller's defects, shape [2 M] [m]
+    circle_half_gap: float  # half the distance between two circles along a roller [m]
 
 
 def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Parameters:
@@ -88,14 +121,10 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
     angle = np.tile(np.arange(geometry.rollers_per_row) * 2 * math.pi / geometry.rollers_per_row, 2)
     cage_axial = scene.bodies.cage_mass_kg * geometry.pitch_radius_m**2
     sprung = scene.load.path is LoadPath.HOUSING
-    direction = scene.load.direction_rad
-    radial = scene.load.radial_n
     return Parameters(
         centre_distance=geometry.roller_centre_distance_m,
         tilt_cosine=math.cos(geometry.tilt_rad),
         tilt_sine=math.sin(geometry.tilt_rad),
-        profile_radius=geometry.raceway_radius_m,
-        roller_radius=diameter / 2,
         inner_centre_radial=geometry.inner_centre_radial_m,
         inner_centre_axial=geometry.inner_centre_axial_m,
         roller_angle=angle,
@@ -108,18 +137,24 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
         cage_axial=cage_axial,
         cage_transverse=cage_axial / 2,
         ring_mass=outer_ring_mass_kg(geometry, scene.bodies.density_kg_m3) + scene.housing.mass_kg,
-        stiffness=scene.contact.stiffness_n_m,
-        damping=scene.contact.damping_ns_m,
-        smoothing=scene.contact.smoothing_width_m,
-        static_friction=scene.contact.static_friction,
-        dynamic_friction=scene.contact.dynamic_friction,
-        critical_velocity=scene.contact.critical_velocity_m_s,
+        law=ContactLaw(
+            profile_radius=geometry.raceway_radius_m,
+            roller_radius=diameter / 2,
+            stiffness=scene.contact.stiffness_n_m,
+            damping=scene.contact.damping_ns_m,
+            smoothing=scene.contact.smoothing_width_m,
+            static_friction=scene.contact.static_friction,
+            dynamic_friction=scene.contact.dynamic_friction,
+            critical_velocity=scene.contact.critical_velocity_m_s,
+        ),
         housing_stiffness=scene.housing.stiffness_n_m if sprung else 0.0,
         housing_damping=scene.housing.damping_ns_m,
-        force=np.array([radial * math.cos(direction), radial * math.sin(direction), scene.load.axial_n]),
-        shaft_speed=scene.shaft_speed_rad_s,
-        inner=_race(scene, geometry, DefectKind.INNER, diameter / 2),
-        outer=_race(scene, geometry, DefectKind.OUTER, diameter / 2),
+        gravity=-STANDARD_GRAVITY if scene.load.gravity else 0.0,
+        drive=_drive(scene),
+        races=_races(scene, geometry, diameter / 2),
+        roller_defects=_roller_defects(scene, geometry),
+        damaged=_damaged(scene, geometry),
+        circle_half_gap=_axial_place(geometry, 3) / 2,
     )
 
 
@@ -136,18 +171,106 @@ def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
     return diameter
 
 
-def _race(scene: Scene, geometry: SphericalRollerGeometry, kind: DefectKind, roller_radius: float) -> Race:
+def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float) -> Races:
+    n = scene.contact.points_per_circle
+    both = [_race(scene, geometry, kind, roller_radius) for kind in (DefectKind.OUTER, DefectKind.INNER)]
+    count = max(len(windows.lanes) for windows, _ in both) + 1
+    width = max(windows.points.shape[2] for windows, _ in both)
+    points = np.full((2, count, 7, width), FAR_M)
+    lanes, highest = np.zeros((2, count), dtype=np.int64), np.zeros((2, count))
+    for race, (windows, _) in enumerate(both):
+        used, _, candidates = windows.points.shape
+        points[race, :used, :, :candidates] = windows.points
+        lanes[race, :used], highest[race, :used] = windows.lanes, windows.highest
+    angle = np.arange(n) * 2 * math.pi / n
+    return Races(
+        points=points,
+        lanes=lanes,
+        window_of=np.array([windows.window_of for windows, _ in both]),
+        highest=highest,
+        shallow=np.array([shallow for _, shallow in both]),
+        cosine=np.cos(angle),
+        sine=np.sin(angle),
+    )
+
+
+def _race(
+    scene: Scene, geometry: SphericalRollerGeometry, kind: DefectKind, roller_radius: float
+) -> tuple[Windows, float]:
+    """Windows of one race, and the depth up to which its narrow ones suffice [m]."""
     inner = kind is DefectKind.INNER
     circles = [(inner_circle if inner else outer_circle)(geometry, p) for p in CIRCLES]
     n = scene.contact.points_per_circle
-    moved = displacement(n, scene.defect if scene.defect.kind is kind else None, scene.load.zone_rad)
-    highest = max(0.0, float(moved.max()))
-    sign = 1 if inner else -1
-    half = window_half_count(
-        roller_radius, sign * circles[1].radius_m, points_per_circle=n, highest_m=highest
+    own = [d for d in scene.defects if d.kind is kind]
+    rows = [
+        [
+            circle_points(n, c.radius_m, [d for d in own if (d.row, d.circle) == (row, i)], scene.load.zone_rad)
+            for i, c in enumerate(circles, start=1)
+        ]
+        for row in (1, 2)
+    ]
+    bumps = sum(max(0.0, d.height_m) for d in scene.defects)
+    curvature = circles[1].radius_m if inner else -circles[1].radius_m
+    half = window_half_count(roller_radius, curvature, points_per_circle=n, highest_m=bumps)
+    narrow = min(half, shallow_half_count(roller_radius, curvature, points_per_circle=n))
+    spacing = 2 * math.pi * circles[1].radius_m / n
+    shallow = (narrow * spacing) ** 2 / 2 * (1 / roller_radius + 1 / curvature)
+    return candidate_windows(circles, rows, n, half, narrow), shallow
+
+
+def _drive(scene: Scene) -> Drive:
+    """Drive tables in the run's own time, which starts `settle_s` before the recorded time."""
+    load, direction = scene.load_profile, scene.load.direction_rad
+    time, speed = np.array([0.0]), np.array([scene.shaft_speed_rad_s])
+    if scene.speed_profile is not None:
+        time, speed = _shifted(scene, scene.speed_profile.time_s, scene.speed_profile.speed_rad_s)
+    angle = np.concatenate([[0.0], np.cumsum(np.diff(time) * (speed[1:] + speed[:-1]) / 2)]) + speed[0] * time[0]
+    load_time, radial, axial = np.array([0.0]), np.array([scene.load.radial_n]), np.array([scene.load.axial_n])
+    if load is not None:
+        load_time, radial = _shifted(scene, load.time_s, load.radial_n)
+        axial = _shifted(scene, load.time_s, load.axial_n)[1]
+    return Drive(
+        speed_time=time, speed=speed, speed_angle=angle, load_time=load_time, radial=radial, axial=axial,
+        direction_cosine=math.cos(direction), direction_sine=math.sin(direction),
     )  # fmt: skip
-    windows, window_of, heights = candidate_windows(circles, moved, half)
-    angle = np.arange(n) * 2 * math.pi / n
-    return Race(
-        windows=windows, window_of=window_of, highest=heights, cosine=np.cos(angle), sine=np.sin(angle)
-    )  # fmt: skip
+
+
+def _shifted(scene: Scene, time_s: Sequence[float], values: Sequence[float]) -> tuple[FloatArray, FloatArray]:
+    return np.array(time_s) + scene.settle_s, np.array(values)
+
+
+def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
+    rows = [
+        (
+            _roller_index(d, geometry),
+            d.angle_rad,
+            _axial_place(geometry, d.circle) * (3 - 2 * d.row),
+            d.height_m,
+            d.extent_m or 0.0,
+            float(d.shape is DefectShape.COSINE),
+        )
+        for d in scene.defects
+        if d.kind is DefectKind.ROLLER
+    ]
+    return np.array(rows, dtype=np.float64).reshape(-1, 6)
+
+
+def _damaged(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
+    sizes = np.zeros(2 * geometry.rollers_per_row)
+    for defect in scene.defects:
+        if defect.kind is DefectKind.ROLLER:
+            sizes[_roller_index(defect, geometry)] += abs(defect.height_m)
+    return sizes
+
+
+def _roller_index(defect: Defect, geometry: SphericalRollerGeometry) -> int:
+    if defect.roller > geometry.rollers_per_row:
+        raise ConfigurationError(
+            f"defect roller = {defect.roller}: a row has {geometry.rollers_per_row} rollers, counted from 1."
+        )
+    return (defect.row - 1) * geometry.rollers_per_row + defect.roller - 1
+
+
+def _axial_place(geometry: SphericalRollerGeometry, circle: int) -> float:
+    """Where a circle of row 1 meets the outer side of its roller, along the roller's axis [m]."""
+    return geometry.raceway_radius_m * math.sin((CIRCLES[circle - 1] - 1) * geometry.tilt_rad)

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from srbval.bearing import SphericalRollerGeometry
 from srbval.bearing.geometry import CIRCLES
-from srbval.scene import Defect
+from srbval.scene import Defect, DefectShape
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 LANES = 8  # candidate lists are padded to a multiple of this, so that vector code needs no remainder loop
 DEEPEST_M = 2e-4  # penetration within which every touching point is among the candidates; checked in each run
+SHALLOW_M = 4e-5  # contacts up to about this depth are looked up in narrow windows
 FAR_M = 1e3  # where padding points lie: out of everybody's reach
 
 
@@ -58,71 +61,155 @@ def inner_circle(geometry: SphericalRollerGeometry, p: float) -> Circle:
     )
 
 
-def displacement(points_per_circle: int, defect: Defect | None, zone_rad: float) -> FloatArray:
-    """How far each point is moved along its normal [m], shape [2 rows, 3 circles, points].
+@dataclass(frozen=True, kw_only=True)
+class CirclePoints:
+    """Points of one circle of one row: angle [rad], displacement along the normal [m], share of K_c and C_c.
 
-    The defect's points are the `defect.points` ones nearest to its angle, counted from `zone_rad`.
+    `cell` is the undisplaced, unrefined point that each stands at or takes the place of. All arrays are [n].
     """
-    moved = np.zeros((2, len(CIRCLES), points_per_circle))
-    if defect is not None:
-        middle = (zone_rad + defect.angle_rad) / (2 * math.pi) * points_per_circle
-        first = round(middle - (defect.points - 1) / 2)
-        index = np.arange(first, first + defect.points) % points_per_circle
-        moved[defect.row - 1, defect.circle - 1, index] = defect.height_m
-    return moved
+
+    angle: FloatArray
+    lift: FloatArray
+    share: FloatArray
+    cell: IntArray
+
+
+def circle_points(count: int, radius_m: float, defects: Sequence[Defect], zone_rad: float) -> CirclePoints:
+    """`count` points evenly spaced (eq. 16), with the circle's defects; angles of defects count from `zone_rad`."""
+    cell = np.arange(count)
+    points = CirclePoints(angle=cell * 2 * math.pi / count, lift=np.zeros(count), share=np.ones(count), cell=cell)
+    for defect in defects:
+        middle = zone_rad + defect.angle_rad
+        if defect.extent_m is None:
+            first = round(middle / (2 * math.pi) * count - (defect.points - 1) / 2)
+            moved = np.isin(points.cell, np.arange(first, first + defect.points) % count)
+            points = replace(points, lift=points.lift + np.where(moved, defect.height_m, 0.0))
+        else:
+            points = _refined(points, count, middle, defect.extent_m / radius_m, defect.refinement)
+            across = wrapped(points.angle - middle) * radius_m / defect.extent_m
+            points = replace(points, lift=points.lift + defect.height_m * cross_section(across, defect.shape))
+    return points
+
+
+def cross_section(across: FloatArray, shape: DefectShape) -> FloatArray:
+    """Height of a defect, as a share of its full one, at `across` extents from its middle; 0 beyond half an extent."""
+    inside = np.abs(across) <= 0.5
+    return np.where(inside, 1.0 if shape is DefectShape.FLAT else 0.5 + 0.5 * np.cos(2 * np.pi * across), 0.0)
+
+
+def wrapped(angle: FloatArray) -> FloatArray:
+    """Angle between -pi and pi [rad]."""
+    turned: FloatArray = (angle + np.pi) % (2 * np.pi) - np.pi
+    return turned
+
+
+def _refined(points: CirclePoints, count: int, middle: float, extent_rad: float, times: int) -> CirclePoints:
+    """Replace the points within the extent, and one spacing more either side, by `times` as many of 1/`times` share."""
+    spacing = 2 * math.pi / count
+    near = np.abs(wrapped(points.angle - middle)) <= extent_rad / 2 + spacing
+    offsets = (np.arange(times) - (times - 1) / 2) * spacing / times
+    angle = (points.angle[near, None] + offsets).ravel()
+    again = [np.repeat(column[near], times) for column in (points.lift, points.share / times, points.cell)]
+    kept = [column[~near] for column in (points.angle, points.lift, points.share, points.cell)]
+    angle, lift, share, cell = (
+        np.concatenate([k, n]) for k, n in zip(kept, [angle, *again], strict=True)
+    )  # fmt: skip
+    return CirclePoints(angle=angle, lift=lift, share=share, cell=cell)
+
+
+def reach_m(depth_m: float, roller_radius_m: float, race_radius_m: float) -> float:
+    """Half width of the touched arc at `depth_m` of penetration.
+
+    A point at distance x along the race stands x^2/2 (1/r + 1/R) clear of a roller that just touches the
+    race (parallel-axis circles; R negative for the outer, concave race).
+    """
+    return math.sqrt(2 * depth_m / (1 / roller_radius_m + 1 / race_radius_m))
 
 
 def window_half_count(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int, highest_m: float) -> int:
-    """How many points either side of the nearest one a roller can touch.
-
-    A point at distance x along the race stands x^2/2 (1/r + 1/R) clear of a roller that just touches the
-    race (parallel-axis circles; R negative for the outer, concave race), so no point beyond
-    x = sqrt(2 (d + h) / (1/r + 1/R)) is touched at penetrations up to d = `DEEPEST_M`, heights up to h.
-    """
-    reach = math.sqrt(2 * (DEEPEST_M + highest_m) / (1 / roller_radius_m + 1 / race_radius_m))
+    """How many points either side of the nearest one a roller can touch: up to `DEEPEST_M` deep, bumps besides."""
     spacing = 2 * math.pi * abs(race_radius_m) / points_per_circle
-    return max(1, math.floor(reach / spacing + 0.5))
+    return max(1, math.floor(reach_m(DEEPEST_M + highest_m, roller_radius_m, race_radius_m) / spacing + 0.5))
+
+
+def shallow_half_count(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int) -> int:
+    """How many points either side, counted between two, are enough up to `SHALLOW_M`; more where padding has room."""
+    spacing = 2 * math.pi * abs(race_radius_m) / points_per_circle
+    needed = math.ceil(reach_m(SHALLOW_M, roller_radius_m, race_radius_m) / spacing)
+    return padded(2 * needed * len(CIRCLES)) // (2 * len(CIRCLES))
+
+
+def padded(lanes: int) -> int:
+    """Next multiple of `LANES`."""
+    return -(-lanes // LANES) * LANES
+
+
+@dataclass(frozen=True, kw_only=True)
+class Windows:
+    """Candidate points about each point of a race, in the frame of that point's meridian.
+
+    `points`, shape [W, 7, lanes]: rows 0-2 position along the meridian, along the race, along the shaft [m]; 3 share
+    of K_c and C_c; 4-6 surface normal in the same axes; padded with points `FAR_M` away. `lanes`, [W]: how many of
+    them to look at. Windows 0 and 1 are the undisplaced ones of rows 1 and 2; 2 and 3 the narrow ones for shallow
+    contacts, about the point before the roller. `window_of`, [2, points]: which wide window belongs to a nearest
+    point. `highest`, [W]: highest displacement in it [m].
+    """
+
+    points: FloatArray
+    lanes: IntArray
+    window_of: IntArray
+    highest: FloatArray
 
 
 def candidate_windows(
-    circles: list[Circle], moved: FloatArray, half_count: int
-) -> tuple[FloatArray, NDArray[np.int64], FloatArray]:
-    """The candidate points about each point of a race, in the frame of that point's meridian.
-
-    `moved` is the displacement along the normal, shape [2 rows, 3 circles, points] [m]. Returns `windows`,
-    shape [W, 3, lanes]: positions along the meridian, along the race and along the shaft [m], padded with
-    points `FAR_M` away; `window_of`, shape [2, points]: which window belongs to a nearest point, all undisplaced
-    points of a row sharing one; and `highest`, shape [W]: the highest displacement in each window [m].
-    """
-    count = moved.shape[2]
-    offsets = np.arange(-half_count, half_count + 1)
-    window_of = np.zeros((2, count), dtype=np.int64)
-    windows: list[FloatArray] = []
-    highest: list[float] = []
-    for row in range(2):
-        window_of[row] = len(windows)
-        windows.append(_window(circles, np.zeros((len(circles), len(offsets))), row, count))
-        highest.append(0.0)
-        displaced = np.flatnonzero(np.any(moved[row] != 0, axis=0))
-        for nearest in np.unique((displaced[:, None] + offsets) % count):
-            window_of[row, nearest] = len(windows)
-            height = moved[row][:, (nearest + offsets) % count]
-            windows.append(_window(circles, height, row, count))
-            highest.append(max(0.0, float(height.max())))
-    return np.array(windows), window_of, np.array(highest)
+    circles: Sequence[Circle], rows: Sequence[Sequence[CirclePoints]], count: int, half: int, shallow_half: int
+) -> Windows:
+    """Collect the windows of a race; `rows` holds the points of each circle of each row."""
+    plain = [circle_points(count, c.radius_m, (), 0.0) for c in circles]
+    wide, narrow = np.arange(-half, half + 1), np.arange(1 - shallow_half, shallow_half + 1)
+    found = [_window(circles, plain, row, 0, offsets, count) for offsets in (wide, narrow) for row in (0, 1)]
+    highest = [0.0] * len(found)
+    window_of = np.repeat([[0], [1]], count, axis=1)
+    for row, points in enumerate(rows):
+        special = np.unique(np.concatenate([c.cell[(c.lift != 0) | (c.share != 1)] for c in points]))
+        for nearest in np.unique((special[:, None] + wide) % count):
+            window_of[row, nearest] = len(found)
+            found.append(_window(circles, points, row, int(nearest), wide, count))
+            highest.append(max(0.0, *(float(_lift_near(c, int(nearest), wide, count)) for c in points)))
+    widest = max(window.shape[1] for window in found)
+    return Windows(
+        points=np.array([_with_padding(window, widest) for window in found]),
+        lanes=np.array([padded(window.shape[1]) for window in found]),
+        window_of=window_of,
+        highest=np.array(highest),
+    )
 
 
-def _window(circles: list[Circle], height: FloatArray, row: int, count: int) -> FloatArray:
-    """One window, [3, lanes]; `height` shape [circles, offsets] [m]. Row 2 is row 1 mirrored at the mid-plane."""
-    half = height.shape[1] // 2
-    angle = np.arange(-half, half + 1) * 2 * math.pi / count
-    lanes = -(-height.size // LANES) * LANES
-    window = np.zeros((3, lanes))
-    window[0] = FAR_M
-    for i, circle in enumerate(circles):
-        part = slice(i * len(angle), (i + 1) * len(angle))
-        radius = circle.radius_m + height[i] * circle.normal_radial
-        window[0, part] = radius * np.cos(angle)
-        window[1, part] = radius * np.sin(angle)
-        window[2, part] = (1 - 2 * row) * (circle.height_m + height[i] * circle.normal_axial)
-    return window
+def _lift_near(points: CirclePoints, nearest: int, offsets: IntArray, count: int) -> float:
+    near = np.isin(points.cell, (nearest + offsets) % count)
+    return float(points.lift[near].max())
+
+
+def _window(
+    circles: Sequence[Circle], points: Sequence[CirclePoints], row: int, nearest: int, offsets: IntArray, count: int
+) -> FloatArray:
+    """One window, [7, candidates]. Row 2 is row 1 mirrored at the mid-plane."""
+    side = 1 - 2 * row
+    columns = []
+    for circle, own in zip(circles, points, strict=True):
+        near = np.flatnonzero(np.isin(own.cell, (nearest + offsets) % count))
+        near = near[np.argsort(wrapped(own.angle[near] - nearest * 2 * math.pi / count))]
+        angle = wrapped(own.angle[near] - nearest * 2 * math.pi / count)
+        lift, c, s = own.lift[near], np.cos(angle), np.sin(angle)
+        radius = circle.radius_m + lift * circle.normal_radial
+        height = side * (circle.height_m + lift * circle.normal_axial)
+        normal = (circle.normal_radial * c, circle.normal_radial * s, side * circle.normal_axial + 0 * c)
+        columns.append(np.array([radius * c, radius * s, height, own.share[near], *normal]))
+    return np.concatenate(columns, axis=1)
+
+
+def _with_padding(window: FloatArray, lanes: int) -> FloatArray:
+    full = np.zeros((window.shape[0], padded(lanes)))
+    full[0] = FAR_M
+    full[:, : window.shape[1]] = window
+    return full

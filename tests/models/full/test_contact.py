@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from srbval.models.full.contact_kernel import race_on_roller
+from srbval.models.full.parameters import ContactLaw
 
 R, PROFILE = 0.020, 0.164
 K, C, W, MU_S, MU_D, V_C = 5e7, 1e3, 1e-8, 0.7, 0.5, 1e-3
@@ -19,12 +20,11 @@ def one_point(
     `velocity` is the ring's relative to the roller.
     """
     rho = np.sqrt((PROFILE - depth) ** 2 - along**2) - PROFILE + R
-    windows = np.zeros((1, 3, 1))
-    windows[0, :, 0] = (rho, 0.0, along)
+    windows = np.zeros((1, 1, 7, 1))
+    windows[0, 0, :4, 0] = (rho, 0.0, along, 1.0)
     frame = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-    found: tuple[float, ...] = race_on_roller(
-        windows, 0, R, PROFILE, K, C, W, MU_S, MU_D, V_C, *frame, 0.0, 0.0, 0.0, *velocity, 0.0, 0.0, 0.0
-    )
+    law = ContactLaw(PROFILE, R, K, C, W, MU_S, MU_D, V_C)
+    found: tuple[float, ...] = race_on_roller(law, windows, 0, 0, 1, *frame, 0.0, 0.0, 0.0, *velocity, 0.0, 0.0, 0.0)
     return found
 
 

@@ -12,13 +12,17 @@ from srbval.models.full.parameters import make_parameters
 from srbval.models.full.point_cloud import (
     DEEPEST_M,
     FAR_M,
+    SHALLOW_M,
     candidate_windows,
-    displacement,
+    circle_points,
+    cross_section,
     inner_circle,
     outer_circle,
+    shallow_half_count,
     window_half_count,
+    wrapped,
 )
-from srbval.scene import Defect, DefectKind, paper_scene
+from srbval.scene import Defect, DefectShape, paper_scene
 
 GEOMETRY = load_bearing("skf-22240").geometry
 assert GEOMETRY is not None
@@ -42,33 +46,73 @@ def test_both_raceways_face_the_roller(p: float) -> None:
     assert inner_circle(GEOMETRY, 1.0).radius_m == pytest.approx(0.1221, abs=ROUNDED_TABLE_1_M)
 
 
+def made(**changes: object) -> Defect:
+    """The paper's defect with `changes` laid over it."""
+    return paper_scene(defect={"kind": "outer", **changes}).defect
+
+
 def test_a_bump_moves_its_points_towards_the_rollers() -> None:
-    defect = Defect(kind=DefectKind.OUTER, points=2, height_m=2e-4, angle_rad=0.0, row=2, circle=2)
-    moved = displacement(500, defect, math.pi / 2)
-    assert sorted(np.flatnonzero(moved[1, 1])) == [124, 125] or sorted(np.flatnonzero(moved[1, 1])) == [
-        125,
-        126,
-    ]
-    assert np.count_nonzero(moved) == 2
     assert GEOMETRY is not None
     circles = [outer_circle(GEOMETRY, p) for p in CIRCLES]
-    windows, window_of, _ = candidate_windows(circles, moved, 2)
-    plain, raised = windows[window_of[1, 0]], windows[window_of[1, 125]]
-    assert window_of[1, 0] != window_of[1, 125]
-    lifted = np.linalg.norm(raised - plain, axis=0)
+    plain = [circle_points(500, c.radius_m, (), 0.0) for c in circles]
+    moved = circle_points(500, circles[1].radius_m, [made()], math.pi / 2)
+    raised = np.flatnonzero(moved.lift)
+    assert np.array_equal(raised, [124, 125]) or np.array_equal(raised, [125, 126])
+    windows = candidate_windows(circles, [plain, [plain[0], moved, plain[2]]], 500, 2, 1)
+    own = windows.window_of[1, 125]
+    assert own > 3
+    assert windows.window_of[1, 0] == 1
+    assert windows.highest[own] == 2e-4
+    lifted = np.linalg.norm((windows.points[own] - windows.points[1])[:3], axis=0)
     assert sorted(lifted)[-2:] == pytest.approx([2e-4, 2e-4])
-    radius = np.hypot(raised[0], raised[1])[np.argsort(lifted)[-2:]]
+    radius = np.hypot(*windows.points[own, :2])[np.argsort(lifted)[-2:]]
     assert np.all(radius < circles[1].radius_m), "off the outer race means inwards"
+
+
+def test_a_pit_as_drilled_on_the_rig() -> None:
+    """2 mm wide, 0.5 mm deep, eight times finer points: stiffness conserved, width right."""
+    assert GEOMETRY is not None
+    radius = outer_circle(GEOMETRY, 1.0).radius_m
+    pit = circle_points(500, radius, [made(height="-0.5 mm", extent="2 mm", refinement=8)], 1.0)
+    assert pit.share.sum() == pytest.approx(500)
+    deep = np.abs(wrapped(pit.angle[pit.lift < 0] - 1.0)) * radius
+    assert deep.max() == pytest.approx(1e-3, abs=2 * math.pi * radius / 500 / 8)
+    assert set(np.unique(pit.lift)) == {0.0, -5e-4}
+    assert np.count_nonzero(pit.lift) == pytest.approx(8, abs=1)
+
+
+def test_shapes_of_a_defect() -> None:
+    across = np.array([-0.6, -0.5, -0.25, 0.0, 0.25, 0.5, 0.6])
+    assert cross_section(across, DefectShape.FLAT) == pytest.approx([0, 1, 1, 1, 1, 1, 0])
+    assert cross_section(across, DefectShape.COSINE) == pytest.approx([0, 0, 0.5, 1, 0.5, 0, 0])
 
 
 def test_rows_mirror_each_other_and_padding_is_out_of_reach() -> None:
     assert GEOMETRY is not None
     circles = [inner_circle(GEOMETRY, p) for p in CIRCLES]
-    windows, window_of, _ = candidate_windows(circles, np.zeros((2, 3, 500)), 2)
-    first, second = windows[window_of[0, 17]], windows[window_of[1, 17]]
+    plain = [circle_points(500, c.radius_m, (), 0.0) for c in circles]
+    windows = candidate_windows(circles, [plain, plain], 500, 2, 1)
+    first, second = windows.points[0], windows.points[1]
     assert np.array_equal(first[:2], second[:2])
     assert np.array_equal(first[2], -second[2])
     assert np.all(first[0, 15:] == FAR_M)
+
+
+@pytest.mark.parametrize("points", [500, 1000, 4000])
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_narrow_windows_hold_all_that_touches_a_shallow_contact(points: int, sign: int) -> None:
+    assert GEOMETRY is not None
+    r = GEOMETRY.touching_diameter_m / 2
+    radius = (inner_circle if sign > 0 else outer_circle)(GEOMETRY, 1.0).radius_m
+    half = shallow_half_count(r, sign * radius, points_per_circle=points)
+    depth = (half * 2 * math.pi * radius / points) ** 2 / 2 * (1 / r + 1 / (sign * radius))
+    assert depth >= SHALLOW_M
+    centre = radius + sign * (r - depth)
+    for phase in np.linspace(0.0, 0.999, 12):  # how far the roller stands behind the point before it
+        angle = 2 * np.pi * (np.arange(-points // 2, points // 2) - phase) / points
+        touching = np.flatnonzero(np.hypot(radius * np.cos(angle) - centre, radius * np.sin(angle)) < r) - points // 2
+        assert touching.min() >= 1 - half
+        assert touching.max() <= half
 
 
 @pytest.mark.parametrize("points", [500, 1000, 4000])
@@ -112,6 +156,6 @@ def test_outer_ring_mass() -> None:
 def test_diameter_follows_from_the_play(play: str, diameter: float) -> None:
     assert GEOMETRY is not None
     model = make_parameters(paper_scene(contact={"radial_play": play}), GEOMETRY)
-    assert 2 * model.roller_radius == pytest.approx(diameter, abs=1e-5)
+    assert 2 * model.law.roller_radius == pytest.approx(diameter, abs=1e-5)
     printed = make_parameters(paper_scene(contact={"roller_fit": "printed"}), GEOMETRY)
-    assert 2 * printed.roller_radius == pytest.approx(0.0401, rel=1e-12)
+    assert 2 * printed.law.roller_radius == pytest.approx(0.0401, rel=1e-12)

@@ -1,0 +1,146 @@
+"""The static start: balanced, symmetric, rollers where they belong, impossible loads refused."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+import pytest
+
+from srbval.bearing import load_bearing
+from srbval.errors import ConfigurationError
+from srbval.models.full.equilibrium import Equilibrium, equilibrium_state
+from srbval.models.full.motion_kernel import CONTACT_VALUES, right_hand_side
+from srbval.models.full.parameters import Parameters, make_parameters
+from srbval.scene import paper_scene
+
+BALANCED_N = 1.0  # of 124.8 kN
+MIRRORED_M = 1e-12  # rounding of 0.16 m, some thousands of times
+LIMIT_S = 0.05
+SAG_M = 2.3e-5  # a roller sinks between two points 2.03 mm apart: (1.015 mm)^2 / 2 x (1/20 mm - 1/164 mm) = 22.6 um
+CAGE_ANGLES = (0.0, 0.05, 0.09, 0.2)  # at 0.09 rad a roller of row 1 stands in the middle of the load zone, on a defect
+
+SCENES: dict[str, dict[str, Any]] = {
+    "play 0": {},
+    "printed": {"contact": {"roller_fit": "printed"}},
+    "play 0.2 mm": {"contact": {"radial_play": "0.2 mm"}},
+    "play -0.05 mm": {"contact": {"radial_play": "-0.05 mm"}},
+    "no load": {"load": {"radial": "0 N"}},
+    "axial": {"load": {"axial": "49 kN"}},
+    "gravity": {"load": {"gravity": True}},
+    "bearing": {"load": {"path": "bearing"}},
+    "bearing, axial": {"load": {"path": "bearing", "axial": "49 kN"}},
+    "bearing, play, axial": {"load": {"path": "bearing", "axial": "49 kN"}, "contact": {"radial_play": "0.2 mm"}},
+    "bearing, play, no load": {"load": {"path": "bearing", "radial": "0 N"}, "contact": {"radial_play": "0.2 mm"}},
+    "bump outside": {"defect": {"kind": "outer"}},
+    "bump inside": {"defect": {"kind": "inner"}, "load": {"path": "bearing"}},
+    "pit outside": {"defect": {"kind": "outer", "height": "-0.2 mm"}, "load": {"path": "bearing"}},
+    "pit inside": {"defect": {"kind": "inner", "height": "-0.2 mm"}},
+    "bump on a roller": {"defect": {"kind": "roller", "extent": "2 mm", "angle": "0 deg"}},
+    "fine": {"contact": {"points_per_circle": 4000, "radial_play": "0.2 mm"}, "load": {"path": "bearing"}},
+}
+
+
+def model_of(**changes: Any) -> Parameters:
+    geometry = load_bearing("skf-22240").geometry
+    assert geometry is not None
+    return make_parameters(paper_scene(**changes), geometry)
+
+
+def slides_and_ring(found: Equilibrium) -> tuple[np.ndarray, np.ndarray]:
+    n = (len(found.state) // 2 - 6) // 2
+    return found.state[:n], found.state[2 * n + 3 : 2 * n + 6]
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("cage_angle", CAGE_ANGLES)
+def test_forces_balance(name: str, cage_angle: float) -> None:
+    found = equilibrium_state(model_of(**SCENES[name]), cage_angle_rad=cage_angle)
+    assert found.converged
+    assert np.abs(found.residual_n).max() < BALANCED_N
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_takes_less_than_50_ms(name: str) -> None:
+    model = model_of(**SCENES[name])
+    equilibrium_state(model)  # compiled now
+    started = time.perf_counter()
+    equilibrium_state(model)
+    assert time.perf_counter() - started < LIMIT_S
+
+
+def test_rollers_and_spring_carry_the_load() -> None:
+    """Overall balance from the unchanged right-hand side: force of the rollers, of the spring and the load add up."""
+    model = model_of()
+    y = equilibrium_state(model).state
+    y[len(y) // 2 :] = 0.0
+    contact = np.zeros(CONTACT_VALUES)
+    law = model.law._replace(static_friction=0.0, dynamic_friction=0.0)
+    still = model._replace(law=law, drive=model.drive._replace(speed=np.zeros(1)))
+    right_hand_side(0.0, y, still, np.zeros_like(y), contact)
+    ring = y[len(y) // 2 - 3 : len(y) // 2]
+    assert contact[:3] - 5e9 * ring == pytest.approx([0.0, 124.8e3, 0.0], abs=BALANCED_N)
+
+
+def test_rows_mirror_each_other_under_radial_load() -> None:
+    slides, ring = slides_and_ring(equilibrium_state(model_of(load={"path": "bearing"})))
+    assert slides[:19] == pytest.approx(slides[19:], abs=MIRRORED_M)
+    assert ring[2] == pytest.approx(0.0, abs=MIRRORED_M)
+
+
+def test_mirrored_axial_load_swaps_the_rows() -> None:
+    plus, ring = slides_and_ring(equilibrium_state(model_of(load={"axial": "49 kN"})))
+    minus, mirrored = slides_and_ring(equilibrium_state(model_of(load={"axial": "-49 kN"})))
+    assert plus == pytest.approx(np.roll(minus, 19), abs=MIRRORED_M)
+    assert ring == pytest.approx(mirrored * [1, 1, -1], abs=MIRRORED_M)
+
+
+def test_turning_the_load_by_ten_pitches_of_points_and_rollers_turns_the_slides() -> None:
+    """570 points per circle are 30 per roller: a turn by two rollers maps the bearing onto itself."""
+    contact, turn = {"points_per_circle": 570}, 2 * 2 * np.pi / 19
+    slides, ring = slides_and_ring(equilibrium_state(model_of(contact=contact, load={"path": "bearing"})))
+    load = {"path": "bearing", "direction_rad": -np.pi / 2 + turn}
+    turned, turned_ring = slides_and_ring(equilibrium_state(model_of(contact=contact, load=load)))
+    assert turned[:19] == pytest.approx(np.roll(slides[:19], 2), abs=MIRRORED_M)
+    assert turned_ring[0] + 1j * turned_ring[1] == pytest.approx(
+        (ring[0] + 1j * ring[1]) * np.exp(1j * turn), abs=MIRRORED_M
+    )
+
+
+def test_unloaded_rollers_rest_on_the_outer_race() -> None:
+    """With play and little load most rollers are held by their centrifugal force alone, at the outer race."""
+    model = model_of(contact={"radial_play": "0.2 mm"})
+    found = equilibrium_state(model)
+    slides, ring = slides_and_ring(found)
+    angle = model.roller_angle
+    slot = np.array([model.tilt_cosine * np.cos(angle), model.tilt_cosine * np.sin(angle)])
+    law = model.law
+    clearance = law.profile_radius - law.roller_radius - model.centre_distance + ring[:2] @ slot
+    assert clearance.min() > 5e-5, "no roller is pressed between the races"
+    assert np.all((slides > clearance) & (slides < clearance + SAG_M))
+
+
+def test_velocities_are_those_of_rolling() -> None:
+    model = model_of()
+    y = equilibrium_state(model).state
+    half, n = len(y) // 2, len(model.roller_angle)
+    cage = y[half + 2 * n + 2]
+    assert cage / model.drive.speed[0] == pytest.approx(0.4305, abs=2e-4)
+    centre_speed = cage * model.centre_distance * model.tilt_cosine
+    assert centre_speed + y[half + n] * model.law.roller_radius == pytest.approx(0.0, abs=1e-12), (
+        "outer contact at rest"
+    )
+    assert not y[half : half + n].any()
+    assert not y[half + 2 * n : half + 2 * n + 2].any()
+    assert not y[-3:].any()
+
+
+@pytest.mark.parametrize(("load", "contact"), [
+    ({"path": "bearing", "radial": "5 MN"}, {}),
+    ({"path": "bearing", "axial": "2 MN"}, {}),
+    ({}, {"radial_play": "-0.39 mm"}),
+])  # fmt: skip
+def test_a_crushed_contact_is_refused(load: dict[str, Any], contact: dict[str, Any]) -> None:
+    with pytest.raises(ConfigurationError, match=r"crushes the contact.* um deep.*limit is 200 um"):
+        equilibrium_state(model_of(load=load, contact=contact))
