@@ -1,0 +1,182 @@
+"""Where a run starts: ring and rollers in static balance with the load, cage and rollers rolling.
+
+The unknowns are the ring's three displacements and every roller's slide. Without friction the contact forces have
+a potential that is convex for small displacements, and a roller's slide touches nothing but its own balance and the
+ring's. So the problem is solved in two nested steps: for a given ring, each slide by a bracketed Newton iteration (all
+rollers at once); around it a Newton iteration for the ring, whose stiffness is the Schur complement of the slides, with
+a line search on the gradient alone. Forces come from `right_hand_side` itself, so whatever it knows is balanced.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.errors import ConfigurationError
+from srbval.models.full.motion_kernel import CONTACT_VALUES, right_hand_side, shaft_motion
+from srbval.models.full.parameters import Parameters
+from srbval.models.full.point_cloud import DEEPEST_M
+from srbval.models.full.start import rolling_speeds
+
+FloatArray = NDArray[np.float64]
+
+RING_TOLERANCE_N = 1e-2  # where the iteration stops; rounding leaves 1e-5 N at the paper's stiffness
+BALANCED_N = 1.0  # what counts as balanced: a ring with play and no load has no stiffness to be settled by
+SLIDE_TOLERANCE_N = 1e-4
+NUDGE_M = 1e-9  # difference quotients; far below the depth of any loaded contact, far above rounding
+FREE_N_M = 1e4  # a roller softer than this touches nothing: one point of the paper's has 5e7 N/m
+SOFTEST_N_M = 1e6  # stiffness a free ring is given, so that its Newton step stays finite
+LONGEST_STEP_M = 1e-4  # of the ring in one iteration
+OVERSHOOT = 0.5  # a step may end where the force along it is reversed and at most this share of the first
+SLIDE_RANGE_M = 3e-3  # beyond touching; more than any defect (1 mm) and any contact that is carried
+RING_STEPS = 60
+SLIDE_STEPS = 80
+BACKTRACKS = 12
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Equilibrium:
+    """A start: `state`, shape [4 M + 12], and how well it is balanced.
+
+    `residual_n`: what is left of the force along each slot and on the ring, [2 M + 3], without friction;
+    `iterations` of the ring; `converged`: every residual is below `BALANCED_N`.
+    """
+
+    state: FloatArray
+    residual_n: FloatArray
+    iterations: int
+    converged: bool
+
+
+def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> Equilibrium:
+    """Static balance of ring and slides at time zero, with the velocities of pure rolling added.
+
+    The forces are the load, the housing spring (none if its stiffness is 0), gravity, the frictionless contacts and
+    the rollers' centrifugal force at the rolling cage speed, which presses unloaded rollers outwards. The cage is not
+    tilted and turned by `cage_angle_rad`. Friction, contact damping and the cage's balance are left out.
+
+    Raises `ConfigurationError` if a roller is pressed deeper into a raceway than the contact search reaches.
+    """
+    statics = _Statics(model, cage_angle_rad)
+    ring, slide = np.zeros(3), np.zeros(statics.rollers)
+    ring, slide, iterations = _balance(statics, ring, slide)
+    slide_n, ring_n, deepest = statics.forces(slide, ring)
+    _check_not_crushed(deepest)
+    residual_n = np.concatenate([slide_n, ring_n])
+    return Equilibrium(
+        state=statics.rolling(slide, ring),
+        residual_n=residual_n,
+        iterations=iterations,
+        converged=bool(np.abs(residual_n).max() < BALANCED_N),
+    )
+
+
+def _check_not_crushed(deepest_m: float) -> None:
+    if deepest_m > DEEPEST_M:
+        raise ConfigurationError(
+            f"the load or the fit crushes the contact: a roller would stand {deepest_m * 1e6:.4g} um deep in a race; "
+            f"the limit is {DEEPEST_M * 1e6:.4g} um; reduce the load or the interference, or raise the stiffness."
+        )
+
+
+class _Statics:
+    """The model at rest, without friction: forces as a function of slides [2 M] and ring displacement [3], in m."""
+
+    def __init__(self, model: Parameters, cage_angle_rad: float) -> None:
+        self.rollers = len(model.roller_angle)
+        self.half = 2 * self.rollers + 6
+        self.cage_speed, self.spin = rolling_speeds(model)
+        self.rest = _at_rest(model)
+        self.y = np.zeros(2 * self.half)
+        self.y[2 * self.rollers + 2] = cage_angle_rad
+        self.rate, self.contact = np.zeros_like(self.y), np.zeros(CONTACT_VALUES)
+
+    def forces(self, slide: FloatArray, ring: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+        """Force along each slot [2 M] and on the ring [3], in N, and the deepest penetration [m]."""
+        model, n = self.rest, self.rollers
+        self.y[:n], self.y[2 * n + 3 : self.half] = slide, ring
+        right_hand_side(0.0, self.y, model, self.rate, self.contact)
+        swing = (self.cage_speed * model.tilt_cosine) ** 2  # square of the speed about the axis across the slot
+        slide_n = model.roller_mass * (self.rate[self.half : self.half + n] + (model.centre_distance + slide) * swing)
+        return slide_n, model.ring_mass * self.rate[-3:], float(self.contact[3])
+
+    def slide_stiffness(self, slide: FloatArray, ring: FloatArray, slide_n: FloatArray) -> FloatArray:
+        """Loss of force along each slot per slide, [2 M], in N/m: one roller's slide moves no other."""
+        return (slide_n - self.forces(slide + NUDGE_M, ring)[0]) / NUDGE_M
+
+    def rolling(self, slide: FloatArray, ring: FloatArray) -> FloatArray:
+        """Full state: these displacements with the velocities of pure rolling."""
+        y, n = self.y.copy(), self.rollers
+        y[:n], y[2 * n + 3 : self.half] = slide, ring
+        y[self.half + n : self.half + 2 * n] = self.spin
+        y[self.half + 2 * n + 2] = self.cage_speed
+        return y
+
+
+def _at_rest(model: Parameters) -> Parameters:
+    """The model with its friction off and its shaft held where it is at time zero."""
+    _, angle = shaft_motion(0.0, model.drive)
+    held = model.drive._replace(speed_time=np.zeros(1), speed=np.zeros(1), speed_angle=np.array([angle]))
+    law = model.law._replace(static_friction=0.0, dynamic_friction=0.0)
+    return model._replace(drive=held, law=law)
+
+
+def _balance(statics: _Statics, ring: FloatArray, slide: FloatArray) -> tuple[FloatArray, FloatArray, int]:
+    """Newton iteration for the ring, the slides following; the last state is returned, converged or not."""
+    slide, ring_n = _follow(statics, ring, slide)
+    for iteration in range(RING_STEPS):
+        if np.abs(ring_n).max() < RING_TOLERANCE_N:
+            return ring, slide, iteration
+        step = _ring_step(statics, ring, slide, ring_n)
+        ring, slide, ring_n = _line_search(statics, ring, slide, ring_n, step)
+    return ring, slide, RING_STEPS
+
+
+def _follow(statics: _Statics, ring: FloatArray, slide: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Slides in balance with the given ring, near `slide`, and the force then left on the ring [N]."""
+    model = statics.rest
+    clearance = abs(model.law.profile_radius - model.law.roller_radius - model.centre_distance)
+    far = clearance + float(np.linalg.norm(ring)) + SLIDE_RANGE_M
+    low, high = np.full_like(slide, -far), np.full_like(slide, far)
+    for _ in range(SLIDE_STEPS):
+        slide_n, ring_n, _ = statics.forces(slide, ring)
+        if np.abs(slide_n).max() < SLIDE_TOLERANCE_N:
+            break
+        # pushed outwards, the balance lies further out; a roller that nothing pushes comes to lie on the outer race
+        low, high = np.where(slide_n >= 0, slide, low), np.where(slide_n < 0, slide, high)
+        stiffness = statics.slide_stiffness(slide, ring, slide_n)
+        newton = slide + slide_n / np.where(stiffness > FREE_N_M, stiffness, np.nan)
+        slide = np.where((newton > low) & (newton < high), newton, (low + high) / 2)
+    return slide, ring_n
+
+
+def _ring_step(statics: _Statics, ring: FloatArray, slide: FloatArray, ring_n: FloatArray) -> FloatArray:
+    """Newton step of the ring with the slides following (Schur complement), shape [3], shortened to the longest."""
+    slide_n, _, _ = statics.forces(slide, ring)
+    stiffness = statics.slide_stiffness(slide, ring, slide_n)
+    moved = [statics.forces(slide, ring + NUDGE_M * axis) for axis in np.eye(3)]
+    own = np.array([(ring_n - m[1]) / NUDGE_M for m in moved])
+    coupling = np.array([(slide_n - m[0]) / NUDGE_M for m in moved])
+    softened = coupling / np.where(stiffness > FREE_N_M, stiffness, np.inf)
+    whole = own - softened @ coupling.T
+    whole = (whole + whole.T) / 2
+    softest = float(np.linalg.eigvalsh(whole)[0])
+    step: FloatArray = np.linalg.solve(whole + max(0.0, SOFTEST_N_M - softest) * np.eye(3), ring_n)
+    return step * min(1.0, LONGEST_STEP_M / float(np.linalg.norm(step)))
+
+
+def _line_search(
+    statics: _Statics, ring: FloatArray, slide: FloatArray, ring_n: FloatArray, step: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Shorten `step` until the force along it is no longer reversed; a convex potential then has fallen."""
+    share, first = 1.0, float(ring_n @ step)
+    for _ in range(BACKTRACKS):
+        trial = ring + share * step
+        followed, left = _follow(statics, trial, slide)
+        along = float(left @ step)
+        if along >= -OVERSHOOT * first:
+            break
+        share *= min(0.9, max(0.1, first / (first - along)))
+    return trial, followed, left
