@@ -21,6 +21,7 @@ ORDER = (
     "recordings",
     "signal",
     "validation",
+    "bench",
     "report",
     "cli",
 )

@@ -31,6 +31,7 @@ def parser() -> Parser:
     _analyse(commands)
     _data(commands)
     _report(commands)
+    _bench(commands)
     _command(commands, "doctor", "versions, threads, caches, extras: is this installation sound?")
     return top
 
@@ -127,6 +128,15 @@ def _report(commands: Any) -> None:
     )
     command.add_argument("--jobs", type=int, metavar="N", help="runs at a time (default: one per core)")
     command.add_argument("--no-pdf", action="store_true", help="write HTML and JSON only")
+
+
+def _bench(commands: Any) -> None:
+    command = _command(commands, "bench", "speed against accuracy: what each solver costs, and how wrong it is")
+    command.add_argument("--quick", action="store_true", help="short runs: a first look, no figures to quote")
+    command.add_argument("--scenes", nargs="+", metavar="NAME", help="such as play0-outer (default: all six)")
+    command.add_argument("--solvers", nargs="+", metavar="NAME", help="such as ode4 (default: all)")
+    command.add_argument("--seconds", type=_positive, metavar="S", help="duration of the runs compared (default: 4)")
+    command.add_argument("--speed-only", action="store_true", help="time the solvers, compare with no reference")
 
 
 def _number(text: str) -> float:

@@ -1,0 +1,45 @@
+"""Run in a process of its own by `processes`: compile everything, or simulate and read the peak memory.
+
+``python -m srbval.bench.child compile`` or ``... memory SECONDS``; prints one JSON object.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import Any
+
+from srbval.bench.scenes import bench_scene
+from srbval.models.simulate import simulate
+from srbval.models.solvers import SOLVERS
+
+SHORTEST_S = 0.001
+
+
+def compile_all() -> dict[str, Any]:
+    """Compile time of the kernels behind each solver [s], in the order they are named: shared ones count once."""
+    times = {}
+    for solver in SOLVERS:
+        run = simulate(bench_scene("play0-outer", solver=solver, seconds=SHORTEST_S, settle_s=0.0))
+        times[solver] = run.compile_s
+    return {"compile_s": sum(times.values()), "by_solver": times}
+
+
+def peak_memory(seconds: float) -> dict[str, Any]:
+    """Peak resident memory of this process with a run of the paper's scene [bytes]; None where not told."""
+    run = simulate(bench_scene("play0-outer", solver="ode4", seconds=seconds, settle_s=0.0))
+    return {"seconds": run.seconds, "peak_bytes": _peak_bytes()}
+
+
+def _peak_bytes() -> int | None:
+    try:
+        import resource
+    except ImportError:  # Windows has no such count
+        return None
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else peak * 1024
+
+
+if __name__ == "__main__":
+    answer = compile_all() if sys.argv[1] == "compile" else peak_memory(float(sys.argv[2]))
+    print(json.dumps(answer))

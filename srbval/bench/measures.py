@@ -1,0 +1,122 @@
+"""What a run is judged by: cage speed, noise floor of the envelope, vibration in the band, harmonic pattern."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import scipy.fft
+from numpy.typing import NDArray
+
+from srbval.models.run import Run
+from srbval.recordings.from_run import recording_from_run
+from srbval.scene import DefectKind
+from srbval.signal import Spectrum
+from srbval.validation.pipeline import SIMULATED_BAND_HZ, process
+
+FloatArray = NDArray[np.float64]
+
+FLOOR_HZ = (60.0, 90.0)  # below BPFO and BPFI, above nothing but multiples of the shaft speed
+HARMONICS = 5
+HARMONIC_REACH = 2.0  # resolutions either side of a harmonic in which its top is looked for
+BLOCKS = 8  # parts of a run whose cage speeds are compared
+LEAST_SECONDS = 0.3  # of a record that the pipeline can say something about
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measures:
+    """One run in a few numbers.
+
+    `cage_ratio` mean cage over shaft speed, Hann-weighted (see `smooth_mean`); `cage_scatter` its standard error from
+    the run's parts, relative; `defect_hz` BPFO or BPFI of that cage speed, None without defect; `noise_floor` see
+    `noise_floor`; `band_rms_m_s2` of the outer ring's vertical acceleration; `harmonics` heights of the defect line's
+    first harmonics over the first one's, None without defect. `noise_floor` is None for a record too short.
+    """
+
+    seconds: float
+    cage_ratio: float
+    cage_scatter: float
+    defect_hz: float | None
+    noise_floor: float | None
+    band_rms_m_s2: float
+    harmonics: tuple[float, ...] | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return asdict(self)
+
+
+def measure(run: Run) -> Measures:
+    """Measure a run that went well; through the pipeline of every recording where that is defined."""
+    ratio = smooth_mean(run.cage_rad_s) / (2 * math.pi * run.scene.shaft_hz)
+    kind = run.scene.defect.kind
+    share = {DefectKind.OUTER: ratio, DefectKind.INNER: 1 - ratio}.get(kind)
+    defect_hz = None if share is None else run.rolling_elements * share * run.scene.shaft_hz
+    floor, pattern = None, None
+    if run.seconds >= LEAST_SECONDS:
+        processed = process(recording_from_run(run), band_hz=SIMULATED_BAND_HZ)
+        floor = noise_floor(processed.spectrum, float(processed.envelope.mean()))
+        pattern = None if defect_hz is None else harmonic_pattern(processed.spectrum, defect_hz)
+    return Measures(
+        seconds=run.seconds,
+        cage_ratio=ratio,
+        cage_scatter=scatter(run.cage_rad_s),
+        defect_hz=defect_hz,
+        noise_floor=floor,
+        band_rms_m_s2=band_rms(run.acceleration_m_s2[:, 1], run.scene.output_rate_hz, SIMULATED_BAND_HZ),
+        harmonics=pattern,
+    )
+
+
+def smooth_mean(values: FloatArray) -> float:
+    """Mean of `values` [n] under a Hann window.
+
+    The cage's ripple at roller passing leaves 1/n in a plain mean of n periods, 1/n^3 in this one.
+    """
+    return float(np.average(values, weights=_hann(values.size)))
+
+
+def scatter(values: FloatArray) -> float:
+    """Standard error of the mean of `values` from the means of `BLOCKS` parts, relative to the mean."""
+    means = np.array([smooth_mean(part) for part in np.array_split(values, BLOCKS)])
+    return float(means.std(ddof=1) / math.sqrt(BLOCKS) / abs(means.mean()))
+
+
+def noise_floor(spectrum: Spectrum, mean_envelope: float) -> float:
+    """Median height of an envelope's spectrum between 60 and 90 Hz over the envelope's mean.
+
+    Broadband noise stands lower in a longer record, by its square root: compare equal durations only.
+    """
+    inside = (spectrum.frequency_hz >= FLOOR_HZ[0]) & (spectrum.frequency_hz <= FLOOR_HZ[1])
+    return float(np.median(spectrum.amplitude[inside])) / mean_envelope
+
+
+def band_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> float:
+    """RMS of `samples` within a band, in their unit.
+
+    `samples` are means over their intervals, as a run's accelerations are: what that takes from high frequencies is put
+    back, so that runs of different output rate can be compared. Hann window; brick-wall band.
+    """
+    window = _hann(samples.size)
+    lines = np.asarray(scipy.fft.rfft((samples - samples.mean()) * window))
+    frequency = np.arange(lines.size) * fs_hz / samples.size
+    inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
+    power = np.abs(lines[inside]) ** 2 / np.sinc(frequency[inside] / fs_hz) ** 2
+    return math.sqrt(2 * float(power.sum()) / (samples.size * float((window**2).sum())))
+
+
+def harmonic_pattern(spectrum: Spectrum, defect_hz: float) -> tuple[float, ...]:
+    """Heights of the first `HARMONICS` multiples of `defect_hz` in an envelope's spectrum, over the first one's."""
+    reach = HARMONIC_REACH * spectrum.resolution_hz
+    heights = []
+    for k in range(1, HARMONICS + 1):
+        near = np.abs(spectrum.frequency_hz - k * defect_hz) <= reach
+        heights.append(float(spectrum.amplitude[near].max()))
+    return tuple(height / heights[0] for height in heights)
+
+
+def _hann(length: int) -> FloatArray:
+    window: FloatArray = np.sin(np.pi * (np.arange(length) + 0.5) / length) ** 2
+    return window

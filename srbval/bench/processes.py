@@ -1,0 +1,84 @@
+"""What only a process of its own can tell: compile time, start-up time, peak memory."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import srbval
+from srbval.bench.progress import Progress, silent
+from srbval.bench.settings import Settings
+from srbval.errors import NumericsError
+
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+SIMULATE = ("-m", "srbval", "simulate", "--seconds", "0.1", "--json")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Processes:
+    """Compile time of all solvers' kernels, and each one's part [s]; wall time of a later ``srbval simulate
+    --seconds 0.1`` with kernels in store, process start included, best of several [s]; peak memory of a run of
+    `memory_seconds` [bytes], None where the system does not tell.
+    """
+
+    compile_s: float
+    compile_by_solver_s: dict[str, float]
+    second_start_s: float
+    peak_bytes: int | None
+    memory_seconds: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return asdict(self)
+
+
+def measure_processes(settings: Settings, progress: Progress = silent) -> Processes:
+    """Start with an empty kernel store in a temporary folder, which the later processes find filled."""
+    with tempfile.TemporaryDirectory(prefix="srbval-bench-") as folder:
+        store = Path(folder)
+        progress("compile from nothing", 0.0)
+        compiled = _ask(store, "compile")
+        _start(store)  # fills what only the command itself needs
+        progress("compile from nothing", 1.0)
+        progress("start again", 0.0)
+        second_start_s = min(_start(store) for _ in range(settings.starts))
+        progress("start again", 1.0)
+        progress("read the memory", 0.0)
+        memory = _ask(store, "memory", str(settings.memory_s))
+        progress("read the memory", 1.0)
+    return Processes(
+        compile_s=compiled["compile_s"],
+        compile_by_solver_s=compiled["by_solver"],
+        second_start_s=second_start_s,
+        peak_bytes=memory["peak_bytes"],
+        memory_seconds=memory["seconds"],
+    )
+
+
+def _start(store: Path) -> float:
+    started = time.perf_counter()
+    _run(store, *SIMULATE)
+    return time.perf_counter() - started
+
+
+def _ask(store: Path, *arguments: str) -> dict[str, Any]:
+    answer: dict[str, Any] = json.loads(_run(store, "-m", "srbval.bench.child", *arguments))
+    return answer
+
+
+def _run(store: Path, *arguments: str) -> str:
+    package = str(Path(srbval.__file__).parent.parent)
+    path = os.pathsep.join([package, *filter(None, [os.environ.get("PYTHONPATH")])])
+    env = os.environ | ONE_THREAD | {"NUMBA_CACHE_DIR": str(store), "PYTHONPATH": path}
+    done = subprocess.run([sys.executable, *arguments], env=env, capture_output=True, text=True, check=False)
+    if done.returncode:
+        end = done.stderr.strip()[-300:]
+        raise NumericsError(f"bench: python {' '.join(arguments)} ended with {done.returncode}: {end}")
+    return done.stdout

@@ -1,0 +1,110 @@
+"""One row of a benchmark: a scene, a solver, a step; what it cost and how wrong it was."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, fields
+from typing import Any
+
+from srbval.bench.measures import Measures
+from srbval.bench.timing import Attempt, Timing, right_hand_sides_per_step
+
+
+@dataclass(frozen=True, kw_only=True)
+class Errors:
+    """How far a run is from the converged reference, relative; harmonics: largest difference in relative height.
+
+    None where the run or the reference does not have the quantity.
+    """
+
+    cage_error: float
+    defect_hz_error: float | None
+    noise_floor_excess: float | None
+    band_rms_error: float
+    harmonic_error: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchRun:
+    """A row. `measures` and `errors` are None for a failed run and where only speed was asked for.
+
+    `timing` is None for a run that could not be timed; `calibration_s` is the machine's, in seconds. `pareto`: no other
+    good run of the scene is both faster and closer in cage speed; `pareto_band`: the same for the band's vibration.
+    """
+
+    scene: str
+    model: str
+    solver: str
+    dt_s: float
+    status: str
+    reason: str
+    calibration_s: float
+    timing: Timing | None = None
+    measures: Measures | None = None
+    errors: Errors | None = None
+    pareto: bool = False
+    pareto_band: bool = False
+
+    @property
+    def ok(self) -> bool:
+        """May it be read as a bearing's vibration?"""
+        return self.status == "ok"
+
+    @property
+    def wall_per_simulated_s(self) -> float | None:
+        """Best wall time of a simulated second [s]."""
+        return None if self.timing is None else self.timing.best
+
+    @property
+    def rhs_per_simulated_s(self) -> float | None:
+        """Evaluations of the equations of motion in a simulated second."""
+        per_step = right_hand_sides_per_step(self.solver)
+        return None if per_step is None else per_step / self.dt_s
+
+    @property
+    def us_per_rhs(self) -> float | None:
+        """Best wall time of one evaluation [us], the solver's own work included."""
+        if self.wall_per_simulated_s is None or self.rhs_per_simulated_s is None:
+            return None
+        return 1e6 * self.wall_per_simulated_s / self.rhs_per_simulated_s
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values, flat."""
+        wall = self.wall_per_simulated_s
+        return {
+            "scene": self.scene,
+            "model": self.model,
+            "solver": self.solver,
+            "dt_s": self.dt_s,
+            "wall_per_simulated_s": wall,
+            "wall_median_per_simulated_s": None if self.timing is None else self.timing.median,
+            "wall_in_calibrations": None if wall is None else wall / self.calibration_s,
+            "repeats": None if self.timing is None else self.timing.repeats,
+            "core_share": None if self.timing is None else self.timing.core_share,
+            "rhs_per_simulated_s": self.rhs_per_simulated_s,
+            "us_per_rhs": self.us_per_rhs,
+            **_plain(self.errors, Errors),
+            **_plain(self.measures, Measures),
+            "status": self.status,
+            "reason": self.reason,
+            "pareto": self.pareto,
+            "pareto_band": self.pareto_band,
+        }
+
+
+def _plain(part: Errors | Measures | None, kind: type[Errors] | type[Measures]) -> dict[str, Any]:
+    return dict.fromkeys(field.name for field in fields(kind)) if part is None else asdict(part)
+
+
+def row_of(scene_name: str, attempt: Attempt, calibration_s: float) -> BenchRun:
+    """The row of a timed attempt, without measures."""
+    scene = attempt.scene
+    return BenchRun(
+        scene=scene_name,
+        model=scene.model,
+        solver=scene.solver.name,
+        dt_s=scene.solver.step_s,
+        status=attempt.status,
+        reason=attempt.reason,
+        calibration_s=calibration_s,
+        timing=attempt.timing,
+    )

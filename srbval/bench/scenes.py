@@ -1,0 +1,56 @@
+"""The scenes that solvers are compared on: the paper's, and its reading with the rollers as printed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from srbval.errors import ConfigurationError
+from srbval.scene import Scene, paper_scene
+
+PAPER_STEP_S = 1 / 61440  # Table 4
+OUTPUT_RATE_HZ = 20480.0  # the rig's sampling rate, section 3.2
+CONTACTS: dict[str, dict[str, Any]] = {"play0": {}, "interference": {"roller_fit": "printed"}}
+DEFECTS = {"healthy": "none", "outer": "outer", "inner": "inner"}
+SCENES = tuple(f"{contact}-{state}" for contact in CONTACTS for state in DEFECTS)
+
+
+def bench_scene(
+    name: str,
+    *,
+    solver: str,
+    step_s: float = PAPER_STEP_S,
+    seconds: float,
+    settle_s: float,
+    contact: dict[str, Any] | None = None,
+) -> Scene:
+    """The paper's scene in the reading and state that `name` says, such as ``interference-outer``.
+
+    `contact` is laid over its contact table. Raises `ConfigurationError` for an unknown name.
+    """
+    check_scenes([name])
+    reading, state = name.split("-")
+    return paper_scene(
+        duration_s=seconds,
+        settle_s=settle_s,
+        output_rate_hz=output_rate_hz(step_s),
+        contact=CONTACTS[reading] | (contact or {}),
+        defect={"kind": DEFECTS[state]},
+        solver={"name": solver, "step_s": step_s},
+    )
+
+
+def output_rate_hz(step_s: float) -> float:
+    """The rig's sampling rate where the step divides its interval; else the largest step rate at or below it."""
+    per_output = 1 / (OUTPUT_RATE_HZ * step_s)
+    if abs(per_output - round(per_output)) < 1e-6 * per_output and round(per_output) >= 1:
+        return OUTPUT_RATE_HZ
+    return 1 / (step_s * math.ceil(per_output))
+
+
+def check_scenes(names: Sequence[str]) -> None:
+    """Raise `ConfigurationError` for a name that is none of `SCENES`."""
+    for name in names:
+        if name not in SCENES:
+            raise ConfigurationError(f"scene {name!r} is not known to bench. Known: {', '.join(SCENES)}.")

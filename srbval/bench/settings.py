@@ -1,0 +1,35 @@
+"""How long a benchmark runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """Durations in simulated seconds, and how often things are repeated.
+
+    `timing_s` of each timed run, after `timing_settle_s`; `accuracy_s` of each run that is compared with the reference,
+    after `accuracy_settle_s`; `memory_s` of the run whose memory is read; `reference_budget_s` wall time that one
+    reference may take; `steps` step sizes of the work-precision study, as divisors of a second.
+    """
+
+    timing_s: float
+    timing_settle_s: float
+    repeats: int
+    accuracy_s: float
+    accuracy_settle_s: float
+    memory_s: float
+    starts: int
+    reference_budget_s: float
+    steps: tuple[int, ...]
+
+
+FULL = Settings(
+    timing_s=0.3, timing_settle_s=0.1, repeats=5, accuracy_s=4.0, accuracy_settle_s=0.25, memory_s=10.0, starts=3,
+    reference_budget_s=240.0, steps=(30720, 61440, 122880, 245760),
+)  # fmt: skip
+QUICK = Settings(
+    timing_s=0.05, timing_settle_s=0.05, repeats=2, accuracy_s=0.5, accuracy_settle_s=0.1, memory_s=1.0, starts=1,
+    reference_budget_s=10.0, steps=(61440, 122880),
+)  # fmt: skip

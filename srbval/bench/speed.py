@@ -1,0 +1,107 @@
+"""What each solver costs on each scene, and whether that is set by what touches or by what exists."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from srbval.bench.progress import Progress, silent
+from srbval.bench.row import BenchRun, row_of
+from srbval.bench.scenes import CONTACTS, PAPER_STEP_S, bench_scene
+from srbval.bench.settings import Settings
+from srbval.bench.timing import Attempt, time_scene
+from srbval.bench.touching import Touching, count_touching
+from srbval.scene import paper_scene
+
+POINTS = (500, 1000, 2000, 4000)
+HEALTHY = tuple(f"{contact}-healthy" for contact in CONTACTS)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TouchCost:
+    """Cost of a healthy scene beside what touches in it (`touching` None: the run failed).
+
+    `us_per_step` is the best wall time of one step, `ns_per_point` the same for one touching point.
+    """
+
+    scene: str
+    solver: str
+    points_per_circle: int
+    us_per_step: float | None
+    touching: Touching | None
+
+    @property
+    def ns_per_point(self) -> float | None:
+        """Wall time of a step over the number of touching points [ns]."""
+        return (
+            None if self.us_per_step is None or self.touching is None else 1e3 * self.us_per_step / self.touching.points
+        )
+
+    @property
+    def us_per_contact(self) -> float | None:
+        """Wall time of a step over the number of touching roller-race pairs [us]."""
+        return None if self.us_per_step is None or self.touching is None else self.us_per_step / self.touching.contacts
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        counts = self.touching.to_dict() if self.touching else dict.fromkeys(("points", "contacts", "loaded_rollers"))
+        return {
+            "scene": self.scene,
+            "solver": self.solver,
+            "points_per_circle": self.points_per_circle,
+            "us_per_step": self.us_per_step,
+            **{f"touching_{name}": count for name, count in counts.items()},
+            "ns_per_point": self.ns_per_point,
+            "us_per_contact": self.us_per_contact,
+        }
+
+
+def speed_rows(
+    scenes: Sequence[str],
+    solvers: Sequence[str],
+    steps_s: Sequence[float],
+    settings: Settings,
+    calibration_s: float,
+    progress: Progress = silent,
+) -> list[BenchRun]:
+    """Time every solver at every step on every scene, one after the other, each on one core."""
+    rows = []
+    every = [(scene, solver, step) for scene in scenes for solver in solvers for step in steps_s]
+    for number, (name, solver, step) in enumerate(every):
+        progress("time the solvers", number / len(every))
+        scene = bench_scene(
+            name, solver=solver, step_s=step, seconds=settings.timing_s, settle_s=settings.timing_settle_s
+        )
+        rows.append(row_of(name, time_scene(scene, settings.repeats), calibration_s))
+    progress("time the solvers", 1.0)
+    return rows
+
+
+def touch_costs(solver: str, settings: Settings, progress: Progress = silent) -> list[TouchCost]:
+    """Cost against points per circle, K_c n_pc and C_c n_pc held, and of both readings of the healthy bearing."""
+    cases = [("play0-healthy", points) for points in POINTS] + [("interference-healthy", POINTS[0])]
+    costs = []
+    for number, (name, points) in enumerate(cases):
+        progress("time more points", number / len(cases))
+        costs.append(_touch_cost(name, points, solver, settings))
+    progress("time more points", 1.0)
+    return costs
+
+
+def _touch_cost(name: str, points: int, solver: str, settings: Settings) -> TouchCost:
+    paper = paper_scene().contact
+    fewer = paper.points_per_circle / points
+    scene = bench_scene(
+        name, solver=solver, seconds=settings.timing_s, settle_s=settings.timing_settle_s,
+        contact={"points_per_circle": points, "stiffness_n_m": paper.stiffness_n_m * fewer,
+                 "damping_ns_m": paper.damping_ns_m * fewer},
+    )  # fmt: skip
+    timed: Attempt = time_scene(scene, settings.repeats)
+    return TouchCost(
+        scene=name,
+        solver=solver,
+        points_per_circle=points,
+        us_per_step=None if timed.timing is None else 1e6 * timed.timing.best * PAPER_STEP_S,
+        touching=count_touching(timed.run) if timed.ok and timed.run is not None else None,
+    )

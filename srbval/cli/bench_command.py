@@ -1,0 +1,97 @@
+"""``srbval bench``: speed against accuracy."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from srbval.bench.bench import BenchResult, run_bench
+from srbval.bench.machine import Machine
+from srbval.bench.scenes import SCENES
+from srbval.bench.settings import FULL, QUICK
+from srbval.cli.output import print_json, print_table
+from srbval.models.solvers import SOLVERS
+from srbval.report.progress import Progress
+
+VERDICT = {True: "met", False: "NOT MET", None: "not measured"}
+COST_COLUMNS = {
+    "scene": "scene",
+    "solver": "solver",
+    "1/dt [Hz]": "steps_per_s",
+    "wall s/s": "wall_per_simulated_s",
+    "median": "wall_median_per_simulated_s",
+    "calibrations/s": "wall_in_calibrations",
+    "us/RHS": "us_per_rhs",
+    "core share": "core_share",
+    "status": "status",
+}
+TOUCH_COLUMNS = {
+    "scene": "scene",
+    "solver": "solver",
+    "points/circle": "points_per_circle",
+    "us/step": "us_per_step",
+    "touching points": "touching_points",
+    "roller-race pairs": "touching_contacts",
+    "ns/touching point": "ns_per_point",
+}
+TARGET_COLUMNS = {"target": "name", "measured": "value", "limit": "limit", "unit": "unit", "": "verdict"}
+
+
+def run(options: argparse.Namespace) -> int:
+    """Measure and print; targets that are not met are said, they do not change the exit code."""
+    settings = QUICK if options.quick else FULL
+    if options.seconds:
+        settings = replace(settings, accuracy_s=options.seconds)
+    with Progress() as progress:
+        result = run_bench(
+            scenes=tuple(options.scenes or SCENES),
+            solvers=tuple(options.solvers or SOLVERS),
+            settings=settings,
+            progress=_Tasks(progress),
+        )
+    if options.json:
+        print_json(result.to_dict())
+    else:
+        _print(result)
+    return 0
+
+
+class _Tasks:
+    """Shows a benchmark's tasks as they come."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress = progress
+        self._tasks: dict[str, int] = {}
+
+    def __call__(self, task: str, share: float) -> None:
+        if task not in self._tasks:
+            self._tasks[task] = self._progress.add(f"Bench: {task}", total=1.0)
+        self._progress.update(self._tasks[task], share)
+        if share >= 1:
+            self._progress.finish(self._tasks[task])
+
+
+def _print(result: BenchResult) -> None:
+    _print_machine(result.machine)
+    rows = [run.to_dict() for run in result.runs]
+    _print_columns(COST_COLUMNS, [row | {"steps_per_s": round(1 / row["dt_s"])} for row in rows])
+    _print_columns(TOUCH_COLUMNS, [cost.to_dict() for cost in result.touch_costs])
+    _print_columns(TARGET_COLUMNS, [t.to_dict() | {"verdict": VERDICT[t.met]} for t in result.targets])
+
+
+def _print_machine(machine: Machine) -> None:
+    calibration = machine.calibration
+    load = " and ".join("-" if value is None else f"{value:.2f}" for value in (machine.load_before, machine.load_after))
+    print(f"{machine.processor}, {machine.usable_cores} of {machine.cores} cores, load before and after: {load}")
+    print(f"calibration: {calibration.seconds:.4f} s for 1e9 multiply-adds ({calibration.gflop_s:.1f} Gflop/s)")
+
+
+def _print_columns(columns: Mapping[str, str], rows: Sequence[Mapping[str, Any]]) -> None:
+    print()
+    print_table(tuple(columns), [[_rounded(row[key]) for key in columns.values()] for row in rows])
+
+
+def _rounded(value: Any) -> Any:
+    return float(f"{value:.4g}") if isinstance(value, float) else value
