@@ -9,7 +9,7 @@ from typing import Any
 
 from srbval.cli.output import print_json, print_table
 from srbval.errors import DataError, NumericsError
-from srbval.models.run import Run, RunStatus
+from srbval.models.run import RunStatus, RunSummary
 from srbval.report.progress import Progress
 from srbval.scene import Scene, load_scene, paper_scene
 
@@ -20,21 +20,14 @@ def run(options: argparse.Namespace) -> int:
     output = Path(options.output) if options.output else None
     if output is not None and not output.parent.is_dir():
         raise DataError(f"{output.parent}: no such folder to write {output.name} to. Create it or choose another -o.")
-    result = _simulate(scene)
+    result = _simulate(scene, output)
     if result.status is not RunStatus.OK:
         raise NumericsError(f"run failed ({result.status}): {result.reason}. Nothing was written.")
-    if output is not None:
-        from srbval.models.run_file import write_run
-
-        write_run(result, output)
     summary = _summary(result, output)
     if options.json:
         print_json(summary, status=result.status.value)
     else:
-        print_table(
-            ("quantity", "value"),
-            [(k, f"{v:.6g}" if isinstance(v, float) else v) for k, v in summary.items()],
-        )
+        print_table(("quantity", "value"), [(k, f"{v:.6g}" if isinstance(v, float) else v) for k, v in summary.items()])
     return 0
 
 
@@ -66,15 +59,21 @@ def _given(table: dict[str, Any]) -> dict[str, Any]:
     return {k: v for k, v in filled.items() if v is not None and v != {}}
 
 
-def _simulate(scene: Scene) -> Run:
-    from srbval.models.simulate import simulate
+def _simulate(scene: Scene, output: Path | None) -> RunSummary:
+    from srbval.models.simulate import simulate, simulate_to_file
 
     with Progress() as progress:
         task = progress.add("Simulate", total=scene.settle_s + scene.duration_s)
-        return simulate(scene, progress=lambda done: progress.update(task, done))
+
+        def shown(done_s: float) -> None:
+            progress.update(task, done_s)
+
+        if output is None:
+            return simulate(scene, progress=shown)
+        return simulate_to_file(scene, output, progress=shown)
 
 
-def _summary(result: Run, output: Path | None) -> dict[str, Any]:
+def _summary(result: RunSummary, output: Path | None) -> dict[str, Any]:
     scene = result.scene
     return {
         "model": scene.model,
@@ -83,7 +82,7 @@ def _summary(result: Run, output: Path | None) -> dict[str, Any]:
         "seconds": result.seconds,
         "wall_s": result.wall_s,
         "compile_s": result.compile_s,
-        "wall_per_simulated_s": result.wall_s / (result.seconds + scene.settle_s),
+        "wall_per_simulated_s": result.wall_per_simulated_s,
         "cage_ratio": result.cage_ratio,
         "bpfo_hz": result.bpfo_hz,
         "bpfi_hz": result.bpfi_hz,

@@ -7,9 +7,6 @@ turn its cage, carry its load.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from srbval.models.run import RunStatus
 from srbval.scene import LoadPath, Scene
 
@@ -25,17 +22,16 @@ def judge(
     scene: Scene,
     cage_ratio: float,
     load_share: float,
-    depth_m: NDArray[np.float64],
+    deepest_m: float,
     limit_m: float,
     finite: bool,
 ) -> tuple[RunStatus, str]:
-    """Status and reason of a run from its cage speed, load share and deepest penetrations [m]."""
+    """Status and reason of a run from its cage speed, load share and deepest penetration [m]."""
     if not finite:
         return RunStatus.NOT_FINITE, f"the state is no longer finite; {ADVICE}"
-    deepest = float(depth_m.max())
-    if deepest > limit_m:
+    if deepest_m > limit_m:
         return RunStatus.TOO_DEEP, (
-            f"penetration reached {deepest * 1e6:.1f} um, the contact search reaches {limit_m * 1e6:.0f} um; "
+            f"penetration reached {deepest_m * 1e6:.1f} um, the contact search reaches {limit_m * 1e6:.0f} um; "
             f"reduce the load, raise the stiffness, or {ADVICE}"
         )
     low, high = CAGE_RATIO_RANGE
@@ -44,7 +40,7 @@ def judge(
             f"the cage turned at {cage_ratio:.4f} of the shaft, a driven one stays within {low} to {high}; {ADVICE}"
         )
     least = LEAST_LOAD_SHARE if scene.load.path is LoadPath.HOUSING else 1 - LEAST_LOAD_SHARE
-    if scene.load.radial_n > 0 and load_share < least:
+    if scene.mean_radial_n > 0 and load_share < least:
         return RunStatus.LOAD_LOST, (
             f"the rollers carry {load_share:.2%} of the load, at least {least:.0%} is expected; {ADVICE}"
         )

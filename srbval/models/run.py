@@ -25,37 +25,27 @@ class RunStatus(enum.StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Run:
-    """A simulated run. One row per output interval, after the scene's settling time.
+class RunSummary:
+    """How a run ended and its figures; the recorded time starts after the scene's settling time.
 
-    `acceleration_m_s2` outer ring, shape [n, 3], the change of velocity over the interval (so anti-aliased
-    by its mean); `displacement_m` outer ring, [n, 3]; `cage_rad_s` mean cage speed, [n]; `cage_tilt_rad`
-    about x and y, [n, 2]; `roller_force_n` force of the rollers on the outer ring, interval mean, [n, 3];
-    `depth_m` deepest penetration into an undamaged raceway, [n].
+    `cage_ratio` is the mean cage speed over the mean shaft speed; `roller_load_share` the part of the mean radial load
+    that the rollers carry, NaN without a load, the housing spring carries the rest.
     """
 
     scene: Scene
     rolling_elements: int
     status: RunStatus
     reason: str
-    acceleration_m_s2: FloatArray
-    displacement_m: FloatArray
-    cage_rad_s: FloatArray
-    cage_tilt_rad: FloatArray
-    roller_force_n: FloatArray
-    depth_m: FloatArray
+    samples: int
+    cage_ratio: float
+    roller_load_share: float
     wall_s: float
     compile_s: float
 
     @property
     def seconds(self) -> float:
         """Recorded duration [s]."""
-        return len(self.cage_rad_s) / self.scene.output_rate_hz
-
-    @property
-    def cage_ratio(self) -> float:
-        """Mean cage speed over shaft speed."""
-        return float(np.mean(self.cage_rad_s)) / self.scene.shaft_speed_rad_s
+        return self.samples / self.scene.output_rate_hz
 
     @property
     def bpfo_hz(self) -> float:
@@ -68,10 +58,55 @@ class Run:
         return self.rolling_elements * (1 - self.cage_ratio) * self.scene.shaft_hz
 
     @property
-    def roller_load_share(self) -> float:
-        """Part of the radial load that the rollers carry; the housing spring carries the rest."""
-        load = self.scene.load
-        if load.radial_n == 0:
-            return math.nan
-        direction = np.array([math.cos(load.direction_rad), math.sin(load.direction_rad), 0.0])
-        return float(-np.mean(self.roller_force_n, axis=0) @ direction) / load.radial_n
+    def wall_per_simulated_s(self) -> float:
+        """Wall time per simulated second, settling included, compiling not."""
+        return self.wall_s / (self.seconds + self.scene.settle_s)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Run(RunSummary):
+    """A simulated run in memory. One row per output interval.
+
+    `acceleration_m_s2` outer ring, shape [n, 3], the change of velocity over the interval (so anti-aliased
+    by its mean); `displacement_m` outer ring, [n, 3]; `cage_rad_s` mean cage speed, [n]; `cage_tilt_rad`
+    about x and y, [n, 2]; `roller_force_n` force of the rollers on the outer ring, interval mean, [n, 3];
+    `depth_m` deepest penetration into an undamaged raceway, [n]. `spin_rad_s`, [k, 2 M], and `load_n`, normal forces,
+    [k, outer and inner race, 2 M rollers, 3 circles], at `detail_rate_hz`; k is 0 without one.
+    """
+
+    acceleration_m_s2: FloatArray
+    displacement_m: FloatArray
+    cage_rad_s: FloatArray
+    cage_tilt_rad: FloatArray
+    roller_force_n: FloatArray
+    depth_m: FloatArray
+    energy: EnergyFlow
+    spin_rad_s: FloatArray
+    load_n: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class EnergyFlow:
+    """Powers, interval means [W], and energies at each interval's start [J], all of shape [n].
+
+    In: `drive_w` of the shaft, `load_w` of the external load. Lost: `friction_w` (slip power), `damping_w` in the
+    contacts, `housing_w` in the housing's damper. Stored: `mechanical_j` in the bodies (gravity included),
+    `contact_j` in the contacts, `spring_j` in the housing.
+    """
+
+    drive_w: FloatArray
+    load_w: FloatArray
+    friction_w: FloatArray
+    damping_w: FloatArray
+    housing_w: FloatArray
+    mechanical_j: FloatArray
+    contact_j: FloatArray
+    spring_j: FloatArray
+
+    def imbalance(self, interval_s: float) -> float:
+        """Work in less stored less lost over all but the last interval, as a share of what was lost."""
+        lost = (self.friction_w + self.damping_w + self.housing_w)[:-1] * interval_s
+        work = (self.drive_w + self.load_w)[:-1] * interval_s
+        stored = self.mechanical_j + self.contact_j + self.spring_j
+        total = float(lost.sum())
+        return float(work.sum() - (stored[-1] - stored[0]) - total) / total if total else math.nan

@@ -1,18 +1,114 @@
-"""Run files: HDF5 with names and units on every variable, readable by xarray (`engine="h5netcdf"`)."""
+"""Run files: HDF5 with names and units on every variable, readable by xarray (`engine="h5netcdf"`).
+
+Written chunk by chunk into a file aside that takes its place only when the run ended well.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import enum
 import json
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from types import TracebackType
+from typing import Any, Self
 
-from srbval.models.run import FloatArray, Run
-from srbval.storage.own_hdf5 import Variable, write_own_hdf5
+import numpy as np
+
+from srbval.models.run import FloatArray, Run, RunSummary
+from srbval.scene import Scene
+from srbval.storage.own_hdf5 import SCHEMA_VERSION
+from srbval.storage.whole_file import whole_file
 
 AXES = ("x", "y", "z")
+ROWS = 4096  # of a chunk on disk
 MEAN = "mean of the interval"
+START = "at the interval's start"
+ENERGY = {
+    "drive_w": ("W", f"power of the drive, {MEAN}"),
+    "load_w": ("W", f"power of the external load, {MEAN}"),
+    "friction_w": ("W", f"slip power, lost to friction in the contacts, {MEAN}"),
+    "damping_w": ("W", f"power lost to damping in the contacts, {MEAN}"),
+    "housing_w": ("W", f"power lost in the housing's damper, {MEAN}"),
+    "mechanical_j": ("J", f"kinetic and potential energy of the bodies, {START}"),
+    "contact_j": ("J", f"elastic energy in the contacts, {START}"),
+    "spring_j": ("J", f"elastic energy in the housing, {START}"),
+}
+
+
+class RunWriter:
+    """Writes a run as it goes; use as a context manager, `append` each chunk, `finish` once.
+
+    Without `finish`, or after an exception, nothing is left behind. Raises `DataError` where the place cannot be
+    written.
+    """
+
+    def __init__(self, path: Path, scene: Scene) -> None:
+        self._path, self._scene = path, scene
+        self._stack = contextlib.ExitStack()
+        self._finished = False
+        self._file: Any = None
+
+    def __enter__(self) -> Self:
+        import h5py
+
+        part = self._stack.enter_context(whole_file(self._path))
+        self._file = self._stack.enter_context(h5py.File(part, "w", track_order=True))
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if error is None and not self._finished:
+            with contextlib.suppress(_UnfinishedError):
+                self._stack.__exit__(_UnfinishedError, _UnfinishedError(), None)
+        else:
+            self._stack.__exit__(kind, error, trace)
+
+    def append(self, signals: Mapping[str, Any]) -> None:
+        """Add a chunk: the arrays of a `Run` by their names there, `energy` among them."""
+        for name, (values, units, long_name) in _variables(signals).items():
+            self._extend(name, values, units, long_name)
+        if len(signals["spin_rad_s"]):
+            self._extend("spin_rad_s", signals["spin_rad_s"], "rad s-1", "spin about the rollers' axes")
+            self._extend("load_n", signals["load_n"], "N", "normal force, by race, roller, circle")
+
+    def finish(self, summary: RunSummary) -> None:
+        """Add the time axes, link them, and write the run's attributes."""
+        fs_hz = self._scene.output_rate_hz
+        self._scale("time_s", (np.arange(summary.samples) + 1) / fs_hz, "s", "end of the output interval")
+        if "spin_rad_s" in self._file:
+            times = np.arange(len(self._file["spin_rad_s"])) / self._scene.detail_rate_hz
+            self._scale("detail_time_s", times, "s", "time of the detailed outputs")
+            self._scale("race", np.arange(2), "1", "0 outer, 1 inner")
+            self._scale("roller", np.arange(self._file["spin_rad_s"].shape[1]) + 1, "1", "row 1 first")
+            self._scale("circle", np.arange(3) + 1, "1", "of a raceway, from the mid-plane outwards")
+        for name, dataset in self._file.items():
+            if not dataset.is_scale:
+                for dimension, scale in enumerate(_dimensions(name)):
+                    dataset.dims[dimension].attach_scale(self._file[scale])
+        self._file.attrs.update({"schema_version": SCHEMA_VERSION, "fs_hz": fs_hz, **_attributes(summary)})
+        self._finished = True
+
+    def _extend(self, name: str, values: FloatArray, units: str, long_name: str) -> None:
+        if name not in self._file:
+            shape = values.shape[1:]
+            made = self._file.create_dataset(name, data=values, maxshape=(None, *shape), chunks=(ROWS, *shape))
+            made.attrs.update({"units": units, "long_name": long_name})
+            return
+        dataset = self._file[name]
+        dataset.resize(len(dataset) + len(values), axis=0)
+        dataset[-len(values) :] = values
+
+    def _scale(self, name: str, values: Any, units: str, long_name: str) -> None:
+        scale = self._file.create_dataset(name, data=values)
+        scale.attrs.update({"units": units, "long_name": long_name})
+        scale.make_scale(name)
+
+
+class _UnfinishedError(Exception):
+    """Tells the file's context to discard what was written."""
 
 
 def write_run(run: Run, path: Path) -> None:
@@ -20,8 +116,9 @@ def write_run(run: Run, path: Path) -> None:
 
     Raises `DataError` where the place cannot be written.
     """
-    fs_hz = run.scene.output_rate_hz
-    write_own_hdf5(path, fs_hz=fs_hz, variables=_variables(run), attributes=_attributes(run), start_s=1 / fs_hz)
+    with RunWriter(path, run.scene) as writer:
+        writer.append({f.name: getattr(run, f.name) for f in dataclasses.fields(run)})
+        writer.finish(run)
 
 
 def scene_dict(scene: Any) -> dict[str, Any]:
@@ -35,7 +132,7 @@ def _plain(value: object) -> str:
     return str(value.value) if isinstance(value, enum.Enum) else str(value)
 
 
-def _attributes(run: Run) -> dict[str, Any]:
+def _attributes(run: RunSummary) -> dict[str, Any]:
     scene = run.scene
     kind = scene.defect.kind.value
     return {
@@ -57,23 +154,27 @@ def _attributes(run: Run) -> dict[str, Any]:
     }
 
 
-def _variables(run: Run) -> dict[str, Variable]:
-    table: dict[str, Variable] = {}
+def _variables(signals: Mapping[str, Any]) -> dict[str, tuple[FloatArray, str, str]]:
+    table: dict[str, tuple[FloatArray, str, str]] = {}
     for i, axis in enumerate(AXES):
-        acceleration, displacement, force = (
-            a[:, i] for a in (run.acceleration_m_s2, run.displacement_m, run.roller_force_n)
-        )
         table |= {
-            f"acceleration_{axis}_m_s2": _variable(acceleration, "m s-2", f"outer ring acceleration, {axis}, {MEAN}"),
-            f"displacement_{axis}_m": _variable(displacement, "m", f"outer ring displacement, {axis}"),
-            f"roller_force_{axis}_n": _variable(force, "N", f"rollers' force on the outer ring, {axis}, {MEAN}"),
-        }
+            f"acceleration_{axis}_m_s2": (
+                signals["acceleration_m_s2"][:, i], "m s-2", f"outer ring acceleration, {axis}, {MEAN}",
+            ),
+            f"displacement_{axis}_m": (signals["displacement_m"][:, i], "m", f"outer ring displacement, {axis}"),
+            f"roller_force_{axis}_n": (
+                signals["roller_force_n"][:, i], "N", f"rollers' force on the outer ring, {axis}, {MEAN}",
+            ),
+        }  # fmt: skip
     for i, axis in enumerate(AXES[:2]):
-        table[f"cage_tilt_{axis}_rad"] = _variable(run.cage_tilt_rad[:, i], "rad", f"cage tilt about {axis}")
-    table["cage_speed_rad_s"] = _variable(run.cage_rad_s, "rad s-1", f"cage speed, {MEAN}")
-    table["depth_m"] = _variable(run.depth_m, "m", "deepest penetration into an undamaged raceway")
-    return table
+        table[f"cage_tilt_{axis}_rad"] = (signals["cage_tilt_rad"][:, i], "rad", f"cage tilt about {axis}")
+    table["cage_speed_rad_s"] = (signals["cage_rad_s"], "rad s-1", f"cage speed, {MEAN}")
+    table["depth_m"] = (signals["depth_m"], "m", "deepest penetration into an undamaged raceway")
+    flow = signals["energy"]
+    return table | {name: (getattr(flow, name), units, text) for name, (units, text) in ENERGY.items()}
 
 
-def _variable(values: FloatArray, units: str, long_name: str) -> Variable:
-    return Variable(values=values, units=units, long_name=long_name)
+def _dimensions(name: str) -> tuple[str, ...]:
+    return {"spin_rad_s": ("detail_time_s", "roller"), "load_n": ("detail_time_s", "race", "roller", "circle")}.get(
+        name, ("time_s",)
+    )

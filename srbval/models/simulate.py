@@ -1,32 +1,189 @@
-"""Run a scene: choose the model, integrate in chunks, judge the result."""
+"""Run a scene: choose the model, integrate in chunks, judge the result; in memory or straight to a file."""
 
 from __future__ import annotations
 
 import difflib
+import math
 import time
-from collections.abc import Callable, Iterable
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from srbval.bearing import Bearing, load_bearing
 from srbval.errors import ConfigurationError
-from srbval.models.run import Run, RunStatus
+from srbval.models.run import EnergyFlow, FloatArray, Run, RunStatus, RunSummary
 from srbval.scene import Scene
+
+if TYPE_CHECKING:
+    from srbval.models.full.steps import Steps
 
 MODELS = ("full",)
 CHUNK_S = 0.02  # simulated time between two signs of progress
+Progress = Callable[[float], None]
 
 
-def simulate(scene: Scene, *, progress: Callable[[float], None] | None = None) -> Run:
-    """Run `scene` from its rolling start; `progress` is told the simulated seconds done, settling included.
+def simulate(scene: Scene, *, progress: Progress | None = None) -> Run:
+    """Run `scene` and keep its signals; `progress` is told the simulated seconds done, settling included.
 
     Raises `ConfigurationError` for an unknown model or solver or a bearing without geometry. A failed run
     is returned, not raised: its `status` says so and its `reason` says what to do.
     """
-    bearing = load_bearing(scene.bearing)
+    account = Account(scene=scene, bearing=load_bearing(scene.bearing))
+    chunks = list(_recorded(account, progress or (lambda _: None)))
+    out = np.concatenate([chunk.out for chunk in chunks])
+    return Run(
+        **vars(account.summary()),
+        **signals(out),
+        spin_rad_s=np.concatenate([chunk.spin_rad_s for chunk in chunks]),
+        load_n=np.concatenate([chunk.load_n for chunk in chunks]),
+    )
+
+
+def simulate_to_file(scene: Scene, path: Path, *, progress: Progress | None = None) -> RunSummary:
+    """Run `scene` and write its signals to `path` as they come: memory does not grow with the duration.
+
+    The file is there only if the run ended well; otherwise as `simulate`. Raises `DataError` where the place cannot be
+    written.
+    """
+    from srbval.models.run_file import RunWriter
+
+    account = Account(scene=scene, bearing=load_bearing(scene.bearing))
+    with RunWriter(path, scene) as writer:
+        for chunk in _recorded(account, progress or (lambda _: None)):
+            writer.append(signals(chunk.out) | {"spin_rad_s": chunk.spin_rad_s, "load_n": chunk.load_n})
+        summary = account.summary()
+        if summary.status is RunStatus.OK:
+            writer.finish(summary)
+    return summary
+
+
+@dataclass
+class Account:
+    """Running sums over a run's chunks, enough to judge it."""
+
+    scene: Scene
+    bearing: Bearing
+    samples: int = 0
+    cage: float = 0.0
+    deepest_m: float = -math.inf
+    force_n: FloatArray = field(default_factory=lambda: np.zeros(3))
+    finite: bool = True
+    wall_s: float = 0.0
+    compile_s: float = 0.0
+
+    def add(self, out: FloatArray) -> None:
+        """Count a chunk's rows in."""
+        self.finite = self.finite and bool(np.all(np.isfinite(out)))
+        self.samples += len(out)
+        self.cage += float(out[:, 6].sum())
+        self.force_n = self.force_n + out[:, 9:12].sum(axis=0)
+        self.deepest_m = max(self.deepest_m, float(out[:, 12].max()))
+
+    def summary(self) -> RunSummary:
+        """Figures and judgement of all that was added."""
+        from srbval.models.full.point_cloud import DEEPEST_M
+        from srbval.models.health import judge
+
+        scene, n = self.scene, max(self.samples, 1)
+        mean_shaft = scene.mean_shaft_rad_s
+        ratio = self.cage / n / mean_shaft if mean_shaft else math.nan
+        share = self._load_share(self.force_n / n)
+        status, reason = judge(scene, ratio, share, self.deepest_m, DEEPEST_M, self.finite)
+        return RunSummary(
+            scene=scene, rolling_elements=self.bearing.rolling_elements, status=status, reason=reason,
+            samples=self.samples, cage_ratio=ratio, roller_load_share=share, wall_s=self.wall_s,
+            compile_s=self.compile_s,
+        )  # fmt: skip
+
+    def _load_share(self, mean_force_n: FloatArray) -> float:
+        load = self.scene.load
+        radial = self.scene.mean_radial_n
+        direction = np.array([math.cos(load.direction_rad), math.sin(load.direction_rad), 0.0])
+        return float(-mean_force_n @ direction) / radial if radial else math.nan
+
+
+def signals(out: FloatArray) -> dict[str, Any]:
+    """Columns of the integrator's output by their names in `Run`."""
+    return {
+        "acceleration_m_s2": np.ascontiguousarray(out[:, 0:3]),
+        "displacement_m": np.ascontiguousarray(out[:, 3:6]),
+        "cage_rad_s": out[:, 6].copy(),
+        "cage_tilt_rad": np.ascontiguousarray(out[:, 7:9]),
+        "roller_force_n": np.ascontiguousarray(out[:, 9:12]),
+        "depth_m": out[:, 12].copy(),
+        "energy": EnergyFlow(
+            drive_w=out[:, 13].copy(), load_w=out[:, 14].copy(), friction_w=out[:, 15].copy(),
+            damping_w=out[:, 16].copy(), housing_w=out[:, 17].copy(), mechanical_j=out[:, 18].copy(),
+            contact_j=out[:, 19].copy(), spring_j=out[:, 20].copy(),
+        ),
+    }  # fmt: skip
+
+
+def _recorded(account: Account, progress: Progress) -> Iterator[Steps]:
+    """The recorded chunks of the scene's model; `account` is kept up to date."""
+    scene = account.scene
     _check_known("model", scene.model, MODELS)
-    return _simulate_full(scene, bearing, progress or (lambda _: None))
+    settle = round(scene.settle_s * scene.output_rate_hz)
+    whole = settle + scene.samples
+    for first, steps in _full_model(account, settle, whole):
+        progress((first + len(steps.out)) / scene.output_rate_hz)
+        if first >= settle:
+            account.add(steps.out)
+            yield steps
+        if not np.all(np.isfinite(steps.out[-1])):
+            account.finite = False
+            if first < settle:
+                account.add(steps.out)
+                yield steps
+            return
+
+
+def _full_model(account: Account, settle: int, whole: int) -> Iterator[tuple[int, Steps]]:
+    from srbval.models.full.parameters import make_parameters
+    from srbval.models.full.start import rolling_state
+    from srbval.models.full.steps import take_steps
+    from srbval.models.solvers import TABLEAUX
+
+    scene, bearing = account.scene, account.bearing
+    _check_known("solver", scene.solver.name, TABLEAUX)
+    if bearing.geometry is None:
+        raise ConfigurationError(f"bearing {bearing.name!r} has no [geometry]; the full model cannot run it.")
+    tableau = TABLEAUX[scene.solver.name]
+    model = make_parameters(scene, bearing.geometry)
+    state = rolling_state(model)
+    per_output, per_detail = scene.steps_per_output, scene.outputs_per_detail
+    step = 1 / (scene.output_rate_hz * per_output)
+
+    def take(first: int, intervals: int, detail: int) -> Steps:
+        return take_steps(
+            model, state, tableau, step_s=step, intervals=intervals, steps_per_output=per_output,
+            first_interval=first, intervals_per_detail=detail,
+        )  # fmt: skip
+
+    started = time.perf_counter()
+    take(0, 0, 0)
+    account.compile_s = time.perf_counter() - started
+    for first, count in _chunks(settle, whole, per_detail, scene.output_rate_hz):
+        started = time.perf_counter()
+        steps = take(first, count, per_detail if first >= settle else 0)
+        account.wall_s += time.perf_counter() - started
+        yield first, steps
+
+
+def _chunks(settle: int, whole: int, per_detail: int, rate_hz: float) -> Iterator[tuple[int, int]]:
+    """First interval and length of each chunk: one ends where settling does, details fall on a chunk's start."""
+    length = max(1, round(CHUNK_S * rate_hz))
+    if per_detail:
+        length = -(-length // per_detail) * per_detail
+    first = 0
+    while first < whole:
+        end = settle if first < settle else whole
+        count = min(length, end - first)
+        yield first, count
+        first += count
 
 
 def _check_known(what: str, name: str, known: Iterable[str]) -> None:
@@ -35,63 +192,3 @@ def _check_known(what: str, name: str, known: Iterable[str]) -> None:
         close = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
         hint = f" Did you mean {close[0]!r}?" if close else ""
         raise ConfigurationError(f"{what} {name!r} is not known.{hint} Known: {', '.join(known)}.")
-
-
-def _simulate_full(scene: Scene, bearing: Bearing, progress: Callable[[float], None]) -> Run:
-    from srbval.models.full.explicit_kernel import OUTPUTS, advance
-    from srbval.models.full.parameters import make_parameters
-    from srbval.models.full.start import rolling_state
-    from srbval.models.solvers import TABLEAUX
-
-    _check_known("solver", scene.solver.name, TABLEAUX)
-    if bearing.geometry is None:
-        raise ConfigurationError(f"bearing {bearing.name!r} has no [geometry]; the full model cannot run it.")
-    tableau = TABLEAUX[scene.solver.name]
-    model = make_parameters(scene, bearing.geometry)
-    state = rolling_state(model)
-    per_output = scene.steps_per_output
-    step = 1 / (scene.output_rate_hz * per_output)
-
-    def integrate(out: np.ndarray, done: int) -> None:
-        advance(state, done * per_output, step, per_output, tableau.a, tableau.b, tableau.c, model, out)
-
-    started = time.perf_counter()
-    integrate(np.empty((0, OUTPUTS)), 0)
-    compile_s = time.perf_counter() - started
-
-    settle = round(scene.settle_s * scene.output_rate_hz)
-    out = np.empty((settle + scene.samples, OUTPUTS))
-    chunk = max(1, round(CHUNK_S * scene.output_rate_hz))
-    started = time.perf_counter()
-    for first in range(0, len(out), chunk):
-        part = out[first : first + chunk]
-        integrate(part, first)
-        progress((first + len(part)) / scene.output_rate_hz)
-        if not np.all(np.isfinite(state)):
-            out = out[: first + len(part)]
-            break
-    wall_s = time.perf_counter() - started
-    return _finish(scene, bearing, out[settle:] if len(out) > settle else out, wall_s, compile_s)
-
-
-def _finish(scene: Scene, bearing: Bearing, out: np.ndarray, wall_s: float, compile_s: float) -> Run:
-    from srbval.models.full.point_cloud import DEEPEST_M
-    from srbval.models.health import judge
-
-    run = Run(
-        scene=scene,
-        rolling_elements=bearing.rolling_elements,
-        status=RunStatus.OK,
-        reason="",
-        acceleration_m_s2=np.ascontiguousarray(out[:, 0:3]),
-        displacement_m=np.ascontiguousarray(out[:, 3:6]),
-        cage_rad_s=out[:, 6].copy(),
-        cage_tilt_rad=np.ascontiguousarray(out[:, 7:9]),
-        roller_force_n=np.ascontiguousarray(out[:, 9:12]),
-        depth_m=out[:, 12].copy(),
-        wall_s=wall_s,
-        compile_s=compile_s,
-    )
-    finite = bool(np.all(np.isfinite(out)))
-    status, reason = judge(scene, run.cage_ratio, run.roller_load_share, run.depth_m, DEEPEST_M, finite)
-    return replace(run, status=status, reason=reason)

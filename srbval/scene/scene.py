@@ -94,6 +94,13 @@ class Scene:
         return self.speed_profile.mean(self.duration_s)
 
     @property
+    def mean_radial_n(self) -> float:
+        """Mean radial load over the recorded time [N]."""
+        if self.load_profile is None:
+            return self.load.radial_n
+        return self.load_profile.mean_radial_n(self.duration_s)
+
+    @property
     def defects(self) -> tuple[Defect, ...]:
         """All defects that are there."""
         return tuple(d for d in (self.defect, *self.further_defects) if d.kind is not DefectKind.NONE)

@@ -8,20 +8,21 @@ from __future__ import annotations
 
 import math
 
+from srbval.models.full.contact_law import ContactLaw
 from srbval.models.jit import kernel
 
 
 @kernel
 def race_on_roller(
     # model
-    law, points, race, window, lanes,
+    law, points, race, window, first, last,
     # state: meridian frame of the nearest point in slot axes (a: radial, b: along the race, z: shaft), ring
     # centre, relative velocity (ring less roller) at the roller's centre, relative angular velocity
     a_x, a_y, a_z, b_x, b_y, b_z, z_x, z_y, z_z, o_x, o_y, o_z, v_x, v_y, v_z, w_x, w_y, w_z,
 ):  # fmt: skip
     """Force and torque about the roller's centre, power lost to friction and to damping, elastic energy.
 
-    ``points[race, window, :, :lanes]`` holds the candidates, see `point_cloud.Windows`.
+    ``points[race, window, :, first:last]`` holds the candidates, see `point_cloud.Windows`.
     """
     profile_radius = law.profile_radius
     inner_radius = profile_radius - law.roller_radius
@@ -35,7 +36,7 @@ def race_on_roller(
     fall = (static_friction - dynamic_friction) / (0.5 * critical_velocity)
     f_x = f_y = f_z = t_x = t_y = t_z = 0.0
     rubbed = damped = stored = 0.0
-    for i in range(lanes):
+    for i in range(first, last):
         along = points[race, window, 0, i]
         across = points[race, window, 1, i]
         axial = points[race, window, 2, i]
@@ -88,6 +89,21 @@ def race_on_roller(
         damped += (spring - normal) * u_n
         stored += spring * depth
     return f_x, f_y, f_z, t_x, t_y, t_z, rubbed, damped, 0.5 * stored
+
+
+@kernel
+def without_friction(law):
+    """The same law with normal forces only."""
+    return ContactLaw(
+        law.profile_radius,
+        law.roller_radius,
+        law.stiffness,
+        law.damping,
+        law.smoothing,
+        0.0,
+        0.0,
+        law.critical_velocity,
+    )
 
 
 @kernel

@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 
-from srbval.models.full.contact_kernel import damaged_roller_points, race_on_roller
+from srbval.models.full.contact_kernel import damaged_roller_points, race_on_roller, without_friction
 from srbval.models.jit import kernel
 
-CONTACT_VALUES = 8
+CONTACT_VALUES = 11
 OUTER = 0  # first index of the races' arrays; 1 is the inner race
 PROFILE_SLOPE = 0.1  # above the sine of half the tilt: where the outer circles' normals lean
 SKIP_MARGIN_M = 2e-6  # a roller further than this (and the highest bump) from a race is not looked at
@@ -48,12 +48,14 @@ def external_load(t, drive):
 
 
 @kernel
-def right_hand_side(t, y, model, rate, contact):
+def right_hand_side(t, y, model, rate, contact, loads):
     """Fill `rate` (shape of `y`) and `contact` (see below) for state `y` at time `t`.
 
     `contact`, shape [CONTACT_VALUES]: 0-2 force of the rollers on the outer ring [N]; 3 deepest penetration [m] into
     an undamaged race; 4 torque of the rollers on the shaft about its axis [N m]; 5 power lost to friction [W]; 6 power
-    lost to contact damping [W]; 7 elastic energy in the contacts, K_c delta^2 / 2 [J].
+    lost to contact damping [W]; 7 elastic energy in the contacts, K_c delta^2 / 2 [J]; 8 power of the drive [W];
+    9 power of the external load [W]; 10 power lost in the housing's damper [W].
+    `loads`, shape [2 races, 2 M, 3 circles] or empty: normal forces [N], filled where there is room.
     """
     n = model.roller_angle.shape[0]
     d = 2 * n + 6
@@ -95,9 +97,10 @@ def right_hand_side(t, y, model, rate, contact):
     rubbed = damped = stored = 0.0
     deepest = -1.0
     mass, law = model.roller_mass, model.law
+    frictionless = without_friction(law)
     # arrays are taken out of their tuples once: inside the loop each would be counted in and out
     roller_defects, damaged = model.roller_defects, model.damaged
-    points, lanes, window_of, highest, shallow, cosine, sine = model.races
+    points, lanes, starts, window_of, highest, shallow, cosine, sine = model.races
     row_of, slot_angle, slot_cosine, slot_sine = (
         model.roller_row, model.roller_angle, model.roller_cosine, model.roller_sine,
     )  # fmt: skip
@@ -169,7 +172,7 @@ def right_hand_side(t, y, model, rate, contact):
             ps = ring_sine * cosine[k] + ring_cosine * sine[k]
             a_x, a_y, a_z = pc * x_x + ps * x_y, pc * y_x + ps * y_y, pc * z_x + ps * z_y
             b_x, b_y, b_z = pc * x_y - ps * x_x, pc * y_y - ps * y_x, pc * z_y - ps * z_x
-            width, from_race, from_window = lanes[race, window], race, window
+            width, from_window = lanes[race, window], window
             if damaged[j] > 0.0:
                 damaged_roller_points(
                     law.roller_radius, model.circle_half_gap, roller_defects, j, y[n + j], points, race, window, width,
@@ -177,9 +180,16 @@ def right_hand_side(t, y, model, rate, contact):
                 )  # fmt: skip
                 from_window = points.shape[1] - 1
             h_x, h_y, h_z, m_x, m_y, m_z, rub, damp, store = race_on_roller(
-                law, points, from_race, from_window, width,
+                law, points, race, from_window, 0, width,
                 a_x, a_y, a_z, b_x, b_y, b_z, x_z, y_z, z_z, o_x, o_y, o_z, v_x, v_y, v_z, r_x, r_y, r_z,
             )  # fmt: skip
+            if loads.shape[0] > 0:
+                for i in range(3):
+                    n_x, n_y, n_z, _, _, _, _, _, _ = race_on_roller(
+                        frictionless, points, race, from_window, starts[race, window, i], starts[race, window, i + 1],
+                        a_x, a_y, a_z, b_x, b_y, b_z, x_z, y_z, z_z, o_x, o_y, o_z, v_x, v_y, v_z, r_x, r_y, r_z,
+                    )  # fmt: skip
+                    loads[race, j, i] = math.sqrt(n_x * n_x + n_y * n_y + n_z * n_z)
             rubbed += rub
             damped += damp
             stored += store
@@ -262,3 +272,8 @@ def right_hand_side(t, y, model, rate, contact):
     contact[5] = rubbed
     contact[6] = damped
     contact[7] = stored
+    contact[8] = -on_shaft * shaft
+    contact[9] = (
+        radial * (model.drive.direction_cosine * ring_vx + model.drive.direction_sine * ring_vy) + axial * ring_vz
+    )
+    contact[10] = ch * (ring_vx * ring_vx + ring_vy * ring_vy + ring_vz * ring_vz)

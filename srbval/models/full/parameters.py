@@ -13,6 +13,7 @@ from srbval.bearing import SphericalRollerGeometry
 from srbval.bearing.geometry import CIRCLES
 from srbval.errors import ConfigurationError
 from srbval.models.full.bodies import outer_ring_mass_kg, roller_body
+from srbval.models.full.contact_law import ContactLaw
 from srbval.models.full.point_cloud import (
     FAR_M,
     Windows,
@@ -33,31 +34,19 @@ STANDARD_GRAVITY = 9.80665  # m/s2
 class Races(NamedTuple):
     """Point clouds of both raceways as the kernels read them, outer first: see `point_cloud.Windows`.
 
-    `points` shape [2, W, 7, lanes], with a spare window at the end; `lanes` [2, W]; `window_of` [2, 2 rows, points];
-    `highest` [2, W]; `shallow` [2]: depth up to which the narrow windows hold every point that can touch [m];
-    `cosine` and `sine` of the undisplaced points' angles, [points].
+    `points` shape [2, W, 7, lanes], with a spare window at the end; `lanes` [2, W]; `starts` [2, W, 4]; `window_of`
+    [2, 2 rows, points]; `highest` [2, W]; `shallow` [2]: depth up to which the narrow windows hold every point that can
+    touch [m]; `cosine` and `sine` of the undisplaced points' angles, [points].
     """
 
     points: FloatArray
     lanes: IntArray
+    starts: IntArray
     window_of: IntArray
     highest: FloatArray
     shallow: FloatArray
     cosine: FloatArray
     sine: FloatArray
-
-
-class ContactLaw(NamedTuple):
-    """Shape of the rollers' profile and the constants of eqs (18) and (19). Numbers only."""
-
-    profile_radius: float  # of the roller's profile arc [m]
-    roller_radius: float  # at the roller's middle [m]
-    stiffness: float
-    damping: float
-    smoothing: float
-    static_friction: float
-    dynamic_friction: float
-    critical_velocity: float
 
 
 class Drive(NamedTuple):
@@ -178,14 +167,17 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
     width = max(windows.points.shape[2] for windows, _ in both)
     points = np.full((2, count, 7, width), FAR_M)
     lanes, highest = np.zeros((2, count), dtype=np.int64), np.zeros((2, count))
+    starts = np.zeros((2, count, 4), dtype=np.int64)
     for race, (windows, _) in enumerate(both):
         used, _, candidates = windows.points.shape
         points[race, :used, :, :candidates] = windows.points
         lanes[race, :used], highest[race, :used] = windows.lanes, windows.highest
+        starts[race, :used] = windows.starts
     angle = np.arange(n) * 2 * math.pi / n
     return Races(
         points=points,
         lanes=lanes,
+        starts=starts,
         window_of=np.array([windows.window_of for windows, _ in both]),
         highest=highest,
         shallow=np.array([shallow for _, shallow in both]),

@@ -150,13 +150,15 @@ class Windows:
 
     `points`, shape [W, 7, lanes]: rows 0-2 position along the meridian, along the race, along the shaft [m]; 3 share
     of K_c and C_c; 4-6 surface normal in the same axes; padded with points `FAR_M` away. `lanes`, [W]: how many of
-    them to look at. Windows 0 and 1 are the undisplaced ones of rows 1 and 2; 2 and 3 the narrow ones for shallow
-    contacts, about the point before the roller. `window_of`, [2, points]: which wide window belongs to a nearest
-    point. `highest`, [W]: highest displacement in it [m].
+    them to look at; `starts`, [W, 4]: where each circle's begin, and the end of the last. Windows 0 and 1 are the
+    undisplaced ones of rows 1 and 2; 2 and 3 the narrow ones for shallow contacts, about the point before the roller.
+    `window_of`, [2, points]: which wide window belongs to a nearest point. `highest`, [W]: highest displacement in it
+    [m].
     """
 
     points: FloatArray
     lanes: IntArray
+    starts: IntArray
     window_of: IntArray
     highest: FloatArray
 
@@ -176,10 +178,12 @@ def candidate_windows(
             window_of[row, nearest] = len(found)
             found.append(_window(circles, points, row, int(nearest), wide, count))
             highest.append(max(0.0, *(float(_lift_near(c, int(nearest), wide, count)) for c in points)))
-    widest = max(window.shape[1] for window in found)
+    whole = [np.concatenate(window, axis=1) for window in found]
+    widest = max(window.shape[1] for window in whole)
     return Windows(
-        points=np.array([_with_padding(window, widest) for window in found]),
-        lanes=np.array([padded(window.shape[1]) for window in found]),
+        points=np.array([_with_padding(window, widest) for window in whole]),
+        lanes=np.array([padded(window.shape[1]) for window in whole]),
+        starts=np.array([np.cumsum([0, *(part.shape[1] for part in window)]) for window in found]),
         window_of=window_of,
         highest=np.array(highest),
     )
@@ -192,8 +196,8 @@ def _lift_near(points: CirclePoints, nearest: int, offsets: IntArray, count: int
 
 def _window(
     circles: Sequence[Circle], points: Sequence[CirclePoints], row: int, nearest: int, offsets: IntArray, count: int
-) -> FloatArray:
-    """One window, [7, candidates]. Row 2 is row 1 mirrored at the mid-plane."""
+) -> list[FloatArray]:
+    """One window, circle by circle, each [7, candidates]. Row 2 is row 1 mirrored at the mid-plane."""
     side = 1 - 2 * row
     columns = []
     for circle, own in zip(circles, points, strict=True):
@@ -205,7 +209,7 @@ def _window(
         height = side * (circle.height_m + lift * circle.normal_axial)
         normal = (circle.normal_radial * c, circle.normal_radial * s, side * circle.normal_axial + 0 * c)
         columns.append(np.array([radius * c, radius * s, height, own.share[near], *normal]))
-    return np.concatenate(columns, axis=1)
+    return columns
 
 
 def _with_padding(window: FloatArray, lanes: int) -> FloatArray:

@@ -24,7 +24,7 @@ def one_point(
     windows[0, 0, :4, 0] = (rho, 0.0, along, 1.0)
     frame = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     law = ContactLaw(PROFILE, R, K, C, W, MU_S, MU_D, V_C)
-    found: tuple[float, ...] = race_on_roller(law, windows, 0, 0, 1, *frame, 0.0, 0.0, 0.0, *velocity, 0.0, 0.0, 0.0)
+    found: tuple[float, ...] = race_on_roller(law, windows, 0, 0, 0, 1, *frame, 0.0, 0.0, 0.0, *velocity, 0.0, 0.0, 0.0)
     return found
 
 

@@ -78,7 +78,7 @@ def test_rollers_and_spring_carry_the_load() -> None:
     contact = np.zeros(CONTACT_VALUES)
     law = model.law._replace(static_friction=0.0, dynamic_friction=0.0)
     still = model._replace(law=law, drive=model.drive._replace(speed=np.zeros(1)))
-    right_hand_side(0.0, y, still, np.zeros_like(y), contact)
+    right_hand_side(0.0, y, still, np.zeros_like(y), contact, np.zeros((0, 0, 0)))
     ring = y[len(y) // 2 - 3 : len(y) // 2]
     assert contact[:3] - 5e9 * ring == pytest.approx([0.0, 124.8e3, 0.0], abs=BALANCED_N)
 

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from srbval.bearing import SphericalRollerGeometry, load_bearing
-from srbval.models.full.explicit_kernel import OUTPUTS, advance
-from srbval.models.full.motion_kernel import CONTACT_VALUES, right_hand_side
+from srbval.models.full.motion_kernel import external_load, shaft_motion
 from srbval.models.full.parameters import Parameters, make_parameters
 from srbval.models.full.start import rolling_state
+from srbval.models.full.steps import rates, take_steps
 from srbval.models.solvers import TABLEAUX
 from srbval.scene import paper_scene
 from tests.models.full.reference import State, contact_forces, roller_frames
@@ -46,9 +46,8 @@ def disturbed(model: Parameters, seed: int) -> np.ndarray:
 
 
 def rates_of(model: Parameters, t: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    rate, contact = np.zeros_like(y), np.zeros(CONTACT_VALUES)
-    right_hand_side(t, y, model, rate, contact)
-    return rate, contact
+    found = rates(model, t, y)
+    return found.rate, found.contact
 
 
 @pytest.mark.parametrize("kind", ["none", "outer", "inner"])
@@ -127,9 +126,7 @@ def test_free_flight_conserves_angular_momentum_and_energy() -> None:
     y[half + 2 * n : half + 2 * n + 3] = (0.6, -0.4, 32.0)
     y[half : half + n] = np.linspace(-0.05, 0.05, n)
     momentum, energy = momentum_and_energy(model, y)
-    out = np.zeros((60, OUTPUTS))
-    tableau = TABLEAUX["ode4"]
-    advance(y, 0, scene.solver.step_s / 4, 4, tableau.a, tableau.b, tableau.c, model, out)
+    out = take_steps(model, y, TABLEAUX["ode4"], step_s=scene.solver.step_s / 4, intervals=60, steps_per_output=4).out
     assert out[:, 12].max() < 0, "nothing may touch"
     after, energy_after = momentum_and_energy(model, y)
     assert after == pytest.approx(momentum, abs=CONSERVED * float(np.linalg.norm(momentum)))
@@ -142,9 +139,7 @@ def test_looking_only_at_near_rollers_loses_nothing() -> None:
     g = geometry()
     model = make_parameters(scene, g)
     y = rolling_state(model)
-    out = np.zeros((600, OUTPUTS))
-    tableau = TABLEAUX["ode4"]
-    advance(y, 0, scene.solver.step_s, 3, tableau.a, tableau.b, tableau.c, model, out)
+    take_steps(model, y, TABLEAUX["ode4"], step_s=scene.solver.step_s, intervals=1800)
     t = 1800 * scene.solver.step_s
     expected = contact_forces(scene, g, t, y)["on_ring"]
     assert rates_of(model, t, y)[1][:3] == pytest.approx(expected, abs=1e-8 * float(np.linalg.norm(expected)))
@@ -171,16 +166,82 @@ def test_observed_order_of_the_methods(name: str, order: int) -> None:
     scene = paper_scene(contact={"radial_play": "3 mm"}, housing={"damping": "5e4 Ns/m"})
     model = make_parameters(scene, geometry())
     exact = rolling_state(model)
-    tableau = TABLEAUX["ode4"]
     exact[len(exact) // 2 - 3 : len(exact) // 2] = 0.0  # ring at rest in its middle: the load swings it
     start = exact.copy()
     seconds = 8e-4  # about one swing
     swing = np.sqrt(model.housing_stiffness / model.ring_mass)
-    advance(exact, 0, seconds / 2048, 2048, tableau.a, tableau.b, tableau.c, model, np.zeros((1, OUTPUTS)))
+    take_steps(model, exact, TABLEAUX["ode4"], step_s=seconds / 2048, intervals=2048)
     errors = []
     for steps in (48, 96):
-        y, t = start.copy(), TABLEAUX[name]
-        advance(y, 0, seconds / steps, steps, t.a, t.b, t.c, model, np.zeros((1, OUTPUTS)))
+        y = start.copy()
+        take_steps(model, y, TABLEAUX[name], step_s=seconds / steps, intervals=steps)
         wrong = y - exact
         errors.append(np.linalg.norm(np.concatenate([wrong[-3:], swing * wrong[len(y) // 2 - 3 : len(y) // 2]])))
     assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.35)
+
+
+def test_a_bump_on_a_roller_presses_like_a_thicker_roller() -> None:
+    """A bump all round one roller at its middle circle adds its height to the penetration there, and nowhere else."""
+    height = 1e-5
+    bump = {"kind": "roller", "height": "0.01 mm", "extent": "0.05 m", "roller": 4, "row": 2, "angle": "0 deg"}
+    scene = paper_scene(contact={"roller_fit": "printed"})
+    g = geometry()
+    plain = make_parameters(scene, g)
+    y = rolling_state(plain)
+    third = bump | {"extent": "0.0418 m"}
+    ringed = make_parameters(
+        paper_scene(
+            contact={"roller_fit": "printed"},
+            defect=third,
+            further_defects=[third | {"angle": "120 deg"}, third | {"angle": "240 deg"}],
+        ),
+        g,
+    )
+    before, after = rates(plain, 0.0, y).load_n, rates(ringed, 0.0, y).load_n
+    changed = np.argwhere(np.abs(after - before) > 1e-6 * before.max())
+    assert {tuple(c) for c in changed} <= {(0, 22, 1), (1, 22, 1)}, "roller 4 of row 2, middle circle, both races"
+    touching = after[:, 22, 1] > 0
+    assert touching.any()
+    # each touching point is pressed deeper by the height; one or two points touch
+    extra = (after - before)[:, 22, 1] / (plain.law.stiffness * height)
+    assert np.all(np.isclose(extra[touching], np.round(extra[touching]), atol=0.02))
+
+
+def test_the_shaft_follows_its_profile() -> None:
+    """Trapezoids: the angle is the integral of the speed, piece by piece, and the recorded time starts after settling."""
+    scene = paper_scene(
+        speed_profile={"time": ["0 s", "1 s", "3 s"], "speed": ["10 rad/s", "30 rad/s", "20 rad/s"]},
+        duration="3 s", settle="0.5 s",
+    )  # fmt: skip
+    drive = make_parameters(scene, geometry()).drive
+    assert shaft_motion(0.25, drive) == pytest.approx((10.0, 2.5))
+    assert shaft_motion(1.0, drive) == pytest.approx((20.0, 5.0 + 7.5))
+    assert shaft_motion(1.5, drive) == pytest.approx((30.0, 5.0 + 20.0))
+    assert shaft_motion(3.5, drive) == pytest.approx((20.0, 5.0 + 20.0 + 50.0))
+    assert scene.mean_shaft_rad_s == pytest.approx((20.0 + 50.0) / 3)
+
+
+def test_the_load_follows_its_profile() -> None:
+    scene = paper_scene(
+        load_profile={"time": ["0 s", "2 s"], "radial": ["0 N", "100 kN"], "axial": ["10 kN", "0 N"]},
+        duration="2 s", settle="0 s",
+    )  # fmt: skip
+    drive = make_parameters(scene, geometry()).drive
+    assert external_load(0.5, drive) == pytest.approx((25e3, 7.5e3))
+    assert external_load(9.0, drive) == pytest.approx((100e3, 0.0))
+    assert scene.mean_radial_n == pytest.approx(50e3)
+
+
+def test_gravity_pulls_down_on_everything() -> None:
+    """Free flight: every slide and the ring fall with the component of g along their direction."""
+    scene = paper_scene(contact={"radial_play": "3 mm"}, load={"gravity": True, "radial": "0 N"})
+    model, without = (
+        make_parameters(s, geometry())
+        for s in (scene, paper_scene(contact={"radial_play": "3 mm"}, load={"radial": "0 N"}))
+    )
+    y = rolling_state(without)
+    difference = rates(model, 0.0, y).rate - rates(without, 0.0, y).rate
+    half, n = len(y) // 2, 38
+    assert difference[-3:] == pytest.approx([0.0, -9.80665, 0.0])
+    up = roller_frames(geometry(), State.of(y))[1][:, 1, 0]
+    assert difference[half : half + n] == pytest.approx(-9.80665 * up, abs=1e-9)

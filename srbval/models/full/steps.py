@@ -1,0 +1,75 @@
+"""The full model's kernels behind documented calls: rates of a state, and steps of an explicit method."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.models.full.explicit_kernel import OUTPUTS, advance
+from srbval.models.full.motion_kernel import CONTACT_VALUES, right_hand_side
+from srbval.models.full.parameters import Parameters
+from srbval.models.solvers import Tableau
+
+FloatArray = NDArray[np.float64]
+CIRCLES = 3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Rates:
+    """Time derivative of a state, and what the contacts do in it.
+
+    `rate` has the state's shape; `contact`, shape [CONTACT_VALUES], and `load_n`, the normal forces, shape
+    [outer and inner race, 2 M rollers, 3 circles] [N], are described at `motion_kernel.right_hand_side`.
+    """
+
+    rate: FloatArray
+    contact: FloatArray
+    load_n: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Steps:
+    """Outputs of a stretch of integration: columns as in `explicit_kernel.advance`, details where asked for."""
+
+    out: FloatArray
+    spin_rad_s: FloatArray
+    load_n: FloatArray
+
+
+def rates(model: Parameters, time_s: float, state: FloatArray) -> Rates:
+    """Evaluate the equations of motion once."""
+    rate, contact = np.zeros_like(state), np.zeros(CONTACT_VALUES)
+    loads = np.zeros((2, len(model.roller_angle), CIRCLES))
+    right_hand_side(time_s, state, model, rate, contact, loads)
+    return Rates(rate=rate, contact=contact, load_n=loads)
+
+
+def take_steps(
+    model: Parameters,
+    state: FloatArray,
+    tableau: Tableau,
+    *,
+    step_s: float,
+    intervals: int,
+    steps_per_output: int = 1,
+    first_interval: int = 0,
+    intervals_per_detail: int = 0,
+) -> Steps:
+    """Advance `state` in place over `intervals` output intervals of `steps_per_output` steps each.
+
+    `first_interval` tells how many intervals lie before, and so the time. No interval at all only compiles.
+    """
+    rollers = len(model.roller_angle)
+    details = -(-intervals // intervals_per_detail) if intervals_per_detail else 0
+    steps = Steps(
+        out=np.zeros((intervals, OUTPUTS)),
+        spin_rad_s=np.zeros((details, rollers)),
+        load_n=np.zeros((details, 2, rollers, CIRCLES)),
+    )
+    advance(
+        state, first_interval * steps_per_output, step_s, steps_per_output, tableau.a, tableau.b, tableau.c, model,
+        steps.out, intervals_per_detail, steps.spin_rad_s, steps.load_n,
+    )  # fmt: skip
+    return steps
