@@ -1,0 +1,81 @@
+"""States at which the equations of motion are checked: near rolling, with everything moving."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tests.verification.harness import (
+    PRINTED_FIT,
+    FloatArray,
+    Layout,
+    Parameters,
+    Rates,
+    geometry,
+    paper_scene,
+    parameters,
+    rates,
+    rolling_state,
+)
+from tests.verification.world import Contacts, World
+
+DEFECTS = {
+    "healthy": {"kind": "none"},
+    "outer": {"kind": "outer", "row": 1, "circle": 2, "points": 3, "height": "0.05 mm"},
+    "inner": {"kind": "inner", "row": 2, "circle": 3, "points": 3, "height": "0.05 mm"},
+}
+EVERYTHING: dict[str, Any] = {  # all forces at once, none along an axis of symmetry
+    "load": {"radial": "124.8 kN", "axial": "30 kN", "direction": "-70 deg", "gravity": True},
+    "contact": PRINTED_FIT,
+    "defect": DEFECTS["outer"],
+    "further_defects": [DEFECTS["inner"]],
+    "settle": "0.01 s",
+    "duration": "0.1 s",
+    "speed_profile": {"time_s": [0.0, 0.02, 0.1], "speed_rad_s": [60.0, 80.0, 70.0]},
+    "load_profile": {"time_s": [0.0, 0.1], "radial_n": [120e3, 90e3], "axial_n": [30e3, 5e3]},
+}
+CASES: dict[str, tuple[dict[str, Any], float]] = {  # scene, and time of the state
+    "play, paper's case": ({"defect": DEFECTS["healthy"]}, 0.0123),
+    "interference, outer-race defect": ({"contact": PRINTED_FIT, "defect": DEFECTS["outer"]}, 0.0),
+    "interference, inner-race defect": ({"contact": PRINTED_FIT, "defect": DEFECTS["inner"]}, 0.0),
+    "every force at once, changing speed and load": (EVERYTHING, 0.0217),
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A model at a state, its rates, and the same in world axes."""
+
+    model: Parameters
+    world: World
+    time: float
+    y: FloatArray
+    found: Rates
+    expected: Contacts
+
+
+def make_case(name: str) -> Case:
+    """Model and world formulation of one of `CASES`."""
+    changes, t = CASES[name]
+    scene = paper_scene(**changes)
+    model, world = parameters(scene), World(scene, geometry())
+    y = disturbed(model, seed=len(name), cage_angle=scene.load.zone_rad)
+    return Case(model, world, t, y, rates(model, t, y), world.contacts(t, y))
+
+
+def disturbed(model: Parameters, seed: int, cage_angle: float) -> FloatArray:
+    """A state near rolling: slides, tilts, ring, spins off their places, one roller of each row at `cage_angle`."""
+    rng = np.random.default_rng(seed)
+    y = rolling_state(model)
+    where = Layout(y)
+    y[where.slide] += rng.normal(0, 5e-6, where.count)
+    y[where.turned] += rng.uniform(-3, 3, where.count)
+    y[where.cage] += [*rng.normal(0, 2e-4, 2), cage_angle]
+    y[where.ring] += rng.normal(0, 1e-5, 3)
+    y[where.slide_rate] += rng.normal(0, 0.02, where.count)
+    y[where.spin] += rng.normal(0, 1.0, where.count)
+    y[where.omega] += rng.normal(0, [0.5, 0.5, 0.05])
+    y[where.ring_rate] += rng.normal(0, 0.01, 3)
+    return y

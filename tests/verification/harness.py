@@ -1,0 +1,98 @@
+"""The one place where the checks reach into the model under test: parameters, start, rates, steps."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.bearing import SphericalRollerGeometry, load_bearing
+from srbval.models.full.parameters import Parameters as Parameters
+from srbval.models.full.parameters import make_parameters
+from srbval.models.full.point_cloud import FAR_M
+from srbval.models.full.start import rolling_state as rolling_state
+from srbval.models.full.steps import Rates as Rates
+from srbval.models.full.steps import rates as rates
+from srbval.models.full.steps import take_steps
+from srbval.models.solvers import TABLEAUX
+from srbval.scene import Scene as Scene
+from srbval.scene import paper_scene as paper_scene
+
+FloatArray = NDArray[np.float64]
+PAPER_STEP_S = 1 / 61440
+PRINTED_FIT = {"roller_fit": "printed"}  # every roller is pressed by both races: nothing rattles
+LOOSE_FIT = {"radial_play": "3 mm"}  # no roller touches a race
+
+
+class Layout:
+    """Where the coordinates of `count` rollers lie in a state vector; velocities follow at `half`."""
+
+    def __init__(self, y: FloatArray) -> None:
+        self.half = len(y) // 2
+        self.count = (self.half - 6) // 2
+        n = self.count
+        self.slide, self.turned = slice(0, n), slice(n, 2 * n)
+        self.cage, self.ring = slice(2 * n, 2 * n + 3), slice(2 * n + 3, self.half)
+        self.slide_rate, self.spin = (slice(self.half + s.start, self.half + s.stop) for s in (self.slide, self.turned))
+        self.omega, self.ring_rate = (slice(self.half + s.start, self.half + s.stop) for s in (self.cage, self.ring))
+
+
+def geometry() -> SphericalRollerGeometry:
+    """The paper's bearing."""
+    found = load_bearing("skf-22240").geometry
+    assert found is not None
+    return found
+
+
+def merged(*tables: dict[str, Any]) -> dict[str, Any]:
+    """Scene changes laid over each other, one table deep."""
+    whole: dict[str, Any] = {}
+    for table in tables:
+        for key, value in table.items():
+            whole[key] = whole.get(key, {}) | value if isinstance(value, dict) else value
+    return whole
+
+
+def parameters(scene: Scene) -> Parameters:
+    """Kernel parameters of a scene."""
+    return make_parameters(scene, geometry())
+
+
+def advance(
+    model: Parameters, y: FloatArray, *, step_s: float, steps: int, method: str = "ode4", outputs: int = 1
+) -> FloatArray:
+    """Advance `y` in place from time zero by `outputs` times `steps`; mean acceleration of the ring, [outputs, 3]."""
+    out = take_steps(
+        model, y, TABLEAUX[method], step_s=step_s, intervals=outputs, steps_per_output=steps, first_interval=0
+    ).out
+    acceleration: FloatArray = out[:, :3]
+    return acceleration
+
+
+def trajectory(
+    model: Parameters, y: FloatArray, *, step_s: float, steps: int, outputs: int, method: str = "ode4"
+) -> FloatArray:
+    """States at the start and after each of `outputs` times `steps`, [outputs + 1, size]; `y` is left alone."""
+    states, state = [y.copy()], y.copy()
+    for i in range(outputs):
+        take_steps(model, state, TABLEAUX[method], step_s=step_s, intervals=1, steps_per_output=steps, first_interval=i)
+        states.append(state.copy())
+    return np.array(states)
+
+
+def shaft_reversed(model: Parameters) -> Parameters:
+    """The same model with its shaft turning the other way."""
+    drive = model.drive
+    return model._replace(drive=drive._replace(speed=-drive.speed, speed_angle=-drive.speed_angle))
+
+
+def only_circle(model: Parameters, circle: int) -> Parameters:
+    """The model with the points of the two other circles (1 to 3) put out of reach."""
+    points = model.races.points.copy()
+    for race in points:
+        heights = np.unique(np.round(np.abs(race[0, 2][race[0, 0] < FAR_M]), 9))
+        for window in race:
+            other = np.abs(np.abs(window[2]) - heights[circle - 1]) > 1e-4
+            window[0, other] = FAR_M
+    return model._replace(races=model.races._replace(points=points))

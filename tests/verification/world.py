@@ -1,0 +1,266 @@
+"""The full model once more, as differently as can be: NumPy, world axes, every point against every roller.
+
+Raceways straight from eqs (16) and (17), forces from eqs (18) and (19), body masses by summing slices. No candidates,
+no slot frames, no mass matrix: inertia is checked through momenta, whose rates of change are found by difference
+quotients. Shared with the model: the scene, the geometry table, the layout of the state. Defects: the paper's, points
+moved along their normals.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from srbval.bearing import SphericalRollerGeometry
+from srbval.scene import LoadPath, RollerFit, Scene
+from tests.verification.harness import Layout
+
+FloatArray = NDArray[np.float64]
+P = (0.5, 1.0, 1.5)
+GRAVITY = 9.80665
+SLICES = 20_000
+NEAR_M = 0.04  # no point further than this from a roller's centre can touch it: sqrt(20^2 + 15^2) mm = 25 mm
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """Masses [kg], moments of inertia [kg m2]; the cage is a thin ring at the pitch radius."""
+
+    roller: float
+    roller_axial: float
+    roller_transverse: float
+    ring: float
+    cage_axial: float
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """What the contacts do: on rollers (about their centres), on the rings, losses, energy, normal forces."""
+
+    force: FloatArray
+    torque: FloatArray
+    on_ring: FloatArray
+    on_shaft: float
+    rubbed: float
+    damped: float
+    stored: float
+    load: FloatArray
+    touching: int
+
+
+class World:
+    """One scene in world axes."""
+
+    def __init__(self, scene: Scene, geometry: SphericalRollerGeometry) -> None:
+        self.scene, self.g = scene, geometry
+        self.radius = _roller_radius(scene, geometry)
+        self.bodies = _bodies(scene, geometry, self.radius)
+        self.clouds = {race: _cloud(scene, geometry, race) for race in ("outer", "inner")}
+        self.slot_angle = np.tile(np.arange(geometry.rollers_per_row) * 2 * np.pi / geometry.rollers_per_row, 2)
+        self.side = np.repeat([1.0, -1.0], geometry.rollers_per_row)
+
+    def shaft(self, t: float) -> tuple[float, float]:
+        """Speed [rad/s] and angle [rad] of the shaft at time `t` of the run, settling included."""
+        profile = self.scene.speed_profile
+        if profile is None:
+            return self.scene.shaft_speed_rad_s, self.scene.shaft_speed_rad_s * t
+        times = np.array(profile.time_s) + self.scene.settle_s
+        inside = np.unique(np.concatenate([[0.0, t], times[(times > 0) & (times < t)]]))
+        speed = np.interp(inside, times, profile.speed_rad_s)
+        return float(speed[-1]), float(np.trapezoid(speed, inside))
+
+    def external_load(self, t: float) -> FloatArray:
+        """Force on the outer ring [N] at time `t`."""
+        load, profile = self.scene.load, self.scene.load_profile
+        radial, axial = load.radial_n, load.axial_n
+        if profile is not None:
+            times = np.array(profile.time_s) + self.scene.settle_s
+            radial, axial = (float(np.interp(t, times, column)) for column in (profile.radial_n, profile.axial_n))
+        return np.array([radial * np.cos(load.direction_rad), radial * np.sin(load.direction_rad), axial])
+
+    def gravity(self) -> FloatArray:
+        """Acceleration of gravity [m/s2]."""
+        return np.array([0.0, -GRAVITY if self.scene.load.gravity else 0.0, 0.0])
+
+    def housing_stiffness(self) -> float:
+        """Stiffness of the spring that the outer ring hangs on [N/m]."""
+        return self.scene.housing.stiffness_n_m if self.scene.load.path is LoadPath.HOUSING else 0.0
+
+    def slots(self, y: FloatArray) -> FloatArray:
+        """Slot axes as columns of rotation matrices, [N, 3, 3]: x along the slot, z along the roller."""
+        cage = Rotation.from_euler("XYZ", y[Layout(y).cage])
+        return np.array([
+            (cage * Rotation.from_euler("z", angle) * Rotation.from_euler("y", -side * self.g.tilt_rad)).as_matrix()
+            for angle, side in zip(self.slot_angle, self.side, strict=True)
+        ])  # fmt: skip
+
+    def cage_axis(self, y: FloatArray) -> FloatArray:
+        """Axis of the cage."""
+        axis: FloatArray = Rotation.from_euler("XYZ", y[Layout(y).cage]).as_matrix()[:, 2]
+        return axis
+
+    def centres(self, y: FloatArray) -> FloatArray:
+        """Roller centres [N, 3]."""
+        reach = self.g.pitch_radius_m / np.cos(self.g.tilt_rad) + y[Layout(y).slide]
+        centres: FloatArray = self.slots(y)[:, :, 0] * reach[:, None]
+        return centres
+
+    def centre_rates(self, y: FloatArray) -> FloatArray:
+        """Velocities of the roller centres [N, 3]."""
+        where, slots = Layout(y), self.slots(y)
+        rates: FloatArray = np.cross(y[where.omega], self.centres(y)) + y[where.slide_rate][:, None] * slots[:, :, 0]
+        return rates
+
+    def roller_omega(self, y: FloatArray) -> FloatArray:
+        """Angular velocities of the rollers [N, 3]: the cage's across their axes, their spin along."""
+        where, axis = Layout(y), self.slots(y)[:, :, 2]
+        omega: FloatArray = y[where.omega] + (y[where.spin] - axis @ y[where.omega])[:, None] * axis
+        return omega
+
+    def momentum(self, y: FloatArray) -> FloatArray:
+        """Angular momentum of cage and rollers about the bearing centre [kg m2/s], [3]."""
+        own = np.cross(self.centres(y), self.bodies.roller * self.centre_rates(y)) + self._own_momentum(y)
+        total: FloatArray = own.sum(axis=0) + self._cage_momentum(y)
+        return total
+
+    def mechanical_energy(self, y: FloatArray) -> float:
+        """Kinetic energy of all bodies, energy in gravity and in the housing's spring [J]."""
+        where, b = Layout(y), self.bodies
+        kinetic = b.roller * (self.centre_rates(y) ** 2).sum() + (self.roller_omega(y) * self._own_momentum(y)).sum()
+        kinetic += y[where.omega] @ self._cage_momentum(y) + b.ring * (y[where.ring_rate] ** 2).sum()
+        weight = b.roller * self.centres(y).sum(axis=0) + b.ring * y[where.ring]
+        spring = self.housing_stiffness() * (y[where.ring] ** 2).sum()
+        return float((kinetic + spring) / 2 - weight @ self.gravity())
+
+    def _own_momentum(self, y: FloatArray) -> FloatArray:
+        axis, omega, b = self.slots(y)[:, :, 2], self.roller_omega(y), self.bodies
+        along = (omega * axis).sum(axis=1)[:, None] * axis
+        own: FloatArray = b.roller_transverse * (omega - along) + b.roller_axial * along
+        return own
+
+    def _cage_momentum(self, y: FloatArray) -> FloatArray:
+        omega, axis, b = y[Layout(y).omega], self.cage_axis(y), self.bodies
+        along = (omega @ axis) * axis
+        own: FloatArray = b.cage_axial / 2 * (omega - along) + b.cage_axial * along
+        return own
+
+    def contacts(self, t: float, y: FloatArray) -> Contacts:
+        """Every point of both clouds against every roller."""
+        where, c = Layout(y), self.scene.contact
+        centres, axes = self.centres(y), self.slots(y)[:, :, 2]
+        centre_rates, omega = self.centre_rates(y), self.roller_omega(y)
+        speed, angle = self.shaft(t)
+        count = len(centres)
+        force, torque, load = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros((2, count, 3, 3))
+        totals = {"rubbed": 0.0, "damped": 0.0, "stored": 0.0, "shaft": 0.0}
+        on_ring, touching = np.zeros(3), 0
+        for race, kind in enumerate(("outer", "inner")):
+            points, circle = self.clouds[kind]
+            if kind == "outer":
+                at, rate = points + y[where.ring], np.broadcast_to(y[where.ring_rate], points.shape)
+            else:
+                at = Rotation.from_euler("z", angle).apply(points)
+                rate = np.cross([0.0, 0.0, speed], at)
+            distance = ((at[None, :, :] - centres[:, None, :]) ** 2).sum(axis=2)
+            j, i = np.nonzero(distance < NEAR_M**2)
+            arm = at[i] - centres[j]
+            along = (arm * axes[j]).sum(axis=1)
+            across = arm - along[:, None] * axes[j]
+            rho = np.linalg.norm(across, axis=1)
+            to_arc = (rho + self.g.raceway_radius_m - self.radius)[:, None] * across / rho[:, None]
+            to_arc += along[:, None] * axes[j]
+            depth = self.g.raceway_radius_m - np.linalg.norm(to_arc, axis=1)
+            hit = depth > 0
+            j, i, arm, depth = j[hit], i[hit], arm[hit], depth[hit]
+            normal = to_arc[hit] / np.linalg.norm(to_arc[hit], axis=1)[:, None]
+            relative = rate[i] - centre_rates[j] - np.cross(omega[j], arm)
+            closing = -(relative * normal).sum(axis=1)
+            x = np.clip(depth / c.smoothing_width_m, 0, 1)
+            smooth = 3 * x**2 - 2 * x**3
+            spring = smooth * c.stiffness_n_m * depth
+            press = np.maximum(spring + smooth * c.damping_ns_m * closing, 0.0)
+            slide = relative + closing[:, None] * normal
+            slip = np.linalg.norm(slide, axis=1)
+            push = -press[:, None] * normal
+            f = push + (friction(self.scene, slip) * press / np.maximum(slip, 1e-300))[:, None] * slide
+            np.add.at(force, j, f)
+            np.add.at(torque, j, np.cross(arm, f))
+            np.add.at(load[race], (j, circle[i]), push)
+            if kind == "outer":
+                on_ring -= f.sum(axis=0)
+            else:
+                totals["shaft"] -= float(np.cross(at[i], f)[:, 2].sum())
+            totals["rubbed"] += float((friction(self.scene, slip) * press * slip).sum())
+            totals["damped"] += float(((press - spring) * closing).sum())
+            totals["stored"] += float((spring * depth).sum() / 2)
+            touching += len(j)
+        return Contacts(
+            force=force, torque=torque, on_ring=on_ring, on_shaft=totals["shaft"], rubbed=totals["rubbed"],
+            damped=totals["damped"], stored=totals["stored"], load=np.linalg.norm(load, axis=3), touching=touching,
+        )  # fmt: skip
+
+
+def friction(scene: Scene, slip: FloatArray) -> FloatArray:
+    """Coefficient of friction: 0 to mu_s up to v_c, down to mu_d at 1.5 v_c, then constant (eq. 19)."""
+    c = scene.contact
+    knots = [0.0, c.critical_velocity_m_s, 1.5 * c.critical_velocity_m_s]
+    coefficient: FloatArray = np.interp(slip, knots, [0.0, c.static_friction, c.dynamic_friction])
+    return coefficient
+
+
+def circle_profile(g: SphericalRollerGeometry, race: str, p: float) -> tuple[float, float, float, float]:
+    """Radius and height of circle p of row 1 [m] and its normal towards the rollers (eq. 17, its sign mended)."""
+    c, s = np.cos(p * g.tilt_rad), np.sin(p * g.tilt_rad)
+    if race == "outer":
+        return g.raceway_radius_m * c, g.raceway_radius_m * s, -c, -s
+    return g.inner_centre_radial_m - g.raceway_radius_m * c, g.inner_centre_axial_m - g.raceway_radius_m * s, c, s
+
+
+def _cloud(scene: Scene, g: SphericalRollerGeometry, race: str) -> tuple[FloatArray, NDArray[np.int64]]:
+    n = scene.contact.points_per_circle
+    angle = np.arange(n) * 2 * np.pi / n
+    points, circles = [], []
+    for row, side in ((1, 1.0), (2, -1.0)):
+        for circle, p in enumerate(P, start=1):
+            radius, height, out, up = circle_profile(g, race, p)
+            lift = np.zeros(n)
+            for d in scene.defects:
+                if d.kind.value == race and (d.row, d.circle) == (row, circle):
+                    assert d.extent_m is None, "world.py knows the paper's defects only"
+                    middle = scene.load.zone_rad + d.angle_rad
+                    first = round(middle / (2 * np.pi) * n - (d.points - 1) / 2)
+                    lift[[(first + i) % n for i in range(d.points)]] += d.height_m
+            r, z = radius + lift * out, side * (height + lift * up)
+            points.append(np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1))
+            circles.append(np.full(n, circle - 1))
+    return np.concatenate(points), np.concatenate(circles)
+
+
+def _roller_radius(scene: Scene, g: SphericalRollerGeometry) -> float:
+    """Half of Table 1's diameter, or of the gap between the raceways along the contact normal less the play."""
+    if scene.contact.roller_fit is RollerFit.PRINTED:
+        return g.roller_diameter_m / 2
+    centre = g.pitch_radius_m * np.array([1.0, np.tan(g.tilt_rad)])
+    to_inner = np.linalg.norm(np.array([g.inner_centre_radial_m, g.inner_centre_axial_m]) - centre)
+    gap = 2 * g.raceway_radius_m - np.linalg.norm(centre) - to_inner
+    return float(gap - scene.contact.radial_play_m) / 2
+
+
+def _bodies(scene: Scene, g: SphericalRollerGeometry, radius: float) -> Bodies:
+    density = scene.bodies.density_kg_m3
+    middle = (np.arange(SLICES) + 0.5) / SLICES - 0.5
+    z, dz = middle * g.roller_width_m, g.roller_width_m / SLICES
+    r = radius - g.raceway_radius_m + np.sqrt(g.raceway_radius_m**2 - z**2)
+    disc = density * np.pi * r**2 * dz
+    bore, height = g.raceway_radius_m**2 - (middle * g.width_m) ** 2, g.width_m / SLICES
+    ring = density * np.pi * float(((g.outer_diameter_m / 2) ** 2 - bore).sum()) * height
+    return Bodies(
+        roller=float(disc.sum()),
+        roller_axial=float((disc * r**2 / 2).sum()),
+        roller_transverse=float((disc * (r**2 / 4 + z**2)).sum()),
+        ring=ring + scene.housing.mass_kg,
+        cage_axial=scene.bodies.cage_mass_kg * g.pitch_radius_m**2,
+    )
