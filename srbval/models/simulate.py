@@ -26,9 +26,12 @@ Progress = Callable[[float], None]
 
 
 def simulate(scene: Scene, *, progress: Progress | None = None) -> Run:
-    """Run `scene` and keep its signals; `progress` is told the simulated seconds done, settling included.
+    """Run `scene` from static balance and keep its signals.
 
-    Raises `ConfigurationError` for an unknown model or solver or a bearing without geometry. A failed run
+    `progress` is told the simulated seconds done, settling included.
+
+    Raises `ConfigurationError` for an unknown model or solver, a bearing without geometry, or a load that crushes the
+    contacts. A failed run
     is returned, not raised: its `status` says so and its `reason` says what to do.
     """
     account = Account(scene=scene, bearing=load_bearing(scene.bearing))
@@ -142,8 +145,8 @@ def _recorded(account: Account, progress: Progress) -> Iterator[Steps]:
 
 
 def _full_model(account: Account, settle: int, whole: int) -> Iterator[tuple[int, Steps]]:
+    from srbval.models.full.equilibrium import equilibrium_state
     from srbval.models.full.parameters import make_parameters
-    from srbval.models.full.start import rolling_state
     from srbval.models.full.steps import take_steps
     from srbval.models.solvers import TABLEAUX
 
@@ -153,7 +156,7 @@ def _full_model(account: Account, settle: int, whole: int) -> Iterator[tuple[int
         raise ConfigurationError(f"bearing {bearing.name!r} has no [geometry]; the full model cannot run it.")
     tableau = TABLEAUX[scene.solver.name]
     model = make_parameters(scene, bearing.geometry)
-    state = rolling_state(model)
+    state = equilibrium_state(model).state
     per_output, per_detail = scene.steps_per_output, scene.outputs_per_detail
     step = 1 / (scene.output_rate_hz * per_output)
 

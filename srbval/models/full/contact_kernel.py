@@ -1,94 +1,157 @@
-"""Kernel: contact force and torque of one raceway's points on one barrel roller.
+"""Kernel: contact forces and torques of a race's points on barrel rollers.
 
-Everything is in the roller's slot frame: x along the slot (outwards), y along the race, z along the roller's
-axis, origin at the roller's centre. Floats and arrays only; see `contact.py` for the documented physics.
+Everything is in the rollers' slot frames: x along the slot (outwards), y along the race, z along the roller's axis,
+origin at the roller's centre. See `columns` for the layout.
 """
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from srbval.models.full.columns import (
+    A_X,
+    A_Y,
+    A_Z,
+    B_X,
+    B_Y,
+    B_Z,
+    DAMPED,
+    F_X,
+    F_Y,
+    F_Z,
+    O_X,
+    O_Y,
+    O_Z,
+    RUBBED,
+    STORED,
+    T_X,
+    T_Y,
+    T_Z,
+    V_X,
+    V_Y,
+    V_Z,
+    W_X,
+    W_Y,
+    W_Z,
+    Z_X,
+    Z_Y,
+    Z_Z,
+)  # fmt: skip
 from srbval.models.full.contact_law import ContactLaw
 from srbval.models.jit import kernel
 
 
 @kernel
-def race_on_roller(
-    # model
-    law, points, race, window, first, last,
-    # state: meridian frame of the nearest point in slot axes (a: radial, b: along the race, z: shaft), ring
-    # centre, relative velocity (ring less roller) at the roller's centre, relative angular velocity
-    a_x, a_y, a_z, b_x, b_y, b_z, z_x, z_y, z_z, o_x, o_y, o_z, v_x, v_y, v_z, w_x, w_y, w_z,
-):  # fmt: skip
-    """Force and torque about the roller's centre, power lost to friction and to damping, elastic energy.
+def contact_columns(law, points, race, window, first, last, columns, start, stop):
+    """Add the forces of candidates ``points[race, window, :, first:last]`` to the columns from `start` to `stop`.
 
-    ``points[race, window, :, first:last]`` holds the candidates, see `point_cloud.Windows`.
+    For each candidate: penetration of the barrel in closed form, normal force by eq. (18), never pulling, friction by
+    eq. (19). The columns are the inner loop, so that eight are worked on at once.
     """
     profile_radius = law.profile_radius
     inner_radius = profile_radius - law.roller_radius
     stiffness, damping, sharpness = law.stiffness, law.damping, 1.0 / law.smoothing
-    static_friction, dynamic_friction, critical_velocity = (
-        law.static_friction,
-        law.dynamic_friction,
-        law.critical_velocity,
-    )
+    static_friction, dynamic_friction = law.static_friction, law.dynamic_friction
+    critical_velocity = law.critical_velocity
     slope = static_friction / critical_velocity
     fall = (static_friction - dynamic_friction) / (0.5 * critical_velocity)
-    f_x = f_y = f_z = t_x = t_y = t_z = 0.0
-    rubbed = damped = stored = 0.0
+    begin, end = np.uint64(start), np.uint64(stop)
     for i in range(first, last):
-        along = points[race, window, 0, i]
-        across = points[race, window, 1, i]
-        axial = points[race, window, 2, i]
-        p_x = o_x + along * a_x + across * b_x + axial * z_x
-        p_y = o_y + along * a_y + across * b_y + axial * z_y
-        p_z = o_z + along * a_z + across * b_z + axial * z_z
-        # closed-form distance to the barrel: a circle of profile_radius swept about the roller's axis
-        rho = math.sqrt(p_x * p_x + p_y * p_y)
-        s = rho + inner_radius
-        distance = math.sqrt(s * s + p_z * p_z)
-        depth = profile_radius - distance
-        inverse = 1.0 / (distance * rho)
-        n_x = s * inverse * p_x
-        n_y = s * inverse * p_y
-        n_z = rho * inverse * p_z
-        # velocity of the ring's point relative to the roller's material
-        u_x = v_x + w_y * p_z - w_z * p_y
-        u_y = v_y + w_z * p_x - w_x * p_z
-        u_z = v_z + w_x * p_y - w_y * p_x
-        u_n = u_x * n_x + u_y * n_y + u_z * n_z
-        # normal force, eq. (18), with depth rate -u_n
-        x = depth * sharpness
-        x = x if x > 0.0 else 0.0
-        x = x if x < 1.0 else 1.0
-        smooth = points[race, window, 3, i] * x * x * (3.0 - 2.0 * x)
-        spring = smooth * stiffness * depth
-        normal = spring - smooth * damping * u_n
-        normal = normal if normal > 0.0 else 0.0
-        # friction, eq. (19): coefficient over slip speed, never above its slope at rest
-        q_x = u_x - u_n * n_x
-        q_y = u_y - u_n * n_y
-        q_z = u_z - u_n * n_z
-        square = q_x * q_x + q_y * q_y + q_z * q_z
-        slip = math.sqrt(square) + 1e-300
-        mu = static_friction - fall * (slip - critical_velocity)
-        mu = mu if mu > dynamic_friction else dynamic_friction
-        mu = mu / slip
-        mu = mu if mu < slope else slope
-        drag = mu * normal
-        g_x = drag * q_x - normal * n_x
-        g_y = drag * q_y - normal * n_y
-        g_z = drag * q_z - normal * n_z
-        f_x += g_x
-        f_y += g_y
-        f_z += g_z
-        t_x += p_y * g_z - p_z * g_y
-        t_y += p_z * g_x - p_x * g_z
-        t_z += p_x * g_y - p_y * g_x
-        rubbed += drag * square
-        damped += (spring - normal) * u_n
-        stored += spring * depth
-    return f_x, f_y, f_z, t_x, t_y, t_z, rubbed, damped, 0.5 * stored
+        along, across = points[race, window, 0, i], points[race, window, 1, i]
+        axial, share = points[race, window, 2, i], points[race, window, 3, i]
+        for j in range(begin, end):
+            p_x = columns[O_X + j] + along * columns[A_X + j] + across * columns[B_X + j] + axial * columns[Z_X + j]
+            p_y = columns[O_Y + j] + along * columns[A_Y + j] + across * columns[B_Y + j] + axial * columns[Z_Y + j]
+            p_z = columns[O_Z + j] + along * columns[A_Z + j] + across * columns[B_Z + j] + axial * columns[Z_Z + j]
+            # closed-form distance to the barrel: a circle of profile_radius swept about the roller's axis
+            rho = math.sqrt(p_x * p_x + p_y * p_y)
+            s = rho + inner_radius
+            distance = math.sqrt(s * s + p_z * p_z)
+            depth = profile_radius - distance
+            inverse = 1.0 / (distance * rho)
+            n_x = s * inverse * p_x
+            n_y = s * inverse * p_y
+            n_z = rho * inverse * p_z
+            # velocity of the ring's point relative to the roller's material
+            w_x, w_y, w_z = columns[W_X + j], columns[W_Y + j], columns[W_Z + j]
+            u_x = columns[V_X + j] + w_y * p_z - w_z * p_y
+            u_y = columns[V_Y + j] + w_z * p_x - w_x * p_z
+            u_z = columns[V_Z + j] + w_x * p_y - w_y * p_x
+            u_n = u_x * n_x + u_y * n_y + u_z * n_z
+            # normal force, eq. (18), with depth rate -u_n
+            x = depth * sharpness
+            x = x if x > 0.0 else 0.0
+            x = x if x < 1.0 else 1.0
+            smooth = share * x * x * (3.0 - 2.0 * x)
+            spring = smooth * stiffness * depth
+            normal = spring - smooth * damping * u_n
+            normal = normal if normal > 0.0 else 0.0
+            # friction, eq. (19): coefficient over slip speed, never above its slope at rest
+            q_x = u_x - u_n * n_x
+            q_y = u_y - u_n * n_y
+            q_z = u_z - u_n * n_z
+            square = q_x * q_x + q_y * q_y + q_z * q_z
+            slip = math.sqrt(square) + 1e-300
+            mu = static_friction - fall * (slip - critical_velocity)
+            mu = mu if mu > dynamic_friction else dynamic_friction
+            mu = mu / slip
+            mu = mu if mu < slope else slope
+            drag = mu * normal
+            g_x = drag * q_x - normal * n_x
+            g_y = drag * q_y - normal * n_y
+            g_z = drag * q_z - normal * n_z
+            columns[F_X + j] += g_x
+            columns[F_Y + j] += g_y
+            columns[F_Z + j] += g_z
+            columns[T_X + j] += p_y * g_z - p_z * g_y
+            columns[T_Y + j] += p_z * g_x - p_x * g_z
+            columns[T_Z + j] += p_x * g_y - p_y * g_x
+            columns[RUBBED + j] += drag * square
+            columns[DAMPED + j] += (spring - normal) * u_n
+            columns[STORED + j] += spring * depth
+
+
+@kernel
+def put_column(
+    columns, place, a_x, a_y, a_z, b_x, b_y, b_z, z_x, z_y, z_z, o_x, o_y, o_z, v_x, v_y, v_z, w_x, w_y, w_z
+):  # fmt: skip
+    """Set up the column at `place` and clear its sums."""
+    j = np.uint64(place)
+    columns[A_X + j], columns[A_Y + j], columns[A_Z + j] = a_x, a_y, a_z
+    columns[B_X + j], columns[B_Y + j], columns[B_Z + j] = b_x, b_y, b_z
+    columns[Z_X + j], columns[Z_Y + j], columns[Z_Z + j] = z_x, z_y, z_z
+    columns[O_X + j], columns[O_Y + j], columns[O_Z + j] = o_x, o_y, o_z
+    columns[V_X + j], columns[V_Y + j], columns[V_Z + j] = v_x, v_y, v_z
+    columns[W_X + j], columns[W_Y + j], columns[W_Z + j] = w_x, w_y, w_z
+    clear_sums(columns, place)
+
+
+@kernel
+def clear_sums(columns, place):
+    """Set the sums of the column at `place` to zero."""
+    j = np.uint64(place)
+    columns[F_X + j], columns[F_Y + j], columns[F_Z + j] = 0.0, 0.0, 0.0
+    columns[T_X + j], columns[T_Y + j], columns[T_Z + j] = 0.0, 0.0, 0.0
+    columns[RUBBED + j], columns[DAMPED + j], columns[STORED + j] = 0.0, 0.0, 0.0
+
+
+@kernel
+def sums(columns, place):
+    """Force and torque of the column at `place`, power lost to friction and to damping, elastic energy."""
+    j = np.uint64(place)
+    return (
+        columns[F_X + j], columns[F_Y + j], columns[F_Z + j], columns[T_X + j], columns[T_Y + j], columns[T_Z + j],
+        columns[RUBBED + j], columns[DAMPED + j], 0.5 * columns[STORED + j],
+    )  # fmt: skip
+
+
+@kernel
+def push_away(columns, start, stop, far):
+    """Move the unused columns from `start` to `stop` out of reach."""
+    for place in range(start, stop):
+        columns[O_X + np.uint64(place)] = far
 
 
 @kernel
@@ -108,17 +171,16 @@ def without_friction(law):
 
 @kernel
 def damaged_roller_points(
-    roller_radius, circle_half_gap, defects, roller, turned, points, race, window, lanes,
+    roller_radius, circle_half_gap, defects, roller, turned, points, race, window, spare, candidates,
     a_x, a_y, a_z, b_x, b_y, b_z, z_x, z_y, z_z, o_x, o_y, o_z,
 ):  # fmt: skip
-    """Fill the last, spare window of a race with a window's candidates as a damaged roller meets them.
+    """Fill the window `spare` of a race with a window's candidates as a damaged roller meets them.
 
     A height h of the roller's surface is met as if the race's point stood h higher, along its own normal. `defects`,
     shape [D, 6]: see `Parameters.roller_defects`; `turned` is the roller's angle about its axis relative to its slot;
-    the rest is the meridian frame as in `race_on_roller`.
+    the rest is the meridian frame, see `columns`.
     """
-    spare = points.shape[1] - 1
-    for i in range(lanes):
+    for i in range(candidates):
         along, across, axial = points[race, window, 0, i], points[race, window, 1, i], points[race, window, 2, i]
         x = o_x + along * a_x + across * b_x + axial * z_x
         y = o_y + along * a_y + across * b_y + axial * z_y

@@ -10,7 +10,17 @@ import math
 
 import numpy as np
 
-from srbval.models.full.contact_kernel import damaged_roller_points, race_on_roller, without_friction
+from srbval.models.full.columns import AT_ONCE, GROUPS
+from srbval.models.full.contact_kernel import (
+    clear_sums,
+    contact_columns,
+    damaged_roller_points,
+    push_away,
+    put_column,
+    sums,
+    without_friction,
+)
+from srbval.models.full.point_cloud import FAR_M
 from srbval.models.jit import kernel
 
 CONTACT_VALUES = 11
@@ -45,6 +55,30 @@ def external_load(t, drive):
     share = (t - drive.load_time[i]) / (drive.load_time[i + 1] - drive.load_time[i])
     radial = drive.radial[i] + share * (drive.radial[i + 1] - drive.radial[i])
     return radial, drive.axial[i] + share * (drive.axial[i + 1] - drive.axial[i])
+
+
+@kernel
+def group_of(group, region, groups, alone):
+    """Race, window, window it was made from, first column and number of columns of a group or of a lone column."""
+    if group < GROUPS:
+        race, window = group // 4, group % 4
+        return race, window, window, group * region, groups[group]
+    lone = group - GROUPS
+    return alone[lone, 0], alone[lone, 1], alone[lone, 2], GROUPS * region + lone * AT_ONCE, 1
+
+
+@kernel
+def normal_loads(law, points, race, window, of_window, starts, columns, owner, begin, used, loads):
+    """Fill `loads` with the normal force of each circle on the rollers of a group; spoils the columns' sums."""
+    filled = begin + (used + AT_ONCE - 1) // AT_ONCE * AT_ONCE
+    for circle in range(3):
+        for at in range(begin, begin + used):
+            clear_sums(columns, at)
+        first, last = starts[race, of_window, circle], starts[race, of_window, circle + 1]
+        contact_columns(law, points, race, window, first, last, columns, begin, filled)
+        for at in range(begin, begin + used):
+            f_x, f_y, f_z, _, _, _, _, _, _ = sums(columns, at)
+            loads[race, owner[at], circle] = math.sqrt(f_x * f_x + f_y * f_y + f_z * f_z)
 
 
 @kernel
@@ -93,17 +127,17 @@ def right_hand_side(t, y, model, rate, contact, loads):
     g_y = -i_d * spin * (omega_z * t02 - omega_x * t22)
     g_z = -i_d * spin * (omega_x * t12 - omega_y * t02)
 
-    on_ring_x = on_ring_y = on_ring_z = on_shaft = 0.0
-    rubbed = damped = stored = 0.0
     deepest = -1.0
     mass, law = model.roller_mass, model.law
-    frictionless = without_friction(law)
     # arrays are taken out of their tuples once: inside the loop each would be counted in and out
-    roller_defects, damaged = model.roller_defects, model.damaged
-    points, lanes, starts, window_of, highest, shallow, cosine, sine = model.races
+    roller_defects, damaged, spare_of = model.roller_defects, model.damaged, model.spare_of
+    points, starts, window_of, highest, shallow, cosine, sine = model.races
+    columns, owner, groups, alone, frames, region = model.scratch
     row_of, slot_angle, slot_cosine, slot_sine = (
         model.roller_row, model.roller_angle, model.roller_cosine, model.roller_sine,
     )  # fmt: skip
+    groups[:] = 0
+    lone = 0
     for j in range(n):
         side = row_of[j]
         row = 0 if side > 0.0 else 1
@@ -130,8 +164,12 @@ def right_hand_side(t, y, model, rate, contact, loads):
         w_y = omega_x * y_x + omega_y * y_y + omega_z * y_z
         w_z = omega_x * z_x + omega_y * z_y + omega_z * z_z
         angle = turn + slot_angle[j]
+        frames[j, 0], frames[j, 1], frames[j, 2] = x_x, x_y, x_z
+        frames[j, 3], frames[j, 4], frames[j, 5] = y_x, y_y, y_z
+        frames[j, 6], frames[j, 7], frames[j, 8] = z_x, z_y, z_z
+        frames[j, 9], frames[j, 10], frames[j, 11] = w_x, w_y, w_z
+        frames[j, 12:18] = 0.0
 
-        f_x = f_y = f_z = t_x = t_y = t_z = 0.0
         for race in range(2):
             # place on the race in points; ring's angle; ring's centre less the roller's, relative velocity (ring less
             # roller) at the roller's centre and relative angular velocity, all in slot axes
@@ -165,47 +203,80 @@ def right_hand_side(t, y, model, rate, contact, loads):
             window = window_of[race, row, k]
             if bound <= -(highest[race, window] + damaged[j] + SKIP_MARGIN_M):
                 continue
-            if bound < shallow[race] and window < 2 and damaged[j] == 0.0:
+            plain = window < 2 and damaged[j] == 0.0
+            if plain and bound < shallow[race]:
                 k = below if below < count else 0
                 window = row + 2
             pc = ring_cosine * cosine[k] - ring_sine * sine[k]
             ps = ring_sine * cosine[k] + ring_cosine * sine[k]
             a_x, a_y, a_z = pc * x_x + ps * x_y, pc * y_x + ps * y_y, pc * z_x + ps * z_y
             b_x, b_y, b_z = pc * x_y - ps * x_x, pc * y_y - ps * y_x, pc * z_y - ps * z_x
-            width, from_window = lanes[race, window], window
-            if damaged[j] > 0.0:
-                damaged_roller_points(
-                    law.roller_radius, model.circle_half_gap, roller_defects, j, y[n + j], points, race, window, width,
-                    a_x, a_y, a_z, b_x, b_y, b_z, x_z, y_z, z_z, o_x, o_y, o_z,
-                )  # fmt: skip
-                from_window = points.shape[1] - 1
-            h_x, h_y, h_z, m_x, m_y, m_z, rub, damp, store = race_on_roller(
-                law, points, race, from_window, 0, width,
-                a_x, a_y, a_z, b_x, b_y, b_z, x_z, y_z, z_z, o_x, o_y, o_z, v_x, v_y, v_z, r_x, r_y, r_z,
-            )  # fmt: skip
-            if loads.shape[0] > 0:
-                for i in range(3):
-                    n_x, n_y, n_z, _, _, _, _, _, _ = race_on_roller(
-                        frictionless, points, race, from_window, starts[race, window, i], starts[race, window, i + 1],
-                        a_x, a_y, a_z, b_x, b_y, b_z, x_z, y_z, z_z, o_x, o_y, o_z, v_x, v_y, v_z, r_x, r_y, r_z,
+            if plain:
+                group = 4 * race + window
+                at = group * region + groups[group]
+                groups[group] += 1
+            else:
+                at = GROUPS * region + lone * AT_ONCE
+                alone[lone, 0], alone[lone, 1], alone[lone, 2] = race, window, window
+                if damaged[j] > 0.0:
+                    alone[lone, 1] = points.shape[1] - 1 - spare_of[j]
+                    damaged_roller_points(
+                        law.roller_radius, model.circle_half_gap, roller_defects, j, y[n + j], points, race, window,
+                        alone[lone, 1], starts[race, window, 3],
+                        a_x, a_y, a_z, b_x, b_y, b_z, x_z, y_z, z_z, o_x, o_y, o_z,
                     )  # fmt: skip
-                    loads[race, j, i] = math.sqrt(n_x * n_x + n_y * n_y + n_z * n_z)
+                lone += 1
+            owner[at] = j
+            put_column(
+                columns, at, a_x, a_y, a_z, b_x, b_y, b_z, x_z, y_z, z_z, o_x, o_y, o_z, v_x, v_y, v_z, r_x, r_y, r_z
+            )  # fmt: skip
+
+    on_ring_x = on_ring_y = on_ring_z = on_shaft = 0.0
+    rubbed = damped = stored = 0.0
+    for group in range(GROUPS + lone):
+        race, window, of_window, begin, used = group_of(group, region, groups, alone)
+        if used == 0:
+            continue
+        filled = begin + (used + AT_ONCE - 1) // AT_ONCE * AT_ONCE
+        push_away(columns, begin + used, filled, FAR_M)
+        contact_columns(law, points, race, window, 0, starts[race, of_window, 3], columns, begin, filled)
+        for at in range(begin, begin + used):
+            j = owner[at]
+            h_x, h_y, h_z, m_x, m_y, m_z, rub, damp, store = sums(columns, at)
+            x_x, x_y, x_z = frames[j, 0], frames[j, 1], frames[j, 2]
+            y_x, y_y, y_z = frames[j, 3], frames[j, 4], frames[j, 5]
+            z_x, z_y, z_z = frames[j, 6], frames[j, 7], frames[j, 8]
             rubbed += rub
             damped += damp
             stored += store
-            f_x += h_x
-            f_y += h_y
-            f_z += h_z
-            t_x += m_x
-            t_y += m_y
-            t_z += m_z
+            frames[j, 12] += h_x
+            frames[j, 13] += h_y
+            frames[j, 14] += h_z
+            frames[j, 15] += m_x
+            frames[j, 16] += m_y
+            frames[j, 17] += m_z
             if race == OUTER:
                 on_ring_x -= h_x * x_x + h_y * y_x + h_z * z_x
                 on_ring_y -= h_x * x_y + h_y * y_y + h_z * z_y
                 on_ring_z -= h_x * x_z + h_y * y_z + h_z * z_z
             else:  # torque on the shaft: minus the shaft-axis part of (r x F + T) of the forces on the roller
+                reach = model.centre_distance + y[j]
                 on_shaft -= m_x * x_z + (m_y - reach * h_z) * y_z + (m_z + reach * h_y) * z_z
+        if loads.shape[0] > 0:
+            normal_loads(
+                without_friction(law), points, race, window, of_window, starts, columns, owner, begin, used, loads
+            )
 
+    for j in range(n):
+        x_x, x_y, x_z = frames[j, 0], frames[j, 1], frames[j, 2]
+        y_x, y_y, y_z = frames[j, 3], frames[j, 4], frames[j, 5]
+        z_x, z_y, z_z = frames[j, 6], frames[j, 7], frames[j, 8]
+        w_x, w_y, w_z = frames[j, 9], frames[j, 10], frames[j, 11]
+        f_x, f_y, f_z = frames[j, 12], frames[j, 13], frames[j, 14]
+        t_x, t_y, t_z = frames[j, 15], frames[j, 16], frames[j, 17]
+        reach = model.centre_distance + y[j]
+        slide_rate = y[d + j]
+        roller_spin = y[d + n + j]
         weight = mass * model.gravity
         f_x += weight * x_y
         f_y += weight * y_y

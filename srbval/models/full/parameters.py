@@ -13,6 +13,7 @@ from srbval.bearing import SphericalRollerGeometry
 from srbval.bearing.geometry import CIRCLES
 from srbval.errors import ConfigurationError
 from srbval.models.full.bodies import outer_ring_mass_kg, roller_body
+from srbval.models.full.columns import AT_ONCE, GROUPS, O_X, ROWS, STRIDE
 from srbval.models.full.contact_law import ContactLaw
 from srbval.models.full.point_cloud import (
     FAR_M,
@@ -34,19 +35,34 @@ STANDARD_GRAVITY = 9.80665  # m/s2
 class Races(NamedTuple):
     """Point clouds of both raceways as the kernels read them, outer first: see `point_cloud.Windows`.
 
-    `points` shape [2, W, 7, lanes], with a spare window at the end; `lanes` [2, W]; `starts` [2, W, 4]; `window_of`
-    [2, 2 rows, points]; `highest` [2, W]; `shallow` [2]: depth up to which the narrow windows hold every point that can
-    touch [m]; `cosine` and `sine` of the undisplaced points' angles, [points].
+    `points` shape [2, W, 7, candidates], with a spare window for each damaged roller at the end; `starts` [2, W, 4];
+    `window_of` [2, 2 rows, points]; `highest` [2, W]; `shallow` [2]: depth up to which the narrow windows hold every
+    point that can touch [m]; `cosine` and `sine` of the undisplaced points' angles, [points].
     """
 
     points: FloatArray
-    lanes: IntArray
     starts: IntArray
     window_of: IntArray
     highest: FloatArray
     shallow: FloatArray
     cosine: FloatArray
     sine: FloatArray
+
+
+class Scratch(NamedTuple):
+    """Space the kernels work in; one set for each run, so parameters are not to be shared between threads.
+
+    `columns` and their `owner`s (rollers): see `columns`; `groups`, [8]: columns in each; `alone`, [k, 3]: race, window
+    and the window it was made from of each column with points of its own; `frames`, [2 M, 18]: slot axes, the cage's
+    angular velocity in them, force and torque of each roller; `region`: places in a group.
+    """
+
+    columns: FloatArray
+    owner: IntArray
+    groups: IntArray
+    alone: IntArray
+    frames: FloatArray
+    region: int
 
 
 class Drive(NamedTuple):
@@ -97,6 +113,8 @@ class Parameters(NamedTuple):
     # shape [D, 6]: roller, angle about its axis [rad], place along it [m], height [m], extent [m], 1 if cosine-shaped
     roller_defects: FloatArray
     damaged: FloatArray  # sum of the heights and depths of each roller's defects, shape [2 M] [m]
+    spare_of: IntArray  # which spare window a damaged roller has, shape [2 M]
+    scratch: Scratch
     circle_half_gap: float  # half the distance between two circles along a roller [m]
 
 
@@ -143,6 +161,8 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
         races=_races(scene, geometry, diameter / 2),
         roller_defects=_roller_defects(scene, geometry),
         damaged=_damaged(scene, geometry),
+        spare_of=np.cumsum(_damaged(scene, geometry) > 0) - 1,
+        scratch=_scratch(geometry),
         circle_half_gap=_axial_place(geometry, 3) / 2,
     )
 
@@ -163,20 +183,19 @@ def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
 def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float) -> Races:
     n = scene.contact.points_per_circle
     both = [_race(scene, geometry, kind, roller_radius) for kind in (DefectKind.OUTER, DefectKind.INNER)]
-    count = max(len(windows.lanes) for windows, _ in both) + 1
+    count = max(len(windows.highest) for windows, _ in both) + int(np.count_nonzero(_damaged(scene, geometry)))
     width = max(windows.points.shape[2] for windows, _ in both)
     points = np.full((2, count, 7, width), FAR_M)
-    lanes, highest = np.zeros((2, count), dtype=np.int64), np.zeros((2, count))
+    highest = np.zeros((2, count))
     starts = np.zeros((2, count, 4), dtype=np.int64)
     for race, (windows, _) in enumerate(both):
         used, _, candidates = windows.points.shape
         points[race, :used, :, :candidates] = windows.points
-        lanes[race, :used], highest[race, :used] = windows.lanes, windows.highest
+        highest[race, :used] = windows.highest
         starts[race, :used] = windows.starts
     angle = np.arange(n) * 2 * math.pi / n
     return Races(
         points=points,
-        lanes=lanes,
         starts=starts,
         window_of=np.array([windows.window_of for windows, _ in both]),
         highest=highest,
@@ -266,3 +285,24 @@ def _roller_index(defect: Defect, geometry: SphericalRollerGeometry) -> int:
 def _axial_place(geometry: SphericalRollerGeometry, circle: int) -> float:
     """Where a circle of row 1 meets the outer side of its roller, along the roller's axis [m]."""
     return geometry.raceway_radius_m * math.sin((CIRCLES[circle - 1] - 1) * geometry.tilt_rad)
+
+
+def _scratch(geometry: SphericalRollerGeometry) -> Scratch:
+    """Space for every roller in any group, and for all rollers alone on both races."""
+    rollers = 2 * geometry.rollers_per_row
+    region = -(-geometry.rollers_per_row // AT_ONCE) * AT_ONCE
+    places = GROUPS * region + 2 * rollers * AT_ONCE
+    if places > STRIDE:
+        raise ConfigurationError(
+            f"rollers_per_row = {geometry.rollers_per_row}: the full model has room for 45 rollers a row."
+        )
+    columns = np.zeros(ROWS * STRIDE)
+    columns[int(O_X) : int(O_X) + STRIDE] = FAR_M
+    return Scratch(
+        columns=columns,
+        owner=np.zeros(STRIDE, dtype=np.int64),
+        groups=np.zeros(GROUPS, dtype=np.int64),
+        alone=np.zeros((2 * rollers, 3), dtype=np.int64),
+        frames=np.zeros((rollers, 18)),
+        region=region,
+    )

@@ -10,16 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.bearing import SphericalRollerGeometry
-from srbval.bearing.geometry import CIRCLES
 from srbval.scene import Defect, DefectShape
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-LANES = 8  # candidate lists are padded to a multiple of this, so that vector code needs no remainder loop
 DEEPEST_M = 2e-4  # penetration within which every touching point is among the candidates; checked in each run
 SHALLOW_M = 4e-5  # contacts up to about this depth are looked up in narrow windows
-FAR_M = 1e3  # where padding points lie: out of everybody's reach
+FAR_M = 1e3  # where unused places lie: out of everybody's reach
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,31 +131,23 @@ def window_half_count(roller_radius_m: float, race_radius_m: float, *, points_pe
 
 
 def shallow_half_count(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int) -> int:
-    """How many points either side, counted between two, are enough up to `SHALLOW_M`; more where padding has room."""
+    """How many points either side, counted between two, are enough up to `SHALLOW_M` deep."""
     spacing = 2 * math.pi * abs(race_radius_m) / points_per_circle
-    needed = math.ceil(reach_m(SHALLOW_M, roller_radius_m, race_radius_m) / spacing)
-    return padded(2 * needed * len(CIRCLES)) // (2 * len(CIRCLES))
-
-
-def padded(lanes: int) -> int:
-    """Next multiple of `LANES`."""
-    return -(-lanes // LANES) * LANES
+    return math.ceil(reach_m(SHALLOW_M, roller_radius_m, race_radius_m) / spacing)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Windows:
     """Candidate points about each point of a race, in the frame of that point's meridian.
 
-    `points`, shape [W, 7, lanes]: rows 0-2 position along the meridian, along the race, along the shaft [m]; 3 share
-    of K_c and C_c; 4-6 surface normal in the same axes; padded with points `FAR_M` away. `lanes`, [W]: how many of
-    them to look at; `starts`, [W, 4]: where each circle's begin, and the end of the last. Windows 0 and 1 are the
-    undisplaced ones of rows 1 and 2; 2 and 3 the narrow ones for shallow contacts, about the point before the roller.
-    `window_of`, [2, points]: which wide window belongs to a nearest point. `highest`, [W]: highest displacement in it
-    [m].
+    `points`, shape [W, 7, candidates]: rows 0-2 position along the meridian, along the race, along the shaft [m]; 3
+    share of K_c and C_c; 4-6 surface normal in the same axes. `starts`, [W, 4]: where each circle's begin, and the
+    end of the last. Windows 0 and 1 are the undisplaced ones of rows 1 and 2; 2 and 3 the narrow ones for shallow
+    contacts, about the point before the roller. `window_of`, [2, points]: which wide window belongs to a nearest
+    point. `highest`, [W]: highest displacement in it [m].
     """
 
     points: FloatArray
-    lanes: IntArray
     starts: IntArray
     window_of: IntArray
     highest: FloatArray
@@ -182,7 +172,6 @@ def candidate_windows(
     widest = max(window.shape[1] for window in whole)
     return Windows(
         points=np.array([_with_padding(window, widest) for window in whole]),
-        lanes=np.array([padded(window.shape[1]) for window in whole]),
         starts=np.array([np.cumsum([0, *(part.shape[1] for part in window)]) for window in found]),
         window_of=window_of,
         highest=np.array(highest),
@@ -212,8 +201,8 @@ def _window(
     return columns
 
 
-def _with_padding(window: FloatArray, lanes: int) -> FloatArray:
-    full = np.zeros((window.shape[0], padded(lanes)))
+def _with_padding(window: FloatArray, candidates: int) -> FloatArray:
+    full = np.zeros((window.shape[0], candidates))
     full[0] = FAR_M
     full[:, : window.shape[1]] = window
     return full

@@ -92,7 +92,8 @@ def _limits_section() -> Section:
                 items=(
                     "**Amplitudes.** The paper did not seek to match them; neither does this report. Every signal is "
                     "normalised.",
-                    "**Rolling-element defects, axial load, gravity, lubrication**: not modelled yet.",
+                    "**Rolling-element defects, axial load, speed and load over time, gravity** can "
+                    "be simulated but are not compared with anything here. **Lubrication** is not modelled.",
                     "**The noise floor of the simulated spectra.** With a fixed explicit step the friction is "
                     "under-resolved and "
                     "chatters; part of the broadband signal is numerical. Fault lines are read well above it.",

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from srbval.models.full.contact_kernel import race_on_roller
-from srbval.models.full.parameters import ContactLaw
+from srbval.models.full.columns import ROWS, STRIDE
+from srbval.models.full.contact_kernel import contact_columns, push_away, put_column, sums
+from srbval.models.full.contact_law import ContactLaw
 
 R, PROFILE = 0.020, 0.164
 K, C, W, MU_S, MU_D, V_C = 5e7, 1e3, 1e-8, 0.7, 0.5, 1e-3
@@ -20,11 +21,16 @@ def one_point(
     `velocity` is the ring's relative to the roller.
     """
     rho = np.sqrt((PROFILE - depth) ** 2 - along**2) - PROFILE + R
-    windows = np.zeros((1, 1, 7, 1))
-    windows[0, 0, :4, 0] = (rho, 0.0, along, 1.0)
+    points = np.zeros((1, 1, 7, 1))
+    points[0, 0, :4, 0] = (rho, 0.0, along, 1.0)
+    columns = np.zeros(ROWS * STRIDE)
     frame = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-    law = ContactLaw(PROFILE, R, K, C, W, MU_S, MU_D, V_C)
-    found: tuple[float, ...] = race_on_roller(law, windows, 0, 0, 0, 1, *frame, 0.0, 0.0, 0.0, *velocity, 0.0, 0.0, 0.0)
+    put_column(columns, 3, *frame, 0.0, 0.0, 0.0, *velocity, 0.0, 0.0, 0.0)
+    push_away(columns, 0, 3, 1e3)
+    push_away(columns, 4, 8, 1e3)
+    contact_columns(ContactLaw(PROFILE, R, K, C, W, MU_S, MU_D, V_C), points, 0, 0, 0, 1, columns, 0, 8)
+    assert all(sums(columns, place) == (0.0,) * 9 for place in (0, 1, 2, 4, 5, 6, 7)), "columns do not mix"
+    found: tuple[float, ...] = sums(columns, 3)
     return found
 
 

@@ -208,7 +208,7 @@ def test_a_bump_on_a_roller_presses_like_a_thicker_roller() -> None:
 
 
 def test_the_shaft_follows_its_profile() -> None:
-    """Trapezoids: the angle is the integral of the speed, piece by piece, and the recorded time starts after settling."""
+    """Trapezoids: the angle is the integral of the speed; the recorded time starts after settling."""
     scene = paper_scene(
         speed_profile={"time": ["0 s", "1 s", "3 s"], "speed": ["10 rad/s", "30 rad/s", "20 rad/s"]},
         duration="3 s", settle="0.5 s",

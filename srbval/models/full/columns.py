@@ -1,0 +1,30 @@
+"""Layout of the contact columns: one column for each roller that may touch a race.
+
+The contact kernel works on eight columns at a time, so what it reads and writes of a column stands in rows of one flat
+array, `STRIDE` apart: the frame and velocities of the roller against the race, then the sums it adds up. Columns
+that look at the same candidate points stand together in a group of their own: by race, row, and narrow or wide window;
+those with points of their own (a defect near, a damaged roller) stand alone, eight places apart.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+# Not a multiple of a power of two: rows a page apart would all fall into the same few lines of the cache.
+STRIDE = 2056
+GROUPS = 8  # race, row, narrow or wide
+AT_ONCE = 8  # columns the processor works on together; groups are filled up to a multiple
+
+(
+    A_X, A_Y, A_Z,  # meridian of the nearest point, in slot axes
+    B_X, B_Y, B_Z,  # along the race
+    Z_X, Z_Y, Z_Z,  # shaft
+    O_X, O_Y, O_Z,  # ring's centre less the roller's [m]
+    V_X, V_Y, V_Z,  # velocity of the ring less the roller's, at the roller's centre [m/s]
+    W_X, W_Y, W_Z,  # angular velocity of the ring less the roller's [rad/s]
+    F_X, F_Y, F_Z,  # sum: force on the roller [N]
+    T_X, T_Y, T_Z,  # sum: torque on the roller about its centre [N m]
+    RUBBED, DAMPED,  # sums: power lost to friction, to damping [W]
+    STORED,  # sum: twice the elastic energy [J]
+) = (np.uint64(i * STRIDE) for i in range(27))  # fmt: skip
+ROWS = 27
