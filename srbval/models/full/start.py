@@ -1,12 +1,21 @@
-"""Velocities a run starts with: cage and rollers rolling without slip; and the state without any load balance."""
+"""Velocities a run starts with: of pure rolling, or such that friction balances; and a start without load balance."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from srbval.models.full.motion_kernel import external_load, shaft_motion
 from srbval.models.full.parameters import Parameters
+from srbval.models.full.steps import rates
+
+FloatArray = NDArray[np.float64]
+CAGE_RANGE = 0.05  # about pure rolling; the outer and inner circles alone would give -1.5 % and +2.6 %
+SPIN_RANGE = 0.15  # about pure rolling; 6 % seen
+NOTICED_RAD_S2 = 1e-3  # rounding leaves 1e-9; the lightest rolling contact makes thousands
+HALVINGS = 20  # 7e-5 rad/s of a spin: 1.4 um/s of slip, a thousandth of the critical velocity
 
 
 def rolling_speeds(model: Parameters) -> tuple[float, float]:
@@ -21,7 +30,7 @@ def rolling_speeds(model: Parameters) -> tuple[float, float]:
     return cage, -cage * pitch_radius / model.law.roller_radius
 
 
-def rolling_state(model: Parameters) -> NDArray[np.float64]:
+def rolling_state(model: Parameters) -> FloatArray:
     """State of pure rolling at the middle circle, all slides zero, shape [4 M + 12].
 
     The ring stands where the housing spring alone would carry the load. Not an equilibrium: what remains dies out
@@ -36,3 +45,63 @@ def rolling_state(model: Parameters) -> NDArray[np.float64]:
         push = (radial * model.drive.direction_cosine, radial * model.drive.direction_sine, axial)
         y[2 * n + 3 : 2 * n + 6] = np.array(push) / model.housing_stiffness
     return y
+
+
+def balance_friction(model: Parameters, state: FloatArray) -> FloatArray:
+    """`state` with the cage speed and roller spins at which friction balances on each roller and on the cage.
+
+    The three circles of a contact have different rolling radii and cannot all roll, so friction decides. A spin
+    changes its own roller's torque alone and lowers it, a faster cage lowers the cage's; so bisections, the spins'
+    within the cage's. A roller without traction turns like the median of the others; a cage that its rollers do not
+    drive keeps the speed of pure rolling, and so do they. All other velocities are set to zero; the displacements stay.
+    """
+    cage, _ = rolling_speeds(model)
+    width = abs(cage) * CAGE_RANGE
+
+    def cage_acceleration(speed: FloatArray) -> FloatArray:
+        y = _spun(model, state, float(speed[0]))
+        return rates(model, 0.0, y).rate[_cage_place(model)]
+
+    (balanced,) = _falling_root(cage_acceleration, np.array([cage - width]), np.array([cage + width]))
+    return _spun(model, state, float(balanced))
+
+
+def _cage_place(model: Parameters) -> slice:
+    """Where the cage's angular velocity about the shaft lies in the state vector."""
+    last = 4 * len(model.roller_angle) + 8
+    return slice(last, last + 1)
+
+
+def _spun(model: Parameters, state: FloatArray, cage: float) -> FloatArray:
+    """`state` at this cage speed, the rollers turning so that friction has no torque about their axes."""
+    n = len(model.roller_angle)
+    spins = slice(3 * n + 6, 4 * n + 6)
+    y = state.copy()
+    y[2 * n + 6 :] = 0.0
+    y[_cage_place(model)] = cage
+
+    def spin_acceleration(spin: FloatArray) -> FloatArray:
+        y[spins] = spin
+        return rates(model, 0.0, y).rate[spins]
+
+    rolling = np.full(n, -cage * model.centre_distance * model.tilt_cosine / model.law.roller_radius)
+    width = np.abs(rolling) * SPIN_RANGE
+    y[spins] = _falling_root(spin_acceleration, rolling - width, rolling + width)
+    return y
+
+
+def _falling_root(f: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray) -> FloatArray:
+    """Where each component of a falling `f` passes zero; where one does not, the median of the others.
+
+    If none passes zero between `low` and `high`, their middle.
+    """
+    middle = (low + high) / 2
+    passes = (f(low) > NOTICED_RAD_S2) & (f(high) < -NOTICED_RAD_S2)
+    if not passes.any():
+        return middle
+    for _ in range(HALVINGS):
+        trial = (low + high) / 2
+        rising = f(trial) > 0
+        low, high = np.where(rising, trial, low), np.where(rising, high, trial)
+    found = (low + high) / 2
+    return np.where(passes, found, np.median(found[passes]))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import time
+import timeit
 from typing import Any
 
 import numpy as np
@@ -11,13 +11,18 @@ import pytest
 from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models.full.equilibrium import Equilibrium, equilibrium_state
-from srbval.models.full.motion_kernel import CONTACT_VALUES, right_hand_side
 from srbval.models.full.parameters import Parameters, make_parameters
+from srbval.models.full.start import balance_friction, rolling_state
+from srbval.models.full.steps import rates, take_steps
+from srbval.models.solvers import TABLEAUX
 from srbval.scene import paper_scene
 
 BALANCED_N = 1.0  # of 124.8 kN
 MIRRORED_M = 1e-12  # rounding of 0.16 m, some thousands of times
 LIMIT_S = 0.05
+RING_M = 2e-7  # a run's mean: all phases of the points, contact damping and friction included; 0.09 um seen of 18 um
+CAGE_RATIO = 1e-4  # the same; 7e-5 seen with play 0
+BAND = 0.05  # of the range of the later values, which the first ones may exceed
 SAG_M = 2.3e-5  # a roller sinks between two points 2.03 mm apart: (1.015 mm)^2 / 2 x (1/20 mm - 1/164 mm) = 22.6 um
 CAGE_ANGLES = (0.0, 0.05, 0.09, 0.2)  # at 0.09 rad a roller of row 1 stands in the middle of the load zone, on a defect
 
@@ -65,9 +70,7 @@ def test_forces_balance(name: str, cage_angle: float) -> None:
 def test_takes_less_than_50_ms(name: str) -> None:
     model = model_of(**SCENES[name])
     equilibrium_state(model)  # compiled now
-    started = time.perf_counter()
-    equilibrium_state(model)
-    assert time.perf_counter() - started < LIMIT_S
+    assert min(timeit.repeat(lambda: equilibrium_state(model), number=1, repeat=5)) < LIMIT_S
 
 
 def test_rollers_and_spring_carry_the_load() -> None:
@@ -75,12 +78,11 @@ def test_rollers_and_spring_carry_the_load() -> None:
     model = model_of()
     y = equilibrium_state(model).state
     y[len(y) // 2 :] = 0.0
-    contact = np.zeros(CONTACT_VALUES)
     law = model.law._replace(static_friction=0.0, dynamic_friction=0.0)
     still = model._replace(law=law, drive=model.drive._replace(speed=np.zeros(1)))
-    right_hand_side(0.0, y, still, np.zeros_like(y), contact, np.zeros((0, 0, 0)))
+    on_ring = rates(still, 0.0, y).contact[:3]
     ring = y[len(y) // 2 - 3 : len(y) // 2]
-    assert contact[:3] - 5e9 * ring == pytest.approx([0.0, 124.8e3, 0.0], abs=BALANCED_N)
+    assert on_ring - 5e9 * ring == pytest.approx([0.0, 124.8e3, 0.0], abs=BALANCED_N)
 
 
 def test_rows_mirror_each_other_under_radial_load() -> None:
@@ -96,7 +98,7 @@ def test_mirrored_axial_load_swaps_the_rows() -> None:
     assert ring == pytest.approx(mirrored * [1, 1, -1], abs=MIRRORED_M)
 
 
-def test_turning_the_load_by_ten_pitches_of_points_and_rollers_turns_the_slides() -> None:
+def test_turning_the_load_by_two_rollers_turns_the_slides() -> None:
     """570 points per circle are 30 per roller: a turn by two rollers maps the bearing onto itself."""
     contact, turn = {"points_per_circle": 570}, 2 * 2 * np.pi / 19
     slides, ring = slides_and_ring(equilibrium_state(model_of(contact=contact, load={"path": "bearing"})))
@@ -121,19 +123,61 @@ def test_unloaded_rollers_rest_on_the_outer_race() -> None:
     assert np.all((slides > clearance) & (slides < clearance + SAG_M))
 
 
-def test_velocities_are_those_of_rolling() -> None:
-    model = model_of()
+def test_friction_balances_on_cage_and_loaded_rollers() -> None:
+    """Printed fit: every roller is pressed. What is left is less than the smallest step of the bisection makes."""
+    model = model_of(contact={"roller_fit": "printed"})
     y = equilibrium_state(model).state
     half, n = len(y) // 2, len(model.roller_angle)
-    cage = y[half + 2 * n + 2]
-    assert cage / model.drive.speed[0] == pytest.approx(0.4305, abs=2e-4)
-    centre_speed = cage * model.centre_distance * model.tilt_cosine
-    assert centre_speed + y[half + n] * model.law.roller_radius == pytest.approx(0.0, abs=1e-12), (
-        "outer contact at rest"
-    )
+    rate = rates(model, 0.0, y).rate
+    stirred = y.copy()
+    stirred[half + n : half + 2 * n] += 0.05  # rad/s: 1 mm/s of slip, the critical velocity
+    sliding = rates(model, 0.0, stirred).rate[half + n : half + 2 * n]
+    assert np.abs(rate[half + n : half + 2 * n]).max() < 0.01 * np.abs(sliding).max()
     assert not y[half : half + n].any()
     assert not y[half + 2 * n : half + 2 * n + 2].any()
     assert not y[-3:].any()
+
+
+def test_rollers_that_touch_nothing_roll() -> None:
+    """Without traction cage and rollers have the speeds of pure rolling, the outer contact at rest."""
+    model = model_of(contact={"radial_play": "3 mm"})
+    state = balance_friction(model, np.zeros_like(rolling_state(model)))
+    n, half = len(model.roller_angle), len(state) // 2
+    cage = state[half + 2 * n + 2]
+    assert cage == rolling_state(model)[half + 2 * n + 2]
+    centre_speed = cage * model.centre_distance * model.tilt_cosine
+    assert centre_speed + state[half + n : half + 2 * n] * model.law.roller_radius == pytest.approx(0.0, abs=1e-12)
+
+
+def settled(model: Parameters, start: np.ndarray, seconds: float) -> np.ndarray:
+    """Ring displacement along y and cage speed over shaft speed, one row an output interval."""
+    steps = take_steps(
+        model, start.copy(), TABLEAUX["ode4"], step_s=1 / 61440, intervals=round(seconds * 20480), steps_per_output=3
+    )
+    return np.stack([steps.out[:, 4], steps.out[:, 6] / model.drive.speed[0]], axis=1)
+
+
+@pytest.mark.parametrize("fit", ["play", "printed"])
+def test_agrees_with_what_a_run_settles_to(fit: str) -> None:
+    model = model_of(contact={"roller_fit": fit}, defect={"kind": "outer"})
+    found = equilibrium_state(model)
+    run = settled(model, found.state, 0.1)[1024:]
+    _, ring = slides_and_ring(found)
+    assert ring[1] == pytest.approx(run[:, 0].mean(), abs=RING_M)
+    half, n = len(found.state) // 2, len(model.roller_angle)
+    assert found.state[half + 2 * n + 2] / model.drive.speed[0] == pytest.approx(run[:, 1].mean(), abs=CAGE_RATIO)
+
+
+@pytest.mark.parametrize("fit", ["play", "printed"])
+def test_a_run_is_settled_from_its_first_sample(fit: str) -> None:
+    """From here ring and cage stay within the band of their later values; from mere rolling they do not."""
+    model = model_of(contact={"roller_fit": fit}, defect={"kind": "outer"})
+    run = settled(model, equilibrium_state(model).state, 0.2)
+    low, high = run[1024:].min(axis=0), run[1024:].max(axis=0)
+    widened = BAND * (high - low)
+    assert np.all((run[:1024] > low - widened) & (run[:1024] < high + widened))
+    rolling = settled(model, rolling_state(model), 0.01)
+    assert not np.all((rolling > low - widened) & (rolling < high + widened))
 
 
 @pytest.mark.parametrize(("load", "contact"), [
@@ -144,3 +188,9 @@ def test_velocities_are_those_of_rolling() -> None:
 def test_a_crushed_contact_is_refused(load: dict[str, Any], contact: dict[str, Any]) -> None:
     with pytest.raises(ConfigurationError, match=r"crushes the contact.* um deep.*limit is 200 um"):
         equilibrium_state(model_of(load=load, contact=contact))
+
+
+def test_a_load_that_nothing_carries_is_refused() -> None:
+    """3 mm of play: the ring falls past the rollers' middle before they meet it."""
+    with pytest.raises(ConfigurationError, match=r"carried by nothing, the limit is 1249 N"):
+        equilibrium_state(model_of(load={"path": "bearing"}, contact={"radial_play": "3 mm"}))
