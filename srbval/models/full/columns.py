@@ -1,4 +1,4 @@
-"""Layout of the contact columns: one column for each roller that may touch a race.
+"""Layout of the kernels' working space: one column for each roller that may touch a race, one place for each roller.
 
 The contact kernel works on eight columns at a time, so what it reads and writes of a column stands in rows of one flat
 array, `STRIDE` apart: the frame and velocities of the roller against the race, then the sums it adds up. Columns
@@ -28,3 +28,18 @@ AT_ONCE = 8  # columns the processor works on together; groups are filled up to 
     STORED,  # sum: twice the elastic energy [J]
 ) = (np.uint64(i * STRIDE) for i in range(27))  # fmt: skip
 ROWS = 27
+
+# One place for each roller, rows `ROLLERS` apart: slot axes in world coordinates, the cage's angular velocity in them,
+# how each race moves against the roller, bounds of the penetration, and the sums over both races.
+ROLLERS = 104
+(
+    X_WX, X_WY, X_WZ, Y_WX, Y_WY, Y_WZ, Z_WX, Z_WY, Z_WZ,  # slot axes x, y, z, by world components
+    CAGE_X, CAGE_Y, CAGE_Z,  # cage's angular velocity [rad/s]
+    OUTER_X, OUTER_Y, OUTER_Z,  # outer ring's centre less the roller's [m]
+    OUTER_VX, OUTER_VY, OUTER_VZ, INNER_VX, INNER_VY, INNER_VZ,  # ring's velocity less the roller's [m/s]
+    INNER_WX, INNER_WY, INNER_WZ,  # inner ring's angular velocity less the roller's [rad/s]
+    OUTER_DEPTH, INNER_DEPTH,  # penetration at the middle of the profile [m]
+    OUTER_OFFSET, INNER_OFFSET,  # what the profiles' centres stand apart along the roller's axis [m]
+    FORCE_X, FORCE_Y, FORCE_Z, TORQUE_X, TORQUE_Y, TORQUE_Z,  # sums over both races [N], [N m]
+) = (np.uint64(i * ROLLERS) for i in range(34))  # fmt: skip
+ROLLER_ROWS = 34

@@ -10,7 +10,11 @@ import math
 
 import numpy as np
 
-from srbval.models.full.columns import AT_ONCE, GROUPS
+from srbval.models.full.columns import (
+    AT_ONCE, CAGE_X, CAGE_Y, CAGE_Z, FORCE_X, FORCE_Y, FORCE_Z, GROUPS, INNER_DEPTH, INNER_OFFSET, INNER_VX, INNER_VY,
+    INNER_VZ, INNER_WX, INNER_WY, INNER_WZ, OUTER_DEPTH, OUTER_OFFSET, OUTER_VX, OUTER_VY, OUTER_VZ, OUTER_X, OUTER_Y,
+    OUTER_Z, TORQUE_X, TORQUE_Y, TORQUE_Z, X_WX, X_WY, X_WZ, Y_WX, Y_WY, Y_WZ, Z_WX, Z_WY, Z_WZ,
+)  # fmt: skip
 from srbval.models.full.contact_kernel import (
     clear_sums,
     contact_columns,
@@ -127,26 +131,28 @@ def right_hand_side(t, y, model, rate, contact, loads):
     g_y = -i_d * spin * (omega_z * t02 - omega_x * t22)
     g_z = -i_d * spin * (omega_x * t12 - omega_y * t02)
 
-    deepest = -1.0
     mass, law = model.roller_mass, model.law
-    # arrays are taken out of their tuples once: inside the loop each would be counted in and out
+    # arrays are taken out of their tuples once: inside a loop each would be counted in and out
     roller_defects, damaged, spare_of = model.roller_defects, model.damaged, model.spare_of
     points, starts, window_of, highest, shallow, cosine, sine = model.races
-    columns, owner, groups, alone, frames, region = model.scratch
+    columns, owner, groups, alone, rollers, region = model.scratch
     row_of, slot_angle, slot_cosine, slot_sine = (
         model.roller_row, model.roller_angle, model.roller_cosine, model.roller_sine,
     )  # fmt: skip
-    groups[:] = 0
-    lone = 0
-    for j in range(n):
+    tilt_cosine, tilt_sine, centre_distance = model.tilt_cosine, model.tilt_sine, model.centre_distance
+    roller_radius, profile_radius = law.roller_radius, law.profile_radius
+    arc_radial, arc_height = model.inner_centre_radial, model.inner_centre_axial
+
+    # 1. every roller: slot axes, and how both races stand and move against it
+    many, first_rate = np.uint64(n), np.uint64(d)
+    for j in range(many):
         side = row_of[j]
-        row = 0 if side > 0.0 else 1
         c = ct * slot_cosine[j] - st * slot_sine[j]
         s = st * slot_cosine[j] + ct * slot_sine[j]
         # slot axes in world coordinates: x along the slot, y along the race, z along the roller
-        ex = model.tilt_cosine * c
-        ey = model.tilt_cosine * s
-        ez = side * model.tilt_sine
+        ex = tilt_cosine * c
+        ey = tilt_cosine * s
+        ez = side * tilt_sine
         x_x = t00 * ex + t01 * ey + t02 * ez
         x_y = t10 * ex + t11 * ey + t12 * ez
         x_z = t20 * ex + t21 * ey + t22 * ez
@@ -156,61 +162,82 @@ def right_hand_side(t, y, model, rate, contact, loads):
         z_x = x_y * y_z - x_z * y_y
         z_y = x_z * y_x - x_x * y_z
         z_z = x_x * y_y - x_y * y_x
-
-        reach = model.centre_distance + y[j]
-        slide_rate = y[d + j]
-        roller_spin = y[d + n + j]
+        reach = centre_distance + y[j]
+        slide_rate = y[first_rate + j]
+        roller_spin = y[first_rate + many + j]
         w_x = omega_x * x_x + omega_y * x_y + omega_z * x_z
         w_y = omega_x * y_x + omega_y * y_y + omega_z * y_z
         w_z = omega_x * z_x + omega_y * z_y + omega_z * z_z
-        angle = turn + slot_angle[j]
-        frames[j, 0], frames[j, 1], frames[j, 2] = x_x, x_y, x_z
-        frames[j, 3], frames[j, 4], frames[j, 5] = y_x, y_y, y_z
-        frames[j, 6], frames[j, 7], frames[j, 8] = z_x, z_y, z_z
-        frames[j, 9], frames[j, 10], frames[j, 11] = w_x, w_y, w_z
-        frames[j, 12:18] = 0.0
+        o_x = ring_x * x_x + ring_y * x_y + ring_z * x_z - reach
+        o_z = ring_x * z_x + ring_y * z_y + ring_z * z_z
+        arc_axial = side * arc_height
+        rollers[X_WX + j], rollers[X_WY + j], rollers[X_WZ + j] = x_x, x_y, x_z
+        rollers[Y_WX + j], rollers[Y_WY + j], rollers[Y_WZ + j] = y_x, y_y, y_z
+        rollers[Z_WX + j], rollers[Z_WY + j], rollers[Z_WZ + j] = z_x, z_y, z_z
+        rollers[CAGE_X + j], rollers[CAGE_Y + j], rollers[CAGE_Z + j] = w_x, w_y, w_z
+        rollers[OUTER_X + j], rollers[OUTER_Z + j] = o_x, o_z
+        rollers[OUTER_Y + j] = ring_x * y_x + ring_y * y_y + ring_z * y_z
+        rollers[OUTER_VX + j] = ring_vx * x_x + ring_vy * x_y + ring_vz * x_z - slide_rate
+        rollers[OUTER_VY + j] = ring_vx * y_x + ring_vy * y_y + ring_vz * y_z - reach * w_z
+        rollers[OUTER_VZ + j] = ring_vx * z_x + ring_vy * z_y + ring_vz * z_z + reach * w_y
+        rollers[INNER_VX + j] = -slide_rate
+        rollers[INNER_VY + j] = reach * (shaft * z_z - w_z)
+        rollers[INNER_VZ + j] = reach * (w_y - shaft * y_z)
+        rollers[INNER_WX + j] = shaft * x_z - w_x
+        rollers[INNER_WY + j] = shaft * y_z - w_y
+        rollers[INNER_WZ + j] = shaft * z_z - roller_spin
+        rollers[OUTER_DEPTH + j] = roller_radius - profile_radius - o_x
+        rollers[INNER_DEPTH + j] = (
+            arc_radial * (c * x_x + s * x_y) + arc_axial * x_z - reach + roller_radius - profile_radius
+        )
+        rollers[OUTER_OFFSET + j] = o_z
+        rollers[INNER_OFFSET + j] = arc_radial * (c * z_x + s * z_y) + arc_axial * z_z
+        rollers[FORCE_X + j], rollers[FORCE_Y + j], rollers[FORCE_Z + j] = 0.0, 0.0, 0.0
+        rollers[TORQUE_X + j], rollers[TORQUE_Y + j], rollers[TORQUE_Z + j] = 0.0, 0.0, 0.0
 
+    # 2. every roller and race within reach: candidate points and a column among its like
+    groups[:] = 0
+    lone = 0
+    deepest = -1.0
+    for i in range(n):
+        j = np.uint64(i)
+        row = 0 if row_of[i] > 0.0 else 1
+        angle = turn + slot_angle[i]
         for race in range(2):
-            # place on the race in points; ring's angle; ring's centre less the roller's, relative velocity (ring less
-            # roller) at the roller's centre and relative angular velocity, all in slot axes
             if race == OUTER:
+                depth, offset = rollers[OUTER_DEPTH + j], rollers[OUTER_OFFSET + j]
                 place, ring_cosine, ring_sine = angle * per_radian, 1.0, 0.0
-                o_x = ring_x * x_x + ring_y * x_y + ring_z * x_z - reach
-                o_y = ring_x * y_x + ring_y * y_y + ring_z * y_z
-                o_z = ring_x * z_x + ring_y * z_y + ring_z * z_z
-                v_x = ring_vx * x_x + ring_vy * x_y + ring_vz * x_z - slide_rate
-                v_y = ring_vx * y_x + ring_vy * y_y + ring_vz * y_z - reach * w_z
-                v_z = ring_vx * z_x + ring_vy * z_y + ring_vz * z_z + reach * w_y
-                r_x, r_y, r_z = -w_x, -w_y, -roller_spin
-                closest, offset = -o_x + law.roller_radius - law.profile_radius, o_z
             else:
+                depth, offset = rollers[INNER_DEPTH + j], rollers[INNER_OFFSET + j]
                 place, ring_cosine, ring_sine = (angle - shaft_angle) * per_radian, cs, ss
-                o_x, o_y, o_z = -reach, 0.0, 0.0
-                v_x, v_y, v_z = -slide_rate, reach * (shaft * z_z - w_z), reach * (w_y - shaft * y_z)
-                r_x, r_y, r_z = shaft * x_z - w_x, shaft * y_z - w_y, shaft * z_z - roller_spin
-                arc_radial, arc_axial = model.inner_centre_radial, side * model.inner_centre_axial
-                closest = arc_radial * (c * x_x + s * x_y) + arc_axial * x_z - reach + law.roller_radius
-                closest -= law.profile_radius
-                offset = arc_radial * (c * z_x + s * z_y) + arc_axial * z_z
-            deepest = closest if closest > deepest else deepest
-
-            # candidate points: none if out of reach, a narrow window if shallow and undamaged, else a wide one
-            bound = closest + PROFILE_SLOPE * abs(offset)
+            deepest = depth if depth > deepest else deepest
+            bound = depth + PROFILE_SLOPE * abs(offset)  # no point of an undamaged race lies deeper
             place -= count * math.floor(place * per_count)
             below = int(place)
             k = int(place + 0.5)
             k = k if k < count else 0
             window = window_of[race, row, k]
-            if bound <= -(highest[race, window] + damaged[j] + SKIP_MARGIN_M):
+            if bound <= -(highest[race, window] + damaged[i] + SKIP_MARGIN_M):
                 continue
-            plain = window < 2 and damaged[j] == 0.0
+            plain = window < 2 and damaged[i] == 0.0
             if plain and bound < shallow[race]:
                 k = below if below < count else 0
                 window = row + 2
             pc = ring_cosine * cosine[k] - ring_sine * sine[k]
             ps = ring_sine * cosine[k] + ring_cosine * sine[k]
+            x_x, x_y, x_z = rollers[X_WX + j], rollers[X_WY + j], rollers[X_WZ + j]
+            y_x, y_y, y_z = rollers[Y_WX + j], rollers[Y_WY + j], rollers[Y_WZ + j]
+            z_x, z_y, z_z = rollers[Z_WX + j], rollers[Z_WY + j], rollers[Z_WZ + j]
             a_x, a_y, a_z = pc * x_x + ps * x_y, pc * y_x + ps * y_y, pc * z_x + ps * z_y
             b_x, b_y, b_z = pc * x_y - ps * x_x, pc * y_y - ps * y_x, pc * z_y - ps * z_x
+            if race == OUTER:
+                o_x, o_y, o_z = rollers[OUTER_X + j], rollers[OUTER_Y + j], rollers[OUTER_Z + j]
+                v_x, v_y, v_z = rollers[OUTER_VX + j], rollers[OUTER_VY + j], rollers[OUTER_VZ + j]
+                w_x, w_y, w_z = -rollers[CAGE_X + j], -rollers[CAGE_Y + j], -y[d + n + i]
+            else:
+                o_x, o_y, o_z = -(centre_distance + y[i]), 0.0, 0.0
+                v_x, v_y, v_z = rollers[INNER_VX + j], rollers[INNER_VY + j], rollers[INNER_VZ + j]
+                w_x, w_y, w_z = rollers[INNER_WX + j], rollers[INNER_WY + j], rollers[INNER_WZ + j]
             if plain:
                 group = 4 * race + window
                 at = group * region + groups[group]
@@ -218,19 +245,20 @@ def right_hand_side(t, y, model, rate, contact, loads):
             else:
                 at = GROUPS * region + lone * AT_ONCE
                 alone[lone, 0], alone[lone, 1], alone[lone, 2] = race, window, window
-                if damaged[j] > 0.0:
-                    alone[lone, 1] = points.shape[1] - 1 - spare_of[j]
+                if damaged[i] > 0.0:
+                    alone[lone, 1] = points.shape[1] - 1 - spare_of[i]
                     damaged_roller_points(
-                        law.roller_radius, model.circle_half_gap, roller_defects, j, y[n + j], points, race, window,
+                        roller_radius, model.circle_half_gap, roller_defects, i, y[n + i], points, race, window,
                         alone[lone, 1], starts[race, window, 3],
                         a_x, a_y, a_z, b_x, b_y, b_z, x_z, y_z, z_z, o_x, o_y, o_z,
                     )  # fmt: skip
                 lone += 1
-            owner[at] = j
+            owner[at] = i
             put_column(
-                columns, at, a_x, a_y, a_z, b_x, b_y, b_z, x_z, y_z, z_z, o_x, o_y, o_z, v_x, v_y, v_z, r_x, r_y, r_z
+                columns, at, a_x, a_y, a_z, b_x, b_y, b_z, x_z, y_z, z_z, o_x, o_y, o_z, v_x, v_y, v_z, w_x, w_y, w_z
             )  # fmt: skip
 
+    # 3. contacts, group by group, and what they do to rollers, ring and shaft
     on_ring_x = on_ring_y = on_ring_z = on_shaft = 0.0
     rubbed = damped = stored = 0.0
     for group in range(GROUPS + lone):
@@ -241,70 +269,69 @@ def right_hand_side(t, y, model, rate, contact, loads):
         push_away(columns, begin + used, filled, FAR_M)
         contact_columns(law, points, race, window, 0, starts[race, of_window, 3], columns, begin, filled)
         for at in range(begin, begin + used):
-            j = owner[at]
+            j = np.uint64(owner[at])
             h_x, h_y, h_z, m_x, m_y, m_z, rub, damp, store = sums(columns, at)
-            x_x, x_y, x_z = frames[j, 0], frames[j, 1], frames[j, 2]
-            y_x, y_y, y_z = frames[j, 3], frames[j, 4], frames[j, 5]
-            z_x, z_y, z_z = frames[j, 6], frames[j, 7], frames[j, 8]
             rubbed += rub
             damped += damp
             stored += store
-            frames[j, 12] += h_x
-            frames[j, 13] += h_y
-            frames[j, 14] += h_z
-            frames[j, 15] += m_x
-            frames[j, 16] += m_y
-            frames[j, 17] += m_z
+            rollers[FORCE_X + j] += h_x
+            rollers[FORCE_Y + j] += h_y
+            rollers[FORCE_Z + j] += h_z
+            rollers[TORQUE_X + j] += m_x
+            rollers[TORQUE_Y + j] += m_y
+            rollers[TORQUE_Z + j] += m_z
             if race == OUTER:
-                on_ring_x -= h_x * x_x + h_y * y_x + h_z * z_x
-                on_ring_y -= h_x * x_y + h_y * y_y + h_z * z_y
-                on_ring_z -= h_x * x_z + h_y * y_z + h_z * z_z
+                on_ring_x -= h_x * rollers[X_WX + j] + h_y * rollers[Y_WX + j] + h_z * rollers[Z_WX + j]
+                on_ring_y -= h_x * rollers[X_WY + j] + h_y * rollers[Y_WY + j] + h_z * rollers[Z_WY + j]
+                on_ring_z -= h_x * rollers[X_WZ + j] + h_y * rollers[Y_WZ + j] + h_z * rollers[Z_WZ + j]
             else:  # torque on the shaft: minus the shaft-axis part of (r x F + T) of the forces on the roller
-                reach = model.centre_distance + y[j]
-                on_shaft -= m_x * x_z + (m_y - reach * h_z) * y_z + (m_z + reach * h_y) * z_z
+                reach = centre_distance + y[j]
+                on_shaft -= m_x * rollers[X_WZ + j] + (m_y - reach * h_z) * rollers[Y_WZ + j]
+                on_shaft -= (m_z + reach * h_y) * rollers[Z_WZ + j]
         if loads.shape[0] > 0:
             normal_loads(
                 without_friction(law), points, race, window, of_window, starts, columns, owner, begin, used, loads
-            )
+            )  # fmt: skip
 
-    for j in range(n):
-        x_x, x_y, x_z = frames[j, 0], frames[j, 1], frames[j, 2]
-        y_x, y_y, y_z = frames[j, 3], frames[j, 4], frames[j, 5]
-        z_x, z_y, z_z = frames[j, 6], frames[j, 7], frames[j, 8]
-        w_x, w_y, w_z = frames[j, 9], frames[j, 10], frames[j, 11]
-        f_x, f_y, f_z = frames[j, 12], frames[j, 13], frames[j, 14]
-        t_x, t_y, t_z = frames[j, 15], frames[j, 16], frames[j, 17]
-        reach = model.centre_distance + y[j]
-        slide_rate = y[d + j]
-        roller_spin = y[d + n + j]
-        weight = mass * model.gravity
-        f_x += weight * x_y
-        f_y += weight * y_y
-        f_z += weight * z_y
+    # 4. every roller's own motion, and what it asks of the cage
+    weight = mass * model.gravity
+    roller_axial, roller_transverse = model.roller_axial, model.roller_transverse
+    for j in range(many):
+        x_x, x_y, x_z = rollers[X_WX + j], rollers[X_WY + j], rollers[X_WZ + j]
+        y_x, y_y, y_z = rollers[Y_WX + j], rollers[Y_WY + j], rollers[Y_WZ + j]
+        z_x, z_y, z_z = rollers[Z_WX + j], rollers[Z_WY + j], rollers[Z_WZ + j]
+        w_x, w_y, w_z = rollers[CAGE_X + j], rollers[CAGE_Y + j], rollers[CAGE_Z + j]
+        f_x = rollers[FORCE_X + j] + weight * x_y
+        f_y = rollers[FORCE_Y + j] + weight * y_y
+        f_z = rollers[FORCE_Z + j] + weight * z_y
+        t_x, t_y, t_z = rollers[TORQUE_X + j], rollers[TORQUE_Y + j], rollers[TORQUE_Z + j]
+        reach = centre_distance + y[j]
+        slide_rate = y[first_rate + j]
+        roller_spin = y[first_rate + many + j]
 
         # roller: slide and spin
         rate[j] = slide_rate
-        rate[n + j] = roller_spin - w_z
-        rate[d + j] = reach * (w_y * w_y + w_z * w_z) + f_x / mass
-        rate[d + n + j] = t_z / model.roller_axial
+        rate[many + j] = roller_spin - w_z
+        rate[first_rate + j] = reach * (w_y * w_y + w_z * w_z) + f_x / mass
+        rate[first_rate + many + j] = t_z / roller_axial
 
         # cage: torque and inertia of the roller it carries, slot axes
         arm = mass * reach * reach
         coriolis = 2.0 * mass * reach * slide_rate
-        gyro = model.roller_axial * roller_spin - model.roller_transverse * w_z
+        gyro = roller_axial * roller_spin - roller_transverse * w_z
         q_x = t_x - gyro * w_y
         q_y = t_y + gyro * w_x - reach * f_z + arm * w_x * w_z - coriolis * w_y
         q_z = reach * f_y - arm * w_x * w_y - coriolis * w_z
         g_x += q_x * x_x + q_y * y_x + q_z * z_x
         g_y += q_x * x_y + q_y * y_y + q_z * z_y
         g_z += q_x * x_z + q_y * y_z + q_z * z_z
-        both = arm + model.roller_transverse
-        m00 += both - arm * x_x * x_x - model.roller_transverse * z_x * z_x
-        m11 += both - arm * x_y * x_y - model.roller_transverse * z_y * z_y
-        m22 += both - arm * x_z * x_z - model.roller_transverse * z_z * z_z
-        m01 -= arm * x_x * x_y + model.roller_transverse * z_x * z_y
-        m02 -= arm * x_x * x_z + model.roller_transverse * z_x * z_z
-        m12 -= arm * x_y * x_z + model.roller_transverse * z_y * z_z
+        both = arm + roller_transverse
+        m00 += both - arm * x_x * x_x - roller_transverse * z_x * z_x
+        m11 += both - arm * x_y * x_y - roller_transverse * z_y * z_y
+        m22 += both - arm * x_z * x_z - roller_transverse * z_z * z_z
+        m01 -= arm * x_x * x_y + roller_transverse * z_x * z_y
+        m02 -= arm * x_x * x_z + roller_transverse * z_x * z_z
+        m12 -= arm * x_y * x_z + roller_transverse * z_y * z_z
 
     # cage: symmetric 3 x 3 solve by cofactors
     k00 = m11 * m22 - m12 * m12

@@ -13,7 +13,7 @@ from srbval.bearing import SphericalRollerGeometry
 from srbval.bearing.geometry import CIRCLES
 from srbval.errors import ConfigurationError
 from srbval.models.full.bodies import outer_ring_mass_kg, roller_body
-from srbval.models.full.columns import AT_ONCE, GROUPS, O_X, ROWS, STRIDE
+from srbval.models.full.columns import AT_ONCE, GROUPS, O_X, ROLLER_ROWS, ROLLERS, ROWS, STRIDE
 from srbval.models.full.contact_law import ContactLaw
 from srbval.models.full.point_cloud import (
     FAR_M,
@@ -53,15 +53,14 @@ class Scratch(NamedTuple):
     """Space the kernels work in; one set for each run, so parameters are not to be shared between threads.
 
     `columns` and their `owner`s (rollers): see `columns`; `groups`, [8]: columns in each; `alone`, [k, 3]: race, window
-    and the window it was made from of each column with points of its own; `frames`, [2 M, 18]: slot axes, the cage's
-    angular velocity in them, force and torque of each roller; `region`: places in a group.
+    and the window it was made from of each column with points of its own; `rollers`: see `columns`; `region`: places in a group.
     """
 
     columns: FloatArray
     owner: IntArray
     groups: IntArray
     alone: IntArray
-    frames: FloatArray
+    rollers: FloatArray
     region: int
 
 
@@ -303,6 +302,6 @@ def _scratch(geometry: SphericalRollerGeometry) -> Scratch:
         owner=np.zeros(STRIDE, dtype=np.int64),
         groups=np.zeros(GROUPS, dtype=np.int64),
         alone=np.zeros((2 * rollers, 3), dtype=np.int64),
-        frames=np.zeros((rollers, 18)),
+        rollers=np.zeros(ROLLER_ROWS * ROLLERS),
         region=region,
     )
