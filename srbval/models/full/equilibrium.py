@@ -20,13 +20,14 @@ balance, friction balanced too  0          0           ring
 the same                        0          0           cage speed
 ==============================  =========  ==========  =============
 
-(ring: displacement along the load). RMS acceleration over the first roller passage (10 ms) over that of later ones, ode4
-at 1/61440 s: from `rolling_state` 1.2 (play 0), 2.5 (printed), 6 (load through the bearing alone); from here 0.95 to
-1.01. So two roller passages, 0.02 s at 710 rpm, settle a run more than enough. The cage's tilt is not balanced: with
+Ring means its displacement along the load. RMS acceleration in the first roller passage (10 ms) over that of later
+ones, ode4 at 1/61440 s: from `rolling_state` 1.2 (play 0), 2.5 (printed), 6 (load through the bearing alone); from here
+0.95 to 1.01, and 1.2 with 0.2 mm of play, where the spring carries all and rollers only rattle.
+So two roller passages, 0.02 s at 710 rpm, settle a run more than enough. The cage's tilt is not balanced: with
 the printed fit it creeps to 20 microradians in 0.1 s, half a turn of the cage, unseen by the ring. Where the rollers
 alone carry radial and axial load, tilt, axial position (1 %) and cage speed (0.4 %) need 0.15 s: take a turn of the
 cage (0.2 s) there, and in proportion at other speeds.
-`tests/models/full/test_equilibrium.py` holds the rows of play 0 and printed.
+`test_a_run_is_settled_from_its_first_sample` holds the last two rows, at the plain step.
 """
 
 from __future__ import annotations
