@@ -11,6 +11,7 @@ from srbval.config.strict import SI_SUFFIX, build, read_toml
 from srbval.scene.scene import Scene
 
 PAPER_FILE = "paper.toml"
+DRILL = "2 mm"  # section 3.2
 
 
 def paper_scene(**changes: Any) -> Scene:
@@ -48,5 +49,16 @@ def _scene(table: Mapping[str, Any], where: str) -> Scene:
     merged = merge(base, table)
     further = merged.get("further_defects", [])
     if isinstance(further, list):  # each further defect, too, is laid over the paper's
-        merged["further_defects"] = [merge(base["defect"], d) if isinstance(d, Mapping) else d for d in further]
+        merged["further_defects"] = [
+            _with_extent(merge(base["defect"], d)) if isinstance(d, Mapping) else d for d in further
+        ]
+    if isinstance(merged.get("defect"), Mapping):
+        merged["defect"] = _with_extent(merged["defect"])
     return build(Scene, merged, where)
+
+
+def _with_extent(defect: Mapping[str, Any]) -> Mapping[str, Any]:
+    """A defect on a roller without an extent is as wide as the rig's drill."""
+    if defect.get("kind") == "roller" and not {"extent", "extent_m"} & set(defect):
+        return {**defect, "extent": DRILL}
+    return defect

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from srbval.errors import ConfigurationError, DataError
-from srbval.scene import DefectKind, load_scene, paper_scene
+from srbval.scene import DefectKind, SpeedProfile, load_scene, paper_scene
 
 
 def test_defaults_are_table_4() -> None:
@@ -61,3 +61,47 @@ def test_missing_scene_file() -> None:
 def test_output_interval_is_whole_steps() -> None:
     scene = paper_scene(solver={"step_s": 1 / 122_880}, duration="2 s")
     assert (scene.steps_per_output, scene.samples) == (6, 40_960)
+
+
+def test_a_roller_defect_is_as_wide_as_the_drill_unless_told() -> None:
+    assert paper_scene(defect={"kind": "roller"}).defect.extent_m == pytest.approx(0.002)
+    assert paper_scene(defect={"kind": "roller", "extent": "5 mm"}).defect.extent_m == pytest.approx(0.005)
+    assert paper_scene(defect={"kind": "outer"}).defect.extent_m is None
+
+
+def test_several_defects_each_over_the_papers() -> None:
+    scene = paper_scene(
+        defect={"kind": "outer"}, further_defects=[{"kind": "inner", "height": "-0.5 mm", "extent": "2 mm"}]
+    )
+    assert [d.kind.value for d in scene.defects] == ["outer", "inner"]
+    assert scene.defects[1].height_m == pytest.approx(-5e-4)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"speed_profile": {"time": ["0 s", "5 s"], "speed": ["1 rpm", "2 rpm"]}},
+            "covers 0 to 5 s; the run records 0",
+        ),
+        ({"speed_profile": {"time": ["0 s", "0 s"], "speed": ["1 rpm", "2 rpm"]}}, "times must rise"),
+        ({"speed_profile": {"time_s": [0.0, float("nan")], "speed": ["1 rpm", "2 rpm"]}}, "not finite"),
+        ({"speed_profile": {"time": ["0 s", "20 s"], "speed": ["1 rpm"]}}, "one value for each"),
+        ({"speed_profile": {"time": ["0 s", "20 s"], "speed": ["1 rpm", "-2 rpm"]}}, "must not be negative"),
+        ({"speed_profile": {"time": 5, "speed": ["1 rpm"]}}, "expected a list"),
+        ({"load_profile": {"time": ["0 s", "9 s"], "radial": ["1 N", "2 N"], "axial": ["0 N", "0 N"]}}, "covers"),
+        ({"defect": {"kind": "outer", "refinement": 4}}, "needs an extent"),
+        ({"defect": {"kind": "outer", "extent": "80 mm"}}, "at most 50 mm"),
+        ({"further_defects": [{"kind": "innner"}]}, "did you mean 'inner'"),
+        ({"detail_rate": "300 Hz"}, "must divide"),
+    ],
+)
+def test_wrong_profiles_and_defects_say_what_is_wrong(changes: dict[str, object], message: str) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        paper_scene(**changes)
+
+
+def test_a_profile_may_be_a_function_of_time() -> None:
+    profile = SpeedProfile.sampled(lambda t: 10.0 + 2.0 * t, 3.0)
+    assert profile.mean(3.0) == pytest.approx(13.0)
+    assert profile.time_s[-1] == 3.0

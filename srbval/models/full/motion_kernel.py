@@ -1,7 +1,7 @@
 """Kernel: the right-hand side of the full model's equations of motion.
 
 Newton-Euler in the generalised speeds (slides, spins, cage angular velocity, ring velocity), projected as in
-Kane's method; see `motion.py` for the equations. State layout: `srbval.models.full`.
+Kane's method; the equations and the layout of the state stand at `srbval.models.full`.
 """
 
 from __future__ import annotations
@@ -11,9 +11,42 @@ import math
 import numpy as np
 
 from srbval.models.full.columns import (
-    AT_ONCE, CAGE_X, CAGE_Y, CAGE_Z, FORCE_X, FORCE_Y, FORCE_Z, GROUPS, INNER_DEPTH, INNER_OFFSET, INNER_VX, INNER_VY,
-    INNER_VZ, INNER_WX, INNER_WY, INNER_WZ, OUTER_DEPTH, OUTER_OFFSET, OUTER_VX, OUTER_VY, OUTER_VZ, OUTER_X, OUTER_Y,
-    OUTER_Z, TORQUE_X, TORQUE_Y, TORQUE_Z, X_WX, X_WY, X_WZ, Y_WX, Y_WY, Y_WZ, Z_WX, Z_WY, Z_WZ,
+    AT_ONCE,
+    CAGE_X,
+    CAGE_Y,
+    CAGE_Z,
+    FORCE_X,
+    FORCE_Y,
+    FORCE_Z,
+    GROUPS,
+    INNER_DEPTH,
+    INNER_OFFSET,
+    INNER_VX,
+    INNER_VY,
+    INNER_VZ,
+    INNER_WX,
+    INNER_WY,
+    INNER_WZ,
+    OUTER_DEPTH,
+    OUTER_OFFSET,
+    OUTER_VX,
+    OUTER_VY,
+    OUTER_VZ,
+    OUTER_X,
+    OUTER_Y,
+    OUTER_Z,
+    TORQUE_X,
+    TORQUE_Y,
+    TORQUE_Z,
+    X_WX,
+    X_WY,
+    X_WZ,
+    Y_WX,
+    Y_WY,
+    Y_WZ,
+    Z_WX,
+    Z_WY,
+    Z_WZ,
 )  # fmt: skip
 from srbval.models.full.contact_kernel import (
     clear_sums,

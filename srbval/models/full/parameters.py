@@ -53,7 +53,8 @@ class Scratch(NamedTuple):
     """Space the kernels work in; one set for each run, so parameters are not to be shared between threads.
 
     `columns` and their `owner`s (rollers): see `columns`; `groups`, [8]: columns in each; `alone`, [k, 3]: race, window
-    and the window it was made from of each column with points of its own; `rollers`: see `columns`; `region`: places in a group.
+    and the window it was made from of each column with points of its own; `rollers`: see `columns`; `region`: places in
+    a group.
     """
 
     columns: FloatArray
