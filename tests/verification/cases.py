@@ -25,12 +25,14 @@ DEFECTS = {
     "healthy": {"kind": "none"},
     "outer": {"kind": "outer", "row": 1, "circle": 2, "points": 3, "height": "0.05 mm"},
     "inner": {"kind": "inner", "row": 2, "circle": 3, "points": 3, "height": "0.05 mm"},
+    "roller": {"kind": "roller", "extent": "6 mm", "height": "0.02 mm", "shape": "cosine"},
+    "fine": {"kind": "inner", "extent": "3 mm", "height": "-0.02 mm", "shape": "cosine", "refinement": 5},
 }
 EVERYTHING: dict[str, Any] = {  # all forces at once, none along an axis of symmetry
     "load": {"radial": "124.8 kN", "axial": "30 kN", "direction": "-70 deg", "gravity": True},
     "contact": PRINTED_FIT,
     "defect": DEFECTS["outer"],
-    "further_defects": [DEFECTS["inner"]],
+    "further_defects": [DEFECTS["inner"], DEFECTS["roller"]],
     "settle": "0.01 s",
     "duration": "0.1 s",
     "speed_profile": {"time_s": [0.0, 0.02, 0.1], "speed_rad_s": [60.0, 80.0, 70.0]},
@@ -40,6 +42,8 @@ CASES: dict[str, tuple[dict[str, Any], float]] = {  # scene, and time of the sta
     "play, paper's case": ({"defect": DEFECTS["healthy"]}, 0.0123),
     "interference, outer-race defect": ({"contact": PRINTED_FIT, "defect": DEFECTS["outer"]}, 0.0),
     "interference, inner-race defect": ({"contact": PRINTED_FIT, "defect": DEFECTS["inner"]}, 0.0),
+    "interference, damaged roller": ({"contact": PRINTED_FIT, "defect": DEFECTS["roller"]}, 0.0),
+    "interference, pit with finer points": ({"contact": PRINTED_FIT, "defect": DEFECTS["fine"]}, 0.0),
     "every force at once, changing speed and load": (EVERYTHING, 0.0217),
 }
 
@@ -71,7 +75,7 @@ def disturbed(model: Parameters, seed: int, cage_angle: float) -> FloatArray:
     y = rolling_state(model)
     where = Layout(y)
     y[where.slide] += rng.normal(0, 5e-6, where.count)
-    y[where.turned] += rng.uniform(-3, 3, where.count)
+    y[where.turned] += rng.uniform(0.02, 0.1, where.count)
     y[where.cage] += [*rng.normal(0, 2e-4, 2), cage_angle]
     y[where.ring] += rng.normal(0, 1e-5, 3)
     y[where.slide_rate] += rng.normal(0, 0.02, where.count)

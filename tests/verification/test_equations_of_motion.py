@@ -58,6 +58,16 @@ def test_losses_and_stored_energy(case: Case) -> None:
     assert case.found.contact[5:8] == pytest.approx(expected, rel=FORCES)
 
 
+def test_powers_of_drive_load_and_housing(case: Case) -> None:
+    """Torque times speed, force times speed, damper's force times speed."""
+    ring_rate = case.y[Layout(case.y).ring_rate]
+    drive = -case.expected.on_shaft * case.world.shaft(case.time)[0]
+    lost = case.world.scene.housing.damping_ns_m * ring_rate @ ring_rate
+    assert case.found.contact[8:11] == pytest.approx(
+        [drive, case.world.external_load(case.time) @ ring_rate, lost], rel=FORCES
+    )
+
+
 def test_normal_force_of_every_circle(case: Case) -> None:
     assert_same(case.found.load_n, case.expected.load, FORCES, LEAST_LOAD_N)
 

@@ -2,8 +2,7 @@
 
 Raceways straight from eqs (16) and (17), forces from eqs (18) and (19), body masses by summing slices. No candidates,
 no slot frames, no mass matrix: inertia is checked through momenta, whose rates of change are found by difference
-quotients. Shared with the model: the scene, the geometry table, the layout of the state. Defects: the paper's, points
-moved along their normals.
+quotients. Shared with the model: the scene, the geometry table, the layout of the state.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from srbval.bearing import SphericalRollerGeometry
-from srbval.scene import LoadPath, RollerFit, Scene
+from srbval.scene import Defect, DefectKind, DefectShape, LoadPath, RollerFit, Scene
 from tests.verification.harness import Layout
 
 FloatArray = NDArray[np.float64]
@@ -158,15 +157,21 @@ class World:
         totals = {"rubbed": 0.0, "damped": 0.0, "stored": 0.0, "shaft": 0.0}
         on_ring, touching = np.zeros(3), 0
         for race, kind in enumerate(("outer", "inner")):
-            points, circle = self.clouds[kind]
+            cloud = self.clouds[kind]
             if kind == "outer":
-                at, rate = points + y[where.ring], np.broadcast_to(y[where.ring_rate], points.shape)
+                at, rate, out = (
+                    cloud.position + y[where.ring],
+                    np.tile(y[where.ring_rate], (len(cloud.share), 1)),
+                    cloud.normal,
+                )
             else:
-                at = Rotation.from_euler("z", angle).apply(points)
+                turned = Rotation.from_euler("z", angle)
+                at, out = turned.apply(cloud.position), turned.apply(cloud.normal)
                 rate = np.cross([0.0, 0.0, speed], at)
             distance = ((at[None, :, :] - centres[:, None, :]) ** 2).sum(axis=2)
             j, i = np.nonzero(distance < NEAR_M**2)
             arm = at[i] - centres[j]
+            arm += self._met_height(y, j, arm)[:, None] * out[i]
             along = (arm * axes[j]).sum(axis=1)
             across = arm - along[:, None] * axes[j]
             rho = np.linalg.norm(across, axis=1)
@@ -179,7 +184,7 @@ class World:
             relative = rate[i] - centre_rates[j] - np.cross(omega[j], arm)
             closing = -(relative * normal).sum(axis=1)
             x = np.clip(depth / c.smoothing_width_m, 0, 1)
-            smooth = 3 * x**2 - 2 * x**3
+            smooth = cloud.share[i] * (3 * x**2 - 2 * x**3)
             spring = smooth * c.stiffness_n_m * depth
             press = np.maximum(spring + smooth * c.damping_ns_m * closing, 0.0)
             slide = relative + closing[:, None] * normal
@@ -188,11 +193,11 @@ class World:
             f = push + (friction(self.scene, slip) * press / np.maximum(slip, 1e-300))[:, None] * slide
             np.add.at(force, j, f)
             np.add.at(torque, j, np.cross(arm, f))
-            np.add.at(load[race], (j, circle[i]), push)
+            np.add.at(load[race], (j, cloud.circle[i]), push)
             if kind == "outer":
                 on_ring -= f.sum(axis=0)
             else:
-                totals["shaft"] -= float(np.cross(at[i], f)[:, 2].sum())
+                totals["shaft"] -= float(np.cross(centres[j] + arm, f)[:, 2].sum())
             totals["rubbed"] += float((friction(self.scene, slip) * press * slip).sum())
             totals["damped"] += float(((press - spring) * closing).sum())
             totals["stored"] += float((spring * depth).sum() / 2)
@@ -201,6 +206,20 @@ class World:
             force=force, torque=torque, on_ring=on_ring, on_shaft=totals["shaft"], rubbed=totals["rubbed"],
             damped=totals["damped"], stored=totals["stored"], load=np.linalg.norm(load, axis=3), touching=touching,
         )  # fmt: skip
+
+    def _met_height(self, y: FloatArray, j: NDArray[np.int64], arm: FloatArray) -> FloatArray:
+        """Height of the rollers' own defects where points of the races stand, `arm` from the centres of rollers `j`."""
+        height, slots, reach = np.zeros(len(j)), self.slots(y)[j], self.g.raceway_radius_m
+        x, across, along = (np.einsum("ij,ij->i", arm, slots[:, :, k]) for k in range(3))
+        for d in self.scene.defects:
+            if d.kind is not DefectKind.ROLLER:
+                continue
+            own = (d.row - 1) * self.g.rollers_per_row + d.roller - 1
+            place, gap = (reach * np.sin(p * self.g.tilt_rad) for p in (P[d.circle - 1] - 1, P[2] - 1))
+            there = (j == own) & (np.abs(along - place * (1 if d.row == 1 else -1)) <= gap / 2)
+            arc = self.radius * _from(d.angle_rad, np.arctan2(across, x) - y[Layout(y).turned][j])
+            height += np.where(there, _height(d, arc), 0.0)
+        return height
 
 
 def friction(scene: Scene, slip: FloatArray) -> FloatArray:
@@ -219,24 +238,63 @@ def circle_profile(g: SphericalRollerGeometry, race: str, p: float) -> tuple[flo
     return g.inner_centre_radial_m - g.raceway_radius_m * c, g.inner_centre_axial_m - g.raceway_radius_m * s, c, s
 
 
-def _cloud(scene: Scene, g: SphericalRollerGeometry, race: str) -> tuple[FloatArray, NDArray[np.int64]]:
-    n = scene.contact.points_per_circle
-    angle = np.arange(n) * 2 * np.pi / n
-    points, circles = [], []
+@dataclass(frozen=True)
+class Cloud:
+    """Points of one raceway in its ring's frame: position and normal [n, 3], share of K_c and C_c, circle 0 to 2."""
+
+    position: FloatArray
+    normal: FloatArray
+    share: FloatArray
+    circle: NDArray[np.int64]
+
+
+def _cloud(scene: Scene, g: SphericalRollerGeometry, race: str) -> Cloud:
+    clouds = []
     for row, side in ((1, 1.0), (2, -1.0)):
         for circle, p in enumerate(P, start=1):
             radius, height, out, up = circle_profile(g, race, p)
-            lift = np.zeros(n)
-            for d in scene.defects:
-                if d.kind.value == race and (d.row, d.circle) == (row, circle):
-                    assert d.extent_m is None, "world.py knows the paper's defects only"
-                    middle = scene.load.zone_rad + d.angle_rad
-                    first = round(middle / (2 * np.pi) * n - (d.points - 1) / 2)
-                    lift[[(first + i) % n for i in range(d.points)]] += d.height_m
+            angle, share, lift = _circle(scene, race, row, circle, radius)
             r, z = radius + lift * out, side * (height + lift * up)
-            points.append(np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1))
-            circles.append(np.full(n, circle - 1))
-    return np.concatenate(points), np.concatenate(circles)
+            position = np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1)
+            normal = np.stack([out * np.cos(angle), out * np.sin(angle), np.full(len(angle), side * up)], axis=1)
+            clouds.append(Cloud(position, normal, share, np.full(len(angle), circle - 1)))
+    return Cloud(*(np.concatenate([getattr(c, name) for c in clouds]) for name in Cloud.__annotations__))
+
+
+def _circle(scene: Scene, race: str, row: int, circle: int, radius: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Angle, share and lift of the points of one circle."""
+    n = scene.contact.points_per_circle
+    angle, share, lift = np.arange(n) * 2 * np.pi / n, np.ones(n), np.zeros(n)
+    for d in scene.defects:
+        if d.kind.value != race or (d.row, d.circle) != (row, circle):
+            continue
+        middle = scene.load.zone_rad + d.angle_rad
+        if d.extent_m is None:
+            first = round(middle / (2 * np.pi) * n - (d.points - 1) / 2)
+            lift[[(first + i) % n for i in range(d.points)]] += d.height_m
+            continue
+        near = np.abs(_from(middle, angle)) <= d.extent_m / (2 * radius) + 2 * np.pi / n
+        fine = [
+            a + (2 * np.pi / n) * ((i + 0.5) / d.refinement - 0.5) for a in angle[near] for i in range(d.refinement)
+        ]
+        angle = np.concatenate([angle[~near], fine])
+        share = np.concatenate([share[~near], np.repeat(share[near], d.refinement) / d.refinement])
+        lift = np.concatenate([lift[~near], np.repeat(lift[near], d.refinement)])
+        lift = lift + _height(d, _from(middle, angle) * radius)
+    return angle, share, lift
+
+
+def _from(middle: float, angle: FloatArray) -> FloatArray:
+    """Angle from `middle`, between -pi and pi."""
+    turned: FloatArray = np.angle(np.exp(1j * (angle - middle)))
+    return turned
+
+
+def _height(d: Defect, place: FloatArray) -> FloatArray:
+    """Height of an extended defect at a distance along the race from its middle [m]."""
+    assert d.extent_m is not None
+    shape = np.cos(np.pi * place / d.extent_m) ** 2 if d.shape is DefectShape.COSINE else 1.0
+    return np.where(np.abs(place) <= d.extent_m / 2, d.height_m * shape, 0.0)
 
 
 def _roller_radius(scene: Scene, g: SphericalRollerGeometry) -> float:
