@@ -69,7 +69,7 @@ def impact(ring_kg: float | None, damping: str = "1e3 Ns/m") -> Impact:
     y[where.slide_rate.start] = SPEED_M_S
     states = trajectory(model, y, step_s=STEP_S, steps=STEPS_PER_STATE, outputs=STATES)
     slot = np.array([model.tilt_cosine, 0.0, model.tilt_sine])  # the first roller stands on the x axis in row 1
-    time: FloatArray = np.arange(STATES + 1) * STEP_S * STEPS_PER_STATE
+    time: FloatArray = np.linspace(0.0, STATES * STEP_S * STEPS_PER_STATE, STATES + 1)
     ring_rate: FloatArray = states[:, where.ring_rate] @ slot
     gap = model.law.profile_radius - model.centre_distance - model.law.roller_radius
     depth: FloatArray = states[:, where.slide.start] - states[:, where.ring] @ slot - gap
