@@ -14,13 +14,13 @@
 =================  ====================================================
 
 Slot axes of a roller: x along the slot (outwards, tilted by alpha), y along the race, z along the roller. With the
-slide u, L = d_p / cos(alpha), the cage's angular velocity w, the spin s, force F and torque T of both races on the roller,
-Newton-Euler projected on the generalised speeds (Kane & Levinson, Dynamics: Theory and Applications, 1985, ch. 6):
+slide u, L = d_p / cos(alpha), the cage's angular velocity w, the spin s, force F and torque T of both races on the
+roller, Newton-Euler projected on the generalised speeds (Kane & Levinson, Dynamics: Theory and Applications, 1985, ch. 6):
 
 * slide: m u'' = m (L + u) (w_y^2 + w_z^2) + F_x
 * spin: I_a s' = T_z; the roller is a symmetric top, so neither the cage nor the tilt enters
-* cage with its rollers: (I_c + sum [m (L+u)^2 (1 - x x) + I_t (1 - z z)]) w' = - w x (I_c w) + the sum of, in slot axes,
-  x: T_x - G w_y; y: T_y + G w_x - (L+u) F_z + m (L+u)^2 w_x w_z - 2 m (L+u) u' w_y;
+* cage with its rollers: (I_c + sum [m (L+u)^2 (1 - x x) + I_t (1 - z z)]) w' = - w x (I_c w) + the sum of, in slot
+  axes, x: T_x - G w_y; y: T_y + G w_x - (L+u) F_z + m (L+u)^2 w_x w_z - 2 m (L+u) u' w_y;
   z: (L+u) F_y - m (L+u)^2 w_x w_y - 2 m (L+u) u' w_z; with G = I_a s - I_t w_z
 * outer ring: (m_o + m_h) v' = F_load - K_h r - C_h v - the sum of the outer race's F
 """
