@@ -15,7 +15,8 @@
 
 Slot axes of a roller: x along the slot (outwards, tilted by alpha), y along the race, z along the roller. With the
 slide u, L = d_p / cos(alpha), the cage's angular velocity w, the spin s, force F and torque T of both races on the
-roller, Newton-Euler projected on the generalised speeds (Kane & Levinson, Dynamics: Theory and Applications, 1985, ch. 6):
+roller, Newton-Euler projected on the generalised speeds (Kane & Levinson, Dynamics: Theory and Applications, 1985,
+ch. 6):
 
 * slide: m u'' = m (L + u) (w_y^2 + w_z^2) + F_x
 * spin: I_a s' = T_z; the roller is a symmetric top, so neither the cage nor the tilt enters
