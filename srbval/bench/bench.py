@@ -2,29 +2,37 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from srbval.bench.calibration import calibrate
 from srbval.bench.machine import Machine, describe_machine, load_average
 from srbval.bench.processes import Processes, measure_processes
 from srbval.bench.progress import Progress, silent
+from srbval.bench.reference import Reference, references
 from srbval.bench.row import BenchRun
 from srbval.bench.scenes import PAPER_STEP_S, SCENES, check_scenes
 from srbval.bench.settings import FULL, Settings
 from srbval.bench.speed import TouchCost, speed_rows, touch_costs
-from srbval.bench.targets import Target, speed_targets
+from srbval.bench.targets import Target, accuracy_targets, speed_targets
+from srbval.bench.trajectory import Trajectory, trajectories
+from srbval.bench.work_precision import with_accuracy
 from srbval.errors import ConfigurationError
 from srbval.models.solvers import SOLVERS
+from srbval.scene import paper_scene
 
 
 @dataclass(frozen=True, kw_only=True)
 class BenchResult:
-    """Everything one benchmark measured; `reference` is empty where only speed was asked for."""
+    """Everything one benchmark measured; `references` and `trajectories` are empty where only speed was asked for."""
 
     machine: Machine
+    references: dict[str, Reference]
     runs: tuple[BenchRun, ...]
+    trajectories: tuple[Trajectory, ...]
     touch_costs: tuple[TouchCost, ...]
     processes: Processes | None
     targets: tuple[Target, ...]
@@ -33,8 +41,9 @@ class BenchResult:
         """Plain values, ready for a JSON file."""
         return {
             "machine": self.machine.to_dict(),
-            "reference": {},
+            "reference": {name: reference.to_dict() for name, reference in self.references.items()},
             "runs": [run.to_dict() for run in self.runs],
+            "trajectories": [trajectory.to_dict() for trajectory in self.trajectories],
             "touch_costs": [cost.to_dict() for cost in self.touch_costs],
             "processes": None if self.processes is None else self.processes.to_dict(),
             "targets": [target.to_dict() for target in self.targets],
@@ -47,10 +56,13 @@ def run_bench(
     solvers: Sequence[str] = SOLVERS,
     settings: Settings = FULL,
     processes: bool = True,
+    folder: Path | None = None,
+    accuracy: bool = True,
     progress: Progress = silent,
 ) -> BenchResult:
-    """Time `solvers` on `scenes`; `processes` adds compile time, start-up and memory.
+    """Time `solvers` on `scenes` and, for `accuracy`, hold them against converged references.
 
+    `processes` adds compile time, start-up and memory; references are kept in `folder`, the user's cache by default.
     Timed parts run one after the other on one core; the machine should have nothing else to do. Raises
     `ConfigurationError` for an unknown scene or solver; a failed run is a row with its status.
     """
@@ -58,16 +70,34 @@ def run_bench(
     check_solvers(solvers)
     load = load_average()
     calibration = calibrate()
-    rows = speed_rows(scenes, solvers, [PAPER_STEP_S], settings, calibration.seconds, progress)
+    steps = step_sizes(settings, accuracy=accuracy)
+    rows = speed_rows(scenes, solvers, steps, settings, calibration.seconds, progress)
     costs = touch_costs("ode4" if "ode4" in solvers else solvers[0], settings, progress)
     apart = measure_processes(settings, progress) if processes else None
+    found: dict[str, Reference] = {}
+    paths: list[Trajectory] = []
+    if accuracy:
+        found = references(scenes, settings, folder=folder, progress=progress)
+        rows = with_accuracy(rows, found, settings, progress)
+        paths = trajectories(scenes, solvers, settings, progress)
     return BenchResult(
-        machine=describe_machine(calibration, load),
+        machine=describe_machine(calibration, calibrate(), load),
+        references=found,
         runs=tuple(rows),
+        trajectories=tuple(paths),
         touch_costs=tuple(costs),
         processes=apart,
-        targets=tuple(speed_targets(rows, costs, apart)),
+        targets=(*speed_targets(rows, costs, apart), *(accuracy_targets(rows) if accuracy else ())),
     )
+
+
+def step_sizes(settings: Settings, *, accuracy: bool) -> list[float]:
+    """The steps to run at, long to short: the study's, or the paper's alone, and a scene's default one [s]."""
+    steps = [1 / n for n in settings.steps] if accuracy else [PAPER_STEP_S]
+    default = paper_scene().solver.step_s
+    if not any(math.isclose(default, step, rel_tol=1e-6) for step in steps):
+        steps.append(default)
+    return sorted(steps, reverse=True)
 
 
 def check_solvers(names: Sequence[str]) -> None:

@@ -17,7 +17,7 @@ PACKAGES = ("numpy", "scipy", "numba", "llvmlite")
 
 @dataclass(frozen=True, kw_only=True)
 class Machine:
-    """Processor, cores that this process may use, versions, load over the last minute before and after, calibration.
+    """Processor, cores that this process may use, versions; load of the last minute and calibration, before and after.
 
     `load_before` and `load_after` are None where the system does not tell.
     """
@@ -31,14 +31,15 @@ class Machine:
     load_before: float | None
     load_after: float | None
     calibration: Calibration
+    calibration_after_s: float
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values."""
         return asdict(self)
 
 
-def describe_machine(calibration: Calibration, load_before: float | None) -> Machine:
-    """This machine now; `load_before` was read at the start with `load_average`."""
+def describe_machine(calibration: Calibration, after: Calibration, load_before: float | None) -> Machine:
+    """This machine now; `load_before` and `calibration` were read at the start."""
     versions = {"srbval": __version__, "python": platform.python_version()}
     return Machine(
         processor=processor_name(),
@@ -50,6 +51,7 @@ def describe_machine(calibration: Calibration, load_before: float | None) -> Mac
         load_before=load_before,
         load_after=load_average(),
         calibration=calibration,
+        calibration_after_s=after.seconds,
     )
 
 

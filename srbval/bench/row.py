@@ -2,25 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
+from srbval.bench.errors import Errors, plain_or_nulls
 from srbval.bench.measures import Measures
 from srbval.bench.timing import Attempt, Timing, right_hand_sides_per_step
-
-
-@dataclass(frozen=True, kw_only=True)
-class Errors:
-    """How far a run is from the converged reference, relative; harmonics: largest difference in relative height.
-
-    None where the run or the reference does not have the quantity.
-    """
-
-    cage_error: float
-    defect_hz_error: float | None
-    noise_floor_excess: float | None
-    band_rms_error: float
-    harmonic_error: float | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,17 +69,13 @@ class BenchRun:
             "core_share": None if self.timing is None else self.timing.core_share,
             "rhs_per_simulated_s": self.rhs_per_simulated_s,
             "us_per_rhs": self.us_per_rhs,
-            **_plain(self.errors, Errors),
-            **_plain(self.measures, Measures),
+            **plain_or_nulls(self.errors, Errors),
+            **plain_or_nulls(self.measures, Measures),
             "status": self.status,
             "reason": self.reason,
             "pareto": self.pareto,
             "pareto_band": self.pareto_band,
         }
-
-
-def _plain(part: Errors | Measures | None, kind: type[Errors] | type[Measures]) -> dict[str, Any]:
-    return dict.fromkeys(field.name for field in fields(kind)) if part is None else asdict(part)
 
 
 def row_of(scene_name: str, attempt: Attempt, calibration_s: float) -> BenchRun:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -10,28 +11,37 @@ from srbval.bench.processes import Processes
 from srbval.bench.row import BenchRun
 from srbval.bench.scenes import PAPER_STEP_S
 from srbval.bench.speed import HEALTHY, POINTS, TouchCost
+from srbval.scene import paper_scene
 
-FULL_MODEL_LIMIT = 1.0  # wall seconds per simulated second
+REAL_TIME = 1.0  # wall seconds per simulated second
 MEMORY_SECONDS = 10.0
 MEMORY_LIMIT_MB = 400.0
 COMPILE_LIMIT_S = 40.0
 SECOND_START_LIMIT_S = 2.0
 GROWTH_LIMIT = 1.0
+OUTER = ("play0-outer", "interference-outer")
+Read = Callable[[BenchRun], float | None]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Target:
-    """A measured `value` and the `limit` it should not exceed, in `unit`; `value` None: not measured here."""
+    """A measured `value` and the `limit` it should not exceed, in `unit`.
+
+    Without a value nothing was measured here or, `attempted`, the run that should have given it failed.
+    """
 
     name: str
     value: float | None
     limit: float
     unit: str
+    attempted: bool = False
 
     @property
     def met(self) -> bool | None:
-        """Is the value within its limit? None where nothing was measured."""
-        return None if self.value is None else self.value <= self.limit
+        """Is the value within its limit? Not if its run failed; None where nothing was measured."""
+        if self.value is None:
+            return False if self.attempted else None
+        return self.value <= self.limit
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values."""
@@ -40,7 +50,10 @@ class Target:
 
 def speed_targets(rows: Sequence[BenchRun], costs: Sequence[TouchCost], processes: Processes | None) -> list[Target]:
     """The speed figures of the full model, from what this run of the benchmark measured."""
-    own = [_ode4(rows, scene) for scene in ("play0-outer", "interference-outer")]
+    own = [
+        _of_row(rows, scene, "ode4", PAPER_STEP_S, _wall, f"full model, ode4 at 1/61440 s, {scene}", REAL_TIME, "s/s")
+        for scene in OUTER
+    ]
     return [
         *own,
         Target(name=f"time over touching points, growth from {POINTS[0]} to {POINTS[-1]} points per circle",
@@ -56,6 +69,70 @@ def speed_targets(rows: Sequence[BenchRun], costs: Sequence[TouchCost], processe
     ]  # fmt: skip
 
 
+def accuracy_targets(rows: Sequence[BenchRun]) -> list[Target]:
+    """The default solver at its default step against limits and against ode4 at the paper's step; the closest run."""
+    name, step = paper_scene().solver.name, paper_scene().solver.step_s
+    play, printed = OUTER
+
+    def own(scene: str, read: Read, what: str, limit: float, unit: str = "1") -> Target:
+        return _of_row(rows, scene, name, step, read, f"default ({name}), {scene}: {what}", limit, unit)
+
+    def over_ode4(read: Read) -> Read:
+        explicit = _row(rows, printed, "ode4", PAPER_STEP_S)
+        return lambda row: _over(read(row), None if explicit is None else read(explicit))
+
+    return [
+        own(play, _wall, "wall time", 0.35, "s/s"),
+        own(printed, _wall, "wall time", 0.6, "s/s"),
+        own(printed, _cage, "cage error", 2e-5),
+        own(printed, _floor, "noise floor", 1e-3),
+        own(printed, _band, "500-1500 Hz RMS error", 0.05),
+        own(printed, over_ode4(_cage), "cage error over ode4's at 1/61440 s", 0.1),
+        own(printed, over_ode4(_floor), "noise floor over ode4's at 1/61440 s", 0.1),
+        own(printed, over_ode4(_wall), "wall time over ode4's at 1/61440 s", 0.5),
+        Target(name="least cage error of a run at real time or faster, any scene", value=_closest(rows),
+               limit=2e-6, unit="1", attempted=True),
+    ]  # fmt: skip
+
+
+def _of_row(
+    rows: Sequence[BenchRun], scene: str, solver: str, step_s: float, read: Read, name: str, limit: float, unit: str
+) -> Target:
+    row = _row(rows, scene, solver, step_s)
+    value = read(row) if row is not None and row.ok else None
+    return Target(name=name, value=value, limit=limit, unit=unit, attempted=row is not None)
+
+
+def _row(rows: Sequence[BenchRun], scene: str, solver: str, step_s: float) -> BenchRun | None:
+    own = [r for r in rows if (r.scene, r.solver) == (scene, solver) and math.isclose(r.dt_s, step_s, rel_tol=1e-6)]
+    return own[0] if own else None
+
+
+def _wall(row: BenchRun) -> float | None:
+    return row.wall_per_simulated_s
+
+
+def _cage(row: BenchRun) -> float | None:
+    return None if row.errors is None else row.errors.cage_error
+
+
+def _band(row: BenchRun) -> float | None:
+    return None if row.errors is None else row.errors.band_rms_error
+
+
+def _floor(row: BenchRun) -> float | None:
+    return None if row.measures is None else row.measures.noise_floor
+
+
+def _over(value: float | None, other: float | None) -> float | None:
+    return None if value is None or not other else value / other
+
+
+def _closest(rows: Sequence[BenchRun]) -> float | None:
+    errors = [_cage(r) for r in rows if r.ok and (r.wall_per_simulated_s or math.inf) <= REAL_TIME]
+    return min((error for error in errors if error is not None), default=None)
+
+
 def points_growth(costs: Sequence[TouchCost]) -> float | None:
     """Time per touching point at the most points over that at the fewest; above 1, what exists costs too."""
     per_point = {c.points_per_circle: c.ns_per_point for c in costs if c.scene == HEALTHY[0]}
@@ -68,17 +145,6 @@ def healthy_row(costs: Sequence[TouchCost]) -> float | None:
     per_contact = {c.scene: c.us_per_contact for c in costs if c.points_per_circle == POINTS[0]}
     some, every = (per_contact.get(scene) for scene in HEALTHY)
     return None if some is None or every is None else some / every
-
-
-def _ode4(rows: Sequence[BenchRun], scene: str) -> Target:
-    wall = [r.wall_per_simulated_s for r in rows
-            if (r.scene, r.solver) == (scene, "ode4") and abs(r.dt_s / PAPER_STEP_S - 1) < 1e-6 and r.ok]  # fmt: skip
-    return Target(
-        name=f"full model, ode4 at 1/61440 s, {scene}",
-        value=wall[0] if wall else None,
-        limit=FULL_MODEL_LIMIT,
-        unit="s/s",
-    )
 
 
 def _memory_mb(processes: Processes | None) -> float | None:

@@ -27,6 +27,41 @@ COST_COLUMNS = {
     "core share": "core_share",
     "status": "status",
 }
+ACCURACY_COLUMNS = {
+    "scene": "scene",
+    "solver": "solver",
+    "1/dt [Hz]": "steps_per_s",
+    "wall s/s": "wall_per_simulated_s",
+    "cage error": "cage_error",
+    "cage scatter": "cage_scatter",
+    "noise floor": "noise_floor",
+    "500-1500 Hz RMS [m/s2]": "band_rms_m_s2",
+    "its error": "band_rms_error",
+    "harmonic error": "harmonic_error",
+    "Pareto": "on_front",
+    "status": "status",
+}
+REFERENCE_COLUMNS = {
+    "reference": "scene",
+    "solver": "solver",
+    "1/dt [Hz]": "steps_per_s",
+    "cage/shaft": "cage_ratio",
+    "cage error": "own_cage_error",
+    "noise floor": "noise_floor",
+    "500-1500 Hz RMS [m/s2]": "band_rms_m_s2",
+    "its error": "own_band_rms_error",
+    "computed": "when",
+    "status": "status",
+}
+TRAJECTORY_COLUMNS = {
+    "trajectory": "scene",
+    "solver": "solver",
+    "error": "coarse",
+    "half the step": "middle",
+    "quarter": "fine",
+    "observed order": "observed_order",
+    "of reference": "reference_error",
+}
 TOUCH_COLUMNS = {
     "scene": "scene",
     "solver": "solver",
@@ -49,6 +84,7 @@ def run(options: argparse.Namespace) -> int:
             scenes=tuple(options.scenes or SCENES),
             solvers=tuple(options.solvers or SOLVERS),
             settings=settings,
+            accuracy=not options.speed_only,
             progress=_Tasks(progress),
         )
     if options.json:
@@ -75,17 +111,34 @@ class _Tasks:
 
 def _print(result: BenchResult) -> None:
     _print_machine(result.machine)
-    rows = [run.to_dict() for run in result.runs]
-    _print_columns(COST_COLUMNS, [row | {"steps_per_s": round(1 / row["dt_s"])} for row in rows])
+    rows = [_with_steps(run.to_dict()) for run in result.runs]
+    _print_columns(COST_COLUMNS, rows)
+    if result.references:
+        _print_accuracy(result, rows)
     _print_columns(TOUCH_COLUMNS, [cost.to_dict() for cost in result.touch_costs])
     _print_columns(TARGET_COLUMNS, [t.to_dict() | {"verdict": VERDICT[t.met]} for t in result.targets])
+
+
+def _print_accuracy(result: BenchResult, rows: Sequence[Mapping[str, Any]]) -> None:
+    references = [_with_steps(reference.to_dict()) for reference in result.references.values()]
+    when = {True: "earlier, kept", False: "now"}
+    _print_columns(REFERENCE_COLUMNS, [table | {"when": when[table["cached"]]} for table in references])
+    _print_columns(ACCURACY_COLUMNS, [{**row, "on_front": "front" if row["pareto"] else ""} for row in rows])
+    paths = [path.to_dict() for path in result.trajectories]
+    steps = ("coarse", "middle", "fine")
+    _print_columns(TRAJECTORY_COLUMNS, [path | dict(zip(steps, path["errors"], strict=True)) for path in paths])
+
+
+def _with_steps(table: dict[str, Any]) -> dict[str, Any]:
+    return table | {"steps_per_s": round(1 / table["dt_s"])}
 
 
 def _print_machine(machine: Machine) -> None:
     calibration = machine.calibration
     load = " and ".join("-" if value is None else f"{value:.2f}" for value in (machine.load_before, machine.load_after))
     print(f"{machine.processor}, {machine.usable_cores} of {machine.cores} cores, load before and after: {load}")
-    print(f"calibration: {calibration.seconds:.4f} s for 1e9 multiply-adds ({calibration.gflop_s:.1f} Gflop/s)")
+    times = f"{calibration.seconds:.4f} s, afterwards {machine.calibration_after_s:.4f} s"
+    print(f"calibration: {times} for 1e9 multiply-adds ({calibration.gflop_s:.1f} Gflop/s)")
 
 
 def _print_columns(columns: Mapping[str, str], rows: Sequence[Mapping[str, Any]]) -> None:

@@ -1,0 +1,88 @@
+"""Many runs side by side, measured as they end; for accuracy only, nothing here is timed."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Hashable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from srbval.bench.machine import usable_cores
+from srbval.bench.measures import Measures, measure
+from srbval.bench.progress import Progress, silent
+from srbval.bench.timing import attempt, right_hand_sides_per_step
+from srbval.scene import Scene
+
+Key = TypeVar("Key", bound=Hashable)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measured:
+    """How a run ended and, if well, its measures; `wall_s` is disturbed by the runs beside it [s]."""
+
+    scene: Scene
+    status: str
+    reason: str
+    measures: Measures | None
+    wall_s: float
+
+
+class Stopped(Exception):
+    """Raised inside a run when another one broke or the user interrupted."""
+
+
+class _Shares:
+    """Adds up what the runs have done, each weighted with its cost."""
+
+    def __init__(self, scenes: Mapping[Any, Scene], task: str, progress: Progress) -> None:
+        self._weight: dict[Hashable, float] = {key: _cost(scene) for key, scene in scenes.items()}
+        self._done: dict[Hashable, float] = {}
+        self._lock = threading.Lock()
+        self._task, self._progress = task, progress
+        self.stop = False
+
+    def done(self, key: Hashable, share: float) -> None:
+        if self.stop:
+            raise Stopped
+        with self._lock:
+            self._done[key] = share
+            total = sum(self._weight.values())
+            reached = sum(self._weight[k] * s for k, s in self._done.items()) / total
+            self._progress(self._task, min(reached, 0.999))
+
+
+def _cost(scene: Scene) -> float:
+    stages = right_hand_sides_per_step(scene.solver.name) or 1
+    return (scene.settle_s + scene.duration_s) * stages / scene.solver.step_s
+
+
+def measure_all(
+    scenes: Mapping[Key, Scene], *, task: str, jobs: int | None = None, progress: Progress = silent
+) -> dict[Key, Measured]:
+    """Run and measure all `scenes`, `jobs` at a time (default: one a usable core), the dearest first."""
+    shares = _Shares(scenes, task, progress)
+
+    def one(key: Key) -> Measured:
+        scene, started = scenes[key], time.perf_counter()
+        whole = scene.settle_s + scene.duration_s
+        tried = attempt(scene, progress=lambda done: shares.done(key, done / whole))
+        shares.done(key, 1.0)
+        measures = measure(tried.run) if tried.ok and tried.run is not None else None
+        return Measured(
+            scene=scene, status=tried.status, reason=tried.reason, measures=measures,
+            wall_s=time.perf_counter() - started,
+        )  # fmt: skip
+
+    ordered = sorted(scenes, key=lambda key: -_cost(scenes[key]))
+    with ThreadPoolExecutor(max_workers=jobs or usable_cores()) as pool:
+        futures = {key: pool.submit(one, key) for key in ordered}
+        try:
+            measured = {key: futures[key].result() for key in scenes}
+        except BaseException:
+            shares.stop = True
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+    progress(task, 1.0)
+    return measured

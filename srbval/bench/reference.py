@@ -1,0 +1,148 @@
+"""The converged run of a scene that others are held against, and how converged it is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from srbval.bench.batch import Measured, measure_all
+from srbval.bench.errors import Errors, errors_against, plain_or_nulls
+from srbval.bench.measures import Measures
+from srbval.bench.progress import Progress, silent
+from srbval.bench.reference_store import load_reference, reference_folder, reference_key, save_reference
+from srbval.bench.scenes import PAPER_STEP_S, bench_scene
+from srbval.bench.settings import Settings
+from srbval.bench.timing import time_scene
+from srbval.scene import Scene, paper_scene
+
+FINEST, COARSEST = 6, 1  # powers of two below the paper's step
+SHARE_OF_CHECK = 1.5  # the run at twice the step costs half as much again
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reference:
+    """A converged run: its measures, and `own_errors`, how far the run at twice its step is from it.
+
+    Where one of the two failed, `status` and `reason` say so and both are None. `wall_s` is what both took when they
+    were computed; `cached`: that was on an earlier occasion.
+    """
+
+    scene: str
+    solver: str
+    dt_s: float
+    status: str
+    reason: str
+    measures: Measures | None
+    own_errors: Errors | None
+    wall_s: float
+    cached: bool
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        own = plain_or_nulls(self.own_errors, Errors)
+        return {
+            "scene": self.scene,
+            "solver": self.solver,
+            "dt_s": self.dt_s,
+            "status": self.status,
+            "reason": self.reason,
+            **plain_or_nulls(self.measures, Measures),
+            **{f"own_{name}": value for name, value in own.items()},
+            "wall_s": self.wall_s,
+            "cached": self.cached,
+        }
+
+
+def reference_solver() -> str:
+    """The best method at hand: the one a scene uses unless told otherwise."""
+    return paper_scene().solver.name
+
+
+def references(
+    scenes: Sequence[str],
+    settings: Settings,
+    *,
+    solver: str | None = None,
+    folder: Path | None = None,
+    progress: Progress = silent,
+) -> dict[str, Reference]:
+    """The reference of each scene: the finest one already in `folder`, else the finest that the budget affords.
+
+    `folder` is below the user's cache unless given. A reference whose runs failed says so and is not kept.
+    """
+    solver = solver or reference_solver()
+    folder = folder or reference_folder()
+    found = {name: _stored(name, solver, settings, folder) for name in scenes}
+    missing = [name for name, reference in found.items() if reference is None]
+    pairs = {name: _pair(name, solver, settings) for name in missing}
+    runs = {(name, i): scene for name, pair in pairs.items() for i, scene in enumerate(pair)}
+    measured = measure_all(runs, task="reference runs", progress=progress) if runs else {}
+    for name in missing:
+        reference = _reference(name, measured[name, 0], measured[name, 1])
+        if reference.measures is not None:
+            save_reference(folder, reference_key(measured[name, 0].scene), reference.to_dict())
+        found[name] = reference
+    return {name: reference for name, reference in found.items() if reference is not None}
+
+
+def _scene(name: str, solver: str, settings: Settings, power: int) -> Scene:
+    return bench_scene(
+        name, solver=solver, step_s=PAPER_STEP_S / 2**power,
+        seconds=settings.accuracy_s, settle_s=settings.accuracy_settle_s,
+    )  # fmt: skip
+
+
+def _stored(name: str, solver: str, settings: Settings, folder: Path) -> Reference | None:
+    for power in range(FINEST, COARSEST - 1, -1):
+        table = load_reference(folder, reference_key(_scene(name, solver, settings, power)))
+        if table is not None:
+            return from_dict(table)
+    return None
+
+
+def _pair(name: str, solver: str, settings: Settings) -> tuple[Scene, Scene]:
+    """The reference's scene and the one at twice its step, as fine as the budget of wall time allows."""
+    trial = time_scene(
+        bench_scene(name, solver=solver, seconds=settings.timing_s, settle_s=settings.timing_settle_s), repeats=1
+    )
+    pace = trial.timing.best if trial.timing is not None else math.inf
+    least = pace * (settings.accuracy_s + settings.accuracy_settle_s) * SHARE_OF_CHECK
+    power = math.floor(math.log2(max(1.0, settings.reference_budget_s / least)))
+    power = min(FINEST, max(COARSEST, power))
+    return _scene(name, solver, settings, power), _scene(name, solver, settings, power - 1)
+
+
+def _reference(name: str, fine: Measured, coarse: Measured) -> Reference:
+    worse = coarse if fine.measures is not None else fine
+    good = fine.measures is not None and coarse.measures is not None
+    return Reference(
+        scene=name,
+        solver=fine.scene.solver.name,
+        dt_s=fine.scene.solver.step_s,
+        status=worse.status,
+        reason=worse.reason,
+        measures=fine.measures if good else None,
+        own_errors=errors_against(coarse.measures, fine.measures) if fine.measures and coarse.measures else None,
+        wall_s=fine.wall_s + coarse.wall_s,
+        cached=False,
+    )
+
+
+def from_dict(table: dict[str, Any]) -> Reference:
+    """A stored reference."""
+    harmonics = table["harmonics"]
+    measures = {field.name: table[field.name] for field in fields(Measures)}
+    return Reference(
+        scene=table["scene"],
+        solver=table["solver"],
+        dt_s=table["dt_s"],
+        status=table["status"],
+        reason=table["reason"],
+        measures=Measures(**measures | {"harmonics": None if harmonics is None else tuple(harmonics)}),
+        own_errors=Errors(**{field.name: table[f"own_{field.name}"] for field in fields(Errors)}),
+        wall_s=table["wall_s"],
+        cached=True,
+    )

@@ -1,0 +1,210 @@
+"""A benchmark from end to end, on runs too short to mean anything; no wall time is asserted."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from srbval.bench import bench, processes
+from srbval.bench.bench import BenchResult, run_bench, step_sizes
+from srbval.bench.measures import Measures
+from srbval.bench.processes import Processes
+from srbval.bench.reference import references
+from srbval.bench.row import row_of
+from srbval.bench.scenes import SCENES, bench_scene, output_rate_hz
+from srbval.bench.settings import QUICK, Settings
+from srbval.bench.speed import TouchCost
+from srbval.bench.targets import Target, healthy_row, points_growth, speed_targets
+from srbval.bench.timing import time_scene
+from srbval.bench.touching import Touching
+from srbval.bench.trajectory import observed_order, path_error
+from srbval.bench.work_precision import with_accuracy
+from srbval.cli import bench_command, main
+from srbval.errors import ConfigurationError
+from srbval.scene import RollerFit
+
+TINY = Settings(
+    timing_s=0.002, timing_settle_s=0.0, repeats=1, accuracy_s=0.01, accuracy_settle_s=0.0, memory_s=0.01, starts=1,
+    reference_budget_s=0.0, window_s=0.001, steps=(61440,),
+)  # fmt: skip
+APART = Processes(
+    compile_s=3.0, compile_by_solver_s={"ode4": 3.0}, second_start_s=2.5, peak_bytes=300_000_000, memory_seconds=10.0
+)
+ROW_KEYS = ("scene", "model", "solver", "dt_s", "wall_per_simulated_s", "cage_error", "noise_floor", "band_rms_error",
+            "status", "pareto")  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory: pytest.TempPathFactory) -> BenchResult:
+    folder = tmp_path_factory.mktemp("references")
+    return run_bench(scenes=("play0-outer",), solvers=("ode2", "ode4"), settings=TINY, processes=False, folder=folder)
+
+
+def test_scenes_are_what_their_names_say() -> None:
+    assert len(SCENES) == 6
+    scene = bench_scene("interference-inner", solver="ode3", seconds=1.0, settle_s=0.0)
+    assert scene.contact.roller_fit is RollerFit.PRINTED
+    assert scene.defect.kind.value == "inner"
+    assert bench_scene("play0-healthy", solver="ode4", seconds=1.0, settle_s=0.0).defect.kind.value == "none"
+    with pytest.raises(ConfigurationError, match="play0-outer"):
+        bench_scene("play1-outer", solver="ode4", seconds=1.0, settle_s=0.0)
+
+
+@pytest.mark.parametrize(("per_second", "rate"), [(61440, 20480), (20480, 20480), (30720, 15360), (7680, 7680)])
+def test_output_rate_suits_the_step(per_second: int, rate: float) -> None:
+    assert output_rate_hz(1 / per_second) == pytest.approx(rate)
+
+
+def test_document(result: BenchResult) -> None:
+    document = result.to_dict()
+    assert {"machine", "reference", "runs", "trajectories", "touch_costs", "processes", "targets"} <= set(document)
+    assert {"processor", "cores", "versions", "load_before", "calibration"} <= set(document["machine"])
+    assert [r["solver"] for r in document["runs"]] == ["ode2", "ode4"]
+    for row in document["runs"]:
+        assert set(ROW_KEYS) <= set(row)
+        assert row["wall_in_calibrations"] == pytest.approx(
+            row["wall_per_simulated_s"] / document["machine"]["calibration"]["seconds"]
+        )
+    assert document["runs"][1]["rhs_per_simulated_s"] == pytest.approx(4 * 61440)
+    reference = document["reference"]["play0-outer"]
+    assert reference["dt_s"] == pytest.approx(1 / 122880)
+    assert {"own_cage_error", "own_band_rms_error", "cached"} <= set(reference)
+    assert any(r["pareto"] for r in document["runs"])
+
+
+def test_touch_costs(result: BenchResult) -> None:
+    costs = [cost.to_dict() for cost in result.touch_costs]
+    assert [c["points_per_circle"] for c in costs] == [500, 1000, 2000, 4000, 500]
+    assert costs[0]["touching_points"] < costs[3]["touching_points"]
+
+
+def test_reference_is_kept_and_said_to_be(tmp_path: Path) -> None:
+    first = references(["play0-outer"], TINY, folder=tmp_path)["play0-outer"]
+    again = references(["play0-outer"], TINY, folder=tmp_path)["play0-outer"]
+    assert (first.cached, again.cached) == (False, True)
+    assert again.to_dict() | {"cached": False} == first.to_dict()
+    (kept,) = tmp_path.iterdir()
+    kept.write_text("half a fi")
+    assert not references(["play0-outer"], TINY, folder=tmp_path)["play0-outer"].cached
+
+
+def test_failed_reference_is_said_and_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("srbval.bench.reference.reference_solver", lambda: "ode9")
+    found = references(["play0-outer"], TINY, folder=tmp_path)["play0-outer"]
+    assert (found.status, found.measures) == ("refused", None)
+    assert found.to_dict()["cage_ratio"] is None
+    assert not list(tmp_path.iterdir())
+
+
+def test_failed_run_stays_a_row(tmp_path: Path) -> None:
+    """Euler at three times the paper's step throws its rollers clear; an unknown method is not begun."""
+    settings = TINY.__class__(**vars(TINY) | {"accuracy_s": 0.2})
+    scene = bench_scene("play0-outer", solver="ode1", step_s=1 / 20480, seconds=0.002, settle_s=0.0)
+    unknown = bench_scene("play0-outer", solver="ode9", seconds=0.002, settle_s=0.0)
+    rows = [row_of("play0-outer", time_scene(s, 1), 0.05) for s in (scene, unknown)]
+    found = references(["play0-outer"], TINY, folder=tmp_path)
+    thrown, refused = with_accuracy(rows, found, settings)
+    assert not thrown.ok
+    assert thrown.reason
+    assert (refused.status, refused.wall_per_simulated_s) == ("refused", None)
+    for row in (thrown, refused):
+        document = row.to_dict()
+        assert set(ROW_KEYS) <= set(document)
+        assert (document["cage_error"], document["pareto"]) == (None, False)
+
+
+def test_targets_are_shown_met_or_not() -> None:
+    targets = {t.name: t for t in speed_targets([], [], APART)}
+    assert targets["compile, empty store"].met is True
+    assert targets["second srbval simulate --seconds 0.1"].met is False
+    assert targets["peak memory of a 10 s run"].value == 300.0
+    assert targets["full model, ode4 at 1/61440 s, play0-outer"].met is None
+    failed = Target(name="x", value=None, limit=1.0, unit="s", attempted=True)
+    assert failed.met is False, "a failed run does not meet its target"
+    assert Target(name="x", value=1.0, limit=1.0, unit="s").to_dict()["met"] is True
+
+
+def test_growth_is_of_time_per_touching_thing() -> None:
+    def cost(scene: str, points: int, us: float, touching: float, contacts: float) -> TouchCost:
+        counts = Touching(points=touching, contacts=contacts, loaded_rollers=1.0)
+        return TouchCost(scene=scene, solver="ode4", points_per_circle=points, us_per_step=us, touching=counts)
+
+    costs = [cost("play0-healthy", 500, 10.0, 100.0, 50.0), cost("play0-healthy", 4000, 40.0, 800.0, 50.0),
+             cost("interference-healthy", 500, 20.0, 300.0, 80.0)]  # fmt: skip
+    assert points_growth(costs) == pytest.approx(0.5)
+    assert healthy_row(costs) == pytest.approx(0.2 / 0.25)
+    assert points_growth(costs[:1]) is None
+
+
+def test_observed_order() -> None:
+    assert observed_order((1.0, 0.4, 0.1)) == pytest.approx(2.0)
+    assert observed_order((1.0, 0.4, None)) is None
+
+
+def test_path_error() -> None:
+    import numpy as np
+
+    path = np.array([[0.0, 1.0], [0.0, -1.0]])
+    assert path_error(path, path) == 0.0
+    assert path_error(path * 1.5, path) == pytest.approx(0.5)
+
+
+def test_default_step_is_among_the_steps() -> None:
+    assert step_sizes(QUICK, accuracy=True) == sorted(step_sizes(QUICK, accuracy=True), reverse=True)
+    assert any(abs(s * 61440 - 1) < 1e-9 for s in step_sizes(TINY, accuracy=False))
+
+
+def test_processes_read_their_children(monkeypatch: pytest.MonkeyPatch) -> None:
+    def answer(_store: Path, *arguments: str) -> str:
+        if "compile" in arguments:
+            return json.dumps({"compile_s": 2.0, "by_solver": {"ode4": 2.0}})
+        return json.dumps({"seconds": 0.01, "peak_bytes": 5}) if "memory" in arguments else "{}"
+
+    monkeypatch.setattr(processes, "_run", answer)
+    found = processes.measure_processes(TINY)
+    assert (found.compile_s, found.peak_bytes, found.memory_seconds) == (2.0, 5, 0.01)
+
+
+def test_child_prints_one_document() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "srbval.bench.child", "memory", "0.01"], capture_output=True, text=True, check=True
+    )
+    assert json.loads(done.stdout)["seconds"] == pytest.approx(0.01, rel=0.01)
+
+
+@pytest.mark.parametrize("extra", [["--speed-only", "--json"], ["--json"], []])
+def test_command(
+    extra: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(bench_command, "QUICK", TINY)
+    monkeypatch.setattr(bench, "measure_processes", lambda *_: APART)
+    monkeypatch.setattr("srbval.bench.reference.reference_folder", lambda: tmp_path)
+    code = main(["bench", "--quick", "--scenes", "play0-healthy", "--solvers", "ode4", *extra])
+    said = capsys.readouterr()
+    assert code == 0
+    assert "Bench: time the solvers" in said.err
+    if "--json" not in extra:
+        assert "NOT MET" in said.out
+        assert "reference" in said.out
+        return
+    document: dict[str, Any] = json.loads(said.out)
+    assert (document["status"], document["schema_version"]) == ("ok", 1)
+    assert bool(document["reference"]) is ("--speed-only" not in extra)
+    assert all(set(ROW_KEYS) <= set(row) for row in document["runs"])
+
+
+def test_unknown_names_are_wrong_use(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "--scenes", "nowhere"]) == 2
+    assert main(["bench", "--solvers", "ode9"]) == 2
+    assert "ode4" in capsys.readouterr().err
+
+
+def test_measures_have_no_floor_of_a_short_record(result: BenchResult) -> None:
+    measures = result.runs[1].measures
+    assert isinstance(measures, Measures)
+    assert measures.noise_floor is None

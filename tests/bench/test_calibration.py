@@ -1,0 +1,34 @@
+"""The yardstick computes what it should, so that no compiler can skip it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from srbval.bench.calibration import FACTOR, LENGTH, SUMMAND, calibrate, expected_sum, multiply_adds
+from srbval.bench.machine import processor_name
+
+
+@pytest.mark.parametrize("sweeps", [1, 2, 1000])
+def test_sum_is_that_of_the_geometric_series(sweeps: int) -> None:
+    x = 0.0
+    for _ in range(sweeps):
+        x = FACTOR * x + SUMMAND
+    found = multiply_adds(np.zeros(LENGTH), FACTOR, SUMMAND, sweeps)
+    assert found == pytest.approx(LENGTH * x, rel=1e-12)
+    assert found == pytest.approx(expected_sum(sweeps), rel=1e-10)
+
+
+def test_calibration_is_a_positive_time_of_the_right_sum() -> None:
+    found = calibrate(repeats=2)
+    assert found.right
+    assert 0 < found.seconds <= found.median_s
+
+
+def test_processor_name(tmp_path: Path) -> None:
+    listing = tmp_path / "cpuinfo"
+    listing.write_text("processor\t: 0\nmodel name\t: Some Chip 9\n", encoding="utf-8")
+    assert processor_name(listing) == "Some Chip 9"
+    assert processor_name(tmp_path / "absent")
