@@ -12,8 +12,9 @@ from srbval.bench.timing import attempt
 from srbval.bench.touching import count_touching, touching_depths
 from srbval.models.run import Run
 
-# damping and friction are left out of the second look, and rollers bounce: the load it finds is this close
-SAME_LOAD = 0.06
+# Damping and friction are left out of the second look, so the mean loads differ by some per cent. With play the rollers
+# bounce: the load at an instant differs by 40 %, its mean over the moments looked at by a tenth of that.
+SAME_LOAD = {"play0-healthy": 0.15, "interference-healthy": 0.05}
 
 
 def run_of(name: str) -> Run:
@@ -25,7 +26,7 @@ def run_of(name: str) -> Run:
 @pytest.mark.parametrize("name", ["play0-healthy", "interference-healthy"])
 def test_elastic_forces_add_up_to_the_load(name: str) -> None:
     run = run_of(name)
-    moments = range(0, len(run.cage_rad_s), 60)
+    moments = range(0, len(run.cage_rad_s), 10)
     pushes = []
     for moment in moments:
         outer = np.maximum(touching_depths(run, moment)[0], 0).sum(axis=(1, 2)) * run.scene.contact.stiffness_n_m
@@ -33,7 +34,7 @@ def test_elastic_forces_add_up_to_the_load(name: str) -> None:
         angle = float(run.cage_rad_s.mean()) * time_s + np.tile(np.arange(19) * 2 * math.pi / 19, 2)
         pushes.append(float(np.sum(outer * np.sin(angle)) * math.cos(math.radians(10.0))))
     expected = float(run.roller_force_n[list(moments), 1].mean())
-    assert np.mean(pushes) == pytest.approx(expected, rel=SAME_LOAD)
+    assert np.mean(pushes) == pytest.approx(expected, rel=SAME_LOAD[name])
 
 
 def test_counts() -> None:
