@@ -90,9 +90,19 @@ def shaft_reversed(model: Parameters) -> Parameters:
 def only_circle(model: Parameters, circle: int) -> Parameters:
     """The model with the points of the two other circles (1 to 3) put out of reach."""
     points = model.races.points.copy()
-    for race in points:
-        heights = np.unique(np.round(np.abs(race[0, 2][race[0, 0] < FAR_M]), 9))
-        for window in race:
-            other = np.abs(np.abs(window[2]) - heights[circle - 1]) > 1e-4
-            window[0, other] = FAR_M
+    for race, starts in zip(points, model.races.starts, strict=True):
+        for window, start in zip(race, starts, strict=True):
+            window[0, : start[circle - 1]] = window[0, start[circle] :] = FAR_M
     return model._replace(races=model.races._replace(points=points))
+
+
+def runge_kutta_stages(model: Parameters, y: FloatArray, t: float, step_s: float) -> list[tuple[float, FloatArray]]:
+    """One classical Runge-Kutta step of `y`, in place; weight [s] and contact values of each stage."""
+    k1 = rates(model, t, y)
+    k2 = rates(model, t + step_s / 2, y + step_s / 2 * k1.rate)
+    k3 = rates(model, t + step_s / 2, y + step_s / 2 * k2.rate)
+    k4 = rates(model, t + step_s, y + step_s * k3.rate)
+    weights = [step_s / 6, step_s / 3, step_s / 3, step_s / 6]
+    stages = [k1, k2, k3, k4]
+    y += sum(weight * k.rate for weight, k in zip(weights, stages, strict=True))
+    return [(weight, k.contact) for weight, k in zip(weights, stages, strict=True)]
