@@ -14,6 +14,8 @@ from srbval.bench.timing import Attempt, Timing, right_hand_sides_per_step
 class BenchRun:
     """A row. `measures` and `errors` are None for a failed run and where only speed was asked for.
 
+    `reference_errors` are the reference's own, by refinement; a run that is itself the reference has no `errors`.
+
     `timing` is None for a run that could not be timed; `calibration_s` is the machine's, in seconds. `pareto`: no other
     good run of the scene is both faster and closer in cage speed; `pareto_band`: the same for the band's vibration.
     """
@@ -28,6 +30,7 @@ class BenchRun:
     timing: Timing | None = None
     measures: Measures | None = None
     errors: Errors | None = None
+    reference_errors: Errors | None = None
     pareto: bool = False
     pareto_band: bool = False
 
@@ -40,6 +43,18 @@ class BenchRun:
     def wall_per_simulated_s(self) -> float | None:
         """Best wall time of a simulated second [s]."""
         return None if self.timing is None else self.timing.best
+
+    @property
+    def cage_error_bound(self) -> float | None:
+        """Error in cage speed, not below the reference's own: what the comparison can vouch for."""
+        if self.errors is None or self.reference_errors is None:
+            return None
+        return max(self.errors.cage_error, self.reference_errors.cage_error)
+
+    @property
+    def reference_limited(self) -> bool:
+        """Is the cage speed's error no larger than the reference's own, so that it may be chance?"""
+        return self.errors is not None and self.cage_error_bound != self.errors.cage_error
 
     @property
     def rhs_per_simulated_s(self) -> float | None:
@@ -71,6 +86,8 @@ class BenchRun:
             "us_per_rhs": self.us_per_rhs,
             **plain_or_nulls(self.errors, Errors),
             **plain_or_nulls(self.measures, Measures),
+            "cage_error_bound": self.cage_error_bound,
+            "reference_limited": self.reference_limited,
             "status": self.status,
             "reason": self.reason,
             "pareto": self.pareto,

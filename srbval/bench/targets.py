@@ -113,7 +113,7 @@ def _wall(row: BenchRun) -> float | None:
 
 
 def _cage(row: BenchRun) -> float | None:
-    return None if row.errors is None else row.errors.cage_error
+    return row.cage_error_bound
 
 
 def _band(row: BenchRun) -> float | None:

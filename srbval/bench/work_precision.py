@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -34,8 +35,12 @@ def with_accuracy(
 
 
 def held_against(row: BenchRun, run: Measured, reference: Reference) -> BenchRun:
-    """One row with what its run measured; without errors where the run or the reference failed."""
+    """One row with what its run measured; without errors where run or reference failed or they are the same run."""
     errors = None
-    if run.measures is not None and reference.measures is not None:
+    same = row.solver == reference.solver and math.isclose(row.dt_s, reference.dt_s, rel_tol=1e-6)
+    if run.measures is not None and reference.measures is not None and not same:
         errors = errors_against(run.measures, reference.measures)
-    return replace(row, status=run.status, reason=run.reason, measures=run.measures, errors=errors)
+    return replace(
+        row, status=run.status, reason=run.reason, measures=run.measures, errors=errors,
+        reference_errors=reference.own_errors,
+    )  # fmt: skip

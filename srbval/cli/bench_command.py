@@ -123,10 +123,14 @@ def _print_accuracy(result: BenchResult, rows: Sequence[Mapping[str, Any]]) -> N
     references = [_with_steps(reference.to_dict()) for reference in result.references.values()]
     when = {True: "earlier, kept", False: "now"}
     _print_columns(REFERENCE_COLUMNS, [table | {"when": when[table["cached"]]} for table in references])
-    _print_columns(ACCURACY_COLUMNS, [{**row, "on_front": "front" if row["pareto"] else ""} for row in rows])
+    _print_columns(ACCURACY_COLUMNS, [{**row, "on_front": _front(row)} for row in rows])
     paths = [path.to_dict() for path in result.trajectories]
     steps = ("coarse", "middle", "fine")
     _print_columns(TRAJECTORY_COLUMNS, [path | dict(zip(steps, path["errors"], strict=True)) for path in paths])
+
+
+def _front(row: Mapping[str, Any]) -> str:
+    return ("front, within the reference's error" if row["reference_limited"] else "front") if row["pareto"] else ""
 
 
 def _with_steps(table: dict[str, Any]) -> dict[str, Any]:

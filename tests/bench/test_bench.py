@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -103,7 +104,7 @@ def test_failed_reference_is_said_and_not_kept(tmp_path: Path, monkeypatch: pyte
 
 def test_failed_run_stays_a_row(tmp_path: Path) -> None:
     """Euler at three times the paper's step throws its rollers clear; an unknown method is not begun."""
-    settings = TINY.__class__(**vars(TINY) | {"accuracy_s": 0.2})
+    settings = replace(TINY, accuracy_s=0.2)
     scene = bench_scene("play0-outer", solver="ode1", step_s=1 / 20480, seconds=0.002, settle_s=0.0)
     unknown = bench_scene("play0-outer", solver="ode9", seconds=0.002, settle_s=0.0)
     rows = [row_of("play0-outer", time_scene(s, 1), 0.05) for s in (scene, unknown)]
@@ -116,6 +117,24 @@ def test_failed_run_stays_a_row(tmp_path: Path) -> None:
         document = row.to_dict()
         assert set(ROW_KEYS) <= set(document)
         assert (document["cage_error"], document["pareto"]) == (None, False)
+
+
+def test_reference_is_not_held_against_itself(tmp_path: Path) -> None:
+    """Its error would be zero, and the best on the chart."""
+    found = references(["play0-outer"], TINY, folder=tmp_path)
+    itself = bench_scene("play0-outer", solver="ode4", step_s=1 / 122880, seconds=0.002, settle_s=0.0)
+    (row,) = with_accuracy([row_of("play0-outer", time_scene(itself, 1), 0.05)], found, TINY)
+    assert row.ok
+    assert (row.errors, row.pareto, row.cage_error_bound) == (None, False, None)
+
+
+def test_error_below_the_references_own_is_said_to_be(result: BenchResult) -> None:
+    row = result.runs[0]
+    assert row.errors is not None
+    lucky = replace(row, errors=replace(row.errors, cage_error=1e-12))
+    own = result.references["play0-outer"].own_errors
+    assert own is not None
+    assert (lucky.reference_limited, lucky.cage_error_bound) == (True, own.cage_error)
 
 
 def test_targets_are_shown_met_or_not() -> None:
