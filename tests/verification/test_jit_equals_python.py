@@ -1,0 +1,77 @@
+"""Compiled kernels give what the same source gives uncompiled.
+
+Reason: the compiler may reorder sums and contract products, and a stale or miscompiled kernel would go unnoticed. The
+kernels run once more as plain Python in a process of its own. Source of the tolerance: reordering moves results by
+rounding. Forces, powers and rates are each compared with the largest of their kind.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.verification.cases import DEFECTS, disturbed
+from tests.verification.harness import PRINTED_FIT, FloatArray, Layout, paper_scene, parameters, rates
+
+SEEDS = (1, 2, 3)
+FITS = {"play": {}, "interference": PRINTED_FIT}
+# Sums over all rollers are compared at 1e-12 of the largest. A single penetration of 3e-5 m is a difference of lengths
+# of 0.16 m, so one rounding of 1e-16 in those is 1e-12 of it already, and a contact makes several: so well are loads,
+# slides and spins known, and torque and powers, in which the friction of all contacts nearly cancels.
+SUMS, SINGLE = 1e-12, 1e-11
+SAME = {
+    "force": SUMS, "cage": SUMS, "ring": SUMS,
+    "slide": SINGLE, "spin": SINGLE, "loads": SINGLE, "torque": SINGLE, "powers": SINGLE,
+}  # fmt: skip
+
+
+def kinds(defect: str, fit: str, seed: int) -> dict[str, FloatArray]:
+    """Everything the right-hand side gives for a state, by kind."""
+    scene = paper_scene(contact=FITS[fit], defect=DEFECTS[defect])
+    model = parameters(scene)
+    y = disturbed(model, seed, cage_angle=scene.load.zone_rad)
+    where, found = Layout(y), rates(model, 0.0, y)
+    return {
+        "slide": found.rate[where.slide_rate], "spin": found.rate[where.spin], "cage": found.rate[where.omega],
+        "ring": found.rate[where.ring_rate], "force": found.contact[:3], "torque": found.contact[4:5],
+        "powers": found.contact[5:], "loads": found.load_n.ravel(),
+    }  # fmt: skip
+
+
+def everything() -> dict[str, FloatArray]:
+    return {
+        f"{defect}/{fit}/{seed}/{kind}": values
+        for defect in DEFECTS
+        for fit in FITS
+        for seed in SEEDS
+        for kind, values in kinds(defect, fit, seed).items()
+    }
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory: pytest.TempPathFactory) -> dict[str, FloatArray]:
+    """All results of uncompiled kernels."""
+    path = tmp_path_factory.mktemp("plain") / "results.npz"
+    code = (
+        "import sys, numpy as np; from tests.verification.test_jit_equals_python import everything;"
+        "np.savez(sys.argv[1], **everything())"
+    )
+    command = [sys.executable, "-c", code, str(path)]
+    root = Path(__file__).parents[2]
+    subprocess.run(command, cwd=root, env=os.environ | {"NUMBA_DISABLE_JIT": "1"}, check=True)
+    with np.load(path) as results:
+        return dict(results)
+
+
+@pytest.mark.parametrize("kind", SAME)
+@pytest.mark.parametrize("defect", DEFECTS)
+def test_compiled_equals_plain(defect: str, kind: str, plain: dict[str, FloatArray]) -> None:
+    for fit in FITS:
+        for seed in SEEDS:
+            found, expected = kinds(defect, fit, seed)[kind], plain[f"{defect}/{fit}/{seed}/{kind}"]
+            assert found == pytest.approx(expected, abs=SAME[kind] * float(np.abs(expected).max()))
