@@ -2,8 +2,8 @@
 
 Reason: an integrator that is wired up wrongly still runs, at a lower order. Source: definition of the order; the
 reference is the fourth-order method at a step 16 times finer than the finest tested. Loaded rollers under interference,
-friction on its smooth slope, a shaft that hardly turns, and a swing of ring and rollers of some nanometres: the touching
-points stay the same, which is checked. What limits the order in a real run is shown too: at 710 rpm a point enters
+friction on its smooth slope, a shaft that hardly turns, and a swing of ring and rollers of some nanometres: the points
+that touch stay the same, which is checked. What limits the order in a real run is shown too: at 710 rpm a point enters
 or leaves contact every few microseconds, the contact damping jumps there, and the higher orders are lost.
 """
 
@@ -29,9 +29,9 @@ from tests.verification.world import World
 
 ORDERS = {"ode1": 1, "ode2": 2, "ode3": 3, "ode4": 4}
 WINDOW_S = 4e-4
-STEPS = {"ode1": (400, 800), "ode2": (100, 200), "ode3": (50, 100), "ode4": (50, 100)}
+STEPS = {"ode1": (400, 800), "ode2": (100, 200), "ode3": (50, 100), "ode4": (100, 200)}
 REFERENCE = 16
-ORDER = 0.15  # the next term of the error is a tenth of the first at these steps
+ORDER = 0.2  # the error's next term still counts at these steps; finer ones would meet rounding
 EVENTFUL_ORDER = 2.0  # a jump of a force within a step costs one step times the jump: order one, with scatter
 LEAST_TOUCHING = 300  # some four points per contact
 
@@ -70,10 +70,10 @@ def test_order_without_contact_changes(method: str) -> None:
     y = settled(model)
     where = Layout(y)
     rng = np.random.default_rng(8)
-    y[where.slide_rate] += rng.normal(0, 2e-5, where.count)
-    y[where.spin] += rng.normal(0, 2e-3, where.count)
-    y[where.ring_rate] += (1e-5, 2e-5, -1e-5)
-    y[where.omega] += (1e-5, 1e-5, 1e-4)
+    y[where.slide_rate] += rng.normal(0, 2e-4, where.count)
+    y[where.spin] += rng.normal(0, 2e-2, where.count)
+    y[where.ring_rate] += (1e-4, 2e-4, -1e-4)
+    y[where.omega] += (1e-4, 1e-4, 1e-3)
     touching = world.contacts(0.0, y).touching
     coarse, fine = errors(model, y, method, STEPS[method])
     assert np.log2(coarse / fine) == pytest.approx(ORDERS[method], abs=ORDER)
