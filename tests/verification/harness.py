@@ -15,6 +15,7 @@ from srbval.models.full.start import rolling_state as rolling_state
 from srbval.models.full.steps import Rates as Rates
 from srbval.models.full.steps import rates as rates
 from srbval.models.full.steps import take_steps
+from srbval.models.simulate import signals
 from srbval.models.solvers import TABLEAUX
 from srbval.scene import Scene as Scene
 from srbval.scene import paper_scene as paper_scene
@@ -68,6 +69,11 @@ def advance(
     ).out
     acceleration: FloatArray = out[:, :3]
     return acceleration
+
+
+def recorded(model: Parameters, y: FloatArray, *, step_s: float, steps: int) -> dict[str, Any]:
+    """What a run records of its first output interval of `steps` steps, by the names in `Run`; `y` is advanced."""
+    return signals(take_steps(model, y, TABLEAUX["ode4"], step_s=step_s, intervals=1, steps_per_output=steps).out)
 
 
 def trajectory(

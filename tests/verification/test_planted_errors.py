@@ -24,12 +24,14 @@ import srbval
 HERE = Path(__file__).parent
 TABLE = HERE / "planted_errors.toml"
 KERNELS = Path("srbval/models/full")
-CHECKS = ("test_equations_of_motion.py", "test_free_motion.py")  # the quickest; they need few right-hand sides
+CHECKS = (
+    "test_equations_of_motion.py",
+    "test_free_motion.py",
+    "test_outputs.py",
+)  # the quickest; they need few right-hand sides
 AT_ONCE = 2
 FAILED = 1  # exit status of pytest when tests ran and some failed; others mean that they did not run
 LONGEST_S = 120
-
-pytestmark = pytest.mark.slow
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,7 @@ def run_checks(folder: Path, error: PlantedError) -> subprocess.CompletedProcess
     shutil.copytree(Path(srbval.__file__).parent, folder / "srbval", ignore=skip)
     shutil.copytree(HERE, folder / "tests" / "verification", ignore=skip)
     (folder / "tests" / "__init__.py").touch()
-    (folder / "pytest.ini").write_text("[pytest]\nmarkers =\n    slow:\n")
+    (folder / "pytest.ini").write_text("[pytest]\nmarkers =\n    slow:\n    verification:\n")
     plant(folder / KERNELS / error.file, error)
     checks = [f"tests/verification/{name}" for name in CHECKS]
     command = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=no", "-rf", "-p", "no:cacheprovider", *checks]
@@ -84,11 +86,13 @@ def test_anchor_is_found_once(error: PlantedError) -> None:
     assert source.count(error.old) == 1, f"{error.old!r} in {error.file}"
 
 
+@pytest.mark.slow
 def test_unharmed_copy_passes(outcomes: dict[str, Future[subprocess.CompletedProcess[str]]]) -> None:
     outcome = outcomes[UNHARMED.what].result()
     assert outcome.returncode == 0, outcome.stdout + outcome.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("error", ERRORS, ids=lambda error: error.what)
 def test_planted_error_is_caught(
     error: PlantedError, outcomes: dict[str, Future[subprocess.CompletedProcess[str]]]

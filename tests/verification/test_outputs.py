@@ -1,0 +1,88 @@
+"""What a run records is what the states between its output instants say.
+
+Reason: the equations may be right and the record of them wrong. Source: a Runge-Kutta method written out once more in
+the checks' own harness, and definitions: mean acceleration is change of velocity over the interval, mean cage speed is
+change of angle over it, powers and forces are means over the stages, energies are those of the interval's start.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.verification.cases import CASES, disturbed
+from tests.verification.harness import (
+    PAPER_STEP_S,
+    FloatArray,
+    Layout,
+    geometry,
+    paper_scene,
+    parameters,
+    rates,
+    recorded,
+    runge_kutta_stages,
+)
+from tests.verification.world import World
+
+STEPS = 2
+SAME = 1e-9  # the same arithmetic in another order, through contacts that magnify rounding by 1e4
+MASS_BY_SLICES = 1e-8
+POWERS = {8: "drive_w", 9: "load_w", 5: "friction_w", 6: "damping_w", 10: "housing_w"}
+
+
+@pytest.fixture(params=["play, paper's case", "every force at once, changing speed and load"], scope="module")
+def interval(
+    request: pytest.FixtureRequest,
+) -> tuple[World, FloatArray, FloatArray, FloatArray, FloatArray, dict[str, Any]]:
+    """World, state at the start and end of an output interval, mean and first contact values, and the record."""
+    scene = paper_scene(**CASES[request.param][0])
+    model = parameters(scene)
+    start = disturbed(model, seed=3, cage_angle=scene.load.zone_rad)
+    end, mean = start.copy(), np.zeros(11)
+    for i in range(STEPS):
+        for weight, contact in runge_kutta_stages(model, end, i * PAPER_STEP_S, PAPER_STEP_S):
+            mean += weight * contact[:11] / (STEPS * PAPER_STEP_S)
+    first = rates(model, 0.0, start).contact
+    return (
+        World(scene, geometry()),
+        start,
+        end,
+        mean,
+        first,
+        recorded(model, start.copy(), step_s=PAPER_STEP_S, steps=STEPS),
+    )
+
+
+def same(found: Any, expected: Any, tolerance: float = SAME) -> None:
+    assert found == pytest.approx(expected, abs=tolerance * float(np.abs(expected).max()))
+
+
+def test_motion(interval: Any) -> None:
+    _, start, end, _, _, record = interval
+    where, seconds = Layout(start), STEPS * PAPER_STEP_S
+    same(record["acceleration_m_s2"][0], (end - start)[where.ring_rate] / seconds)
+    same(record["displacement_m"][0], end[where.ring])
+    same(record["cage_tilt_rad"][0], end[where.cage][:2])
+    same(record["cage_rad_s"][0], (end - start)[where.cage][2] / seconds)
+
+
+def test_forces_and_powers(interval: Any) -> None:
+    _, _, _, mean, _, record = interval
+    same(record["roller_force_n"][0], mean[:3])
+    for index, name in POWERS.items():
+        assert getattr(record["energy"], name)[0] == pytest.approx(
+            mean[index], rel=SAME, abs=SAME * np.abs(mean[5:]).max()
+        )
+
+
+def test_energies(interval: Any) -> None:
+    """Of the bodies, weight included, and of the housing's spring: as in world axes."""
+    world, start, _, _, first, record = interval
+    energy = record["energy"]
+    ring = start[Layout(start).ring]
+    spring = world.housing_stiffness() * float(ring @ ring) / 2
+    assert energy.spring_j[0] == pytest.approx(spring, rel=SAME)
+    assert energy.contact_j[0] == pytest.approx(first[7], rel=SAME)
+    assert energy.mechanical_j[0] == pytest.approx(world.mechanical_energy(start) - spring, rel=MASS_BY_SLICES)
