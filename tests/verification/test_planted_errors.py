@@ -75,8 +75,9 @@ def run_checks(folder: Path, error: PlantedError) -> subprocess.CompletedProcess
 
 
 def plant(path: Path, error: PlantedError) -> None:
-    if error.old:
-        path.write_text(path.read_text().replace(error.old, error.new))
+    source = path.read_text()
+    assert error is UNHARMED or source.count(error.old) == 1, f"{error.old!r} in {error.file}"
+    path.write_text(source if error is UNHARMED else source.replace(error.old, error.new))
 
 
 @pytest.mark.parametrize("error", ERRORS, ids=lambda error: error.what)
