@@ -8,8 +8,12 @@ from srbval.models.run import Run
 from srbval.recordings.recording import Origin, Recording, ShaftSpeed, SpeedSource, State
 from srbval.scene import DefectKind
 
-STATES = {DefectKind.NONE: State.HEALTHY, DefectKind.OUTER: State.OUTER, DefectKind.INNER: State.INNER,
-          DefectKind.ROLLER: State.ROLLER}
+STATES = {
+    DefectKind.NONE: State.HEALTHY,
+    DefectKind.OUTER: State.OUTER,
+    DefectKind.INNER: State.INNER,
+    DefectKind.ROLLER: State.ROLLER,
+}
 
 
 def recording_from_run(run: Run) -> Recording:
