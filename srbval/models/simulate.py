@@ -74,6 +74,7 @@ class Account:
     deepest_m: float = -math.inf
     force_n: FloatArray = field(default_factory=lambda: np.zeros(3))
     finite: bool = True
+    balanced_share: float = 0.0
     wall_s: float = 0.0
     compile_s: float = 0.0
 
@@ -93,19 +94,19 @@ class Account:
         scene, n = self.scene, max(self.samples, 1)
         mean_shaft = scene.mean_shaft_rad_s
         ratio = self.cage / n / mean_shaft if mean_shaft else math.nan
-        share = self._load_share(self.force_n / n)
-        status, reason = judge(scene, ratio, share, self.deepest_m, DEEPEST_M, self.finite)
+        share = self.load_share(self.force_n / n, scene.mean_radial_n)
+        status, reason = judge(scene, ratio, share, self.balanced_share, self.deepest_m, DEEPEST_M, self.finite)
         return RunSummary(
             scene=scene, rolling_elements=self.bearing.rolling_elements, status=status, reason=reason,
             samples=self.samples, cage_ratio=ratio, roller_load_share=share, wall_s=self.wall_s,
             compile_s=self.compile_s,
         )  # fmt: skip
 
-    def _load_share(self, mean_force_n: FloatArray) -> float:
-        load = self.scene.load
-        radial = self.scene.mean_radial_n
-        direction = np.array([math.cos(load.direction_rad), math.sin(load.direction_rad), 0.0])
-        return float(-mean_force_n @ direction) / radial if radial else math.nan
+    def load_share(self, force_n: FloatArray, radial_n: float) -> float:
+        """Part of a radial load that a force of the rollers on the ring carries; NaN without a load."""
+        angle = self.scene.load.direction_rad
+        direction = np.array([math.cos(angle), math.sin(angle), 0.0])
+        return float(-force_n @ direction) / radial_n if radial_n else math.nan
 
 
 def signals(out: FloatArray) -> dict[str, Any]:
@@ -157,6 +158,10 @@ def _full_model(account: Account, settle: int, whole: int) -> Iterator[tuple[int
     tableau = TABLEAUX[scene.solver.name]
     model = make_parameters(scene, bearing.geometry)
     state = equilibrium_state(model).state
+    ring = state[len(state) // 2 - 3 : len(state) // 2]
+    push = np.array([model.drive.direction_cosine, model.drive.direction_sine, 0.0]) * float(model.drive.radial[0])
+    # what the spring does not carry of the load, the rollers do
+    account.balanced_share = account.load_share(model.housing_stiffness * ring - push, float(model.drive.radial[0]))
     per_output, per_detail = scene.steps_per_output, scene.outputs_per_detail
     step = 1 / (scene.output_rate_hz * per_output)
 

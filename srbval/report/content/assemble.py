@@ -39,7 +39,7 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
             _figures_section(evidence, figures),
             *_paper_speed_section(evidence, figures),
             open_section(evidence),
-            _limits_section(),
+            _limits_section(evidence),
             runs_section(evidence),
             scene_section(evidence),
             _provenance_section(origin),
@@ -83,7 +83,7 @@ def _paper_speed_section(evidence: Evidence, folder: Path) -> tuple[Section, ...
     )
 
 
-def _limits_section() -> Section:
+def _limits_section(evidence: Evidence) -> Section:
     return Section(
         id="limits",
         title="What is not validated",
@@ -95,14 +95,22 @@ def _limits_section() -> Section:
                     "**Rolling-element defects, axial load, speed and load over time, gravity** can "
                     "be simulated but are not compared with anything here. **Lubrication** is not modelled.",
                     "**The noise floor of the simulated spectra.** With a fixed explicit step the friction is "
-                    "under-resolved and "
-                    "chatters; part of the broadband signal is numerical. Fault lines are read well above it.",
-                    "**Point passing**: the raceways are 500 points a circle, which excites about 2.5 and 3.4 kHz at "
-                    "710 rpm. These "
-                    "are numerical and lie above the simulated band.",
+                    "under-resolved and chatters; part of the broadband signal is numerical. Fault lines are read well "
+                    "above it.",
+                    _point_passing(evidence),
                 )
             ),
         ),
+    )
+
+
+def _point_passing(evidence: Evidence) -> str:
+    run = evidence.runs["paper-healthy"]
+    points, shaft_hz = run.scene.contact.points_per_circle, run.scene.shaft_hz
+    outer, inner = points * run.cage_ratio * shaft_hz, points * (1 - run.cage_ratio) * shaft_hz
+    return (
+        f"**Point passing**: the raceways are {points} points a circle, which excites {outer / 1e3:.1f} and "
+        f"{inner / 1e3:.1f} kHz at {60 * shaft_hz:.0f} rpm. These are numerical and lie above the simulated band."
     )
 
 

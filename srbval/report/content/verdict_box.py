@@ -50,8 +50,8 @@ def _sum_points(evidence: Evidence) -> list[str]:
     paper = next(s for s in evidence.sums if s.source == "paper's rig")
     text = (
         f"The paper's rig lines add up to {paper.difference_pct:+.2f} % of {paper.rolling_elements} shaft orders: a "
-        "shaft at "
-        f"{paper.implied_rpm:.1f} rpm instead of {paper.stated_rpm:g}, not slippage."
+        f"shaft at {paper.implied_rpm:.1f} rpm instead of {paper.stated_rpm:g}. Slippage would move each line the "
+        "other way."
     )
     measured = [s for s in evidence.sums if s.origin == "measured"]
     if measured:
