@@ -8,6 +8,8 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.amplitude import UNITS
 from srbval.recordings.datasets.description import dataset
@@ -28,6 +30,7 @@ LOADERS: dict[FileKind, Callable[[Path], RawFile]] = {
     FileKind.NPY: load_npy,
     FileKind.TEXT: load_ascii,
 }
+BLOCK_BYTES = 1 << 19
 USER_RPM_CI95 = 1.0  # a speed given by hand is taken as rounded to about 1 rpm
 
 
@@ -66,8 +69,8 @@ def read_and_hash(path: Path) -> tuple[Reading | DataError, str]:
     """
     try:
         if sniff(path) is FileKind.MATLAB_V5:
-            contents = path.read_bytes()
-            return _or_refusal(lambda: recognise(load_matlab_v5(path, contents))), hash_of(contents)
+            contents, sha256 = contents_and_hash(path)
+            return _or_refusal(lambda: recognise(load_matlab_v5(path, contents))), sha256
     except OSError as error:
         raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
     except DataError as error:
@@ -82,21 +85,24 @@ def _or_refusal(read: Callable[[], Reading]) -> Reading | DataError:
         return error
 
 
-def hash_of(contents: bytes) -> str:
-    """SHA-256 of `contents`, hexadecimal."""
-    return hashlib.sha256(contents).hexdigest()
+def contents_and_hash(path: Path) -> tuple[memoryview, str]:
+    """The file's bytes and their SHA-256, hexadecimal; each block is hashed while it is still in the cache."""
+    digest, at = hashlib.sha256(), 0
+    with path.open("rb", buffering=0) as stream:
+        room = memoryview(np.empty(path.stat().st_size, dtype=np.uint8))
+        while count := stream.readinto(room[at : at + BLOCK_BYTES]):
+            digest.update(room[at : at + count])
+            at += count
+    return room[:at], digest.hexdigest()
 
 
 def sha256_of(path: Path) -> str:
     """SHA-256 of the file, hexadecimal."""
-    digest = hashlib.sha256()
     try:
         with path.open("rb") as stream:
-            while block := stream.read(1 << 20):
-                digest.update(block)
+            return hashlib.file_digest(stream, "sha256").hexdigest()
     except OSError as error:
         raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
-    return digest.hexdigest()
 
 
 def _check_options(fs_hz: float | None, unit: str | None, rpm: float | None) -> None:
@@ -184,8 +190,9 @@ def _assemble(path: Path, reading: Reading, sha256: str) -> Recording:
 
 
 def _in_unit(channel: Channel) -> FloatArray:
+    """The channel's own copy in the unit of the recording: a view would keep the whole file in memory."""
     factor = UNITS.get(channel.unit, ("", 1.0))[1]
-    return channel.samples if factor == 1.0 else channel.samples * factor
+    return np.array(channel.samples) if factor == 1.0 else channel.samples * factor
 
 
 def _band(reading: Reading, fs_hz: float, main: Channel) -> tuple[float, float] | None:

@@ -55,14 +55,22 @@ class RawFile:
 
 
 def as_signal(values: NDArray[Any], what: str) -> NDArray[np.float64]:
-    """Samples as a contiguous float64 vector, shape [n]; NaN, infinity and complex values are refused."""
+    """Samples as a contiguous float64 vector, shape [n], a read-only view where they are stored so.
+
+    NaN, infinity and complex values are refused.
+    """
     if values.dtype.kind not in "fiu":
         raise DataError(f"{what}: {values.dtype} values are not a vibration signal; real numbers are needed.")
-    if values.size and not np.isfinite(values).all():
+    if values.size and not _all_finite(values):
         bad = int(np.flatnonzero(~np.isfinite(values.ravel()))[0])
         raise DataError(
             f"{what}: sample {bad} of {values.size} is {values.ravel()[bad]}; every sample must be finite. "
             "Export the record again, or cut the damaged part off."
         )
-    samples = np.ascontiguousarray(values, dtype=np.float64).ravel()
-    return samples if samples.flags.writeable else samples.copy()
+    return np.ascontiguousarray(values, dtype=np.float64).ravel()
+
+
+def _all_finite(values: NDArray[Any]) -> bool:
+    """A finite sum has finite terms; only where it is not are they looked at one by one."""
+    with np.errstate(all="ignore"):
+        return bool(np.isfinite(np.sum(values)) or np.isfinite(values).all())

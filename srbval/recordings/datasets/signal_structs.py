@@ -42,10 +42,10 @@ ROTATION = {
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Signal:
-    """One struct: samples in SI, shape [n, columns], and their rate."""
+    """One struct: the samples of each column in SI, shape [n], and their rate."""
 
     name: str
-    values: NDArray[np.float64]
+    columns: tuple[NDArray[np.float64], ...]
     fs_hz: float
 
 
@@ -101,10 +101,11 @@ def _signal(raw: RawFile, name: str, labels: dict[str, dict[float, float]]) -> S
     count = raw.number(f"{name}.x_values.number_of_values")
     if count is not None and int(count) != len(matrix):
         raise DataError(f"{raw.path}: {name} announces {count:.0f} values, holds {len(matrix)}: truncated.")
-    samples = as_signal(matrix, f"{raw.path}: {name}").reshape(matrix.shape)
+    columns = [as_signal(column, f"{raw.path}: {name}[{i}]") for i, column in enumerate(matrix.T, 1)]
     factor = raw.number(f"{name}.y_values.quantity.unit_transformation.factor")
     to_si = _to_si(raw, name, label, factor, labels[label])
-    return Signal(name=name, values=samples * to_si if to_si != 1 else samples, fs_hz=round(1 / increment, 6))
+    in_si = tuple(columns) if to_si == 1 else tuple(column * to_si for column in columns)
+    return Signal(name=name, columns=in_si, fs_hz=round(1 / increment, 6))
 
 
 def _upright(values: NDArray[np.generic]) -> NDArray[np.generic]:
@@ -132,11 +133,10 @@ def _sensors(
     if len(rates) > 1:
         raise DataError(f"{raw.path}: acceleration signals at different rates, {sorted(rates)} Hz.")
     layout = description.channels if description is not None else ()
-    if len(signals) == 1 and signals[0].values.shape[1] == len(layout):
+    if len(signals) == 1 and len(signals[0].columns) == len(layout):
         tested = next(rule.name for rule in layout if rule.analyse)
-        columns = np.ascontiguousarray(signals[0].values.T)
-        return {rule.name: column for rule, column in zip(layout, columns, strict=True)}, tested
-    named = {f"{s.name}[{i + 1}]": np.ascontiguousarray(column) for s in signals for i, column in enumerate(s.values.T)}
+        return {rule.name: column for rule, column in zip(layout, signals[0].columns, strict=True)}, tested
+    named = {f"{s.name}[{i}]": column for s in signals for i, column in enumerate(s.columns, 1)}
     return named, next(iter(named)) if len(named) == 1 else None
 
 
@@ -144,14 +144,14 @@ def _speed(
     signals: list[Signal], nominal_rpm: float | None, description: DatasetDescription
 ) -> tuple[ShaftSpeed | None, str | None, str]:
     """Speed of the record, what is wrong with it if anything, and where it was read."""
-    vectors = [s for s in signals if s.values.shape[1] == 1]
+    vectors = [s for s in signals if len(s.columns) == 1]
     if len(vectors) > 1:
         return None, f"{len(vectors)} speed signals: {', '.join(s.name for s in vectors)}.", "speed left open"
     if not vectors:
         ci95_pct = description.speed.nominal_ci95_pct
         nominal = None if nominal_rpm is None else nominal_speed(nominal_rpm, ci95_pct)
         return nominal, None, "no speed signal in the file"
-    speed = tachometer_speed(vectors[0].values[:, 0])
+    speed = tachometer_speed(vectors[0].columns[0])
     found_rpm = speed.value_hz * RPM_PER_HZ
     note = f"speed from {vectors[0].name}, {vectors[0].fs_hz:g} Hz"
     if nominal_rpm and not 1 / IMPLAUSIBLE_RATIO < found_rpm / nominal_rpm < IMPLAUSIBLE_RATIO:

@@ -36,14 +36,14 @@ MAX_ELEMENTS = 100_000
 MAX_TEXT_BYTES = 65536
 
 
-def load_matlab_v5(path: Path, contents: bytes | None = None) -> RawFile:
+def load_matlab_v5(path: Path, contents: memoryview | None = None) -> RawFile:
     """Read every numeric array, text and (nested) struct field of a MATLAB v5 file (or of its `contents`).
 
     Cells and structs of one element are unwrapped; of larger ones each element's index goes into its name.
     Complex parts, sparse arrays, function handles and Java objects are left out. Raises `DataError`
     whatever the damage.
     """
-    data = path.read_bytes() if contents is None else contents
+    data = memoryview(path.read_bytes()) if contents is None else contents
     reader = _Reader(path, ">" if data[126:128] == b"MI" else "<")
     if len(data) < HEADER_BYTES + 8:
         raise reader.damaged(f"{len(data)} bytes; its header alone has {HEADER_BYTES}")
@@ -73,7 +73,7 @@ class _Reader:
     def damaged(self, what: str) -> DataError:
         return DataError(f"{self.path}: truncated or damaged MATLAB v5 file ({what}). Copy it again.")
 
-    def top_level(self, data: bytes) -> None:
+    def top_level(self, data: memoryview) -> None:
         for element in self._elements(data, HEADER_BYTES, len(data)):
             if element.kind == MI_COMPRESSED:
                 inner = self._expanded(data[element.start : element.stop])
@@ -82,7 +82,7 @@ class _Reader:
             else:
                 self._array(data, element, None, 0)
 
-    def _elements(self, data: bytes, start: int, stop: int) -> Iterator[_Element]:
+    def _elements(self, data: memoryview, start: int, stop: int) -> Iterator[_Element]:
         """Elements between `start` and `stop`; each must end before `stop`."""
         at = start
         while at + 8 <= stop:
@@ -99,7 +99,7 @@ class _Reader:
             yield _Element(kind=kind, start=at + 8, stop=at + 8 + count)
             at += 8 + count + (0 if kind == MI_COMPRESSED else -count % 8)
 
-    def _expanded(self, stream: bytes) -> bytes:
+    def _expanded(self, stream: memoryview) -> memoryview:
         """The element inside a zlib stream, its claimed size checked before it is expanded."""
         try:
             head = zlib.decompressobj().decompress(stream, 8)
@@ -107,11 +107,11 @@ class _Reader:
                 raise self.damaged("a compressed element without a tag")
             self.claimed += 8 + int(struct.unpack(self.order + "II", head)[1])
             check_claim(self.path, self.claimed, "its contents")
-            return zlib.decompressobj().decompress(stream, largest_claim(self.path))
+            return memoryview(zlib.decompressobj().decompress(stream, largest_claim(self.path)))
         except zlib.error as error:
             raise self.damaged(f"compressed data, {error}") from None
 
-    def _array(self, data: bytes, element: _Element, name: str | None, depth: int) -> None:
+    def _array(self, data: memoryview, element: _Element, name: str | None, depth: int) -> None:
         """Read one array under `name`, or under its own name at the top level."""
         if element.kind != MI_MATRIX:
             raise self.damaged(f"element type {element.kind} at byte {element.start} where an array should be")
@@ -141,20 +141,20 @@ class _Reader:
                 next(parts, None)  # the class's name
             self._members(data, parts, total, self._fields(data, parts), name, depth)
 
-    def _fields(self, data: bytes, parts: Iterator[_Element]) -> list[str]:
+    def _fields(self, data: memoryview, parts: Iterator[_Element]) -> list[str]:
         """Names of a struct's fields: texts of one length, padded with zeros."""
         length = self._integers(data, next(parts, None), "i4")
         names = next(parts, None)
         if names is None or not length or length[0] <= 0:
             raise self.damaged("a struct without field names")
-        raw = data[names.start : names.stop]
+        raw = bytes(data[names.start : names.stop])
         if len(raw) // length[0] > MAX_ELEMENTS:
             raise self.damaged(f"more than {MAX_ELEMENTS} field names")
         cut = [raw[i : i + length[0]] for i in range(0, len(raw) - length[0] + 1, length[0])]
         return ["." + text.split(b"\0", 1)[0].decode("latin-1") for text in cut]
 
     def _members(
-        self, data: bytes, parts: Iterator[_Element], total: int, fields: list[str], name: str, depth: int
+        self, data: memoryview, parts: Iterator[_Element], total: int, fields: list[str], name: str, depth: int
     ) -> None:
         """Elements of a cell or struct array, each with its fields in turn."""
         for i in range(total if fields else 0):
@@ -165,23 +165,23 @@ class _Reader:
                     raise self.damaged(f"{name}{index}{field} is missing")
                 self._array(data, member, f"{name}{index}{field}", depth + 1)
 
-    def _integers(self, data: bytes, element: _Element | None, kind: str) -> list[int]:
+    def _integers(self, data: memoryview, element: _Element | None, kind: str) -> list[int]:
         """A few integers: flags, dimensions, a length."""
         if element is None or element.stop - element.start > 256:
             return []
         raw = data[element.start : element.stop]
         return [int(n) for n in np.frombuffer(raw[: len(raw) // 4 * 4], self.order + kind)]
 
-    def _text(self, data: bytes, element: _Element | None) -> str:
+    def _text(self, data: memoryview, element: _Element | None) -> str:
         """A text in whichever encoding its type says; overlong ones are cut."""
         if element is None:
             return ""
         coding = TEXTS.get(element.kind, "latin-1")
         ends = {"<": "-le", ">": "-be"}[self.order] if coding in ("utf-16", "utf-32") else ""
-        raw = data[element.start : min(element.stop, element.start + MAX_TEXT_BYTES)]
+        raw = bytes(data[element.start : min(element.stop, element.start + MAX_TEXT_BYTES)])
         return raw.decode(coding + ends, "replace").replace("\0", "")
 
-    def _numbers(self, data: bytes, element: _Element | None, shape: list[int], name: str) -> NDArray[Any]:
+    def _numbers(self, data: memoryview, element: _Element | None, shape: list[int], name: str) -> NDArray[Any]:
         """The real part as stored (MATLAB stores whole numbers in fewer bytes), column-major."""
         if math.prod(shape) == 0 or element is None:
             return np.zeros(0)
