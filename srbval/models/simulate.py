@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,13 +13,14 @@ import numpy as np
 
 from srbval.bearing import Bearing, load_bearing
 from srbval.errors import ConfigurationError
+from srbval.models.chunk import Outputs
+from srbval.models.ladder import check_known, rung_of
 from srbval.models.run import EnergyFlow, FloatArray, Run, RunStatus, RunSummary
 from srbval.scene import Scene
 
 if TYPE_CHECKING:
     from srbval.models.full.steps import Steps
 
-MODELS = ("full",)
 CHUNK_S = 0.02  # simulated time between two signs of progress
 Progress = Callable[[float], None]
 
@@ -79,12 +79,16 @@ class Account:
     compile_s: float = 0.0
 
     def add(self, out: FloatArray) -> None:
-        """Count a chunk's rows in."""
-        self.finite = self.finite and bool(np.all(np.isfinite(out)))
+        """Count a chunk's rows in; what the model does not have is NaN and passes every test."""
+        self.finite = self.finite and self.all_finite(out)
         self.samples += len(out)
         self.cage += float(out[:, 6].sum())
         self.force_n = self.force_n + out[:, 9:12].sum(axis=0)
         self.deepest_m = max(self.deepest_m, float(out[:, 12].max()))
+
+    def all_finite(self, out: FloatArray) -> bool:
+        """Is every quantity finite that the scene's model has?"""
+        return bool(np.all(np.isfinite(out[..., rung_of(self.scene.model).columns])))
 
     def summary(self) -> RunSummary:
         """Figures and judgement of all that was added."""
@@ -126,18 +130,18 @@ def signals(out: FloatArray) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _recorded(account: Account, progress: Progress) -> Iterator[Steps]:
+def _recorded(account: Account, progress: Progress) -> Iterator[Outputs]:
     """The recorded chunks of the scene's model; `account` is kept up to date."""
     scene = account.scene
-    _check_known("model", scene.model, MODELS)
+    rung = rung_of(scene.model)
     settle = round(scene.settle_s * scene.output_rate_hz)
     whole = settle + scene.samples
-    for first, steps in _full_model(account, settle, whole):
+    for first, steps in rung.run(account, settle, whole):
         progress((first + len(steps.out)) / scene.output_rate_hz)
         if first >= settle:
             account.add(steps.out)
             yield steps
-        if not np.all(np.isfinite(steps.out[-1])):
+        if not account.all_finite(steps.out[-1]):
             account.finite = False
             if first < settle:
                 account.add(steps.out)
@@ -145,14 +149,15 @@ def _recorded(account: Account, progress: Progress) -> Iterator[Steps]:
             return
 
 
-def _full_model(account: Account, settle: int, whole: int) -> Iterator[tuple[int, Steps]]:
+def full_model(account: Account, settle: int, whole: int) -> Iterator[tuple[int, Steps]]:
+    """The full model's rung, see `ladder`: from static balance, with the scene's solver."""
     from srbval.models.full.equilibrium import equilibrium_state
     from srbval.models.full.parameters import make_parameters
     from srbval.models.full.steps import take_steps
     from srbval.models.solvers import TABLEAUX
 
     scene, bearing = account.scene, account.bearing
-    _check_known("solver", scene.solver.name, TABLEAUX)
+    check_known("solver", scene.solver.name, tuple(TABLEAUX))
     if bearing.geometry is None:
         raise ConfigurationError(f"bearing {bearing.name!r} has no [geometry]; the full model cannot run it.")
     tableau = TABLEAUX[scene.solver.name]
@@ -174,14 +179,14 @@ def _full_model(account: Account, settle: int, whole: int) -> Iterator[tuple[int
     started = time.perf_counter()
     take(0, 0, 0)
     account.compile_s = time.perf_counter() - started
-    for first, count in _chunks(settle, whole, per_detail, scene.output_rate_hz):
+    for first, count in chunks(settle, whole, per_detail, scene.output_rate_hz):
         started = time.perf_counter()
         steps = take(first, count, per_detail if first >= settle else 0)
         account.wall_s += time.perf_counter() - started
         yield first, steps
 
 
-def _chunks(settle: int, whole: int, per_detail: int, rate_hz: float) -> Iterator[tuple[int, int]]:
+def chunks(settle: int, whole: int, per_detail: int, rate_hz: float) -> Iterator[tuple[int, int]]:
     """First interval and length of each chunk: one ends where settling does, details fall on a chunk's start."""
     length = max(1, round(CHUNK_S * rate_hz))
     if per_detail:
@@ -192,11 +197,3 @@ def _chunks(settle: int, whole: int, per_detail: int, rate_hz: float) -> Iterato
         count = min(length, end - first)
         yield first, count
         first += count
-
-
-def _check_known(what: str, name: str, known: Iterable[str]) -> None:
-    known = tuple(known)
-    if name not in known:
-        close = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
-        hint = f" Did you mean {close[0]!r}?" if close else ""
-        raise ConfigurationError(f"{what} {name!r} is not known.{hint} Known: {', '.join(known)}.")
