@@ -164,9 +164,9 @@ def full_model(account: Account, settle: int, whole: int) -> Iterator[tuple[int,
     model = make_parameters(scene, bearing.geometry)
     state = equilibrium_state(model).state
     ring = state[len(state) // 2 - 3 : len(state) // 2]
-    push = np.array([model.drive.direction_cosine, model.drive.direction_sine, 0.0]) * float(model.drive.radial[0])
+    push = np.array([model.drive.direction_cosine, model.drive.direction_sine, 0.0]) * float(model.drive.load[1, 0])
     # what the spring does not carry of the load, the rollers do
-    account.balanced_share = account.load_share(model.housing_stiffness * ring - push, float(model.drive.radial[0]))
+    account.balanced_share = account.load_share(model.housing_stiffness * ring - push, float(model.drive.load[1, 0]))
     per_output, per_detail = scene.steps_per_output, scene.outputs_per_detail
     step = 1 / (scene.output_rate_hz * per_output)
 

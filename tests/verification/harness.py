@@ -89,8 +89,7 @@ def trajectory(
 
 def shaft_reversed(model: Parameters) -> Parameters:
     """The same model with its shaft turning the other way."""
-    drive = model.drive
-    return model._replace(drive=drive._replace(speed=-drive.speed, speed_angle=-drive.speed_angle))
+    return model._replace(drive=model.drive._replace(speed=model.drive.speed * [[1.0], [-1.0], [-1.0]]))
 
 
 def only_circle(model: Parameters, circle: int) -> Parameters:

@@ -1,24 +1,29 @@
-"""Layout of the kernels' working space: one column for each roller that may touch a race, one place for each roller.
+"""Layout of the kernels' working space: a place for each roller, and a column for each roller against each race.
 
-The contact kernel works on eight columns at a time, so what it reads and writes of a column stands in rows of one flat
-array, `STRIDE` apart: the frame and velocities of the roller against the race, then the sums it adds up. Columns
-that look at the same candidate points stand together in a group of their own: by race, row, and narrow or wide window;
-those with points of their own (a defect near, a damaged roller) stand alone, eight places apart.
+The kernels work on eight places at a time, so each quantity is a row of one flat array, a fixed stride apart. Rollers
+stand in the order of their slot angles, both rows in turn (row 1, row 2, row 1, ...), filled up to a multiple of eight:
+a load zone is a run of neighbours, and eights that it leaves out are skipped. The roller at place p meets the outer
+race in column p and the inner one in column ``RACE + p``; a column with points of its own (a defect near, a damaged
+roller) is copied to ``ALONE`` or behind, eight places apart, and worked on alone.
+
+Row 2 is row 1 mirrored at the mid-plane: its columns' shaft axes are turned round, and its points are row 1's.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
+
+AT_ONCE = 8  # places the processor works on together
+RACE, ALONE = 104, 208  # known to the compiler, so that it sees that columns do not overlap
+CACHE_LINE = 64
 
 # Not a multiple of a power of two: rows a page apart would all fall into the same few lines of the cache.
 STRIDE = 2056
-GROUPS = 8  # race, row, narrow or wide
-AT_ONCE = 8  # columns the processor works on together; groups are filled up to a multiple
-
 (
     A_X, A_Y, A_Z,  # meridian of the nearest point, in slot axes
     B_X, B_Y, B_Z,  # along the race
-    Z_X, Z_Y, Z_Z,  # shaft
+    Z_X, Z_Y, Z_Z,  # shaft, away from the mid-plane
     O_X, O_Y, O_Z,  # ring's centre less the roller's [m]
     V_X, V_Y, V_Z,  # velocity of the ring less the roller's, at the roller's centre [m/s]
     W_X, W_Y, W_Z,  # angular velocity of the ring less the roller's [rad/s]
@@ -26,20 +31,28 @@ AT_ONCE = 8  # columns the processor works on together; groups are filled up to 
     T_X, T_Y, T_Z,  # sum: torque on the roller about its centre [N m]
     RUBBED, DAMPED,  # sums: power lost to friction, to damping [W]
     STORED,  # sum: twice the elastic energy [J]
-) = (np.uint64(i * STRIDE) for i in range(27))  # fmt: skip
-ROWS = 27
-
-# One place for each roller, rows `ROLLERS` apart: slot axes in world coordinates, the cage's angular velocity in them,
-# how each race moves against the roller, bounds of the penetration, and the sums over both races.
-ROLLERS = 104
-(
+    # sums: force and torque against V and W_Y, W_Z, see `damping_kernel`
+    D_XX, D_XY, D_XZ, D_YY, D_YZ, D_ZZ, D_XP, D_YP, D_ZP, D_PP, D_XS, D_YS, D_PS, D_SS,
+    PLACE,  # where the roller stands among the race's points: index of a point, with its fraction
+    SHIFT,  # 0.5: windows about the nearest point; 0: about the one before
+    DEPTH, BOUND,  # penetration at the middle of the profile; what no point of an undamaged race exceeds [m]
+    # for each roller: constants, what is read from the state, slot axes in world coordinates, what is found
+    SIDE, SLOT_ANGLE, SLOT_COSINE, SLOT_SINE, DAMAGE,  # side: +1 for row 1 (z > 0), -1 for row 2; 0: nobody here
+    SLIDE, SLIDE_RATE, SPIN,
     X_WX, X_WY, X_WZ, Y_WX, Y_WY, Y_WZ, Z_WX, Z_WY, Z_WZ,  # slot axes x, y, z, by world components
     CAGE_X, CAGE_Y, CAGE_Z,  # cage's angular velocity [rad/s]
-    OUTER_X, OUTER_Y, OUTER_Z,  # outer ring's centre less the roller's [m]
-    OUTER_VX, OUTER_VY, OUTER_VZ, INNER_VX, INNER_VY, INNER_VZ,  # ring's velocity less the roller's [m/s]
-    INNER_WX, INNER_WY, INNER_WZ,  # inner ring's angular velocity less the roller's [rad/s]
-    OUTER_DEPTH, INNER_DEPTH,  # penetration at the middle of the profile [m]
-    OUTER_OFFSET, INNER_OFFSET,  # what the profiles' centres stand apart along the roller's axis [m]
-    FORCE_X, FORCE_Y, FORCE_Z, TORQUE_X, TORQUE_Y, TORQUE_Z,  # sums over both races [N], [N m]
-) = (np.uint64(i * ROLLERS) for i in range(34))  # fmt: skip
-ROLLER_ROWS = 34
+    M_X, M_Y, M_Z, N_X, N_Y, N_Z,  # the slot's meridian and the direction along the race, in slot axes
+    SLIDE_RISE, SPIN_RISE,  # accelerations [m/s2], [rad/s2]
+) = (np.uint64(i * STRIDE) for i in range(73))  # fmt: skip
+ROWS = 73
+FRAME = range(18)  # rows that set up a column
+SUMS = range(18, 27)  # of force, torque and energy
+DAMPING_SUMS = range(27, 41)
+
+
+def aligned_zeros(size: int) -> NDArray[np.float64]:
+    """Zeros, shape [size], that begin on a line of the cache, so that no eight places straddle two."""
+    per_line = CACHE_LINE // 8
+    whole = np.zeros(size + per_line)
+    skipped = -whole.ctypes.data % CACHE_LINE // 8
+    return whole[skipped : skipped + size]

@@ -17,6 +17,20 @@ from srbval.models.full.columns import (
     B_X,
     B_Y,
     B_Z,
+    D_PP,
+    D_PS,
+    D_SS,
+    D_XP,
+    D_XS,
+    D_XX,
+    D_XY,
+    D_XZ,
+    D_YP,
+    D_YS,
+    D_YY,
+    D_YZ,
+    D_ZP,
+    D_ZZ,
     DAMPED,
     F_X,
     F_Y,
@@ -44,15 +58,16 @@ from srbval.models.jit import kernel
 
 
 @kernel
-def contact_columns(law, points, race, window, first, last, columns, start, stop):
+def contact_columns(law, points, race, window, first, last, columns, start, stop, damping):
     """Add the forces of candidates ``points[race, window, :, first:last]`` to the columns from `start` to `stop`.
 
     For each candidate: penetration of the barrel in closed form, normal force by eq. (18), never pulling, friction by
-    eq. (19). The columns are the inner loop, so that eight are worked on at once.
+    eq. (19). The columns are the inner loop, so that eight are worked on at once. Unless `damping` is None, also adds
+    up what the forces grow with the velocities, see `damping_kernel`.
     """
     profile_radius = law.profile_radius
     inner_radius = profile_radius - law.roller_radius
-    stiffness, damping, sharpness = law.stiffness, law.damping, 1.0 / law.smoothing
+    stiffness, viscosity, sharpness = law.stiffness, law.damping, 1.0 / law.smoothing
     static_friction, dynamic_friction = law.static_friction, law.dynamic_friction
     critical_velocity = law.critical_velocity
     slope = static_friction / critical_velocity
@@ -86,7 +101,7 @@ def contact_columns(law, points, race, window, first, last, columns, start, stop
             x = x if x < 1.0 else 1.0
             smooth = share * x * x * (3.0 - 2.0 * x)
             spring = smooth * stiffness * depth
-            normal = spring - smooth * damping * u_n
+            normal = spring - smooth * viscosity * u_n
             normal = normal if normal > 0.0 else 0.0
             # friction, eq. (19): coefficient over slip speed, never above its slope at rest
             q_x = u_x - u_n * n_x
@@ -111,47 +126,25 @@ def contact_columns(law, points, race, window, first, last, columns, start, stop
             columns[RUBBED + j] += drag * square
             columns[DAMPED + j] += (spring - normal) * u_n
             columns[STORED + j] += spring * depth
-
-
-@kernel
-def put_column(
-    columns, place, a_x, a_y, a_z, b_x, b_y, b_z, z_x, z_y, z_z, o_x, o_y, o_z, v_x, v_y, v_z, w_x, w_y, w_z
-):  # fmt: skip
-    """Set up the column at `place` and clear its sums."""
-    j = np.uint64(place)
-    columns[A_X + j], columns[A_Y + j], columns[A_Z + j] = a_x, a_y, a_z
-    columns[B_X + j], columns[B_Y + j], columns[B_Z + j] = b_x, b_y, b_z
-    columns[Z_X + j], columns[Z_Y + j], columns[Z_Z + j] = z_x, z_y, z_z
-    columns[O_X + j], columns[O_Y + j], columns[O_Z + j] = o_x, o_y, o_z
-    columns[V_X + j], columns[V_Y + j], columns[V_Z + j] = v_x, v_y, v_z
-    columns[W_X + j], columns[W_Y + j], columns[W_Z + j] = w_x, w_y, w_z
-    clear_sums(columns, place)
-
-
-@kernel
-def clear_sums(columns, place):
-    """Set the sums of the column at `place` to zero."""
-    j = np.uint64(place)
-    columns[F_X + j], columns[F_Y + j], columns[F_Z + j] = 0.0, 0.0, 0.0
-    columns[T_X + j], columns[T_Y + j], columns[T_Z + j] = 0.0, 0.0, 0.0
-    columns[RUBBED + j], columns[DAMPED + j], columns[STORED + j] = 0.0, 0.0, 0.0
-
-
-@kernel
-def sums(columns, place):
-    """Force and torque of the column at `place`, power lost to friction and to damping, elastic energy."""
-    j = np.uint64(place)
-    return (
-        columns[F_X + j], columns[F_Y + j], columns[F_Z + j], columns[T_X + j], columns[T_Y + j], columns[T_Z + j],
-        columns[RUBBED + j], columns[DAMPED + j], 0.5 * columns[STORED + j],
-    )  # fmt: skip
-
-
-@kernel
-def push_away(columns, start, stop, far):
-    """Move the unused columns from `start` to `stop` out of reach."""
-    for place in range(start, stop):
-        columns[O_X + np.uint64(place)] = far
+            if damping is not None:
+                # a force grows by drag across the normal and by the damping along it; arms about y and z
+                along_normal = (smooth * viscosity if normal > 0.0 else 0.0) - drag
+                arm = n_x * p_z - n_z * p_x
+                l_x, l_y, l_z = along_normal * n_x, along_normal * n_y, along_normal * n_z
+                columns[D_XX + j] += drag + l_x * n_x
+                columns[D_XY + j] += l_x * n_y
+                columns[D_XZ + j] += l_x * n_z
+                columns[D_YY + j] += drag + l_y * n_y
+                columns[D_YZ + j] += l_y * n_z
+                columns[D_ZZ + j] += drag + l_z * n_z
+                columns[D_XP + j] += drag * p_z + l_x * arm
+                columns[D_YP + j] += l_y * arm
+                columns[D_ZP + j] += l_z * arm - drag * p_x
+                columns[D_PP + j] += drag * (p_z * p_z + p_x * p_x) + along_normal * arm * arm
+                columns[D_XS + j] -= drag * p_y
+                columns[D_YS + j] += drag * p_x
+                columns[D_PS + j] -= drag * p_y * p_z
+                columns[D_SS + j] += drag * (p_x * p_x + p_y * p_y)
 
 
 @kernel
@@ -171,20 +164,20 @@ def without_friction(law):
 
 @kernel
 def damaged_roller_points(
-    roller_radius, circle_half_gap, defects, roller, turned, points, race, window, spare, candidates,
-    a_x, a_y, a_z, b_x, b_y, b_z, z_x, z_y, z_z, o_x, o_y, o_z,
+    roller_radius, circle_half_gap, defects, roller, turned, points, race, window, spare, candidates, columns, column
 ):  # fmt: skip
     """Fill the window `spare` of a race with a window's candidates as a damaged roller meets them.
 
     A height h of the roller's surface is met as if the race's point stood h higher, along its own normal. `defects`,
     shape [D, 6]: see `Parameters.roller_defects`; `turned` is the roller's angle about its axis relative to its slot;
-    the rest is the meridian frame, see `columns`.
+    the roller's frame is that of `column`.
     """
+    j = np.uint64(column)
     for i in range(candidates):
         along, across, axial = points[race, window, 0, i], points[race, window, 1, i], points[race, window, 2, i]
-        x = o_x + along * a_x + across * b_x + axial * z_x
-        y = o_y + along * a_y + across * b_y + axial * z_y
-        z = o_z + along * a_z + across * b_z + axial * z_z
+        x = columns[O_X + j] + along * columns[A_X + j] + across * columns[B_X + j] + axial * columns[Z_X + j]
+        y = columns[O_Y + j] + along * columns[A_Y + j] + across * columns[B_Y + j] + axial * columns[Z_Y + j]
+        z = columns[O_Z + j] + along * columns[A_Z + j] + across * columns[B_Z + j] + axial * columns[Z_Z + j]
         lift = 0.0
         for d in range(defects.shape[0]):
             if defects[d, 0] != roller or abs(z - defects[d, 2]) > circle_half_gap:

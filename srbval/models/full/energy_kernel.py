@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from srbval.models.full.columns import SIDE, SLOT_COSINE, SLOT_SINE
 from srbval.models.jit import kernel
 
 
@@ -13,7 +16,7 @@ def mechanical_energy(y, model):
 
     T = sum over bodies of m v^2 / 2 + I omega^2 / 2; the shaft, whose motion is prescribed, is left out.
     """
-    n = model.roller_angle.shape[0]
+    n = model.slot_angle.shape[0]
     d = 2 * n + 6
     tilt_x, tilt_y, turn = y[2 * n], y[2 * n + 1], y[2 * n + 2]
     omega_x, omega_y, omega_z = y[d + 2 * n], y[d + 2 * n + 1], y[d + 2 * n + 2]
@@ -26,10 +29,12 @@ def mechanical_energy(y, model):
     double = model.cage_transverse * square + (model.cage_axial - model.cage_transverse) * along * along
     double += model.ring_mass * (y[2 * d - 3] ** 2 + y[2 * d - 2] ** 2 + y[2 * d - 1] ** 2)
     height = model.ring_mass * y[2 * n + 4]
+    space = model.scratch.space
     for j in range(n):
-        c = ct * model.roller_cosine[j] - st * model.roller_sine[j]
-        s = st * model.roller_cosine[j] + ct * model.roller_sine[j]
-        x, v, w = model.tilt_cosine * c, model.tilt_cosine * s, model.roller_row[j] * model.tilt_sine
+        place = np.uint64(2 * j if j < n // 2 else 2 * j - n + 1)
+        c = ct * space[SLOT_COSINE + place] - st * space[SLOT_SINE + place]
+        s = st * space[SLOT_COSINE + place] + ct * space[SLOT_SINE + place]
+        x, v, w = model.tilt_cosine * c, model.tilt_cosine * s, space[SIDE + place] * model.tilt_sine
         e_x, e_y, e_z = cb * x + sb * w, sa * sb * x + ca * v - sa * cb * w, -ca * sb * x + sa * v + ca * cb * w
         t_x, t_y, t_z = -cb * s, -sa * sb * s + ca * c, ca * sb * s + sa * c
         z_x, z_y, z_z = e_y * t_z - e_z * t_y, e_z * t_x - e_x * t_z, e_x * t_y - e_y * t_x

@@ -38,7 +38,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.errors import ConfigurationError
-from srbval.models.full.motion_kernel import external_load, shaft_motion
+from srbval.models.full.drive_kernel import external_load, shaft_motion
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.point_cloud import DEEPEST_M
 from srbval.models.full.start import balance_friction, rolling_speeds
@@ -123,7 +123,7 @@ class _Statics:
     """The model at rest, without friction: forces as a function of slides [2 M] and ring displacement [3], in m."""
 
     def __init__(self, model: Parameters, cage_angle_rad: float) -> None:
-        self.rollers = len(model.roller_angle)
+        self.rollers = len(model.slot_angle)
         self.half = 2 * self.rollers + 6
         self.cage_speed, _ = rolling_speeds(model)
         self.rest = _at_rest(model)
@@ -153,7 +153,7 @@ class _Statics:
 def _at_rest(model: Parameters) -> Parameters:
     """The model with its friction off and its shaft held where it is at time zero."""
     _, angle = shaft_motion(0.0, model.drive)
-    held = model.drive._replace(speed_time=np.zeros(1), speed=np.zeros(1), speed_angle=np.array([angle]))
+    held = model.drive._replace(speed=np.array([[0.0], [0.0], [angle]]))
     law = model.law._replace(static_friction=0.0, dynamic_friction=0.0)
     return model._replace(drive=held, law=law)
 

@@ -38,7 +38,7 @@ def advance(y, first_step, step, steps_per_output, a, b, c, model, out, per_deta
     for i in range(out.shape[0]):
         if per_detail > 0 and i % per_detail == 0:
             taken = i // per_detail
-            right_hand_side((first_step + i * steps_per_output) * step, y, model, rates[0], contact, loads[taken])
+            right_hand_side((first_step + i * steps_per_output) * step, y, model, rates[0], contact, loads[taken], None)
             spins[taken] = y[half + rollers : half + 2 * rollers]
         v0, v1, v2, turned = y[size - 3], y[size - 2], y[size - 1], y[turn]
         mean[:] = 0.0
@@ -56,7 +56,7 @@ def advance(y, first_step, step, steps_per_output, a, b, c, model, out, per_deta
                     if weight != 0.0:
                         for m in range(size):
                             trial[m] += weight * rates[p, m]
-                right_hand_side(t + c[s] * step, trial, model, rates[s], contact, no_loads)
+                right_hand_side(t + c[s] * step, trial, model, rates[s], contact, no_loads, None)
                 for m in range(CONTACT_VALUES):
                     mean[m] += b[s] * contact[m]
                 deepest = max(deepest, contact[3])

@@ -11,33 +11,28 @@ import math
 import numpy as np
 
 from srbval.models.full.columns import (
+    ALONE,
     AT_ONCE,
     CAGE_X,
     CAGE_Y,
     CAGE_Z,
-    FORCE_X,
-    FORCE_Y,
-    FORCE_Z,
-    GROUPS,
-    INNER_DEPTH,
-    INNER_OFFSET,
-    INNER_VX,
-    INNER_VY,
-    INNER_VZ,
-    INNER_WX,
-    INNER_WY,
-    INNER_WZ,
-    OUTER_DEPTH,
-    OUTER_OFFSET,
-    OUTER_VX,
-    OUTER_VY,
-    OUTER_VZ,
-    OUTER_X,
-    OUTER_Y,
-    OUTER_Z,
-    TORQUE_X,
-    TORQUE_Y,
-    TORQUE_Z,
+    DAMAGE,
+    DAMPED,
+    F_X,
+    F_Y,
+    F_Z,
+    RACE,
+    RUBBED,
+    SIDE,
+    SLIDE,
+    SLIDE_RATE,
+    SLIDE_RISE,
+    SPIN,
+    SPIN_RISE,
+    STORED,
+    T_X,
+    T_Y,
+    T_Z,
     X_WX,
     X_WY,
     X_WZ,
@@ -48,113 +43,64 @@ from srbval.models.full.columns import (
     Z_WY,
     Z_WZ,
 )  # fmt: skip
-from srbval.models.full.contact_kernel import (
-    clear_sums,
-    contact_columns,
-    damaged_roller_points,
-    push_away,
-    put_column,
-    sums,
-    without_friction,
-)
-from srbval.models.full.point_cloud import FAR_M
+from srbval.models.full.contact_kernel import contact_columns, damaged_roller_points, without_friction
+from srbval.models.full.drive_kernel import external_load, shaft_motion
+from srbval.models.full.frames_kernel import read_rollers, roller_frames
+from srbval.models.full.search_kernel import LEFT_OUT, bring_back, face_points, look_up, set_apart
 from srbval.models.jit import kernel
 
-CONTACT_VALUES = 11
-OUTER = 0  # first index of the races' arrays; 1 is the inner race
-PROFILE_SLOPE = 0.1  # above the sine of half the tilt: where the outer circles' normals lean
-SKIP_MARGIN_M = 2e-6  # a roller further than this (and the highest bump) from a race is not looked at
+CONTACT_VALUES = 17
+CIRCLES = 3
+INNER = np.uint64(RACE)
 
 
 @kernel
-def shaft_motion(t, drive):
-    """Speed and angle of the shaft at time `t`: linear between the table's entries, constant outside."""
-    last = drive.speed.shape[0] - 1
-    if t <= drive.speed_time[0]:
-        return drive.speed[0], drive.speed_angle[0] + drive.speed[0] * (t - drive.speed_time[0])
-    if t >= drive.speed_time[last]:
-        return drive.speed[last], drive.speed_angle[last] + drive.speed[last] * (t - drive.speed_time[last])
-    i = np.searchsorted(drive.speed_time, t) - 1
-    since = t - drive.speed_time[i]
-    slope = (drive.speed[i + 1] - drive.speed[i]) / (drive.speed_time[i + 1] - drive.speed_time[i])
-    return drive.speed[i] + slope * since, drive.speed_angle[i] + (drive.speed[i] + 0.5 * slope * since) * since
-
-
-@kernel
-def external_load(t, drive):
-    """Radial and axial load at time `t`: linear between the table's entries, constant outside."""
-    last = drive.radial.shape[0] - 1
-    if t <= drive.load_time[0]:
-        return drive.radial[0], drive.axial[0]
-    if t >= drive.load_time[last]:
-        return drive.radial[last], drive.axial[last]
-    i = np.searchsorted(drive.load_time, t) - 1
-    share = (t - drive.load_time[i]) / (drive.load_time[i + 1] - drive.load_time[i])
-    radial = drive.radial[i] + share * (drive.radial[i + 1] - drive.radial[i])
-    return radial, drive.axial[i] + share * (drive.axial[i + 1] - drive.axial[i])
-
-
-@kernel
-def group_of(group, region, groups, alone):
-    """Race, window, window it was made from, first column and number of columns of a group or of a lone column."""
-    if group < GROUPS:
-        race, window = group // 4, group % 4
-        return race, window, window, group * region, groups[group]
-    lone = group - GROUPS
-    return alone[lone, 0], alone[lone, 1], alone[lone, 2], GROUPS * region + lone * AT_ONCE, 1
-
-
-@kernel
-def normal_loads(law, points, race, window, of_window, starts, columns, owner, begin, used, loads):
-    """Fill `loads` with the normal force of each circle on the rollers of a group; spoils the columns' sums."""
-    filled = begin + (used + AT_ONCE - 1) // AT_ONCE * AT_ONCE
-    for circle in range(3):
-        for at in range(begin, begin + used):
-            clear_sums(columns, at)
-        first, last = starts[race, of_window, circle], starts[race, of_window, circle + 1]
-        contact_columns(law, points, race, window, first, last, columns, begin, filled)
-        for at in range(begin, begin + used):
-            f_x, f_y, f_z, _, _, _, _, _, _ = sums(columns, at)
-            loads[race, owner[at], circle] = math.sqrt(f_x * f_x + f_y * f_y + f_z * f_z)
-
-
-@kernel
-def right_hand_side(t, y, model, rate, contact, loads):
+def right_hand_side(t, y, model, rate, contact, loads, damping):
     """Fill `rate` (shape of `y`) and `contact` (see below) for state `y` at time `t`.
 
     `contact`, shape [CONTACT_VALUES]: 0-2 force of the rollers on the outer ring [N]; 3 deepest penetration [m] into
     an undamaged race; 4 torque of the rollers on the shaft about its axis [N m]; 5 power lost to friction [W]; 6 power
     lost to contact damping [W]; 7 elastic energy in the contacts, K_c delta^2 / 2 [J]; 8 power of the drive [W];
-    9 power of the external load [W]; 10 power lost in the housing's damper [W].
-    `loads`, shape [2 races, 2 M, 3 circles] or empty: normal forces [N], filled where there is room.
+    9 power of the external load [W]; 10 power lost in the housing's damper [W]; 11-16 inertia of the cage with its
+    rollers about the bearing centre, xx, yy, zz, xy, xz, yz [kg m2].
+    `loads`, shape [2 races, 2 M, 3 circles] or empty: normal forces [N], filled where there is room. `damping`: None,
+    or anything else to have the columns' damping sums filled, see `damping_kernel`.
     """
-    n = model.roller_angle.shape[0]
+    n = model.slot_angle.shape[0]
     d = 2 * n + 6
-    pi2 = 2.0 * math.pi
-    count = model.races.cosine.shape[0]
-    per_radian, per_count = count / pi2, 1.0 / count
-
-    tilt_x, tilt_y, turn = y[2 * n], y[2 * n + 1], y[2 * n + 2]
-    ring_x, ring_y, ring_z = y[2 * n + 3], y[2 * n + 4], y[2 * n + 5]
-    omega_x, omega_y, omega_z = y[d + 2 * n], y[d + 2 * n + 1], y[d + 2 * n + 2]
-    ring_vx, ring_vy, ring_vz = y[d + 2 * n + 3], y[d + 2 * n + 4], y[d + 2 * n + 5]
+    law, races, scratch = model.law, model.races, model.scratch
+    # arrays are taken out of their tuples once: inside a loop each would be counted in and out
+    space, plan, places = scratch.space, scratch.plan, scratch.places
+    count = races.window_of.shape[2]
+    many = np.uint64(places)
     shaft, shaft_angle = shaft_motion(t, model.drive)
-    radial, axial = external_load(t, model.drive)
 
+    # 1. every roller: its frame, and the points of both races within its reach
+    read_rollers(y, n, space)
+    roller_frames(y, n, many, shaft, shaft_angle, count, model, space)
+    lone, deepest = look_up(n, places, races, space, plan, count)
+    face_points(places, space, 2.0 * math.pi / count, damping)
+
+    # 2. what the contacts do
+    set_apart(lone, space, plan, damping)
+    if lone > 0:
+        shape_points(lone, y, model)
+    meet(law, races.points, races.starts, places, lone, space, plan, 0, CIRCLES, damping)
+    bring_back(lone, space, plan, damping)
+
+    # 3. every roller's own motion, and what it asks of ring, shaft and cage
+    tilt_x, tilt_y = y[2 * n], y[2 * n + 1]
+    omega_x, omega_y, omega_z = y[d + 2 * n], y[d + 2 * n + 1], y[d + 2 * n + 2]
     ca, sa = math.cos(tilt_x), math.sin(tilt_x)
     cb, sb = math.cos(tilt_y), math.sin(tilt_y)
-    ct, st = math.cos(turn), math.sin(turn)
-    cs, ss = math.cos(shaft_angle), math.sin(shaft_angle)
-    # cage tilt Rx(a) Ry(b), by columns
-    t00, t10, t20 = cb, sa * sb, -ca * sb
-    t01, t11, t21 = 0.0, ca, sa
-    t02, t12, t22 = sb, -sa * cb, ca * cb
-
+    t02, t12, t22 = sb, -sa * cb, ca * cb  # the cage's axis
     # cage angular inertia about the bearing centre, and its torques, world axes
     i_t, i_d = model.cage_transverse, model.cage_axial - model.cage_transverse
-    m00 = i_t + i_d * t02 * t02
-    m11 = i_t + i_d * t12 * t12
-    m22 = i_t + i_d * t22 * t22
+    roller_axial, roller_transverse = model.roller_axial, model.roller_transverse
+    rollers_transverse = n * roller_transverse
+    m00 = i_t + i_d * t02 * t02 + rollers_transverse
+    m11 = i_t + i_d * t12 * t12 + rollers_transverse
+    m22 = i_t + i_d * t22 * t22 + rollers_transverse
     m01 = i_d * t02 * t12
     m02 = i_d * t02 * t22
     m12 = i_d * t12 * t22
@@ -163,190 +109,41 @@ def right_hand_side(t, y, model, rate, contact, loads):
     g_x = -i_d * spin * (omega_y * t22 - omega_z * t12)
     g_y = -i_d * spin * (omega_z * t02 - omega_x * t22)
     g_z = -i_d * spin * (omega_x * t12 - omega_y * t02)
-
-    mass, law = model.roller_mass, model.law
-    # arrays are taken out of their tuples once: inside a loop each would be counted in and out
-    roller_defects, damaged, spare_of = model.roller_defects, model.damaged, model.spare_of
-    points, starts, window_of, highest, shallow, cosine, sine = model.races
-    columns, owner, groups, alone, rollers, region = model.scratch
-    row_of, slot_angle, slot_cosine, slot_sine = (
-        model.roller_row, model.roller_angle, model.roller_cosine, model.roller_sine,
-    )  # fmt: skip
-    tilt_cosine, tilt_sine, centre_distance = model.tilt_cosine, model.tilt_sine, model.centre_distance
-    roller_radius, profile_radius = law.roller_radius, law.profile_radius
-    arc_radial, arc_height = model.inner_centre_radial, model.inner_centre_axial
-
-    # 1. every roller: slot axes, and how both races stand and move against it
-    many, first_rate = np.uint64(n), np.uint64(d)
-    for j in range(many):
-        side = row_of[j]
-        c = ct * slot_cosine[j] - st * slot_sine[j]
-        s = st * slot_cosine[j] + ct * slot_sine[j]
-        # slot axes in world coordinates: x along the slot, y along the race, z along the roller
-        ex = tilt_cosine * c
-        ey = tilt_cosine * s
-        ez = side * tilt_sine
-        x_x = t00 * ex + t01 * ey + t02 * ez
-        x_y = t10 * ex + t11 * ey + t12 * ez
-        x_z = t20 * ex + t21 * ey + t22 * ez
-        y_x = -t00 * s + t01 * c
-        y_y = -t10 * s + t11 * c
-        y_z = -t20 * s + t21 * c
-        z_x = x_y * y_z - x_z * y_y
-        z_y = x_z * y_x - x_x * y_z
-        z_z = x_x * y_y - x_y * y_x
-        reach = centre_distance + y[j]
-        slide_rate = y[first_rate + j]
-        roller_spin = y[first_rate + many + j]
-        w_x = omega_x * x_x + omega_y * x_y + omega_z * x_z
-        w_y = omega_x * y_x + omega_y * y_y + omega_z * y_z
-        w_z = omega_x * z_x + omega_y * z_y + omega_z * z_z
-        o_x = ring_x * x_x + ring_y * x_y + ring_z * x_z - reach
-        o_z = ring_x * z_x + ring_y * z_y + ring_z * z_z
-        arc_axial = side * arc_height
-        rollers[X_WX + j], rollers[X_WY + j], rollers[X_WZ + j] = x_x, x_y, x_z
-        rollers[Y_WX + j], rollers[Y_WY + j], rollers[Y_WZ + j] = y_x, y_y, y_z
-        rollers[Z_WX + j], rollers[Z_WY + j], rollers[Z_WZ + j] = z_x, z_y, z_z
-        rollers[CAGE_X + j], rollers[CAGE_Y + j], rollers[CAGE_Z + j] = w_x, w_y, w_z
-        rollers[OUTER_X + j], rollers[OUTER_Z + j] = o_x, o_z
-        rollers[OUTER_Y + j] = ring_x * y_x + ring_y * y_y + ring_z * y_z
-        rollers[OUTER_VX + j] = ring_vx * x_x + ring_vy * x_y + ring_vz * x_z - slide_rate
-        rollers[OUTER_VY + j] = ring_vx * y_x + ring_vy * y_y + ring_vz * y_z - reach * w_z
-        rollers[OUTER_VZ + j] = ring_vx * z_x + ring_vy * z_y + ring_vz * z_z + reach * w_y
-        rollers[INNER_VX + j] = -slide_rate
-        rollers[INNER_VY + j] = reach * (shaft * z_z - w_z)
-        rollers[INNER_VZ + j] = reach * (w_y - shaft * y_z)
-        rollers[INNER_WX + j] = shaft * x_z - w_x
-        rollers[INNER_WY + j] = shaft * y_z - w_y
-        rollers[INNER_WZ + j] = shaft * z_z - roller_spin
-        rollers[OUTER_DEPTH + j] = roller_radius - profile_radius - o_x
-        rollers[INNER_DEPTH + j] = (
-            arc_radial * (c * x_x + s * x_y) + arc_axial * x_z - reach + roller_radius - profile_radius
-        )
-        rollers[OUTER_OFFSET + j] = o_z
-        rollers[INNER_OFFSET + j] = arc_radial * (c * z_x + s * z_y) + arc_axial * z_z
-        rollers[FORCE_X + j], rollers[FORCE_Y + j], rollers[FORCE_Z + j] = 0.0, 0.0, 0.0
-        rollers[TORQUE_X + j], rollers[TORQUE_Y + j], rollers[TORQUE_Z + j] = 0.0, 0.0, 0.0
-
-    # 2. every roller and race within reach: candidate points and a column among its like
-    groups[:] = 0
-    lone = 0
-    deepest = -1.0
-    for i in range(n):
-        j = np.uint64(i)
-        row = 0 if row_of[i] > 0.0 else 1
-        angle = turn + slot_angle[i]
-        for race in range(2):
-            if race == OUTER:
-                depth, offset = rollers[OUTER_DEPTH + j], rollers[OUTER_OFFSET + j]
-                place, ring_cosine, ring_sine = angle * per_radian, 1.0, 0.0
-            else:
-                depth, offset = rollers[INNER_DEPTH + j], rollers[INNER_OFFSET + j]
-                place, ring_cosine, ring_sine = (angle - shaft_angle) * per_radian, cs, ss
-            deepest = depth if depth > deepest else deepest
-            bound = depth + PROFILE_SLOPE * abs(offset)  # no point of an undamaged race lies deeper
-            place -= count * math.floor(place * per_count)
-            below = int(place)
-            k = int(place + 0.5)
-            k = k if k < count else 0
-            window = window_of[race, row, k]
-            if bound <= -(highest[race, window] + damaged[i] + SKIP_MARGIN_M):
-                continue
-            plain = window < 2 and damaged[i] == 0.0
-            if plain and bound < shallow[race]:
-                k = below if below < count else 0
-                window = row + 2
-            pc = ring_cosine * cosine[k] - ring_sine * sine[k]
-            ps = ring_sine * cosine[k] + ring_cosine * sine[k]
-            x_x, x_y, x_z = rollers[X_WX + j], rollers[X_WY + j], rollers[X_WZ + j]
-            y_x, y_y, y_z = rollers[Y_WX + j], rollers[Y_WY + j], rollers[Y_WZ + j]
-            z_x, z_y, z_z = rollers[Z_WX + j], rollers[Z_WY + j], rollers[Z_WZ + j]
-            a_x, a_y, a_z = pc * x_x + ps * x_y, pc * y_x + ps * y_y, pc * z_x + ps * z_y
-            b_x, b_y, b_z = pc * x_y - ps * x_x, pc * y_y - ps * y_x, pc * z_y - ps * z_x
-            if race == OUTER:
-                o_x, o_y, o_z = rollers[OUTER_X + j], rollers[OUTER_Y + j], rollers[OUTER_Z + j]
-                v_x, v_y, v_z = rollers[OUTER_VX + j], rollers[OUTER_VY + j], rollers[OUTER_VZ + j]
-                w_x, w_y, w_z = -rollers[CAGE_X + j], -rollers[CAGE_Y + j], -y[d + n + i]
-            else:
-                o_x, o_y, o_z = -(centre_distance + y[i]), 0.0, 0.0
-                v_x, v_y, v_z = rollers[INNER_VX + j], rollers[INNER_VY + j], rollers[INNER_VZ + j]
-                w_x, w_y, w_z = rollers[INNER_WX + j], rollers[INNER_WY + j], rollers[INNER_WZ + j]
-            if plain:
-                group = 4 * race + window
-                at = group * region + groups[group]
-                groups[group] += 1
-            else:
-                at = GROUPS * region + lone * AT_ONCE
-                alone[lone, 0], alone[lone, 1], alone[lone, 2] = race, window, window
-                if damaged[i] > 0.0:
-                    alone[lone, 1] = points.shape[1] - 1 - spare_of[i]
-                    damaged_roller_points(
-                        roller_radius, model.circle_half_gap, roller_defects, i, y[n + i], points, race, window,
-                        alone[lone, 1], starts[race, window, 3],
-                        a_x, a_y, a_z, b_x, b_y, b_z, x_z, y_z, z_z, o_x, o_y, o_z,
-                    )  # fmt: skip
-                lone += 1
-            owner[at] = i
-            put_column(
-                columns, at, a_x, a_y, a_z, b_x, b_y, b_z, x_z, y_z, z_z, o_x, o_y, o_z, v_x, v_y, v_z, w_x, w_y, w_z
-            )  # fmt: skip
-
-    # 3. contacts, group by group, and what they do to rollers, ring and shaft
     on_ring_x = on_ring_y = on_ring_z = on_shaft = 0.0
     rubbed = damped = stored = 0.0
-    for group in range(GROUPS + lone):
-        race, window, of_window, begin, used = group_of(group, region, groups, alone)
-        if used == 0:
-            continue
-        filled = begin + (used + AT_ONCE - 1) // AT_ONCE * AT_ONCE
-        push_away(columns, begin + used, filled, FAR_M)
-        contact_columns(law, points, race, window, 0, starts[race, of_window, 3], columns, begin, filled)
-        for at in range(begin, begin + used):
-            j = np.uint64(owner[at])
-            h_x, h_y, h_z, m_x, m_y, m_z, rub, damp, store = sums(columns, at)
-            rubbed += rub
-            damped += damp
-            stored += store
-            rollers[FORCE_X + j] += h_x
-            rollers[FORCE_Y + j] += h_y
-            rollers[FORCE_Z + j] += h_z
-            rollers[TORQUE_X + j] += m_x
-            rollers[TORQUE_Y + j] += m_y
-            rollers[TORQUE_Z + j] += m_z
-            if race == OUTER:
-                on_ring_x -= h_x * rollers[X_WX + j] + h_y * rollers[Y_WX + j] + h_z * rollers[Z_WX + j]
-                on_ring_y -= h_x * rollers[X_WY + j] + h_y * rollers[Y_WY + j] + h_z * rollers[Z_WY + j]
-                on_ring_z -= h_x * rollers[X_WZ + j] + h_y * rollers[Y_WZ + j] + h_z * rollers[Z_WZ + j]
-            else:  # torque on the shaft: minus the shaft-axis part of (r x F + T) of the forces on the roller
-                reach = centre_distance + y[j]
-                on_shaft -= m_x * rollers[X_WZ + j] + (m_y - reach * h_z) * rollers[Y_WZ + j]
-                on_shaft -= (m_z + reach * h_y) * rollers[Z_WZ + j]
-        if loads.shape[0] > 0:
-            normal_loads(
-                without_friction(law), points, race, window, of_window, starts, columns, owner, begin, used, loads
-            )  # fmt: skip
-
-    # 4. every roller's own motion, and what it asks of the cage
-    weight = mass * model.gravity
-    roller_axial, roller_transverse = model.roller_axial, model.roller_transverse
-    for j in range(many):
-        x_x, x_y, x_z = rollers[X_WX + j], rollers[X_WY + j], rollers[X_WZ + j]
-        y_x, y_y, y_z = rollers[Y_WX + j], rollers[Y_WY + j], rollers[Y_WZ + j]
-        z_x, z_y, z_z = rollers[Z_WX + j], rollers[Z_WY + j], rollers[Z_WZ + j]
-        w_x, w_y, w_z = rollers[CAGE_X + j], rollers[CAGE_Y + j], rollers[CAGE_Z + j]
-        f_x = rollers[FORCE_X + j] + weight * x_y
-        f_y = rollers[FORCE_Y + j] + weight * y_y
-        f_z = rollers[FORCE_Z + j] + weight * z_y
-        t_x, t_y, t_z = rollers[TORQUE_X + j], rollers[TORQUE_Y + j], rollers[TORQUE_Z + j]
-        reach = centre_distance + y[j]
-        slide_rate = y[first_rate + j]
-        roller_spin = y[first_rate + many + j]
+    gravity, centre_distance = model.gravity, model.centre_distance
+    roller_mass = model.roller_mass
+    per_mass, per_axial = 1.0 / roller_mass, 1.0 / roller_axial
+    for p in range(many):
+        q = p + INNER
+        mass = roller_mass * space[SIDE + p] * space[SIDE + p]
+        x_x, x_y, x_z = space[X_WX + p], space[X_WY + p], space[X_WZ + p]
+        y_x, y_y, y_z = space[Y_WX + p], space[Y_WY + p], space[Y_WZ + p]
+        z_x, z_y, z_z = space[Z_WX + p], space[Z_WY + p], space[Z_WZ + p]
+        w_x, w_y, w_z = space[CAGE_X + p], space[CAGE_Y + p], space[CAGE_Z + p]
+        h_x, h_y, h_z = space[F_X + p], space[F_Y + p], space[F_Z + p]
+        on_ring_x -= h_x * x_x + h_y * y_x + h_z * z_x
+        on_ring_y -= h_x * x_y + h_y * y_y + h_z * z_y
+        on_ring_z -= h_x * x_z + h_y * y_z + h_z * z_z
+        reach = centre_distance + space[SLIDE + p]
+        slide_rate, roller_spin = space[SLIDE_RATE + p], space[SPIN + p]
+        # torque on the shaft: minus the shaft-axis part of (r x F + T) of the inner race's forces on the roller
+        i_x, i_y, i_z = space[F_X + q], space[F_Y + q], space[F_Z + q]
+        b_x, b_y, b_z = space[T_X + q], space[T_Y + q], space[T_Z + q]
+        on_shaft -= b_x * x_z + (b_y - reach * i_z) * y_z
+        on_shaft -= (b_z + reach * i_y) * z_z
+        rubbed += space[RUBBED + p] + space[RUBBED + q]
+        damped += space[DAMPED + p] + space[DAMPED + q]
+        stored += space[STORED + p] + space[STORED + q]
+        weight = mass * gravity
+        f_x = h_x + i_x + weight * x_y
+        f_y = h_y + i_y + weight * y_y
+        f_z = h_z + i_z + weight * z_y
+        t_x, t_y, t_z = space[T_X + p] + b_x, space[T_Y + p] + b_y, space[T_Z + p] + b_z
 
         # roller: slide and spin
-        rate[j] = slide_rate
-        rate[many + j] = roller_spin - w_z
-        rate[first_rate + j] = reach * (w_y * w_y + w_z * w_z) + f_x / mass
-        rate[first_rate + many + j] = t_z / roller_axial
+        space[SLIDE_RISE + p] = reach * (w_y * w_y + w_z * w_z) + f_x * per_mass
+        space[SPIN_RISE + p] = t_z * per_axial
 
         # cage: torque and inertia of the roller it carries, slot axes
         arm = mass * reach * reach
@@ -358,13 +155,22 @@ def right_hand_side(t, y, model, rate, contact, loads):
         g_x += q_x * x_x + q_y * y_x + q_z * z_x
         g_y += q_x * x_y + q_y * y_y + q_z * z_y
         g_z += q_x * x_z + q_y * y_z + q_z * z_z
-        both = arm + roller_transverse
-        m00 += both - arm * x_x * x_x - roller_transverse * z_x * z_x
-        m11 += both - arm * x_y * x_y - roller_transverse * z_y * z_y
-        m22 += both - arm * x_z * x_z - roller_transverse * z_z * z_z
+        m00 += arm - arm * x_x * x_x - roller_transverse * z_x * z_x
+        m11 += arm - arm * x_y * x_y - roller_transverse * z_y * z_y
+        m22 += arm - arm * x_z * x_z - roller_transverse * z_z * z_z
         m01 -= arm * x_x * x_y + roller_transverse * z_x * z_y
         m02 -= arm * x_x * x_z + roller_transverse * z_x * z_z
         m12 -= arm * x_y * x_z + roller_transverse * z_y * z_z
+    half = n // 2
+    for i in range(half):
+        place = np.uint64(2 * i)
+        for row in range(2):
+            j = i + row * half
+            rate[j] = y[d + j]
+            rate[n + j] = y[d + n + j] - space[CAGE_Z + place]
+            rate[d + j] = space[SLIDE_RISE + place]
+            rate[d + n + j] = space[SPIN_RISE + place]
+            place += np.uint64(1)
 
     # cage: symmetric 3 x 3 solve by cofactors
     k00 = m11 * m22 - m12 * m12
@@ -385,12 +191,15 @@ def right_hand_side(t, y, model, rate, contact, loads):
     rate[2 * n + 2] = w_z / cb
 
     # outer ring on the housing's spring and damper
+    ring_x, ring_y, ring_z = y[2 * n + 3], y[2 * n + 4], y[2 * n + 5]
+    ring_vx, ring_vy, ring_vz = y[d + 2 * n + 3], y[d + 2 * n + 4], y[d + 2 * n + 5]
     rate[2 * n + 3] = ring_vx
     rate[2 * n + 4] = ring_vy
     rate[2 * n + 5] = ring_vz
     kh, ch = model.housing_stiffness, model.housing_damping
+    radial, axial = external_load(t, model.drive)
     push_x, push_y = radial * model.drive.direction_cosine, radial * model.drive.direction_sine
-    push_y += model.ring_mass * model.gravity
+    push_y += model.ring_mass * gravity
     rate[d + 2 * n + 3] = (push_x + on_ring_x - kh * ring_x - ch * ring_vx) / model.ring_mass
     rate[d + 2 * n + 4] = (push_y + on_ring_y - kh * ring_y - ch * ring_vy) / model.ring_mass
     rate[d + 2 * n + 5] = (axial + on_ring_z - kh * ring_z - ch * ring_vz) / model.ring_mass
@@ -402,9 +211,74 @@ def right_hand_side(t, y, model, rate, contact, loads):
     contact[4] = on_shaft
     contact[5] = rubbed
     contact[6] = damped
-    contact[7] = stored
+    contact[7] = 0.5 * stored
     contact[8] = -on_shaft * shaft
     contact[9] = (
         radial * (model.drive.direction_cosine * ring_vx + model.drive.direction_sine * ring_vy) + axial * ring_vz
     )
     contact[10] = ch * (ring_vx * ring_vx + ring_vy * ring_vy + ring_vz * ring_vz)
+    contact[11], contact[12], contact[13] = m00, m11, m22
+    contact[14], contact[15], contact[16] = m01, m02, m12
+
+    if loads.shape[0] > 0:
+        normal_loads(model, lone, loads)
+
+
+@kernel
+def meet(law, points, starts, places, lone, space, plan, first_circle, end_circle, damping):
+    """Let all columns that are not left out meet the points of the circles from `first_circle` to `end_circle`."""
+    for race in range(2):
+        eights = places // AT_ONCE
+        eight = 0
+        while eight < eights:
+            window = plan[race, eight]
+            begin = eight
+            while eight < eights and plan[race, eight] == window:
+                eight += 1
+            if window != LEFT_OUT:
+                contact_columns(
+                    law, points, race, window, starts[race, window, first_circle], starts[race, window, end_circle],
+                    space, race * RACE + begin * AT_ONCE, race * RACE + eight * AT_ONCE, damping,
+                )  # fmt: skip
+    for i in range(lone):
+        race, window, made_from = plan[2 + i, 0], plan[2 + i, 1], plan[2 + i, 2]
+        start = ALONE + i * AT_ONCE
+        contact_columns(
+            law, points, race, window, starts[race, made_from, first_circle], starts[race, made_from, end_circle],
+            space, start, start + AT_ONCE, damping,
+        )  # fmt: skip
+
+
+@kernel
+def shape_points(lone, y, model):
+    """Give the lone columns of damaged rollers points of their own: the race's, as their surface meets them."""
+    n = model.slot_angle.shape[0]
+    points, space, plan, spare_of = model.races.points, model.scratch.space, model.scratch.plan, model.spare_of
+    for i in range(lone):
+        place = plan[2 + i, 3] % RACE
+        roller = place // 2 + (place % 2) * (n // 2)
+        if space[DAMAGE + np.uint64(place)] > 0.0:
+            plan[2 + i, 1] = points.shape[1] - 1 - spare_of[roller]
+            damaged_roller_points(
+                model.law.roller_radius, model.circle_half_gap, model.roller_defects, roller, y[n + roller], points,
+                plan[2 + i, 0], plan[2 + i, 2], plan[2 + i, 1], model.races.starts[plan[2 + i, 0], plan[2 + i, 2], 3],
+                space, ALONE + i * AT_ONCE,
+            )  # fmt: skip
+
+
+@kernel
+def normal_loads(model, lone, loads):
+    """Fill `loads` with the normal force of each race's circles on each roller; spoils the columns' sums."""
+    n = model.slot_angle.shape[0]
+    races, space, plan, places = model.races, model.scratch.space, model.scratch.plan, model.scratch.places
+    law = without_friction(model.law)
+    for circle in range(CIRCLES):
+        for start in (F_X, F_Y, F_Z):
+            space[start : start + np.uint64(ALONE + lone * AT_ONCE)] = 0.0
+        meet(law, races.points, races.starts, places, lone, space, plan, circle, circle + 1, None)
+        bring_back(lone, space, plan, None)
+        for race in range(2):
+            for place in range(n):
+                j = np.uint64(race * RACE + place)
+                square = space[F_X + j] ** 2 + space[F_Y + j] ** 2 + space[F_Z + j] ** 2
+                loads[race, place // 2 + (place % 2) * (n // 2), circle] = math.sqrt(square)

@@ -13,7 +13,20 @@ from srbval.bearing import SphericalRollerGeometry
 from srbval.bearing.geometry import CIRCLES
 from srbval.errors import ConfigurationError
 from srbval.models.full.bodies import outer_ring_mass_kg, roller_body
-from srbval.models.full.columns import AT_ONCE, GROUPS, O_X, ROLLER_ROWS, ROLLERS, ROWS, STRIDE
+from srbval.models.full.columns import (
+    ALONE,
+    AT_ONCE,
+    DAMAGE,
+    O_X,
+    RACE,
+    ROWS,
+    SIDE,
+    SLOT_ANGLE,
+    SLOT_COSINE,
+    SLOT_SINE,
+    STRIDE,
+    aligned_zeros,
+)  # fmt: skip
 from srbval.models.full.contact_law import ContactLaw
 from srbval.models.full.point_cloud import (
     FAR_M,
@@ -36,47 +49,38 @@ class Races(NamedTuple):
     """Point clouds of both raceways as the kernels read them, outer first: see `point_cloud.Windows`.
 
     `points` shape [2, W, 7, candidates], with a spare window for each damaged roller at the end; `starts` [2, W, 4];
-    `window_of` [2, 2 rows, points]; `highest` [2, W]; `shallow` [2]: depth up to which the narrow windows hold every
-    point that can touch [m]; `cosine` and `sine` of the undisplaced points' angles, [points].
+    `window_of` [2 races, 2 rows, points]; `highest` [2, W]; depth up to which the narrow windows hold every point that
+    can touch, of each race [m].
     """
 
     points: FloatArray
     starts: IntArray
     window_of: IntArray
     highest: FloatArray
-    shallow: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
+    outer_shallow: float
+    inner_shallow: float
 
 
 class Scratch(NamedTuple):
     """Space the kernels work in; one set for each run, so parameters are not to be shared between threads.
 
-    `columns` and their `owner`s (rollers): see `columns`; `groups`, [8]: columns in each; `alone`, [k, 3]: race, window
-    and the window it was made from of each column with points of its own; `rollers`: see `columns`; `region`: places in
-    a group.
+    `space`: see `columns`; `plan`, integers, [races + lone columns, 4 or more]: see `search_kernel`; `places` of
+    rollers, filled up to a multiple of `AT_ONCE`.
     """
 
-    columns: FloatArray
-    owner: IntArray
-    groups: IntArray
-    alone: IntArray
-    rollers: FloatArray
-    region: int
+    space: FloatArray
+    plan: IntArray
+    places: int
 
 
 class Drive(NamedTuple):
-    """Piecewise linear drive: shaft speed [rad/s] and load [N] over the run's time [s].
+    """Piecewise linear drive over the run's time [s]. A constant has one entry.
 
-    `speed_angle` is the shaft's angle at `speed_time` [rad]. A constant has one entry.
+    `speed`, shape [3, k]: time, shaft speed [rad/s], shaft angle then [rad]; `load`, [3, k]: time, radial, axial [N].
     """
 
-    speed_time: FloatArray
     speed: FloatArray
-    speed_angle: FloatArray
-    load_time: FloatArray
-    radial: FloatArray
-    axial: FloatArray
+    load: FloatArray
     direction_cosine: float
     direction_sine: float
 
@@ -90,11 +94,7 @@ class Parameters(NamedTuple):
     tilt_sine: float
     inner_centre_radial: float  # circle of centres of the inner profile [m]
     inner_centre_axial: float
-    # rollers, arrays of shape [2 M]
-    roller_angle: FloatArray  # slot angle in the cage [rad]
-    roller_cosine: FloatArray
-    roller_sine: FloatArray
-    roller_row: FloatArray  # +1 for row 1 (z > 0), -1 for row 2
+    slot_angle: FloatArray  # of each roller in the cage, row 1 first, shape [2 M] [rad]
     # bodies
     roller_mass: float
     roller_axial: float
@@ -112,7 +112,6 @@ class Parameters(NamedTuple):
     races: Races
     # shape [D, 6]: roller, angle about its axis [rad], place along it [m], height [m], extent [m], 1 if cosine-shaped
     roller_defects: FloatArray
-    damaged: FloatArray  # sum of the heights and depths of each roller's defects, shape [2 M] [m]
     spare_of: IntArray  # which spare window a damaged roller has, shape [2 M]
     scratch: Scratch
     circle_half_gap: float  # half the distance between two circles along a roller [m]
@@ -134,10 +133,7 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
         tilt_sine=math.sin(geometry.tilt_rad),
         inner_centre_radial=geometry.inner_centre_radial_m,
         inner_centre_axial=geometry.inner_centre_axial_m,
-        roller_angle=angle,
-        roller_cosine=np.cos(angle),
-        roller_sine=np.sin(angle),
-        roller_row=np.repeat([1.0, -1.0], geometry.rollers_per_row),
+        slot_angle=angle,
         roller_mass=body.mass_kg,
         roller_axial=body.axial_kg_m2,
         roller_transverse=body.transverse_kg_m2,
@@ -160,9 +156,8 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
         drive=_drive(scene),
         races=_races(scene, geometry, diameter / 2),
         roller_defects=_roller_defects(scene, geometry),
-        damaged=_damaged(scene, geometry),
         spare_of=np.cumsum(_damaged(scene, geometry) > 0) - 1,
-        scratch=_scratch(geometry),
+        scratch=_scratch(geometry, angle, _damaged(scene, geometry)),
         circle_half_gap=_axial_place(geometry, 3) / 2,
     )
 
@@ -181,7 +176,6 @@ def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
 
 
 def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float) -> Races:
-    n = scene.contact.points_per_circle
     both = [_race(scene, geometry, kind, roller_radius) for kind in (DefectKind.OUTER, DefectKind.INNER)]
     count = max(len(windows.highest) for windows, _ in both) + int(np.count_nonzero(_damaged(scene, geometry)))
     width = max(windows.points.shape[2] for windows, _ in both)
@@ -193,15 +187,13 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
         points[race, :used, :, :candidates] = windows.points
         highest[race, :used] = windows.highest
         starts[race, :used] = windows.starts
-    angle = np.arange(n) * 2 * math.pi / n
     return Races(
         points=points,
         starts=starts,
         window_of=np.array([windows.window_of for windows, _ in both]),
         highest=highest,
-        shallow=np.array([shallow for _, shallow in both]),
-        cosine=np.cos(angle),
-        sine=np.sin(angle),
+        outer_shallow=both[0][1],
+        inner_shallow=both[1][1],
     )
 
 
@@ -241,7 +233,7 @@ def _drive(scene: Scene) -> Drive:
         load_time, radial = _shifted(scene, load.time_s, load.radial_n)
         axial = _shifted(scene, load.time_s, load.axial_n)[1]
     return Drive(
-        speed_time=time, speed=speed, speed_angle=angle, load_time=load_time, radial=radial, axial=axial,
+        speed=np.stack([time, speed, angle]), load=np.stack([load_time, radial, axial]),
         direction_cosine=math.cos(direction), direction_sine=math.sin(direction),
     )  # fmt: skip
 
@@ -287,22 +279,25 @@ def _axial_place(geometry: SphericalRollerGeometry, circle: int) -> float:
     return geometry.raceway_radius_m * math.sin((CIRCLES[circle - 1] - 1) * geometry.tilt_rad)
 
 
-def _scratch(geometry: SphericalRollerGeometry) -> Scratch:
-    """Space for every roller in any group, and for all rollers alone on both races."""
-    rollers = 2 * geometry.rollers_per_row
-    region = -(-geometry.rollers_per_row // AT_ONCE) * AT_ONCE
-    places = GROUPS * region + 2 * rollers * AT_ONCE
-    if places > STRIDE:
+def _scratch(geometry: SphericalRollerGeometry, slot_angle: FloatArray, damage: FloatArray) -> Scratch:
+    """Space for every roller on both races, and for all of them alone; what never changes filled in."""
+    count = len(slot_angle)
+    places = -(-count // AT_ONCE) * AT_ONCE
+    if ALONE + 2 * count * AT_ONCE > STRIDE or places > RACE:
         raise ConfigurationError(
-            f"rollers_per_row = {geometry.rollers_per_row}: the full model has room for 45 rollers a row."
+            f"rollers_per_row = {geometry.rollers_per_row}: the full model has room for 50 rollers a row."
         )
-    columns = np.zeros(ROWS * STRIDE)
-    columns[int(O_X) : int(O_X) + STRIDE] = FAR_M
+    space = aligned_zeros(ROWS * STRIDE)
+    space[int(O_X) : int(O_X) + STRIDE] = FAR_M
+    both_rows = {
+        SIDE: np.repeat([1.0, -1.0], count // 2),
+        SLOT_ANGLE: slot_angle, SLOT_COSINE: np.cos(slot_angle), SLOT_SINE: np.sin(slot_angle),
+        DAMAGE: damage,
+    }  # fmt: skip
+    for row, values in both_rows.items():
+        space[int(row) : int(row) + count] = values.reshape(2, -1).T.ravel()
     return Scratch(
-        columns=columns,
-        owner=np.zeros(STRIDE, dtype=np.int64),
-        groups=np.zeros(GROUPS, dtype=np.int64),
-        alone=np.zeros((2 * rollers, 3), dtype=np.int64),
-        rollers=np.zeros(ROLLER_ROWS * ROLLERS),
-        region=region,
+        space=space,
+        plan=np.zeros((2 + 2 * count, max(4, places // AT_ONCE)), dtype=np.int64),
+        places=places,
     )

@@ -18,6 +18,7 @@ IntArray = NDArray[np.int64]
 DEEPEST_M = 2e-4  # penetration within which every touching point is among the candidates; checked in each run
 SHALLOW_M = 4e-5  # contacts up to about this depth are looked up in narrow windows
 FAR_M = 1e3  # where unused places lie: out of everybody's reach
+PLAIN, NARROW = 0, 1  # windows of undisplaced points
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,13 +139,13 @@ def shallow_half_count(roller_radius_m: float, race_radius_m: float, *, points_p
 
 @dataclass(frozen=True, kw_only=True)
 class Windows:
-    """Candidate points about each point of a race, in the frame of that point's meridian.
+    """Candidate points about each point of a race, in the frame of that point's meridian; those of row 2 mirrored.
 
     `points`, shape [W, 7, candidates]: rows 0-2 position along the meridian, along the race, along the shaft [m]; 3
     share of K_c and C_c; 4-6 surface normal in the same axes. `starts`, [W, 4]: where each circle's begin, and the
-    end of the last. Windows 0 and 1 are the undisplaced ones of rows 1 and 2; 2 and 3 the narrow ones for shallow
-    contacts, about the point before the roller. `window_of`, [2, points]: which wide window belongs to a nearest
-    point. `highest`, [W]: highest displacement in it [m].
+    end of the last. Window `PLAIN` is the undisplaced one; `NARROW` that for shallow contacts, about the point before
+    the roller. `window_of`, [2, points]: which window, not the narrow one, belongs to a nearest point. `highest`,
+    [W]: highest displacement in it [m].
     """
 
     points: FloatArray
@@ -159,14 +160,14 @@ def candidate_windows(
     """Collect the windows of a race; `rows` holds the points of each circle of each row."""
     plain = [circle_points(count, c.radius_m, (), 0.0) for c in circles]
     wide, narrow = np.arange(-half, half + 1), np.arange(1 - shallow_half, shallow_half + 1)
-    found = [_window(circles, plain, row, 0, offsets, count) for offsets in (wide, narrow) for row in (0, 1)]
+    found = [_window(circles, plain, 0, offsets, count) for offsets in (wide, narrow)]
     highest = [0.0] * len(found)
-    window_of = np.repeat([[0], [1]], count, axis=1)
+    window_of = np.full((2, count), PLAIN)
     for row, points in enumerate(rows):
         special = np.unique(np.concatenate([c.cell[(c.lift != 0) | (c.share != 1)] for c in points]))
         for nearest in np.unique((special[:, None] + wide) % count):
             window_of[row, nearest] = len(found)
-            found.append(_window(circles, points, row, int(nearest), wide, count))
+            found.append(_window(circles, points, int(nearest), wide, count))
             highest.append(max(0.0, *(float(_lift_near(c, int(nearest), wide, count)) for c in points)))
     whole = [np.concatenate(window, axis=1) for window in found]
     widest = max(window.shape[1] for window in whole)
@@ -184,10 +185,9 @@ def _lift_near(points: CirclePoints, nearest: int, offsets: IntArray, count: int
 
 
 def _window(
-    circles: Sequence[Circle], points: Sequence[CirclePoints], row: int, nearest: int, offsets: IntArray, count: int
+    circles: Sequence[Circle], points: Sequence[CirclePoints], nearest: int, offsets: IntArray, count: int
 ) -> list[FloatArray]:
-    """One window, circle by circle, each [7, candidates]. Row 2 is row 1 mirrored at the mid-plane."""
-    side = 1 - 2 * row
+    """One window, circle by circle, each [7, candidates]."""
     columns = []
     for circle, own in zip(circles, points, strict=True):
         near = np.flatnonzero(np.isin(own.cell, (nearest + offsets) % count))
@@ -195,8 +195,8 @@ def _window(
         angle = wrapped(own.angle[near] - nearest * 2 * math.pi / count)
         lift, c, s = own.lift[near], np.cos(angle), np.sin(angle)
         radius = circle.radius_m + lift * circle.normal_radial
-        height = side * (circle.height_m + lift * circle.normal_axial)
-        normal = (circle.normal_radial * c, circle.normal_radial * s, side * circle.normal_axial + 0 * c)
+        height = circle.height_m + lift * circle.normal_axial + 0 * c
+        normal = (circle.normal_radial * c, circle.normal_radial * s, circle.normal_axial + 0 * c)
         columns.append(np.array([radius * c, radius * s, height, own.share[near], *normal]))
     return columns
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.models.full.motion_kernel import external_load, shaft_motion
+from srbval.models.full.drive_kernel import external_load, shaft_motion
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.steps import rates
 
@@ -36,7 +36,7 @@ def rolling_state(model: Parameters) -> FloatArray:
     The ring stands where the housing spring alone would carry the load. Not an equilibrium: what remains dies out
     in the scene's settling time; see `equilibrium.py` for one.
     """
-    n = len(model.roller_angle)
+    n = len(model.slot_angle)
     d = 2 * n + 6
     y = np.zeros(2 * d)
     y[d + 2 * n + 2], y[d + n : d + 2 * n] = rolling_speeds(model)
@@ -68,13 +68,13 @@ def balance_friction(model: Parameters, state: FloatArray) -> FloatArray:
 
 def _cage_place(model: Parameters) -> slice:
     """Where the cage's angular velocity about the shaft lies in the state vector."""
-    last = 4 * len(model.roller_angle) + 8
+    last = 4 * len(model.slot_angle) + 8
     return slice(last, last + 1)
 
 
 def _spun(model: Parameters, state: FloatArray, cage: float) -> FloatArray:
     """`state` at this cage speed, the rollers turning so that friction has no torque about their axes."""
-    n = len(model.roller_angle)
+    n = len(model.slot_angle)
     spins = slice(3 * n + 6, 4 * n + 6)
     y = state.copy()
     y[2 * n + 6 :] = 0.0

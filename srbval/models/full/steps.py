@@ -41,8 +41,8 @@ class Steps:
 def rates(model: Parameters, time_s: float, state: FloatArray) -> Rates:
     """Evaluate the equations of motion once."""
     rate, contact = np.zeros_like(state), np.zeros(CONTACT_VALUES)
-    loads = np.zeros((2, len(model.roller_angle), CIRCLES))
-    right_hand_side(time_s, state, model, rate, contact, loads)
+    loads = np.zeros((2, len(model.slot_angle), CIRCLES))
+    right_hand_side(time_s, state, model, rate, contact, loads, None)
     return Rates(rate=rate, contact=contact, load_n=loads)
 
 
@@ -61,7 +61,7 @@ def take_steps(
 
     `first_interval` tells how many intervals lie before, and so the time. No interval at all only compiles.
     """
-    rollers = len(model.roller_angle)
+    rollers = len(model.slot_angle)
     details = -(-intervals // intervals_per_detail) if intervals_per_detail else 0
     steps = Steps(
         out=np.zeros((intervals, OUTPUTS)),

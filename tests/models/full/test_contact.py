@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from srbval.models.full.columns import ROWS, STRIDE
-from srbval.models.full.contact_kernel import contact_columns, push_away, put_column, sums
+from srbval.models.full.columns import A_X, B_Y, F_X, O_X, ROWS, STRIDE, SUMS, V_X, Z_Z
+from srbval.models.full.contact_kernel import contact_columns
 from srbval.models.full.contact_law import ContactLaw
 
 R, PROFILE = 0.020, 0.164
@@ -23,15 +23,17 @@ def one_point(
     rho = np.sqrt((PROFILE - depth) ** 2 - along**2) - PROFILE + R
     points = np.zeros((1, 1, 7, 1))
     points[0, 0, :4, 0] = (rho, 0.0, along, 1.0)
-    columns = np.zeros(ROWS * STRIDE)
-    frame = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-    put_column(columns, 3, *frame, 0.0, 0.0, 0.0, *velocity, 0.0, 0.0, 0.0)
-    push_away(columns, 0, 3, 1e3)
-    push_away(columns, 4, 8, 1e3)
-    contact_columns(ContactLaw(PROFILE, R, K, C, W, MU_S, MU_D, V_C), points, 0, 0, 0, 1, columns, 0, 8)
-    assert all(sums(columns, place) == (0.0,) * 9 for place in (0, 1, 2, 4, 5, 6, 7)), "columns do not mix"
-    found: tuple[float, ...] = sums(columns, 3)
-    return found
+    columns = np.zeros((ROWS, STRIDE))
+    for start in (A_X, B_Y, Z_Z):
+        columns[int(start) // STRIDE, 3] = 1.0
+    columns[int(O_X) // STRIDE, [0, 1, 2, 4, 5, 6, 7]] = 1e3
+    first = int(V_X) // STRIDE
+    columns[first : first + 3, 3] = velocity
+    law = ContactLaw(PROFILE, R, K, C, W, MU_S, MU_D, V_C)
+    contact_columns(law, points, 0, 0, 0, 1, columns.ravel(), 0, 8, None)
+    assert int(F_X) // STRIDE == SUMS.start
+    assert np.all(columns[SUMS][:, [0, 1, 2, 4, 5, 6, 7]] == 0.0), "columns do not mix"
+    return tuple(columns[SUMS, 3].tolist())
 
 
 def test_a_point_inside_pushes_the_roller_away() -> None:
@@ -79,11 +81,11 @@ def test_the_normal_follows_the_barrel() -> None:
 
 
 def test_losses_and_stored_energy() -> None:
-    """Friction loses force times slip, damping loses C times the rate squared, the spring stores K delta^2 / 2."""
+    """Friction loses force times slip, damping C times the rate squared; the spring stores half of K delta^2."""
     slip, rate = 0.2, -0.1
     f_x, *_, rubbed, damped, stored = one_point(2e-5, (rate, slip, 0.0))
     assert rubbed == pytest.approx(MU_D * -f_x * slip, rel=1e-9)
     assert damped == pytest.approx(C * rate**2, rel=1e-6)
-    assert stored == pytest.approx(0.5 * K * 2e-5**2, rel=1e-6)
+    assert stored == pytest.approx(K * 2e-5**2, rel=1e-6)
     released = one_point(2e-5, (5.0, 0.0, 0.0))
     assert released[-2] == pytest.approx(K * 2e-5 * 5.0, rel=1e-6), "without a force the spring's energy is lost"

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from srbval.bearing import SphericalRollerGeometry, load_bearing
-from srbval.models.full.motion_kernel import external_load, shaft_motion
+from srbval.models.full.drive_kernel import external_load, shaft_motion
 from srbval.models.full.parameters import Parameters, make_parameters
 from srbval.models.full.start import rolling_state
 from srbval.models.full.steps import rates, take_steps
@@ -33,7 +33,7 @@ def disturbed(model: Parameters, seed: int) -> np.ndarray:
     """A state near rolling with everything moving: slides, tilts, ring, spins."""
     rng = np.random.default_rng(seed)
     y = rolling_state(model)
-    n, half = len(model.roller_angle), len(y) // 2
+    n, half = len(model.slot_angle), len(y) // 2
     y[:n] += rng.normal(0, 5e-6, n)
     y[2 * n : 2 * n + 2] += rng.normal(0, 2e-4, 2)
     y[2 * n + 2] += rng.uniform(0, 6)
@@ -121,7 +121,7 @@ def test_free_flight_conserves_angular_momentum_and_energy() -> None:
     scene = paper_scene(contact={"radial_play": "3 mm"})
     model = make_parameters(scene, geometry())
     y = disturbed(model, 11)
-    n, half = len(model.roller_angle), len(y) // 2
+    n, half = len(model.slot_angle), len(y) // 2
     y[2 * n : 2 * n + 2] = (0.004, -0.003)  # a tilted cage that tumbles
     y[half + 2 * n : half + 2 * n + 3] = (0.6, -0.4, 32.0)
     y[half : half + n] = np.linspace(-0.05, 0.05, n)

@@ -1,0 +1,145 @@
+"""Kernels: which points of a race each roller may touch.
+
+Candidates follow from the angle, no search among points is needed. A place's mode says what becomes of an eight: left
+out, looked up in the narrow window, or in the wide one. `plan` rows 0 and 1 hold the modes of both races' eights, the
+rows behind them the columns that stand alone: race, window, window it was made from, column it was copied from.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from srbval.models.full.columns import (
+    A_X,
+    A_Y,
+    A_Z,
+    ALONE,
+    AT_ONCE,
+    B_X,
+    B_Y,
+    B_Z,
+    BOUND,
+    DAMAGE,
+    DAMPING_SUMS,
+    DEPTH,
+    FRAME,
+    M_X,
+    M_Y,
+    M_Z,
+    N_X,
+    N_Y,
+    N_Z,
+    O_X,
+    PLACE,
+    RACE,
+    SHIFT,
+    STRIDE,
+    SUMS,
+)  # fmt: skip
+from srbval.models.full.point_cloud import FAR_M, NARROW, PLAIN
+from srbval.models.jit import kernel
+
+SKIP_MARGIN_M = 2e-6  # a roller further than this (and the highest bump) from a race is not looked at
+LEFT_OUT = -1  # mode of an eight; otherwise its window
+FRAME_ROWS, FIRST_SUM, LAST_SUM, LAST_DAMPING_SUM = FRAME.stop, SUMS.start, SUMS.stop, DAMPING_SUMS.stop
+INNER = np.uint64(RACE)
+
+
+@kernel
+def look_up(n, places, races, space, plan, count):
+    """Decide on the window of every eight and on the columns that stand alone; their number, deepest penetration [m].
+
+    `places` of `n` rollers; see `Parameters` for `races`, `Scratch` for the rest; `count`: points in a circle.
+    """
+    window_of, highest = races.window_of, races.highest
+    lone = 0
+    deepest = -1.0
+    for race in range(2):
+        shallow = races.outer_shallow if race == 0 else races.inner_shallow
+        for eight in range(places // AT_ONCE):
+            first = eight * AT_ONCE
+            bound = -1.0
+            for place in range(first, min(first + AT_ONCE, n)):
+                column = np.uint64(race * RACE + place)
+                own = space[BOUND + column]
+                bound = own if own > bound else bound
+                depth = space[DEPTH + column]
+                deepest = depth if depth > deepest else deepest
+            mode = LEFT_OUT if bound <= -SKIP_MARGIN_M else (NARROW if bound < shallow else PLAIN)
+            plan[race, eight] = mode
+            shift = 0.0 if mode == NARROW else 0.5
+            for place in range(first, first + AT_ONCE):
+                space[SHIFT + np.uint64(race * RACE + place)] = shift
+            for place in range(first, min(first + AT_ONCE, n)):
+                column = np.uint64(race * RACE + place)
+                nearest = int(space[PLACE + column] + 0.5)
+                window = window_of[race, place % 2, nearest if nearest < count else 0]
+                damage = space[DAMAGE + np.uint64(place)]
+                if (window > NARROW or damage > 0.0) and space[BOUND + column] > -(
+                    highest[race, window] + damage + SKIP_MARGIN_M
+                ):
+                    space[SHIFT + column] = 0.5
+                    plan[2 + lone, 0], plan[2 + lone, 1] = race, window
+                    plan[2 + lone, 2], plan[2 + lone, 3] = window, race * RACE + place
+                    lone += 1
+    return lone, deepest
+
+
+@kernel
+def turned(place, shift, spacing):
+    """Cosine and sine of the angle from a roller to its window's middle point.
+
+    The angle is at most `spacing`: taken from their series, exact to rounding up to 0.1 rad (60 points in a circle).
+    """
+    turn = (math.floor(place + shift) - place) * spacing
+    square = turn * turn
+    cosine = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0 - square * (1.0 / 40320.0))))
+    sine = 1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0 - square * (1.0 / 5040.0 - square * (1.0 / 362880.0))))
+    return cosine, sine * turn
+
+
+@kernel
+def face_points(places, space, spacing, damping):
+    """Turn every column's axes to its window's middle point, points `spacing` [rad] apart, and clear its sums."""
+    for p in range(np.uint64(places)):
+        m_x, m_y, m_z = space[M_X + p], space[M_Y + p], space[M_Z + p]
+        n_x, n_y, n_z = space[N_X + p], space[N_Y + p], space[N_Z + p]
+        c, s = turned(space[PLACE + p], space[SHIFT + p], spacing)
+        space[A_X + p], space[A_Y + p], space[A_Z + p] = c * m_x + s * n_x, c * m_y + s * n_y, c * m_z + s * n_z
+        space[B_X + p], space[B_Y + p], space[B_Z + p] = c * n_x - s * m_x, c * n_y - s * m_y, c * n_z - s * m_z
+        q = p + INNER
+        c, s = turned(space[PLACE + q], space[SHIFT + q], spacing)
+        space[A_X + q], space[A_Y + q], space[A_Z + q] = c * m_x + s * n_x, c * m_y + s * n_y, c * m_z + s * n_z
+        space[B_X + q], space[B_Y + q], space[B_Z + q] = c * n_x - s * m_x, c * n_y - s * m_y, c * n_z - s * m_z
+    for row in range(FIRST_SUM, LAST_SUM if damping is None else LAST_DAMPING_SUM):
+        clear = np.uint64(row * STRIDE)
+        for p in range(np.uint64(places)):
+            space[clear + p] = 0.0
+            space[clear + INNER + p] = 0.0
+
+
+@kernel
+def set_apart(lone, space, plan, damping):
+    """Copy the columns that stand alone to eights of their own and put the copied ones out of reach."""
+    for i in range(lone):
+        original = np.uint64(plan[2 + i, 3])
+        copy = np.uint64(ALONE + i * AT_ONCE)
+        for row in range(FRAME_ROWS):
+            start = np.uint64(row * STRIDE)
+            space[start + copy] = space[start + original]
+        for row in range(FIRST_SUM, LAST_SUM if damping is None else LAST_DAMPING_SUM):
+            space[np.uint64(row * STRIDE) + copy] = 0.0
+        space[O_X + original] = FAR_M
+
+
+@kernel
+def bring_back(lone, space, plan, damping):
+    """Add the sums of the columns that stand alone to those of the columns they were copied from."""
+    for i in range(lone):
+        original = np.uint64(plan[2 + i, 3])
+        copy = np.uint64(ALONE + i * AT_ONCE)
+        for row in range(FIRST_SUM, LAST_SUM if damping is None else LAST_DAMPING_SUM):
+            start = np.uint64(row * STRIDE)
+            space[start + original] += space[start + copy]
