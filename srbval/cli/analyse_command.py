@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import sys
 
 from srbval.bearing import known_bearings, load_bearing
 from srbval.cli.output import print_json, print_table
-from srbval.errors import ConfigurationError
+from srbval.errors import ConfigurationError, DataError
 from srbval.recordings import Recording, load_recording
+from srbval.recordings.registry import healthy_baseline
 from srbval.validation.analyse import Analysis, analyse
+from srbval.validation.fault_call import FaultCall, call_fault
 
 COLUMNS = ("line", "harmonic", "kinematic Hz", "found Hz", "± 95 %", "deviation %", "line/noise", "false alarm",
            "detected")  # fmt: skip
@@ -23,11 +26,26 @@ def run(options: argparse.Namespace) -> int:
     bearing = load_bearing(options.bearing or _bearing_of(recording))
     band = (options.band[0], options.band[1]) if options.band else None
     result = analyse(recording, bearing=bearing, band_hz=band)
+    call = _call(result)
     if options.json:
-        print_json(_selected(result, options.defect))
+        print_json(_selected(result, options.defect) | {"fault": call.to_dict()})
     else:
         _print(result, options.defect)
+        print(call.sentence)
     return 0
+
+
+def _call(result: Analysis) -> FaultCall:
+    """Against the registered healthy record of the same rig, speed and load, where there is one."""
+    try:
+        entry = healthy_baseline(result.recording)
+        healthy = None if entry is None else load_recording(entry.file, channel=result.recording.channel)
+    except DataError as error:  # an unreadable register must not hide what the file itself shows
+        print(f"srbval: no healthy baseline: {error}", file=sys.stderr)
+        healthy = None
+    if healthy is None:
+        return call_fault(result)
+    return call_fault(result, analyse(healthy, bearing=result.bearing, band_hz=result.processed.band_hz))
 
 
 def _bearing_of(recording: Recording) -> str:

@@ -37,6 +37,7 @@ class SpeedSource(enum.StrEnum):
     PRESCRIBED = "prescribed"  # the simulation drove the shaft at this speed
     TACHOMETER = "tachometer"  # measured together with the vibration
     STATED = "stated"  # a measured value written in the file or given by the user
+    ESTIMATED = "estimated"  # read from the vibration itself: fault harmonics and shaft sidebands
     NOMINAL = "nominal"  # a set point, not measured
 
 
@@ -44,14 +45,16 @@ class SpeedSource(enum.StrEnum):
 class ShaftSpeed:
     """Mean shaft speed of a record.
 
-    `ci95_hz` is the half width of a 95 % interval [Hz] of the mean. `drift_hz` is the change from the
-    first to the last quarter of the record where the speed was measured through it, else None.
+    `ci95_hz` is the half width of a 95 % interval [Hz] of the mean. `spread_hz` is the standard deviation
+    through the record and `drift_hz` the change from its first to its last quarter, where the speed was
+    measured through it, else None.
     """
 
     value_hz: float
     ci95_hz: float
     source: SpeedSource
     drift_hz: float | None = None
+    spread_hz: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -35,7 +35,13 @@ def tachometer_speed(speed_hz: NDArray[np.float64]) -> ShaftSpeed:
     sign = math.copysign(1.0, mean)  # direction of rotation does not matter to the fault lines
     blocks = _block_means(speed_hz)
     half = Z95 * math.sqrt(float(np.var(blocks)) * correlated_samples(blocks) / blocks.size)
-    return ShaftSpeed(value_hz=abs(mean), ci95_hz=half, source=SpeedSource.TACHOMETER, drift_hz=sign * drift)
+    return ShaftSpeed(
+        value_hz=abs(mean),
+        ci95_hz=half,
+        source=SpeedSource.TACHOMETER,
+        drift_hz=sign * drift,
+        spread_hz=float(np.std(speed_hz)),
+    )
 
 
 def _block_means(values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -8,12 +8,13 @@ from typing import Any
 
 from srbval.bearing import Bearing
 from srbval.errors import ConfigurationError, DataError
-from srbval.recordings.recording import Recording, ShaftSpeed
+from srbval.recordings.recording import Recording, ShaftSpeed, SpeedSource
 from srbval.signal import Periodogram
 from srbval.validation.closure import Closure, close
 from srbval.validation.families import highest_line_hz
 from srbval.validation.lines import Line, read_lines
 from srbval.validation.pipeline import Processed, process
+from srbval.validation.shaft_speed import estimate_speed
 from srbval.validation.verdict import verdict
 
 # Share of the band's width up to which the squared envelope's spectrum is used; its floor ends at the width.
@@ -63,6 +64,8 @@ class Analysis:
                 "ci95": self.speed.ci95_hz,
                 "source": self.speed.source.value,
                 "drift_hz": self.speed.drift_hz,
+                "spread_hz": self.speed.spread_hz,
+                "nominal_rpm": self.recording.nominal_rpm,
             },
             "lines": [dataclasses.asdict(line) for line in self.lines],
             "closure": dataclasses.asdict(self.closure),
@@ -80,9 +83,10 @@ def analyse(
 ) -> Analysis:
     """Read the fault lines of `bearing` in `recording`.
 
-    `speed`, `band_hz` [Hz] and `channel` override what the recording says of itself. The envelope of the
-    paper's chain (see `process`) is kept for figures; lines are read from its square. The speed is taken
-    as constant: there is no order tracking. Raises `ConfigurationError` where speed or band are missing or
+    `speed`, `band_hz` [Hz] and `channel` override what the recording says of itself. A speed that is only
+    nominal gives way to one estimated from the record, where that knows more (see `estimate_speed`). The
+    envelope of the paper's chain (see `process`) is kept for figures; lines are read from its square. The
+    speed is taken as constant: there is no order tracking. Raises `ConfigurationError` where speed or band are missing or
     impossible, `DataError` where the record is constant or too short.
     """
     known_speed = speed if speed is not None else recording.speed
@@ -92,15 +96,12 @@ def analyse(
         )
     processed = process(recording, band_hz=band_hz, channel=channel)
     _check_duration(processed, known_speed)
-    width_hz = processed.band_hz[1] - processed.band_hz[0]
-    record = Periodogram.of(
-        processed.envelope**2,
-        processed.fs_hz,
-        limit_hz=min(highest_line_hz(bearing, known_speed.value_hz), _USABLE_SHARE * width_hz),
-        shaft_hz=known_speed.value_hz,
-        shaft_ci_hz=min(known_speed.ci95_hz, LARGEST_MASK_SHARE * known_speed.value_hz),
-    )
-    lines = read_lines(record, bearing, known_speed)
+    lines = read_lines(_periodogram(processed, bearing, known_speed), bearing, known_speed)
+    if known_speed.source is SpeedSource.NOMINAL:
+        estimated = estimate_speed(_periodogram(processed, bearing, known_speed), lines, known_speed)
+        if estimated is not None:
+            known_speed = estimated
+            lines = read_lines(_periodogram(processed, bearing, known_speed), bearing, known_speed)
     return Analysis(
         recording=recording,
         bearing=bearing,
@@ -109,6 +110,18 @@ def analyse(
         lines=lines,
         closure=close(lines, bearing, known_speed),
         verdict=verdict(lines, recording, known_speed),
+    )
+
+
+def _periodogram(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Periodogram:
+    """Of the squared envelope, with the harmonics of the shaft at `speed` masked."""
+    width_hz = processed.band_hz[1] - processed.band_hz[0]
+    return Periodogram.of(
+        processed.envelope**2,
+        processed.fs_hz,
+        limit_hz=min(highest_line_hz(bearing, speed.value_hz), _USABLE_SHARE * width_hz),
+        shaft_hz=speed.value_hz,
+        shaft_ci_hz=min(speed.ci95_hz, LARGEST_MASK_SHARE * speed.value_hz),
     )
 
 

@@ -98,7 +98,7 @@ def find_families(record: Periodogram, bearing: Bearing, speed: ShaftSpeed) -> d
     """
     *waiting, cage = families_of(bearing, speed.value_hz)
     search = Search(
-        half_share=NOMINAL_WINDOW if speed.source is SpeedSource.NOMINAL else SLIP_WINDOW,
+        half_share=NOMINAL_WINDOW if speed.source in (SpeedSource.NOMINAL, SpeedSource.ESTIMATED) else SLIP_WINDOW,
         block_s=_BLOCK_REVOLUTIONS / speed.value_hz,
     )
     found: list[Found] = []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -132,6 +133,24 @@ class RecordRange:
 
 
 @dataclass(frozen=True, kw_only=True)
+class PublishedDiagnosability:
+    """Which faulted files of a set a published benchmark calls diagnosable from their vibration.
+
+    `file` patterns are searched in a file's name: first `not_diagnosable`, then `diagnosable`.
+    """
+
+    source: str
+    diagnosable: str
+    not_diagnosable: str | None = None
+
+    def of(self, file: str) -> bool | None:
+        """True or False where the benchmark speaks of the file, else None."""
+        if self.not_diagnosable is not None and re.search(self.not_diagnosable, file):
+            return False
+        return True if re.search(self.diagnosable, file) else None
+
+
+@dataclass(frozen=True, kw_only=True)
 class ExpectedFile:
     """A file the set should have; `url` and `sha256` where it can be downloaded."""
 
@@ -154,7 +173,10 @@ class Grid:
 
 @dataclass(frozen=True, kw_only=True)
 class DatasetDescription:
-    """One data set. `reader` names the recogniser: ``variables``, ``signal-structs`` or ``cwru``."""
+    """One data set. `reader` names the recogniser: ``variables``, ``signal-structs`` or ``cwru``.
+
+    `one_rig_a_folder`: the set mixes machines, and only files of one folder come from the same one.
+    """
 
     name: str
     title: str
@@ -178,6 +200,8 @@ class DatasetDescription:
     axial_kn: float | None = None
     load_lbf_variable: str | None = None
     notes: tuple[str, ...] = ()
+    one_rig_a_folder: bool = False
+    diagnosability: PublishedDiagnosability | None = None
 
     def band_hz(self, fs_hz: float, channel: str | None) -> tuple[float, float] | None:
         """The declared band at this sampling rate, or None; a band of the channel's own comes first."""

@@ -1,5 +1,6 @@
 """The user's register of recordings: which files there are, what they hold, whether they changed."""
 
+from srbval.recordings.registry.baseline import healthy_baseline
 from srbval.recordings.registry.coverage import Coverage, GridPoint, coverage
 from srbval.recordings.registry.entry import Listing, RegisteredRecording, Status
 from srbval.recordings.registry.fetch import fetch
@@ -15,6 +16,7 @@ __all__ = [
     "coverage",
     "fetch",
     "find_recording",
+    "healthy_baseline",
     "listing",
     "rig_recordings",
     "verify",

@@ -1,0 +1,143 @@
+"""Whether a record shows a fault, held against the healthy record of the same rig, speed and load."""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from srbval.recordings.recording import Origin, State
+from srbval.validation.analyse import Analysis
+from srbval.validation.lines import Line
+from srbval.validation.verdict import SHALLOW
+
+# A fault is called where its line stands this many times above the healthy bearing's (6 dB, the usual alarm
+# step of condition monitoring), its 95 % interval clear of one.
+CALLING_RATIO = 2.0
+STATE_OF = {"BPFO": State.OUTER, "BPFI": State.INNER, "2xBSF": State.ROLLER}
+PART = {State.OUTER: "outer-race", State.INNER: "inner-race", State.ROLLER: "rolling-element"}
+
+
+class Basis(enum.StrEnum):
+    """What a fault call rests on."""
+
+    BASELINE = "healthy baseline"
+    LINE_ALONE = "line alone"
+    DECLARED_HEALTHY = "declared healthy"
+    NOT_MEASURED = "not measured"
+
+
+@dataclass(frozen=True, kw_only=True)
+class FaultCall:
+    """`indicated` is the state the deepest clear line points to; `called` is it only against a baseline.
+
+    `ratio` is the line's modulation over the baseline's, `ratio_ci95` its interval; `sentence` says all that
+    in words, and where there is no baseline that a line alone cannot tell.
+    """
+
+    basis: Basis
+    sentence: str
+    indicated: State | None = None
+    called: State | None = None
+    line: str | None = None
+    ratio: float | None = None
+    ratio_ci95: tuple[float, float] | None = None
+    baseline: str | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        return dataclasses.asdict(self) | {"basis": self.basis.value}
+
+
+def call_fault(analysis: Analysis, baseline: Analysis | None = None) -> FaultCall:
+    """Judge `analysis` against `baseline`, the analysis of a healthy record in the same band.
+
+    Modulations are compared in the squared envelope's own unit where both records state one, else as depths
+    (share of the mean), since amplitudes of unknown scale cannot be compared. Without a baseline a line at
+    least half as deep as the mean is taken as indicating its part, and nothing is called: rollers passing
+    under load give a healthy bearing lines of its own. Raises `ValueError` for different bands.
+    """
+    recording = analysis.recording
+    if recording.origin is not Origin.MEASURED:
+        return FaultCall(basis=Basis.NOT_MEASURED, sentence="No fault is called on a record that is not measured.")
+    if baseline is not None and baseline.processed.band_hz != analysis.processed.band_hz:
+        raise ValueError(f"bands differ: {analysis.processed.band_hz}, {baseline.processed.band_hz}.")
+    lines = [x for x in analysis.lines if x.harmonic == 1 and x.name in STATE_OF and x.detected]
+    lines.sort(key=lambda x: x.depth or 0.0, reverse=True)
+    if recording.state is State.HEALTHY:
+        return FaultCall(
+            basis=Basis.DECLARED_HEALTHY,
+            sentence="No fault is called: the record is declared healthy, its lines are the baseline.",
+        )
+    return _alone(lines) if baseline is None else _compared(analysis, lines, baseline)
+
+
+def _alone(lines: list[Line]) -> FaultCall:
+    deep = [x for x in lines if (x.depth or 0.0) >= SHALLOW]
+    shown = STATE_OF[deep[0].name] if deep else None
+    points = f"The {deep[0].name} line points to an {PART[STATE_OF[deep[0].name]]} fault, but " if deep else ""
+    sentence = (
+        f"{points}no healthy record of this rig at the same speed and load is registered: "
+        "a line alone cannot tell a fault from the healthy bearing's own lines."
+    )
+    return FaultCall(
+        basis=Basis.LINE_ALONE,
+        sentence=sentence[0].upper() + sentence[1:],
+        indicated=shown,
+        line=deep[0].name if deep else None,
+    )
+
+
+def _compared(analysis: Analysis, lines: list[Line], baseline: Analysis) -> FaultCall:
+    name = baseline.recording.name
+    scaled = analysis.recording.unit == baseline.recording.unit == "m/s2"
+    compared = [(x, *r) for x in lines if (r := _ratio(analysis, x, baseline, scaled))]
+    risen = [(x, ratio, ci95) for x, ratio, ci95 in compared if ratio >= CALLING_RATIO and ci95[0] > 1]
+    if not risen:
+        return FaultCall(
+            basis=Basis.BASELINE,
+            sentence=f"Against the healthy record {name} no line has risen to {CALLING_RATIO:g} times: "
+            "no fault is called.",
+            baseline=baseline.recording.file,
+        )
+    line, ratio, ci95 = risen[0]
+    state = STATE_OF[line.name]
+    others = [f"{x.name} {r:.3g} times" for x, r, _ in risen[1:]]
+    also = f" (also risen, less deep: {', '.join(others)})" if others else ""
+    return FaultCall(
+        basis=Basis.BASELINE,
+        sentence=f"Against the healthy record {name} the {line.name} line stands {ratio:.3g} times as high "
+        f"(95 %: {ci95[0]:.3g} to {ci95[1]:.3g}): {PART[state]} fault{also}.",
+        indicated=state,
+        called=state,
+        line=line.name,
+        ratio=ratio,
+        ratio_ci95=ci95,
+        baseline=baseline.recording.file,
+    )
+
+
+def _ratio(
+    analysis: Analysis, line: Line, baseline: Analysis, scaled: bool
+) -> tuple[float, tuple[float, float]] | None:
+    """Modulation of `line` over the baseline's with its 95 % interval; None where the baseline's is out of reach."""
+    before = baseline.line(line.name)
+    ours, theirs = _modulation(analysis, line, scaled), _modulation(baseline, before, scaled)
+    if not theirs:
+        return None
+    spread = 1.96 * math.sqrt(sum(0.5 / max(x.snr or 0.0, 0.5) for x in (line, before)))
+    ratio = ours / theirs
+    return ratio, (ratio * math.exp(-spread), ratio * math.exp(spread))
+
+
+def _modulation(analysis: Analysis, line: Line, scaled: bool) -> float:
+    """Amplitude of the line in the squared envelope: share of its mean, or (m/s2) squared."""
+    depth = line.depth or 0.0
+    if not scaled or analysis.recording.channel is None:
+        return depth
+    mean = float(np.mean(analysis.processed.envelope**2))
+    return depth * mean * float(np.var(analysis.recording.channels[analysis.recording.channel]))

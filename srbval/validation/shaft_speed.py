@@ -1,0 +1,153 @@
+"""The shaft speed of a record without a tachometer, from its fault harmonics and the shaft's sidebands."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.recordings.recording import ShaftSpeed, SpeedSource
+from srbval.signal import Periodogram
+from srbval.validation.lines import Line
+
+FloatArray = NDArray[np.float64]
+
+HARMONICS = 5  # of the fault line whose sidebands are used
+SIDEBANDS = 3  # shaft orders to either side of each
+SHAFT_HARMONICS = 4  # of the shaft itself, in the envelope
+LEAST_WINDOW = 0.02  # half width of the search about the nominal speed, as a share of it
+# One line's evidence counts no more than this: a strong stranger on one place must not outvote all others.
+LARGEST_EVIDENCE = 30.0
+FALSE_ALARM = 1e-3
+# A line this far above the noise gives a place; fewer shaft terms leave too little to check them against.
+SHOWN_SNR, LEAST_TERMS = 12.0, 4
+# No place is taken to be better than this share of a bin: lines of a real shaft are not pure tones.
+LEAST_PLACE_BINS = 0.005
+# 95 % of the estimates on records with a measured speed (CWRU's integer rpm, the rig's tachometer) lie within
+# this of it; clock of the recorder, drift within the record and the measured value's own rounding are in it.
+ALLOWANCE = 8e-4
+_GRID_PER_BIN = 16
+_RIFE_BOORSTYN = math.sqrt(6) / (2 * math.pi)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Term:
+    """A line at ``harmonic`` times the fault line plus ``order`` times the shaft."""
+
+    harmonic: int
+    order: int
+
+    def at(self, line_hz: float, shaft_hz: FloatArray | float) -> FloatArray:
+        """Its frequency [Hz] for each shaft speed."""
+        return np.asarray(self.harmonic * line_hz + self.order * shaft_hz, dtype=np.float64)
+
+
+def estimate_speed(record: Periodogram, lines: tuple[Line, ...], nominal: ShaftSpeed) -> ShaftSpeed | None:
+    """Shaft speed read from `record`, the periodogram of a squared envelope, about a `nominal` one.
+
+    First the speed at which sidebands of the deepest detected fault line and harmonics of the shaft stand out
+    together most; then line and shaft jointly by least squares through the places of all terms that show,
+    the scatter about the fit widening the interval (Birge's ratio), and `ALLOWANCE` for what scatter does
+    not show. Cage slip moves the line and leaves the spacing of its sidebands alone: no kinematics is used.
+    None where noise would do as well, where fewer than four shaft terms show, or where the result knows no
+    more than the nominal speed. A drift within the record is averaged, not followed.
+    """
+    bare = dataclasses.replace(record, masks_hz=np.empty((0, 2)))
+    line = _deepest(lines)
+    half = max(LEAST_WINDOW, nominal.ci95_hz / nominal.value_hz) * nominal.value_hz
+    start = _search(bare, line, nominal.value_hz, half)
+    if start is None:
+        return None
+    found = _fit(bare, line, start)
+    if found is None or found.ci95_hz >= nominal.ci95_hz or abs(found.value_hz - nominal.value_hz) > half:
+        return None
+    return found
+
+
+def _deepest(lines: tuple[Line, ...]) -> float:
+    """Frequency of the deepest detected race or roller line [Hz], 0 without one."""
+    fault = [x for x in lines if x.detected and x.harmonic == 1 and x.name in ("BPFO", "BPFI", "2xBSF")]
+    best = max(fault, key=lambda x: x.depth or 0.0, default=None)
+    return 0.0 if best is None or best.found_hz is None else best.found_hz
+
+
+def _terms(line_hz: float) -> list[Term]:
+    shaft = [Term(harmonic=0, order=k) for k in range(1, SHAFT_HARMONICS + 1)]
+    orders = [k for k in range(-SIDEBANDS, SIDEBANDS + 1) if k]
+    sides = [Term(harmonic=h, order=k) for h in range(1, HARMONICS + 1) for k in orders] if line_hz else []
+    return shaft + sides
+
+
+def _search(record: Periodogram, line_hz: float, nominal_hz: float, half_hz: float) -> float | None:
+    """The speed of most joint evidence in the window; None where noise would reach as much."""
+    speeds = np.arange(nominal_hz - half_hz, nominal_hz + half_hz, record.bin_hz / _GRID_PER_BIN)
+    score, used = np.zeros(speeds.size), 0
+    for term in _terms(line_hz):
+        places = term.at(line_hz, speeds)
+        if min(places[0], places[-1]) < 3 * record.bin_hz or max(places[0], places[-1]) > record.limit_hz:
+            continue
+        centre = float(term.at(line_hz, nominal_hz))
+        noise = record.noise_about(centre, abs(term.order) * half_hz)
+        bins = noise.effective_bins
+        evidence = bins * np.log1p(record.power_at(places) / noise.mean_power / bins)
+        score += np.minimum(evidence, LARGEST_EVIDENCE)
+        used += 1
+    if not used:
+        return None
+    best = int(np.argmax(score))
+    trials = max(1.0, 2 * half_hz / record.bin_hz * SIDEBANDS)
+    return float(speeds[best]) if _chance(float(score[best]), used, trials) < FALSE_ALARM else None
+
+
+def _chance(score: float, terms: int, trials: float) -> float:
+    """How often noise alone would reach `score` with so many terms in so many independent places."""
+    from scipy.special import gammaincc
+
+    return float(min(1.0, trials * gammaincc(terms, score)))
+
+
+def _fit(record: Periodogram, line_hz: float, shaft_hz: float) -> ShaftSpeed | None:
+    """Least squares through the places of all terms that show, for line and shaft together."""
+    whole = [Term(harmonic=h, order=0) for h in range(1, HARMONICS + 1)] if line_hz else []
+    read = [(t, *p) for t in whole + _terms(line_hz) if (p := _place(record, float(t.at(line_hz, shaft_hz))))]
+    unknowns = 2 if any(t.harmonic for t, *_ in read) else 1
+    if sum(1 for t, *_ in read if t.order) < LEAST_TERMS or len(read) <= unknowns:
+        return None
+    design = np.array([(t.order, t.harmonic)[:unknowns] for t, *_ in read], dtype=np.float64)
+    place, sigma = (np.array([entry[i] for entry in read]) for i in (1, 2))
+    weighed = design / sigma[:, None]
+    if np.linalg.matrix_rank(weighed) < unknowns:
+        return None
+    solution, *_ = np.linalg.lstsq(weighed, place / sigma, rcond=None)
+    freedom = len(read) - unknowns
+    scatter = float(np.sum(((place - design @ solution) / sigma) ** 2)) / freedom
+    variance = float(np.linalg.inv(weighed.T @ weighed)[0, 0]) * max(1.0, scatter)
+    value = float(solution[0])
+    half = math.hypot(_student(freedom) * math.sqrt(variance), ALLOWANCE * value)
+    return ShaftSpeed(value_hz=value, ci95_hz=half, source=SpeedSource.ESTIMATED)
+
+
+def _place(record: Periodogram, about_hz: float) -> tuple[float, float] | None:
+    """Where the peak nearest `about_hz` stands [Hz] and how well that is known; None if nothing shows."""
+    reach = record.bin_hz
+    if not 3 * reach < about_hz < record.limit_hz:
+        return None
+    grid = about_hz + np.linspace(-reach, reach, 2 * _GRID_PER_BIN + 1)
+    top = int(np.argmax(record.power_at(grid)))
+    step = reach / 4
+    left, middle, right = record.exact_power_at(grid[top] + np.array([-step, 0.0, step]))
+    snr = float(middle) / record.noise_about(about_hz, 3 * reach).mean_power
+    curvature = left - 2 * middle + right
+    if top in (0, grid.size - 1) or curvature >= 0 or snr < SHOWN_SNR:
+        return None
+    place = float(grid[top] + step * min(max(0.5 * (left - right) / curvature, -1.0), 1.0))
+    return place, record.bin_hz * max(_RIFE_BOORSTYN / math.sqrt(snr), LEAST_PLACE_BINS)
+
+
+def _student(freedom: int) -> float:
+    from scipy.stats import t
+
+    return float(t.ppf(0.975, freedom))
