@@ -20,9 +20,19 @@ class ConfigurationError(SrbvalError):
 
 
 class DataError(SrbvalError):
-    """Data missing, unreadable, ambiguous or changed (exit code 3)."""
+    """Data missing, unreadable, ambiguous or changed (exit code 3).
+
+    Its text may quote a file, so it is made fit for a terminal: one line, no control characters, not endless.
+    """
 
     exit_code = 3
+    longest = 1200
+
+    def __init__(self, text: str) -> None:
+        shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+        if len(shown) > self.longest:
+            shown = f"{shown[: self.longest // 2]} ... {shown[-self.longest // 2 :]}"
+        super().__init__(shown)
 
 
 class NumericsError(SrbvalError):

@@ -89,7 +89,7 @@ def contents_and_hash(path: Path) -> tuple[memoryview, str]:
     """The file's bytes and their SHA-256, hexadecimal; each block is hashed while it is still in the cache."""
     digest, at = hashlib.sha256(), 0
     with path.open("rb", buffering=0) as stream:
-        room = memoryview(np.empty(path.stat().st_size, dtype=np.uint8))
+        room = np.empty(path.stat().st_size, dtype=np.uint8).data
         while count := stream.readinto(room[at : at + BLOCK_BYTES]):
             digest.update(room[at : at + count])
             at += count

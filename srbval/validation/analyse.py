@@ -86,8 +86,8 @@ def analyse(
     `speed`, `band_hz` [Hz] and `channel` override what the recording says of itself. A speed that is only
     nominal gives way to one estimated from the record, where that knows more (see `estimate_speed`). The
     envelope of the paper's chain (see `process`) is kept for figures; lines are read from its square. The
-    speed is taken as constant: there is no order tracking. Raises `ConfigurationError` where speed or band are missing or
-    impossible, `DataError` where the record is constant or too short.
+    speed is taken as constant: there is no order tracking. Raises `ConfigurationError` where speed or band are
+    missing or impossible, `DataError` where the record is constant or too short.
     """
     known_speed = speed if speed is not None else recording.speed
     if known_speed is None:

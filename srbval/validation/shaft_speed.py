@@ -21,6 +21,8 @@ SHAFT_HARMONICS = 4  # of the shaft itself, in the envelope
 LEAST_WINDOW = 0.02  # half width of the search about the nominal speed, as a share of it
 # One line's evidence counts no more than this: a strong stranger on one place must not outvote all others.
 LARGEST_EVIDENCE = 30.0
+# Averaged bins that the local noise, a median of some 65, is worth.
+NOISE_WORTH = 30.0
 FALSE_ALARM = 1e-3
 # A line this far above the noise gives a place; fewer shaft terms leave too little to check them against.
 SHOWN_SNR, LEAST_TERMS = 12.0, 4
@@ -90,9 +92,8 @@ def _search(record: Periodogram, line_hz: float, nominal_hz: float, half_hz: flo
         if min(places[0], places[-1]) < 3 * record.bin_hz or max(places[0], places[-1]) > record.limit_hz:
             continue
         centre = float(term.at(line_hz, nominal_hz))
-        noise = record.noise_about(centre, abs(term.order) * half_hz)
-        bins = noise.effective_bins
-        evidence = bins * np.log1p(record.power_at(places) / noise.mean_power / bins)
+        snr = record.power_at(places) / record.noise_about(centre, abs(term.order) * half_hz).mean_power
+        evidence = NOISE_WORTH * np.log1p(snr / NOISE_WORTH)
         score += np.minimum(evidence, LARGEST_EVIDENCE)
         used += 1
     if not used:

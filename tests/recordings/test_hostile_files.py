@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import pickle
 import struct
-import time
 import zlib
 from pathlib import Path
 
@@ -19,7 +18,6 @@ from srbval.recordings import State, load_recording, write_stand_in
 
 from . import files
 
-LIMIT_S = 5.0
 HEADER = b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM"
 
 
@@ -156,58 +154,3 @@ def test_hard_link_circle_ends(tmp_path: Path) -> None:
 def test_text_of_one_endless_line(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("1," * 2_000_000)
     refused(tmp_path / "a.csv", "no table of numbers")
-
-
-def _damaged(rng: np.random.Generator, whole: bytes) -> bytes:
-    """One random damage: bits flipped, a stretch overwritten, cut short, doubled, or tags rewritten."""
-    data = bytearray(whole)
-    kind = rng.integers(5)
-    at = int(rng.integers(len(data)))
-    if kind == 0:
-        for position in rng.integers(0, min(len(data), 2000), 4):
-            data[position] ^= 1 << int(rng.integers(8))
-    elif kind == 1:
-        data[at : at + 16] = rng.bytes(16)
-    elif kind == 2:
-        del data[at:]
-    elif kind == 3:
-        data[at:at] = data[: int(rng.integers(1, 4096))]
-    else:
-        for position in rng.integers(16, min(len(data), 4000) // 4, 3):
-            data[4 * position : 4 * position + 4] = struct.pack("<I", int(rng.integers(2**32)))
-    return bytes(data)
-
-
-def _seeds(folder: Path) -> list[bytes]:
-    write_stand_in(folder / "s.h5", state=State.OUTER, shaft_hz=10, seconds=0.2, seed=1)
-    np.save(folder / "x.npy", files.vibration())
-    np.savetxt(folder / "x.csv", files.vibration(600), fmt="%.5f")
-    made = [
-        files.excerpt(folder / "OR_877rpm.mat"),
-        files.rig_v5(folder / "IR_727rpm_124.8kN_0kN.mat", files.rig_signals()),
-        files.rig_v73(folder / "H_727rpm_124.8kN_0kN.mat", files.rig_signals()),
-        files.mfpt(folder / "InnerRaceFault_vload_1.mat"),
-        *(folder / name for name in ("s.h5", "x.npy", "x.csv")),
-    ]
-    return [path.read_bytes() for path in made]
-
-
-def test_damaged_files_short(tmp_path: Path) -> None:
-    """The short form of the fuzz run: SRBVAL_FUZZ sets how many files (default 350), seeded."""
-    rng = np.random.default_rng(20260101)
-    seeds = _seeds(tmp_path)
-    work = tmp_path / "work"
-    work.mkdir()
-    path = work / "damaged.mat"
-    slowest, refusals = 0.0, 0
-    for i in range(int(os.environ.get("SRBVAL_FUZZ", "350"))):
-        path.write_bytes(_damaged(rng, seeds[i % len(seeds)]))
-        start = time.perf_counter()
-        try:
-            load_recording(path, fs_hz=1000)
-        except DataError:
-            refusals += 1
-        slowest = max(slowest, time.perf_counter() - start)
-    assert slowest < LIMIT_S
-    assert refusals > 0
-    assert [p.name for p in work.iterdir()] == ["damaged.mat"]
