@@ -12,7 +12,7 @@ import numpy as np
 from srbval.errors import ConfigurationError, NumericsError
 from srbval.models.run import Run, RunStatus
 from srbval.models.simulate import simulate
-from srbval.models.solvers import TABLEAUX
+from srbval.models.solvers import METHODS
 from srbval.scene import Scene
 
 WARM_UP_S = 0.002
@@ -86,5 +86,5 @@ def time_scene(scene: Scene, repeats: int) -> Attempt:
 
 def right_hand_sides_per_step(solver: str) -> int | None:
     """Evaluations of the equations of motion in one step; None where the method does not say."""
-    tableau = TABLEAUX.get(solver)
-    return None if tableau is None else len(tableau.b)
+    method = METHODS.get(solver)
+    return None if method is None else method.evaluations

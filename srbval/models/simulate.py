@@ -154,13 +154,13 @@ def full_model(account: Account, settle: int, whole: int) -> Iterator[tuple[int,
     from srbval.models.full.equilibrium import equilibrium_state
     from srbval.models.full.parameters import make_parameters
     from srbval.models.full.steps import take_steps
-    from srbval.models.solvers import TABLEAUX
+    from srbval.models.solvers import METHODS
 
     scene, bearing = account.scene, account.bearing
-    check_known("solver", scene.solver.name, tuple(TABLEAUX))
+    check_known("solver", scene.solver.name, tuple(METHODS))
     if bearing.geometry is None:
         raise ConfigurationError(f"bearing {bearing.name!r} has no [geometry]; the full model cannot run it.")
-    tableau = TABLEAUX[scene.solver.name]
+    method = METHODS[scene.solver.name]
     model = make_parameters(scene, bearing.geometry)
     state = equilibrium_state(model).state
     ring = state[len(state) // 2 - 3 : len(state) // 2]
@@ -172,7 +172,7 @@ def full_model(account: Account, settle: int, whole: int) -> Iterator[tuple[int,
 
     def take(first: int, intervals: int, detail: int) -> Steps:
         return take_steps(
-            model, state, tableau, step_s=step, intervals=intervals, steps_per_output=per_output,
+            model, state, method, step_s=step, intervals=intervals, steps_per_output=per_output,
             first_interval=first, intervals_per_detail=detail,
         )  # fmt: skip
 

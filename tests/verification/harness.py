@@ -16,7 +16,7 @@ from srbval.models.full.steps import Rates as Rates
 from srbval.models.full.steps import rates as rates
 from srbval.models.full.steps import take_steps
 from srbval.models.simulate import signals
-from srbval.models.solvers import TABLEAUX
+from srbval.models.solvers import METHODS
 from srbval.scene import Scene as Scene
 from srbval.scene import paper_scene as paper_scene
 
@@ -65,7 +65,7 @@ def advance(
 ) -> FloatArray:
     """Advance `y` in place from time zero by `outputs` times `steps`; mean acceleration of the ring, [outputs, 3]."""
     out = take_steps(
-        model, y, TABLEAUX[method], step_s=step_s, intervals=outputs, steps_per_output=steps, first_interval=0
+        model, y, METHODS[method], step_s=step_s, intervals=outputs, steps_per_output=steps, first_interval=0
     ).out
     acceleration: FloatArray = out[:, :3]
     return acceleration
@@ -73,7 +73,7 @@ def advance(
 
 def recorded(model: Parameters, y: FloatArray, *, step_s: float, steps: int) -> dict[str, Any]:
     """What a run records of its first output interval of `steps` steps, by the names in `Run`; `y` is advanced."""
-    return signals(take_steps(model, y, TABLEAUX["ode4"], step_s=step_s, intervals=1, steps_per_output=steps).out)
+    return signals(take_steps(model, y, METHODS["ode4"], step_s=step_s, intervals=1, steps_per_output=steps).out)
 
 
 def trajectory(
@@ -82,7 +82,7 @@ def trajectory(
     """States at the start and after each of `outputs` times `steps`, [outputs + 1, size]; `y` is left alone."""
     states, state = [y.copy()], y.copy()
     for i in range(outputs):
-        take_steps(model, state, TABLEAUX[method], step_s=step_s, intervals=1, steps_per_output=steps, first_interval=i)
+        take_steps(model, state, METHODS[method], step_s=step_s, intervals=1, steps_per_output=steps, first_interval=i)
         states.append(state.copy())
     return np.array(states)
 

@@ -43,8 +43,10 @@ STRIDE = 2056
     CAGE_X, CAGE_Y, CAGE_Z,  # cage's angular velocity [rad/s]
     M_X, M_Y, M_Z, N_X, N_Y, N_Z,  # the slot's meridian and the direction along the race, in slot axes
     SLIDE_RISE, SPIN_RISE,  # accelerations [m/s2], [rad/s2]
-) = (np.uint64(i * STRIDE) for i in range(73))  # fmt: skip
-ROWS = 73
+    # a roller's own equations solved for it, and how its slide and spin follow cage and ring, see `damping_kernel`
+    OWN_UU, OWN_US, OWN_SS, U_WY, U_WZ, U_RX, U_RY, U_RZ, S_WY, S_WZ, S_RX, S_RY, S_RZ,
+) = (np.uint64(i * STRIDE) for i in range(86))  # fmt: skip
+ROWS = 86
 FRAME = range(18)  # rows that set up a column
 SUMS = range(18, 27)  # of force, torque and energy
 DAMPING_SUMS = range(27, 41)

@@ -1,4 +1,4 @@
-"""The full model's kernels behind documented calls: rates of a state, and steps of an explicit method."""
+"""The full model's kernels behind documented calls: rates of a state, and steps of a method."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.models.full.explicit_kernel import OUTPUTS, advance
+from srbval.models.full.advance_kernel import OUTPUTS, advance
 from srbval.models.full.motion_kernel import CONTACT_VALUES, right_hand_side
 from srbval.models.full.parameters import Parameters
-from srbval.models.solvers import Tableau
+from srbval.models.solvers import Method
 
 FloatArray = NDArray[np.float64]
 CIRCLES = 3
@@ -31,7 +31,7 @@ class Rates:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Steps:
-    """Outputs of a stretch of integration: columns as in `explicit_kernel.advance`, details where asked for."""
+    """Outputs of a stretch of integration: columns as in `advance_kernel.advance`, details where asked for."""
 
     out: FloatArray
     spin_rad_s: FloatArray
@@ -49,7 +49,7 @@ def rates(model: Parameters, time_s: float, state: FloatArray) -> Rates:
 def take_steps(
     model: Parameters,
     state: FloatArray,
-    tableau: Tableau,
+    method: Method,
     *,
     step_s: float,
     intervals: int,
@@ -69,7 +69,7 @@ def take_steps(
         load_n=np.zeros((details, 2, rollers, CIRCLES)),
     )
     advance(
-        state, first_interval * steps_per_output, step_s, steps_per_output, tableau.a, tableau.b, tableau.c, model,
+        state, first_interval * steps_per_output, step_s, steps_per_output, method.coefficients, model,
         steps.out, intervals_per_detail, steps.spin_rad_s, steps.load_n,
     )  # fmt: skip
     return steps

@@ -1,7 +1,12 @@
-"""Time integration, one method a file; `SOLVERS` maps the names a scene may use."""
+"""Time integration, one family a file; `METHODS` maps the names a scene may use."""
 
-from srbval.models.solvers.runge_kutta import TABLEAUX, Tableau
+from srbval.models.solvers.implicit_leapfrog import IMEX2
+from srbval.models.solvers.linearly_implicit_euler import IMEX1
+from srbval.models.solvers.method import Coefficients, Method
+from srbval.models.solvers.runge_kutta import ODE1, ODE2, ODE3, ODE4
+from srbval.models.solvers.w_method import ROS2
 
-__all__ = ["SOLVERS", "TABLEAUX", "Tableau"]
+__all__ = ["METHODS", "SOLVERS", "Coefficients", "Method"]
 
-SOLVERS = tuple(TABLEAUX)
+METHODS = {method.name: method for method in (ODE1, ODE2, ODE3, ODE4, IMEX1, IMEX2, ROS2)}
+SOLVERS = tuple(METHODS)

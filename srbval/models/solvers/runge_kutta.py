@@ -9,35 +9,11 @@ diverging, and the chatter is broadband noise in the acceleration. No step contr
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from srbval.models.solvers.method import explicit
 
-import numpy as np
-from numpy.typing import NDArray
-
-FloatArray = NDArray[np.float64]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Tableau:
-    """Butcher tableau: `a` shape [s, s] strictly lower, `b` and `c` shape [s]; `order` of consistency."""
-
-    order: int
-    a: FloatArray
-    b: FloatArray
-    c: FloatArray
-
-
-def _tableau(order: int, a: list[list[float]], b: list[float]) -> Tableau:
-    stages = len(b)
-    matrix = np.zeros((stages, stages))
-    for i, row in enumerate(a, start=1):
-        matrix[i, : len(row)] = row
-    return Tableau(order=order, a=matrix, b=np.array(b), c=matrix.sum(axis=1))
-
-
-TABLEAUX = {
-    "ode1": _tableau(1, [], [1.0]),
-    "ode2": _tableau(2, [[1.0]], [0.5, 0.5]),
-    "ode3": _tableau(3, [[0.5], [0.0, 0.75]], [2 / 9, 3 / 9, 4 / 9]),
-    "ode4": _tableau(4, [[0.5], [0.0, 0.5], [0.0, 0.0, 1.0]], [1 / 6, 2 / 6, 2 / 6, 1 / 6]),
-}
+ODE1 = explicit("ode1", "Euler", 1, [], [1.0])
+ODE2 = explicit("ode2", "Heun", 2, [[1.0]], [0.5, 0.5])
+ODE3 = explicit("ode3", "Bogacki-Shampine", 3, [[0.5], [0.0, 0.75]], [2 / 9, 3 / 9, 4 / 9])
+ODE4 = explicit(
+    "ode4", "classical Runge-Kutta", 4, [[0.5], [0.0, 0.5], [0.0, 0.0, 1.0]], [1 / 6, 2 / 6, 2 / 6, 1 / 6]
+)

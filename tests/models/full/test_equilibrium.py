@@ -14,7 +14,7 @@ from srbval.models.full.equilibrium import Equilibrium, _check_carried, equilibr
 from srbval.models.full.parameters import Parameters, make_parameters
 from srbval.models.full.start import balance_friction, rolling_state
 from srbval.models.full.steps import rates, take_steps
-from srbval.models.solvers import TABLEAUX
+from srbval.models.solvers import METHODS
 from srbval.scene import paper_scene
 
 BALANCED_N = 1.0  # of 124.8 kN
@@ -152,7 +152,7 @@ def test_rollers_that_touch_nothing_roll() -> None:
 def settled(model: Parameters, start: np.ndarray, seconds: float) -> np.ndarray:
     """Ring displacement along y and cage speed over shaft speed, one row an output interval."""
     steps = take_steps(
-        model, start.copy(), TABLEAUX["ode4"], step_s=1 / 61440, intervals=round(seconds * 20480), steps_per_output=3
+        model, start.copy(), METHODS["ode4"], step_s=1 / 61440, intervals=round(seconds * 20480), steps_per_output=3
     )
     return np.stack([steps.out[:, 4], steps.out[:, 6] / model.drive.speed[1, 0]], axis=1)
 

@@ -15,7 +15,7 @@ from srbval.models.full.drive_kernel import external_load, shaft_motion
 from srbval.models.full.parameters import Parameters, make_parameters
 from srbval.models.full.start import rolling_state
 from srbval.models.full.steps import rates, take_steps
-from srbval.models.solvers import TABLEAUX
+from srbval.models.solvers import METHODS
 from srbval.scene import paper_scene
 from tests.models.full.reference import State, contact_forces, roller_frames
 
@@ -126,7 +126,7 @@ def test_free_flight_conserves_angular_momentum_and_energy() -> None:
     y[half + 2 * n : half + 2 * n + 3] = (0.6, -0.4, 32.0)
     y[half : half + n] = np.linspace(-0.05, 0.05, n)
     momentum, energy = momentum_and_energy(model, y)
-    out = take_steps(model, y, TABLEAUX["ode4"], step_s=scene.solver.step_s / 4, intervals=60, steps_per_output=4).out
+    out = take_steps(model, y, METHODS["ode4"], step_s=scene.solver.step_s / 4, intervals=60, steps_per_output=4).out
     assert out[:, 12].max() < 0, "nothing may touch"
     after, energy_after = momentum_and_energy(model, y)
     assert after == pytest.approx(momentum, abs=CONSERVED * float(np.linalg.norm(momentum)))
@@ -139,7 +139,7 @@ def test_looking_only_at_near_rollers_loses_nothing() -> None:
     g = geometry()
     model = make_parameters(scene, g)
     y = rolling_state(model)
-    take_steps(model, y, TABLEAUX["ode4"], step_s=scene.solver.step_s, intervals=1800)
+    take_steps(model, y, METHODS["ode4"], step_s=scene.solver.step_s, intervals=1800)
     t = 1800 * scene.solver.step_s
     expected = contact_forces(scene, g, t, y)["on_ring"]
     assert rates_of(model, t, y)[1][:3] == pytest.approx(expected, abs=1e-8 * float(np.linalg.norm(expected)))
@@ -170,11 +170,11 @@ def test_observed_order_of_the_methods(name: str, order: int) -> None:
     start = exact.copy()
     seconds = 8e-4  # about one swing
     swing = np.sqrt(model.housing_stiffness / model.ring_mass)
-    take_steps(model, exact, TABLEAUX["ode4"], step_s=seconds / 2048, intervals=2048)
+    take_steps(model, exact, METHODS["ode4"], step_s=seconds / 2048, intervals=2048)
     errors = []
     for steps in (48, 96):
         y = start.copy()
-        take_steps(model, y, TABLEAUX[name], step_s=seconds / steps, intervals=steps)
+        take_steps(model, y, METHODS[name], step_s=seconds / steps, intervals=steps)
         wrong = y - exact
         errors.append(np.linalg.norm(np.concatenate([wrong[-3:], swing * wrong[len(y) // 2 - 3 : len(y) // 2]])))
     assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.35)

@@ -1,0 +1,31 @@
+"""One evaluation a step: leapfrog for the positions, a second-order L-stable formula for friction and damping.
+
+Half a step of the positions, a step of the velocities with the positions held, half a step of the positions (Strang
+splitting; Hairer, Lubich & Wanner, Geometric Numerical Integration, 2006, sect. II.5). Within the middle part
+forces are linear in the velocities, f + J (v - v0), and the two-stage formula of `w_method` is applied to that linear
+equation: one evaluation, one factorisation, two solutions. Of second order where J is the true Jacobian; friction's
+secant (see `damping_kernel`) is that only while points stick, so sliding friction is taken to first order. Stable to
+2 over the largest natural frequency of the contacts.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from srbval.models.solvers.method import LEAPFROG, Coefficients, Method
+
+GAMMA = 1 - 1 / math.sqrt(2)  # the smaller root: sharper, and the step has no positions that could go wrong
+NONE = np.zeros((1, 1))
+
+IMEX2 = Method(
+    name="imex2",
+    title="leapfrog, friction and damping implicit",
+    order=2,
+    evaluations=1,
+    implicit=True,
+    coefficients=Coefficients(
+        LEAPFROG, NONE, np.array([1.5, 0.5]), np.array([0.5]), NONE, np.array([1.0]), GAMMA
+    ),
+)

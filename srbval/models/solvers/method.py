@@ -1,0 +1,63 @@
+"""A method of time integration: what the kernels need of it, and what a user should know."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+RUNGE_KUTTA, ROSENBROCK, LEAPFROG = range(3)  # families, one kernel each
+
+
+class Coefficients(NamedTuple):
+    """Numbers of a method as the kernels read them.
+
+    `a`, shape [s, s]: what a stage's state takes of earlier stages; `b`, [s]: what the result takes of them; `c`, [s]:
+    the stages' times; `g`, [s, s]: what a stage's right-hand side takes of earlier stages; `powers`, [s]: weights of
+    the stages in mean forces and powers; `gamma`: share of the step that friction and damping are taken ahead.
+    A leapfrog has one stage, `c` of a step after the step's start, and solves its linear equations ``len(b)`` times.
+    """
+
+    family: int
+    a: FloatArray
+    b: FloatArray
+    c: FloatArray
+    g: FloatArray
+    powers: FloatArray
+    gamma: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Method:
+    """`order` of consistency, `evaluations` of the right-hand side in a step; `implicit`: friction and damping are."""
+
+    name: str
+    title: str
+    order: int
+    evaluations: int
+    implicit: bool
+    coefficients: Coefficients
+
+
+def explicit(name: str, title: str, order: int, a: list[list[float]], b: list[float]) -> Method:
+    """A Runge-Kutta method from the rows of its Butcher tableau after the first."""
+    matrix = lower(len(b), a)
+    weights = np.array(b)
+    return Method(
+        name=name, title=title, order=order, evaluations=len(b), implicit=False,
+        coefficients=Coefficients(
+            RUNGE_KUTTA, matrix, weights, matrix.sum(axis=1), np.zeros_like(matrix), weights, 0.0
+        ),
+    )  # fmt: skip
+
+
+def lower(size: int, rows: list[list[float]]) -> FloatArray:
+    """A strictly lower triangular matrix, [size, size], from its rows after the first."""
+    matrix = np.zeros((size, size))
+    for i, row in enumerate(rows, start=1):
+        matrix[i, : len(row)] = row
+    return matrix
