@@ -32,6 +32,7 @@ def parser() -> Parser:
     _data(commands)
     _report(commands)
     _bench(commands)
+    _plan(commands)
     _command(commands, "doctor", "versions, threads, caches, extras: is this installation sound?")
     return top
 
@@ -63,6 +64,23 @@ def _kinematics(commands: Any) -> None:
 
 def _simulate(commands: Any) -> None:
     command = _command(commands, "simulate", "run the bundled model on a scene")
+    _scene_options(command)
+    command.add_argument(
+        "--model", metavar="NAME", help="rung of the ladder: kinematic, impulse, planar, full; or auto (default: full)"
+    )
+    _question_options(command, "for --model auto: ")
+    command.add_argument("-o", "--output", metavar="RUN.h5", help="write the signals to this HDF5 file")
+
+
+def _plan(commands: Any) -> None:
+    command = _command(commands, "plan", "the least model that answers a question on a scene")
+    _scene_options(command)
+    _question_options(command)
+    command.add_argument("--calibration", metavar="FILE", help="table of srbval bench --ladder -o FILE (default: ours)")
+    command.set_defaults(model=None)
+
+
+def _scene_options(command: Parser) -> None:
     command.add_argument("scene", nargs="?", metavar="SCENE.toml", help="scene file (default: the paper's scene)")
     command.add_argument("--defect", metavar="none|outer|inner|roller", help="where the defect is")
     command.add_argument("--defect-height-mm", type=_number, metavar="MM", help="bump > 0, pit < 0")
@@ -70,11 +88,21 @@ def _simulate(commands: Any) -> None:
     command.add_argument("--radial-kn", type=_number, metavar="KN", help="radial load [kN]")
     command.add_argument("--axial-kn", type=_number, metavar="KN", help="axial load [kN]")
     command.add_argument("--seconds", type=_positive, metavar="S", help="recorded duration [s]")
-    command.add_argument("--model", metavar="NAME", help="rung of the model ladder (full)")
     command.add_argument("--solver", metavar="NAME", help="time integration (ode1, ode2, ode3, ode4)")
     command.add_argument("--dt", type=_positive, metavar="S", help="solver step [s]")
     command.add_argument("--seed", type=int, metavar="N", help="seed of everything random in the model")
-    command.add_argument("-o", "--output", metavar="RUN.h5", help="write the signals to this HDF5 file")
+
+
+def _question_options(command: Parser, when: str = "") -> None:
+    command.add_argument(
+        "--question",
+        default="lines",
+        metavar="Q",
+        help=f"{when}lines, harmonics, sidebands, noise-floor, slip or amplitude (default: %(default)s)",
+    )
+    command.add_argument(
+        "--tolerance", type=_number, default=0.5, metavar="PCT", help=f"{when}error allowed [%%] (default: %(default)s)"
+    )
 
 
 def _analyse(commands: Any) -> None:
@@ -137,6 +165,9 @@ def _bench(commands: Any) -> None:
     command.add_argument("--solvers", nargs="+", metavar="NAME", help="such as ode4 (default: all)")
     command.add_argument("--seconds", type=_positive, metavar="S", help="duration of the runs compared (default: 4)")
     command.add_argument("--speed-only", action="store_true", help="time the solvers, compare with no reference")
+    command.add_argument("--ladder", action="store_true", help="hold every model against the full one instead")
+    command.add_argument("-o", "--output", metavar="FILE", help="with --ladder: keep the calibration table")
+    command.add_argument("--jobs", type=int, default=1, metavar="N", help="with --ladder: scenes at a time")
 
 
 def _number(text: str) -> float:

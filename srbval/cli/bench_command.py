@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from srbval.bench.bench import BenchResult, run_bench
@@ -71,11 +72,23 @@ TOUCH_COLUMNS = {
     "roller-race pairs": "touching_contacts",
     "ns/touching point": "ns_per_point",
 }
+LADDER_COLUMNS = {
+    "question": "question",
+    "model": "model",
+    "scenes": "scenes",
+    "unanswered": "unanswered",
+    "median error [%]": "median_error_pct",
+    "worst error [%]": "worst_error_pct",
+    "wall s/s": "wall_per_simulated_s",
+    "cheaper than full": "cheaper_than_full",
+}
 TARGET_COLUMNS = {"target": "name", "measured": "value", "limit": "limit", "unit": "unit", "": "verdict"}
 
 
 def run(options: argparse.Namespace) -> int:
     """Measure and print; targets that are not met are said, they do not change the exit code."""
+    if options.ladder:
+        return ladder(options)
     settings = QUICK if options.quick else FULL
     if options.seconds:
         settings = replace(settings, accuracy_s=options.seconds)
@@ -91,6 +104,32 @@ def run(options: argparse.Namespace) -> int:
         print_json(result.to_dict())
     else:
         _print(result)
+    return 0
+
+
+def ladder(options: argparse.Namespace) -> int:
+    """Measure the calibration table of the ladder of models, print it, keep it where asked."""
+    from srbval.bench.ladder.cases import grid, quick_grid
+    from srbval.bench.ladder.measure import SECONDS, measure_ladder
+    from srbval.bench.ladder.summary import summary
+    from srbval.bench.reference_store import reference_folder
+
+    with Progress() as progress:
+        table = measure_ladder(
+            quick_grid() if options.quick else grid(),
+            seconds=options.seconds or SECONDS,
+            jobs=options.jobs,
+            folder=reference_folder(),
+            progress=_Tasks(progress),
+        )
+    if options.output:
+        table.save(Path(options.output))
+    rows = summary(table)
+    if options.json:
+        print_json(table.to_dict() | {"ladder": rows})
+    else:
+        print(f"reference: {table.reference}; {len(table.entries)} scenes of {table.seconds:g} s")
+        _print_columns(LADDER_COLUMNS, rows)
     return 0
 
 

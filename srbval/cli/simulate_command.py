@@ -3,60 +3,50 @@
 from __future__ import annotations
 
 import argparse
-import math
+import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from srbval.cli.output import print_json, print_table
+from srbval.cli.plan_command import question_of
+from srbval.cli.scene_options import scene_of
 from srbval.errors import DataError, NumericsError
+from srbval.models.ladder import AUTO, rung_of
 from srbval.models.run import RunStatus, RunSummary
+from srbval.plan.plan import Plan, make_plan
 from srbval.report.progress import Progress
-from srbval.scene import Scene, load_scene, paper_scene
+from srbval.scene import Scene
 
 
 def run(options: argparse.Namespace) -> int:
     """Simulate and print what came out; a failed run leaves with exit code 4 and writes no file."""
-    scene = _scene(options)
+    scene, plan = _planned(scene_of(options), options)
     output = Path(options.output) if options.output else None
     if output is not None and not output.parent.is_dir():
         raise DataError(f"{output.parent}: no such folder to write {output.name} to. Create it or choose another -o.")
     result = _simulate(scene, output)
     if result.status is not RunStatus.OK:
         raise NumericsError(f"run failed ({result.status}): {result.reason}. Nothing was written.")
-    summary = _summary(result, output)
+    summary = _summary(result, output) | ({} if plan is None else {"plan": plan.to_dict()})
     if options.json:
         print_json(summary, status=result.status.value)
     else:
-        print_table(("quantity", "value"), [(k, f"{v:.6g}" if isinstance(v, float) else v) for k, v in summary.items()])
+        rows = [(k, f"{v:.6g}" if isinstance(v, float) else v) for k, v in summary.items() if k != "plan"]
+        print_table(("quantity", "value"), rows)
     return 0
 
 
-def _scene(options: argparse.Namespace) -> Scene:
-    changes = _changes(options)
-    return load_scene(options.scene, changes) if options.scene else paper_scene(**changes)
-
-
-def _changes(options: argparse.Namespace) -> dict[str, Any]:
-    """The command line's options as a scene table; only what was given."""
-    table = {
-        "model": options.model,
-        "seed": options.seed,
-        "duration_s": options.seconds,
-        "shaft_speed_rad_s": options.rpm and options.rpm * 2 * math.pi / 60,
-        "defect": {"kind": options.defect, "height_m": _scaled(options.defect_height_mm, 1e-3)},
-        "load": {"radial_n": _scaled(options.radial_kn, 1e3), "axial_n": _scaled(options.axial_kn, 1e3)},
-        "solver": {"name": options.solver, "step_s": options.dt},
-    }
-    return _given(table)
-
-
-def _scaled(value: float | None, factor: float) -> float | None:
-    return None if value is None else value * factor
-
-
-def _given(table: dict[str, Any]) -> dict[str, Any]:
-    filled = {k: _given(v) if isinstance(v, dict) else v for k, v in table.items()}
-    return {k: v for k, v in filled.items() if v is not None and v != {}}
+def _planned(scene: Scene, options: argparse.Namespace) -> tuple[Scene, Plan | None]:
+    """The scene with its model chosen by the planner where it asks for that."""
+    if scene.model != AUTO:
+        return scene, None
+    plan = make_plan(scene, question=question_of(options.question), tolerance_pct=options.tolerance)
+    reason = next(c.why for c in plan.candidates if c.model == plan.chosen)
+    print(f"model {plan.chosen} for {plan.question.value} within {plan.tolerance_pct:g} %: {reason}", file=sys.stderr)
+    for outside in plan.outside:
+        print(f"outside the calibration: {outside}", file=sys.stderr)
+    return replace(scene, model=plan.chosen), plan
 
 
 def _simulate(scene: Scene, output: Path | None) -> RunSummary:
@@ -77,8 +67,8 @@ def _summary(result: RunSummary, output: Path | None) -> dict[str, Any]:
     scene = result.scene
     return {
         "model": scene.model,
-        "solver": scene.solver.name,
-        "dt_s": scene.solver.step_s,
+        "solver": rung_of(scene.model).own_solver or scene.solver.name,
+        "dt_s": None if rung_of(scene.model).own_solver else scene.solver.step_s,
         "seconds": result.seconds,
         "wall_s": result.wall_s,
         "compile_s": result.compile_s,

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import difflib
 import importlib
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from srbval.errors import ConfigurationError
@@ -21,7 +21,8 @@ class Rung:
     """A model's `name`, what it is in a few words, and where its function stands, as ``module:function``.
 
     `columns`: those of `chunk.Outputs.out` that it fills; the others are NaN.
-    `own_solver`: what integrates it, where that is not the scene's choice.
+    `own_solver`: what integrates it, where that is not the scene's choice. `lacks`: questions that it cannot answer
+    whatever the scene, and why.
     """
 
     name: str
@@ -29,6 +30,7 @@ class Rung:
     place: str
     columns: tuple[int, ...]
     own_solver: str | None = None
+    lacks: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def run(self) -> Callable[..., Any]:
@@ -38,7 +40,40 @@ class Rung:
         return function
 
 
+VIBRATION = (0, 1, 2, 6)  # columns: acceleration and cage speed
+NO_NOISE = "nothing in it rattles or chatters"
+NO_SLIP = "its cage turns as in pure rolling"
 RUNGS = (
+    Rung(
+        name="kinematic",
+        title="clicks at the passages of pure rolling",
+        place="srbval.models.kinematic.rung:run",
+        columns=VIBRATION,
+        own_solver="closed form",
+        lacks={
+            "harmonics": "its clicks have no shape",
+            "sidebands": "its clicks know no load zone",
+            "noise-floor": NO_NOISE,
+            "slip": NO_SLIP,
+            "amplitude": "its clicks have no strength",
+        },
+    ),
+    Rung(
+        name="impulse",
+        title="force pulses with random slip and load zone into one resonance",
+        place="srbval.models.impulse.rung:run",
+        columns=VIBRATION,
+        own_solver="linear filter",
+        lacks={"noise-floor": NO_NOISE, "slip": NO_SLIP},
+    ),
+    Rung(
+        name="planar",
+        title="planar ring on kinematic rollers, 2 free coordinates",
+        place="srbval.models.planar.rung:run",
+        columns=(*VIBRATION, *range(3, 6), *range(7, 13)),
+        own_solver="ode4, own step",
+        lacks={"noise-floor": NO_NOISE, "slip": NO_SLIP},
+    ),
     Rung(
         name="full",
         title="point clouds against barrel rollers, 82 free coordinates",
@@ -47,6 +82,7 @@ RUNGS = (
     ),
 )
 MODELS = tuple(rung.name for rung in RUNGS)
+AUTO = "auto"  # no model: leave the choice to the planner, where there is one
 
 
 def rung_of(name: str) -> Rung:

@@ -69,7 +69,8 @@ class RunWriter:
     def append(self, signals: Mapping[str, Any]) -> None:
         """Add a chunk: the arrays of a `Run` by their names there, `energy` among them."""
         for name, (values, units, long_name) in _variables(signals).items():
-            self._extend(name, values, units, long_name)
+            if not np.isnan(values).all():  # a quantity that the model does not have
+                self._extend(name, values, units, long_name)
         if len(signals["spin_rad_s"]):
             self._extend("spin_rad_s", signals["spin_rad_s"], "rad s-1", "spin about the rollers' axes")
             self._extend("load_n", signals["load_n"], "N", "normal force, by race, roller, circle")

@@ -39,7 +39,8 @@ class Scene:
     `settle_s` is simulated first and not recorded. `output_rate_hz` is the rate of the recorded signals; an
     output interval must be a whole number of solver steps. `detail_rate_hz`, 0 for none, is that of the detailed
     outputs (spins, contact loads). A profile, where there is one, takes the place of the constant speed or load
-    and must cover the recorded time; before it its first value holds.
+    and must cover the recorded time; before it its first value holds. `slip_jitter`: random part of the spacing of two
+    passages of a defect, relative, for models whose slip is random.
     """
 
     bearing: str
@@ -50,6 +51,7 @@ class Scene:
     output_rate_hz: float = quantity("frequency")
     detail_rate_hz: float = quantity("frequency")
     seed: int
+    slip_jitter: float
     load: Load
     contact: Contact
     housing: Housing
@@ -62,7 +64,7 @@ class Scene:
 
     def __post_init__(self) -> None:
         positive(self, "shaft_speed_rad_s", "duration_s", "output_rate_hz")
-        not_negative(self, "settle_s", "detail_rate_hz")
+        not_negative(self, "settle_s", "detail_rate_hz", "slip_jitter")
         for profile in (self.speed_profile, self.load_profile):
             if profile is not None:
                 profile.check_covers(self.duration_s)

@@ -1,0 +1,113 @@
+"""Run every rung on every calibration scene and hold it against the full model at half its step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from srbval.bearing import load_bearing
+from srbval.bench.calibration import calibrate
+from srbval.bench.ladder.cases import Case
+from srbval.bench.ladder.questions import Answer, Question, answers, asked_of, error_pct
+from srbval.bench.ladder.table import Calibration, Entry, RungEntry
+from srbval.bench.machine import describe_machine, load_average
+from srbval.bench.progress import Progress, silent
+from srbval.bench.reference_store import load_reference, reference_key, save_reference
+from srbval.bench.timing import attempt
+from srbval.models.ladder import MODELS
+from srbval.scene import DefectKind, Scene, paper_scene
+
+SECONDS = 3.0
+REFINEMENT = 2  # of the reference's step
+
+
+@dataclass(frozen=True, kw_only=True)
+class Answered:
+    """A run's answers and cost; `answers` empty where the run failed, as `status` says."""
+
+    status: str
+    wall_per_simulated_s: float | None
+    answers: dict[Question, Answer | None]
+
+
+def measure_ladder(
+    cases: Sequence[Case],
+    *,
+    models: Sequence[str] = MODELS,
+    seconds: float = SECONDS,
+    jobs: int = 1,
+    folder: Path | None = None,
+    progress: Progress = silent,
+) -> Calibration:
+    """Errors and costs of `models` on `cases`, the full model at half its step being right.
+
+    `jobs` above 1 disturbs the costs. Answers are kept in `folder`, where one is given, under names that change with
+    the models and with what reads them.
+    """
+    load, machine = load_average(), calibrate()
+    task, whole, done = "climb the ladder", len(cases), 0
+
+    def one(case: Case) -> Entry:
+        nonlocal done
+        entry = measure_case(case, models=models, seconds=seconds, folder=folder)
+        done += 1
+        progress(task, min(done / whole, 1.0))
+        return entry
+
+    with ThreadPoolExecutor(max_workers=jobs) as pool:
+        entries = tuple(pool.map(one, cases))
+    default = paper_scene().solver
+    return Calibration(
+        reference=f"full model, {default.name} at 1/{REFINEMENT / default.step_s:.0f} s",
+        solver=default.name,
+        step_s=default.step_s,
+        seconds=seconds,
+        machine=describe_machine(machine, calibrate(), load).to_dict(),
+        entries=entries,
+    )
+
+
+def measure_case(case: Case, *, models: Sequence[str], seconds: float, folder: Path | None = None) -> Entry:
+    """One scene on every rung."""
+    right = answer(case.scene("full", seconds=seconds, finer=REFINEMENT), folder)
+    rungs = {model: answer(case.scene(model, seconds=seconds), folder) for model in models}
+    asked = asked_of(DefectKind(case.kind))
+    return Entry(
+        case=case,
+        reference={q: right.answers.get(q) for q in asked},
+        rungs={
+            model: RungEntry(
+                status=own.status,
+                wall_per_simulated_s=own.wall_per_simulated_s,
+                answers={q: own.answers.get(q) for q in asked},
+                error_pct={q: error_pct(q, own.answers.get(q), right.answers.get(q)) for q in asked},
+            )
+            for model, own in rungs.items()
+        },
+    )
+
+
+def answer(scene: Scene, folder: Path | None = None) -> Answered:
+    """Run a scene and read its answers, or fetch them from `folder`."""
+    key = "ladder-" + reference_key(scene)
+    kept = None if folder is None else load_reference(folder, key)
+    if kept is not None:
+        found = {Question(q): None if a is None else tuple(a) for q, a in kept["answers"].items()}
+        return Answered(status=kept["status"], wall_per_simulated_s=kept["wall_per_simulated_s"], answers=found)
+    tried = attempt(scene)
+    good = tried.ok and tried.run is not None
+    fresh = Answered(
+        status=tried.status,
+        wall_per_simulated_s=tried.run.wall_per_simulated_s if tried.run is not None else None,
+        answers=answers(tried.run, load_bearing(scene.bearing)) if good and tried.run is not None else {},
+    )
+    if folder is not None:
+        table = {q.value: a for q, a in fresh.answers.items()}
+        save_reference(
+            folder,
+            key,
+            {"status": fresh.status, "wall_per_simulated_s": fresh.wall_per_simulated_s, "answers": table},
+        )
+    return fresh

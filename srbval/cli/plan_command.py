@@ -1,0 +1,54 @@
+"""``srbval plan``: the least model that answers the scene."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from srbval.bench.ladder.questions import Question
+from srbval.bench.ladder.table import load_calibration
+from srbval.cli.output import print_json, print_table
+from srbval.cli.scene_options import scene_of
+from srbval.errors import ConfigurationError
+from srbval.plan.plan import Plan, make_plan
+
+MET, NOT_MET = 0, 1
+
+
+def run(options: argparse.Namespace) -> int:
+    """Plan and print; exit code 1 where no rung, the full model included, keeps the tolerance."""
+    scene = scene_of(options)
+    plan = make_plan(
+        scene,
+        question=question_of(options.question),
+        tolerance_pct=options.tolerance,
+        calibration=load_calibration(Path(options.calibration)) if options.calibration else None,
+    )
+    if options.json:
+        print_json(plan.to_dict())
+    else:
+        show(plan)
+    return MET if plan.met else NOT_MET
+
+
+def question_of(name: str) -> Question:
+    """The question of that name; `ConfigurationError` for an unknown one."""
+    try:
+        return Question(name)
+    except ValueError as error:
+        raise ConfigurationError(f"question {name!r} is not known. Known: {', '.join(Question)}.") from error
+
+
+def show(plan: Plan) -> None:
+    """Print the candidates and the choice."""
+    rows = [
+        (c.model, c.error_pct, c.wall_s, "yes" if c.ok else "no", "<-" if c.model == plan.chosen else "", c.why)
+        for c in plan.candidates
+    ]
+    print_table(("model", "error [%]", "wall [s]", "enough", "", "why"), rows)
+    print(f"\nquestion: {plan.question.value}, tolerance {plan.tolerance_pct:g} %: {plan.chosen}")
+    if not plan.met:
+        print("No rung keeps the tolerance, not even the full model: take a finer step or a wider tolerance.")
+    for reason in plan.outside:
+        print(f"outside the calibration: {reason}", file=sys.stderr)

@@ -1,0 +1,72 @@
+"""Motion that the lower rungs prescribe: the scene's drive, cage and rollers as in pure rolling."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.bearing import FaultOrders
+from srbval.errors import ConfigurationError
+from srbval.scene import Scene
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prescribed:
+    """Angles and load over the run's time, which starts `Scene.settle_s` before the recorded one.
+
+    Cage and spin from the bearing's orders (Randall 2011, sect. 2.2.3): no slip.
+    """
+
+    scene: Scene
+    orders: FaultOrders
+
+    def shaft_rad(self, time_s: FloatArray) -> FloatArray:
+        """Shaft angle, zero at the run's start; speed linear between a profile's entries, constant outside."""
+        profile, settle = self.scene.speed_profile, self.scene.settle_s
+        if profile is None:
+            return self.scene.shaft_speed_rad_s * time_s
+        times, speeds = np.array(profile.time_s) + settle, np.array(profile.speed_rad_s)
+        turned = np.concatenate([[0.0], np.cumsum(np.diff(times) * (speeds[1:] + speeds[:-1]) / 2)])
+        turned += speeds[0] * times[0]
+        i = np.clip(np.searchsorted(times, time_s, side="right") - 1, 0, len(times) - 2)
+        slope = (speeds[i + 1] - speeds[i]) / (times[i + 1] - times[i])
+        since = np.clip(time_s, times[0], times[-1]) - times[i]
+        inside = turned[i] + (speeds[i] + slope * since / 2) * since
+        outside = np.minimum(time_s - times[0], 0.0) * speeds[0] + np.maximum(time_s - times[-1], 0.0) * speeds[-1]
+        angle: FloatArray = inside + outside
+        return angle
+
+    def cage_rad(self, time_s: FloatArray) -> FloatArray:
+        """Cage angle."""
+        return self.orders.ftf * self.shaft_rad(time_s)
+
+    def spun_rad(self, time_s: FloatArray) -> FloatArray:
+        """Angle of the rollers about their axes against their slots; against the shaft's sense."""
+        return -self.orders.bsf * self.shaft_rad(time_s)
+
+    def radial_n(self, time_s: FloatArray) -> FloatArray:
+        """Radial load."""
+        profile = self.scene.load_profile
+        if profile is None:
+            return np.full(time_s.shape, self.scene.load.radial_n)
+        return np.interp(time_s - self.scene.settle_s, profile.time_s, profile.radial_n)
+
+    @property
+    def direction(self) -> FloatArray:
+        """Unit vector of the radial load, [2]."""
+        angle = self.scene.load.direction_rad
+        return np.array([math.cos(angle), math.sin(angle)])
+
+
+def refuse_axial(scene: Scene) -> None:
+    """`ConfigurationError` for an axial load: the planar rungs have no axial motion."""
+    axial = [scene.load.axial_n] if scene.load_profile is None else list(scene.load_profile.axial_n)
+    if any(axial):
+        raise ConfigurationError(
+            f"axial load {max(axial, key=abs):g} N: the {scene.model} model has no axial motion; use --model full."
+        )

@@ -1,0 +1,122 @@
+"""Choose the cheapest rung whose measured error answers the question."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from srbval.bench.ladder.questions import MEANING, Question, asked_of
+from srbval.bench.ladder.table import Calibration
+from srbval.errors import ConfigurationError
+from srbval.models.ladder import RUNGS, Rung
+from srbval.plan.calibrated import Neighbours, neighbours, shipped_calibration
+from srbval.scene import Scene
+
+# A rung is enough where this many times its error fits the tolerance: between the calibration scenes errors differ.
+MARGIN = 2.0
+REFERENCE_MODEL = "full"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Candidate:
+    """A rung: predicted error [%] and wall time [s] on the calibration's machine; enough or not, and why."""
+
+    model: str
+    error_pct: float | None
+    wall_s: float | None
+    ok: bool
+    why: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """The choice; `outside` says in what the scene lies outside what was measured, `met` whether any rung is enough."""
+
+    chosen: str
+    question: Question
+    tolerance_pct: float
+    met: bool
+    candidates: tuple[Candidate, ...]
+    outside: tuple[str, ...]
+    calibrated_on: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return asdict(self) | {
+            "question": self.question.value,
+            "question_title": MEANING[self.question].title,
+            "error_of": MEANING[self.question].error_of,
+        }
+
+
+def make_plan(
+    scene: Scene,
+    *,
+    question: Question = Question.LINES,
+    tolerance_pct: float = 0.5,
+    calibration: Calibration | None = None,
+) -> Plan:
+    """The cheapest rung that answers `question` on `scene` within `tolerance_pct`.
+
+    Errors are the largest of the calibration scenes about this one, against the full model at half its step. Outside
+    the calibrated range nothing but the full model is called enough. If even that errs more, it is chosen all the same
+    and `met` is False. Raises `ConfigurationError` for a tolerance that is not positive, or a question that a scene
+    without defect leaves empty.
+    """
+    if not (math.isfinite(tolerance_pct) and tolerance_pct > 0):
+        raise ConfigurationError(f"tolerance {tolerance_pct:g} % must be a positive number: try --tolerance 0.5.")
+    if question not in asked_of(scene.defect.kind):
+        raise ConfigurationError(
+            f"question {question.value!r}: a healthy bearing has no fault line to ask about; "
+            "give --defect outer or inner."
+        )
+    table = calibration or shipped_calibration()
+    near = neighbours(table, scene)
+    candidates = [_judge(rung, scene, question, tolerance_pct, near) for rung in RUNGS if rung.name in table.models]
+    enough = [c for c in candidates if c.ok]
+    chosen = min(enough, key=lambda c: math.inf if c.wall_s is None else c.wall_s).model if enough else REFERENCE_MODEL
+    return Plan(
+        chosen=chosen,
+        question=question,
+        tolerance_pct=tolerance_pct,
+        met=bool(enough),
+        candidates=tuple(candidates),
+        outside=near.outside,
+        calibrated_on=tuple(entry.case.name for entry in near.entries),
+    )
+
+
+def _judge(rung: Rung, scene: Scene, question: Question, tolerance_pct: float, near: Neighbours) -> Candidate:
+    error = near.error_pct(rung.name, question)
+    pace = near.wall_per_simulated_s(rung.name)
+    ok, why = _verdict(rung, question, error, tolerance_pct, near)
+    return Candidate(
+        model=rung.name,
+        error_pct=error,
+        wall_s=None if pace is None else pace * (scene.duration_s + scene.settle_s),
+        ok=ok,
+        why=why,
+    )
+
+
+def _verdict(
+    rung: Rung, question: Question, error: float | None, tolerance_pct: float, near: Neighbours
+) -> tuple[bool, str]:
+    lacking = rung.lacks.get(question.value)
+    if lacking is not None:
+        return False, f"cannot answer: {lacking}"
+    if near.outside:
+        if rung.name == REFERENCE_MODEL:
+            return (
+                True,
+                "the scene lies outside what was measured: the model of reference, its own error unknown here",
+            )
+        return False, "the scene lies outside what was measured: nothing is known of its error here"
+    if error is None:
+        return False, "gave no answer on a calibration scene about this one"
+    limit = tolerance_pct / MARGIN
+    of = MEANING[question].error_of
+    if error <= limit:
+        return True, f"errs by up to {error:.3g} % of {of}; {MARGIN:g} times that is within {tolerance_pct:g} %"
+    return False, f"errs by up to {error:.3g} % of {of}; {MARGIN:g} times that exceeds {tolerance_pct:g} %"

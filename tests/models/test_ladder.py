@@ -1,0 +1,137 @@
+"""What every rung of the ladder must do: one class, run on all of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from srbval.bearing import load_bearing
+from srbval.errors import ConfigurationError
+from srbval.models.ladder import MODELS, RUNGS, rung_of
+from srbval.models.run import Run, RunStatus
+from srbval.models.run_file import write_run
+from srbval.models.simulate import simulate, simulate_to_file
+from srbval.recordings import load_recording
+from srbval.recordings.from_run import recording_from_run
+from srbval.scene import Scene, SpeedProfile, paper_scene
+from srbval.validation.analyse import Analysis, analyse
+
+SECONDS = 1.0  # twelve revolutions
+LINE_TOLERANCE = 0.005  # slip moves the lines by 0.25 %, a record of a second tells them to 0.1 %
+LINE_OF = {"outer": "BPFO", "inner": "BPFI"}
+
+
+def scene_of(model: str, kind: str, **changes: object) -> Scene:
+    return paper_scene(model=model, duration_s=SECONDS, defect={"kind": kind}, **changes)
+
+
+@pytest.fixture(scope="module", params=MODELS)
+def model(request: pytest.FixtureRequest) -> str:
+    name: str = request.param
+    return name
+
+
+@pytest.fixture(scope="module")
+def runs(model: str) -> dict[str, Run]:
+    return {kind: simulate(scene_of(model, kind)) for kind in LINE_OF}
+
+
+@pytest.fixture(scope="module")
+def analyses(runs: dict[str, Run]) -> dict[str, Analysis]:
+    bearing = load_bearing("skf-22240")
+    return {kind: analyse(recording_from_run(run), bearing=bearing) for kind, run in runs.items()}
+
+
+class TestEveryRung:
+    """The standard tests of a model."""
+
+    def test_it_ends_well(self, runs: dict[str, Run]) -> None:
+        for run in runs.values():
+            assert run.status is RunStatus.OK, run.reason
+            assert run.samples == run.scene.samples == len(run.acceleration_m_s2)
+
+    def test_it_fills_what_it_says_and_nothing_else(self, model: str, runs: dict[str, Run]) -> None:
+        run, columns = runs["outer"], rung_of(model).columns
+        for first, last, values in (
+            (0, 3, run.acceleration_m_s2), (3, 6, run.displacement_m), (6, 7, run.cage_rad_s),
+            (7, 9, run.cage_tilt_rad), (9, 12, run.roller_force_n), (12, 13, run.depth_m),
+            (13, 14, run.energy.drive_w), (20, 21, run.energy.spring_j),
+        ):  # fmt: skip
+            if set(range(first, last)) <= set(columns):
+                assert np.isfinite(values).all()
+            else:
+                assert np.isnan(values).all()
+
+    @pytest.mark.parametrize("kind", LINE_OF)
+    def test_its_fault_line_is_where_the_defect_puts_it(self, kind: str, analyses: dict[str, Analysis]) -> None:
+        line = analyses[kind].line(LINE_OF[kind])
+        assert line.detected
+        assert line.found_hz == pytest.approx(line.kinematic_hz, rel=LINE_TOLERANCE)
+        other = analyses[kind].line(LINE_OF["inner" if kind == "outer" else "outer"])
+        assert not other.detected
+
+    @pytest.mark.parametrize("kind", LINE_OF)
+    def test_its_line_is_that_of_its_own_cage(
+        self, kind: str, runs: dict[str, Run], analyses: dict[str, Analysis]
+    ) -> None:
+        run, line = runs[kind], analyses[kind].line(LINE_OF[kind])
+        own_hz = run.bpfo_hz if kind == "outer" else run.bpfi_hz
+        assert line.found_hz == pytest.approx(own_hz, abs=2 / SECONDS)
+        assert run.bpfo_hz + run.bpfi_hz == pytest.approx(run.rolling_elements * run.scene.shaft_hz, rel=1e-12)
+
+    def test_the_same_scene_gives_the_same_run(self, model: str) -> None:
+        scene = paper_scene(model=model, duration_s=0.02, settle_s=0.01, defect={"kind": "inner"})
+        assert np.array_equal(simulate(scene).acceleration_m_s2, simulate(scene).acceleration_m_s2)
+
+    def test_half_the_speed_halves_the_cage_speed(self, model: str, runs: dict[str, Run]) -> None:
+        half = scene_of(model, "outer", shaft_speed="355 rpm")
+        slow = simulate(replace(half, duration_s=0.1))
+        assert slow.cage_ratio == pytest.approx(runs["outer"].cage_ratio, rel=LINE_TOLERANCE)
+        assert slow.cage_rad_s.mean() == pytest.approx(runs["outer"].cage_rad_s.mean() / 2, rel=LINE_TOLERANCE)
+
+    def test_it_follows_a_speed_profile(self, model: str) -> None:
+        ramp = SpeedProfile(time_s=(0.0, 0.1), speed_rad_s=(30.0, 60.0))
+        run = simulate(replace(scene_of(model, "outer"), duration_s=0.1, speed_profile=ramp))
+        assert run.status is RunStatus.OK
+        assert run.cage_rad_s[-20:].mean() / run.cage_rad_s[:20].mean() == pytest.approx(2, rel=0.05)
+
+    def test_files_hold_what_it_has(self, model: str, tmp_path: Path) -> None:
+        scene = replace(scene_of(model, "outer"), duration_s=0.05)
+        run = simulate(scene)
+        write_run(run, tmp_path / "run.h5")
+        summary = simulate_to_file(scene, tmp_path / "streamed.h5")
+        assert summary.cage_ratio == run.cage_ratio
+        for name in ("run.h5", "streamed.h5"):
+            read = load_recording(tmp_path / name)
+            assert np.array_equal(read.channels["y"], run.acceleration_m_s2[:, 1])
+
+    def test_a_bearing_without_geometry(self, model: str) -> None:
+        scene = replace(scene_of(model, "outer"), bearing="skf-6205", duration_s=0.05)
+        if model == "kinematic":
+            assert simulate(scene).rolling_elements == 9
+        else:
+            with pytest.raises(ConfigurationError, match="geometry"):
+                simulate(scene)
+
+
+def test_every_rung_says_what_it_can_and_cannot_answer() -> None:
+    import importlib
+
+    for rung in RUNGS[:-1]:
+        text = importlib.import_module(rung.place.rsplit(".", 1)[0]).__doc__ or ""
+        assert "Answers:" in text, rung.name
+        assert "Cannot" in text, rung.name
+
+
+def test_rungs_without_axial_motion_refuse_an_axial_load() -> None:
+    for model in ("impulse", "planar"):
+        with pytest.raises(ConfigurationError, match="axial"):
+            simulate(scene_of(model, "outer", load={"axial": "49 kN"}))
+
+
+def test_an_unknown_model_is_named_with_the_nearest() -> None:
+    with pytest.raises(ConfigurationError, match="Did you mean 'planar'"):
+        simulate(paper_scene(model="plana"))
