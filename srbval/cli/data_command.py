@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from srbval.cli.output import print_json, print_table
-from srbval.recordings.registry import Listing, Status, add, fetch, listing, verify
+from srbval.recordings.registry import Coverage, Listing, Status, add, fetch, listing, verify
 from srbval.report.progress import Progress
 
 CHANGED = 1
@@ -58,4 +58,23 @@ def _print(result: Listing) -> None:
     for recording in result.recordings:
         if recording.reason:
             print(f"{recording.file}: {recording.reason}")
+    for covered in result.coverage:
+        _print_grid(covered)
     print(f"\n{len(rows)} files in {result.manifest}")
+
+
+def _print_grid(covered: Coverage) -> None:
+    """State and load down, nominal speed across: how many usable files there are, a dot for none."""
+    speeds = list(dict.fromkeys(p.nominal_rpm for p in covered.points))
+    rows: dict[tuple[str, float, float], list[str]] = {}
+    for point in covered.points:
+        row = rows.setdefault((point.state.value, point.radial_kn, point.axial_kn), [])
+        row.append(str(len(point.files)) if point.files else ".")
+    there = len(covered.points) - len(covered.missing)
+    print(
+        f"\n{covered.dataset}: {there} of {len(covered.points)} operating points there, {len(covered.missing)} missing"
+    )
+    print_table(
+        ("state", "radial kN", "axial kN", *(f"{rpm:g} rpm" for rpm in speeds)),
+        [(*point, *counts) for point, counts in rows.items()],
+    )

@@ -15,6 +15,7 @@ from srbval.errors import DataError
 
 Value = NDArray[Any] | str
 MAX_CODES = 64
+LARGEST = 1e100  # no vibration sample is; its square and its spectrum must not overflow
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -57,20 +58,24 @@ class RawFile:
 def as_signal(values: NDArray[Any], what: str) -> NDArray[np.float64]:
     """Samples as a contiguous float64 vector, shape [n], a read-only view where they are stored so.
 
-    NaN, infinity and complex values are refused.
+    NaN, infinity, absurdly large and complex values are refused.
     """
     if values.dtype.kind not in "fiu":
         raise DataError(f"{what}: {values.dtype} values are not a vibration signal; real numbers are needed.")
-    if values.size and not _all_finite(values):
-        bad = int(np.flatnonzero(~np.isfinite(values.ravel()))[0])
+    if values.size and not _fit_to_square(values):
+        wrong = ~(np.abs(values.ravel()) < LARGEST)
+        bad = int(np.flatnonzero(wrong)[0])
         raise DataError(
-            f"{what}: sample {bad} of {values.size} is {values.ravel()[bad]}; every sample must be finite. "
-            "Export the record again, or cut the damaged part off."
+            f"{what}: sample {bad} of {values.size} is {values.ravel()[bad]}; every sample must be finite and below "
+            f"{LARGEST:g}. Export the record again, or cut the damaged part off."
         )
     return np.ascontiguousarray(values, dtype=np.float64).ravel()
 
 
-def _all_finite(values: NDArray[Any]) -> bool:
-    """A finite sum has finite terms; only where it is not are they looked at one by one."""
+def _fit_to_square(values: NDArray[Any]) -> bool:
+    """Whether every sample is finite and its square no overflow; samples are looked at one by one only in doubt."""
+    if values.dtype.kind != "f":
+        return True
+    flat = values.ravel(order="K")
     with np.errstate(all="ignore"):
-        return bool(np.isfinite(np.sum(values)) or np.isfinite(values).all())
+        return bool(np.isfinite(np.dot(flat, flat)) or np.all(np.abs(flat) < LARGEST))

@@ -44,7 +44,7 @@ def load_matlab_v5(path: Path, contents: memoryview | None = None) -> RawFile:
     whatever the damage.
     """
     data = memoryview(path.read_bytes()) if contents is None else contents
-    reader = _Reader(path, ">" if data[126:128] == b"MI" else "<")
+    reader = _Reader(path, ">" if bytes(data[126:128]) == b"MI" else "<")
     if len(data) < HEADER_BYTES + 8:
         raise reader.damaged(f"{len(data)} bytes; its header alone has {HEADER_BYTES}")
     reader.top_level(data)
