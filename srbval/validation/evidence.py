@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,15 +12,19 @@ from srbval.errors import ConfigurationError
 from srbval.models.run import Run
 from srbval.recordings import Origin, Recording, State, load_recording
 from srbval.recordings.from_run import recording_from_run
-from srbval.recordings.registry import RegisteredRecording, rig_recordings
+from srbval.recordings.registry import RegisteredRecording, listing, rig_recordings
 from srbval.recordings.stand_in import write_stand_in
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.cases import PAPER_STATES, Case, paper_cases, rig_cases, variation_cases
 from srbval.validation.comparison import Comparison
+from srbval.validation.matrix import Matrix, build_matrix
+from srbval.validation.matrix_runs import model_runs
+from srbval.validation.other_rigs import OtherRecord, read_other_rigs
 from srbval.validation.published import Table6, table6
 from srbval.validation.run_cases import Progress, run_cases
+from srbval.validation.speed_and_slip import SpeedAndSlip, measured_records, table6_rows
 from srbval.validation.sum_rule import SumRule
-from srbval.validation.table6 import measured_rows, published_rows, sum_rules
+from srbval.validation.table6 import LINE_OF, measured_rows, published_rows, sum_rules
 from srbval.validation.variation import Variation, variation
 
 SHORTEST_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
@@ -30,8 +35,10 @@ STAND_IN_SECONDS = 2.0
 class Evidence:
     """What the report is made of.
 
-    `paper` are the model's analyses at 710 rpm; `rig` those of the rig's recordings, or of stand-ins where a
-    state has none; `beside_rig` those of the model at each rig recording's own speed (at 710 rpm beside a stand-in).
+    `matrix`, `other_rigs` and `slips` take in every registered recording; the rest holds the model against the
+    rig's at one speed: `paper` are the model's analyses at 710 rpm; `rig` those of the rig's recordings, or of
+    stand-ins where a state has none; `beside_rig` those of the model at each rig recording's own speed (at 710 rpm
+    beside a stand-in).
     """
 
     bearing: Bearing
@@ -45,6 +52,9 @@ class Evidence:
     sums: tuple[SumRule, ...]
     variations: tuple[Variation, ...]
     registered: tuple[RegisteredRecording, ...]
+    matrix: Matrix
+    other_rigs: tuple[OtherRecord, ...]
+    slips: tuple[SpeedAndSlip, ...]
 
     @property
     def measured_states(self) -> tuple[State, ...]:
@@ -82,6 +92,15 @@ def gather(
         variation(c, runs[c.id], runs[f"paper-{c.state}"]) for c in cases if c.id in _variation_ids(cases)
     )
     measured_side = {s: rig_side[s] for s in measured}
+    unsure = {
+        line: math.hypot(*(v.bpfo_change_pct if line == "BPFO" else v.bpfi_change_pct for v in variations))
+        for line in LINE_OF.values()
+    }
+    everything = listing().recordings
+    matrix = build_matrix(
+        rig_recordings(), bearing=bearing, model_runs=model_runs(jobs=jobs, progress=progress),
+        model_uncertainty_pct=unsure,
+    )  # fmt: skip
     rows = (
         *published_rows(printed, paper, runs),
         *measured_rows(measured_side, beside, {s: runs[f"rig-{s}"] for s in measured}, variations),
@@ -98,6 +117,9 @@ def gather(
         sums=tuple(sum_rules(printed, paper, runs, measured_side)),
         variations=variations,
         registered=tuple(registered.values()),
+        matrix=matrix,
+        other_rigs=read_other_rigs(everything),
+        slips=(*measured_records(rig_side[s] for s in measured), *table6_rows(printed, bearing)),
     )
 
 

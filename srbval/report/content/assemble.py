@@ -8,13 +8,16 @@ from pathlib import Path
 from typing import Any
 
 from srbval.report.blocks import Command, KeyValues, Listing, Paragraph
+from srbval.report.content.matrix_section import matrix_section
 from srbval.report.content.open_section import open_section
+from srbval.report.content.other_rigs_section import other_rigs_section
 from srbval.report.content.panels import Side, figures_11_to_14, model_alone
 from srbval.report.content.provenance import provenance
 from srbval.report.content.runs_section import flatten, runs_section, scene_section
 from srbval.report.content.scene_figure import scene_figure, table6_figure
 from srbval.report.content.sidebands import sideband_remark
 from srbval.report.content.sources_section import sources_section
+from srbval.report.content.speed_and_slip_section import speed_and_slip_section
 from srbval.report.content.sum_rule_section import sum_rule_section
 from srbval.report.content.table6_section import table6_section
 from srbval.report.content.verdict_box import verdict_box
@@ -36,8 +39,11 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
             sources_section(evidence, scene_figure(evidence, figures)),
             table6_section(evidence, table6_figure(evidence, figures)),
             sum_rule_section(evidence),
+            speed_and_slip_section(evidence),
+            matrix_section(evidence, figures),
             _figures_section(evidence, figures),
             *_paper_speed_section(evidence, figures),
+            *other_rigs_section(evidence),
             open_section(evidence),
             _limits_section(evidence),
             runs_section(evidence),
@@ -159,6 +165,9 @@ def _data(evidence: Evidence, origin: dict[str, Any]) -> dict[str, Any]:
         "speed_accuracy": [],
         "stability": [],
         "ladder": [],
+        "matrix": [cell.to_dict() for cell in evidence.matrix.cells],
+        "other_rigs": [record.to_dict() for record in evidence.other_rigs],
+        "speed_and_slip": [row.to_dict() for row in evidence.slips],
         "recordings": [entry.to_dict() for entry in evidence.registered],
         "provenance": origin,
     }

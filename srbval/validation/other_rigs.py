@@ -1,0 +1,124 @@
+"""Recordings of other rigs: does the same pipeline find the lines that should be there?"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from srbval.bearing import load_bearing
+from srbval.errors import SrbvalError
+from srbval.recordings import Origin, State, load_recording
+from srbval.recordings.datasets.description import dataset
+from srbval.recordings.registry import RegisteredRecording, Status, healthy_baseline
+from srbval.recordings.registry.verbs import RIG_DATASETS
+from srbval.validation.analyse import Analysis, analyse
+from srbval.validation.fault_call import FaultCall, call_fault
+from srbval.validation.lines import Line
+
+LINE_OF = {State.OUTER: "BPFO", State.INNER: "BPFI", State.ROLLER: "2xBSF"}
+RACES = ("BPFO", "BPFI")
+
+
+@dataclass(frozen=True, kw_only=True)
+class OtherRecord:
+    """One record of another rig: the line of its declared state (the deepest race line of a healthy one).
+
+    `shown` says whether that line was detected and no other race line is deeper; for a healthy record
+    whether any race line is as deep as a fault's. `diagnosable` is what a published benchmark says of the
+    record, None where it says nothing. `refused` is why a record could not be analysed.
+    """
+
+    dataset: str
+    file: str
+    state: State | None
+    shaft_hz: float | None = None
+    shaft_ci95_hz: float | None = None
+    speed_source: str | None = None
+    line: str | None = None
+    kinematic_hz: float | None = None
+    found_hz: float | None = None
+    deviation_pct: float | None = None
+    deviation_ci95_pct: float | None = None
+    snr: float | None = None
+    depth: float | None = None
+    detected: bool = False
+    shown: bool = False
+    diagnosable: bool | None = None
+    call: FaultCall | None = None
+    refused: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for ``report.json``."""
+        return dataclasses.asdict(self) | {"call": None if self.call is None else self.call.to_dict()}
+
+
+def read_other_rigs(registered: Sequence[RegisteredRecording]) -> tuple[OtherRecord, ...]:
+    """Every usable registered record of a known set that is not the rig's, in the order of set and file."""
+    others = [
+        r
+        for r in registered
+        if r.dataset is not None
+        and r.dataset not in RIG_DATASETS
+        and r.status is Status.OK
+        and r.origin is Origin.MEASURED
+    ]
+    return tuple(_record(r, tuple(others)) for r in sorted(others, key=lambda r: (r.dataset or "", r.file)))
+
+
+def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...]) -> OtherRecord:
+    name, file = entry.dataset or "", "/".join(Path(entry.file).parts[-2:])
+    published = dataset(name).diagnosability
+    record = OtherRecord(
+        dataset=name,
+        file=file,
+        state=entry.state,
+        diagnosable=None if published is None else published.of(Path(entry.file).name),
+    )
+    try:
+        recording = load_recording(entry.file)
+        if recording.bearing is None:
+            return dataclasses.replace(record, refused="the set does not say the bearing's geometry or orders")
+        analysis = analyse(recording, bearing=load_bearing(recording.bearing))
+        baseline = healthy_baseline(recording, others)
+        healthy = None if baseline is None else analyse(load_recording(baseline.file), bearing=analysis.bearing)
+    except SrbvalError as error:
+        return dataclasses.replace(record, refused=str(error).removeprefix(f"{entry.file}: "))
+    return _with_line(record, analysis, call_fault(analysis, healthy))
+
+
+def _with_line(record: OtherRecord, analysis: Analysis, call: FaultCall) -> OtherRecord:
+    line = _line(analysis, record.state)
+    return dataclasses.replace(
+        record,
+        shaft_hz=analysis.speed.value_hz,
+        shaft_ci95_hz=analysis.speed.ci95_hz,
+        speed_source=analysis.speed.source.value,
+        line=line.name,
+        kinematic_hz=line.kinematic_hz,
+        found_hz=line.found_hz,
+        deviation_pct=line.deviation_pct,
+        deviation_ci95_pct=line.deviation_ci95_pct,
+        snr=line.snr,
+        depth=line.depth,
+        detected=line.detected,
+        shown=_shown(analysis, line, record.state),
+        call=call,
+    )
+
+
+def _line(analysis: Analysis, state: State | None) -> Line:
+    if state in LINE_OF:
+        return analysis.line(LINE_OF[state])
+    return max((analysis.line(n) for n in RACES), key=lambda x: (x.detected, x.depth or 0.0))
+
+
+def _shown(analysis: Analysis, line: Line, state: State | None) -> bool:
+    from srbval.validation.verdict import SHALLOW
+
+    if state not in LINE_OF:
+        return line.detected and (line.depth or 0.0) >= SHALLOW
+    races = [x for n in RACES if (x := analysis.line(n)).detected and n != line.name]
+    return line.detected and all((x.depth or 0.0) < (line.depth or 0.0) for x in races)

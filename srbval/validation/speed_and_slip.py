@@ -1,0 +1,159 @@
+"""What part of a line's deviation is the shaft's speed and what part the cage's slip."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from srbval.bearing import Bearing
+from srbval.recordings import State
+from srbval.recordings.datasets.description import PublishedSpeeds, dataset
+from srbval.validation.analyse import Analysis
+from srbval.validation.comparison import deviation_pct
+from srbval.validation.lines import Line
+from srbval.validation.published import Table6
+
+# The paper reads its lines from spectra of 10 s: half a bin of 0.1 Hz is the least that its values can be off.
+PRINTED_CI95_HZ = 0.05
+RACE = {State.OUTER: "BPFO", State.INNER: "BPFI"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpeedAndSlip:
+    """One line, taken apart: ``(1 + total) = (1 + speed effect) (1 + slip effect)``; all in per cent.
+
+    `reference_rpm` is the speed the deviation is counted from, `shaft_rpm` the one the shaft had, by
+    `speed_source`. `cage_pct` is what the slip effect means for the cage: a slipping cage is slower, which
+    lowers BPFO and raises BPFI. Intervals are 95 % half widths.
+    """
+
+    record: str
+    origin: str
+    line: str
+    reference_rpm: float
+    shaft_rpm: float
+    shaft_ci95_rpm: float
+    speed_source: str
+    total_pct: float
+    total_ci95_pct: float
+    speed_pct: float
+    speed_ci95_pct: float
+    slip_pct: float
+    slip_ci95_pct: float
+    cage_pct: float
+    cage_ci95_pct: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for ``report.json``."""
+        return dataclasses.asdict(self)
+
+
+def take_apart(
+    *,
+    record: str,
+    origin: str,
+    line: str,
+    bearing: Bearing,
+    found_hz: float,
+    found_ci95_hz: float,
+    reference_rpm: float,
+    shaft_rpm: float,
+    shaft_ci95_rpm: float,
+    speed_source: str,
+) -> SpeedAndSlip:
+    """Speed and slip effects of a race line [Hz] read at a known shaft speed [rpm]."""
+    order = {"BPFO": bearing.orders.bpfo, "BPFI": bearing.orders.bpfi}[line]
+    slip = deviation_pct(found_hz, order * shaft_rpm / 60)
+    reading_pct, speed_ci = 100 * found_ci95_hz / found_hz, 100 * shaft_ci95_rpm / shaft_rpm
+    slip_ci = math.hypot(reading_pct, speed_ci)
+    to_cage = 1.0 if line == "BPFO" else -bearing.orders.bpfi / bearing.orders.bpfo
+    return SpeedAndSlip(
+        record=record,
+        origin=origin,
+        line=line,
+        reference_rpm=reference_rpm,
+        shaft_rpm=shaft_rpm,
+        shaft_ci95_rpm=shaft_ci95_rpm,
+        speed_source=speed_source,
+        total_pct=deviation_pct(found_hz, order * reference_rpm / 60),
+        total_ci95_pct=reading_pct,
+        speed_pct=deviation_pct(shaft_rpm, reference_rpm),
+        speed_ci95_pct=speed_ci,
+        slip_pct=slip,
+        slip_ci95_pct=slip_ci,
+        cage_pct=to_cage * slip,
+        cage_ci95_pct=abs(to_cage) * slip_ci,
+    )
+
+
+def measured_records(analyses: Iterable[Analysis]) -> Iterator[SpeedAndSlip]:
+    """The race line of each faulted record that shows it, counted from the record's nominal speed."""
+    for analysis in analyses:
+        name = RACE.get(analysis.recording.state) if analysis.recording.state else None
+        nominal = analysis.recording.nominal_rpm
+        if name is None or nominal is None:
+            continue
+        line: Line = analysis.line(name)
+        if not line.detected or line.found_hz is None:
+            continue
+        yield take_apart(
+            record=analysis.recording.name,
+            origin=analysis.recording.origin.value,
+            line=name,
+            bearing=analysis.bearing,
+            found_hz=line.found_hz,
+            found_ci95_hz=line.ci95_hz or 0.0,
+            reference_rpm=nominal,
+            shaft_rpm=60 * analysis.speed.value_hz,
+            shaft_ci95_rpm=60 * analysis.speed.ci95_hz,
+            speed_source=analysis.speed.source.value,
+        )
+
+
+def table6_rows(printed: Table6, bearing: Bearing) -> Iterator[SpeedAndSlip]:
+    """The paper's rig lines, with the shaft speed each state had by the published means of the same rig."""
+    for state, line in RACE.items():
+        rpm, ci95 = published_rpm(state, float(printed.motor_rpm))
+        yield take_apart(
+            record=f"Table 6, rig, {line}",
+            origin="published",
+            line=line,
+            bearing=bearing,
+            found_hz=printed.of(state.value).rig_hz,
+            found_ci95_hz=PRINTED_CI95_HZ,
+            reference_rpm=printed.shaft_rpm,
+            shaft_rpm=rpm,
+            shaft_ci95_rpm=ci95,
+            speed_source="published means, between",
+        )
+
+
+def published_speeds() -> PublishedSpeeds:
+    """The published tachometer means of the rig's open recordings."""
+    speeds = dataset("torino-excerpts").published_speeds
+    assert speeds is not None, "a test holds the description to its speeds"
+    return speeds
+
+
+def published_rpm(state: State, motor_rpm: float) -> tuple[float, float]:
+    """Shaft speed of a state at a motor speed [rpm] by straight line between the published means; 95 % half width.
+
+    What the shaft lags behind the motor changes between the two published speeds; half that change is taken
+    as what the line in between may be off. Not meant for speeds outside them.
+    """
+    (low, slow), (high, fast) = sorted(
+        (m.nominal_rpm, m.mean_rpm) for m in published_speeds().means if m.state == state
+    )
+    lag_low, lag_high = low - slow, high - fast
+    lag = lag_low + (lag_high - lag_low) * (motor_rpm - low) / (high - low)
+    return motor_rpm - lag, abs(lag_high - lag_low) / 2
+
+
+def one_speed_reading(printed: Table6, bearing: Bearing) -> tuple[float, float]:
+    """If both of the paper's rig lines came from one speed: that speed [rpm] and the cage's deviation [%]."""
+    outer, inner = printed.of("outer").rig_hz, printed.of("inner").rig_hz
+    shaft_hz = (outer + inner) / bearing.rolling_elements
+    return 60 * shaft_hz, deviation_pct(outer, bearing.orders.bpfo * shaft_hz)

@@ -1,0 +1,96 @@
+"""Download of an open set over HTTP, from a server of the test's own: broken off, resumed, wrong, complete."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import importlib
+import threading
+from collections.abc import Iterator
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+
+import pytest
+
+from srbval.errors import DataError
+from srbval.recordings.datasets.description import ExpectedFile, dataset
+from srbval.recordings.registry import Status, fetch
+
+from . import files
+
+NAMES = ("H_877rpm_a.mat", "IR_877rpm_a.mat", "OR_877rpm_a.mat")
+
+
+class Server:
+    """Serves `files`; `broken` names are cut half-way, `asked` counts requests."""
+
+    def __init__(self, contents: dict[str, bytes]) -> None:
+        self.contents, self.broken, self.asked = contents, set[str](), list[str]()
+        outer = self
+
+        class Handler(BaseHTTPRequestHandler):
+            def do_GET(self) -> None:
+                name = self.path.lstrip("/")
+                outer.asked.append(name)
+                body = outer.contents[name]
+                self.send_response(200)
+                self.send_header("Content-Length", str(len(body)))
+                self.end_headers()
+                self.wfile.write(body[: len(body) // 2] if name in outer.broken else body)
+
+            def log_message(self, *_: object) -> None:
+                """Keep the test's output clean."""
+
+        self.http = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        self.url = f"http://127.0.0.1:{self.http.server_port}"
+        threading.Thread(target=self.http.serve_forever, daemon=True).start()
+
+
+@pytest.fixture
+def server(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Server]:
+    (tmp_path / "made").mkdir()
+    contents = {
+        name: files.excerpt(tmp_path / "made" / name, condition=name.split("_")[0]).read_bytes() for name in NAMES
+    }
+    served = Server(contents)
+    described = dataclasses.replace(
+        dataset("torino-excerpts"),
+        files=tuple(
+            ExpectedFile(name=name, sha256=hashlib.sha256(body).hexdigest(), url=f"{served.url}/{name}")
+            for name, body in contents.items()
+        ),
+    )
+    module = importlib.import_module("srbval.recordings.registry.fetch")  # the package names its function so too
+    monkeypatch.setattr(module, "dataset", lambda _: described)
+    yield served
+    served.http.shutdown()
+    served.http.server_close()
+
+
+@pytest.mark.usefixtures("server")
+def test_all_files_with_progress_and_registered(tmp_path: Path) -> None:
+    told: list[tuple[int, int, str]] = []
+    result = fetch("torino-excerpts", tmp_path / "data", progress=lambda *step: told.append(step))
+    assert [r.status for r in result.recordings] == [Status.OK] * 3
+    assert [Path(r.file).name for r in result.recordings] == list(NAMES)
+    assert told == [(0, 3, NAMES[0]), (1, 3, NAMES[1]), (2, 3, NAMES[2]), (3, 3, "torino-excerpts")]
+
+
+def test_broken_off_then_resumed_at_the_file_that_is_missing(server: Server, tmp_path: Path) -> None:
+    server.broken = {NAMES[1]}
+    with pytest.raises(DataError, match=rf"{NAMES[1]} could not be downloaded.*data add"):
+        fetch("torino-excerpts", tmp_path / "data")
+    assert [p.name for p in (tmp_path / "data").iterdir()] == [NAMES[0]]  # no half a file
+    server.broken = set()
+    result = fetch("torino-excerpts", tmp_path / "data")
+    assert [r.status for r in result.recordings] == [Status.OK] * 3
+    assert server.asked.count(NAMES[0]) == 1  # what was there was kept
+
+
+def test_file_that_is_not_the_pinned_one_is_refused(server: Server, tmp_path: Path) -> None:
+    body = bytearray(server.contents[NAMES[0]])
+    body[5000] ^= 1
+    server.contents[NAMES[0]] = bytes(body)
+    with pytest.raises(DataError, match="hash"):
+        fetch("torino-excerpts", tmp_path / "data")
+    assert not list((tmp_path / "data").iterdir())

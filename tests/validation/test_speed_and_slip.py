@@ -1,0 +1,51 @@
+"""Speed effect and slip effect: exact on made-up lines, and what they say of the paper's Table 6."""
+
+from __future__ import annotations
+
+import pytest
+
+from srbval.bearing import load_bearing
+from srbval.recordings import State
+from srbval.validation.published import table6
+from srbval.validation.speed_and_slip import one_speed_reading, published_rpm, table6_rows, take_apart
+
+BEARING = load_bearing("skf-22240")
+
+
+@pytest.mark.parametrize("line", ["BPFO", "BPFI"])
+@pytest.mark.parametrize(("speed", "cage"), [(0.99, 1.0), (1.0, 0.99), (0.98, 0.995)])
+def test_effects_are_recovered(line: str, speed: float, cage: float) -> None:
+    """A shaft at `speed` of 710 rpm and a cage at `cage` of its kinematic rate: Z f_c and Z (f_r - f_c)."""
+    shaft_hz = speed * 710 / 60
+    bpfo = BEARING.orders.bpfo * shaft_hz * cage
+    found = bpfo if line == "BPFO" else (BEARING.orders.bpfo + BEARING.orders.bpfi) * shaft_hz - bpfo
+    row = take_apart(
+        record="made", origin="simulated", line=line, bearing=BEARING, found_hz=found, found_ci95_hz=0.01,
+        reference_rpm=710.0, shaft_rpm=speed * 710, shaft_ci95_rpm=0.1, speed_source="tachometer",
+    )  # fmt: skip
+    assert row.speed_pct == pytest.approx(100 * (speed - 1))
+    assert row.cage_pct == pytest.approx(100 * (cage - 1), abs=1e-9)
+    assert (1 + row.total_pct / 100) == pytest.approx((1 + row.speed_pct / 100) * (1 + row.slip_pct / 100))
+    assert row.slip_ci95_pct == pytest.approx(100 * ((0.01 / found) ** 2 + (0.1 / (speed * 710)) ** 2) ** 0.5)
+    if cage < 1:
+        assert (row.slip_pct < 0) == (line == "BPFO")  # slip lowers BPFO and raises BPFI
+
+
+def test_published_speeds_are_met_and_joined_by_a_line() -> None:
+    assert published_rpm(State.OUTER, 877.0)[0] == pytest.approx(858.940)
+    assert published_rpm(State.INNER, 353.0)[0] == pytest.approx(335.770)
+    rpm, ci95 = published_rpm(State.INNER, 727.0)
+    assert rpm == pytest.approx(706.3, abs=0.05)
+    assert 1 < ci95 < 4
+
+
+def test_the_papers_minus_one_per_cent_is_no_slip() -> None:
+    rows = {row.line: row for row in table6_rows(table6(), BEARING)}
+    inner = rows["BPFI"]
+    assert inner.total_pct == pytest.approx(-1.02, abs=0.01)
+    assert inner.speed_pct == pytest.approx(-0.52, abs=0.01)
+    assert inner.cage_pct > inner.cage_ci95_pct > 0  # a slipping cage would be slower, not faster
+    assert abs(rows["BPFO"].slip_pct) < rows["BPFO"].slip_ci95_pct
+    rpm, cage = one_speed_reading(table6(), BEARING)
+    assert rpm == pytest.approx(706.6, abs=0.1)
+    assert cage > 0.5
