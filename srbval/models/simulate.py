@@ -163,6 +163,7 @@ def full_model(account: Account, settle: int, whole: int) -> Iterator[tuple[int,
     method = METHODS[scene.solver.name]
     model = make_parameters(scene, bearing.geometry)
     state = equilibrium_state(model).state
+    memory = np.zeros_like(state)
     ring = state[len(state) // 2 - 3 : len(state) // 2]
     push = np.array([model.drive.direction_cosine, model.drive.direction_sine, 0.0]) * float(model.drive.load[1, 0])
     # what the spring does not carry of the load, the rollers do
@@ -173,7 +174,7 @@ def full_model(account: Account, settle: int, whole: int) -> Iterator[tuple[int,
     def take(first: int, intervals: int, detail: int) -> Steps:
         return take_steps(
             model, state, method, step_s=step, intervals=intervals, steps_per_output=per_output,
-            first_interval=first, intervals_per_detail=detail,
+            first_interval=first, intervals_per_detail=detail, memory=memory,
         )  # fmt: skip
 
     started = time.perf_counter()

@@ -16,8 +16,10 @@ OUTPUTS = 21  # columns of `out`, see `advance`
 
 
 @kernel
-def advance(y, first_step, step, steps_per_output, method, model, out, per_detail, spins, loads):
+def advance(y, ahead, first_step, step, steps_per_output, method, model, out, per_detail, spins, loads):
     """Advance `y` in place over ``out.shape[0]`` output intervals, from step number `first_step`.
+
+    `ahead`, [size]: what a leapfrog remembers of the step before; zeros at the start of a run.
 
     Columns of `out`, one row an interval: 0-2 outer ring acceleration, as change of velocity over the interval
     [m/s2]; 3-5 outer ring displacement at its end [m]; 6 cage speed, mean [rad/s]; 7-8 cage tilts at its end [rad];
@@ -56,7 +58,7 @@ def advance(y, first_step, step, steps_per_output, method, model, out, per_detai
             elif method.family == ROSENBROCK:
                 rosenbrock_step(y, t, step, method, model, rates, trial, contact, mean, border, frozen)
             else:
-                leapfrog_step(y, t, step, method, model, rates, contact, mean, border)
+                leapfrog_step(y, t, step, method, model, rates, contact, mean, border, ahead)
         out[i, 0] = (y[size - 3] - v0) / interval
         out[i, 1] = (y[size - 2] - v1) / interval
         out[i, 2] = (y[size - 1] - v2) / interval

@@ -128,7 +128,9 @@ def contact_columns(law, points, race, window, first, last, columns, start, stop
             columns[STORED + j] += spring * depth
             if damping is not None:
                 # a force grows by drag across the normal and by the damping along it; arms about y and z
-                along_normal = (smooth * viscosity if normal > 0.0 else 0.0) - drag
+                viscous = smooth * viscosity
+                viscous = viscous if normal > 0.0 else 0.0
+                along_normal = viscous - drag
                 arm = n_x * p_z - n_z * p_x
                 l_x, l_y, l_z = along_normal * n_x, along_normal * n_y, along_normal * n_z
                 columns[D_XX + j] += drag + l_x * n_x

@@ -49,36 +49,46 @@ def rosenbrock_step(y, t, step, method, model, u, trial, contact, mean, border, 
 
 
 @kernel
-def leapfrog_step(y, t, step, method, model, rates, contact, mean, border):
+def leapfrog_step(y, t, step, method, model, rates, contact, mean, border, ahead):
     """Advance `y` in place from time `t` by `step`; add the contact values to `mean`; see `rosenbrock_step`.
 
-    The rollers' angles about their axes are moved in the middle, with the mean of both velocities: only a damaged
-    roller's contacts know them.
+    `ahead`, [size]: what the velocities are predicted to change by up to where forces are linear; renewed for the next
+    step. With x the velocities less the predicted ones, a their accelerations and J the damping, the equation is
+    x' = a + J x from x = -ahead. The rollers' angles about their axes are moved in the middle, with the mean of both
+    velocities: only a damaged roller's contacts know them.
     """
     size = y.shape[0]
     half = size // 2
-    n = (half - 6) // 2
-    b, gamma, before = method.b, method.gamma, method.c[0]
+    b, gamma, before, share = method.b, method.gamma, method.c[0], method.ahead
     no_loads = contact[:0].reshape((0, 0, 0))
-    drift(y, before * step)
+    per = 1.0 / (gamma * step)
     first, second = rates[0], rates[1]
+    drift(y, before * step)
+    turn_rollers(y, 0.5 * step, model)
+    for m in range(half, size):
+        y[m] += ahead[m]
     right_hand_side(t + before * step, y, model, first, contact, no_loads, 1)
     factor(gamma * step, model, contact, border)
     take_mean(contact, 1.0, mean, True)
-    turn_rollers(y, 0.5 * step, model)
+    # J x = (S x - x) / (gamma h), S = (1 - gamma h J)^-1
+    for m in range(half, size):
+        second[m] = first[m]
+        first[m] -= ahead[m] * per
+    solve(model, contact, border, first)
     if b.shape[0] == 1:
-        solve(model, contact, border, first)
         for m in range(half, size):
-            y[m] += step * first[m]
+            first[m] = b[0] * (first[m] + ahead[m] * per)
     else:
         for m in range(half, size):
-            second[m] = (1.0 - 1.0 / gamma) * first[m]
-        solve(model, contact, border, first)
-        for m in range(half, size):
-            second[m] += (1.0 / gamma - 2.0) * first[m]
+            first[m] += ahead[m] * per
+            second[m] += (step * first[m] - ahead[m]) * per - 2.0 * first[m]
         solve(model, contact, border, second)
         for m in range(half, size):
-            y[m] += step * (b[0] * first[m] + b[1] * second[m])
+            own = second[m] - (step * first[m] - ahead[m]) * per
+            first[m] = b[0] * first[m] + b[1] * own
+    for m in range(half, size):
+        y[m] += step * first[m] - ahead[m]
+        ahead[m] = share * step * first[m]
     turn_rollers(y, 0.5 * step, model)
     drift(y, (1.0 - before) * step)
 

@@ -75,7 +75,8 @@ def look_up(n, places, races, space, plan, count):
             for place in range(first, min(first + AT_ONCE, n)):
                 column = np.uint64(race * RACE + place)
                 nearest = int(space[PLACE + column] + 0.5)
-                window = window_of[race, place % 2, nearest if nearest < count else 0]
+                # a state that is no longer finite has no place: anything but a look outside the array
+                window = window_of[race, place % 2, nearest if 0 <= nearest < count else 0]
                 damage = space[DAMAGE + np.uint64(place)]
                 if (window > NARROW or damage > 0.0) and space[BOUND + column] > -(
                     highest[race, window] + damage + SKIP_MARGIN_M

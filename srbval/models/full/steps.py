@@ -56,11 +56,14 @@ def take_steps(
     steps_per_output: int = 1,
     first_interval: int = 0,
     intervals_per_detail: int = 0,
+    memory: FloatArray | None = None,
 ) -> Steps:
     """Advance `state` in place over `intervals` output intervals of `steps_per_output` steps each.
 
     `first_interval` tells how many intervals lie before, and so the time. No interval at all only compiles.
+    `memory`, of the state's shape: what the method remembers from one call to the next, renewed in place; None at a start.
     """
+    memory = np.zeros_like(state) if memory is None else memory
     rollers = len(model.slot_angle)
     details = -(-intervals // intervals_per_detail) if intervals_per_detail else 0
     steps = Steps(
@@ -69,7 +72,7 @@ def take_steps(
         load_n=np.zeros((details, 2, rollers, CIRCLES)),
     )
     advance(
-        state, first_interval * steps_per_output, step_s, steps_per_output, method.coefficients, model,
+        state, memory, first_interval * steps_per_output, step_s, steps_per_output, method.coefficients, model,
         steps.out, intervals_per_detail, steps.spin_rad_s, steps.load_n,
     )  # fmt: skip
     return steps

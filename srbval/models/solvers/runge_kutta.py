@@ -14,6 +14,4 @@ from srbval.models.solvers.method import explicit
 ODE1 = explicit("ode1", "Euler", 1, [], [1.0])
 ODE2 = explicit("ode2", "Heun", 2, [[1.0]], [0.5, 0.5])
 ODE3 = explicit("ode3", "Bogacki-Shampine", 3, [[0.5], [0.0, 0.75]], [2 / 9, 3 / 9, 4 / 9])
-ODE4 = explicit(
-    "ode4", "classical Runge-Kutta", 4, [[0.5], [0.0, 0.5], [0.0, 0.0, 1.0]], [1 / 6, 2 / 6, 2 / 6, 1 / 6]
-)
+ODE4 = explicit("ode4", "classical Runge-Kutta", 4, [[0.5], [0.0, 0.5], [0.0, 0.0, 1.0]], [1 / 6, 2 / 6, 2 / 6, 1 / 6])

@@ -36,5 +36,6 @@ ROS2 = Method(
         lower(2, [[-2 / GAMMA]]),
         np.array([0.5, 0.5]),
         GAMMA,
+        0.0,
     ),
 )
