@@ -26,8 +26,8 @@ NOISE_WORTH = 30.0
 FALSE_ALARM = 1e-3
 # A line this far above the noise gives a place; fewer shaft terms leave too little to check them against.
 SHOWN_SNR, LEAST_TERMS = 12.0, 4
-# No place is taken to be better than this share of a bin: lines of a real shaft are not pure tones.
-LEAST_PLACE_BINS = 0.005
+# No place is taken to be better than this share of a bin: it is read by a parabola, and no shaft's lines are pure.
+LEAST_PLACE_BINS = 0.01
 # 95 % of the estimates on records with a measured speed (CWRU's integer rpm, the rig's tachometer) lie within
 # this of it; clock of the recorder, drift within the record and the measured value's own rounding are in it.
 ALLOWANCE = 8e-4
@@ -136,15 +136,14 @@ def _place(record: Periodogram, about_hz: float) -> tuple[float, float] | None:
     reach = record.bin_hz
     if not 3 * reach < about_hz < record.limit_hz:
         return None
-    grid = about_hz + np.linspace(-reach, reach, 2 * _GRID_PER_BIN + 1)
-    top = int(np.argmax(record.power_at(grid)))
-    step = reach / 4
-    left, middle, right = record.exact_power_at(grid[top] + np.array([-step, 0.0, step]))
-    snr = float(middle) / record.noise_about(about_hz, 3 * reach).mean_power
-    curvature = left - 2 * middle + right
-    if top in (0, grid.size - 1) or curvature >= 0 or snr < SHOWN_SNR:
+    first = math.floor((about_hz - reach) / record.step_hz)
+    power = record.power[first : math.ceil((about_hz + reach) / record.step_hz) + 1]
+    top = int(np.argmax(power))
+    snr = float(power[top]) / record.noise_about(about_hz, 3 * reach).mean_power
+    if top in (0, power.size - 1) or snr < SHOWN_SNR:
         return None
-    place = float(grid[top] + step * min(max(0.5 * (left - right) / curvature, -1.0), 1.0))
+    left, middle, right = np.log(power[top - 1 : top + 2])  # a parabola through the logs: within 0.01 bins of the peak
+    place = record.step_hz * (first + top + 0.5 * float((left - right) / (left - 2 * middle + right)))
     return place, record.bin_hz * max(_RIFE_BOORSTYN / math.sqrt(snr), LEAST_PLACE_BINS)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from pathlib import Path
 
 import pytest
@@ -20,14 +21,24 @@ def healthy():
     return dataclasses.replace(record(shaft_hz=25.0, fault=False, seed=9), state=State.HEALTHY, name="healthy one")
 
 
+@functools.cache
+def faulted_analysis():
+    return analyse(record(shaft_hz=25.0), bearing=BEARING)
+
+
+@functools.cache
+def healthy_analysis():
+    return analyse(healthy(), bearing=BEARING)
+
+
 def test_line_alone_cannot_tell() -> None:
-    call = call_fault(analyse(record(shaft_hz=25.0), bearing=BEARING))
+    call = call_fault(faulted_analysis())
     assert (call.basis, call.indicated, call.called) == (Basis.LINE_ALONE, State.INNER, None)
     assert "a line alone cannot tell" in call.sentence
 
 
 def test_fault_stands_above_the_healthy_record() -> None:
-    call = call_fault(analyse(record(shaft_hz=25.0), bearing=BEARING), analyse(healthy(), bearing=BEARING))
+    call = call_fault(faulted_analysis(), healthy_analysis())
     assert (call.basis, call.called, call.line) == (Basis.BASELINE, State.INNER, "BPFI")
     assert call.ratio is not None
     assert call.ratio_ci95 is not None
@@ -37,7 +48,7 @@ def test_fault_stands_above_the_healthy_record() -> None:
 def test_the_same_line_in_the_healthy_record_is_no_fault() -> None:
     """A baseline with the very same line: whatever the line's depth, nothing has risen."""
     baseline = dataclasses.replace(record(shaft_hz=25.0, seed=3), state=State.HEALTHY)
-    call = call_fault(analyse(record(shaft_hz=25.0), bearing=BEARING), analyse(baseline, bearing=BEARING))
+    call = call_fault(faulted_analysis(), analyse(baseline, bearing=BEARING))
     assert (call.basis, call.called) == (Basis.BASELINE, None)
 
 
@@ -56,7 +67,7 @@ def test_scale_free_where_the_unit_is_unknown() -> None:
 def test_bands_must_agree() -> None:
     other = analyse(healthy(), bearing=BEARING, band_hz=(1000.0, 5000.0))
     with pytest.raises(ValueError, match="bands differ"):
-        call_fault(analyse(record(shaft_hz=25.0), bearing=BEARING), other)
+        call_fault(faulted_analysis(), other)
 
 
 def test_baseline_is_the_healthy_record_of_the_same_speed_and_load(tmp_path: Path) -> None:

@@ -63,7 +63,7 @@ def _maps(matrix: Matrix, folder: Path) -> FigureGrid:
          "Line over noise, powers of ten", SNR_LIMITS, "Blues",
          lambda c: math.log10(max(c.snr or 0.0, 1.0)), lambda c: f"{c.snr or 0:.0f}" if c.detected else "n.d."),
         ("verdict", "Model minus rig, %: green agrees within the uncertainty, pink is resolved (dot: no model line)",
-         "Verdict: resolved (−1) to agreeing (+1)", (-1.0, 1.0), "PiYG",
+         "", (-1.6, 1.6), "PiYG",
          lambda c: VERDICT_LEVEL.get(c.verdict), _verdict_text),
     )  # fmt: skip
     return FigureGrid(

@@ -21,7 +21,8 @@ FRAME_INCHES = (2.0, 1.5)
 class HeatMap:
     """One map: `values`, shape [rows, columns], NaN where there is nothing; `texts` are written into the cells.
 
-    `limits` are the ends of the colour scale, named by `label`; `colours` is a Matplotlib colour map, diverging
+    `limits` are the ends of the colour scale, named by `label` (without one no scale is drawn);
+    `colours` is a Matplotlib colour map, diverging
     about zero or rising.
     """
 
@@ -54,7 +55,8 @@ def heat_map(
         axes.set(xlabel="Nominal motor speed, rpm", ylim=(len(rows), 0))
         axes.tick_params(length=0)
         axes.grid(visible=False)
-        figure.colorbar(image, ax=axes, label=shown.label, shrink=0.75, pad=0.02, extend="both")
+        if shown.label:
+            figure.colorbar(image, ax=axes, label=shown.label, shrink=0.75, pad=0.02, extend="both")
         return save_panel(figure, folder, name, _table(shown, rows, columns))
 
 
