@@ -124,3 +124,23 @@ def test_real_traps(recordings_dir: Path, name: str, fs_hz: float, rpm: float, c
     assert (r.fs_hz, r.channel, r.samples) == (fs_hz, channel, samples)
     assert r.speed is not None
     assert r.speed.value_hz * 60 == pytest.approx(rpm)
+
+
+def test_upm_citef_leaves_the_channel_to_the_user(tmp_path: Path) -> None:
+    values = {"Fs": 40000.0, **{f"Rod_{i}": 1.9 + 0.1 * files.vibration(seed=i)[:, None] for i in (1, 2, 3)}}
+    path = tmp_path / "3_350_S1_OuterRace_F2_R1.mat"
+    savemat(path, values)
+    with pytest.raises(DataError, match=r"Rod_1, Rod_2, Rod_3.*--channel"):
+        load_recording(path)
+    r = load_recording(path, channel="Rod_2")
+    assert (r.dataset, r.bearing, r.unit, r.fs_hz) == ("upm-citef", "fag-22205", "V", 40000.0)
+    assert (r.nominal_rpm, r.state) == (350.0, None)  # the file names' words for the states are not published here
+    assert r.speed is not None
+    assert r.speed.source is SpeedSource.NOMINAL
+
+
+def test_uestc_is_read_but_its_bearing_stays_open(tmp_path: Path) -> None:
+    path = tmp_path / "I_1200_1.mat"
+    savemat(path, {"Data": files.vibration()[:, None], "Datacount": 4096.0, "SampleFrequency": 20000.0})
+    r = load_recording(path)
+    assert (r.dataset, r.bearing, r.state, r.fs_hz) == ("uestc", None, State.INNER, 20000.0)
