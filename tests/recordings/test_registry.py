@@ -60,6 +60,15 @@ def test_add_describes_every_file_and_drops_none(folder: Path) -> None:
     assert told[-1][:2] == (sum(p.stat().st_size for p in folder.rglob("*") if p.is_file()),) * 2
 
 
+def test_what_a_file_leaves_open_is_said_with_the_option_that_settles_it(tmp_path: Path) -> None:
+    (tmp_path / "two.csv").write_text("\n".join(f"{a:.3f},{a + 1:.3f}" for a in files.vibration(400)))
+    (entry,) = add(tmp_path).recordings
+    assert entry.status is Status.OK
+    assert entry.reason is not None
+    assert "--channel col_1 | col_2" in entry.reason
+    assert "--fs HZ" in entry.reason
+
+
 def test_json_has_the_interfaces_keys(folder: Path) -> None:
     document = json.loads(json.dumps(add(folder).to_dict(), allow_nan=False))
     assert {"schema_version", "status", "recordings", "manifest"} <= set(document)
@@ -197,6 +206,13 @@ def test_interrupted_write_leaves_the_manifest_as_it_was(folder: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         half_written()
     assert manifest_path().read_bytes() == before
+    assert sorted(p.name for p in manifest_path().parent.iterdir()) == ["manifest.json", "manifest.lock"]
+
+
+def test_what_a_killed_writer_left_is_cleared_away(folder: Path) -> None:
+    add(folder)
+    (manifest_path().parent / ".manifest.json.abc.part").write_text('{"half":')
+    add(folder)
     assert sorted(p.name for p in manifest_path().parent.iterdir()) == ["manifest.json", "manifest.lock"]
 
 

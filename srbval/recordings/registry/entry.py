@@ -28,7 +28,8 @@ class Status(enum.StrEnum):
 class RegisteredRecording:
     """A file of the register. `sha256`, `size_bytes` and `mtime_ns` are those pinned at first use.
 
-    Loads in kN, `fs_hz` in Hz; what the file does not say is None. `reason` explains any status but ok.
+    Loads in kN, `fs_hz` in Hz; what the file does not say is None. `reason` explains any status
+    but ok, and what an ok file leaves open.
     """
 
     file: str

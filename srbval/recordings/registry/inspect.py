@@ -19,7 +19,7 @@ N_PER_KN = 1e3
 def inspect_file(path: Path) -> RegisteredRecording:
     """Read and hash `path`; whatever is wrong becomes a status with a reason.
 
-    A file that leaves the channel or the rate open is ok: the question comes up when it is analysed.
+    A file that leaves the channel or the rate open is ok, with the question and the option as its reason.
     """
     entry = RegisteredRecording(file=str(path), sha256="", size_bytes=0, mtime_ns=0, status=Status.OK)
     try:
@@ -53,7 +53,20 @@ def _described(entry: RegisteredRecording, reading: Reading) -> RegisteredRecord
         seconds=None if reading.fs_hz is None else len(main.samples) / reading.fs_hz,
         channels=names,
         channel=reading.channel,
+        reason=_open_questions(reading),
     )
+
+
+def _open_questions(reading: Reading) -> str | None:
+    """What the file leaves open and the option of `srbval analyse` that settles it."""
+    questions = []
+    if reading.channel is None and reading.axes is None:
+        questions.append(f"which channel: --channel {' | '.join(reading.channels)}")
+    if reading.fs_hz is None:
+        questions.append("no sampling rate: --fs HZ")
+    if reading.speed_problem is not None:
+        questions.append(f"{reading.speed_problem} --rpm R")
+    return f"to be settled when analysed: {'; '.join(questions)}" if questions else None
 
 
 def _against_published(entry: RegisteredRecording) -> RegisteredRecording:

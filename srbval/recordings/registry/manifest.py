@@ -47,6 +47,8 @@ def update_manifest(change: Callable[[Entries], None]) -> Entries:
     """Apply `change` to the newest manifest under a lock and write it; returns the entries after it."""
     path = manifest_path()
     with _locked(path):
+        for left_over in path.parent.glob(f".{path.name}.*.part"):  # of a process killed while it wrote
+            left_over.unlink(missing_ok=True)
         entries = read_manifest()
         change(entries)
         document = {

@@ -24,6 +24,7 @@ def speed_and_slip_section(evidence: Evidence) -> Section:
             "BPFI**; speed moves both the same way."
         ),
         _effects(evidence.slips),
+        *_sums_of_one_record(evidence),
         _speeds(),
         _statement(evidence),
     ]
@@ -63,6 +64,23 @@ def _row(r: SpeedAndSlip) -> list[Cell | Value]:
         Cell(value=r.speed_pct, ci95=r.speed_ci95_pct),
         Cell(value=r.slip_pct, ci95=r.slip_ci95_pct),
         Cell(value=r.cage_pct, ci95=r.cage_ci95_pct),
+    ]
+
+
+def _sums_of_one_record(evidence: Evidence) -> list[Paragraph]:
+    """BPFO + BPFI where one measured record shows both: nothing but its speed enters."""
+    both = [
+        (evidence.rig[s].recording.name, c)
+        for s in evidence.measured_states
+        if (c := evidence.rig[s].closure).sum_hz is not None
+    ]
+    return [
+        Paragraph(
+            f"Record {name} shows both race lines by itself: BPFO + BPFI = {c.sum_hz:.3f} ± {c.sum_ci95_hz:.3f} Hz, "
+            f"{c.difference_pct:+.3f} ± {c.ci95_pct:.3f} % from {evidence.bearing.rolling_elements} times its measured "
+            f"shaft speed: {'closed' if c.closed else 'not closed'}. Slip cannot move this sum, a wrong speed would."
+        )
+        for name, c in both
     ]
 
 
