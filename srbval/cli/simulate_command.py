@@ -77,6 +77,7 @@ def _summary(result: RunSummary, output: Path | None) -> dict[str, Any]:
         "bpfo_hz": result.bpfo_hz,
         "bpfi_hz": result.bpfi_hz,
         "roller_load_share": result.roller_load_share,
+        "energy_imbalance": result.energy_imbalance,
         "reason": result.reason,
         "file": str(output) if output else None,
     }

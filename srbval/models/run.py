@@ -22,6 +22,7 @@ class RunStatus(enum.StrEnum):
     TOO_DEEP = "too-deep"
     CAGE_LOST = "cage-lost"
     LOAD_LOST = "load-lost"
+    ENERGY_OPEN = "energy-open"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -29,7 +30,8 @@ class RunSummary:
     """How a run ended and its figures; the recorded time starts after the scene's settling time.
 
     `cage_ratio` is the mean cage speed over the mean shaft speed; `roller_load_share` the part of the mean radial load
-    that the rollers carry, NaN without a load, the housing spring carries the rest.
+    that the rollers carry, NaN without a load, the housing spring carries the rest; `energy_imbalance`
+    work in less stored less lost, as a share of what was lost, NaN where a model has no energies.
     """
 
     scene: Scene
@@ -39,6 +41,7 @@ class RunSummary:
     samples: int
     cage_ratio: float
     roller_load_share: float
+    energy_imbalance: float
     wall_s: float
     compile_s: float
 

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from srbval.bearing import Bearing, load_bearing
+from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
+from srbval.models.account import Account
 from srbval.models.chunk import Outputs
 from srbval.models.ladder import check_known, rung_of
 from srbval.models.run import EnergyFlow, FloatArray, Run, RunStatus, RunSummary
@@ -31,8 +30,8 @@ def simulate(scene: Scene, *, progress: Progress | None = None) -> Run:
     `progress` is told the simulated seconds done, settling included.
 
     Raises `ConfigurationError` for an unknown model or solver, a bearing without geometry, or a load that crushes the
-    contacts. A failed run
-    is returned, not raised: its `status` says so and its `reason` says what to do.
+    contacts. A failed run is returned, not raised: its `status` says so and its `reason` says what to do; one beyond
+    recovery ends early, and its signals with it.
     """
     account = Account(scene=scene, bearing=load_bearing(scene.bearing))
     chunks = list(_recorded(account, progress or (lambda _: None)))
@@ -63,56 +62,6 @@ def simulate_to_file(scene: Scene, path: Path, *, progress: Progress | None = No
     return summary
 
 
-@dataclass
-class Account:
-    """Running sums over a run's chunks, enough to judge it."""
-
-    scene: Scene
-    bearing: Bearing
-    samples: int = 0
-    cage: float = 0.0
-    deepest_m: float = -math.inf
-    force_n: FloatArray = field(default_factory=lambda: np.zeros(3))
-    finite: bool = True
-    balanced_share: float = 0.0
-    wall_s: float = 0.0
-    compile_s: float = 0.0
-
-    def add(self, out: FloatArray) -> None:
-        """Count a chunk's rows in; what the model does not have is NaN and passes every test."""
-        self.finite = self.finite and self.all_finite(out)
-        self.samples += len(out)
-        self.cage += float(out[:, 6].sum())
-        self.force_n = self.force_n + out[:, 9:12].sum(axis=0)
-        self.deepest_m = max(self.deepest_m, float(out[:, 12].max()))
-
-    def all_finite(self, out: FloatArray) -> bool:
-        """Is every quantity finite that the scene's model has?"""
-        return bool(np.all(np.isfinite(out[..., rung_of(self.scene.model).columns])))
-
-    def summary(self) -> RunSummary:
-        """Figures and judgement of all that was added."""
-        from srbval.models.full.point_cloud import DEEPEST_M
-        from srbval.models.health import judge
-
-        scene, n = self.scene, max(self.samples, 1)
-        mean_shaft = scene.mean_shaft_rad_s
-        ratio = self.cage / n / mean_shaft if mean_shaft else math.nan
-        share = self.load_share(self.force_n / n, scene.mean_radial_n)
-        status, reason = judge(scene, ratio, share, self.balanced_share, self.deepest_m, DEEPEST_M, self.finite)
-        return RunSummary(
-            scene=scene, rolling_elements=self.bearing.rolling_elements, status=status, reason=reason,
-            samples=self.samples, cage_ratio=ratio, roller_load_share=share, wall_s=self.wall_s,
-            compile_s=self.compile_s,
-        )  # fmt: skip
-
-    def load_share(self, force_n: FloatArray, radial_n: float) -> float:
-        """Part of a radial load that a force of the rollers on the ring carries; NaN without a load."""
-        angle = self.scene.load.direction_rad
-        direction = np.array([math.cos(angle), math.sin(angle), 0.0])
-        return float(-force_n @ direction) / radial_n if radial_n else math.nan
-
-
 def signals(out: FloatArray) -> dict[str, Any]:
     """Columns of the integrator's output by their names in `Run`."""
     return {
@@ -138,14 +87,10 @@ def _recorded(account: Account, progress: Progress) -> Iterator[Outputs]:
     whole = settle + scene.samples
     for first, steps in rung.run(account, settle, whole):
         progress((first + len(steps.out)) / scene.output_rate_hz)
-        if first >= settle:
+        if first >= settle or account.unfit(steps.out):
             account.add(steps.out)
             yield steps
-        if not account.all_finite(steps.out[-1]):
-            account.finite = False
-            if first < settle:
-                account.add(steps.out)
-                yield steps
+        if account.lost:
             return
 
 

@@ -61,7 +61,7 @@ def take_steps(
     """Advance `state` in place over `intervals` output intervals of `steps_per_output` steps each.
 
     `first_interval` tells how many intervals lie before, and so the time. No interval at all only compiles.
-    `memory`, of the state's shape: what the method remembers from one call to the next, renewed in place; None at a start.
+    `memory`, of the state's shape: what the method keeps from one call to the next, renewed in place; None at a start.
     """
     memory = np.zeros_like(state) if memory is None else memory
     rollers = len(model.slot_angle)

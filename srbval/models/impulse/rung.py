@@ -8,10 +8,11 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.models.account import Account
 from srbval.models.chunk import COLUMNS, Chunk
 from srbval.models.passages import passages
 from srbval.models.planar.rung import NUDGE_M, PlanarRing, make_ring
-from srbval.models.simulate import Account, chunks
+from srbval.models.simulate import chunks
 from srbval.scene import DefectKind
 
 FloatArray = NDArray[np.float64]

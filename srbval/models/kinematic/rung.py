@@ -7,10 +7,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from srbval.models.account import Account
 from srbval.models.chunk import COLUMNS, Chunk
 from srbval.models.passages import passages
 from srbval.models.prescribed import Prescribed
-from srbval.models.simulate import Account, chunks
+from srbval.models.simulate import chunks
 
 CLICK_M_S2 = 1.0  # of no meaning
 

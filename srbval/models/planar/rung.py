@@ -10,13 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.models.account import Account
 from srbval.models.chunk import COLUMNS, Chunk
 from srbval.models.full.bodies import outer_ring_mass_kg
 from srbval.models.full.parameters import STANDARD_GRAVITY
 from srbval.models.planar.statics import Slot, geometry_of, make_slot, races_of
 from srbval.models.planar.tables import Bump, Plain, bump_table, plain_table
 from srbval.models.prescribed import Prescribed, refuse_axial
-from srbval.models.simulate import Account, chunks
+from srbval.models.simulate import chunks
 from srbval.scene import DefectKind, LoadPath, Scene
 
 FloatArray = NDArray[np.float64]

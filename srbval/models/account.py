@@ -1,0 +1,109 @@
+"""Running sums over a run, enough to judge it without keeping its signals."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from srbval.bearing import Bearing
+from srbval.models.full.point_cloud import DEEPEST_M
+from srbval.models.health import Signs, judge
+from srbval.models.ladder import rung_of
+from srbval.models.run import FloatArray, RunSummary
+from srbval.scene import Scene
+
+
+@dataclass
+class Ledger:
+    """Work done on the bearing, losses and stored energy, interval by interval.
+
+    The energy stored is known at an interval's start, so the latest interval is left out of the sums.
+    """
+
+    work_w: float = 0.0
+    lost_w: float = 0.0
+    first_j: float | None = None
+    last_j: float = 0.0
+    pending_work_w: float = 0.0
+    pending_lost_w: float = 0.0
+
+    def add(self, out: FloatArray) -> None:
+        """Enter a chunk's rows, columns as in `srbval.models.simulate.signals`."""
+        work, lost = out[:, 13] + out[:, 14], out[:, 15] + out[:, 16] + out[:, 17]
+        stored = out[:, 18] + out[:, 19] + out[:, 20]
+        if self.first_j is None:
+            self.first_j = float(stored[0])
+        self.work_w += self.pending_work_w + float(work[:-1].sum())
+        self.lost_w += self.pending_lost_w + float(lost[:-1].sum())
+        self.pending_work_w, self.pending_lost_w, self.last_j = float(work[-1]), float(lost[-1]), float(stored[-1])
+
+    def imbalance(self, interval_s: float) -> float:
+        """Work in less stored less lost, as a share of what was lost; NaN where nothing was."""
+        gained = self.last_j - (self.first_j or 0.0)
+        lost = self.lost_w * interval_s
+        return (self.work_w * interval_s - gained - lost) / lost if lost else math.nan
+
+
+@dataclass
+class Account:
+    """Running sums over a run's chunks, enough to judge it."""
+
+    scene: Scene
+    bearing: Bearing
+    samples: int = 0
+    cage: float = 0.0
+    deepest_m: float = -math.inf
+    force_n: FloatArray = field(default_factory=lambda: np.zeros(3))
+    finite: bool = True
+    balanced_share: float = 0.0
+    wall_s: float = 0.0
+    compile_s: float = 0.0
+    ledger: Ledger = field(default_factory=Ledger)
+
+    def add(self, out: FloatArray) -> None:
+        """Count a chunk's rows in; what the model does not have is NaN and passes every test."""
+        self.finite = self.finite and self.all_finite(out)
+        self.samples += len(out)
+        self.cage += float(out[:, 6].sum())
+        self.force_n = self.force_n + out[:, 9:12].sum(axis=0)
+        self.deepest_m = max(self.deepest_m, float(out[:, 12].max()))
+        self.ledger.add(out)
+
+    def unfit(self, out: FloatArray) -> bool:
+        """Do these rows already show that the run is beyond recovery?"""
+        return not self.all_finite(out) or float(out[:, 12].max()) > DEEPEST_M
+
+    @property
+    def lost(self) -> bool:
+        """Is the run beyond recovery, so that going on would be a waste?"""
+        return not self.finite or self.deepest_m > DEEPEST_M
+
+    def all_finite(self, out: FloatArray) -> bool:
+        """Is every quantity finite that the scene's model has?"""
+        return bool(np.all(np.isfinite(out[..., rung_of(self.scene.model).columns])))
+
+    def summary(self) -> RunSummary:
+        """Figures and judgement of all that was added."""
+        scene, n = self.scene, max(self.samples, 1)
+        mean_shaft = scene.mean_shaft_rad_s
+        ratio = self.cage / n / mean_shaft if mean_shaft else math.nan
+        share = self.load_share(self.force_n / n, scene.mean_radial_n)
+        imbalance = self.ledger.imbalance(1 / scene.output_rate_hz)
+        signs = Signs(
+            finite=self.finite, deepest_m=self.deepest_m, limit_m=DEEPEST_M, cage_ratio=ratio, load_share=share,
+            balanced_share=self.balanced_share, energy_imbalance=imbalance,
+        )  # fmt: skip
+        status, reason = judge(scene, signs)
+        return RunSummary(
+            scene=scene, rolling_elements=self.bearing.rolling_elements, status=status, reason=reason,
+            samples=self.samples, cage_ratio=ratio, roller_load_share=share, energy_imbalance=imbalance,
+            wall_s=self.wall_s, compile_s=self.compile_s,
+        )  # fmt: skip
+
+    def load_share(self, force_n: FloatArray, radial_n: float) -> float:
+        """Part of a radial load that a force of the rollers on the ring carries; NaN without a load."""
+        angle = self.scene.load.direction_rad
+        direction = np.array([math.cos(angle), math.sin(angle), 0.0])
+        return float(-force_n @ direction) / radial_n if radial_n else math.nan
