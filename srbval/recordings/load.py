@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import math
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
@@ -31,6 +32,8 @@ LOADERS: dict[FileKind, Callable[[Path], RawFile]] = {
     FileKind.TEXT: load_ascii,
 }
 BLOCK_BYTES = 1 << 19
+KEPT_BYTES = 1 << 27
+_THREAD = threading.local()
 USER_RPM_CI95 = 1.0  # a speed given by hand is taken as rounded to about 1 rpm
 
 
@@ -64,7 +67,8 @@ def read_file(path: Path) -> Reading:
 def read_and_hash(path: Path) -> tuple[Reading | DataError, str]:
     """`read_file` and the file's SHA-256; a refusal is returned, so that the hash is known all the same.
 
-    The large MATLAB v5 files are read from the disk once for both. Raises `DataError` for a file that
+    The large MATLAB v5 files are read from the disk once for both; their samples are good until this thread's
+    next call. Raises `DataError` for a file that
     cannot be read at all.
     """
     try:
@@ -86,14 +90,26 @@ def _or_refusal(read: Callable[[], Reading]) -> Reading | DataError:
 
 
 def contents_and_hash(path: Path) -> tuple[memoryview, str]:
-    """The file's bytes and their SHA-256, hexadecimal; each block is hashed while it is still in the cache."""
+    """The file's bytes and their SHA-256, hexadecimal; each block is hashed while it is still in the cache.
+
+    The bytes are this thread's until its next call: memory that is used again costs no new pages.
+    """
     digest, at = hashlib.sha256(), 0
     with path.open("rb", buffering=0) as stream:
-        room = np.empty(path.stat().st_size, dtype=np.uint8).data
+        room = _room(path.stat().st_size)
         while count := stream.readinto(room[at : at + BLOCK_BYTES]):
             digest.update(room[at : at + count])
             at += count
     return room[:at], digest.hexdigest()
+
+
+def _room(size: int) -> memoryview:
+    """At least `size` bytes of this thread's own, those of its last call where they are enough."""
+    kept: memoryview | None = getattr(_THREAD, "room", None)
+    if kept is None or len(kept) < size:
+        kept = np.empty(size, dtype=np.uint8).data
+        _THREAD.room = kept if size <= KEPT_BYTES else None
+    return kept
 
 
 def sha256_of(path: Path) -> str:

@@ -77,4 +77,4 @@ def _fit_to_square(values: NDArray[Any]) -> bool:
     if values.dtype.kind != "f":
         return True
     with np.errstate(invalid="ignore"):
-        return bool(-LARGEST < values.min() and values.max() < LARGEST)
+        return float(values.min()) > -LARGEST and float(values.max()) < LARGEST
