@@ -164,6 +164,9 @@ def _bench(commands: Any) -> None:
     command.add_argument("--scenes", nargs="+", metavar="NAME", help="such as play0-outer (default: all six)")
     command.add_argument("--solvers", nargs="+", metavar="NAME", help="such as ode4 (default: all)")
     command.add_argument("--seconds", type=_positive, metavar="S", help="duration of the runs compared (default: 4)")
+    command.add_argument(
+        "--reading", action="store_true", help="instead: how well frequencies are read, by simulation; signal timings"
+    )
     command.add_argument("--speed-only", action="store_true", help="time the solvers, compare with no reference")
     command.add_argument("--ladder", action="store_true", help="hold every model against the full one instead")
     command.add_argument("-o", "--output", metavar="FILE", help="with --ladder: keep the calibration table")

@@ -12,6 +12,7 @@ from srbval.bench.bench import BenchResult, run_bench
 from srbval.bench.machine import Machine
 from srbval.bench.scenes import SCENES
 from srbval.bench.settings import FULL, QUICK
+from srbval.cli.bench_reading import run_reading
 from srbval.cli.output import print_json, print_table
 from srbval.models.solvers import SOLVERS
 from srbval.report.progress import Progress
@@ -89,6 +90,8 @@ def run(options: argparse.Namespace) -> int:
     """Measure and print; targets that are not met are said, they do not change the exit code."""
     if options.ladder:
         return ladder(options)
+    if options.reading:
+        return run_reading(options)
     settings = QUICK if options.quick else FULL
     if options.seconds:
         settings = replace(settings, accuracy_s=options.seconds)

@@ -4,6 +4,8 @@ from srbval.signal.bandpass import bandpass, check_band, drop_ends
 from srbval.signal.comb import LineReading, read_comb
 from srbval.signal.combine import normalise, rotate_axes
 from srbval.signal.envelope import envelope, squared_envelope
+from srbval.signal.morlet import morlet_scalogram
+from srbval.signal.one_pass import envelope_spectrum_one_pass, squared_envelope_one_pass
 from srbval.signal.periodogram import Periodogram
 from srbval.signal.scalogram import Scalogram, scalogram
 from srbval.signal.spectrum import Spectrum, amplitude_spectrum
@@ -18,9 +20,12 @@ __all__ = [
     "check_band",
     "drop_ends",
     "envelope",
+    "envelope_spectrum_one_pass",
+    "morlet_scalogram",
     "normalise",
     "read_comb",
     "rotate_axes",
     "scalogram",
     "squared_envelope",
+    "squared_envelope_one_pass",
 ]

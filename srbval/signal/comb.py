@@ -1,4 +1,4 @@
-"""Reading the frequency of a fault line by a joint fit of its harmonics."""
+"""Reading the frequency of a fault line by a joint fit of its harmonics and sidebands."""
 
 from __future__ import annotations
 
@@ -8,14 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.signal.false_alarm import comb_trials, evidence, false_alarm
+from srbval.signal.false_alarm import evidence, false_alarm
+from srbval.signal.joint_fit import Components, JointFit, fit
 from srbval.signal.periodogram import Noise, Periodogram
-from srbval.signal.wander import wander_sigma_hz
 
 FloatArray = NDArray[np.float64]
 
 # Harmonics fitted together, where the record reaches that far.
 HARMONICS = 5
+# Windows are capped at this share of the frequency: shaft harmonics lie within two per cent of fault lines.
+WIDEST_SHARE = 0.02
 # A line counts as detected when noise would show it less often than this ...
 FALSE_ALARM = 1e-3
 # ... and its first harmonic is this many times the local noise in the squared envelope spectrum, which parts
@@ -25,15 +27,8 @@ LEAST_SNR = 10.0
 # A peak this much below a line within a few bins of it is that line's own flank (side lobes of a record
 # without window: 1/(pi k)^2 at k bins).
 FLANK_BINS, FLANK_SHARE = 4.0, 0.1
-# A harmonic this far above the noise is taken to be there; weaker ones do not sharpen the frequency.
-SHOWN_SNR = 8.0
-# Parabolas of the final fit.
-_REFINEMENTS = 4
 # Candidates per bin of the highest harmonic.
 _OVERSAMPLING = 8
-# Standard error of a tone's frequency, in units of bins over the root of its snr: sqrt(6) / (2 pi).
-_RIFE_BOORSTYN = math.sqrt(6) / (2 * math.pi)
-_NORMAL_95 = 1.96
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,8 +39,10 @@ class LineReading:
     the shaft speed; `snr` the power of each harmonic over the local mean noise power of a bin;
     `false_alarm` the chance of at least this much from noise alone anywhere in the window; `isolated` is
     False where the peak is the flank of a far stronger line or of one outside the window. `depth` is
-    the first harmonic's amplitude over the record's mean. A line is always *found*: whether it is there is
-    for `detected` to say.
+    the first harmonic's amplitude over the record's mean. `sideband_hz` and `sideband_ci95_hz` are the
+    spacing of the sidebands fitted with the line, None where none stood out. `resolution_hz` is one over the record's
+    duration, `noise_ci95_hz` what noise alone leaves uncertain (Cramer-Rao). A line is always *found*:
+    whether it is there is for `detected` to say.
     """
 
     found_hz: float
@@ -55,6 +52,10 @@ class LineReading:
     half_window_hz: float
     isolated: bool
     depth: float
+    noise_ci95_hz: float
+    resolution_hz: float
+    sideband_hz: float | None = None
+    sideband_ci95_hz: float | None = None
 
     @property
     def detected(self) -> bool:
@@ -68,15 +69,17 @@ def read_comb(
     half_window_hz: float,
     *,
     harmonics: int = HARMONICS,
+    sideband_hz: float = 0.0,
     shortest_block_s: float = 0.0,
 ) -> LineReading | None:
-    """Fit ``f, 2f, ... Hf`` together within `half_window_hz` of `expected_hz`.
+    """Fit ``f, 2f, ... Hf``, and where they show ``hf - s`` and ``hf + s``, within `half_window_hz` of `expected_hz`.
 
-    Maximises the sum of power over local noise, which is the maximum-likelihood estimate for lines of
-    unknown amplitude and phase (Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20, 591). Harmonics beyond
-    ``record.limit_hz`` are left out; shaft harmonics count as nothing. The uncertainty joins the
-    Cramer-Rao bound of the noise and the line's own wander (see `wander_sigma_hz`). None where even the
-    fundamental lies out of reach, its whole window is masked, or nothing peaks inside it.
+    The place is that of the most evidence in the harmonics together; from there line and spacing s, begun at
+    `sideband_hz` (zero: no sidebands), are fitted by maximum likelihood for lines of unknown amplitude and phase
+    (Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20, 591), and the line's course of phase is followed for
+    slip (`follow`). Harmonics beyond ``record.limit_hz`` are left out; shaft harmonics count as nothing. The
+    uncertainty joins noise and the line's own wander. None where even the fundamental lies out of reach, its
+    whole window is masked, or nothing peaks inside it.
     """
     used = min(harmonics, math.floor(record.limit_hz / (expected_hz + half_window_hz)))
     if used < 1:
@@ -86,23 +89,40 @@ def read_comb(
     if np.all(record.masked(candidates)):
         return None
     noise = [record.noise_about(h * expected_hz, h * half_window_hz) for h in number]
-    ratios = np.array([_ratio(record, h * candidates, n) for h, n in zip(number, noise, strict=True)])
-    best = _highest_peak(candidates, ratios.sum(axis=0))
+    bins = np.array([n.bins for n in noise])
+    ratios = np.column_stack([_ratio(record, h * candidates, n) for h, n in zip(number, noise, strict=True)])
+    best = _highest_peak(candidates, evidence(ratios, bins).sum(axis=1))
     if best is None:
         return None
-    found = _refine(record, best, noise)
-    snr = _snr(record, found, noise)
-    bins = np.array([n.effective_bins for n in noise])
+    components = Components.of(record, best, used, sideband_hz, noise)
+    result = fit(record, best, components, sideband_hz, shortest_block_s=shortest_block_s)
+    snr = _snr(record, result.found_hz, noise)
+    total = float(evidence(snr, bins).sum())
+    return _reading(record, result, snr, expected_hz, half_window_hz, total, noise[0])
+
+
+def _reading(
+    record: Periodogram,
+    result: JointFit,
+    snr: FloatArray,
+    expected_hz: float,
+    half_window_hz: float,
+    total: float,
+    noise: Noise,
+) -> LineReading:
+    inside = abs(result.found_hz - expected_hz) < half_window_hz
     return LineReading(
-        found_hz=found,
-        ci95_hz=_ci95_hz(record, found, snr, half_window_hz, shortest_block_s),
+        found_hz=result.found_hz,
+        ci95_hz=min(result.ci95_hz, half_window_hz),
         snr=tuple(snr.tolist()),
-        false_alarm=false_alarm(
-            float(evidence(snr, bins).sum()), used, comb_trials(half_window_hz, record.seconds, used)
-        ),
+        false_alarm=false_alarm(total, snr.size, half_window_hz, record.seconds),
         half_window_hz=half_window_hz,
-        depth=record.depth_at(found),
-        isolated=abs(found - expected_hz) < half_window_hz and _isolated(record, found, noise[0], float(snr[0])),
+        depth=record.depth_at(result.found_hz),
+        isolated=inside and _isolated(record, result.found_hz, noise, float(snr[0])),
+        noise_ci95_hz=result.noise_ci95_hz,
+        resolution_hz=record.bin_hz,
+        sideband_hz=result.sideband_hz,
+        sideband_ci95_hz=result.sideband_ci95_hz,
     )
 
 
@@ -127,38 +147,6 @@ def _ratio(record: Periodogram, frequency_hz: FloatArray, noise: Noise) -> Float
     return np.where(record.masked(frequency_hz), 0.0, record.power_at(frequency_hz) / noise.mean_power)
 
 
-def _refine(record: Periodogram, start_hz: float, noise: list[Noise]) -> float:
-    """Parabolas through the exact sum of the harmonics that show, from the best candidate."""
-    number = np.arange(1, len(noise) + 1, dtype=np.float64)
-    shown = _shown(_snr(record, start_hz, noise))
-    weight = np.array([1 / n.mean_power for n in noise])[shown]
-    found, width = start_hz, record.bin_hz / (4 * float(number[shown].max()))
-    for _ in range(_REFINEMENTS):
-        at = (found - width, found, found + width)
-        left, middle, right = (float(weight @ record.exact_power_at(number[shown] * f)) for f in at)
-        curvature = left - 2 * middle + right
-        shift = 0.5 * (left - right) / curvature if curvature < 0 else math.copysign(1.0, right - left)
-        found += width * min(max(float(shift), -1.0), 1.0)
-        if abs(shift) < 1:
-            width /= 2
-    return found
-
-
 def _snr(record: Periodogram, found_hz: float, noise: list[Noise]) -> FloatArray:
     """Power over noise of each harmonic of `found_hz`."""
     return np.array([_ratio(record, np.array([h * found_hz]), n)[0] for h, n in enumerate(noise, 1)])
-
-
-def _shown(snr: FloatArray) -> NDArray[np.bool_]:
-    """Harmonics that stand out of the noise, at least the strongest one; the others only add noise."""
-    return snr >= min(SHOWN_SNR, float(snr.max()))
-
-
-def _ci95_hz(
-    record: Periodogram, found_hz: float, snr: FloatArray, half_window_hz: float, shortest_block_s: float
-) -> float:
-    number = np.arange(1, snr.size + 1)
-    information = float(np.sum((number**2 * np.maximum(snr - 1, 0))[_shown(snr)]))
-    noise = _RIFE_BOORSTYN * record.bin_hz / math.sqrt(max(information, 1e-12))
-    wander = wander_sigma_hz(record.samples, record.fs_hz, found_hz, snr, shortest_block_s=shortest_block_s)
-    return min(_NORMAL_95 * math.hypot(noise, wander), half_window_hz)

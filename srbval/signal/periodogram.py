@@ -17,11 +17,8 @@ FloatArray = NDArray[np.float64]
 
 # Points per independent bin of the padded transform.
 PADDING = 8
-# Independent bins that the local noise is taken from, where the record has that many.
-NOISE_BINS = 64
-# A median wastes information: n bins tell as much about the mean as this share of n averaged ones
-# (variance of the sample median of an exponential variable, 1/n, over ln(2)^2).
-MEDIAN_EFFICIENCY = math.log(2) ** 2
+# Independent bins that the local noise is taken from, where the record has that many; odd, so that one is the median.
+NOISE_BINS, LEAST_NOISE_BINS = 65, 9
 # Half width of the zone about a shaft harmonic that is neither line nor noise, in independent bins.
 MASK_BINS = 1.5
 # Reduced sampling rate in units of the highest frequency of interest: flat to there after the filter.
@@ -32,10 +29,10 @@ _FLAT_SHARE = 0.4
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Noise:
-    """Local mean noise power and the number of averaged bins its estimate is worth."""
+    """Local mean noise power, median / ln 2 of an odd number of `bins`."""
 
     mean_power: float
-    effective_bins: float
+    bins: int
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -124,20 +121,32 @@ class Periodogram:
         """Mean noise power about `centre_hz`, from the bins nearest outside the window and off the masks.
 
         The mean is the median over ln 2, so that other lines among the neighbours do not count. Raises
-        `DataError` where fewer than eight bins are left: the record is too short to know its noise there.
+        `DataError` where fewer than nine bins are left: the record is too short to know its noise there.
         """
-        bins = np.arange(2, math.floor(self.power.size / PADDING))
-        frequency = bins.astype(np.float64) * PADDING * self.step_hz
-        distance = np.abs(frequency - centre_hz)
-        usable = (distance > half_window_hz + self.bin_hz) & (frequency < _FLAT_SHARE * self.fs_hz)
-        usable &= ~self.masked(frequency)
-        nearest = bins[usable][np.argsort(distance[usable])[:NOISE_BINS]]
-        if nearest.size < 8:
+        nearest = self._nearest_bins(centre_hz, half_window_hz)
+        if nearest.size < LEAST_NOISE_BINS:
             raise DataError(f"too few bins about {centre_hz:.4g} Hz to know the noise; use a longer record.")
-        power = self.power[nearest * PADDING]
+        power = self.power[nearest[: nearest.size - 1 + nearest.size % 2] * PADDING]
         mean = float(np.median(power)) / math.log(2)
-        floor = float(np.finfo(float).tiny)
-        return Noise(mean_power=max(mean, floor), effective_bins=MEDIAN_EFFICIENCY * nearest.size)
+        return Noise(mean_power=max(mean, float(np.finfo(float).tiny)), bins=power.size)
+
+    def _nearest_bins(self, centre_hz: float, half_window_hz: float) -> NDArray[np.int64]:
+        """The `NOISE_BINS` usable bins nearest to a frequency, nearest first; looks no wider than it must."""
+        spacing = PADDING * self.step_hz
+        last = min(math.floor(self.power.size / PADDING), math.ceil(_FLAT_SHARE * self.fs_hz / spacing))
+        reach = half_window_hz / spacing + 2 * NOISE_BINS
+        while True:
+            low, high = max(2, math.floor(centre_hz / spacing - reach)), math.ceil(centre_hz / spacing + reach)
+            bins = np.arange(low, min(last, high))
+            frequency = bins.astype(np.float64) * spacing
+            distance = np.abs(frequency - centre_hz)
+            usable = (distance > half_window_hz + self.bin_hz) & ~self.masked(frequency)
+            # Beyond `reach` nothing was looked at, so only what lies nearer is known to be nearest.
+            usable &= distance < reach * spacing
+            everything = low == 2 and high >= last
+            if np.count_nonzero(usable) >= NOISE_BINS or everything:
+                return bins[usable][np.argsort(distance[usable], kind="stable")[:NOISE_BINS]]
+            reach *= 2
 
 
 def _merged(zones: FloatArray) -> FloatArray:

@@ -53,7 +53,7 @@ def scalogram(
     cent of its row's peak below 0.15 of the sampling rate, six above. Raises `ConfigurationError` where
     `range_hz` leaves what the record's length and rate allow.
     """
-    _check_range(range_hz, fs_hz, samples.size / fs_hz)
+    check_range(range_hz, fs_hz, samples.size / fs_hz)
     frequency = np.geomspace(*range_hz, rows)
     columns = min(columns, samples.size)
     bounds = np.linspace(0, samples.size, columns + 1).astype(int)
@@ -69,7 +69,8 @@ def scalogram(
     )
 
 
-def _check_range(range_hz: tuple[float, float], fs_hz: float, seconds: float) -> None:
+def check_range(range_hz: tuple[float, float], fs_hz: float, seconds: float) -> None:
+    """Refuse rows that the record is too short or too coarsely sampled for (`ConfigurationError`)."""
     low, high = range_hz
     lowest, highest = 2 * math.sqrt(BANDWIDTH) / seconds, LARGEST_SHARE * fs_hz
     if not lowest <= low < high <= highest:

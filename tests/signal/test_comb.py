@@ -4,8 +4,8 @@ import pytest
 from srbval.signal import Periodogram, read_comb
 
 FS_HZ = 2000.0
-LINE_HZ = 96.99
-SHAFT_HZ = 11.83
+LINE_HZ = 96.79
+SHAFT_HZ = 71 / 6
 AMPLITUDES = (1.0, 0.8, 0.6, 0.4, 0.3)
 # Cramer-Rao bound of the fixture; the fit is allowed this much more, the scatter of 60 trials included.
 BOUND_FACTOR = 1.4

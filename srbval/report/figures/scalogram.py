@@ -33,6 +33,8 @@ def scalogram_panel(
     period_name: str = "",
     line_hz: float | None = None,
     line_name: str = "",
+    edge_s: ArrayLike | None = None,
+    record_s: tuple[float, float] | None = None,
     colour_label: str = "|CWT|, std. dev.",
     size: str = "half",
 ) -> PanelFiles:
@@ -40,7 +42,9 @@ def scalogram_panel(
 
     `magnitude` has shape [frequencies, times], `frequency_hz` [frequencies] is positive and monotonic,
     `time_s` [times] uniform. `limits` is the colour scale, shared by all panels of a figure. `period_s`
-    (named `period_name`) puts ticks of that spacing along the top; `line_hz` marks one frequency.
+    (named `period_name`) puts ticks of that spacing along the top; `line_hz` marks one frequency. Where `edge_s`,
+    [frequencies], and `record_s` (first and last moment transformed) are given, what lies nearer than `edge_s` to
+    either end, the cone of influence, is hatched.
     """
     time = np.asarray(time_s, dtype=float)
     start, stop = window_s or (float(time[0]), float(time[-1]))
@@ -52,6 +56,9 @@ def scalogram_panel(
         shown = _draw_image(axes, image, frequency, span, limits)
         axes.set(xlabel="Time, ms", ylabel="Frequency, Hz")
         _log_ticks(axes, frequency)
+        if edge_s is not None and record_s is not None:
+            reach = (record_s[0] - start, record_s[1] - start)
+            _hatch_cone(axes, np.asarray(frequency_hz, dtype=float), np.asarray(edge_s, dtype=float), reach, span)
         if line_hz:
             _mark_line(axes, line_hz, line_name, span)
         if period_s:
@@ -99,6 +106,17 @@ def _log_ticks(axes: Any, frequency: FloatArray) -> None:
     shown = [f for f in candidates if frequency[0] <= f <= frequency[-1]]
     axes.set_yticks(np.log10(shown), labels=[f"{f:g}" for f in shown])
     axes.tick_params(direction="out")
+
+
+def _hatch_cone(
+    axes: Any, frequency: FloatArray, edge_s: FloatArray, record_s: tuple[float, float], span: tuple[float, float]
+) -> None:
+    """Hatch where a row also sees the ends of what was transformed; times [s] count from the picture's left edge."""
+    level = np.log10(frequency)
+    inner = (np.clip((record_s[0] + edge_s) * 1e3, *span), np.clip((record_s[1] - edge_s) * 1e3, *span))
+    for border, outer in zip(inner, span, strict=True):
+        axes.fill_betweenx(level, border, outer, facecolor="none", edgecolor="white", hatch="////", lw=0.0)
+        axes.plot(border, level, color="white", lw=0.8, scalex=False, scaley=False)
 
 
 def _mark_line(axes: Any, line_hz: float, line_name: str, span: tuple[float, float]) -> None:

@@ -1,0 +1,55 @@
+"""Made-up records for the Monte-Carlo bench of reading: combs with slip in noise, and noise alone."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+FS_HZ = 2000.0
+SHAFT_HZ = 71 / 6  # 710 rpm
+LINE_HZ = 96.79  # the 22240's BPFO at that speed: none of five harmonics meets one of the shaft's
+LIMIT_HZ = 520.0
+MEAN = 3.0  # a squared envelope is positive
+# Amplitudes of the harmonics: all alike, and falling as those of a short burst do.
+PROFILES = {"equal": (1.0,) * 5, "falling": (1.0, 1 / 2, 1 / 3, 1 / 4, 1 / 5)}
+COLOUR_POLE = 0.9  # first-order noise: power falls by a factor 300 over the band, by a third over five lines' reach
+
+
+def comb_record(
+    rng: np.random.Generator, seconds: float, *, snr_db: float, jitter: float, amplitudes: tuple[float, ...]
+) -> FloatArray:
+    """A line and its harmonics in white noise, [FS_HZ seconds].
+
+    Periods scatter independently by `jitter` (relative, one standard deviation), so that the phase is a random walk.
+    The first harmonic's power over the mean noise power of a bin is `snr_db`.
+    """
+    time_s = np.arange(round(seconds * FS_HZ)) / FS_HZ
+    impacts = round(seconds * LINE_HZ * (1 + 10 * jitter)) + 20
+    at_s = np.cumsum(1 + jitter * rng.standard_normal(impacts)) / LINE_HZ
+    at_s = np.concatenate(([0.0], at_s)) - (1 + rng.random()) / LINE_HZ
+    phase = 2 * math.pi * np.interp(time_s, at_s, np.arange(impacts + 1))
+    signal = sum(a * np.cos(h * phase + rng.uniform(0, 2 * math.pi)) for h, a in enumerate(amplitudes, 1))
+    sigma = math.sqrt(time_s.size / 4 / 10 ** (snr_db / 10))
+    record: FloatArray = MEAN + signal + sigma * rng.standard_normal(time_s.size)
+    return record
+
+
+def noise_record(rng: np.random.Generator, seconds: float, *, coloured: bool) -> FloatArray:
+    """Gaussian noise, white or of first order, [FS_HZ seconds]."""
+    noise = rng.standard_normal(round(seconds * FS_HZ))
+    if coloured:
+        import scipy.signal
+
+        noise = scipy.signal.lfilter([1.0], [1.0, -COLOUR_POLE], noise)
+    record: FloatArray = MEAN + noise
+    return record
+
+
+def cramer_rao_hz(seconds: float, snr_db: float, amplitudes: tuple[float, ...]) -> float:
+    """Least standard error of the line's frequency from noise alone, sqrt(6) / (2 pi T sqrt(sum h^2 rho_h)) [Hz]."""
+    information = 10 ** (snr_db / 10) * sum((h * a) ** 2 for h, a in enumerate(amplitudes, 1))
+    return math.sqrt(6 / information) / (2 * math.pi * seconds)

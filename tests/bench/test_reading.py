@@ -1,0 +1,50 @@
+"""The short form of ``bench --reading``: the same code, fewer records, no wall time asserted."""
+
+import numpy as np
+import pytest
+
+from srbval.bench.reading import FalseAlarms, ReadingSettings, run_reading_bench, worst_rate_factor
+from srbval.bench.reading_records import COLOUR_POLE, comb_record, cramer_rao_hz, noise_record
+
+# 60 records: a root mean square scatters by 9 %; three of these above the bound's own 1.15.
+TRIALS, RMSE_FACTOR = 60, 1.45
+# Binomial scatter of 60 records about the least coverage there is (weak falling harmonics, 1 % jitter: 87 %).
+LEAST_COVERAGE = 0.76
+
+
+@pytest.fixture(scope="module")
+def result():
+    settings = ReadingSettings(
+        trials=TRIALS, noise_records=20, seconds=(10.0,), snr_db=(16.0, 25.0), jitter=(0.0, 0.003, 0.01), timed=False
+    )
+    return run_reading_bench(settings, seed=5)
+
+
+def test_without_slip_the_error_is_the_cramer_rao_bound(result):
+    steady = [a for a in result.accuracy if a.jitter == 0]
+    assert len(steady) == 4
+    assert max(a.rmse_over_bound for a in steady) < RMSE_FACTOR
+    assert min(a.rmse_over_bound for a in steady) > 0.6  # below: the bound or the records are wrong
+
+
+def test_interval_covers_with_and_without_slip(result):
+    assert min(a.coverage for a in result.accuracy) > LEAST_COVERAGE
+
+
+def test_slip_and_not_noise_rules_a_slipping_line(result):
+    slipping = [a for a in result.accuracy if a.jitter == 0.01]
+    assert min(a.rmse_over_bound for a in slipping) > 10
+    assert all(a.not_read == 0 for a in result.accuracy)
+
+
+def test_records_are_what_they_say():
+    noise = noise_record(np.random.default_rng(1), 20.0, coloured=True) - 3
+    assert np.corrcoef(noise[1:], noise[:-1])[0, 1] == pytest.approx(COLOUR_POLE, abs=0.02)
+    record = comb_record(np.random.default_rng(2), 10.0, snr_db=40.0, jitter=0.0, amplitudes=(1.0,))
+    assert np.var(record) == pytest.approx(0.5 + record.size / 4 / 1e4, rel=0.05)
+    assert cramer_rao_hz(10.0, 16.0, (1.0,)) == pytest.approx(0.390 / (10 * np.sqrt(10**1.6)), rel=1e-3)
+
+
+def test_worst_factor_counts_both_ways():
+    row = FalseAlarms(noise="white", harmonics=1, nominal=0.1, records=1, observed=0.05, ratio=0.5)
+    assert worst_rate_factor((row,)) == 2.0
