@@ -38,6 +38,8 @@ def advance(y, ahead, first_step, step, steps_per_output, method, model, out, pe
     rates = np.zeros((max(2, method.b.shape[0]), size))
     trial, border = np.zeros(size), np.zeros((BORDER, BORDER))
     contact, mean, frozen = np.zeros(CONTACT_VALUES), np.zeros(CONTACT_VALUES), np.zeros(CONTACT_VALUES)
+    first, second, no_loads = rates[0], rates[1], np.zeros((0, 0, 0))
+    b, gamma, before, share = method.b, method.gamma, method.c[0], method.ahead
     interval = step * steps_per_output
     for i in range(out.shape[0]):
         if per_detail > 0 and i % per_detail == 0:
@@ -58,7 +60,9 @@ def advance(y, ahead, first_step, step, steps_per_output, method, model, out, pe
             elif method.family == ROSENBROCK:
                 rosenbrock_step(y, t, step, method, model, rates, trial, contact, mean, border, frozen)
             else:
-                leapfrog_step(y, t, step, method, model, rates, contact, mean, border, ahead)
+                leapfrog_step(
+                    y, t, step, b, gamma, before, share, model, first, second, contact, no_loads, mean, border, ahead
+                )  # fmt: skip
         out[i, 0] = (y[size - 3] - v0) / interval
         out[i, 1] = (y[size - 2] - v1) / interval
         out[i, 2] = (y[size - 1] - v2) / interval

@@ -11,7 +11,7 @@ slot, has an arm of the contact's length only and is left out. In the generalise
 w_z, ring v; slot axes): outer race V = (v_x - u', v_y - L w_z, v_z + L w_y), W = (., -w_y, -s); inner race the
 same without v.
 
-M + h D is an arrow: a 2 x 2 block for each roller, bordered by cage and ring, 6 x 6. The blocks are eliminated, the
+M / h + D is an arrow: a 2 x 2 block for each roller, bordered by cage and ring, 6 x 6. The blocks are eliminated, the
 border is factored by Cholesky's method (Golub & Van Loan, Matrix Computations, 2013, sect. 4.2).
 """
 
@@ -45,7 +45,6 @@ from srbval.models.full.columns import (
     S_RZ,
     S_WY,
     S_WZ,
-    SIDE,
     SLIDE,
     SLIDE_RISE,
     SPIN_RISE,
@@ -72,35 +71,36 @@ BORDER = 6  # cage angular velocity, ring velocity, world axes
 
 @kernel
 def factor(weight, model, contact, border):
-    """Factor M + `weight` D, D from the columns' damping sums: blocks into the rollers' places, `border` [6, 6].
+    """Factor M / `weight` + D, D from the columns' damping sums: blocks into the rollers' places, `border` [6, 6].
 
-    `weight` [s] is the step times the method's coefficient. `contact`: see `right_hand_side`, of the same state.
+    `weight` [s], above 0, is the step times the method's coefficient. `contact`: see `right_hand_side`, of the same
+    state.
     """
     space = model.scratch.space
     many = np.uint64(model.scratch.places)
-    mass, axial, distance = model.roller_mass, model.roller_axial, model.centre_distance
+    per = 1.0 / weight
+    mass, axial, distance = per * model.roller_mass, per * model.roller_axial, model.centre_distance
     c00 = c11 = c22 = c01 = c02 = c12 = 0.0
     r00 = r11 = r22 = r01 = r02 = r12 = 0.0
     k00 = k01 = k02 = k10 = k11 = k12 = k20 = k21 = k22 = 0.0
     for p in range(many):
         q = p + INNER
-        here = weight * space[SIDE + p] * space[SIDE + p]
         reach = distance + space[SLIDE + p]
-        o_xx, o_xy, o_xz = here * space[D_XX + p], here * space[D_XY + p], here * space[D_XZ + p]
-        o_yy, o_yz, o_zz = here * space[D_YY + p], here * space[D_YZ + p], here * space[D_ZZ + p]
-        o_xp, o_yp, o_zp = here * space[D_XP + p], here * space[D_YP + p], here * space[D_ZP + p]
-        o_xs, o_ys = here * space[D_XS + p], here * space[D_YS + p]
-        b_xx, b_xy, b_xz = o_xx + here * space[D_XX + q], o_xy + here * space[D_XY + q], o_xz + here * space[D_XZ + q]
-        b_yy, b_yz, b_zz = o_yy + here * space[D_YY + q], o_yz + here * space[D_YZ + q], o_zz + here * space[D_ZZ + q]
-        b_xp, b_yp, b_zp = o_xp + here * space[D_XP + q], o_yp + here * space[D_YP + q], o_zp + here * space[D_ZP + q]
-        b_xs, b_ys = o_xs + here * space[D_XS + q], o_ys + here * space[D_YS + q]
-        b_pp = here * (space[D_PP + p] + space[D_PP + q])
-        b_ps = here * (space[D_PS + p] + space[D_PS + q])
-        b_ss = here * (space[D_SS + p] + space[D_SS + q])
+        o_xx, o_xy, o_xz = space[D_XX + p], space[D_XY + p], space[D_XZ + p]
+        o_yy, o_yz, o_zz = space[D_YY + p], space[D_YZ + p], space[D_ZZ + p]
+        o_xp, o_yp, o_zp = space[D_XP + p], space[D_YP + p], space[D_ZP + p]
+        o_xs, o_ys = space[D_XS + p], space[D_YS + p]
+        b_xx, b_xy, b_xz = o_xx + space[D_XX + q], o_xy + space[D_XY + q], o_xz + space[D_XZ + q]
+        b_yy, b_yz, b_zz = o_yy + space[D_YY + q], o_yz + space[D_YZ + q], o_zz + space[D_ZZ + q]
+        b_xp, b_yp, b_zp = o_xp + space[D_XP + q], o_yp + space[D_YP + q], o_zp + space[D_ZP + q]
+        b_xs, b_ys = o_xs + space[D_XS + q], o_ys + space[D_YS + q]
+        b_pp = space[D_PP + p] + space[D_PP + q]
+        b_ps = space[D_PS + p] + space[D_PS + q]
+        b_ss = space[D_SS + p] + space[D_SS + q]
         # the roller's own block, solved for
         u_u, u_s, s_s = mass + b_xx, b_xs, axial + b_ss
-        per = 1.0 / (u_u * s_s - u_s * u_s)
-        own_uu, own_us, own_ss = s_s * per, -u_s * per, u_u * per
+        inverse = 1.0 / (u_u * s_s - u_s * u_s)
+        own_uu, own_us, own_ss = s_s * inverse, -u_s * inverse, u_u * inverse
         space[OWN_UU + p], space[OWN_US + p], space[OWN_SS + p] = own_uu, own_us, own_ss
         # what it has in common with cage and ring: rows slide and spin
         u_wy, u_wz, u_rx, u_ry, u_rz = b_xp - reach * b_xz, reach * b_xy, -o_xx, -o_xy, -o_xz
@@ -160,10 +160,10 @@ def factor(weight, model, contact, border):
         r11 += x1 * a1 + y1 * b1 + z1 * g1
         r12 += x1 * a2 + y1 * b2 + z1 * g2
         r22 += x2 * a2 + y2 * b2 + z2 * g2
-    ring = model.ring_mass + weight * model.housing_damping
-    border[0, 0] = contact[11] + c00
-    border[1, 0], border[1, 1] = contact[14] + c01, contact[12] + c11
-    border[2, 0], border[2, 1], border[2, 2] = contact[15] + c02, contact[16] + c12, contact[13] + c22
+    ring = per * model.ring_mass + model.housing_damping
+    border[0, 0] = per * contact[11] + c00
+    border[1, 0], border[1, 1] = per * contact[14] + c01, per * contact[12] + c11
+    border[2, 0], border[2, 1], border[2, 2] = per * contact[15] + c02, per * contact[16] + c12, per * contact[13] + c22
     border[3, 0], border[3, 1], border[3, 2] = k00, k10, k20
     border[4, 0], border[4, 1], border[4, 2] = k01, k11, k21
     border[5, 0], border[5, 1], border[5, 2] = k02, k12, k22
@@ -179,16 +179,17 @@ def factor(weight, model, contact, border):
 
 
 @kernel
-def solve(model, contact, border, rate):
+def solve(weight, model, contact, border, rate):
     """Replace the accelerations a in `rate` by those of M a = (M + h D) x: x; the rest of `rate` is left alone.
 
-    `border` and the rollers' places as `factor` left them, `contact` as it had it.
+    h is the `weight`. `border` and the rollers' places as `factor` left them, `weight` and `contact` as it had them.
     """
     n = model.slot_angle.shape[0]
     d = 2 * n + 6
     space = model.scratch.space
     many = np.uint64(model.scratch.places)
-    mass, axial = model.roller_mass, model.roller_axial
+    per = 1.0 / weight
+    mass, axial = per * model.roller_mass, per * model.roller_axial
     half = n // 2
     for i in range(half):
         place = np.uint64(2 * i)
@@ -197,11 +198,11 @@ def solve(model, contact, border, rate):
             space[SLIDE_RISE + place] = mass * rate[d + j]
             space[SPIN_RISE + place] = axial * rate[d + n + j]
             place += np.uint64(1)
-    w0, w1, w2 = rate[d + 2 * n], rate[d + 2 * n + 1], rate[d + 2 * n + 2]
+    w0, w1, w2 = per * rate[d + 2 * n], per * rate[d + 2 * n + 1], per * rate[d + 2 * n + 2]
     g0 = contact[11] * w0 + contact[14] * w1 + contact[15] * w2
     g1 = contact[14] * w0 + contact[12] * w1 + contact[16] * w2
     g2 = contact[15] * w0 + contact[16] * w1 + contact[13] * w2
-    ring = model.ring_mass
+    ring = per * model.ring_mass
     g3, g4, g5 = ring * rate[d + 2 * n + 3], ring * rate[d + 2 * n + 4], ring * rate[d + 2 * n + 5]
     for p in range(many):
         u, s = space[SLIDE_RISE + p], space[SPIN_RISE + p]

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from srbval.models.full.columns import Z_WX, Z_WY, Z_WZ
+from srbval.models.full.columns import SIDE, SLOT_COSINE, SLOT_SINE
 from srbval.models.full.damping_kernel import factor, solve
 from srbval.models.full.explicit_kernel import take_mean
 from srbval.models.full.motion_kernel import right_hand_side
@@ -40,7 +40,7 @@ def rosenbrock_step(y, t, step, method, model, u, trial, contact, mean, border, 
             weight = g[s, p] / step
             for m in range(size):
                 u[s, m] += weight * u[p, m]
-        solve(model, frozen, border, u[s])
+        solve(gamma * step, model, frozen, border, u[s])
         for m in range(size):
             u[s, m] *= gamma * step
     for s in range(b.shape[0]):
@@ -49,8 +49,11 @@ def rosenbrock_step(y, t, step, method, model, u, trial, contact, mean, border, 
 
 
 @kernel
-def leapfrog_step(y, t, step, method, model, rates, contact, mean, border, ahead):
-    """Advance `y` in place from time `t` by `step`; add the contact values to `mean`; see `rosenbrock_step`.
+def leapfrog_step(y, t, step, b, gamma, before, share, model, first, second, contact, no_loads, mean, border, ahead):
+    """Advance `y` in place from time `t` by `step`; add the contact values to `mean`.
+
+    `b`, `gamma`, `before` (the one time in `c`) and `share` (`ahead`): see `Coefficients`; they come one by one because
+    a tuple with arrays would have each of them counted. `first`, `second`, [size], and `border`: working space.
 
     `ahead`, [size]: what the velocities are predicted to change by up to where forces are linear; renewed for the next
     step. With x the velocities less the predicted ones, a their accelerations and J the damping, the equation is
@@ -58,71 +61,84 @@ def leapfrog_step(y, t, step, method, model, rates, contact, mean, border, ahead
     velocities: only a damaged roller's contacts know them.
     """
     size = y.shape[0]
-    half = size // 2
-    b, gamma, before, share = method.b, method.gamma, method.c[0], method.ahead
-    no_loads = contact[:0].reshape((0, 0, 0))
+    first_rate, end = np.uint64(size // 2), np.uint64(size)
     per = 1.0 / (gamma * step)
-    first, second = rates[0], rates[1]
     drift(y, before * step)
     turn_rollers(y, 0.5 * step, model)
-    for m in range(half, size):
+    for m in range(first_rate, end):
         y[m] += ahead[m]
     right_hand_side(t + before * step, y, model, first, contact, no_loads, 1)
     factor(gamma * step, model, contact, border)
     take_mean(contact, 1.0, mean, True)
     # J x = (S x - x) / (gamma h), S = (1 - gamma h J)^-1
-    for m in range(half, size):
+    for m in range(first_rate, end):
         second[m] = first[m]
         first[m] -= ahead[m] * per
-    solve(model, contact, border, first)
+    solve(gamma * step, model, contact, border, first)
     if b.shape[0] == 1:
-        for m in range(half, size):
+        for m in range(first_rate, end):
             first[m] = b[0] * (first[m] + ahead[m] * per)
     else:
-        for m in range(half, size):
+        for m in range(first_rate, end):
             first[m] += ahead[m] * per
             second[m] += (step * first[m] - ahead[m]) * per - 2.0 * first[m]
-        solve(model, contact, border, second)
-        for m in range(half, size):
+        solve(gamma * step, model, contact, border, second)
+        for m in range(first_rate, end):
             own = second[m] - (step * first[m] - ahead[m]) * per
             first[m] = b[0] * first[m] + b[1] * own
-    for m in range(half, size):
-        y[m] += step * first[m] - ahead[m]
-        ahead[m] = share * step * first[m]
+    for m in range(first_rate, end):
+        rise = step * first[m]
+        y[m] += rise - ahead[m]
+        ahead[m] = share * rise
     turn_rollers(y, 0.5 * step, model)
     drift(y, (1.0 - before) * step)
 
 
 @kernel
 def drift(y, step):
-    """Move slides, cage and ring on for `step` [s] with the velocities there are."""
+    """Move slides, cage and ring on for `step` [s] with the velocities there are: the cage by the midpoint rule."""
     half = y.shape[0] // 2
     n = (half - 6) // 2
     for j in range(n):
         y[j] += step * y[half + j]
     c = 2 * n
-    ca, sa = math.cos(y[c]), math.sin(y[c])
-    cb, sb = math.cos(y[c + 1]), math.sin(y[c + 1])
-    w_y = ca * y[half + c + 1] + sa * y[half + c + 2]
-    w_z = ca * y[half + c + 2] - sa * y[half + c + 1]
-    y[c] += step * (y[half + c] - w_z * sb / cb)
-    y[c + 1] += step * w_y
-    y[c + 2] += step * w_z / cb
+    w_x, w_y, w_z = y[half + c], y[half + c + 1], y[half + c + 2]
+    rate_x, rate_y, _ = gimbal_rates(y[c], y[c + 1], w_x, w_y, w_z)
+    rate_x, rate_y, rate_z = gimbal_rates(y[c] + 0.5 * step * rate_x, y[c + 1] + 0.5 * step * rate_y, w_x, w_y, w_z)
+    y[c] += step * rate_x
+    y[c + 1] += step * rate_y
+    y[c + 2] += step * rate_z
     for m in range(3):
         y[c + 3 + m] += step * y[half + c + 3 + m]
 
 
 @kernel
+def gimbal_rates(tilt_x, tilt_y, w_x, w_y, w_z):
+    """Rates of the cage's three gimbal angles at its first two and its angular velocity, world axes [rad/s]."""
+    c, s = math.cos(tilt_x), math.sin(tilt_x)
+    about = (c * w_z - s * w_y) / math.cos(tilt_y)
+    return w_x - about * math.sin(tilt_y), c * w_y + s * w_z, about
+
+
+@kernel
 def turn_rollers(y, step, model):
-    """Turn the rollers on for `step` [s], relative to their slots."""
+    """Turn the rollers on for `step` [s], relative to their slots as they stand in `y`."""
     half = y.shape[0] // 2
     n = (half - 6) // 2
     space = model.scratch.space
+    tilt_x, tilt_y, turn = y[2 * n], y[2 * n + 1], y[2 * n + 2]
     w_x, w_y, w_z = y[half + 2 * n], y[half + 2 * n + 1], y[half + 2 * n + 2]
+    ca, sa = math.cos(tilt_x), math.sin(tilt_x)
+    cb, sb = math.cos(tilt_y), math.sin(tilt_y)
+    ct, st = math.cos(turn), math.sin(turn)
+    # the cage's angular velocity in its own tilted axes, and the part of it along each roller's axis
+    along, about_y = ca * w_z - sa * w_y, ca * w_y + sa * w_z
+    about_x, along = cb * w_x - sb * along, model.tilt_cosine * (sb * w_x + cb * along)
+    p_c, p_s = model.tilt_sine * (ct * about_x + st * about_y), model.tilt_sine * (ct * about_y - st * about_x)
     for i in range(n // 2):
         place = np.uint64(2 * i)
         for row in range(2):
             j = i + row * (n // 2)
-            about = space[Z_WX + place] * w_x + space[Z_WY + place] * w_y + space[Z_WZ + place] * w_z
-            y[n + j] += step * (y[half + n + j] - about)
+            across = space[SLOT_COSINE + place] * p_c + space[SLOT_SINE + place] * p_s
+            y[n + j] += step * (y[half + n + j] - along + space[SIDE + place] * across)
             place += np.uint64(1)
