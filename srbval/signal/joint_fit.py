@@ -128,7 +128,7 @@ def _climb(phasors: Phasors, components: Components) -> FloatArray:
 def _step(gradient: FloatArray, hessian: FloatArray, longest: FloatArray) -> FloatArray:
     """Newton's step to the top; where the sum is not yet hollow downwards, as far uphill as is allowed."""
     if np.all(np.linalg.eigvalsh(hessian) < 0):
-        return -np.linalg.solve(hessian, gradient)
+        return np.asarray(-np.linalg.solve(hessian, gradient), dtype=np.float64)
     return np.sign(gradient) * longest
 
 
@@ -140,7 +140,8 @@ def _derivatives(phasors: Phasors, by_hz: FloatArray) -> tuple[FloatArray, Float
     first = -2j * np.pi * (moved.sums @ time + moved.moments.sum(axis=1))
     second = (-2j * np.pi) ** 2 * (moved.sums @ time**2 + 2 * (moved.moments @ time))
     slope = 2 * (np.conj(total) * first).real
-    return slope, 2 * (np.abs(first) ** 2 + (np.conj(total) * second).real)
+    curvature: FloatArray = 2 * (np.abs(first) ** 2 + (np.conj(total) * second).real)
+    return slope, curvature
 
 
 def _cramer_rao_hz(components: Components, bin_hz: float) -> FloatArray:

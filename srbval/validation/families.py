@@ -120,7 +120,14 @@ def find_families(record: Periodogram, bearing: Bearing, speed: ShaftSpeed) -> d
 def _fundamental(record: Periodogram, family: Family, search: Search) -> LineReading | None:
     centre = search.scale * family.kinematic_hz
     half = search.half_window_hz(centre, record.bin_hz)
-    return read_comb(record, centre, half, harmonics=HARMONICS, shortest_block_s=search.block_s)
+    return read_comb(
+        record,
+        centre,
+        half,
+        harmonics=HARMONICS,
+        sideband_hz=family.sideband_hz,
+        shortest_block_s=search.block_s,
+    )
 
 
 def _judge(
