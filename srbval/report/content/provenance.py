@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import platform
-import subprocess
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 from srbval import __version__
+from srbval.storage.revision import git_revision
 from srbval.validation.evidence import Evidence
 
 PACKAGES = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib")
@@ -27,18 +27,3 @@ def provenance(evidence: Evidence, command: str) -> dict[str, Any]:
         "seeds": sorted({run.scene.seed for run in evidence.runs.values()}),
         "recordings": {Path(entry.file).name: entry.sha256 for entry in evidence.registered},
     }
-
-
-def git_revision() -> str | None:
-    """Revision of the source tree the program runs from; None for an installed copy."""
-    root = Path(__file__).resolve().parents[3]
-    if not (root / ".git").exists():
-        return None
-    try:
-        text = subprocess.run(
-            ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=12"],
-            capture_output=True, text=True, timeout=10, check=True,
-        ).stdout.strip()  # fmt: skip
-    except (OSError, subprocess.SubprocessError):
-        return None
-    return text or None

@@ -1,0 +1,23 @@
+"""The revision of the source tree that the program runs from."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import srbval
+
+
+def git_revision() -> str | None:
+    """Short revision, marked where the tree was changed since; None for an installed copy."""
+    root = Path(srbval.__file__).resolve().parents[1]
+    if not (root / ".git").exists():
+        return None
+    try:
+        text = subprocess.run(
+            ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=12"],
+            capture_output=True, text=True, timeout=10, check=True,
+        ).stdout.strip()  # fmt: skip
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return text or None
