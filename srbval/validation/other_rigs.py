@@ -27,7 +27,7 @@ class OtherRecord:
     """One record of another rig: the line of its declared state (the deepest race line of a healthy one).
 
     `shown` says whether that line was detected and no other race line is deeper; for a healthy record
-    whether any race line is as deep as a fault's. `diagnosable` is what a published benchmark says of the
+    whether any race line is as deep as a fault's. `diagnosable` is what the set's description says of the
     record, None where it says nothing. `refused` is why a record could not be analysed.
     """
 

@@ -134,7 +134,7 @@ class RecordRange:
 
 @dataclass(frozen=True, kw_only=True)
 class PublishedDiagnosability:
-    """Which faulted files of a set a published benchmark calls diagnosable from their vibration.
+    """Which faulted files of a set are held diagnosable from their vibration; `source` says by whom.
 
     `file` patterns are searched in a file's name: first `not_diagnosable`, then `diagnosable`.
     """

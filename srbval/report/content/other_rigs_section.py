@@ -53,7 +53,7 @@ def _summary(read: Sequence[OtherRecord]) -> list[Paragraph]:
         + (f"; beyond it: {', '.join(beyond)}." if beyond else "."),
     ]
     if sources:
-        texts.append(f"Published diagnosability: {'; '.join(sorted(sources))}.")
+        texts.append(f"Diagnosability: {'; '.join(sorted(sources))}.")
     return [Paragraph(text) for text in texts]
 
 
@@ -73,7 +73,7 @@ def _table(read: Sequence[OtherRecord]) -> Table:
             Column(title="Over noise", format=",.0f"),
             Column(title="Depth", format=".2f"),
             Column(title="Shown"),
-            Column(title="Published: diagnosable"),
+            Column(title="Held diagnosable"),
         ),
         rows=[_row(r) for r in read],
         notes=(
