@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Hashable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -12,10 +12,11 @@ from typing import Any, TypeVar
 from srbval.bench.machine import usable_cores
 from srbval.bench.measures import Measures, measure
 from srbval.bench.progress import Progress, silent
-from srbval.bench.timing import attempt, right_hand_sides_per_step
+from srbval.bench.timing import Attempt, attempt, right_hand_sides_per_step
 from srbval.scene import Scene
 
 Key = TypeVar("Key", bound=Hashable)
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,27 +63,43 @@ def measure_all(
     scenes: Mapping[Key, Scene], *, task: str, jobs: int | None = None, progress: Progress = silent
 ) -> dict[Key, Measured]:
     """Run and measure all `scenes`, `jobs` at a time (default: one a usable core), the dearest first."""
+
+    def read(_: Key, tried: Attempt, wall_s: float) -> Measured:
+        measures = measure(tried.run) if tried.ok and tried.run is not None else None
+        return Measured(scene=tried.scene, status=tried.status, reason=tried.reason, measures=measures, wall_s=wall_s)
+
+    return run_all(scenes, read, task=task, jobs=jobs, progress=progress)
+
+
+def run_all(
+    scenes: Mapping[Key, Scene],
+    read: Callable[[Key, Attempt, float], Result],
+    *,
+    task: str,
+    jobs: int | None = None,
+    progress: Progress = silent,
+) -> dict[Key, Result]:
+    """Run all `scenes` as `measure_all` does; `read` makes of each attempt and its wall time [s] what is kept of it.
+
+    `read` is called in the thread of the run as soon as it has ended, so that it can put results away.
+    """
     shares = _Shares(scenes, task, progress)
 
-    def one(key: Key) -> Measured:
+    def one(key: Key) -> Result:
         scene, started = scenes[key], time.perf_counter()
         whole = scene.settle_s + scene.duration_s
         tried = attempt(scene, progress=lambda done: shares.done(key, done / whole))
         shares.done(key, 1.0)
-        measures = measure(tried.run) if tried.ok and tried.run is not None else None
-        return Measured(
-            scene=scene, status=tried.status, reason=tried.reason, measures=measures,
-            wall_s=time.perf_counter() - started,
-        )  # fmt: skip
+        return read(key, tried, time.perf_counter() - started)
 
     ordered = sorted(scenes, key=lambda key: -_cost(scenes[key]))
     with ThreadPoolExecutor(max_workers=jobs or usable_cores()) as pool:
         futures = {key: pool.submit(one, key) for key in ordered}
         try:
-            measured = {key: futures[key].result() for key in scenes}
+            results = {key: futures[key].result() for key in scenes}
         except BaseException:
             shares.stop = True
             pool.shutdown(wait=True, cancel_futures=True)
             raise
     progress(task, 1.0)
-    return measured
+    return results

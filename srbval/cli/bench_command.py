@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import argparse
+import shlex
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from srbval.bench.bench import BenchResult, run_bench
+from srbval.bench.kept import SPEED_ACCURACY, keep, stamped
 from srbval.bench.machine import Machine
 from srbval.bench.scenes import SCENES
 from srbval.bench.settings import FULL, QUICK
 from srbval.cli.bench_reading import run_reading
 from srbval.cli.output import print_json, print_table
+from srbval.cli.tasks import Tasks
 from srbval.models.solvers import SOLVERS
 from srbval.report.progress import Progress
 
@@ -101,13 +105,22 @@ def run(options: argparse.Namespace) -> int:
             solvers=tuple(options.solvers or SOLVERS),
             settings=settings,
             accuracy=not options.speed_only,
-            progress=_Tasks(progress),
+            progress=Tasks(progress, "Bench"),
         )
+    content = stamped(SPEED_ACCURACY, result.to_dict(), shlex.join(["srbval", *sys.argv[1:]]))
+    if options.output or _complete(options):
+        path = keep(content, Path(options.output) if options.output else None)
+        print(f"kept: {path}", file=sys.stderr)
     if options.json:
-        print_json(result.to_dict())
+        print_json(content)
     else:
         _print(result)
     return 0
+
+
+def _complete(options: argparse.Namespace) -> bool:
+    """Is it the whole benchmark, so that the report may show it without being told?"""
+    return not (options.quick or options.speed_only or options.scenes or options.solvers or options.seconds)
 
 
 def ladder(options: argparse.Namespace) -> int:
@@ -123,7 +136,7 @@ def ladder(options: argparse.Namespace) -> int:
             seconds=options.seconds or SECONDS,
             jobs=options.jobs,
             folder=reference_folder(),
-            progress=_Tasks(progress),
+            progress=Tasks(progress, "Bench"),
         )
     if options.output:
         table.save(Path(options.output))
@@ -134,21 +147,6 @@ def ladder(options: argparse.Namespace) -> int:
         print(f"reference: {table.reference}; {len(table.entries)} scenes of {table.seconds:g} s")
         _print_columns(LADDER_COLUMNS, rows)
     return 0
-
-
-class _Tasks:
-    """Shows a benchmark's tasks as they come."""
-
-    def __init__(self, progress: Progress) -> None:
-        self._progress = progress
-        self._tasks: dict[str, int] = {}
-
-    def __call__(self, task: str, share: float) -> None:
-        if task not in self._tasks:
-            self._tasks[task] = self._progress.add(f"Bench: {task}", total=1.0)
-        self._progress.update(self._tasks[task], share)
-        if share >= 1:
-            self._progress.finish(self._tasks[task])
 
 
 def _print(result: BenchResult) -> None:

@@ -7,22 +7,16 @@ from dataclasses import asdict
 
 from srbval.bench.reading import QUICK_READING, ReadingBench, ReadingSettings, run_reading_bench
 from srbval.cli.output import print_json, print_table
+from srbval.cli.tasks import Tasks
 from srbval.report.progress import Progress
 
 
 def run_reading(options: argparse.Namespace) -> int:
     """Measure and print; figures beyond what is asked for are printed like the others."""
-    tasks: dict[str, int] = {}
     with Progress() as progress:
-
-        def told(task: str, share: float) -> None:
-            if task not in tasks:
-                tasks[task] = progress.add(f"Bench: {task}", total=1.0)
-            progress.update(tasks[task], share)
-            if share >= 1:
-                progress.finish(tasks[task])
-
-        result = run_reading_bench(QUICK_READING if options.quick else ReadingSettings(), progress=told)
+        result = run_reading_bench(
+            QUICK_READING if options.quick else ReadingSettings(), progress=Tasks(progress, "Bench")
+        )
     if options.json:
         print_json(result.to_dict())
     else:

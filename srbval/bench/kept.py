@@ -1,0 +1,91 @@
+"""Results of long commands, kept as JSON files for the report: in the repository, and newer ones in the user's cache.
+
+A file says which machine made it, when, from which revision and by which command.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import srbval
+from srbval.storage.revision import git_revision
+from srbval.storage.strict_json import write_json
+
+SPEED_ACCURACY, STABILITY = "speed_accuracy", "stability"
+COMMAND = {SPEED_ACCURACY: "srbval bench", STABILITY: "srbval stability"}
+SCHEMA_VERSION = 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kept:
+    """A result file: where it lies and what is in it."""
+
+    path: Path
+    content: dict[str, Any]
+
+    @property
+    def made_utc(self) -> str:
+        """When it was made, ISO 8601."""
+        return str(self.content["made_utc"])
+
+    @property
+    def origin(self) -> dict[str, Any]:
+        """Date, revision, command and processor, for the report."""
+        machine = self.content.get("machine", {})
+        return {
+            "made_utc": self.made_utc,
+            "git_revision": self.content.get("git_revision"),
+            "command": self.content.get("command"),
+            "processor": machine.get("processor"),
+            "usable_cores": machine.get("usable_cores"),
+            "file": self.path.name,
+        }
+
+
+def stamped(kind: str, result: Mapping[str, Any], command: str) -> dict[str, Any]:
+    """`result` with its kind, date, revision and the command that made it."""
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "kind": kind,
+        "made_utc": datetime.now(UTC).isoformat(timespec="seconds"),
+        "git_revision": git_revision(),
+        "command": command,
+        **result,
+    }
+
+
+def keep(content: Mapping[str, Any], path: Path | None = None) -> Path:
+    """Write a stamped result to `path`, by default to the user's cache; `DataError` where that cannot be written."""
+    path = path or cache_folder() / f"{content['kind']}.json"
+    write_json(path, content)
+    return path
+
+
+def newest(kind: str) -> Kept | None:
+    """The newest result of this kind that there is, in the cache, the repository or the installed package."""
+    package = Path(srbval.__file__).resolve().parent
+    folders = (cache_folder(), package.parent / "reports", package / "reports")
+    found = [kept for folder in folders if (kept := _read(folder / f"{kind}.json", kind)) is not None]
+    return max(found, key=lambda kept: kept.made_utc, default=None)
+
+
+def cache_folder() -> Path:
+    """Where results are kept that no place was named for."""
+    import platformdirs
+
+    return Path(platformdirs.user_cache_dir("srbval")) / "results"
+
+
+def _read(path: Path, kind: str) -> Kept | None:
+    """A result file; None where there is none, or none that this version can read."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    fits = isinstance(content, dict) and content.get("kind") == kind and content.get("schema_version") == SCHEMA_VERSION
+    return Kept(path=path, content=content) if fits and "made_utc" in content else None
