@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from srbval.bearing import SphericalRollerGeometry, load_bearing
+from srbval.models.full.damping_kernel import BORDER, factor, solve
+from srbval.models.full.motion_kernel import CONTACT_VALUES, right_hand_side
 from srbval.models.full.parameters import Parameters as Parameters
 from srbval.models.full.parameters import make_parameters
 from srbval.models.full.point_cloud import FAR_M
@@ -37,6 +40,8 @@ class Layout:
         self.cage, self.ring = slice(2 * n, 2 * n + 3), slice(2 * n + 3, self.half)
         self.slide_rate, self.spin = (slice(self.half + s.start, self.half + s.stop) for s in (self.slide, self.turned))
         self.omega, self.ring_rate = (slice(self.half + s.start, self.half + s.stop) for s in (self.cage, self.ring))
+        self.rates = (self.slide_rate, self.spin, self.omega, self.ring_rate)
+        self.parts = (self.slide, self.turned, self.cage, self.ring, *self.rates)
 
 
 def geometry() -> SphericalRollerGeometry:
@@ -111,3 +116,30 @@ def runge_kutta_stages(model: Parameters, y: FloatArray, t: float, step_s: float
     stages = [k1, k2, k3, k4]
     y += sum(weight * k.rate for weight, k in zip(weights, stages, strict=True))
     return [(weight, k.contact) for weight, k in zip(weights, stages, strict=True)]
+
+
+def implicit_response(
+    model: Parameters, t: float, y: FloatArray, weight_s: float
+) -> Callable[[FloatArray], FloatArray]:
+    """The x of (M + `weight_s` D) x = M a for accelerations a, as the model finds it at state `y`; both [S]."""
+    contact, border = np.zeros(CONTACT_VALUES), np.zeros((BORDER, BORDER))
+    right_hand_side(t, y, model, np.zeros_like(y), contact, np.zeros((0, 0, 0)), 1)
+    factor(weight_s, model, contact, border)
+
+    def response(acceleration: FloatArray) -> FloatArray:
+        whole = np.concatenate([np.zeros_like(acceleration), acceleration])
+        solve(weight_s, model, contact, border, whole)
+        return whole[len(acceleration) :]
+
+    return response
+
+
+def stepped(
+    model: Parameters, y: FloatArray, method: str, *, step_s: float, first: int, steps: int
+) -> list[FloatArray]:
+    """States after each of `steps` steps of a method, the first of which is step number `first`; `y` is left alone."""
+    state, memory, states = y.copy(), np.zeros_like(y), []
+    for i in range(first, first + steps):
+        take_steps(model, state, METHODS[method], step_s=step_s, intervals=1, first_interval=i, memory=memory)
+        states.append(state.copy())
+    return states

@@ -28,6 +28,8 @@ CHECKS = (
     "test_equations_of_motion.py",
     "test_free_motion.py",
     "test_outputs.py",
+    "test_damping_matrix.py",
+    "test_implicit_steps.py",
 )  # the quickest; they need few right-hand sides
 AT_ONCE = 2
 FAILED = 1  # exit status of pytest when tests ran and some failed; others mean that they did not run

@@ -50,6 +50,27 @@ class Contacts:
     touching: int
 
 
+@dataclass(frozen=True)
+class Touching:
+    """Points of one race inside rollers, n of them: which, where, how they move past the roller, what they do.
+
+    `arm` from the roller's centre, `normal` off the roller, `slide` along its surface: [n, 3]. Normal force `press` and
+    its elastic part `spring` [N], friction over slip `drag` and coefficient of the damper that acts `damper` [N s/m].
+    """
+
+    roller: NDArray[np.int64]
+    circle: NDArray[np.int64]
+    arm: FloatArray
+    normal: FloatArray
+    depth: FloatArray
+    closing: FloatArray
+    slide: FloatArray
+    spring: FloatArray
+    press: FloatArray
+    drag: FloatArray
+    damper: FloatArray
+
+
 class World:
     """One scene in world axes."""
 
@@ -148,63 +169,70 @@ class World:
 
     def contacts(self, t: float, y: FloatArray) -> Contacts:
         """Every point of both clouds against every roller."""
-        where, c = Layout(y), self.scene.contact
-        centres, axes = self.centres(y), self.slots(y)[:, :, 2]
-        centre_rates, omega = self.centre_rates(y), self.roller_omega(y)
-        speed, angle = self.shaft(t)
+        centres = self.centres(y)
         count = len(centres)
         force, torque, load = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros((2, count, 3, 3))
         totals = {"rubbed": 0.0, "damped": 0.0, "stored": 0.0, "shaft": 0.0}
         on_ring, touching = np.zeros(3), 0
-        for race, kind in enumerate(("outer", "inner")):
-            cloud = self.clouds[kind]
-            if kind == "outer":
-                at, rate, out = (
-                    cloud.position + y[where.ring],
-                    np.tile(y[where.ring_rate], (len(cloud.share), 1)),
-                    cloud.normal,
-                )
-            else:
-                turned = Rotation.from_euler("z", angle)
-                at, out = turned.apply(cloud.position), turned.apply(cloud.normal)
-                rate = np.cross([0.0, 0.0, speed], at)
-            distance = ((at[None, :, :] - centres[:, None, :]) ** 2).sum(axis=2)
-            j, i = np.nonzero(distance < NEAR_M**2)
-            arm = at[i] - centres[j]
-            arm += self._met_height(y, j, arm)[:, None] * out[i]
-            along = (arm * axes[j]).sum(axis=1)
-            across = arm - along[:, None] * axes[j]
-            rho = np.linalg.norm(across, axis=1)
-            to_arc = (rho + self.g.raceway_radius_m - self.radius)[:, None] * across / rho[:, None]
-            to_arc += along[:, None] * axes[j]
-            depth = self.g.raceway_radius_m - np.linalg.norm(to_arc, axis=1)
-            hit = depth > 0
-            j, i, arm, depth = j[hit], i[hit], arm[hit], depth[hit]
-            normal = to_arc[hit] / np.linalg.norm(to_arc[hit], axis=1)[:, None]
-            relative = rate[i] - centre_rates[j] - np.cross(omega[j], arm)
-            closing = -(relative * normal).sum(axis=1)
-            x = np.clip(depth / c.smoothing_width_m, 0, 1)
-            smooth = cloud.share[i] * (3 * x**2 - 2 * x**3)
-            spring = smooth * c.stiffness_n_m * depth
-            press = np.maximum(spring + smooth * c.damping_ns_m * closing, 0.0)
-            slide = relative + closing[:, None] * normal
-            slip = np.linalg.norm(slide, axis=1)
-            push = -press[:, None] * normal
-            f = push + (friction(self.scene, slip) * press / np.maximum(slip, 1e-300))[:, None] * slide
-            np.add.at(force, j, f)
-            np.add.at(torque, j, np.cross(arm, f))
-            np.add.at(load[race], (j, cloud.circle[i]), push)
-            if kind == "outer":
+        for race in (0, 1):
+            p = self.touching(t, y, race)
+            push = -p.press[:, None] * p.normal
+            f = push + p.drag[:, None] * p.slide
+            np.add.at(force, p.roller, f)
+            np.add.at(torque, p.roller, np.cross(p.arm, f))
+            np.add.at(load[race], (p.roller, p.circle), push)
+            if race == 0:
                 on_ring -= f.sum(axis=0)
             else:
-                totals["shaft"] -= float(np.cross(centres[j] + arm, f)[:, 2].sum())
-            totals["rubbed"] += float((friction(self.scene, slip) * press * slip).sum())
-            totals["damped"] += float(((press - spring) * closing).sum())
-            totals["stored"] += float((spring * depth).sum() / 2)
-            touching += len(j)
+                totals["shaft"] -= float(np.cross(centres[p.roller] + p.arm, f)[:, 2].sum())
+            totals["rubbed"] += float((p.drag * (p.slide**2).sum(axis=1)).sum())
+            totals["damped"] += float(((p.press - p.spring) * p.closing).sum())
+            totals["stored"] += float((p.spring * p.depth).sum() / 2)
+            touching += len(p.roller)
         return Contacts(
             force=force, torque=torque, on_ring=on_ring, on_shaft=totals["shaft"], rubbed=totals["rubbed"],
             damped=totals["damped"], stored=totals["stored"], load=np.linalg.norm(load, axis=3), touching=touching,
+        )  # fmt: skip
+
+    def touching(self, t: float, y: FloatArray, race: int) -> Touching:
+        """Every point of a race, outer 0 and inner 1, that is inside a roller."""
+        where, c = Layout(y), self.scene.contact
+        centres, axes = self.centres(y), self.slots(y)[:, :, 2]
+        cloud = self.clouds[("outer", "inner")[race]]
+        if race == 0:
+            at, out = cloud.position + y[where.ring], cloud.normal
+            rate = np.tile(y[where.ring_rate], (len(cloud.share), 1))
+        else:
+            speed, angle = self.shaft(t)
+            turned = Rotation.from_euler("z", angle)
+            at, out = turned.apply(cloud.position), turned.apply(cloud.normal)
+            rate = np.cross([0.0, 0.0, speed], at)
+        distance = ((at[None, :, :] - centres[:, None, :]) ** 2).sum(axis=2)
+        j, i = np.nonzero(distance < NEAR_M**2)
+        arm = at[i] - centres[j]
+        arm += self._met_height(y, j, arm)[:, None] * out[i]
+        along = (arm * axes[j]).sum(axis=1)
+        across = arm - along[:, None] * axes[j]
+        rho = np.linalg.norm(across, axis=1)
+        to_arc = (rho + self.g.raceway_radius_m - self.radius)[:, None] * across / rho[:, None]
+        to_arc += along[:, None] * axes[j]
+        depth = self.g.raceway_radius_m - np.linalg.norm(to_arc, axis=1)
+        hit = depth > 0
+        j, i, arm, depth = j[hit], i[hit], arm[hit], depth[hit]
+        normal = to_arc[hit] / np.linalg.norm(to_arc[hit], axis=1)[:, None]
+        relative = rate[i] - self.centre_rates(y)[j] - np.cross(self.roller_omega(y)[j], arm)
+        closing = -(relative * normal).sum(axis=1)
+        x = np.clip(depth / c.smoothing_width_m, 0, 1)
+        smooth = cloud.share[i] * (3 * x**2 - 2 * x**3)
+        spring = smooth * c.stiffness_n_m * depth
+        damper = smooth * c.damping_ns_m
+        press = np.maximum(spring + damper * closing, 0.0)
+        slide = relative + closing[:, None] * normal
+        slip = np.linalg.norm(slide, axis=1)
+        return Touching(
+            roller=j, circle=cloud.circle[i], arm=arm, normal=normal, depth=depth, closing=closing, slide=slide,
+            spring=spring, press=press, drag=press * friction_per_slip(self.scene, slip),
+            damper=np.where(press > 0, damper, 0.0),
         )  # fmt: skip
 
     def _met_height(self, y: FloatArray, j: NDArray[np.int64], arm: FloatArray) -> FloatArray:
@@ -222,12 +250,13 @@ class World:
         return height
 
 
-def friction(scene: Scene, slip: FloatArray) -> FloatArray:
-    """Coefficient of friction: 0 to mu_s up to v_c, down to mu_d at 1.5 v_c, then constant (eq. 19)."""
+def friction_per_slip(scene: Scene, slip: FloatArray) -> FloatArray:
+    """Coefficient of friction over slip [s/m]; it goes from 0 to mu_s at v_c, to mu_d at 1.5 v_c and stays (eq. 19)."""
     c = scene.contact
     knots = [0.0, c.critical_velocity_m_s, 1.5 * c.critical_velocity_m_s]
-    coefficient: FloatArray = np.interp(slip, knots, [0.0, c.static_friction, c.dynamic_friction])
-    return coefficient
+    coefficient = np.interp(slip, knots, [0.0, c.static_friction, c.dynamic_friction])
+    at_rest = c.static_friction / c.critical_velocity_m_s
+    return np.where(slip > 0, coefficient / np.maximum(slip, 1e-300), at_rest)
 
 
 def circle_profile(g: SphericalRollerGeometry, race: str, p: float) -> tuple[float, float, float, float]:

@@ -1,0 +1,125 @@
+"""The damping matrix of the implicit methods, and the arrow-shaped equations solved with it, against dense ones.
+
+Reason: a W-method keeps its order whatever stands for the Jacobian, so a wrong damping matrix shows in no convergence
+test, only as chatter or drag at coarse steps. Sources: G' C G summed over the points that touch (`matrices.py`);
+`numpy.linalg.solve`; difference quotients of the model's own accelerations.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.verification.cases import Case, make_case
+from tests.verification.harness import (
+    PAPER_STEP_S,
+    PRINTED_FIT,
+    FloatArray,
+    Layout,
+    geometry,
+    implicit_response,
+    paper_scene,
+    parameters,
+    rates,
+    rolling_state,
+)
+from tests.verification.matrices import damping_matrix, mass_matrix
+from tests.verification.world import World
+
+SCENES = ("play, paper's case", "interference, damaged roller", "every force at once, changing speed and load")
+# In units in which every mass is one. Masses by slices are good to 7e-11; 2e-10 seen.
+MATRIX = 1e-9
+SYMMETRY = 1e-10  # the response is inverted in double precision; 1e-11 seen
+WEIGHTS_S = (1e-15, 1e-8, PAPER_STEP_S, 1e-2, 1e3)  # from nothing implicit to nothing but what does not touch left
+NOTHING_IMPLICIT = 1e-8  # largest rate of decay, 4e6 1/s, times the least weight
+QUOTIENT = 1e-9  # 2e-10 seen: forces are linear in these speeds
+SPEED = 1e-4  # of bodies of 1 kg [m/s], so that every slip is far below the 10 m/s at which friction's slope ends
+DIRECTIONS = 4
+ABOUT_SLOT = 0.02  # the arm is half the contact's length, 14 mm, that of the rest 144 mm: 1 % of the square
+
+
+@pytest.fixture(params=SCENES, scope="module")
+def case(request: pytest.FixtureRequest) -> Case:
+    return make_case(request.param)
+
+
+def response(case: Case, weight_s: float) -> FloatArray:
+    """S of S a = x with (M + h D) x = M a, as the model finds it, [S, S]."""
+    found = implicit_response(case.model, case.time, case.y, weight_s)
+    return np.array([found(unit) for unit in np.eye(len(case.y) // 2)]).T
+
+
+def unit_masses(world: World, y: FloatArray) -> FloatArray:
+    """Square roots of the masses, outer product: a matrix over it is in units in which every mass is one."""
+    root = np.sqrt(np.diag(mass_matrix(world, y)))
+    return np.outer(root, root)
+
+
+def test_damping_matrix(case: Case) -> None:
+    """Recovered from the response: D = M (S^-1 - 1) / h; symmetric, never driving."""
+    mass, units = mass_matrix(case.world, case.y), unit_masses(case.world, case.y)
+    expected = damping_matrix(case.world, case.time, case.y) / units
+    recovered = np.linalg.solve(response(case, PAPER_STEP_S).T, mass).T - mass
+    found = recovered / PAPER_STEP_S / units
+    largest = np.abs(expected).max()
+    assert largest > 1e5, "in 1/s: contacts must rub"
+    assert found == pytest.approx(expected, abs=MATRIX * largest)
+    assert found == pytest.approx(found.T, abs=SYMMETRY * largest)
+    assert np.linalg.eigvalsh((found + found.T) / 2)[0] > -SYMMETRY * largest
+
+
+def test_inertia_of_cage_and_rollers(case: Case) -> None:
+    """What the right-hand side hands to the implicit part."""
+    xx, yy, zz, xy, xz, yz = case.found.contact[11:]
+    cage = Layout(case.y).cage
+    expected = mass_matrix(case.world, case.y)[cage, cage]
+    assert np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) == pytest.approx(expected, abs=MATRIX * expected.max())
+
+
+@pytest.mark.parametrize("weight_s", WEIGHTS_S)
+def test_response_against_dense_solution(case: Case, weight_s: float) -> None:
+    mass, root = mass_matrix(case.world, case.y), np.sqrt(np.diag(mass_matrix(case.world, case.y)))
+    damping = damping_matrix(case.world, case.time, case.y)
+    rng = np.random.default_rng(5)
+    found = implicit_response(case.model, case.time, case.y, weight_s)
+    for _ in range(3):
+        acceleration = rng.normal(size=len(root)) / root
+        x = found(acceleration)
+        expected = np.linalg.solve(mass + weight_s * damping, mass @ acceleration)
+        assert x * root == pytest.approx(expected * root, abs=MATRIX * np.abs(expected * root).max())
+        if weight_s == min(WEIGHTS_S):
+            assert x * root == pytest.approx(acceleration * root, abs=NOTHING_IMPLICIT)
+
+
+def test_damping_matrix_is_the_jacobian_at_rest() -> None:
+    """Nothing moves, so friction sticks and no damper acts on it; the turning about the slots is all that is left out.
+
+    Between pure sticking and sliding the secant stands for the slope on purpose, which no difference quotient shows.
+    """
+    scene = paper_scene(contact=PRINTED_FIT | {"critical_velocity": "10 m/s"}, shaft_speed="1e-9 rpm")
+    model, world = parameters(scene), World(scene, geometry())
+    y = rolling_state(model)
+    where = Layout(y)
+    y[where.ring] += (1e-6, 2e-6, -3e-6)
+    y[where.cage] = (2e-4, -1e-4, 0.3)
+    y[where.half :] = 0.0
+    mass = mass_matrix(world, y)
+    jacobian = -np.linalg.solve(mass, damping_matrix(world, 0.0, y, about_slot=True))
+    rng = np.random.default_rng(6)
+    for _ in range(DIRECTIONS):
+        speeds = rng.normal(size=where.half) / np.sqrt(np.diag(mass))
+        step = np.concatenate([np.zeros(where.half), SPEED * speeds])
+        slope = (rates(model, 0.0, y + step).rate - rates(model, 0.0, y - step).rate)[where.half :] / (2 * SPEED)
+        for part in where.parts[:4]:
+            expected = (jacobian @ speeds)[part]
+            assert slope[part] == pytest.approx(expected, abs=QUOTIENT * np.abs(expected).max())
+
+
+def test_what_the_damping_matrix_leaves_out(case: Case) -> None:
+    """The cage turning rollers about their slots, and little of that."""
+    cage = Layout(case.y).cage
+    whole = damping_matrix(case.world, case.time, case.y, about_slot=True)
+    left_out = whole - damping_matrix(case.world, case.time, case.y)
+    assert 0 < np.abs(left_out[cage, cage]).max() < ABOUT_SLOT * np.abs(whole[cage, cage]).max()
+    left_out[cage] = left_out[:, cage] = 0.0
+    assert left_out == pytest.approx(0.0, abs=SYMMETRY * np.abs(whole).max())
