@@ -14,6 +14,7 @@ import tomllib
 import types
 import typing
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -62,9 +63,7 @@ def build(cls: type[T], table: Mapping[str, Any], where: str) -> T:
     """
     if not isinstance(table, Mapping):
         raise ConfigurationError(f"{where}: expected a table, found {table!r}.")
-    hints = typing.get_type_hints(cls)
-    fields: dict[str, dataclasses.Field[Any]] = {f.name: f for f in dataclasses.fields(cls) if f.init}  # type: ignore[arg-type]
-    spelling = {key: name for name, field in fields.items() for key in _keys(field)}
+    hints, fields, spelling = _declared(cls)
     values: dict[str, Any] = {}
     for key, raw in table.items():
         if key not in spelling:
@@ -78,6 +77,13 @@ def build(cls: type[T], table: Mapping[str, Any], where: str) -> T:
     if missing:
         raise ConfigurationError(f"{where}: missing key {missing[0]!r}.")
     return cls(**values)
+
+
+@cache
+def _declared(cls: type) -> tuple[dict[str, Any], dict[str, dataclasses.Field[Any]], dict[str, str]]:
+    """Types and fields of a dataclass by name, and the names by the keys that spell them."""
+    fields = {f.name: f for f in dataclasses.fields(cls) if f.init}
+    return typing.get_type_hints(cls), fields, {key: name for name, field in fields.items() for key in _keys(field)}
 
 
 def _keys(field: dataclasses.Field[Any]) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -45,7 +46,7 @@ def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _scene(table: Mapping[str, Any], where: str) -> Scene:
-    base = read_toml(Path(str(resources.files("srbval.scene") / PAPER_FILE)))
+    base = _paper_table()
     merged = merge(base, table)
     further = merged.get("further_defects", [])
     if isinstance(further, list):  # each further defect, too, is laid over the paper's
@@ -55,6 +56,12 @@ def _scene(table: Mapping[str, Any], where: str) -> Scene:
     if isinstance(merged.get("defect"), Mapping):
         merged["defect"] = _with_extent(merged["defect"])
     return build(Scene, merged, where)
+
+
+@cache
+def _paper_table() -> Mapping[str, Any]:
+    """The paper's scene file; read only."""
+    return read_toml(Path(str(resources.files("srbval.scene") / PAPER_FILE)))
 
 
 def _with_extent(defect: Mapping[str, Any]) -> Mapping[str, Any]:
