@@ -46,7 +46,7 @@ from srbval.models.full.columns import (
 from srbval.models.full.contact_kernel import contact_columns, damaged_roller_points, without_friction
 from srbval.models.full.drive_kernel import external_load, shaft_motion
 from srbval.models.full.frames_kernel import read_rollers, roller_frames
-from srbval.models.full.search_kernel import LEFT_OUT, bring_back, face_points, look_up, set_apart
+from srbval.models.full.search_kernel import RUNS, bring_back, face_points, look_up, set_apart
 from srbval.models.jit import kernel
 
 CONTACT_VALUES = 17
@@ -78,14 +78,14 @@ def right_hand_side(t, y, model, rate, contact, loads, damping):
     # 1. every roller: its frame, and the points of both races within its reach
     read_rollers(y, n, space)
     roller_frames(y, n, many, shaft, shaft_angle, count, model, space)
-    lone, deepest = look_up(n, places, races, space, plan, count)
+    runs, lone, deepest = look_up(n, races, space, plan, count)
     face_points(places, space, 2.0 * math.pi / count, damping)
 
     # 2. what the contacts do
     set_apart(lone, space, plan, damping)
     if lone > 0:
         shape_points(lone, y, model)
-    meet(law, races.points, races.starts, places, lone, space, plan, 0, CIRCLES, damping)
+    meet(law, races.points, races.starts, runs, lone, space, plan, 0, CIRCLES, damping)
     bring_back(lone, space, plan, damping)
 
     # 3. every roller's own motion, and what it asks of ring, shaft and cage
@@ -221,27 +221,20 @@ def right_hand_side(t, y, model, rate, contact, loads, damping):
     contact[14], contact[15], contact[16] = m01, m02, m12
 
     if loads.shape[0] > 0:
-        normal_loads(model, lone, loads)
+        normal_loads(model, runs, lone, loads)
 
 
 @kernel
-def meet(law, points, starts, places, lone, space, plan, first_circle, end_circle, damping):
-    """Let all columns that are not left out meet the points of the circles from `first_circle` to `end_circle`."""
-    for race in range(2):
-        eights = places // AT_ONCE
-        eight = 0
-        while eight < eights:
-            window = plan[race, eight]
-            begin = eight
-            while eight < eights and plan[race, eight] == window:
-                eight += 1
-            if window != LEFT_OUT:
-                contact_columns(
-                    law, points, race, window, starts[race, window, first_circle], starts[race, window, end_circle],
-                    space, race * RACE + begin * AT_ONCE, race * RACE + eight * AT_ONCE, damping,
-                )  # fmt: skip
+def meet(law, points, starts, runs, lone, space, plan, first_circle, end_circle, damping):
+    """Let all columns that may touch meet the points of the circles from `first_circle` to `end_circle`."""
+    for run in range(runs):
+        race, window = plan[run, 0], plan[run, 1]
+        contact_columns(
+            law, points, race, window, starts[race, window, first_circle], starts[race, window, end_circle],
+            space, plan[run, 2], plan[run, 3], damping,
+        )  # fmt: skip
     for i in range(lone):
-        race, window, made_from = plan[2 + i, 0], plan[2 + i, 1], plan[2 + i, 2]
+        race, window, made_from = plan[RUNS + i, 0], plan[RUNS + i, 1], plan[RUNS + i, 3]
         start = ALONE + i * AT_ONCE
         contact_columns(
             law, points, race, window, starts[race, made_from, first_circle], starts[race, made_from, end_circle],
@@ -255,27 +248,28 @@ def shape_points(lone, y, model):
     n = model.slot_angle.shape[0]
     points, space, plan, spare_of = model.races.points, model.scratch.space, model.scratch.plan, model.spare_of
     for i in range(lone):
-        place = plan[2 + i, 3] % RACE
+        at = RUNS + i
+        place = plan[at, 2] % RACE
         roller = place // 2 + (place % 2) * (n // 2)
         if space[DAMAGE + np.uint64(place)] > 0.0:
-            plan[2 + i, 1] = points.shape[1] - 1 - spare_of[roller]
+            plan[at, 1] = points.shape[1] - 1 - spare_of[roller]
             damaged_roller_points(
                 model.law.roller_radius, model.circle_half_gap, model.roller_defects, roller, y[n + roller], points,
-                plan[2 + i, 0], plan[2 + i, 2], plan[2 + i, 1], model.races.starts[plan[2 + i, 0], plan[2 + i, 2], 3],
+                plan[at, 0], plan[at, 3], plan[at, 1], model.races.starts[plan[at, 0], plan[at, 3], 3],
                 space, ALONE + i * AT_ONCE,
             )  # fmt: skip
 
 
 @kernel
-def normal_loads(model, lone, loads):
+def normal_loads(model, runs, lone, loads):
     """Fill `loads` with the normal force of each race's circles on each roller; spoils the columns' sums."""
     n = model.slot_angle.shape[0]
-    races, space, plan, places = model.races, model.scratch.space, model.scratch.plan, model.scratch.places
+    races, space, plan = model.races, model.scratch.space, model.scratch.plan
     law = without_friction(model.law)
     for circle in range(CIRCLES):
         for start in (F_X, F_Y, F_Z):
             space[start : start + np.uint64(ALONE + lone * AT_ONCE)] = 0.0
-        meet(law, races.points, races.starts, places, lone, space, plan, circle, circle + 1, None)
+        meet(law, races.points, races.starts, runs, lone, space, plan, circle, circle + 1, None)
         bring_back(lone, space, plan, None)
         for race in range(2):
             for place in range(n):

@@ -38,6 +38,7 @@ from srbval.models.full.point_cloud import (
     shallow_half_count,
     window_half_count,
 )
+from srbval.models.full.search_kernel import RUNS
 from srbval.scene import Defect, DefectKind, DefectShape, LoadPath, RollerFit, Scene
 
 FloatArray = NDArray[np.float64]
@@ -64,7 +65,7 @@ class Races(NamedTuple):
 class Scratch(NamedTuple):
     """Space the kernels work in; one set for each run, so parameters are not to be shared between threads.
 
-    `space`: see `columns`; `plan`, integers, [races + lone columns, 4 or more]: see `search_kernel`; `places` of
+    `space`: see `columns`; `plan`, integers, [runs and lone columns, 4]: see `search_kernel`; `places` of
     rollers, filled up to a multiple of `AT_ONCE`.
     """
 
@@ -283,9 +284,9 @@ def _scratch(geometry: SphericalRollerGeometry, slot_angle: FloatArray, damage: 
     """Space for every roller on both races, and for all of them alone; what never changes filled in."""
     count = len(slot_angle)
     places = -(-count // AT_ONCE) * AT_ONCE
-    if ALONE + 2 * count * AT_ONCE > STRIDE or places > RACE:
+    if ALONE + 2 * count * AT_ONCE > STRIDE or places + AT_ONCE > RACE:
         raise ConfigurationError(
-            f"rollers_per_row = {geometry.rollers_per_row}: the full model has room for 50 rollers a row."
+            f"rollers_per_row = {geometry.rollers_per_row}: the full model has room for 48 rollers a row."
         )
     space = aligned_zeros(ROWS * STRIDE)
     space[int(O_X) : int(O_X) + STRIDE] = FAR_M
@@ -298,6 +299,6 @@ def _scratch(geometry: SphericalRollerGeometry, slot_angle: FloatArray, damage: 
         space[int(row) : int(row) + count] = values.reshape(2, -1).T.ravel()
     return Scratch(
         space=space,
-        plan=np.zeros((2 + 2 * count, max(4, places // AT_ONCE)), dtype=np.int64),
+        plan=np.zeros((RUNS + 2 * count, 4), dtype=np.int64),
         places=places,
     )

@@ -1,8 +1,9 @@
 """Kernels: which points of a race each roller may touch.
 
-Candidates follow from the angle, no search among points is needed. A place's mode says what becomes of an eight: left
-out, looked up in the narrow window, or in the wide one. `plan` rows 0 and 1 hold the modes of both races' eights, the
-rows behind them the columns that stand alone: race, window, window it was made from, column it was copied from.
+Candidates follow from the angle, no search among points is needed. Columns within reach are covered by eights, each
+from the first column that no eight covers yet; an eight looks into the narrow window if all of its columns may. The
+first `RUNS` rows of `plan` hold runs of eights: race, window, first column, end; the rows behind them the columns that
+stand alone: race, window, column it was copied from, window it was made from.
 """
 
 from __future__ import annotations
@@ -42,50 +43,55 @@ from srbval.models.full.point_cloud import FAR_M, NARROW, PLAIN
 from srbval.models.jit import kernel
 
 SKIP_MARGIN_M = 2e-6  # a roller further than this (and the highest bump) from a race is not looked at
-LEFT_OUT = -1  # mode of an eight; otherwise its window
+RUNS = 32  # more than there can be: one for each eight of both races
 FRAME_ROWS, FIRST_SUM, LAST_SUM, LAST_DAMPING_SUM = FRAME.stop, SUMS.start, SUMS.stop, DAMPING_SUMS.stop
 INNER = np.uint64(RACE)
 
 
 @kernel
-def look_up(n, places, races, space, plan, count):
-    """Decide on the window of every eight and on the columns that stand alone; their number, deepest penetration [m].
+def look_up(n, races, space, plan, count):
+    """Decide who looks where: number of runs, of columns that stand alone, and the deepest penetration [m].
 
-    `places` of `n` rollers; see `Parameters` for `races`, `Scratch` for the rest; `count`: points in a circle.
+    `n` rollers; see `Parameters` for `races`, `Scratch` for the rest; `count`: points in a circle.
     """
     window_of, highest = races.window_of, races.highest
-    lone = 0
+    runs, lone = 0, 0
     deepest = -1.0
     for race in range(2):
         shallow = races.outer_shallow if race == 0 else races.inner_shallow
-        for eight in range(places // AT_ONCE):
-            first = eight * AT_ONCE
-            bound = -1.0
-            for place in range(first, min(first + AT_ONCE, n)):
-                column = np.uint64(race * RACE + place)
-                own = space[BOUND + column]
-                bound = own if own > bound else bound
-                depth = space[DEPTH + column]
-                deepest = depth if depth > deepest else deepest
-            mode = LEFT_OUT if bound <= -SKIP_MARGIN_M else (NARROW if bound < shallow else PLAIN)
-            plan[race, eight] = mode
-            shift = 0.0 if mode == NARROW else 0.5
-            for place in range(first, first + AT_ONCE):
-                space[SHIFT + np.uint64(race * RACE + place)] = shift
-            for place in range(first, min(first + AT_ONCE, n)):
-                column = np.uint64(race * RACE + place)
-                nearest = int(space[PLACE + column] + 0.5)
-                # a state that is no longer finite has no place: anything but a look outside the array
-                window = window_of[race, place % 2, nearest if 0 <= nearest < count else 0]
-                damage = space[DAMAGE + np.uint64(place)]
-                if (window > NARROW or damage > 0.0) and space[BOUND + column] > -(
-                    highest[race, window] + damage + SKIP_MARGIN_M
-                ):
-                    space[SHIFT + column] = 0.5
-                    plan[2 + lone, 0], plan[2 + lone, 1] = race, window
-                    plan[2 + lone, 2], plan[2 + lone, 3] = window, race * RACE + place
-                    lone += 1
-    return lone, deepest
+        covered = 0  # places before this one are
+        end = -1  # of the last run, if the next eight follows on it
+        for place in range(n):
+            column = np.uint64(race * RACE + place)
+            depth, bound = space[DEPTH + column], space[BOUND + column]
+            deepest = depth if depth > deepest else deepest
+            if place >= covered:
+                space[SHIFT + column] = 0.5
+                if bound > -SKIP_MARGIN_M:
+                    covered = place + AT_ONCE
+                    reach = bound
+                    for other in range(place + 1, min(covered, n)):
+                        own = space[BOUND + np.uint64(race * RACE + other)]
+                        reach = own if own > reach else reach
+                    window = NARROW if reach < shallow else PLAIN
+                    shift = 0.0 if window == NARROW else 0.5
+                    for other in range(place, covered):
+                        space[SHIFT + np.uint64(race * RACE + other)] = shift
+                    if place != end or plan[runs - 1, 1] != window:
+                        plan[runs, 0], plan[runs, 1], plan[runs, 2] = race, window, race * RACE + place
+                        runs += 1
+                    plan[runs - 1, 3] = race * RACE + covered
+                    end = covered
+            nearest = int(space[PLACE + column] + 0.5)
+            # a state that is no longer finite has no place: anything but a look outside the array
+            window = window_of[race, place % 2, nearest if 0 <= nearest < count else 0]
+            damage = space[DAMAGE + np.uint64(place)]
+            if (window > NARROW or damage > 0.0) and bound > -(highest[race, window] + damage + SKIP_MARGIN_M):
+                space[SHIFT + column] = 0.5
+                at = RUNS + lone
+                plan[at, 0], plan[at, 1], plan[at, 2], plan[at, 3] = race, window, race * RACE + place, window
+                lone += 1
+    return runs, lone, deepest
 
 
 @kernel
@@ -125,7 +131,7 @@ def face_points(places, space, spacing, damping):
 def set_apart(lone, space, plan, damping):
     """Copy the columns that stand alone to eights of their own and put the copied ones out of reach."""
     for i in range(lone):
-        original = np.uint64(plan[2 + i, 3])
+        original = np.uint64(plan[RUNS + i, 2])
         copy = np.uint64(ALONE + i * AT_ONCE)
         for row in range(FRAME_ROWS):
             start = np.uint64(row * STRIDE)
@@ -139,7 +145,7 @@ def set_apart(lone, space, plan, damping):
 def bring_back(lone, space, plan, damping):
     """Add the sums of the columns that stand alone to those of the columns they were copied from."""
     for i in range(lone):
-        original = np.uint64(plan[2 + i, 3])
+        original = np.uint64(plan[RUNS + i, 2])
         copy = np.uint64(ALONE + i * AT_ONCE)
         for row in range(FIRST_SUM, LAST_SUM if damping is None else LAST_DAMPING_SUM):
             start = np.uint64(row * STRIDE)
