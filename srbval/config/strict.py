@@ -63,7 +63,7 @@ def build(cls: type[T], table: Mapping[str, Any], where: str) -> T:
     """
     if not isinstance(table, Mapping):
         raise ConfigurationError(f"{where}: expected a table, found {table!r}.")
-    hints, fields, spelling = _declared(cls)
+    hints, fields, spelling = _declared(cls)  # type: ignore[arg-type]
     values: dict[str, Any] = {}
     for key, raw in table.items():
         if key not in spelling:
