@@ -22,6 +22,7 @@ ORDER = (
     "signal",
     "validation",
     "bench",
+    "stability",
     "plan",
     "report",
     "cli",

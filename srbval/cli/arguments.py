@@ -32,6 +32,7 @@ def parser() -> Parser:
     _data(commands)
     _report(commands)
     _bench(commands)
+    _stability(commands)
     _plan(commands)
     _command(commands, "doctor", "versions, threads, caches, extras: is this installation sound?")
     return top
@@ -169,8 +170,35 @@ def _bench(commands: Any) -> None:
     )
     command.add_argument("--speed-only", action="store_true", help="time the solvers, compare with no reference")
     command.add_argument("--ladder", action="store_true", help="hold every model against the full one instead")
-    command.add_argument("-o", "--output", metavar="FILE", help="with --ladder: keep the calibration table")
+    command.add_argument(
+        "-o", "--output", metavar="FILE", help="keep the result here (default: a whole run is kept for the report)"
+    )
     command.add_argument("--jobs", type=int, default=1, metavar="N", help="with --ladder: scenes at a time")
+
+
+def _stability(commands: Any) -> None:
+    command = _command(
+        commands, "stability", "where each solver fails: step by speed, and the limit linear theory gives"
+    )
+    command.add_argument("--quick", action="store_true", help="a small part of the map, short runs")
+    command.add_argument("--scenes", nargs="+", metavar="NAME", help="such as interference-outer (default: both outer)")
+    command.add_argument("--solvers", nargs="+", metavar="NAME", help="such as ode4 (default: all)")
+    command.add_argument("--rpm", nargs="+", type=_positive, metavar="R", help="shaft speeds (default: 127 to 3000)")
+    command.add_argument(
+        "--critical-velocity", nargs="+", type=_positive, metavar="V", help="of friction [m/s] (default: 0.001 0.5)"
+    )
+    command.add_argument(
+        "--steps-per-s",
+        nargs="+",
+        type=int,
+        metavar="N",
+        help="steps as divisors of a second (default: 245760 to 7680)",
+    )
+    command.add_argument("--seconds", type=_positive, metavar="S", help="least duration of a run")
+    command.add_argument("--jobs", type=int, metavar="N", help="runs at a time (default: one per core)")
+    command.add_argument(
+        "-o", "--output", metavar="FILE", help="keep the result here (default: the whole map is kept for the report)"
+    )
 
 
 def _number(text: str) -> float:

@@ -13,6 +13,7 @@ class Tasks:
         self._tasks: dict[str, int] = {}
 
     def __call__(self, task: str, share: float) -> None:
+        """Show that `share` of `task` is done."""
         if task not in self._tasks:
             self._tasks[task] = self._progress.add(f"{self._title}: {task}", total=1.0)
         self._progress.update(self._tasks[task], share)

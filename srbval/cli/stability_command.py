@@ -1,0 +1,92 @@
+"""``srbval stability``: where each method of time integration fails."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+from srbval.bench.kept import STABILITY, keep, stamped
+from srbval.cli.output import print_json, print_table
+from srbval.cli.tasks import Tasks
+from srbval.report.progress import Progress
+from srbval.stability.grid import FULL, QUICK, Grid
+from srbval.stability.stability import StabilityResult, run_stability
+
+SOUND, UNSOUND = 0, 1
+
+
+def run(options: argparse.Namespace) -> int:
+    """Map and print; exit code 1 where a planted failure was missed or a converged run flagged."""
+    grid = grid_of(options)
+    with Progress() as progress:
+        result = run_stability(grid, jobs=options.jobs, progress=Tasks(progress, "Stability"))
+    content = stamped(STABILITY, result.to_dict(), shlex.join(["srbval", *sys.argv[1:]]))
+    if options.output or grid == FULL:
+        path = keep(content, Path(options.output) if options.output else None)
+        print(f"kept: {path}", file=sys.stderr)
+    if options.json:
+        print_json(content)
+    else:
+        show(result)
+    return SOUND if result.sound else UNSOUND
+
+
+def grid_of(options: argparse.Namespace) -> Grid:
+    """The grid that the command line asks for."""
+    changes: dict[str, Any] = {
+        "scenes": options.scenes,
+        "solvers": options.solvers,
+        "rpm": options.rpm,
+        "critical_velocity_m_s": options.critical_velocity,
+        "steps_per_s": options.steps_per_s,
+        "seconds": options.seconds,
+    }
+    given: dict[str, Any] = {
+        name: tuple(value) if isinstance(value, list) else value for name, value in changes.items() if value is not None
+    }
+    return replace(QUICK if options.quick else FULL, **given)
+
+
+def show(result: StabilityResult) -> None:
+    """Print the map, what was planted, and the claims."""
+    document = result.to_dict()
+    key = ("scene", "critical_velocity_m_s", "solver")
+    cells = sorted(document["cells"], key=lambda cell: [str(cell[name]) for name in key])
+    speeds = [f"{rpm:g} rpm" for rpm in result.grid.rpm]
+    rows = []
+    for (scene, velocity, solver), of_solver in groupby(cells, key=lambda cell: [cell[name] for name in key]):
+        block = list(of_solver)
+        for steps in result.grid.steps_per_s:
+            line = {c["rpm"]: c["status"] for c in block if round(1 / c["dt_s"]) == steps}
+            rows.append((scene, velocity, solver, steps, *(line[rpm] for rpm in result.grid.rpm), _limit(block)))
+    print_table(("scene", "v_c [m/s]", "solver", "1/dt [Hz]", *speeds, "predicted limit [Hz]"), rows)
+    _show_rest(result, document)
+
+
+def _show_rest(result: StabilityResult, document: Mapping[str, Any]) -> None:
+    counts = document["counts"]
+    print(
+        f"\n{counts['ok']} of {counts['cells']} cells are ok; {counts['caught_by_the_run']} were caught by the runs "
+        f"themselves, {counts['seen_by_comparison_only']} only by comparison with the converged run; "
+        f"{counts['flagged_with_cage_and_load_right']} were flagged although cage and load are right."
+    )
+    caught = sum(p.caught for p in result.planted)
+    flagged = sum(r.flagged for r in result.references)
+    print(f"planted failures caught by the runs themselves: {caught} of {len(result.planted)}")
+    print(f"converged runs flagged: {flagged} of {len(result.references)}")
+    for claim in result.claims:
+        print(f"\n{claim.claim}\n  {claim.answer}")
+        print("\n".join(f"  - {line}" for line in claim.evidence))
+
+
+def _limit(cells: Sequence[Mapping[str, Any]]) -> str:
+    """Least predicted limits of a solver, whole and elastic, as divisors of a second."""
+    names = ("predicted_limit_dt_s", "predicted_elastic_limit_dt_s")
+    least = (min((c[name] for c in cells if c[name] is not None), default=None) for name in names)
+    return ", elastic ".join("none" if limit is None else f"{1 / limit:.3g}" for limit in least)

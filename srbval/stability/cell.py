@@ -1,0 +1,109 @@
+"""One cell of the map: what the run said of itself, and what the comparison with the converged run says."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from srbval.models.run import RunStatus
+from srbval.stability.grid import Case
+from srbval.stability.outcome import Outcome
+from srbval.stability.predict import Limits
+from srbval.stability.reference import StabilityReference, relative
+
+CAGE_LIMIT = 0.01  # relative, from the converged run
+LOAD_LIMIT = 0.05  # the same of the load on the rollers, less or more; converged runs agree within 0.015
+UNLIKE = "unlike-reference"  # the run passed its own tests, the comparison did not
+NO_REFERENCE = "no-reference"
+
+
+@dataclass(frozen=True, kw_only=True)
+class StabilityCell:
+    """A run of the map. `limits` are what linear theory predicts for its solver; `points_per_step` see `to_dict`."""
+
+    case: Case
+    model: str
+    outcome: Outcome
+    reference: StabilityReference
+    limits: Limits
+    points_per_step: float
+
+    @property
+    def cage_error(self) -> float:
+        """Relative difference in cage speed from the converged run; NaN where there is none."""
+        return abs(relative(self.outcome.cage_ratio, self.reference.fine.cage_ratio) - 1)
+
+    @property
+    def load_part(self) -> float:
+        """Load on the rollers over that of the converged run."""
+        return relative(self.outcome.load_share, self.reference.fine.load_share)
+
+    @property
+    def band_rms_part(self) -> float:
+        """Vibration in the band over that of the converged run."""
+        return relative(self.outcome.band_rms_m_s2, self.reference.fine.band_rms_m_s2)
+
+    @property
+    def like_reference(self) -> bool:
+        """Are cage and load within their limits? Not a number is no."""
+        return self.cage_error <= CAGE_LIMIT and abs(self.load_part - 1) <= LOAD_LIMIT
+
+    @property
+    def status(self) -> str:
+        """``ok`` only where the run found nothing wrong with itself and the comparison neither."""
+        if not self.outcome.ok:
+            return self.outcome.status
+        if self.reference.flagged:
+            return NO_REFERENCE
+        return "ok" if self.like_reference else UNLIKE
+
+    @property
+    def ok(self) -> bool:
+        """May it be read as a bearing's vibration?"""
+        return self.status == "ok"
+
+    @property
+    def holds(self) -> bool:
+        """Does the run stay with the converged one? Also where its energy does not close, as friction chatters.
+
+        Nearest to what the paper calls stable; not enough for `ok`.
+        """
+        return self.ok or (self.status == RunStatus.ENERGY_OPEN.value and self.like_reference)
+
+    @property
+    def reason(self) -> str:
+        """The run's own reason, or what the comparison found."""
+        if self.status == NO_REFERENCE:
+            return "the converged run to compare with failed"
+        if self.status != UNLIKE:
+            return self.outcome.reason
+        return (
+            f"the run's own tests passed, but its cage is {self.cage_error:.2%} off (limit {CAGE_LIMIT:.0%}) and its "
+            f"rollers carry {self.load_part:.1%} of the converged run's load (limit {LOAD_LIMIT:.0%} off)"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values, flat. `points_per_step`: points of the inner race that pass a roller in one step."""
+        outcome = self.outcome
+        return {
+            "scene": self.case.group.scene,
+            "model": self.model,
+            "solver": self.case.solver,
+            "dt_s": self.case.step_s,
+            "rpm": self.case.group.rpm,
+            "critical_velocity_m_s": self.case.group.critical_velocity_m_s,
+            "status": self.status,
+            "reason": self.reason,
+            **self.limits.to_dict(),
+            "run_status": outcome.status,
+            "like_reference": self.like_reference,
+            "holds": self.holds,
+            "cage_error": self.cage_error,
+            "load_part": self.load_part,
+            "band_rms_part": self.band_rms_part,
+            "energy_imbalance": outcome.energy_imbalance,
+            "points_per_step": self.points_per_step,
+            **{name: value for name, value in asdict(outcome).items() if name in ("cage_ratio", "load_share")},
+            "seconds": outcome.seconds,
+            "wall_s": outcome.wall_s,
+        }

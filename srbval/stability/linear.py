@@ -1,0 +1,94 @@
+"""The full model made linear about static balance, by central differences of its own equations of motion.
+
+The bearing stands still: shaft held, all velocities zero. So every contact sticks, and friction has its slope at rest,
+mu_s N / v_c (eq. (19)), the steepest there is; elastic forces are those of the balanced contacts. What turning adds
+(gyroscopic torques, points that enter and leave contact, impacts of a defect) is not in it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.bearing import load_bearing
+from srbval.errors import ConfigurationError
+from srbval.models.full.equilibrium import equilibrium_state
+from srbval.models.full.parameters import Parameters, make_parameters
+from srbval.models.full.steps import rates
+from srbval.scene import Scene
+
+FloatArray = NDArray[np.float64]
+
+# Differences: far below a point's smoothing width of 1e-8 m and the 1 mm/s at which friction turns over (at most 0.2 m
+# from an axis), far above rounding.
+LENGTH, ANGLE = 1e-10, 1e-9  # m, rad
+SPEED, ANGULAR_SPEED = 1e-6, 1e-6  # m/s, rad/s
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Linear:
+    """q' = `motion` v, v' = `stiffness` q + `damping` v: shapes [q, v], [v, q] and [v, v].
+
+    q are slides, cage angles and ring displacement, v all generalised speeds; the rollers' angles about their axes are
+    left out, as nothing depends on them unless a roller is damaged.
+    """
+
+    motion: FloatArray
+    stiffness: FloatArray
+    damping: FloatArray
+
+    @property
+    def matrix(self) -> FloatArray:
+        """The system's matrix, [q + v, q + v]."""
+        still = np.zeros((len(self.motion), len(self.motion)))
+        return np.block([[still, self.motion], [self.stiffness, self.damping]])
+
+
+def balanced(scene: Scene, *, pitches: float = 0.0) -> tuple[Parameters, FloatArray]:
+    """The scene's parameters with the shaft held, and its balanced state with all velocities zero, [4 M + 12].
+
+    The cage stands `pitches` of the rollers' spacing on.
+    """
+    bearing = load_bearing(scene.bearing)
+    if bearing.geometry is None:
+        raise ConfigurationError(f"bearing {bearing.name!r} has no [geometry]; the full model cannot run it.")
+    model = make_parameters(scene, bearing.geometry)
+    angle = pitches * 2 * math.pi / bearing.geometry.rollers_per_row
+    state = equilibrium_state(model, cage_angle_rad=angle).state
+    state[len(state) // 2 :] = 0.0
+    return held(model), state
+
+
+def held(model: Parameters) -> Parameters:
+    """The model with its shaft held at angle zero."""
+    return model._replace(drive=model.drive._replace(speed=np.zeros((3, 1))))
+
+
+def without_friction(model: Parameters) -> Parameters:
+    """The model with its elastic and damping forces alone."""
+    return model._replace(law=model.law._replace(static_friction=0.0, dynamic_friction=0.0))
+
+
+def linearise(model: Parameters, state: FloatArray) -> Linear:
+    """Make `model` linear about `state`, of shape [4 M + 12], at time zero."""
+    half = len(state) // 2
+    rollers = half // 2 - 3
+    whole = np.column_stack([_difference(model, state, i, size) for i, size in enumerate(_sizes(rollers))])
+    q = np.r_[0:rollers, 2 * rollers : half]
+    return Linear(motion=whole[q, half:], stiffness=whole[half:][:, q], damping=whole[half:, half:])
+
+
+def _difference(model: Parameters, state: FloatArray, i: int, size: float) -> FloatArray:
+    there, back = state.copy(), state.copy()
+    there[i] += size
+    back[i] -= size
+    return (rates(model, 0.0, there).rate - rates(model, 0.0, back).rate) / (2 * size)
+
+
+def _sizes(rollers: int) -> list[float]:
+    """Size of each coordinate's difference, in the order of the state vector."""
+    places = [LENGTH] * rollers + [ANGLE] * (rollers + 3) + [LENGTH] * 3
+    return places + [SPEED] * rollers + [ANGULAR_SPEED] * (rollers + 3) + [SPEED] * 3

@@ -1,0 +1,100 @@
+"""What is kept of a run of the map, and where it is kept, so that an interrupted map goes on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from srbval.bench.batch import run_all
+from srbval.bench.measures import band_rms, smooth_mean
+from srbval.bench.progress import Progress
+from srbval.bench.reference_store import load_reference, reference_key, save_reference
+from srbval.bench.timing import Attempt
+from srbval.models.run import Run
+from srbval.scene import Scene
+from srbval.stability.grid import Case, Grid
+from srbval.validation.pipeline import SIMULATED_BAND_HZ
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """How a run ended by its own judgement, and its figures; NaN where there are none.
+
+    `cage_ratio` is weighted as in `bench.measures`; `load_share` the part of the radial load on the rollers;
+    `band_rms_m_s2` the ring's vertical acceleration, 500-1500 Hz; `energy_imbalance` as in the run's summary.
+    `wall_s` is disturbed by runs beside it.
+    """
+
+    status: str
+    reason: str
+    cage_ratio: float
+    load_share: float
+    band_rms_m_s2: float
+    energy_imbalance: float
+    seconds: float
+    settle_s: float
+    wall_s: float
+
+    @property
+    def ok(self) -> bool:
+        """Did the run find nothing wrong with itself?"""
+        return self.status == "ok"
+
+
+def store_folder() -> Path:
+    """Where outcomes are kept: below the user's cache."""
+    import platformdirs
+
+    return Path(platformdirs.user_cache_dir("srbval")) / "stability"
+
+
+def outcomes(
+    grid: Grid, cases: tuple[Case, ...], *, task: str, folder: Path, jobs: int | None, progress: Progress
+) -> dict[Case, Outcome]:
+    """The outcome of every case: kept from an earlier time, or run now and kept in `folder` as soon as it is there."""
+    scenes = {case: grid.scene(case) for case in cases}
+    found = {case: _stored(folder, scene) for case, scene in scenes.items()}
+    missing = {case: scene for case, scene in scenes.items() if found[case] is None}
+
+    def read(case: Case, tried: Attempt, wall_s: float) -> Outcome:
+        outcome = outcome_of(tried, wall_s)
+        save_reference(folder, reference_key(scenes[case]), asdict(outcome))
+        return outcome
+
+    fresh: Mapping[Case, Outcome] = (
+        run_all(missing, read, task=task, jobs=jobs, progress=progress) if missing else {}
+    )  # fmt: skip
+    return {case: found[case] or fresh[case] for case in cases}
+
+
+def outcome_of(tried: Attempt, wall_s: float) -> Outcome:
+    """What is kept of an attempt."""
+    scene, run = tried.scene, tried.run
+    figures = dict.fromkeys(("cage_ratio", "load_share", "band_rms_m_s2", "energy_imbalance"), math.nan)
+    if run is not None and run.samples > 0:
+        figures = _figures(run)
+    return Outcome(
+        status=tried.status, reason=tried.reason, **figures,
+        seconds=scene.duration_s, settle_s=scene.settle_s, wall_s=wall_s,
+    )  # fmt: skip
+
+
+def _figures(run: Run) -> dict[str, float]:
+    return {
+        "cage_ratio": smooth_mean(run.cage_rad_s) / run.scene.mean_shaft_rad_s,
+        "load_share": run.roller_load_share,
+        "band_rms_m_s2": band_rms(run.acceleration_m_s2[:, 1], run.scene.output_rate_hz, SIMULATED_BAND_HZ),
+        "energy_imbalance": run.energy_imbalance,
+    }
+
+
+def _stored(folder: Path, scene: Scene) -> Outcome | None:
+    table: dict[str, Any] | None = load_reference(folder, reference_key(scene))
+    names = {field.name for field in fields(Outcome)}
+    if table is None or set(table) != names:
+        return None
+    whole: dict[str, Any] = {name: math.nan if value is None else value for name, value in table.items()}
+    return Outcome(**whole)

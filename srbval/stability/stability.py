@@ -1,0 +1,132 @@
+"""The stability map as a whole."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from srbval.bearing import load_bearing
+from srbval.bench.calibration import calibrate
+from srbval.bench.machine import Machine, describe_machine, load_average
+from srbval.bench.progress import Progress, silent
+from srbval.stability.cell import NO_REFERENCE, UNLIKE, StabilityCell
+from srbval.stability.claims import Claim, claims
+from srbval.stability.grid import FULL, Case, Grid, Group
+from srbval.stability.outcome import Outcome, outcomes, store_folder
+from srbval.stability.planted import Planted, planted_in
+from srbval.stability.predict import Limits, predict
+from srbval.stability.reference import StabilityReference, reference_cases, reference_of
+
+PREDICTING, CONVERGING, MAPPING = "step limits of linear theory", "converged runs", "runs of the map"
+
+
+@dataclass(frozen=True, kw_only=True)
+class StabilityResult:
+    """Everything one map holds; cells stand by scene, critical velocity, speed, solver, step."""
+
+    machine: Machine
+    grid: Grid
+    references: tuple[StabilityReference, ...]
+    cells: tuple[StabilityCell, ...]
+    planted: tuple[Planted, ...]
+    claims: tuple[Claim, ...]
+
+    @property
+    def unlike(self) -> tuple[StabilityCell, ...]:
+        """Cells that failed the comparison and were not caught by the run itself."""
+        return tuple(cell for cell in self.cells if cell.status in (UNLIKE, NO_REFERENCE))
+
+    @property
+    def alarms_alone(self) -> tuple[StabilityCell, ...]:
+        """Cells that the run condemned although cage and load are those of the converged run."""
+        return tuple(cell for cell in self.cells if not cell.outcome.ok and cell.like_reference)
+
+    @property
+    def sound(self) -> bool:
+        """Are all planted failures caught and no converged run flagged?"""
+        return all(p.caught for p in self.planted) and not any(r.flagged for r in self.references)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values, ready for a JSON file."""
+        return {
+            "machine": self.machine.to_dict(),
+            "grid": self.grid.to_dict(),
+            "counts": {
+                "cells": len(self.cells),
+                "ok": sum(cell.ok for cell in self.cells),
+                "caught_by_the_run": sum(not cell.outcome.ok for cell in self.cells),
+                "seen_by_comparison_only": len(self.unlike),
+                "flagged_with_cage_and_load_right": len(self.alarms_alone),
+            },
+            "claims": [claim.to_dict() for claim in self.claims],
+            "planted": [planted.to_dict() for planted in self.planted],
+            "references": [reference.to_dict() for reference in self.references],
+            "cells": [cell.to_dict() for cell in self.cells],
+        }
+
+
+def run_stability(
+    grid: Grid = FULL, *, folder: Path | None = None, jobs: int | None = None, progress: Progress = silent
+) -> StabilityResult:
+    """Run every cell of `grid`, hold each against its converged run, predict each step limit.
+
+    Runs go side by side, `jobs` at a time (default: one a usable core); each that has ended is kept in `folder`, below
+    the user's cache by default, so that a map goes on where it was interrupted. A failed run is a cell with its
+    status. Raises `ConfigurationError` for an unknown scene or solver.
+    """
+    load, calibration, folder = load_average(), calibrate(), folder or store_folder()
+    limits = _limits(grid, progress)
+    pairs = reference_cases(grid)
+    both = tuple(case for pair in pairs.values() for case in pair)
+    converged = outcomes(grid, both, task=CONVERGING, folder=folder, jobs=jobs, progress=progress)
+    references = {group: reference_of(pair, converged) for group, pair in pairs.items()}
+    cases = tuple(grid.cases)
+    found = outcomes(grid, cases, task=MAPPING, folder=folder, jobs=jobs, progress=progress)
+    cells = _cells(grid, cases, found, references, limits)
+    return StabilityResult(
+        machine=describe_machine(calibration, calibrate(), load),
+        grid=grid,
+        references=tuple(references.values()),
+        cells=cells,
+        planted=planted_in(cells),
+        claims=claims(cells),
+    )
+
+
+def _limits(grid: Grid, progress: Progress) -> dict[Group, dict[str, Limits]]:
+    groups, found = list(grid.groups), {}
+    for number, group in enumerate(groups):
+        progress(PREDICTING, number / len(groups))
+        case = Case(group=group, solver=grid.solvers[0], steps_per_s=grid.reference_steps_per_s)
+        found[group] = predict(grid.scene(case), grid.solvers)
+    progress(PREDICTING, 1.0)
+    return found
+
+
+def _cells(
+    grid: Grid,
+    cases: Sequence[Case],
+    found: dict[Case, Outcome],
+    references: dict[Group, StabilityReference],
+    limits: dict[Group, dict[str, Limits]],
+) -> tuple[StabilityCell, ...]:
+    return tuple(
+        StabilityCell(
+            case=case,
+            model=grid.scene(case).model,
+            outcome=found[case],
+            reference=references[case.group],
+            limits=limits[case.group][case.solver],
+            points_per_step=_points_per_step(grid, case),
+        )
+        for case in cases
+    )
+
+
+def _points_per_step(grid: Grid, case: Case) -> float:
+    scene = grid.scene(case)
+    bearing = load_bearing(scene.bearing)
+    passing_hz = bearing.orders.at(scene.shaft_hz).bpfi_hz / bearing.rolling_elements
+    return scene.contact.points_per_circle * passing_hz * case.step_s
