@@ -76,9 +76,11 @@ def advance(
     return acceleration
 
 
-def recorded(model: Parameters, y: FloatArray, *, step_s: float, steps: int) -> dict[str, Any]:
-    """What a run records of its first output interval of `steps` steps, by the names in `Run`; `y` is advanced."""
-    return signals(take_steps(model, y, METHODS["ode4"], step_s=step_s, intervals=1, steps_per_output=steps).out)
+def recorded(
+    model: Parameters, y: FloatArray, *, step_s: float, steps: int, method: str = "ode4", outputs: int = 1
+) -> dict[str, Any]:
+    """What a run records of its first `outputs` intervals of `steps` steps, by the names in `Run`; `y` is advanced."""
+    return signals(take_steps(model, y, METHODS[method], step_s=step_s, intervals=outputs, steps_per_output=steps).out)
 
 
 def trajectory(

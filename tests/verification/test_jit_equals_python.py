@@ -2,7 +2,8 @@
 
 Reason: the compiler may reorder sums and contract products, and a stale or miscompiled kernel would go unnoticed. The
 kernels run once more as plain Python in a process of its own. Source of the tolerance: reordering moves results by
-rounding. Forces, powers and rates are each compared with the largest of their kind.
+rounding. Forces, powers and rates are each compared with the largest of their kind, a step of each family of methods
+by the changes of the velocities.
 """
 
 from __future__ import annotations
@@ -16,7 +17,17 @@ import numpy as np
 import pytest
 
 from tests.verification.cases import DEFECTS, disturbed
-from tests.verification.harness import PRINTED_FIT, FloatArray, Layout, paper_scene, parameters, rates
+from tests.verification.harness import (
+    PAPER_STEP_S,
+    PRINTED_FIT,
+    FloatArray,
+    Layout,
+    Parameters,
+    paper_scene,
+    parameters,
+    rates,
+    stepped,
+)
 
 SEEDS = (1, 2, 3)
 FITS = {"play": {}, "interference": PRINTED_FIT}
@@ -24,8 +35,10 @@ FITS = {"play": {}, "interference": PRINTED_FIT}
 # of 0.16 m, so one rounding of 1e-16 in those is 1e-12 of it already, and a contact makes several: so well are loads,
 # slides and spins known, and torque and powers, in which the friction of all contacts nearly cancels.
 SUMS, SINGLE = 1e-12, 1e-11
+STEP = 1e-10  # a step carries what slides and spins are off into its later stages' contacts
+FAMILIES = ("ode4", "imex1", "imex2", "ros2")
 SAME = {
-    "force": SUMS, "cage": SUMS, "ring": SUMS,
+    "force": SUMS, "cage": SUMS, "ring": SUMS, "inertia": SUMS, "step": STEP,
     "slide": SINGLE, "spin": SINGLE, "loads": SINGLE, "torque": SINGLE, "powers": SINGLE,
 }  # fmt: skip
 
@@ -39,8 +52,15 @@ def kinds(defect: str, fit: str, seed: int) -> dict[str, FloatArray]:
     return {
         "slide": found.rate[where.slide_rate], "spin": found.rate[where.spin], "cage": found.rate[where.omega],
         "ring": found.rate[where.ring_rate], "force": found.contact[:3], "torque": found.contact[4:5],
-        "powers": found.contact[5:], "loads": found.load_n.ravel(),
+        "powers": found.contact[5:11], "inertia": found.contact[11:], "loads": found.load_n.ravel(),
+        "step": np.concatenate([changes(model, y, method) for method in FAMILIES]),
     }  # fmt: skip
+
+
+def changes(model: Parameters, y: FloatArray, method: str) -> FloatArray:
+    """Change of each kind of velocity in a step, over the largest of its kind."""
+    change = stepped(model, y, method, step_s=PAPER_STEP_S, first=0, steps=1)[0] - y
+    return np.concatenate([change[part] / np.abs(change[part]).max() for part in Layout(y).rates])
 
 
 def everything() -> dict[str, FloatArray]:
