@@ -4,10 +4,10 @@ Half a step of the positions, a step of the velocities with the positions held, 
 splitting; Hairer, Lubich & Wanner, Geometric Numerical Integration, 2006, sect. II.5). Within the middle part
 forces are linear in the velocities, f + J (v - v0), and the two-stage formula of `w_method` is applied to that linear
 equation: one evaluation, one factorisation, two solutions. Forces are made linear about the velocities predicted for
-the middle of the step, v + (v - v_last) / 2: about v itself, points that begin to slide are held too long. Of second
-order where J is the true Jacobian; friction's secant (see `damping_kernel`) is that only while points stick, so sliding
-friction is taken to first order. Stable to 2 over the largest natural frequency of the contacts. The first step of a
-run has no last one and predicts nothing.
+the middle of the step, v + (v - v_last) / 2: about v itself, points that begin to slide are held too long. So
+v - v0 is of second order in the step's mean, and the method is of second order whatever stands for J: also where points
+slide, though friction's secant (see `damping_kernel`) is the Jacobian only while they stick. Stable to 2 over the
+largest natural frequency of the contacts. The first step of a run has no last one and predicts nothing.
 """
 
 from __future__ import annotations
