@@ -7,10 +7,11 @@ J. Sci. Comput. 20 (1999) 1456: with S = (1 - gamma h J)^-1
 
 is of second order whatever stands for the Jacobian J, and L-stable in what J holds for gamma = 1 +- 1/sqrt 2 (the
 larger one keeps all components positive). Here J holds the damping matrix of `damping_kernel` alone: friction and
-contact damping set no limit to the step, contact stiffness does, as in Heun's method with the damping there is. Factored
-once, it turns on with the slots' axes to the second stage: of the order of the step, which leaves the order as it is. The
-stages are written for u = gamma h k, which needs no product with J (Hairer & Wanner, Solving Ordinary Differential
-Equations II, 1996, sect. IV.7). No step control; points that enter and leave contact limit the observed order.
+contact damping set no limit to the step, contact stiffness does, as in Heun's method with the damping there is. J is
+factored once and turns on with the slots' axes to the second stage, which changes it by the order of the step and so
+leaves the method's. The stages are written for u = gamma h k, which needs no product with J (Hairer & Wanner, Solving
+Ordinary Differential Equations II, 1996, sect. IV.7). No step control; points that enter and leave contact limit the
+observed order.
 """
 
 from __future__ import annotations
