@@ -31,6 +31,7 @@ CHECKS = (
     "test_damping_matrix.py",
     "test_implicit_steps.py",
 )  # the quickest; they need few right-hand sides
+LIKELIEST = {"damping_kernel.py": "test_damping_matrix.py", "implicit_kernel.py": "test_implicit_steps.py"}  # run first
 AT_ONCE = 2
 FAILED = 1  # exit status of pytest when tests ran and some failed; others mean that they did not run
 LONGEST_S = 120
@@ -68,7 +69,8 @@ def run_checks(folder: Path, error: PlantedError) -> subprocess.CompletedProcess
     (folder / "tests" / "__init__.py").touch()
     (folder / "pytest.ini").write_text("[pytest]\nmarkers =\n    slow:\n    verification:\n")
     plant(folder / KERNELS / error.file, error)
-    checks = [f"tests/verification/{name}" for name in CHECKS]
+    likeliest_first = sorted(CHECKS, key=lambda name: name != LIKELIEST.get(error.file))
+    checks = [f"tests/verification/{name}" for name in likeliest_first]
     command = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=no", "-rf", "-p", "no:cacheprovider", *checks]
     return subprocess.run(
         command, cwd=folder, env=os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(folder)},
