@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from srbval.bench.kept import SPEED_ACCURACY, STABILITY, Kept, newest
 from srbval.report.blocks import Command, KeyValues, Listing, Paragraph
 from srbval.report.content.matrix_section import matrix_section
 from srbval.report.content.open_section import open_section
@@ -17,7 +19,9 @@ from srbval.report.content.runs_section import flatten, runs_section, scene_sect
 from srbval.report.content.scene_figure import scene_figure, table6_figure
 from srbval.report.content.sidebands import sideband_remark
 from srbval.report.content.sources_section import sources_section
+from srbval.report.content.speed_accuracy_section import speed_accuracy_section
 from srbval.report.content.speed_and_slip_section import speed_and_slip_section
+from srbval.report.content.stability_section import stability_section
 from srbval.report.content.sum_rule_section import sum_rule_section
 from srbval.report.content.table6_section import table6_section
 from srbval.report.content.verdict_box import verdict_box
@@ -30,6 +34,7 @@ SCHEMA_VERSION = 1
 def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
     """Draw the figures into `figures` and build the report; `command` is the one that makes it again."""
     origin = provenance(evidence, command)
+    kept = {kind: newest(kind) for kind in (SPEED_ACCURACY, STABILITY)}
     return Report(
         title="Simulated against measured: SKF 22240 spherical roller bearing",
         subtitle="The bundled multibody model beside Giraudo et al. (Sensors 25, 2419, 2025) and recordings of its rig",
@@ -44,13 +49,15 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
             _figures_section(evidence, figures),
             *_paper_speed_section(evidence, figures),
             *other_rigs_section(evidence),
+            speed_accuracy_section(kept[SPEED_ACCURACY], figures),
+            stability_section(kept[STABILITY], figures),
             open_section(evidence),
             _limits_section(evidence),
             runs_section(evidence),
             scene_section(evidence),
             _provenance_section(origin),
         ),
-        data=_data(evidence, origin),
+        data=_data(evidence, origin, kept),
     )
 
 
@@ -144,8 +151,9 @@ def _provenance_section(origin: dict[str, Any]) -> Section:
     )
 
 
-def _data(evidence: Evidence, origin: dict[str, Any]) -> dict[str, Any]:
+def _data(evidence: Evidence, origin: dict[str, Any], kept: Mapping[str, Kept | None]) -> dict[str, Any]:
     """What becomes ``report.json``; `figures` is filled from the tree by the writer."""
+    measured, mapped = kept[SPEED_ACCURACY], kept[STABILITY]
     analyses = {
         f"{group}-{state}": analysis.to_dict()
         for group, side in (
@@ -162,8 +170,9 @@ def _data(evidence: Evidence, origin: dict[str, Any]) -> dict[str, Any]:
         "closure": [s.to_dict() for s in evidence.sums],
         "variations": [dataclasses.asdict(v) for v in evidence.variations],
         "analyses": analyses,
-        "speed_accuracy": [],
-        "stability": [],
+        "speed_accuracy": measured.content["runs"] if measured else [],
+        "stability": mapped.content["cells"] if mapped else [],
+        "kept_results": {kind: result.origin for kind, result in kept.items() if result},
         "ladder": [],
         "matrix": [cell.to_dict() for cell in evidence.matrix.cells],
         "other_rigs": [record.to_dict() for record in evidence.other_rigs],

@@ -1,0 +1,148 @@
+"""Speed against accuracy: error over cost, a mark a solver, the best front as a line, failed runs in a row above."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from srbval.report.figures.files import PanelFiles, save_panel
+from srbval.report.figures.style import BLUE, GREEN, INK, ORANGE, PURPLE, SOFT, VERMILION, figure_style
+
+# Shape and colour tell the methods apart, each alone.
+MARKS = ("v", "<", ">", "^", "s", "o", "D", "P", "X")
+COLOURS = ("#7a8794", "#4e5a68", ORANGE, INK, PURPLE, BLUE, GREEN, VERMILION, "#a3161f")
+SIZE_INCHES = (7.6, 3.3)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CostPoint:
+    """A run: `cost` in wall seconds per simulated second, `values` by panel (None: not measured), `failed` or not.
+
+    `ringed`: the default solver at its default step.
+    """
+
+    solver: str
+    dt_s: float
+    cost: float | None
+    values: Mapping[str, float | None]
+    status: str
+    ringed: bool
+
+    @property
+    def failed(self) -> bool:
+        """Is it drawn in the row of the failed?"""
+        return self.status != "ok"
+
+
+def speed_accuracy_plot(
+    folder: Path,
+    name: str,
+    *,
+    points: Sequence[CostPoint],
+    panels: Mapping[str, str],
+    floors: Mapping[str, float | None],
+) -> PanelFiles:
+    """Draw one panel for each of `panels` (value's name, axis label); write picture and CSV.
+
+    `floors`: what the converged run itself vouches for, drawn as a dashed line. A failed run without a cost stands at
+    the left edge.
+    """
+    solvers = list(dict.fromkeys(point.solver for point in points))
+    with figure_style():
+        figure, rows = _axes(len(panels))
+        for place, (value, label) in enumerate(panels.items()):
+            above, ax = rows[0][place], rows[1][place]
+            _panel(ax, points, solvers, value)
+            if floors.get(value):
+                ax.axhline(floors[value], color=SOFT, ls="--", lw=0.9)
+                ax.annotate("converged run", (1, floors[value]), xycoords=("axes fraction", "data"), ha="right",
+                            va="bottom", fontsize=6.5, color=SOFT)  # fmt: skip
+            ax.set(xlabel="Wall s per simulated s", ylabel=label)
+            ax.axvline(1.0, color="#9aa5b1", lw=0.7, ls=":")
+            _failed(above, ax, points, solvers, first=place == 0)
+        _legend(figure, solvers)
+        return save_panel(figure, folder, name, _columns(points, panels))
+
+
+def _axes(columns: int) -> tuple[Any, Any]:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=SIZE_INCHES)
+    FigureCanvasAgg(figure)
+    return figure, figure.subplots(2, columns, height_ratios=(1, 8), sharex="col", squeeze=False)
+
+
+def _panel(ax: Any, points: Sequence[CostPoint], solvers: Sequence[str], value: str) -> None:
+    ax.set(xscale="log", yscale="log")
+    drawn = []
+    for point in points:
+        height = point.values.get(value)
+        if point.failed or point.cost is None or not height:
+            continue
+        drawn.append((point.cost, height))
+        mark, colour = _look(solvers, point.solver)
+        ax.plot(point.cost, height, mark, color=colour, ms=5, mew=0.6, mec="white", zorder=4)
+        if point.ringed:
+            ax.plot(point.cost, height, "o", mfc="none", mec=INK, ms=11, mew=1.1, zorder=5)
+    front = _front(drawn)
+    ax.plot([x for x, _ in front], [y for _, y in front], color=GREEN, lw=1.6, alpha=0.55, zorder=2)
+
+
+def _failed(above: Any, ax: Any, points: Sequence[CostPoint], solvers: Sequence[str], *, first: bool) -> None:
+    """The failed runs of a panel at their cost, in a row of their own."""
+    above.set_xscale("log")
+    left = min((p.cost for p in points if p.cost is not None), default=1.0)
+    for point in points:
+        if point.failed:
+            mark, colour = _look(solvers, point.solver)
+            above.plot(point.cost or left, 0.5, mark, color=colour, ms=5, mew=0.6, mec="white", alpha=0.9)
+            above.plot(point.cost or left, 0.5, "x", color="#a3161f", ms=7, mew=1.1)
+    above.set(ylim=(0, 1), yticks=[])
+    above.set_facecolor("#faf0f0")
+    above.tick_params(labelbottom=False, length=0, which="both")
+    above.grid(visible=False)
+    if first:
+        above.set_ylabel("failed", rotation=0, ha="right", va="center", color="#a3161f", fontsize=7.5)
+    ax.margins(0.08)
+
+
+def _front(drawn: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Points that no cheaper or equally cheap one beats, cheapest first."""
+    front: list[tuple[float, float]] = []
+    for point in sorted(drawn):
+        if not front or point[1] < front[-1][1]:
+            front.append(point)
+    return front
+
+
+def _look(solvers: Sequence[str], solver: str) -> tuple[str, str]:
+    place = solvers.index(solver)
+    return MARKS[place % len(MARKS)], COLOURS[place % len(COLOURS)]
+
+
+def _legend(figure: Any, solvers: Sequence[str]) -> None:
+    from matplotlib.lines import Line2D
+
+    handles = []
+    for solver in solvers:
+        mark, colour = _look(solvers, solver)
+        handles.append(Line2D([], [], marker=mark, ls="", color=colour, ms=5, label=solver))
+    handles.append(Line2D([], [], marker="o", ls="", mfc="none", mec=INK, ms=9, label="default"))
+    handles.append(Line2D([], [], color=GREEN, lw=1.6, alpha=0.55, label="front"))
+    figure.legend(handles=handles, loc="outside upper center", ncols=len(handles), fontsize=7, frameon=False,
+                  columnspacing=0.9, handletextpad=0.3, handlelength=1.4)  # fmt: skip
+
+
+def _columns(points: Sequence[CostPoint], panels: Mapping[str, str]) -> dict[str, list[Any]]:
+    columns: dict[str, list[Any]] = {
+        "solver": [p.solver for p in points],
+        "dt_s": [p.dt_s for p in points],
+        "wall_per_simulated_s": [math.nan if p.cost is None else p.cost for p in points],
+    }
+    for value in panels:
+        columns[value] = [math.nan if (v := p.values.get(value)) is None else v for p in points]
+    return columns | {"status": [p.status for p in points]}
