@@ -16,3 +16,4 @@ class ContactLaw(NamedTuple):
     static_friction: float
     dynamic_friction: float
     critical_velocity: float
+    onset_s: float  # time over which a point's coming into contact is averaged, 0 for not at all

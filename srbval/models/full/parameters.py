@@ -150,6 +150,7 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
             static_friction=scene.contact.static_friction,
             dynamic_friction=scene.contact.dynamic_friction,
             critical_velocity=scene.contact.critical_velocity_m_s,
+            onset_s=0.0,
         ),
         housing_stiffness=scene.housing.stiffness_n_m if sprung else 0.0,
         housing_damping=scene.housing.damping_ns_m,

@@ -71,6 +71,8 @@ def take_steps(
         spin_rad_s=np.zeros((details, rollers)),
         load_n=np.zeros((details, 2, rollers, CIRCLES)),
     )
+    onset_s = method.coefficients.onset * step_s
+    model = model._replace(law=model.law._replace(onset_s=onset_s))
     advance(
         state, memory, first_interval * steps_per_output, step_s, steps_per_output, method.coefficients, model,
         steps.out, intervals_per_detail, steps.spin_rad_s, steps.load_n,

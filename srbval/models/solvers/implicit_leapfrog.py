@@ -7,7 +7,8 @@ equation: one evaluation, one factorisation, two solutions. Forces are made line
 the middle of the step, v + (v - v_last) / 2: about v itself, points that begin to slide are held too long. So
 v - v0 is of second order in the step's mean, and the method is of second order whatever stands for J: also where points
 slide, though friction's secant (see `damping_kernel`) is the Jacobian only while they stick. Stable to 2 over the
-largest natural frequency of the contacts. The first step of a run has no last one and predicts nothing.
+largest natural frequency of the contacts. The first step of a run has no last one and predicts
+nothing. Points come into contact over two steps, see `contact_columns`.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import math
 
 import numpy as np
 
-from srbval.models.solvers.method import LEAPFROG, Coefficients, Method
+from srbval.models.solvers.method import LEAPFROG, ONSET, Coefficients, Method
 
 GAMMA = 1 - 1 / math.sqrt(2)  # the smaller root: sharper, and the step has no positions that could go wrong
 NONE = np.zeros((1, 1))
@@ -27,5 +28,7 @@ IMEX2 = Method(
     order=2,
     evaluations=1,
     implicit=True,
-    coefficients=Coefficients(LEAPFROG, NONE, np.array([1.5, 0.5]), np.array([0.5]), NONE, np.array([1.0]), GAMMA, 0.5),
+    coefficients=Coefficients(
+        LEAPFROG, NONE, np.array([1.5, 0.5]), np.array([0.5]), NONE, np.array([1.0]), GAMMA, 0.5, ONSET
+    ),
 )

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from srbval.models.solvers.method import LEAPFROG, Coefficients, Method
+from srbval.models.solvers.method import LEAPFROG, ONSET, Coefficients, Method
 
 NONE = np.zeros((1, 1))
 
@@ -21,5 +21,5 @@ IMEX1 = Method(
     order=1,
     evaluations=1,
     implicit=True,
-    coefficients=Coefficients(LEAPFROG, NONE, np.array([1.0]), np.array([0.0]), NONE, np.array([1.0]), 1.0, 0.0),
+    coefficients=Coefficients(LEAPFROG, NONE, np.array([1.0]), np.array([0.0]), NONE, np.array([1.0]), 1.0, 0.0, ONSET),
 )

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 RUNGE_KUTTA, ROSENBROCK, LEAPFROG = range(3)  # families, one kernel each
+ONSET = 2.0  # implicit methods: neighbouring steps share a point's coming into contact; 1 leaves more noise
 
 
 class Coefficients(NamedTuple):
@@ -19,7 +20,8 @@ class Coefficients(NamedTuple):
     `a`, shape [s, s]: what a stage's state takes of earlier stages; `b`, [s]: what the result takes of them; `c`, [s]:
     the stages' times; `g`, [s, s]: what a stage's right-hand side takes of earlier stages; `powers`, [s]: weights of
     the stages in mean forces and powers; `gamma`: share of the step that friction and damping are taken ahead;
-    `ahead`: share of the last change of the velocities by which a leapfrog predicts where forces are made linear.
+    `ahead`: share of the last change of the velocities by which a leapfrog predicts where forces are made linear;
+    `onset`: steps over which a point's coming into contact is averaged, see `contact_columns`.
     A leapfrog has one stage, `c` of a step after the step's start, and solves its linear equations ``len(b)`` times.
     """
 
@@ -31,6 +33,7 @@ class Coefficients(NamedTuple):
     powers: FloatArray
     gamma: float
     ahead: float
+    onset: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +55,7 @@ def explicit(name: str, title: str, order: int, a: list[list[float]], b: list[fl
     return Method(
         name=name, title=title, order=order, evaluations=len(b), implicit=False,
         coefficients=Coefficients(
-            RUNGE_KUTTA, matrix, weights, matrix.sum(axis=1), np.zeros_like(matrix), weights, 0.0, 0.0
+            RUNGE_KUTTA, matrix, weights, matrix.sum(axis=1), np.zeros_like(matrix), weights, 0.0, 0.0, 0.0
         ),
     )  # fmt: skip
 

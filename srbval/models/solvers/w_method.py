@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from srbval.models.solvers.method import ROSENBROCK, Coefficients, Method, lower
+from srbval.models.solvers.method import ONSET, ROSENBROCK, Coefficients, Method, lower
 
 GAMMA = 1 + 1 / math.sqrt(2)
 
@@ -39,5 +39,6 @@ ROS2 = Method(
         np.array([0.5, 0.5]),
         GAMMA,
         0.0,
+        ONSET,
     ),
 )

@@ -14,7 +14,7 @@ K, C, W, MU_S, MU_D, V_C = 5e7, 1e3, 1e-8, 0.7, 0.5, 1e-3
 
 
 def one_point(
-    depth: float, velocity: tuple[float, float, float] = (0.0, 0.0, 0.0), along: float = 0.0
+    depth: float, velocity: tuple[float, float, float] = (0.0, 0.0, 0.0), along: float = 0.0, onset_s: float = 0.0
 ) -> tuple[float, ...]:
     """Force and torque of one ring point `depth` below the roller's surface at its +x side, `along` the axis.
 
@@ -29,7 +29,7 @@ def one_point(
     columns[int(O_X) // STRIDE, [0, 1, 2, 4, 5, 6, 7]] = 1e3
     first = int(V_X) // STRIDE
     columns[first : first + 3, 3] = velocity
-    law = ContactLaw(PROFILE, R, K, C, W, MU_S, MU_D, V_C)
+    law = ContactLaw(PROFILE, R, K, C, W, MU_S, MU_D, V_C, onset_s)
     contact_columns(law, points, 0, 0, 0, 1, columns.ravel(), 0, 8, None)
     assert int(F_X) // STRIDE == SUMS.start
     assert np.all(columns[SUMS][:, [0, 1, 2, 4, 5, 6, 7]] == 0.0), "columns do not mix"
@@ -89,3 +89,13 @@ def test_losses_and_stored_energy() -> None:
     assert stored == pytest.approx(K * 2e-5**2, rel=1e-6)
     released = one_point(2e-5, (5.0, 0.0, 0.0))
     assert released[-2] == pytest.approx(K * 2e-5 * 5.0, rel=1e-6), "without a force the spring's energy is lost"
+
+
+@pytest.mark.parametrize("share", [-0.6, -0.45, -0.2, 0.0, 0.3, 0.5, 2.0])
+def test_coming_into_contact_is_averaged_over_its_time(share: float) -> None:
+    """Spring and damper against their mean over the time about a moment when the point is `share` of it inside."""
+    onset, rate = 3e-5, 0.6
+    depth = share * rate * onset
+    then = depth + rate * onset * (np.arange(20_000) + 0.5 - 10_000) / 20_000
+    expected = np.where(then > 0, K * then + C * rate, 0.0).mean()
+    assert -one_point(depth, (-rate, 0.0, 0.0), onset_s=onset)[0] == pytest.approx(expected, rel=2e-3, abs=1e-9)
