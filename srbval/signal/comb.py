@@ -16,8 +16,6 @@ FloatArray = NDArray[np.float64]
 
 # Harmonics fitted together, where the record reaches that far.
 HARMONICS = 5
-# Windows are capped at this share of the frequency: shaft harmonics lie within two per cent of fault lines.
-WIDEST_SHARE = 0.02
 # A line counts as detected when noise would show it less often than this ...
 FALSE_ALARM = 1e-3
 # ... and its first harmonic is this many times the local noise in the squared envelope spectrum, which parts
