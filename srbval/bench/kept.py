@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import srbval
-from srbval.storage.revision import git_revision
 from srbval.storage.strict_json import write_json
 
 SPEED_ACCURACY, STABILITY = "speed_accuracy", "stability"
@@ -47,13 +46,13 @@ class Kept:
         }
 
 
-def stamped(kind: str, result: Mapping[str, Any], command: str) -> dict[str, Any]:
-    """`result` with its kind, date, revision and the command that made it."""
+def stamped(kind: str, result: Mapping[str, Any], *, command: str, revision: str | None) -> dict[str, Any]:
+    """`result` with its kind, date, the revision that was read when it began and the command that made it."""
     return {
         "schema_version": SCHEMA_VERSION,
         "kind": kind,
         "made_utc": datetime.now(UTC).isoformat(timespec="seconds"),
-        "git_revision": git_revision(),
+        "git_revision": revision,
         "command": command,
         **result,
     }

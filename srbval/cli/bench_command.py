@@ -20,6 +20,7 @@ from srbval.cli.output import print_json, print_table
 from srbval.cli.tasks import Tasks
 from srbval.models.solvers import SOLVERS
 from srbval.report.progress import Progress
+from srbval.storage.revision import git_revision
 
 VERDICT = {True: "met", False: "NOT MET", None: "not measured"}
 COST_COLUMNS = {
@@ -99,6 +100,7 @@ def run(options: argparse.Namespace) -> int:
     settings = QUICK if options.quick else FULL
     if options.seconds:
         settings = replace(settings, accuracy_s=options.seconds)
+    revision = git_revision()
     with Progress() as progress:
         result = run_bench(
             scenes=tuple(options.scenes or SCENES),
@@ -107,7 +109,8 @@ def run(options: argparse.Namespace) -> int:
             accuracy=not options.speed_only,
             progress=Tasks(progress, "Bench"),
         )
-    content = stamped(SPEED_ACCURACY, result.to_dict(), shlex.join(["srbval", *sys.argv[1:]]))
+    command = shlex.join(["srbval", *sys.argv[1:]])
+    content = stamped(SPEED_ACCURACY, result.to_dict(), command=command, revision=revision)
     if options.output or _complete(options):
         path = keep(content, Path(options.output) if options.output else None)
         print(f"kept: {path}", file=sys.stderr)

@@ -17,16 +17,18 @@ from srbval.cli.tasks import Tasks
 from srbval.report.progress import Progress
 from srbval.stability.grid import FULL, QUICK, Grid
 from srbval.stability.stability import StabilityResult, run_stability
+from srbval.storage.revision import git_revision
 
 SOUND, UNSOUND = 0, 1
 
 
 def run(options: argparse.Namespace) -> int:
     """Map and print; exit code 1 where a planted failure was missed or a converged run flagged."""
-    grid = grid_of(options)
+    grid, revision = grid_of(options), git_revision()
     with Progress() as progress:
         result = run_stability(grid, jobs=options.jobs, progress=Tasks(progress, "Stability"))
-    content = stamped(STABILITY, result.to_dict(), shlex.join(["srbval", *sys.argv[1:]]))
+    command = shlex.join(["srbval", *sys.argv[1:]])
+    content = stamped(STABILITY, result.to_dict(), command=command, revision=revision)
     if options.output or grid == FULL:
         path = keep(content, Path(options.output) if options.output else None)
         print(f"kept: {path}", file=sys.stderr)

@@ -80,7 +80,7 @@ def _above_limit(cells: Cells) -> Claim:
     answer = "The cells of this map do not cover the claim."
     if covered:
         answer = f"{'Yes' if borne_out else 'No'}: {where} in {_count(above)} above {CLAIMED_LIMIT_RPM:g} rpm and in "
-        answer += f"{_count(below)} up to it. {_what_fails(cells)}"
+        answer += f"{_count(below)} up to it. {_noisiest(own)} {_what_fails(cells)}"
     return Claim(
         claim=f"Above {CLAIMED_LIMIT_RPM:g} rpm the model's output becomes incorrect, as the points move too far in a "
         "time step (section 2.3).",
@@ -91,6 +91,19 @@ def _above_limit(cells: Cells) -> Claim:
             *_noise_lines(own),
             *(_speed_line(_at_paper_step(cells, s), s) for s in _solvers(cells)),
         ),
+    )
+
+
+def _noisiest(own: Cells) -> str:
+    """At which speed the chatter of explicit friction is worst, and what it is at the highest speed of that scene."""
+    worst = max((c for c in own if math.isfinite(c.band_rms_part)), key=lambda c: c.band_rms_part)
+    same = [c for c in own if c.case.group.scene == worst.case.group.scene]
+    friction = worst.case.group.critical_velocity_m_s
+    fastest = max((c for c in same if c.case.group.critical_velocity_m_s == friction), key=_rpm)
+    return (
+        f"Its vibration is furthest off at {_rpm(worst):g} rpm, {worst.band_rms_part:.2g} times the converged run's, "
+        f"against {fastest.band_rms_part:.2g} at {_rpm(fastest):g} rpm ({worst.case.group.scene}, critical velocity "
+        f"{friction:g} m/s)."
     )
 
 
@@ -129,8 +142,8 @@ def _noise_lines(own: Cells) -> list[str]:
             f"{_rpm(c):g} rpm {c.band_rms_part:.2g} times, {abs(c.outcome.energy_imbalance):.0%}" for c in shown
         )
         lines.append(
-            f"{_solver(own[0])} at 1/{own[0].case.steps_per_s} s, {scene}, critical velocity {steepest:g} m/s: 500-1500 "
-            f"Hz RMS over the converged run's, and losses without a source, by speed: {speeds}."
+            f"{_solver(own[0])} at 1/{own[0].case.steps_per_s} s, {scene}, critical velocity {steepest:g} m/s: 500-"
+            f"1500 Hz RMS over the converged run's, and losses without a source, by speed: {speeds}."
         )
     return lines
 

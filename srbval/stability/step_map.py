@@ -34,7 +34,8 @@ def stability_function(method: Method, z: ComplexArray) -> ComplexArray:
 def step_map(method: Method, system: Linear, step_s: float) -> FloatArray:
     """Matrix of one step of an implicit method, [n, n]; n = q + v, and v more where the method remembers a step."""
     coefficients = method.coefficients
-    damp = np.linalg.inv(np.eye(len(system.damping)) - coefficients.gamma * step_s * system.damping)
+    damping = np.eye(len(system.damping)) - coefficients.gamma * step_s * system.damping
+    damp = np.asarray(np.linalg.inv(damping), dtype=np.float64)
     make = _leapfrog if coefficients.family == LEAPFROG else _rosenbrock
     return make(coefficients, system, step_s, damp)
 
