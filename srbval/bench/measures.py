@@ -57,7 +57,7 @@ def measure(run: Run) -> Measures:
     floor, pattern = None, None
     if run.seconds >= LEAST_SECONDS:
         processed = process(recording_from_run(run), band_hz=SIMULATED_BAND_HZ)
-        floor = noise_floor(processed.spectrum, float(processed.envelope.mean()))
+        floor = noise_floor(processed.envelope, processed.fs_hz)
         pattern = None if defect_hz is None else harmonic_pattern(processed.spectrum, defect_hz)
     return Measures(
         seconds=run.seconds,
@@ -84,13 +84,19 @@ def scatter(values: FloatArray) -> float:
     return float(means.std(ddof=1) / math.sqrt(BLOCKS) / abs(means.mean()))
 
 
-def noise_floor(spectrum: Spectrum, mean_envelope: float) -> float:
+def noise_floor(envelope: FloatArray, fs_hz: float) -> float:
     """Median height of an envelope's spectrum between 60 and 90 Hz over the envelope's mean.
 
-    Broadband noise stands lower in a longer record, by its square root: compare equal durations only.
+    Under a Hann window: without one, the skirts of the strong lines beside the range are all that is seen of a clean
+    run. Heights are such that white noise has those of a plain amplitude spectrum. Broadband noise stands lower in a
+    longer record, by its square root: compare equal durations only.
     """
-    inside = (spectrum.frequency_hz >= FLOOR_HZ[0]) & (spectrum.frequency_hz <= FLOOR_HZ[1])
-    return float(np.median(spectrum.amplitude[inside])) / mean_envelope
+    window, mean = _hann(envelope.size), float(envelope.mean())
+    lines = np.abs(np.asarray(scipy.fft.rfft((envelope - mean) * window)))
+    frequency = np.arange(lines.size) * fs_hz / envelope.size
+    inside = (frequency >= FLOOR_HZ[0]) & (frequency <= FLOOR_HZ[1])
+    as_plain = 2 / math.sqrt(envelope.size * float((window**2).sum()))
+    return float(np.median(lines[inside])) * as_plain / mean
 
 
 def band_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> float:

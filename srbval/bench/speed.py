@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from srbval.bench.progress import Progress, silent
@@ -16,6 +16,10 @@ from srbval.scene import paper_scene
 
 POINTS = (500, 1000, 2000, 4000)
 HEALTHY = tuple(f"{contact}-healthy" for contact in CONTACTS)
+NOTHING_TOUCHES = (
+    "nothing-touches"  # what the bodies' own motion costs: a shaft that hardly turns, rollers too small to touch
+)
+SLOW_RAD_S, LOOSE_M = 1e-6, 3e-3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,15 +37,18 @@ class TouchCost:
 
     @property
     def ns_per_point(self) -> float | None:
-        """Wall time of a step over the number of touching points [ns]."""
+        """Wall time of a step over the number of touching points [ns]; None where nothing touches."""
         return (
-            None if self.us_per_step is None or self.touching is None else 1e3 * self.us_per_step / self.touching.points
+            None
+            if self.us_per_step is None or not self.touching or not self.touching.points
+            else 1e3 * self.us_per_step / self.touching.points
         )
 
-    @property
-    def us_per_contact(self) -> float | None:
-        """Wall time of a step over the number of touching roller-race pairs [us]."""
-        return None if self.us_per_step is None or self.touching is None else self.us_per_step / self.touching.contacts
+    def contact_us(self, apart_us: float) -> float | None:
+        """Wall time of a step beyond `apart_us`, over the number of touching roller-race pairs [us]."""
+        if self.us_per_step is None or self.touching is None or not self.touching.contacts:
+            return None
+        return (self.us_per_step - apart_us) / self.touching.contacts
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values."""
@@ -53,7 +60,6 @@ class TouchCost:
             "us_per_step": self.us_per_step,
             **{f"touching_{name}": count for name, count in counts.items()},
             "ns_per_point": self.ns_per_point,
-            "us_per_contact": self.us_per_contact,
         }
 
 
@@ -82,7 +88,7 @@ def speed_rows(
 
 def touch_costs(solver: str, settings: Settings, progress: Progress = silent) -> list[TouchCost]:
     """Cost against points per circle, K_c n_pc and C_c n_pc held, and of both readings of the healthy bearing."""
-    cases = [("play0-healthy", points) for points in POINTS] + [("interference-healthy", POINTS[0])]
+    cases = [(HEALTHY[0], points) for points in POINTS] + [(HEALTHY[1], POINTS[0]), (NOTHING_TOUCHES, POINTS[0])]
     costs = []
     for number, (name, points) in enumerate(cases):
         progress("time more points", number / len(cases))
@@ -95,10 +101,16 @@ def _touch_cost(name: str, points: int, solver: str, settings: Settings) -> Touc
     paper = paper_scene().contact
     fewer = paper.points_per_circle / points
     scene = bench_scene(
-        name, solver=solver, seconds=settings.timing_s, settle_s=settings.timing_settle_s,
+        HEALTHY[0] if name == NOTHING_TOUCHES else name,
+        solver=solver, seconds=settings.timing_s, settle_s=settings.timing_settle_s,
         contact={"points_per_circle": points, "stiffness_n_m": paper.stiffness_n_m * fewer,
                  "damping_ns_m": paper.damping_ns_m * fewer},
     )  # fmt: skip
+    if name == NOTHING_TOUCHES:
+        scene = replace(
+            scene, shaft_speed_rad_s=SLOW_RAD_S, load=replace(scene.load, radial_n=0.0),
+            contact=replace(scene.contact, radial_play_m=LOOSE_M),
+        )  # fmt: skip
     timed: Attempt = time_scene(scene, settings.repeats)
     return TouchCost(
         scene=name,

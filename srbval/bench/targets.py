@@ -10,7 +10,7 @@ from typing import Any
 from srbval.bench.processes import Processes
 from srbval.bench.row import BenchRun
 from srbval.bench.scenes import PAPER_STEP_S
-from srbval.bench.speed import HEALTHY, POINTS, TouchCost
+from srbval.bench.speed import HEALTHY, NOTHING_TOUCHES, POINTS, TouchCost
 from srbval.scene import paper_scene
 
 REAL_TIME = 1.0  # wall seconds per simulated second
@@ -58,7 +58,7 @@ def speed_targets(rows: Sequence[BenchRun], costs: Sequence[TouchCost], processe
         *own,
         Target(name=f"time over touching points, growth from {POINTS[0]} to {POINTS[-1]} points per circle",
                value=points_growth(costs), limit=GROWTH_LIMIT, unit="1"),
-        Target(name="time per touching roller and race, play0-healthy over interference-healthy",
+        Target(name="contact time per touching roller and race, play0-healthy over interference-healthy",
                value=healthy_row(costs), limit=GROWTH_LIMIT, unit="1"),
         Target(name="compile, empty store", value=processes.compile_s if processes else None,
                limit=COMPILE_LIMIT_S, unit="s"),
@@ -141,9 +141,15 @@ def points_growth(costs: Sequence[TouchCost]) -> float | None:
 
 
 def healthy_row(costs: Sequence[TouchCost]) -> float | None:
-    """Time per touching roller-race pair where few touch over that where all do; above 1, idle rollers cost too."""
-    per_contact = {c.scene: c.us_per_contact for c in costs if c.points_per_circle == POINTS[0]}
-    some, every = (per_contact.get(scene) for scene in HEALTHY)
+    """Contact time per touching roller-race pair where few touch over that where all do; above 1, idle ones cost too.
+
+    Contact time is what a step takes beyond the bodies' own motion, timed where nothing touches.
+    """
+    own = {c.scene: c for c in costs if c.points_per_circle == POINTS[0]}
+    apart_us = own[NOTHING_TOUCHES].us_per_step if NOTHING_TOUCHES in own else None
+    if apart_us is None or not set(HEALTHY) <= set(own):
+        return None
+    some, every = (own[scene].contact_us(apart_us) for scene in HEALTHY)
     return None if some is None or every is None else some / every
 
 

@@ -19,7 +19,7 @@ from srbval.bench.reference import references
 from srbval.bench.row import row_of
 from srbval.bench.scenes import SCENES, bench_scene, output_rate_hz
 from srbval.bench.settings import QUICK, Settings
-from srbval.bench.speed import TouchCost
+from srbval.bench.speed import NOTHING_TOUCHES, TouchCost
 from srbval.bench.targets import Target, healthy_row, points_growth, speed_targets
 from srbval.bench.timing import time_scene
 from srbval.bench.touching import Touching
@@ -154,9 +154,10 @@ def test_growth_is_of_time_per_touching_thing() -> None:
         return TouchCost(scene=scene, solver="ode4", points_per_circle=points, us_per_step=us, touching=counts)
 
     costs = [cost("play0-healthy", 500, 10.0, 100.0, 50.0), cost("play0-healthy", 4000, 40.0, 800.0, 50.0),
-             cost("interference-healthy", 500, 20.0, 300.0, 80.0)]  # fmt: skip
+             cost("interference-healthy", 500, 20.0, 300.0, 80.0), cost(NOTHING_TOUCHES, 500, 4.0, 0.0, 0.0)]  # fmt: skip
     assert points_growth(costs) == pytest.approx(0.5)
-    assert healthy_row(costs) == pytest.approx(0.2 / 0.25)
+    assert healthy_row(costs) == pytest.approx((6.0 / 50) / (16.0 / 80))
+    assert healthy_row(costs[:3]) is None
     assert points_growth(costs[:1]) is None
 
 
