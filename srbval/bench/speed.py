@@ -16,9 +16,8 @@ from srbval.scene import paper_scene
 
 POINTS = (500, 1000, 2000, 4000)
 HEALTHY = tuple(f"{contact}-healthy" for contact in CONTACTS)
-NOTHING_TOUCHES = (
-    "nothing-touches"  # what the bodies' own motion costs: a shaft that hardly turns, rollers too small to touch
-)
+# What the bodies' own motion costs: a shaft that hardly turns, rollers too small to touch.
+NOTHING_TOUCHES = "nothing-touches"
 SLOW_RAD_S, LOOSE_M = 1e-6, 3e-3
 
 
