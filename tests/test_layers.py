@@ -24,6 +24,7 @@ ORDER = (
     "bench",
     "stability",
     "plan",
+    "campaign",
     "report",
     "cli",
 )

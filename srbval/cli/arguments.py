@@ -34,6 +34,7 @@ def parser() -> Parser:
     _bench(commands)
     _stability(commands)
     _plan(commands)
+    _campaign(commands)
     _command(commands, "doctor", "versions, threads, caches, extras: is this installation sound?")
     return top
 
@@ -199,6 +200,39 @@ def _stability(commands: Any) -> None:
     command.add_argument(
         "-o", "--output", metavar="FILE", help="keep the result here (default: the whole map is kept for the report)"
     )
+
+
+def _campaign(commands: Any) -> None:
+    command = _command(commands, "campaign", "many cases from one file, resumable, on this machine or a cluster")
+    actions = command.add_subparsers(dest="action", metavar="ACTION", required=True, parser_class=Parser)
+    run = _action(actions, "run", "run what has no result yet; the same command goes on after an interruption")
+    run.add_argument("campaign", metavar="FILE.toml|PRESET", help="campaign file, or table5, table5-smoke")
+    run.add_argument("-o", "--output", metavar="DIR", help="folder of the campaign (default: srbval-NAME)")
+    run.add_argument("--dry-run", action="store_true", help="print cases, models, time and disk expected; run nothing")
+    run.add_argument(
+        "--engine", default="auto", metavar="E", help="serial, local, dask or slurm (default: dask if installed)"
+    )
+    run.add_argument("--jobs", type=int, metavar="N", help="cases at a time (default: one per core)")
+    run.add_argument("--address", metavar="URL", help="of a Dask scheduler that is there already")
+    status = _action(actions, "status", "how far a campaign is; writes its results table anew")
+    status.add_argument("folder", metavar="DIR")
+    export = _action(actions, "export", "labelled segments for training, in one HDF5 with a data card")
+    export.add_argument("folder", metavar="DIR", help="campaign whose outputs hold the acceleration")
+    export.add_argument("-o", "--output", metavar="FILE.h5", required=True)
+    export.add_argument("--segment-seconds", type=_positive, default=1.0, metavar="S", help="default: 1")
+    export.add_argument(
+        "--snr-db", nargs="+", type=_number, default=[], metavar="DB", help="ratios of added noise (default: no noise)"
+    )
+    export.add_argument(
+        "--noise", default="white", metavar="white|RECORDING", help="white, or coloured as this recording is"
+    )
+    export.add_argument("--seed", type=int, default=0, metavar="N", help="of the noise")
+
+
+def _action(actions: Any, name: str, text: str) -> Parser:
+    action: Parser = actions.add_parser(name, help=text, description=text)
+    action.add_argument("--json", action="store_true", default=argparse.SUPPRESS, help="print one JSON document")
+    return action
 
 
 def _number(text: str) -> float:

@@ -1,0 +1,160 @@
+"""A Dask cluster: one made for the campaign on this machine, one that is there already, or one that SLURM starts."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import os
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from srbval.campaign.case import version
+from srbval.campaign.engines.engine import ATTEMPTS, Job, Outcome, crashed
+from srbval.campaign.engines.processes import THREADS
+from srbval.campaign.task import Task
+from srbval.campaign.work import prepare, run_task, sees
+from srbval.errors import ConfigurationError, DataError
+
+AHEAD = 2  # cases handed to the scheduler for each worker: none waits for the next, the scheduler holds few
+SLURM_MEMORY = "2 GB"
+CONNECT_S = "20 s"
+
+
+class DaskCluster:
+    """Cases on a Dask cluster. `make_client` is a context that yields a client of it; see the functions below."""
+
+    def __init__(self, name: str, workers: int, make_client: Callable[[], Any]) -> None:
+        self.name, self.workers = name, workers
+        self._make_client = make_client
+
+    def run(self, job: Job) -> Iterator[Outcome]:
+        """Outcomes as they come; never more than a few cases a worker are with the scheduler."""
+        from distributed import KilledWorker, as_completed
+
+        waiting = iter(job.tasks)
+        with self._make_client() as client:
+            _prepare(client, job)
+            under_way = as_completed()
+            tasks: dict[Any, Task] = {}
+
+            def fill() -> None:
+                room = max(2, AHEAD * sum(client.nthreads().values())) - len(tasks)
+                for task in (t for t, _ in zip(waiting, range(room), strict=False)) if room > 0 else ():
+                    job.begun(task.key)
+                    future = client.submit(run_task, task, key=f"srbval-{task.key}", pure=False, retries=0)
+                    tasks[future.key] = task
+                    under_way.add(future)
+
+            fill()
+            for future in under_way:
+                task = tasks.pop(future.key)
+                try:
+                    outcome = future.result()
+                except KilledWorker:
+                    outcome = crashed(task.key, "its Dask worker was lost")
+                future.release()
+                yield outcome
+                fill()
+
+
+def embedded(workers: int) -> DaskCluster:
+    """A cluster of `workers` processes on this machine, for this campaign alone."""
+
+    @contextlib.contextmanager
+    def client() -> Iterator[Any]:
+        import dask
+        from distributed import Client, LocalCluster
+
+        with (
+            dask.config.set({"distributed.scheduler.allowed-failures": ATTEMPTS - 1}),
+            _environment(),
+            LocalCluster(
+                n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None,
+                silence_logs=logging.CRITICAL, memory_limit=None,
+            ) as cluster,
+            Client(cluster) as made,
+        ):  # fmt: skip
+            yield made
+
+    return DaskCluster("dask", workers, client)
+
+
+def existing(address: str) -> DaskCluster:
+    """The cluster of a scheduler at `address`, such as ``tcp://host:8786``; its workers should have one thread each."""
+
+    @contextlib.contextmanager
+    def client() -> Iterator[Any]:
+        from distributed import Client
+
+        try:
+            made = Client(address, timeout=CONNECT_S)
+        except (OSError, ValueError) as error:
+            raise DataError(f"no Dask scheduler answers at {address} ({error}). Start one: dask scheduler") from None
+        with made:
+            yield made
+
+    return DaskCluster(f"dask at {address}", 0, client)
+
+
+def slurm(workers: int) -> DaskCluster:
+    """A cluster of `workers` SLURM jobs of one core each; queue, account and time from Dask's own configuration.
+
+    Those stand in ``~/.config/dask/jobqueue.yaml`` under ``jobqueue.slurm``, as dask-jobqueue documents.
+    """
+
+    @contextlib.contextmanager
+    def client() -> Iterator[Any]:
+        import dask
+        from dask_jobqueue import SLURMCluster
+        from distributed import Client
+
+        memory = dask.config.get("jobqueue.slurm.memory", None) or SLURM_MEMORY
+        prologue = dask.config.get("jobqueue.slurm.job-script-prologue", None) or []
+        single = [f"export {name}=1" for name in THREADS]
+        with (
+            SLURMCluster(cores=1, processes=1, memory=memory, job_script_prologue=[*prologue, *single]) as cluster,
+            Client(cluster) as made,
+        ):
+            cluster.scale(jobs=workers)
+            yield made
+
+    return DaskCluster("slurm", workers, client)
+
+
+def _prepare(client: Any, job: Job) -> None:
+    """Wait for a worker, compile once on each machine, and see that all are of our kind."""
+    client.wait_for_workers(1)
+    hosts: dict[str, str] = {}
+    for address in client.nthreads():
+        hosts.setdefault(address.rpartition(":")[0], address)
+    found = {
+        host: client.submit(prepare, tuple(job.first), workers=[address], pure=False, retries=ATTEMPTS)
+        for host, address in hosts.items()
+    }
+    for host, future in found.items():
+        theirs = future.result()
+        if theirs != version():
+            raise ConfigurationError(
+                f"the Dask workers at {host} run another version of the model ({theirs}, here {version()}): results "
+                "would not compare. Install the same srbval there."
+            )
+    for address, there in client.run(sees, job.folder).items():
+        if not there:
+            raise DataError(
+                f"the Dask worker at {address} does not see {job.folder}; choose a folder that all machines share."
+            )
+
+
+@contextlib.contextmanager
+def _environment() -> Iterator[None]:
+    """One thread a library in the processes started meanwhile."""
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value

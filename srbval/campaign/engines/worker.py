@@ -1,0 +1,42 @@
+"""The process of `processes`: reads requests from standard input, answers on what was standard output.
+
+``python -m srbval.campaign.engines.worker``; ends when its input ends, in the middle of a case if need be.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import queue
+import signal
+import sys
+import threading
+from typing import IO, Any
+
+
+def main() -> None:
+    """Serve until the input ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the campaign's own process sees to that
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # whatever a library prints must not get between the answers
+    requests: queue.Queue[tuple[str, Any]] = queue.Queue()
+    threading.Thread(target=_read, args=(sys.stdin.buffer, requests), daemon=True).start()
+    from srbval.campaign.work import prepare, run_task
+
+    while True:
+        kind, content = requests.get()
+        pickle.dump(prepare(content) if kind == "prepare" else run_task(content), answers)
+        answers.flush()
+
+
+def _read(stream: IO[bytes], requests: queue.Queue[tuple[str, Any]]) -> None:
+    """Pass requests on; when there are no more, whoever asked is gone: end at once."""
+    try:
+        while True:
+            requests.put(pickle.load(stream))
+    except (EOFError, OSError, pickle.UnpicklingError):
+        os._exit(0)
+
+
+if __name__ == "__main__":
+    main()

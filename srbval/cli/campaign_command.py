@@ -1,0 +1,100 @@
+"""``srbval campaign``: run many cases, see how far they are, make a labelled data set of them."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from srbval.cli.campaign_progress import CampaignProgress
+from srbval.cli.output import print_json, print_table
+
+DONE, WITH_FAILURES = 0, 1
+SHOWN_FAILURES = 10
+
+
+def run(options: argparse.Namespace) -> int:
+    """Do what the action says; exit code 1 where cases failed, each of which has its reason."""
+    return {"run": _run, "status": _status, "export": _export}[options.action](options)
+
+
+def _run(options: argparse.Namespace) -> int:
+    from srbval.campaign.engines.choose import choose_engine
+    from srbval.campaign.run import run_campaign
+    from srbval.campaign.settings import load_campaign
+
+    campaign = load_campaign(options.campaign)
+    engine = choose_engine(options.engine, jobs=options.jobs, address=options.address)
+    if options.dry_run:
+        return _dry_run(campaign, engine.name, options)
+    folder = Path(options.output or f"srbval-{campaign.name}")
+    with CampaignProgress() as shown:
+        done = run_campaign(campaign, folder, engine=engine, progress=shown.update, say=shown.say)
+    if options.json:
+        print_json(done.to_dict() | {"folder": folder})
+    else:
+        print(f"{done.done} of {done.cases} cases have a result, {done.ran} of them new, in {done.wall_s:.1f} s "
+              f"({done.engine}); {len(done.failed)} failed. Results: {done.table}")  # fmt: skip
+        _show_failures(done.failed)
+    return WITH_FAILURES if done.failed else DONE
+
+
+def _dry_run(campaign: Any, engine: str, options: argparse.Namespace) -> int:
+    from srbval.campaign.planning import plan_cases, totals
+
+    cases = plan_cases(campaign)
+    found = totals(cases)
+    if options.json:
+        planned = [case.to_dict() for case in cases]
+        print_json({"name": campaign.name, "engine": engine, **vars(found), "planned": planned})
+        return DONE
+    rows = [(c.index, c.model or "refused", c.expected_s, c.refused or _point(c.point)) for c in cases]
+    print_table(("case", "model", "expected [s]", "what it is"), rows)
+    models = ", ".join(f"{name} {count}" for name, count in found.models.items())
+    time = "unknown" if found.expected_s is None else f"{found.expected_s:.0f} s on one core of the calibration machine"
+    print(f"\n{found.cases} cases ({models}; {found.refused} refused); time: {time}; disk: "
+          f"{found.expected_bytes / 1e6:.1f} MB. Nothing was run.")  # fmt: skip
+    return DONE
+
+
+def _point(point: Any) -> str:
+    return ", ".join(f"{key} = {value}" for key, value in point.items())
+
+
+def _status(options: argparse.Namespace) -> int:
+    from srbval.campaign.status import campaign_status
+
+    found = campaign_status(Path(options.folder))
+    if options.json:
+        print_json(found.to_dict())
+        return DONE
+    running = f"running{found.running}" if found.running else "not running"
+    print(f"{found.name}: {found.done} of {found.cases} cases have a result, {len(found.failed)} failed; {running}. "
+          f"Results: {found.table}")  # fmt: skip
+    _show_failures(found.failed)
+    return DONE
+
+
+def _show_failures(failed: Any) -> None:
+    """Failures by reason, the most frequent first."""
+    reasons: dict[str, list[int]] = {}
+    for entry in failed:
+        reasons.setdefault(f"{entry['ending']}: {entry['reason']}", []).append(entry["case"])
+    for reason, cases in sorted(reasons.items(), key=lambda item: -len(item[1]))[:SHOWN_FAILURES]:
+        which = ", ".join(map(str, cases[:SHOWN_FAILURES])) + (", ..." if len(cases) > SHOWN_FAILURES else "")
+        print(f"{len(cases)} x {reason} (case {which})")
+
+
+def _export(options: argparse.Namespace) -> int:
+    from srbval.campaign.export import export_campaign
+    from srbval.campaign.export_settings import ExportSettings
+
+    settings = ExportSettings(
+        segment_s=options.segment_seconds, snr_db=tuple(options.snr_db), noise=options.noise, seed=options.seed
+    )
+    made = export_campaign(Path(options.folder), Path(options.output), settings)
+    if options.json:
+        print_json(made.to_dict())
+    else:
+        print(f"{made.segments} segments of {made.samples} samples in {made.file}; {made.left_out} cases left out")
+    return DONE
