@@ -68,7 +68,7 @@ def _summary(result: RunSummary, output: Path | None) -> dict[str, Any]:
     return {
         "model": scene.model,
         "solver": rung_of(scene.model).own_solver or scene.solver.name,
-        "dt_s": None if rung_of(scene.model).own_solver else scene.solver.step_s,
+        "dt_s": rung_of(scene.model).step_s(scene),
         "seconds": result.seconds,
         "wall_s": result.wall_s,
         "compile_s": result.compile_s,

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from srbval.errors import ConfigurationError
+from srbval.scene import Scene
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,8 +22,9 @@ class Rung:
     """A model's `name`, what it is in a few words, and where its function stands, as ``module:function``.
 
     `columns`: those of `chunk.Outputs.out` that it fills; the others are NaN.
-    `own_solver`: what integrates it, where that is not the scene's choice. `lacks`: questions that it cannot answer
-    whatever the scene, and why.
+    `own_solver`: what integrates it, where that is not the scene's choice. `coarser`: how many of the scene's
+    steps it takes in one, as far as the output interval allows. `lacks`: questions that it cannot answer whatever the
+    scene, and why.
     """
 
     name: str
@@ -30,7 +32,16 @@ class Rung:
     place: str
     columns: tuple[int, ...]
     own_solver: str | None = None
+    coarser: int = 1
     lacks: Mapping[str, str] = field(default_factory=dict)
+
+    def steps_per_output(self, scene: Scene) -> int:
+        """Solver steps in one output interval."""
+        return -(-scene.steps_per_output // self.coarser)
+
+    def step_s(self, scene: Scene) -> float | None:
+        """Solver step; None where the rung has a method of its own."""
+        return None if self.own_solver else 1 / (scene.output_rate_hz * self.steps_per_output(scene))
 
     @property
     def run(self) -> Callable[..., Any]:
@@ -73,6 +84,13 @@ RUNGS = (
         columns=(*VIBRATION, *range(3, 6), *range(7, 13)),
         own_solver="ode4, own step",
         lacks={"noise-floor": NO_NOISE, "slip": NO_SLIP},
+    ),
+    Rung(
+        name="line",
+        title="the full model with continuous contacts instead of points",
+        place="srbval.models.line.rung:run",
+        columns=tuple(range(21)),
+        coarser=3,
     ),
     Rung(
         name="full",

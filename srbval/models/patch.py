@@ -46,6 +46,7 @@ class Patch:
     normal_rad: float
     spacing_m: float
     race_radius_m: float
+    roller_radius_m: float
 
     def force_n(self, depth_m: FloatArray) -> FloatArray:
         """Normal force at a penetration `depth_m`, any shape."""
@@ -112,6 +113,7 @@ def patches(geometry: SphericalRollerGeometry, contact: Contact, roller_radius_m
                 normal_rad=normal,
                 spacing_m=spacing,
                 race_radius_m=radius,
+                roller_radius_m=across,
             )
         )
     return found

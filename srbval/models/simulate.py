@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from srbval.bearing import load_bearing
+from srbval.bearing import SphericalRollerGeometry, load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models.account import Account
 from srbval.models.chunk import Outputs
@@ -18,10 +18,12 @@ from srbval.models.run import EnergyFlow, FloatArray, Run, RunStatus, RunSummary
 from srbval.scene import Scene
 
 if TYPE_CHECKING:
+    from srbval.models.full.parameters import Parameters
     from srbval.models.full.steps import Steps
 
 CHUNK_S = 0.02  # simulated time between two signs of progress
 Progress = Callable[[float], None]
+MakeParameters = Callable[[Scene, SphericalRollerGeometry], "Parameters"]
 
 
 def simulate(scene: Scene, *, progress: Progress | None = None) -> Run:
@@ -94,8 +96,13 @@ def _recorded(account: Account, progress: Progress) -> Iterator[Outputs]:
             return
 
 
-def full_model(account: Account, settle: int, whole: int) -> Iterator[tuple[int, Steps]]:
-    """The full model's rung, see `ladder`: from static balance, with the scene's solver."""
+def full_model(
+    account: Account, settle: int, whole: int, *, make: MakeParameters | None = None
+) -> Iterator[tuple[int, Steps]]:
+    """The full model's rung, see `ladder`: from static balance, with the scene's solver.
+
+    `make` assembles the parameters of a model that shares its equations of motion.
+    """
     from srbval.models.full.equilibrium import equilibrium_state
     from srbval.models.full.parameters import make_parameters
     from srbval.models.full.steps import take_steps
@@ -106,14 +113,14 @@ def full_model(account: Account, settle: int, whole: int) -> Iterator[tuple[int,
     if bearing.geometry is None:
         raise ConfigurationError(f"bearing {bearing.name!r} has no [geometry]; the full model cannot run it.")
     method = METHODS[scene.solver.name]
-    model = make_parameters(scene, bearing.geometry)
+    model = (make or make_parameters)(scene, bearing.geometry)
     state = equilibrium_state(model).state
     memory = np.zeros_like(state)
     ring = state[len(state) // 2 - 3 : len(state) // 2]
     push = np.array([model.drive.direction_cosine, model.drive.direction_sine, 0.0]) * float(model.drive.load[1, 0])
     # what the spring does not carry of the load, the rollers do
     account.balanced_share = account.load_share(model.housing_stiffness * ring - push, float(model.drive.load[1, 0]))
-    per_output, per_detail = scene.steps_per_output, scene.outputs_per_detail
+    per_output, per_detail = rung_of(scene.model).steps_per_output(scene), scene.outputs_per_detail
     step = 1 / (scene.output_rate_hz * per_output)
 
     def take(first: int, intervals: int, detail: int) -> Steps:

@@ -65,3 +65,24 @@ def quick_grid() -> list[Case]:
         Case(kind=kind.value, fit="play", rpm=710.0, radial_kn=124.8, height_mm=0.2)
         for kind in (DefectKind.OUTER, DefectKind.INNER)
     ]
+
+
+def held_out() -> list[Case]:
+    """Scenes between those of the grid, to test predictions on: other speeds, loads and bump heights."""
+    values = (
+        ("outer", "play", 450.0, 75.0, 0.12),
+        ("outer", "play", 607.0, 100.0, 0.15),
+        ("outer", "play", 877.0, 115.0, 0.18),
+        ("outer", "printed", 523.0, 90.0, 0.15),
+        ("outer", "printed", 820.0, 110.0, 0.13),
+        ("inner", "play", 480.0, 110.0, 0.17),
+        ("inner", "play", 640.0, 80.0, 0.14),
+        ("inner", "play", 937.0, 95.0, 0.12),
+        ("inner", "printed", 457.0, 70.0, 0.16),
+        ("inner", "printed", 760.0, 120.0, 0.19),
+        ("none", "play", 560.0, 100.0, 0.0),
+        ("none", "printed", 900.0, 85.0, 0.0),
+    )
+    return [
+        Case(kind=kind, fit=fit, rpm=rpm, radial_kn=load, height_mm=height) for kind, fit, rpm, load, height in values
+    ]

@@ -15,11 +15,12 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from srbval.bearing import Bearing
-from srbval.bench.measures import measure, smooth_mean
+from srbval.bench.measures import measure, noise_floor, smooth_mean
 from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.recordings.from_run import recording_from_run
 from srbval.scene import DefectKind
+from srbval.signal import rotate_axes
 from srbval.validation.analyse import Analysis, analyse
 
 FloatArray = NDArray[np.float64]
@@ -77,7 +78,9 @@ MEANING: Mapping[Question, Meaning] = {
         error_of="the strongest sideband at one or two shaft speeds from the line",
         error=_of_strongest,
     ),
-    Question.NOISE_FLOOR: Meaning(title="noise floor", error_of="the envelope's floor at 60 to 90 Hz", error=_relative),
+    Question.NOISE_FLOOR: Meaning(
+        title="noise floor", error_of="the envelope's floor at 60 to 90 Hz, in m/s2", error=_relative
+    ),
     Question.SLIP: Meaning(title="slip", error_of="the cage speed's excess over kinematics", error=_relative),
     Question.AMPLITUDE: Meaning(title="amplitude", error_of="the RMS acceleration of 500 to 1500 Hz", error=_relative),
 }
@@ -102,8 +105,8 @@ def answers(run: Run, bearing: Bearing) -> dict[Question, Answer | None]:
     except DataError:
         return found
     found[Question.AMPLITUDE] = (measures.band_rms_m_s2,)
-    if measures.noise_floor is not None:
-        found[Question.NOISE_FLOOR] = (measures.noise_floor,)
+    spread_m_s2 = float(rotate_axes(run.acceleration_m_s2[:, 0], run.acceleration_m_s2[:, 1]).std())
+    found[Question.NOISE_FLOOR] = (noise_floor(analysis.processed.spectrum, 1.0) * spread_m_s2,)
     return found | _of_line(run, analysis)
 
 

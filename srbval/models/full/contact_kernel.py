@@ -56,14 +56,44 @@ from srbval.models.full.columns import (
 from srbval.models.full.contact_law import ContactLaw
 from srbval.models.jit import kernel
 
+# A patch in three parts of equal load: mean of its (x / half length)^2 weighed with the load, and half the range of it.
+MEAN_A, MEAN_B, MEAN_C = 0.016800224798641905, 0.12751682743387346, 0.45568294776748464
+HALF_A, HALF_B, HALF_C = 0.025554662033143466, 0.09046373216412812, 0.38398160580272844
+
 
 @kernel
-def contact_columns(law, points, race, window, first, last, columns, start, stop, damping):
+def part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, mean, half, normal):
+    """Friction of a part of a patch over its mean slip.
+
+    Its slip is q + e `mean`, plus and minus e `half` (`reach`: square of e), and besides, across it, what pivoting
+    about the normal makes of it, to either side alike: `pivot` is the square of that at the patch's edge. The mean of
+    eq. (19) over such slips: its critical velocity becomes their range, and what static friction has over dynamic
+    counts for the share of the range where it acts.
+    """
+    s_x, s_y, s_z = q_x + e_x * mean, q_y + e_y * mean, q_z + e_z * mean
+    across = pivot * mean
+    square = s_x * s_x + s_y * s_y + s_z * s_z + across
+    slip = math.sqrt(square) + 1e-300
+    own, range_ = law.critical_velocity * law.critical_velocity, reach * half * half
+    critical = math.sqrt((own if own > range_ else range_) + across)
+    dynamic = law.dynamic_friction
+    static = dynamic + (law.static_friction - dynamic) * law.critical_velocity / critical
+    mu = static - 2.0 * (static - dynamic) / critical * (slip - critical)
+    mu = mu if mu > dynamic else dynamic
+    mu = mu / slip
+    most = static / critical
+    mu = mu if mu < most else most
+    return mu * normal
+
+
+@kernel
+def contact_columns(law, points, race, window, first, last, columns, start, stop, damping, patch):
     """Add the forces of candidates ``points[race, window, :, first:last]`` to the columns from `start` to `stop`.
 
     For each candidate: penetration of the barrel in closed form, normal force by eq. (18), never pulling, friction by
     eq. (19). The columns are the inner loop, so that eight are worked on at once. Unless `damping` is None, also adds
-    up what the forces grow with the velocities, see `damping_kernel`.
+    up what the forces grow with the velocities, see `damping_kernel`. With a `patch`, see `srbval.models.line`, a
+    candidate stands for a whole circle's contact.
 
     A point comes into contact with C_c times its speed, some 600 N at once: a step that finds it a little earlier or
     later makes noise of first order. With ``law.onset_s`` above 0, spring and damper are averaged over that time about
@@ -101,48 +131,75 @@ def contact_columns(law, points, race, window, first, last, columns, start, stop
             u_z = columns[V_Z + j] + w_x * p_y - w_y * p_x
             u_n = u_x * n_x + u_y * n_y + u_z * n_z
             # normal force, eq. (18), with depth rate -u_n
-            if onset > 0.0:
-                travel = onset * abs(u_n)
-                lead = depth + 0.5 * travel
-                x = lead / (travel + smoothing)
-                x = x if x > 0.0 else 0.0
-                x = x if x < 1.0 else 1.0
-                smooth = share * x
-                spring = smooth * stiffness * (lead - 0.5 * x * travel)
+            if patch is None:
+                if onset > 0.0:
+                    travel = onset * abs(u_n)
+                    lead = depth + 0.5 * travel
+                    x = lead / (travel + smoothing)
+                    x = x if x > 0.0 else 0.0
+                    x = x if x < 1.0 else 1.0
+                    smooth = share * x
+                    spring = smooth * stiffness * (lead - 0.5 * x * travel)
+                else:
+                    x = depth * sharpness
+                    x = x if x > 0.0 else 0.0
+                    x = x if x < 1.0 else 1.0
+                    smooth = share * x * x * (3.0 - 2.0 * x)
+                    spring = smooth * stiffness * depth
+                viscous = smooth * viscosity
+                twice_stored = spring * depth
             else:
-                x = depth * sharpness
-                x = x if x > 0.0 else 0.0
-                x = x if x < 1.0 else 1.0
-                smooth = share * x * x * (3.0 - 2.0 * x)
-                spring = smooth * stiffness * depth
-            normal = spring - smooth * viscosity * u_n
+                deep = depth if depth > 0.0 else 0.0
+                root = math.sqrt(deep)
+                spring = patch[race, i, 0] * deep * root
+                viscous = patch[race, i, 1] * root
+                twice_stored = 0.8 * spring * deep
+            normal = spring - viscous * u_n
             normal = normal if normal > 0.0 else 0.0
             # friction, eq. (19): coefficient over slip speed, never above its slope at rest
             q_x = u_x - u_n * n_x
             q_y = u_y - u_n * n_y
             q_z = u_z - u_n * n_z
-            square = q_x * q_x + q_y * q_y + q_z * q_z
-            slip = math.sqrt(square) + 1e-300
-            mu = static_friction - fall * (slip - critical_velocity)
-            mu = mu if mu > dynamic_friction else dynamic_friction
-            mu = mu / slip
-            mu = mu if mu < slope else slope
-            drag = mu * normal
-            g_x = drag * q_x - normal * n_x
-            g_y = drag * q_y - normal * n_y
-            g_z = drag * q_z - normal * n_z
+            if patch is None:
+                square = q_x * q_x + q_y * q_y + q_z * q_z
+                slip = math.sqrt(square) + 1e-300
+                mu = static_friction - fall * (slip - critical_velocity)
+                mu = mu if mu > dynamic_friction else dynamic_friction
+                mu = mu / slip
+                mu = mu if mu < slope else slope
+                drag = mu * normal
+                g_x, g_y, g_z = drag * q_x, drag * q_y, drag * q_z
+                rubbed = drag * square
+            else:
+                spread = patch[race, i, 2] * deep
+                e_x = spread * (w_y * n_z - w_z * n_y)
+                e_y = spread * (w_z * n_x - w_x * n_z)
+                e_z = spread * (w_x * n_y - w_y * n_x)
+                reach = e_x * e_x + e_y * e_y + e_z * e_z
+                pivot = w_x * n_x + w_y * n_y + w_z * n_z
+                pivot *= pivot * patch[race, i, 3] * deep
+                third = normal * (1.0 / 3.0)
+                drag_a = part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, MEAN_A, HALF_A, third)
+                drag_b = part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, MEAN_B, HALF_B, third)
+                drag_c = part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, MEAN_C, HALF_C, third)
+                drag = drag_a + drag_b + drag_c
+                mean = drag_a * MEAN_A + drag_b * MEAN_B + drag_c * MEAN_C
+                g_x, g_y, g_z = drag * q_x + mean * e_x, drag * q_y + mean * e_y, drag * q_z + mean * e_z
+                rubbed = g_x * q_x + g_y * q_y + g_z * q_z
+            g_x -= normal * n_x
+            g_y -= normal * n_y
+            g_z -= normal * n_z
             columns[F_X + j] += g_x
             columns[F_Y + j] += g_y
             columns[F_Z + j] += g_z
             columns[T_X + j] += p_y * g_z - p_z * g_y
             columns[T_Y + j] += p_z * g_x - p_x * g_z
             columns[T_Z + j] += p_x * g_y - p_y * g_x
-            columns[RUBBED + j] += drag * square
+            columns[RUBBED + j] += rubbed
             columns[DAMPED + j] += (spring - normal) * u_n
-            columns[STORED + j] += spring * depth
+            columns[STORED + j] += twice_stored
             if damping is not None:
                 # a force grows by drag across the normal and by the damping along it; arms about y and z
-                viscous = smooth * viscosity
                 viscous = viscous if normal > 0.0 else 0.0
                 along_normal = viscous - drag
                 arm = n_x * p_z - n_z * p_x

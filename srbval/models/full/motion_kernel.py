@@ -46,7 +46,15 @@ from srbval.models.full.columns import (
 from srbval.models.full.contact_kernel import contact_columns, damaged_roller_points, without_friction
 from srbval.models.full.drive_kernel import external_load, shaft_motion
 from srbval.models.full.frames_kernel import read_rollers, roller_frames
-from srbval.models.full.search_kernel import RUNS, bring_back, face_points, look_up, set_apart
+from srbval.models.full.search_kernel import (
+    RUNS,
+    bring_back,
+    face_alone,
+    face_points,
+    look_up,
+    set_apart,
+    spacing_of,
+)
 from srbval.models.jit import kernel
 
 CONTACT_VALUES = 17
@@ -79,13 +87,14 @@ def right_hand_side(t, y, model, rate, contact, loads, damping):
     read_rollers(y, n, space)
     roller_frames(y, n, many, shaft, shaft_angle, count, model, space)
     runs, lone, deepest = look_up(n, races, space, plan, count)
-    face_points(places, space, 2.0 * math.pi / count, damping)
+    face_points(places, space, spacing_of(count, model.patch), damping)
 
     # 2. what the contacts do
     set_apart(lone, space, plan, damping)
+    face_alone(lone, space, plan, count, model.patch)
     if lone > 0:
         shape_points(lone, y, model)
-    meet(law, races.points, races.starts, runs, lone, space, plan, 0, CIRCLES, damping)
+    meet(law, races.points, races.starts, runs, lone, space, plan, 0, CIRCLES, damping, model.patch)
     bring_back(lone, space, plan, damping)
 
     # 3. every roller's own motion, and what it asks of ring, shaft and cage
@@ -225,20 +234,23 @@ def right_hand_side(t, y, model, rate, contact, loads, damping):
 
 
 @kernel
-def meet(law, points, starts, runs, lone, space, plan, first_circle, end_circle, damping):
-    """Let all columns that may touch meet the points of the circles from `first_circle` to `end_circle`."""
+def meet(law, points, starts, runs, lone, space, plan, first_circle, end_circle, damping, patch):
+    """Let all columns that may touch meet the points of the circles from `first_circle` to `end_circle`.
+
+    With a `patch`, those that do not stand alone meet one point a circle that stands for all.
+    """
     for run in range(runs):
         race, window = plan[run, 0], plan[run, 1]
         contact_columns(
             law, points, race, window, starts[race, window, first_circle], starts[race, window, end_circle],
-            space, plan[run, 2], plan[run, 3], damping,
+            space, plan[run, 2], plan[run, 3], damping, patch,
         )  # fmt: skip
     for i in range(lone):
         race, window, made_from = plan[RUNS + i, 0], plan[RUNS + i, 1], plan[RUNS + i, 3]
         start = ALONE + i * AT_ONCE
         contact_columns(
             law, points, race, window, starts[race, made_from, first_circle], starts[race, made_from, end_circle],
-            space, start, start + AT_ONCE, damping,
+            space, start, start + AT_ONCE, damping, None,
         )  # fmt: skip
 
 
@@ -269,7 +281,7 @@ def normal_loads(model, runs, lone, loads):
     for circle in range(CIRCLES):
         for start in (F_X, F_Y, F_Z):
             space[start : start + np.uint64(ALONE + lone * AT_ONCE)] = 0.0
-        meet(law, races.points, races.starts, runs, lone, space, plan, circle, circle + 1, None)
+        meet(law, races.points, races.starts, runs, lone, space, plan, circle, circle + 1, None, model.patch)
         bring_back(lone, space, plan, None)
         for race in range(2):
             for place in range(n):

@@ -116,6 +116,7 @@ class Parameters(NamedTuple):
     spare_of: IntArray  # which spare window a damaged roller has, shape [2 M]
     scratch: Scratch
     circle_half_gap: float  # half the distance between two circles along a roller [m]
+    patch: FloatArray | None = None  # contacts that are not points: see `srbval.models.line`
 
 
 def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Parameters:

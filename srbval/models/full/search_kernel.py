@@ -128,6 +128,27 @@ def face_points(places, space, spacing, damping):
 
 
 @kernel
+def spacing_of(count, patch):
+    """Angle between the points that columns turn to [rad]; 0: a `patch` follows its roller."""
+    return 2.0 * math.pi / count if patch is None else 0.0
+
+
+@kernel
+def face_alone(lone, space, plan, count, patch):
+    """Turn the columns that stand alone to their points, where a `patch` has kept `face_points` from it."""
+    if patch is not None:
+        for i in range(lone):
+            original, copy = np.uint64(plan[RUNS + i, 2]), np.uint64(ALONE + i * AT_ONCE)
+            place = np.uint64(plan[RUNS + i, 2] % RACE)
+            m_x, m_y, m_z = space[M_X + place], space[M_Y + place], space[M_Z + place]
+            n_x, n_y, n_z = space[N_X + place], space[N_Y + place], space[N_Z + place]
+            c, s = turned(space[PLACE + original], space[SHIFT + original], 2.0 * math.pi / count)
+            space[A_X + copy], space[B_X + copy] = c * m_x + s * n_x, c * n_x - s * m_x
+            space[A_Y + copy], space[B_Y + copy] = c * m_y + s * n_y, c * n_y - s * m_y
+            space[A_Z + copy], space[B_Z + copy] = c * m_z + s * n_z, c * n_z - s * m_z
+
+
+@kernel
 def set_apart(lone, space, plan, damping):
     """Copy the columns that stand alone to eights of their own and put the copied ones out of reach."""
     for i in range(lone):

@@ -1,0 +1,81 @@
+"""Which harmonic of a fault line is missing, and what sets it: the paper's remark on Figure 12, tested.
+
+A rectangular pulse of length tau, repeated at f, lacks its harmonic 1 / (f tau) (the paper's eq. 20). Measured on
+envelope spectra the missing one is found where the heights change sign.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from srbval.bearing import load_bearing
+from srbval.bench.ladder.questions import LINE_OF, line_heights
+from srbval.errors import NumericsError
+from srbval.models.planar.pulse import Pulse, pulse_of
+from srbval.models.run import Run, RunStatus
+from srbval.models.simulate import simulate
+from srbval.recordings.from_run import recording_from_run
+from srbval.scene import Scene
+from srbval.validation.analyse import analyse
+from srbval.validation.pipeline import SIMULATED_BAND_HZ
+
+HARMONICS = 10
+WIDE_BAND_HZ = (300.0, 3300.0)  # keeps a pulse's shape: ten times BPFO and more on one side of its middle
+
+
+@dataclass(frozen=True, kw_only=True)
+class Missing:
+    """The missing harmonic: by the sinc of the pulse's length, and as measured in a wide band and in the paper's.
+
+    Not whole: where between two harmonics the heights pass zero. None: no harmonic of the first `HARMONICS` is missing.
+    """
+
+    pulse: Pulse
+    by_sinc: float
+    wide_band: float | None
+    paper_band: float | None
+
+
+def missing_of(scene: Scene) -> Missing:
+    """Run a scene with a race's defect and read which harmonic it lacks; `NumericsError` for a failed run."""
+    run = simulate(scene)
+    if run.status is not RunStatus.OK:
+        raise NumericsError(f"run failed ({run.status}): {run.reason}.")
+    pulse = pulse_of(scene)
+    return Missing(
+        pulse=pulse,
+        by_sinc=1 / pulse.share,
+        wide_band=missing_harmonic(harmonic_heights(run, WIDE_BAND_HZ)),
+        paper_band=missing_harmonic(harmonic_heights(run, SIMULATED_BAND_HZ)),
+    )
+
+
+def harmonic_heights(run: Run, band_hz: tuple[float, float]) -> list[float]:
+    """Heights of the first `HARMONICS` of the run's fault line, demodulated from a band, over the first one's."""
+    bearing = load_bearing(run.scene.bearing)
+    found = analyse(recording_from_run(run), bearing=bearing, band_hz=band_hz)
+    line = found.line(LINE_OF[run.scene.defect.kind])
+    first = line.found_hz if line.found_hz is not None else line.kinematic_hz
+    heights = line_heights(
+        found.processed.envelope, found.processed.fs_hz, [k * first for k in range(1, HARMONICS + 1)]
+    )
+    return [height / heights[0] for height in heights]
+
+
+def missing_harmonic(heights: Sequence[float]) -> float | None:
+    """Where the first lobe of a harmonic pattern ends: the first local minimum, or between it and a neighbour.
+
+    Heights are moduli, so a lobe that passes zero turns up again behind it; the change of sign is put where the slopes
+    on both sides agree best.
+    """
+    for i in range(1, len(heights) - 1):
+        before, here, after = heights[i - 1], heights[i], heights[i + 1]
+        if here > before or here > after:
+            continue
+        behind = abs((before - here) - (here + after))  # passes zero behind this one
+        ahead = abs((before + here) - (after - here))  # passed it ahead of this one
+        if behind <= ahead:
+            return i + 1 + here / (here + after)
+        return i + before / (before + here)
+    return None

@@ -1,0 +1,56 @@
+"""How long a roller feels a defect, beside how far apart rollers follow: what sets a fault's harmonic pattern."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.bearing import load_bearing
+from srbval.errors import ConfigurationError
+from srbval.models.account import Account
+from srbval.models.planar.rung import make_ring
+from srbval.scene import DefectKind, Scene
+
+FloatArray = NDArray[np.float64]
+
+FELT = 0.01  # of the pulse's height: where it begins and ends
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pulse:
+    """Force pulse of a race's defect under a roller in the middle of the load zone, the ring held.
+
+    `length_m` along the race from where it is first felt to where it is last; `pitch_m` between two rollers there.
+    """
+
+    length_m: float
+    pitch_m: float
+
+    @property
+    def share(self) -> float:
+        """Pulse length over the passing period, f tau: the same at every speed."""
+        return self.length_m / self.pitch_m
+
+    def sinc_pattern(self, harmonics: int) -> FloatArray:
+        """Heights of the first harmonics of rectangular pulses of this length, over the first one's (eq. 20)."""
+        heights = np.abs(np.sinc(self.share * np.arange(1, harmonics + 1)))
+        pattern: FloatArray = heights / heights[0]
+        return pattern
+
+
+def pulse_of(scene: Scene) -> Pulse:
+    """The pulse of the scene's first defect, on a race; `ConfigurationError` where there is none."""
+    if scene.defect.kind not in (DefectKind.OUTER, DefectKind.INNER):
+        raise ConfigurationError(f"defect {scene.defect.kind.value}: only a race's defect has a pulse length.")
+    ring = make_ring(Account(scene=scene, bearing=load_bearing(scene.bearing)))
+    zone = np.array([math.cos(scene.load.zone_rad), math.sin(scene.load.zone_rad)])
+    at = (-float(ring.balance_m() @ zone) - ring.bump_start_m) / ring.bump_step_m
+    pulse = ring.bumps[0, round(at)]
+    felt = np.flatnonzero(pulse > FELT * pulse.max())
+    return Pulse(
+        length_m=2 * float(felt[-1]) * float(ring.defects[0, 4]),
+        pitch_m=2 * math.pi * float(ring.defects[0, 3]) / ring.rollers,
+    )

@@ -1,0 +1,63 @@
+"""The ladder as a picture: error against cost, one panel a question, one mark a rung."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from srbval.report.figures.files import PanelFiles, save_panel
+from srbval.report.figures.style import BLUE, GREEN, INK, ORANGE, PURPLE, SOFT, VERMILION, figure_style
+
+# Shape and colour of each rung, from the bottom of the ladder up.
+MARKS = (("v", ORANGE), ("D", GREEN), ("s", BLUE), ("P", PURPLE), ("o", VERMILION))
+SIZE_INCHES = (7.6, 5.0)
+COLUMNS = 3
+LEAST_PCT = 1e-3  # smaller errors are drawn here
+
+
+def ladder_plot(folder: Path, name: str, *, rows: Sequence[Mapping[str, Any]]) -> PanelFiles:
+    """Draw the rows of `bench.ladder.summary`: median error and, as a bar, the worst; write picture and CSV.
+
+    A rung that never answered stands in the strip above the axis, hollow.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    questions = list(dict.fromkeys(row["question"] for row in rows))
+    models = list(dict.fromkeys(row["model"] for row in rows))
+    with figure_style():
+        figure = Figure(figsize=SIZE_INCHES)
+        FigureCanvasAgg(figure)
+        grid = figure.subplots(math.ceil(len(questions) / COLUMNS), COLUMNS, squeeze=False, sharex=True)
+        for axes, question in zip(grid.flat, questions, strict=False):
+            _panel(axes, [row for row in rows if row["question"] == question], models)
+        for axes in grid[-1]:
+            axes.set_xlabel("Wall time per simulated s, s")
+        for line in grid:
+            line[0].set_ylabel("Error, %")
+        handles, labels = grid.flat[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper center", ncols=len(models), frameon=False)
+        return save_panel(figure, folder, name, _columns(rows))
+
+
+def _panel(axes: Any, rows: Sequence[Mapping[str, Any]], models: Sequence[str]) -> None:
+    axes.set(xscale="log", yscale="log", title=rows[0]["title"])
+    for row in rows:
+        marker, colour = MARKS[models.index(row["model"]) % len(MARKS)]
+        look = {"marker": marker, "ms": 7, "color": colour, "mec": INK, "mew": 0.6, "ls": "none", "label": row["model"]}
+        if row["median_error_pct"] is None:
+            axes.plot(row["wall_per_simulated_s"], 1.04, transform=axes.get_xaxis_transform(), clip_on=False,
+                      **look | {"mfc": "white", "mec": colour})  # fmt: skip
+            continue
+        median, worst = (max(row[key], LEAST_PCT) for key in ("median_error_pct", "worst_error_pct"))
+        axes.errorbar(row["wall_per_simulated_s"], median, yerr=[[0.0], [worst - median]], capsize=2.5,
+                      elinewidth=1.1, ecolor=colour, **look)  # fmt: skip
+    axes.axhline(0.5, color=SOFT, lw=0.8, ls=(0, (4, 3)))
+    axes.margins(x=0.12, y=0.12)
+
+
+def _columns(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Any]]:
+    names = ("question", "model", "scenes", "unanswered", "median_error_pct", "worst_error_pct", "wall_per_simulated_s")
+    return {name: [math.nan if row[name] is None else row[name] for row in rows] for name in names}

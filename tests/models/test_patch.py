@@ -1,0 +1,151 @@
+"""Continuous contact derived from the point cloud: stiffness, raised pieces, friction, the line rung's limit."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from srbval.bearing import SphericalRollerGeometry, load_bearing
+from srbval.bench.measures import measure
+from srbval.errors import ConfigurationError
+from srbval.models.full.equilibrium import equilibrium_state
+from srbval.models.full.parameters import Parameters, make_parameters, roller_diameter_m
+from srbval.models.full.steps import rates
+from srbval.models.line.parameters import line_parameters
+from srbval.models.patch import Patch, Piece, patches, piece
+from srbval.models.simulate import simulate
+from srbval.scene import Scene, paper_scene
+
+DENSE = 4000  # points a circle: eight times the paper's
+CAGE_TOLERANCE = 2e-4
+QUIETER = 10
+
+
+def geometry() -> SphericalRollerGeometry:
+    found = load_bearing("skf-22240").geometry
+    assert found is not None
+    return found
+
+
+def dense_scene(points: int, **changes: object) -> Scene:
+    """The printed fit with K_c n_pc and C_c n_pc held."""
+    paper = paper_scene(contact={"roller_fit": "printed"}, **changes)
+    few = paper.contact.points_per_circle / points
+    contact = replace(
+        paper.contact,
+        points_per_circle=points,
+        stiffness_n_m=few * paper.contact.stiffness_n_m,
+        damping_ns_m=few * paper.contact.damping_ns_m,
+    )
+    return replace(paper, contact=contact)
+
+
+@pytest.fixture(scope="module", params=["outer", "inner"])
+def patch(request: pytest.FixtureRequest) -> Patch:
+    return patches(geometry(), paper_scene().contact, 0.02, inner=request.param == "inner")[1]
+
+
+def sum_of_points(patch: Patch, depth: float, count: int, raised: Piece | None = None, middle: float = 0.0) -> float:
+    """Direct sum over `count` points of a circle, each a spring, against a parabolic gap."""
+    x = (np.arange(count) - count / 2 + 0.5) * 2 * math.pi * patch.race_radius_m / count
+    lift = np.zeros(count)
+    if raised is not None:
+        for offset, height in zip(raised.offset_m, raised.height_m, strict=True):
+            lift[np.abs(x - middle - offset) <= raised.part_m / 2] += height
+    depths = np.maximum(depth + lift - patch.curvature_1_m * x**2 / 2, 0.0)
+    each = patch.stiffness_n_m2 * patch.spacing_m * 500 / count  # K_c n_pc held
+    return float(each * depths.sum())
+
+
+@pytest.mark.parametrize("depth_m", [5e-6, 2e-5, 1e-4])
+def test_force_is_the_dense_limit_of_the_points(patch: Patch, depth_m: float) -> None:
+    limit = sum_of_points(patch, depth_m, 1_000_000)
+    assert patch.force_n(np.array([depth_m]))[0] == pytest.approx(limit, rel=1e-4)
+
+
+def test_force_grows_with_the_power_three_halves(patch: Patch) -> None:
+    one, four = patch.force_n(np.array([1e-5, 4e-5]))
+    assert four / one == pytest.approx(8)
+    assert patch.force_n(np.array([-1e-5]))[0] == 0
+
+
+def test_damper_is_that_of_the_touching_points(patch: Patch) -> None:
+    depth, count = 3e-5, 1_000_000
+    touching = 2 * math.sqrt(2 * depth / patch.curvature_1_m) / (2 * math.pi * patch.race_radius_m / count)
+    per_point = paper_scene().contact.damping_ns_m * 500 / count
+    assert patch.damper_ns_m(np.array([depth]))[0] == pytest.approx(touching * per_point, rel=1e-9)
+
+
+@pytest.mark.parametrize("middle_m", [0.0, 1e-3, 3e-3])
+@pytest.mark.parametrize("depth_m", [-5e-5, 0.0, 3e-5])
+@pytest.mark.parametrize("shape", ["flat", "cosine"])
+def test_a_raised_piece_adds_what_its_points_do(patch: Patch, depth_m: float, middle_m: float, shape: str) -> None:
+    defect = {"kind": "outer", "height": "0.1 mm", "extent": "3 mm", "shape": shape}
+    part = piece(paper_scene(defect=defect).defect, patch.spacing_m)
+    added = patch.raised_force_n(np.array([depth_m]), np.array([middle_m]), part)[0]
+    direct = sum_of_points(patch, depth_m, 1_000_000, part, middle_m) - sum_of_points(patch, depth_m, 1_000_000)
+    assert added == pytest.approx(direct, rel=5e-3, abs=2.0)
+
+
+def test_loads_in_balance_are_those_of_dense_points() -> None:
+    line = line_parameters(dense_scene(500), geometry())
+    dense = make_parameters(dense_scene(16_000), geometry())
+    state = equilibrium_state(line).state
+    assert rates(line, 0.0, state).load_n == pytest.approx(rates(dense, 0.0, state).load_n, rel=0.01, abs=5.0)
+
+
+def pull(model: Parameters, state: np.ndarray, spin: float) -> float:
+    """Traction on one loaded roller, its spin changed by `spin` [N]."""
+    roller, rollers = 5, len(model.slot_angle)
+    place = 2 * rollers + 6 + rollers + roller
+    turned = state.copy()
+    turned[place] += spin
+    return float(rates(model, 0.0, turned).rate[place]) * model.roller_axial / model.law.roller_radius
+
+
+def test_friction_of_a_patch_is_that_of_dense_points() -> None:
+    """Within 4 % of what both races can hold, from sticking to sliding: slips spread along the patch."""
+    line = line_parameters(dense_scene(500), geometry())
+    dense = make_parameters(dense_scene(16_000), geometry())
+    state = equilibrium_state(line).state
+    spins = (-3.0, -1.0, -0.5, -0.2, -0.1, 0.0, 0.1, 0.2, 0.5, 1.0, 3.0)
+    own, right = (np.array([pull(model, state, spin) for spin in spins]) for model in (line, dense))
+    assert np.abs(own - right).max() < 0.07 * np.abs(right).max()
+    assert own[0] > 0 > own[-1]
+
+
+@pytest.mark.slow
+def test_the_line_rung_is_the_limit_of_ever_denser_points() -> None:
+    """Cage speed, and a healthy bearing without the noise of points passing."""
+    runs = [simulate(replace(dense_scene(500), model=model, duration_s=0.4)) for model in ("line", "full")] + [
+        simulate(replace(dense_scene(DENSE), duration_s=0.4))
+    ]
+    line, paper, dense = (measure(run) for run in runs)
+    assert line.cage_ratio == pytest.approx(dense.cage_ratio, rel=CAGE_TOLERANCE)
+    assert QUIETER * line.band_rms_m_s2 < paper.band_rms_m_s2
+    assert dense.band_rms_m_s2 < paper.band_rms_m_s2
+
+
+def test_the_line_rung_refuses_a_defect_on_a_roller() -> None:
+    with pytest.raises(ConfigurationError, match="full"):
+        simulate(paper_scene(model="line", defect={"kind": "roller"}, duration="0.01 s"))
+
+
+def test_patches_do_not_see_where_the_cage_stands() -> None:
+    """No excitation by passing points: a healthy bearing turned by any angle finds the same ring force."""
+    line = line_parameters(dense_scene(500), geometry())
+    radius = roller_diameter_m(dense_scene(500), geometry()) / 2
+    assert radius == pytest.approx(0.02005)
+    state = equilibrium_state(line).state
+    turn = 2 * len(line.slot_angle) + 2
+    forces = []
+    for angle in np.linspace(0, 2 * np.pi / 500, 4):
+        moved = state.copy()
+        moved[turn] += 19 * angle  # by whole roller spacings or fractions of a point's: rollers are alike
+        moved[: len(line.slot_angle)] = 0.0
+        moved[turn + 1 : turn + 4] = 0.0
+        forces.append(rates(line, 0.0, moved).contact[7])  # elastic energy
+    assert np.ptp(forces) < 1e-9 * forces[0]

@@ -1,0 +1,124 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from srbval.bench.ladder.cases import grid
+from srbval.bench.ladder.questions import Question
+from srbval.bench.ladder.table import Calibration
+from srbval.errors import ConfigurationError
+from srbval.plan.calibrated import neighbours, shipped_calibration
+from srbval.plan.plan import MARGIN, Plan, make_plan
+from srbval.scene import Scene, paper_scene
+
+CHEAPER = 100
+
+
+@pytest.fixture(scope="module")
+def table() -> Calibration:
+    return shipped_calibration()
+
+
+def paper(kind: str, **changes: object) -> Scene:
+    return paper_scene(defect={"kind": kind}, **changes)
+
+
+def candidate(plan: Plan, model: str) -> object:
+    return next(c for c in plan.candidates if c.model == model)
+
+
+@pytest.mark.parametrize("kind", ["outer", "inner"])
+def test_table6_needs_a_rung_a_hundred_times_cheaper(kind: str) -> None:
+    plan = make_plan(paper(kind), question=Question.LINES, tolerance_pct=0.5)
+    walls = {c.model: c.wall_s for c in plan.candidates}
+    assert plan.met
+    assert walls["full"] / walls[plan.chosen] >= CHEAPER  # type: ignore[operator]
+
+
+def test_inner_race_sidebands_are_refused_to_rungs_that_cannot_make_them() -> None:
+    for tolerance in (0.5, 10.0, 1000.0):
+        plan = make_plan(paper("inner"), question=Question.SIDEBANDS, tolerance_pct=tolerance)
+        refused = candidate(plan, "kinematic")
+        assert not refused.ok  # type: ignore[attr-defined]
+        assert "load zone" in refused.why  # type: ignore[attr-defined]
+        assert plan.chosen != "kinematic"
+
+
+def test_a_rung_without_slip_never_answers_for_slip() -> None:
+    plan = make_plan(paper("outer"), question=Question.SLIP, tolerance_pct=200.0)
+    assert plan.chosen not in ("kinematic", "impulse", "planar")
+
+
+def test_a_tighter_tolerance_never_chooses_a_cheaper_rung() -> None:
+    for question in Question:
+        walls = []
+        for tolerance in (1000.0, 100.0, 10.0, 1.0, 0.1, 0.01):
+            plan = make_plan(paper("outer"), question=question, tolerance_pct=tolerance)
+            walls.append(next(c.wall_s for c in plan.candidates if c.model == plan.chosen))
+        assert walls == sorted(walls), question  # type: ignore[type-var]
+
+
+def test_where_no_rung_keeps_the_tolerance_that_is_said() -> None:
+    plan = make_plan(paper("outer"), question=Question.NOISE_FLOOR, tolerance_pct=1e-6)
+    assert (plan.chosen, plan.met) == ("full", False)
+    assert "exceeds" in candidate(plan, "full").why  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"shaft_speed": "3000 rpm"}, "rpm"),
+        ({"load": {"radial": "20 kN"}}, "radial"),
+        ({"load": {"axial": "49 kN"}}, "axial"),
+        ({"defect": {"kind": "outer", "height": "-0.5 mm"}}, "height"),
+        ({"defect": {"kind": "roller"}}, "roller"),
+        ({"contact": {"stiffness": "1e8 N/m"}}, "stiffness"),
+        ({"solver": {"name": "ode1"}}, "ode1"),
+        ({"duration": "0.5 s"}, "short"),
+        ({"bearing": "skf-6205"}, "bearing"),
+    ],
+)
+def test_a_scene_outside_what_was_measured_is_said_so_and_left_to_the_full_model(
+    changes: dict[str, object], said: str
+) -> None:
+    plan = make_plan(paper_scene(**({"defect": {"kind": "outer"}} | changes)))
+    assert plan.chosen == "full"
+    assert any(said in reason for reason in plan.outside), plan.outside
+    assert [c.model for c in plan.candidates if c.ok] == ["full"]
+
+
+def test_predictions_between_the_calibration_scenes_are_the_worst_of_their_corners(table: Calibration) -> None:
+    scene = paper("outer", shaft_speed="500 rpm", load={"radial": "100 kN"})
+    near = neighbours(table, scene)
+    assert not near.outside
+    assert {e.case.rpm for e in near.entries} == {353.0, 710.0}
+    assert {e.case.radial_kn for e in near.entries} == {62.4, 124.8}
+    errors = [e.rungs["kinematic"].error_pct[Question.LINES] for e in near.entries]
+    assert near.error_pct("kinematic", Question.LINES) == max(errors)  # type: ignore[type-var]
+    plan = make_plan(scene)
+    assert plan.candidates[0].error_pct == max(errors)  # type: ignore[type-var]
+    assert plan.candidates[0].ok == (MARGIN * max(errors) <= 0.5)  # type: ignore[type-var, operator]
+
+
+def test_on_a_calibration_scene_its_own_entry_speaks(table: Calibration) -> None:
+    for case in grid():
+        (entry,) = neighbours(table, case.scene("full", seconds=10.0)).entries
+        assert entry.case == case
+
+
+def test_questions_without_sense_are_refused() -> None:
+    with pytest.raises(ConfigurationError, match="no fault line"):
+        make_plan(paper("none"), question=Question.HARMONICS)
+    with pytest.raises(ConfigurationError, match="tolerance"):
+        make_plan(paper("outer"), tolerance_pct=0.0)
+
+
+def test_a_rung_that_gave_no_answer_is_not_enough() -> None:
+    plan = make_plan(paper("none"), question=Question.AMPLITUDE, tolerance_pct=1000.0)
+    assert not candidate(plan, "impulse").ok  # type: ignore[attr-defined]
+
+
+def test_settings_that_change_no_answer_are_no_reason(table: Calibration) -> None:
+    scene = replace(paper("outer"), seed=7, settle_s=0.1, duration_s=12.0)
+    assert not neighbours(table, scene).outside

@@ -1,0 +1,43 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from srbval.bench.ladder.questions import Question
+from srbval.bench.ladder.table import load_calibration
+from srbval.errors import DataError
+from srbval.models.ladder import MODELS
+from srbval.plan.calibrated import shipped_calibration
+from srbval.report.content.ladder_section import ladder_data, ladder_section
+from srbval.report.table import Table
+
+
+def test_one_row_for_each_question_and_rung() -> None:
+    rows = ladder_data()
+    assert {(row["question"], row["model"]) for row in rows} == {(q.value, m) for q in Question for m in MODELS}
+    for row in rows:
+        assert row["wall_per_simulated_s"] > 0
+        assert row["unanswered"] <= row["scenes"]
+
+
+def test_the_section_shows_every_rung(tmp_path: Path) -> None:
+    section = ladder_section(tmp_path)
+    picture = (tmp_path / "ladder.svg").read_text(encoding="utf-8")
+    for model in MODELS:
+        assert model in picture
+    tables = [block for block in section.blocks if isinstance(block, Table)]
+    assert [table.id for table in tables] == ["ladder-table", "pattern-table"]
+
+
+def test_the_shipped_table_names_its_solver_and_machine() -> None:
+    table = shipped_calibration()
+    assert table.solver in table.reference
+    assert table.machine["processor"]
+
+
+def test_what_is_no_table_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "table.json"
+    path.write_text("{}", encoding="utf-8")
+    with pytest.raises(DataError, match=r"srbval bench --ladder -o table\.json"):
+        load_calibration(path)
