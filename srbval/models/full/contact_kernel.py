@@ -168,7 +168,9 @@ def contact_columns(law, points, race, window, first, last, columns, start, stop
                 mu = mu / slip
                 mu = mu if mu < slope else slope
                 drag = mu * normal
-                g_x, g_y, g_z = drag * q_x, drag * q_y, drag * q_z
+                g_x = drag * q_x
+                g_y = drag * q_y
+                g_z = drag * q_z
                 rubbed = drag * square
             else:
                 spread = patch[race, i, 2] * deep
@@ -184,7 +186,7 @@ def contact_columns(law, points, race, window, first, last, columns, start, stop
                 drag_c = part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, MEAN_C, HALF_C, third)
                 drag = drag_a + drag_b + drag_c
                 mean = drag_a * MEAN_A + drag_b * MEAN_B + drag_c * MEAN_C
-                g_x, g_y, g_z = drag * q_x + mean * e_x, drag * q_y + mean * e_y, drag * q_z + mean * e_z
+                g_x, g_y, g_z = mean * e_x + drag * q_x, mean * e_y + drag * q_y, mean * e_z + drag * q_z
                 rubbed = g_x * q_x + g_y * q_y + g_z * q_z
             g_x -= normal * n_x
             g_y -= normal * n_y
