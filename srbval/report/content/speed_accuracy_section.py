@@ -66,6 +66,7 @@ def _chart(content: Mapping[str, Any], scene: str, folder: Path) -> Figure:
         f"speed-accuracy-{scene}",
         points=[_point(row) for row in rows],
         panels=PANELS,
+        fronts=("cage_error", "band_rms_error"),
         floors={
             "cage_error": reference["own_cage_error"],
             "band_rms_error": reference["own_band_rms_error"],
@@ -76,7 +77,7 @@ def _chart(content: Mapping[str, Any], scene: str, folder: Path) -> Figure:
         id=f"speed-accuracy-{scene}",
         label=f"Speed against accuracy, {scene}",
         caption="Each solver at several steps: cost to the right, error upwards. Dashed: how far the converged run "
-        "itself moves at twice its step, and its own noise floor.",
+        "itself moves at twice its step, and its own noise floor; a floor is right there, not where it is low.",
         alt=_alt(scene, rows),
         file=files.picture,
         data=files.data,

@@ -43,26 +43,26 @@ def speed_accuracy_plot(
     *,
     points: Sequence[CostPoint],
     panels: Mapping[str, str],
+    fronts: Sequence[str],
     floors: Mapping[str, float | None],
 ) -> PanelFiles:
     """Draw one panel for each of `panels` (value's name, axis label); write picture and CSV.
 
-    `floors`: what the converged run itself vouches for, drawn as a dashed line. A failed run without a cost stands at
-    the left edge.
+    `fronts` names those values of which less is better, so that a front is drawn; `floors`: what the converged run
+    itself vouches for, drawn as a dashed line. A failed run without a cost stands at the left edge.
     """
     solvers = list(dict.fromkeys(point.solver for point in points))
     with figure_style():
         figure, rows = _axes(len(panels))
         for place, (value, label) in enumerate(panels.items()):
             above, ax = rows[0][place], rows[1][place]
-            _panel(ax, points, solvers, value)
-            if floors.get(value):
-                ax.axhline(floors[value], color=SOFT, ls="--", lw=0.9)
-                ax.annotate("converged run", (1, floors[value]), xycoords=("axes fraction", "data"), ha="right",
-                            va="bottom", fontsize=6.5, color=SOFT)  # fmt: skip
+            _failed(above, points, solvers, first=place == 0)
+            _panel(ax, points, solvers, value, front=value in fronts)
+            _floor(ax, floors.get(value))
             ax.set(xlabel="Wall s per simulated s", ylabel=label)
             ax.axvline(1.0, color="#9aa5b1", lw=0.7, ls=":")
-            _failed(above, ax, points, solvers, first=place == 0)
+            _ticks(ax.xaxis, ax.get_xlim())
+            _ticks(ax.yaxis, ax.get_ylim())
         _legend(figure, solvers)
         return save_panel(figure, folder, name, _columns(points, panels))
 
@@ -76,7 +76,7 @@ def _axes(columns: int) -> tuple[Any, Any]:
     return figure, figure.subplots(2, columns, height_ratios=(1, 8), sharex="col", squeeze=False)
 
 
-def _panel(ax: Any, points: Sequence[CostPoint], solvers: Sequence[str], value: str) -> None:
+def _panel(ax: Any, points: Sequence[CostPoint], solvers: Sequence[str], value: str, *, front: bool) -> None:
     ax.set(xscale="log", yscale="log")
     drawn = []
     for point in points:
@@ -88,26 +88,50 @@ def _panel(ax: Any, points: Sequence[CostPoint], solvers: Sequence[str], value: 
         ax.plot(point.cost, height, mark, color=colour, ms=5, mew=0.6, mec="white", zorder=4)
         if point.ringed:
             ax.plot(point.cost, height, "o", mfc="none", mec=INK, ms=11, mew=1.1, zorder=5)
-    front = _front(drawn)
-    ax.plot([x for x, _ in front], [y for _, y in front], color=GREEN, lw=1.6, alpha=0.55, zorder=2)
+    for solver in solvers:
+        own = sorted((p.cost, h) for p in points if p.solver == solver and not p.failed
+                     and p.cost is not None and (h := p.values.get(value)))  # fmt: skip
+        ax.plot([x for x, _ in own], [y for _, y in own], color=_look(solvers, solver)[1], lw=0.7, alpha=0.4, zorder=1)
+    ax.margins(0.08)
+    best = _front(drawn) if front else []
+    ax.plot([x for x, _ in best], [y for _, y in best], color=GREEN, lw=1.6, alpha=0.55, zorder=2)
 
 
-def _failed(above: Any, ax: Any, points: Sequence[CostPoint], solvers: Sequence[str], *, first: bool) -> None:
+def _floor(ax: Any, floor: float | None) -> None:
+    """What the converged run vouches for."""
+    if floor:
+        ax.axhline(floor, color=SOFT, ls="--", lw=0.9)
+        ax.annotate("converged run", (1, floor), xycoords=("axes fraction", "data"), ha="right", va="bottom",
+                    fontsize=6.5, color=SOFT)  # fmt: skip
+
+
+def _ticks(axis: Any, limits: tuple[float, float]) -> None:
+    """Few labelled ticks whatever the axis spans: powers of ten, or some between them where it spans little."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    decades = math.log10(limits[1] / limits[0])
+    between = (1.0,) if decades > 2.5 else (1.0, 2.0, 5.0) if decades > 0.8 else (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0)
+    axis.set_major_locator(LogLocator(subs=between))
+    axis.set_minor_formatter(NullFormatter())
+    if decades <= 2.5:
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+
+
+def _failed(above: Any, points: Sequence[CostPoint], solvers: Sequence[str], *, first: bool) -> None:
     """The failed runs of a panel at their cost, in a row of their own."""
     above.set_xscale("log")
     left = min((p.cost for p in points if p.cost is not None), default=1.0)
     for point in points:
         if point.failed:
             mark, colour = _look(solvers, point.solver)
-            above.plot(point.cost or left, 0.5, mark, color=colour, ms=5, mew=0.6, mec="white", alpha=0.9)
-            above.plot(point.cost or left, 0.5, "x", color="#a3161f", ms=7, mew=1.1)
+            above.plot(point.cost or left, 0.5, "x", color="#a3161f", ms=9, mew=1.3)
+            above.plot(point.cost or left, 0.5, mark, color=colour, ms=5, mew=0.6, mec="white")
     above.set(ylim=(0, 1), yticks=[])
     above.set_facecolor("#faf0f0")
     above.tick_params(labelbottom=False, length=0, which="both")
     above.grid(visible=False)
     if first:
         above.set_ylabel("failed", rotation=0, ha="right", va="center", color="#a3161f", fontsize=7.5)
-    ax.margins(0.08)
 
 
 def _front(drawn: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
