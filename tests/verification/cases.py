@@ -40,6 +40,8 @@ EVERYTHING: dict[str, Any] = {  # all forces at once, none along an axis of symm
 }
 CASES: dict[str, tuple[dict[str, Any], float]] = {  # scene, and time of the state
     "play, paper's case": ({"defect": DEFECTS["healthy"]}, 0.0123),
+    # ring far down: contacts of 0 to 0.17 mm, so that both narrow and wide windows are looked up, neighbours differ
+    "play, deep contacts": ({"load": {"radial": "900 kN"}, "defect": DEFECTS["healthy"]}, 0.0),
     "interference, outer-race defect": ({"contact": PRINTED_FIT, "defect": DEFECTS["outer"]}, 0.0),
     "interference, inner-race defect": ({"contact": PRINTED_FIT, "defect": DEFECTS["inner"]}, 0.0),
     "interference, damaged roller": ({"contact": PRINTED_FIT, "defect": DEFECTS["roller"]}, 0.0),
