@@ -15,6 +15,7 @@ from srbval.report.figures.stability_map import MapBlock, stability_map
 from srbval.report.inline import literal
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table
+from srbval.scene import paper_scene
 
 Row = Mapping[str, Any]
 
@@ -167,6 +168,7 @@ def _honesty(content: Mapping[str, Any]) -> Listing:
     flagged = [r for r in content["references"] if r["status"] != "ok"]
     missed = [p for p in planted if not p["caught"]]
     items = [
+        _default(content["cells"]),
         f"**Caught by the runs themselves**: {counts['caught_by_the_run']} runs ended with a status and a reason.",
         f"**Not caught**: {counts['seen_by_comparison_only']} runs passed their own tests and are unlike the converged "
         "run; only the comparison shows it" + _worst(content["cells"]),
@@ -177,6 +179,21 @@ def _honesty(content: Mapping[str, Any]) -> Listing:
         f"**False alarms on converged runs**: {len(flagged)} of {len(content['references'])}.",
     ]
     return Listing(items=tuple(items))
+
+
+def _default(cells: Sequence[Row]) -> str:
+    """How the default solver fares at its default step."""
+    solver = paper_scene().solver
+    own = [c for c in cells if c["solver"] == solver.name and math.isclose(c["dt_s"], solver.step_s, rel_tol=1e-6)]
+    text = f"**The default** ({solver.name} at 1/{1 / solver.step_s:.0f} s): "
+    text += f"ok in {sum(c['status'] == 'ok' for c in own)} of {len(own)} cells"
+    failed = [
+        f"{c['scene']}, {c['rpm']:g} rpm, {_velocity(c['critical_velocity_m_s'])}: {c['status']} (cage "
+        f"{c['cage_error'] or math.nan:.2%} off, load {c['load_part'] or math.nan:.2f} times)"
+        for c in own
+        if c["status"] != "ok"
+    ]
+    return f"{text}; not in {'; '.join(failed)}." if failed else f"{text}."
 
 
 def _worst(cells: Sequence[Row]) -> str:

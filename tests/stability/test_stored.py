@@ -1,0 +1,52 @@
+"""The stored map of the repository: whole, and within what it promises."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from srbval.scene import paper_scene
+from srbval.stability.grid import FULL
+from srbval.storage.strict_json import strict
+
+STORED = Path(__file__).parents[2] / "reports" / "stability.json"
+
+
+@pytest.fixture(scope="module")
+def stored() -> dict[str, Any]:
+    content: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
+    return content
+
+
+def test_it_is_the_whole_map_and_says_where_it_comes_from(stored: dict[str, Any]) -> None:
+    assert stored["grid"] == strict(FULL.to_dict())
+    assert len(stored["cells"]) == len(list(FULL.cases))
+    assert stored["machine"]["processor"]
+    assert stored["git_revision"]
+    assert stored["made_utc"].startswith("20")
+
+
+def test_no_ok_cell_is_unlike_its_converged_run(stored: dict[str, Any]) -> None:
+    good = [c for c in stored["cells"] if c["status"] == "ok"]
+    assert good
+    assert max(c["cage_error"] for c in good) <= 0.01
+    assert min(c["load_part"] for c in good) >= 0.95
+
+
+def test_planted_failures_are_caught_and_converged_runs_are_not_flagged(stored: dict[str, Any]) -> None:
+    assert len(stored["planted"]) == 3 * 2 * 2 * len(FULL.scenes)
+    assert [p for p in stored["planted"] if not p["caught"]] == []
+    assert [r for r in stored["references"] if r["status"] != "ok"] == []
+
+
+def test_the_default_turns_its_cage_and_carries_its_load_at_every_speed(stored: dict[str, Any]) -> None:
+    """Not that every such cell is ok: that also asks for no more than 5 % too much load; the report names those."""
+    solver = paper_scene().solver
+    own = [c for c in stored["cells"] if c["solver"] == solver.name and c["dt_s"] == pytest.approx(solver.step_s)]
+    assert len(own) == len(list(FULL.groups))
+    assert [(c["scene"], c["rpm"], c["reason"]) for c in own if c["run_status"] != "ok"] == []
+    assert max(c["cage_error"] for c in own) <= 0.01
+    assert min(c["load_part"] for c in own) >= 0.95
