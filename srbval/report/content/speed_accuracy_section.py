@@ -53,8 +53,8 @@ def _intro(content: Mapping[str, Any]) -> Paragraph:
     return Paragraph(
         f"{len(rows)} runs of the full model against converged ones of the same scene, which at twice their step move "
         f"by at most {worst:.1g} in cage speed. Time is wall time on one core. **{failed} of them failed**; such runs "
-        "stand in a row of their own, at what they cost, and are on no front. The ring marks the default solver at its default "
-        "step; the dotted line is real time."
+        "stand in a row of their own, at what they cost, and are on no front. The ring marks the default solver at its "
+        "default step; the dotted line is real time."
     )
 
 
