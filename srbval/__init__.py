@@ -36,6 +36,7 @@ _HOME = {
     "analyse": "srbval.validation.analyse",
     "Evidence": "srbval.validation.evidence",
     "gather": "srbval.validation.evidence",
+    "make_plan": "srbval.plan.plan",
     "make_report": "srbval.report.make",
     "SrbvalError": "srbval.errors",
     "ConfigurationError": "srbval.errors",
@@ -64,6 +65,7 @@ __all__ = [
     "load_bearing",
     "load_recording",
     "load_scene",
+    "make_plan",
     "make_report",
     "paper_scene",
     "recording_from_run",
@@ -79,6 +81,7 @@ if TYPE_CHECKING:
     from srbval.models.simulate import simulate
     from srbval.recordings import Recording, ShaftSpeed, SpeedSource, load_recording
     from srbval.recordings.from_run import recording_from_run
+    from srbval.plan.plan import make_plan
     from srbval.report.make import make_report
     from srbval.scene import Scene, load_scene, paper_scene
     from srbval.signal import Spectrum

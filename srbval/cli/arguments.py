@@ -68,7 +68,7 @@ def _simulate(commands: Any) -> None:
     command = _command(commands, "simulate", "run the bundled model on a scene")
     _scene_options(command)
     command.add_argument(
-        "--model", metavar="NAME", help="rung of the ladder: kinematic, impulse, planar, full; or auto (default: full)"
+        "--model", metavar="NAME", help="rung of the ladder: kinematic, impulse, planar, line, full; or auto (default: full)"
     )
     _question_options(command, "for --model auto: ")
     command.add_argument("-o", "--output", metavar="RUN.h5", help="write the signals to this HDF5 file")
@@ -79,6 +79,7 @@ def _plan(commands: Any) -> None:
     _scene_options(command)
     _question_options(command)
     command.add_argument("--calibration", metavar="FILE", help="table of srbval bench --ladder -o FILE (default: ours)")
+    command.add_argument("--reductions", action="store_true", help="try what the scene itself can do without")
     command.set_defaults(model=None)
 
 

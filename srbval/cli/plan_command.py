@@ -12,6 +12,7 @@ from srbval.cli.output import print_json, print_table
 from srbval.cli.scene_options import scene_of
 from srbval.errors import ConfigurationError
 from srbval.plan.plan import Plan, make_plan
+from srbval.plan.reductions import Reduction, find_reductions
 
 MET, NOT_MET = 0, 1
 
@@ -25,10 +26,17 @@ def run(options: argparse.Namespace) -> int:
         tolerance_pct=options.tolerance,
         calibration=load_calibration(Path(options.calibration)) if options.calibration else None,
     )
+    found: tuple[Reduction, ...] = ()
+    if options.reductions:
+        found = find_reductions(scene, question=plan.question, tolerance_pct=plan.tolerance_pct)
     if options.json:
-        print_json(plan.to_dict())
+        print_json(plan.to_dict() | {"reductions": [reduction.to_dict() for reduction in found]})
     else:
         show(plan)
+        if found:
+            print()
+            rows = [(r.name, "yes" if r.taken else "no", r.difference_pct, r.why) for r in found]
+            print_table(("reduction of the full model", "taken", "difference [%]", "why"), rows)
     return MET if plan.met else NOT_MET
 
 

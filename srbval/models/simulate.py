@@ -26,17 +26,18 @@ Progress = Callable[[float], None]
 MakeParameters = Callable[[Scene, SphericalRollerGeometry], "Parameters"]
 
 
-def simulate(scene: Scene, *, progress: Progress | None = None) -> Run:
+def simulate(scene: Scene, *, progress: Progress | None = None, make: MakeParameters | None = None) -> Run:
     """Run `scene` from static balance and keep its signals.
 
-    `progress` is told the simulated seconds done, settling included.
+    `progress` is told the simulated seconds done, settling included. `make` assembles other parameters than the full
+    model's for its equations of motion: for trying what can be left out.
 
     Raises `ConfigurationError` for an unknown model or solver, a bearing without geometry, or a load that crushes the
     contacts. A failed run is returned, not raised: its `status` says so and its `reason` says what to do; one beyond
     recovery ends early, and its signals with it.
     """
     account = Account(scene=scene, bearing=load_bearing(scene.bearing))
-    chunks = list(_recorded(account, progress or (lambda _: None)))
+    chunks = list(_recorded(account, progress or (lambda _: None), make))
     out = np.concatenate([chunk.out for chunk in chunks])
     return Run(
         **vars(account.summary()),
@@ -81,13 +82,14 @@ def signals(out: FloatArray) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _recorded(account: Account, progress: Progress) -> Iterator[Outputs]:
+def _recorded(account: Account, progress: Progress, make: MakeParameters | None = None) -> Iterator[Outputs]:
     """The recorded chunks of the scene's model; `account` is kept up to date."""
     scene = account.scene
     rung = rung_of(scene.model)
     settle = round(scene.settle_s * scene.output_rate_hz)
     whole = settle + scene.samples
-    for first, steps in rung.run(account, settle, whole):
+    stretches = rung.run(account, settle, whole) if make is None else full_model(account, settle, whole, make=make)
+    for first, steps in stretches:
         progress((first + len(steps.out)) / scene.output_rate_hz)
         if first >= settle or account.unfit(steps.out):
             account.add(steps.out)

@@ -56,6 +56,28 @@ def test_scene_file_and_options(capsys: pytest.CaptureFixture[str], tmp_path: Pa
     assert (code, found["solver"], found["seconds"]) == (0, "ode3", 0.05)
 
 
+def test_plan(capsys: pytest.CaptureFixture[str]) -> None:
+    code, found = ask(capsys, "plan", "--defect", "outer", "--tolerance", "0.5")
+    assert code == 0
+    assert {"chosen", "question", "tolerance_pct", "candidates", "schema_version", "status"} <= set(found)
+    assert (found["question"], found["tolerance_pct"]) == ("lines", 0.5)
+    for candidate in found["candidates"]:  # type: ignore[attr-defined]
+        assert {"model", "error_pct", "wall_s", "ok", "why"} <= set(candidate)
+    code, found = ask(capsys, "plan", "--defect", "outer", "--question", "noise-floor", "--tolerance", "1e-6")
+    assert (code, found["met"], found["chosen"]) == (1, False, "full")
+    code, found = ask(capsys, "plan", "--question", "colour")
+    assert code == 2
+
+
+def test_simulate_follows_the_plan(capsys: pytest.CaptureFixture[str]) -> None:
+    scene = ("--defect", "outer", "--seconds", "2")
+    _, plan = ask(capsys, "plan", *scene)
+    code, made = ask(capsys, "simulate", *scene, "--model", "auto")
+    assert code == 0
+    assert made["model"] == plan["chosen"]
+    assert made["plan"]["candidates"] == plan["candidates"]  # type: ignore[index]
+
+
 def test_doctor(capsys: pytest.CaptureFixture[str]) -> None:
     code, found = ask(capsys, "doctor")
     assert (code, found["ok"], found["problems"]) == (0, True, [])

@@ -15,7 +15,7 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from srbval.bearing import Bearing
-from srbval.bench.measures import measure, noise_floor, smooth_mean
+from srbval.bench.measures import measure, smooth_mean
 from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.recordings.from_run import recording_from_run
@@ -106,7 +106,8 @@ def answers(run: Run, bearing: Bearing) -> dict[Question, Answer | None]:
         return found
     found[Question.AMPLITUDE] = (measures.band_rms_m_s2,)
     spread_m_s2 = float(rotate_axes(run.acceleration_m_s2[:, 0], run.acceleration_m_s2[:, 1]).std())
-    found[Question.NOISE_FLOOR] = (noise_floor(analysis.processed.spectrum, 1.0) * spread_m_s2,)
+    if measures.noise_floor is not None:  # of the envelope's mean, that of the normalised signal
+        found[Question.NOISE_FLOOR] = (measures.noise_floor * float(analysis.processed.envelope.mean()) * spread_m_s2,)
     return found | _of_line(run, analysis)
 
 

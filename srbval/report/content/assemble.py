@@ -10,6 +10,7 @@ from typing import Any
 
 from srbval.bench.kept import SPEED_ACCURACY, STABILITY, Kept, newest
 from srbval.report.blocks import Command, KeyValues, Listing, Paragraph
+from srbval.report.content.ladder_section import ladder_data, ladder_section
 from srbval.report.content.matrix_section import matrix_section
 from srbval.report.content.open_section import open_section
 from srbval.report.content.other_rigs_section import other_rigs_section
@@ -51,6 +52,7 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
             *other_rigs_section(evidence),
             speed_accuracy_section(kept[SPEED_ACCURACY], figures),
             stability_section(kept[STABILITY], figures),
+            ladder_section(figures),
             open_section(evidence),
             _limits_section(evidence),
             runs_section(evidence),
@@ -173,7 +175,7 @@ def _data(evidence: Evidence, origin: dict[str, Any], kept: Mapping[str, Kept | 
         "speed_accuracy": measured.content["runs"] if measured else [],
         "stability": mapped.content["cells"] if mapped else [],
         "kept_results": {kind: result.origin for kind, result in kept.items() if result},
-        "ladder": [],
+        "ladder": ladder_data(),
         "matrix": [cell.to_dict() for cell in evidence.matrix.cells],
         "other_rigs": [record.to_dict() for record in evidence.other_rigs],
         "speed_and_slip": [row.to_dict() for row in evidence.slips],

@@ -30,7 +30,7 @@ def ladder_plot(folder: Path, name: str, *, rows: Sequence[Mapping[str, Any]]) -
     with figure_style():
         figure = Figure(figsize=SIZE_INCHES)
         FigureCanvasAgg(figure)
-        grid = figure.subplots(math.ceil(len(questions) / COLUMNS), COLUMNS, squeeze=False, sharex=True)
+        grid = figure.subplots(math.ceil(len(questions) / COLUMNS), COLUMNS, squeeze=False, sharex=True, sharey=True)
         for axes, question in zip(grid.flat, questions, strict=False):
             _panel(axes, [row for row in rows if row["question"] == question], models)
         for axes in grid[-1]:
@@ -43,7 +43,7 @@ def ladder_plot(folder: Path, name: str, *, rows: Sequence[Mapping[str, Any]]) -
 
 
 def _panel(axes: Any, rows: Sequence[Mapping[str, Any]], models: Sequence[str]) -> None:
-    axes.set(xscale="log", yscale="log", title=rows[0]["title"])
+    axes.set(xscale="log", yscale="log", title=rows[0]["question"].replace("-", " ").capitalize())
     for row in rows:
         marker, colour = MARKS[models.index(row["model"]) % len(MARKS)]
         look = {"marker": marker, "ms": 7, "color": colour, "mec": INK, "mew": 0.6, "ls": "none", "label": row["model"]}
