@@ -5,11 +5,12 @@ A case with signals is a run file too, so that every command that reads runs rea
 
 from __future__ import annotations
 
+import io
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from srbval.campaign.quantities import Output, Quantity
 from srbval.campaign.task import Ending
 from srbval.errors import DataError
 from srbval.models.run import Run
-from srbval.models.run_file import scene_dict, write_run
+from srbval.models.run_file import RunWriter, scene_dict
 from srbval.scene import Scene
 from srbval.storage.own_hdf5 import SCHEMA_VERSION
 from srbval.storage.whole_file import whole_file
@@ -39,18 +40,23 @@ class Result:
 
 def write_result(path: Path, run: Run, quantities: Sequence[Quantity], outputs: Sequence[Output]) -> None:
     """Write what is wanted of a run that ended well, whole or not at all; `OSError` where that fails."""
-    with whole_file(path) as part:
-        if Output.SIGNALS in outputs:
-            write_run(_without_clock(run), part)
-        elif Output.ACCELERATION in outputs:
-            write_run(_without_clock(_acceleration_only(run)), part)
-        _add(part, run.scene, Ending.OK, run.reason, quantities)
+    image = io.BytesIO()
+    if {Output.SIGNALS, Output.ACCELERATION} & set(outputs):
+        kept = run if Output.SIGNALS in outputs else _acceleration_only(run)
+        with _ImageWriter(image, run.scene) as writer:
+            writer.append({f.name: getattr(kept, f.name) for f in fields(kept)})
+            writer.finish(kept)
+            writer.complete(quantities)
+    else:
+        _write_numbers(image, run.scene, Ending.OK, run.reason, quantities)
+    _put(path, image)
 
 
 def write_failure(path: Path, scene: Scene | None, ending: Ending, reason: str) -> None:
     """Write why a case has no result."""
-    with whole_file(path) as part:
-        _add(part, scene, ending, reason, ())
+    image = io.BytesIO()
+    _write_numbers(image, scene, ending, reason, ())
+    _put(path, image)
 
 
 def read_result(path: Path) -> Result:
@@ -75,29 +81,52 @@ def read_result(path: Path) -> Result:
         ) from None
 
 
-def _add(part: Path, scene: Scene | None, ending: Ending, reason: str, quantities: Sequence[Quantity]) -> None:
-    """Add ending and numbers to a run file, or to a new file where `part` is empty."""
+class _ImageWriter(RunWriter):
+    """Writes a run file into memory: HDF5 on a full disk takes the process with it, a plain write does not."""
+
+    def __init__(self, image: io.BytesIO, scene: Scene) -> None:
+        super().__init__(Path(), scene)
+        self._image = image
+
+    def __enter__(self) -> Self:
+        import h5py
+
+        self._file = self._stack.enter_context(h5py.File(self._image, "w", track_order=True))
+        return self
+
+    def complete(self, quantities: Sequence[Quantity]) -> None:
+        """Add the numbers; the clock has no place in the file."""
+        del self._file.attrs["wall_s"]
+        self._file.attrs["ending"] = Ending.OK.value
+        _add(self._file, quantities)
+
+
+def _write_numbers(
+    image: io.BytesIO, scene: Scene | None, ending: Ending, reason: str, quantities: Sequence[Quantity]
+) -> None:
     import h5py
 
-    fresh = part.stat().st_size == 0
-    with h5py.File(part, "w" if fresh else "r+", track_order=True) as file:
-        if fresh:
-            content = {} if scene is None else scene_dict(scene)
-            file.attrs.update({"schema_version": SCHEMA_VERSION, "srbval_kind": KIND, "scene": json.dumps(content)})
-        else:
-            del file.attrs["wall_s"]  # the clock has no place in it
+    content = {} if scene is None else scene_dict(scene)
+    with h5py.File(image, "w", track_order=True) as file:
+        file.attrs.update({"schema_version": SCHEMA_VERSION, "srbval_kind": KIND, "scene": json.dumps(content)})
         file.attrs.update({"ending": ending.value, "reason": reason})
-        if quantities:
-            names = file.create_dataset(TABLE[0], data=np.array([q.name for q in quantities], dtype="S"))
-            names.make_scale(TABLE[0])
-            values = file.create_dataset(TABLE[1], data=np.array([q.value for q in quantities]))
-            units = file.create_dataset(TABLE[2], data=np.array([q.unit for q in quantities], dtype="S"))
-            for dataset in (values, units):
-                dataset.dims[0].attach_scale(names)
+        _add(file, quantities)
 
 
-def _without_clock(run: Run) -> Run:
-    return replace(run, wall_s=0.0, compile_s=0.0)
+def _add(file: Any, quantities: Sequence[Quantity]) -> None:
+    if not quantities:
+        return
+    names = file.create_dataset(TABLE[0], data=np.array([q.name for q in quantities], dtype="S"))
+    names.make_scale(TABLE[0])
+    values = file.create_dataset(TABLE[1], data=np.array([q.value for q in quantities]))
+    units = file.create_dataset(TABLE[2], data=np.array([q.unit for q in quantities], dtype="S"))
+    for dataset in (values, units):
+        dataset.dims[0].attach_scale(names)
+
+
+def _put(path: Path, image: io.BytesIO) -> None:
+    with whole_file(path) as part:
+        part.write_bytes(image.getbuffer())
 
 
 def _acceleration_only(run: Run) -> Run:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import logging
 import os
 from collections.abc import Callable, Iterator
@@ -10,9 +11,9 @@ from typing import Any
 
 from srbval.campaign.case import version
 from srbval.campaign.engines.engine import ATTEMPTS, Job, Outcome, crashed
-from srbval.campaign.engines.processes import THREADS
+from srbval.campaign.engines.processes import THREADS, compile_apart
 from srbval.campaign.task import Task
-from srbval.campaign.work import prepare, run_task, sees
+from srbval.campaign.work import run_task, sees
 from srbval.errors import ConfigurationError, DataError
 
 AHEAD = 2  # cases handed to the scheduler for each worker: none waits for the next, the scheduler holds few
@@ -39,22 +40,35 @@ class DaskCluster:
 
             def fill() -> None:
                 room = max(2, AHEAD * sum(client.nthreads().values())) - len(tasks)
-                for task in (t for t, _ in zip(waiting, range(room), strict=False)) if room > 0 else ():
+                for task in itertools.islice(waiting, max(0, room)):
                     job.begun(task.key)
                     future = client.submit(run_task, task, key=f"srbval-{task.key}", pure=False, retries=0)
                     tasks[future.key] = task
                     under_way.add(future)
 
             fill()
+            blamed: list[Task] = []
             for future in under_way:
                 task = tasks.pop(future.key)
                 try:
-                    outcome = future.result()
+                    yield future.result()
                 except KilledWorker:
-                    outcome = crashed(task.key, "its Dask worker was lost")
+                    blamed.append(task)
                 future.release()
-                yield outcome
                 fill()
+            for task in blamed:
+                yield _alone(client, task)
+
+
+def _alone(client: Any, task: Task) -> Outcome:
+    """Run a case with nothing beside it: Dask blames all that a lost worker held, this tells whose fault it was."""
+    from distributed import KilledWorker
+
+    try:
+        outcome: Outcome = client.submit(run_task, task, key=f"srbval-{task.key}-alone", pure=False, retries=0).result()
+    except KilledWorker:
+        return crashed(task.key, "its Dask worker was lost, with no other case on it")
+    return outcome
 
 
 def embedded(workers: int) -> DaskCluster:
@@ -128,7 +142,7 @@ def _prepare(client: Any, job: Job) -> None:
     for address in client.nthreads():
         hosts.setdefault(address.rpartition(":")[0], address)
     found = {
-        host: client.submit(prepare, tuple(job.first), workers=[address], pure=False, retries=ATTEMPTS)
+        host: client.submit(compile_apart, tuple(job.first), workers=[address], pure=False, retries=ATTEMPTS)
         for host, address in hosts.items()
     }
     for host, future in found.items():

@@ -1,0 +1,161 @@
+"""Every engine gives the same results, and no case takes the others with it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from srbval.campaign.engines.choose import choose_engine
+from srbval.campaign.engines.processes import LocalProcesses
+from srbval.campaign.engines.serial import Serial
+from srbval.campaign.run import run_campaign
+from srbval.campaign.store import Store
+from srbval.errors import ConfigurationError, DataError
+from tests.campaign.small import content, failing_point, small
+
+MIXED: list[dict[str, Any]] = [
+    {"kind": "list", "cases": [{"defect.kind": "none"}, {"defect.kind": "inner"}, failing_point(),
+                               {"load.radial": "-3 kN"}, {"model": "planar"}, {"bearing": "skf-6205"}]},
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def serial(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A campaign with good and bad cases, run in this process."""
+    folder = tmp_path_factory.mktemp("serial")
+    found = run_campaign(small(axes=MIXED), folder, engine=Serial())
+    assert (found.cases, found.done, found.ran) == (6, 6, 5)
+    reasons = {entry["case"]: (entry["ending"], entry["reason"]) for entry in found.failed}
+    assert set(reasons) == {2, 3, 5}
+    assert reasons[2][0] == "failed"  # the numerics, with the run's own status
+    assert reasons[2][1].split(":")[0] in {"not-finite", "too-deep", "cage-lost", "load-lost", "energy-open"}
+    assert reasons[3] == ("refused", "radial_n = -3000.0 must not be negative.")
+    assert reasons[5][0] == "refused"
+    assert "has no [geometry]" in reasons[5][1]
+    return folder
+
+
+def test_local_processes_give_the_same(serial: Path, tmp_path: Path) -> None:
+    run_campaign(small(axes=MIXED), tmp_path, engine=LocalProcesses(2))
+    assert content(tmp_path) == content(serial)
+
+
+def test_embedded_dask_gives_the_same(serial: Path, tmp_path: Path) -> None:
+    pytest.importorskip("distributed")
+    run_campaign(small(axes=MIXED), tmp_path, engine=choose_engine("dask", jobs=2))
+    assert content(tmp_path) == content(serial)
+
+
+def test_a_scheduler_with_two_workers_gives_the_same(serial: Path, tmp_path: Path, scheduler: str) -> None:
+    found = run_campaign(small(axes=MIXED), tmp_path, engine=choose_engine(address=scheduler))
+    assert found.engine == f"dask at {scheduler}"
+    assert content(tmp_path) == content(serial)
+
+
+@pytest.fixture
+def scheduler(tmp_path: Path) -> Iterator[str]:
+    """Address of a Dask scheduler with two worker processes of its own."""
+    pytest.importorskip("distributed")
+    file = tmp_path / "scheduler.json"
+    common = ["--scheduler-file", str(file), "--no-dashboard"]
+    dask = [sys.executable, "-m", "dask"]
+    quiet: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": tmp_path}
+    started = [
+        subprocess.Popen([*dask, "scheduler", "--host", "127.0.0.1", "--port", "0", *common], **quiet),
+        *(subprocess.Popen([*dask, "worker", "--nthreads", "1", *common], **quiet) for _ in range(2)),
+    ]
+    try:
+        from distributed import Client
+
+        with Client(scheduler_file=str(file), timeout="60 s") as client:
+            client.wait_for_workers(2, timeout=60)
+            address = str(client.scheduler.address)
+        yield address
+    finally:
+        for process in reversed(started):
+            process.terminate()
+        for process in started:
+            process.wait()
+
+
+def killer(folder: Path) -> None:
+    """Make the case at 700 rpm without defect kill its process, in every process of this engine."""
+    (folder / "sitecustomize.py").write_text(
+        "import os, signal, srbval.campaign.work as work\n"
+        "good = work._simulate\n"
+        "def bad(scene):\n"
+        "    if scene.seed == 666:\n"
+        "        os.kill(os.getpid(), signal.SIGKILL)\n"
+        "    return good(scene)\n"
+        "work._simulate = bad\n"
+    )
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
+@pytest.mark.parametrize("name", ["local", "dask"])
+def test_a_case_that_kills_its_process(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if name == "dask":
+        pytest.importorskip("distributed")
+    killer(tmp_path)
+    paths = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
+    monkeypatch.setenv("PYTHONPATH", paths)
+    campaign = small(axes=[{"kind": "grid", "values": {"seed": [1, 666, 2, 3]}}])
+    found = run_campaign(campaign, tmp_path / "run", engine=choose_engine(name, jobs=2))
+    assert (found.cases, found.done) == (4, 4)
+    assert [(entry["case"], entry["ending"]) for entry in found.failed] == [(1, "crashed")]
+    assert "its process died 3 times" in found.failed[0]["reason"]
+    # the next start tries it again, and nothing else
+    monkeypatch.setenv("PYTHONPATH", os.environ["PYTHONPATH"].removeprefix(str(tmp_path) + os.pathsep))
+    (tmp_path / "sitecustomize.py").unlink()
+    again = run_campaign(campaign, tmp_path / "run", engine=choose_engine("local", jobs=1))
+    assert (again.ran, again.failed) == (1, ())
+
+
+def test_serial_runs_what_may_have_killed_it_last_and_apart(tmp_path: Path) -> None:
+    campaign = small()
+    store = Store(tmp_path)
+    run_campaign(small(axes=[]), tmp_path, engine=Serial())
+    from srbval.campaign.planning import plan_cases
+
+    suspect = plan_cases(campaign)[0].key
+    store.begun(suspect)  # as a killed process leaves it
+    run_campaign(campaign, tmp_path, engine=Serial())
+    begun = [entry["key"] for entry in store.journal() if entry["event"] == "begun"]
+    assert begun[-1] == suspect
+    assert store.path_of(suspect).exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"name": "threads"}, "'threads' is not known"),
+        ({"jobs": 0}, "at least 1"),
+        ({"name": "local", "address": "tcp://x:1"}, "needs --engine dask"),
+    ],
+)
+def test_engines_that_cannot_be(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        choose_engine(**options)
+
+
+def test_without_dask_processes_are_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("srbval.campaign.engines.choose._installed", lambda _: False)
+    assert choose_engine().name == "local"
+    with pytest.raises(ConfigurationError, match="pip install"):
+        choose_engine("dask")
+    with pytest.raises(ConfigurationError, match="dask-jobqueue"):
+        choose_engine("slurm")
+
+
+def test_no_scheduler_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("srbval.campaign.engines.dask_engine.CONNECT_S", "1 s")
+    with pytest.raises(DataError, match="no Dask scheduler answers"):
+        run_campaign(small(), tmp_path, engine=choose_engine(address="tcp://127.0.0.1:9"))

@@ -1,0 +1,125 @@
+"""Data sets: labels, noise at its ratio and colour, the card."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from scipy.signal import welch
+
+from srbval.campaign.engines.serial import Serial
+from srbval.campaign.export import export_campaign
+from srbval.campaign.export_settings import ExportSettings
+from srbval.campaign.noise import WHITE, Colour, add_noise, colour_of
+from srbval.campaign.run import run_campaign
+from srbval.cli import main
+from srbval.errors import ConfigurationError, DataError
+from tests.campaign.small import failing_point, small
+
+AXES = [
+    {
+        "kind": "list",
+        "cases": [{"defect.kind": "none"}, {"defect.kind": "roller", "shaft_speed": "500 rpm"}, failing_point()],
+    }
+]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("campaign")
+    run_campaign(small(axes=AXES), made, engine=Serial())
+    return made
+
+
+def test_segments_and_labels(folder: Path, tmp_path: Path) -> None:
+    file = tmp_path / "set.h5"
+    made = export_campaign(folder, file, ExportSettings(segment_s=2e-3, snr_db=(10.0, -3.0)))
+    assert (made.segments, made.samples, made.left_out) == (2 * 2 * 3, 41, 1)
+    with h5py.File(file) as found:
+        table = {name: found[name][()] for name in found}
+        card = str(found.attrs["data_card"])
+    assert table["state"].tolist() == [0] * 6 + [3] * 6
+    assert table["case"].tolist() == [0] * 6 + [1] * 6
+    assert table["snr_db"].tolist() == [np.inf, 10, -3] * 4
+    assert table["start_s"][:6] == pytest.approx([0, 0, 0, 41 / 20480, 41 / 20480, 41 / 20480])
+    assert table["shaft_speed_hz"][-1] == pytest.approx(500 / 60)
+    assert (table["defect_height_m"][0], table["defect_extent_m"][-1]) == (0, 2e-3)
+    assert "Every sample is simulated" in card
+    assert "10, -3 dB" in card
+    assert "split by `case`" in card
+
+
+def test_the_same_settings_give_the_same_samples(folder: Path, tmp_path: Path) -> None:
+    def noisy(name: str, **options: object) -> np.ndarray:
+        export_campaign(folder, tmp_path / name, ExportSettings(segment_s=2e-3, **options))  # type: ignore[arg-type]
+        with h5py.File(tmp_path / name) as found:
+            return np.asarray(found["segments"][found["snr_db"][()] == 0.0])
+
+    first = noisy("a.h5", snr_db=(0.0,))
+    assert np.array_equal(first, noisy("b.h5", snr_db=(5.0, 0.0)))
+    assert not np.array_equal(first, noisy("c.h5", snr_db=(0.0,), seed=1))
+
+
+@pytest.mark.parametrize("snr_db", [20.0, 0.0, -10.0])
+def test_noise_keeps_its_ratio_and_its_colour(snr_db: float) -> None:
+    fs_hz, random = 10_000.0, np.random.default_rng(3)
+    frequency = np.linspace(0, 2500, 200)
+    colour = Colour(name="test", frequency_hz=frequency, density=1 / (100 + frequency) ** 2)
+    samples = np.sin(2 * np.pi * 50 * np.arange(100_000) / fs_hz)
+    noise = add_noise(samples, fs_hz, snr_db=snr_db, colour=colour, random=random) - samples
+    # the ratio is set on the noise drawn, so it holds but for rounding
+    assert 10 * np.log10(np.var(samples) / np.var(noise)) == pytest.approx(snr_db, abs=1e-6)
+    at, density = welch(noise, fs_hz, nperseg=1000)
+    inside, outside = (at > 50) & (at < 2000), at > 2700
+    expected = 1 / (100 + at[inside]) ** 2
+    ratio = density[inside] / expected
+    # 199 averages scatter by 7 %, so four deviations are 30 %
+    assert np.all(np.abs(ratio / np.median(ratio) - 1) < 0.3)
+    assert density[outside].max() < 1e-6 * density[inside].max()
+
+
+def test_noise_of_a_recording(folder: Path, tmp_path: Path) -> None:
+    file = next(p for p in (folder / "cases").glob("*/*.h5") if "acceleration_y_m_s2" in h5py.File(p))
+    colour = colour_of(str(file))
+    assert "simulated" in colour.name  # the card says what the noise was taken from
+    assert colour_of(WHITE).density is None
+    made = export_campaign(folder, tmp_path / "set.h5", ExportSettings(segment_s=2e-3, snr_db=(0.0,), noise=str(file)))
+    assert made.segments == 8
+
+
+def test_what_cannot_be_exported(folder: Path, tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="no case holds 1 s of signal"):
+        export_campaign(folder, tmp_path / "set.h5", ExportSettings())
+    assert not (tmp_path / "set.h5").exists()
+    with pytest.raises(DataError, match="no campaign here"):
+        export_campaign(tmp_path, tmp_path / "set.h5", ExportSettings())
+    with pytest.raises(ConfigurationError, match="no ratio"):
+        ExportSettings(noise="recording.mat")
+
+
+def test_commands(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    def ask(*arguments: str) -> tuple[int, dict[str, object]]:
+        code = main(["campaign", *arguments, "--json"])
+        return code, json.loads(capsys.readouterr().out)
+
+    file = tmp_path / "two.toml"
+    file.write_text(
+        'name = "two"\noutputs = ["acceleration"]\n[scene]\nduration = "5 ms"\nsettle = "0 s"\nmodel = "planar"\n'
+        '[[axes]]\nkind = "grid"\nvalues = { "load.radial" = ["1 kN", "-1 kN"] }\n'
+    )
+    out = str(tmp_path / "run")
+    code, found = ask("run", str(file), "-o", out, "--dry-run")
+    assert (code, found["cases"], found["refused"], found["models"]) == (0, 2, 1, {"planar": 1})
+    assert not Path(out).exists()
+    code, found = ask("run", str(file), "-o", out, "--engine", "serial")
+    assert (code, found["cases"], found["done"], found["engine"]) == (1, 2, 2, "serial")
+    assert [f["ending"] for f in found["failed"]] == ["refused"]  # type: ignore[attr-defined]
+    code, found = ask("status", out)
+    assert (code, found["done"], found["running"]) == (0, 2, None)
+    code, found = ask("export", out, "-o", str(tmp_path / "set.h5"), "--segment-seconds", "0.001")
+    assert (code, found["segments"], found["left_out"]) == (0, 5, 1)
+    assert ask("run", str(tmp_path / "none.toml"))[0] == 3
+    assert ask("run", str(file), "-o", out, "--engine", "x")[0] == 2

@@ -1,0 +1,129 @@
+"""Campaign files: axes, sampling, presets; what is refused and why."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from srbval.campaign.planning import plan_cases, scene_of, totals
+from srbval.campaign.sampling import points
+from srbval.campaign.settings import campaign_of, load_campaign, presets
+from srbval.errors import ConfigurationError, DataError
+from tests.campaign.small import small
+
+
+def points_of(*axes: dict[str, Any], **more: Any) -> list[dict[str, Any]]:
+    return list(points(campaign_of({"name": "c", "axes": list(axes)} | more, "c")))
+
+
+def test_blocks_multiply_and_repeats_have_seeds_of_their_own() -> None:
+    grid = {"kind": "grid", "values": {"shaft_speed": ["1 rpm", "2 rpm"], "load": {"radial": ["3 kN"]}}}
+    together = {"kind": "zip", "values": {"contact.points_per_circle": [250, 500], "contact.stiffness": ["a", "b"]}}
+    listed = {"kind": "list", "cases": [{"defect": {"kind": "outer"}}, {"defect.kind": "inner", "model": "planar"}]}
+    found = points_of(grid, together, listed, seed=7, repeats=3)
+    assert len(found) == 2 * 1 * 2 * 2 * 3
+    assert [p["seed"] for p in found[:4]] == [7, 8, 9, 7]
+    assert found[0] == {
+        "shaft_speed": "1 rpm", "load.radial": "3 kN", "contact.points_per_circle": 250, "contact.stiffness": "a",
+        "defect.kind": "outer", "seed": 7,
+    }  # fmt: skip
+    assert found[-1]["contact.stiffness"] == "b"
+    assert found[-1]["model"] == "planar"
+
+
+@pytest.mark.parametrize("kind", ["latin-hypercube", "sobol"])
+def test_sampled_points_fill_the_ranges_and_repeat(kind: str) -> None:
+    axes = {
+        "kind": kind,
+        "samples": 16,
+        "ranges": {"shaft_speed": ["100 rpm", "900 rpm"], "contact.static_friction": [0.1, 0.7]},
+    }
+    first, again, other = points_of(axes), points_of(axes), points_of(axes, seed=1)
+    assert first == again
+    assert first != [{k: v for k, v in p.items() if k != "seed"} for p in other]
+    speeds = sorted(float(p["shaft_speed"].removesuffix(" rpm")) for p in first)
+    # one point in each sixteenth of the range is what both methods promise
+    assert [int((s - 100) / 800 * 16) for s in speeds] == list(range(16))
+    assert all(0.1 <= p["contact.static_friction"] <= 0.7 for p in first)
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ({"axis": []}, "unknown key 'axis'; did you mean 'axes'"),
+        ({"axes": [{"kind": "grid", "value": {}}]}, "unknown key 'value'; did you mean 'values'"),
+        ({"axes": [{"kind": "grid", "cases": [{"a": 1}]}]}, "needs values"),
+        ({"axes": [{"kind": "grid", "values": {"a": [1]}, "samples": 3}]}, "does not use samples"),
+        ({"axes": [{"kind": "random"}]}, "'random' is not known"),
+        ({"outputs": ["signal"]}, "did you mean 'signals'"),
+        ({"outputs": []}, "outputs is empty"),
+        ({"repeats": 0}, "at least 1"),
+        ({"name": "a/b"}, "must be letters"),
+        ({"tolerance_pct": -1.0}, "positive"),
+    ],
+)
+def test_wrong_files_are_refused(table: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        campaign_of({"name": "c"} | table, "c")
+
+
+@pytest.mark.parametrize(
+    ("axes", "message"),
+    [
+        ([{"kind": "grid", "values": {"a": 3}}], "expected a list of choices"),
+        ([{"kind": "zip", "values": {"a": [1], "b": [1, 2]}}], "equally long; they have a 1, b 2"),
+        ([{"kind": "grid", "values": {"a": [1]}}, {"kind": "grid", "values": {"a": [2]}}], "set by two blocks"),
+        ([{"kind": "sobol", "samples": 12, "ranges": {"a": [0, 1]}}], "power of two, such as 16"),
+        ([{"kind": "sobol", "samples": 8, "ranges": {"a": ["1 rpm", "2 Hz"]}}], "in one unit"),
+        ([{"kind": "sobol", "samples": 8, "ranges": {"a": [2, 1]}}], "least and the largest"),
+    ],
+)
+def test_axes_that_make_no_sense_are_refused(axes: list[dict[str, Any]], message: str) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        points_of(*axes)
+
+
+def test_a_point_without_a_scene_is_a_refused_case() -> None:
+    cases = plan_cases(small(axes=[{"kind": "grid", "values": {"load.radial": ["1 kN", "-1 kN", "1 rpm"]}}]))
+    assert [bool(c.refused) for c in cases] == [False, True, True]
+    assert "must not be negative" in str(cases[1].refused)
+    assert totals(cases).refused == 2
+
+
+def test_names_of_results_follow_the_content() -> None:
+    def key(**changes: Any) -> str:
+        return plan_cases(small(axes=[], **changes))[0].key
+
+    same = {"duration": "0.005 s", "settle_s": 0.0}
+    assert key() == key(scene=same) == key(name="other", title="another", repeats=1)
+    assert key() != key(scene=same | {"seed": 1})
+    assert key() != key(outputs=["summary"])
+
+
+def test_a_scene_file_lies_below_the_scene(tmp_path: Path) -> None:
+    (tmp_path / "base.toml").write_text('duration = "1 s"\n[load]\nradial = "50 kN"\n')
+    (tmp_path / "c.toml").write_text('name = "c"\nscene_file = "base.toml"\n[scene.load]\naxial = "2 kN"\n')
+    scene = scene_of(load_campaign(str(tmp_path / "c.toml")), {})
+    assert (scene.duration_s, scene.load.radial_n, scene.load.axial_n) == (1.0, 50e3, 2e3)
+
+
+@pytest.mark.parametrize("name", ["table5", "table5-smoke"])
+def test_presets_are_table_5_at_one_load(name: str) -> None:
+    campaign = load_campaign(name)
+    cases = plan_cases(campaign)
+    scenes = [scene_of(campaign, case.point) for case in cases]
+    assert name in presets()
+    assert len({case.key for case in cases}) == len(cases) == 40
+    assert len({s.shaft_speed_rad_s for s in scenes}) == 10
+    assert len({s.defect.kind for s in scenes}) == 4
+    assert {s.load.radial_n for s in scenes} == {124.8e3}
+    assert {s.duration_s for s in scenes} == {10.0 if name == "table5" else 0.1}
+
+
+def test_unknown_campaigns_are_named() -> None:
+    with pytest.raises(ConfigurationError, match="Presets: table5"):
+        load_campaign("table6")
+    with pytest.raises(DataError, match="no such file"):
+        load_campaign("nowhere.toml")
