@@ -79,9 +79,9 @@ if TYPE_CHECKING:
     from srbval.models.run import Run, RunStatus
     from srbval.models.run_file import write_run
     from srbval.models.simulate import simulate
+    from srbval.plan.plan import make_plan
     from srbval.recordings import Recording, ShaftSpeed, SpeedSource, load_recording
     from srbval.recordings.from_run import recording_from_run
-    from srbval.plan.plan import make_plan
     from srbval.report.make import make_report
     from srbval.scene import Scene, load_scene, paper_scene
     from srbval.signal import Spectrum

@@ -68,7 +68,9 @@ def _simulate(commands: Any) -> None:
     command = _command(commands, "simulate", "run the bundled model on a scene")
     _scene_options(command)
     command.add_argument(
-        "--model", metavar="NAME", help="rung of the ladder: kinematic, impulse, planar, line, full; or auto (default: full)"
+        "--model",
+        metavar="NAME",
+        help="rung of the ladder: kinematic, impulse, planar, line, full; or auto (default: full)",
     )
     _question_options(command, "for --model auto: ")
     command.add_argument("-o", "--output", metavar="RUN.h5", help="write the signals to this HDF5 file")
