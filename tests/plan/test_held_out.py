@@ -22,15 +22,18 @@ def checks() -> dict[str, list[Check]]:
 
 @pytest.mark.slow
 def test_measured_errors_are_within_twice_the_predicted_ones(checks: dict[str, list[Check]]) -> None:
-    assert len(checks) >= SCENES
-    assert all(checks.values()), "a rung is called enough on every scene"
-    good = [name for name, scene in checks.items() if all(check.within_twice for check in scene)]
-    assert len(good) >= GOOD_SCENES, {name: scene for name, scene in checks.items() if name not in good}
+    """Of the rung that is chosen. Slow scenes with low bumps drop out: their calibration scenes showed no line."""
+    chosen = {name: scene[0] for name, scene in checks.items() if scene}
+    assert len(chosen) >= SCENES
+    good = [name for name, check in chosen.items() if check.within_twice]
+    assert len(good) >= GOOD_SCENES, {name: check for name, check in chosen.items() if name not in good}
 
 
 @pytest.mark.slow
 def test_no_rung_called_enough_breaks_its_tolerance(checks: dict[str, list[Check]]) -> None:
-    broken = [check for scene in checks.values() for check in scene if not check.within_tolerance]
+    measured = [check for scene in checks.values() for check in scene if check.measured_pct is not None]
+    broken = [check for check in measured if not check.within_tolerance]
+    assert len(measured) >= SCENES
     assert not broken, broken
 
 

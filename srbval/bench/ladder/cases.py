@@ -75,6 +75,8 @@ def held_out() -> list[Case]:
         ("outer", "play", 877.0, 115.0, 0.18),
         ("outer", "printed", 523.0, 90.0, 0.15),
         ("outer", "printed", 820.0, 110.0, 0.13),
+        ("outer", "printed", 650.0, 100.0, 0.17),
+        ("inner", "play", 850.0, 110.0, 0.18),
         ("inner", "play", 480.0, 110.0, 0.17),
         ("inner", "play", 640.0, 80.0, 0.14),
         ("inner", "play", 937.0, 95.0, 0.12),
