@@ -214,6 +214,6 @@ def _check_space(store: Store, pending: Sequence[Case]) -> None:
     needed, free = sum(case.expected_bytes for case in pending), shutil.disk_usage(store.folder).free
     if needed > free:
         raise DataError(
-            f"{store.folder}: {len(pending)} results will take {needed / 1e9:.3g} GB, {free / 1e9:.3g} GB are free. "
+            f"{store.folder}: {len(pending)} results will take {needed / 1e6:,.1f} MB, {free / 1e6:,.1f} MB are free. "
             "Free some space, choose another -o, or ask for fewer outputs."
         )

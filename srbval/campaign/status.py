@@ -13,6 +13,7 @@ from srbval.campaign.lock import holder
 from srbval.campaign.results_table import write_table
 from srbval.campaign.store import Store
 from srbval.campaign.task import Ending, Outcome
+from srbval.errors import DataError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +39,7 @@ class Status:
 def campaign_status(folder: Path, *, table: bool = True) -> Status:
     """Read a campaign's folder and, unless told not to, write its results table anew.
 
-    Raises `DataError` where there is no campaign, or the table cannot be written.
+    Raises `DataError` where there is no campaign. In a folder that can only be read there is no new table.
     """
     store = Store(folder)
     about, cases = store.about(), store.planned()
@@ -51,8 +52,16 @@ def campaign_status(folder: Path, *, table: bool = True) -> Status:
         failed=tuple(failed),
         running=holder(folder),
         simulation_s=sum(float(entry.get("simulation_s") or 0.0) for entry in store.journal()),
-        table=write_table(store) if table else None,
+        table=_table(store) if table else None,
     )
+
+
+def _table(store: Store) -> Path | None:
+    """The table, written anew; None where the folder can only be read."""
+    try:
+        return write_table(store)
+    except DataError:
+        return None
 
 
 def failures(store: Store, cases: Sequence[Case], fresh: Mapping[str, Outcome] | None = None) -> list[dict[str, Any]]:

@@ -70,7 +70,7 @@ def _status(options: argparse.Namespace) -> int:
         return DONE
     running = f"running{found.running}" if found.running else "not running"
     print(f"{found.name}: {found.done} of {found.cases} cases have a result, {len(found.failed)} failed; {running}. "
-          f"Results: {found.table}")  # fmt: skip
+          f"Results: {found.table or 'cannot be written here'}")  # fmt: skip
     _show_failures(found.failed)
     return DONE
 

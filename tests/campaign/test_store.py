@@ -102,7 +102,7 @@ def test_a_folder_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.Mon
 def test_a_disk_that_is_too_small_is_seen_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     usage = type("usage", (), {"free": 1000})
     monkeypatch.setattr("srbval.campaign.run.shutil.disk_usage", lambda _: usage)
-    with pytest.raises(DataError, match=r"6 results will take .* GB are free"):
+    with pytest.raises(DataError, match=r"6 results will take .* MB are free"):
         run_campaign(small(), tmp_path, engine=Serial())
 
 

@@ -1,0 +1,120 @@
+"""What a campaign of very many cases costs beside the simulations: measured with tiny cases, reckoned for more.
+
+``python -m srbval.campaign.scale 10000`` prints one JSON document.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from srbval.campaign.engines.choose import choose_engine
+from srbval.campaign.engines.engine import Engine
+from srbval.campaign.planning import plan_cases
+from srbval.campaign.run import run_campaign
+from srbval.campaign.settings import Campaign, campaign_of
+from srbval.campaign.store import JOURNAL, PLAN
+from srbval.storage.strict_json import strict_json
+
+CASE_S = 5.0  # wall time of a real case on one core: 10 s of the full model, reckoned with
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scale:
+    """What was measured: `planning_s`; `run_s` the whole run, planning included; `peak_bytes` of this process.
+
+    `coordinator_s` is its processor time a case, `file_bytes` a result's size without signals; None where the system
+    does not tell.
+    """
+
+    cases: int
+    engine: str
+    workers: int
+    planning_s: float
+    run_s: float
+    coordinator_s: float
+    peak_bytes: int | None
+    base_bytes: int | None
+    plan_bytes: int
+    journal_bytes: int
+    file_bytes: float
+
+    def reckon(self, cases: int, workers: int) -> dict[str, Any]:
+        """The same for `cases` real ones of `CASE_S` on `workers`, each part in proportion."""
+        share = cases / self.cases
+        grown = None if self.peak_bytes is None or self.base_bytes is None else self.peak_bytes - self.base_bytes
+        return {
+            "cases": cases,
+            "workers": workers,
+            "planning_s": self.planning_s * share,
+            "simulation_s": cases * CASE_S / workers,
+            "coordinator_s": self.coordinator_s * cases,
+            "coordinator_share": self.coordinator_s * workers / CASE_S,
+            "workers_before_the_coordinator_is_full": int(CASE_S / self.coordinator_s),
+            "peak_bytes": None if grown is None or self.base_bytes is None else self.base_bytes + grown * share,
+            "files": cases,
+            "files_a_folder": cases / 256,
+            "result_bytes": self.file_bytes * cases,
+            "plan_and_journal_bytes": (self.plan_bytes + self.journal_bytes) * share,
+        }
+
+
+def measure_scale(cases: int, engine: Engine) -> Scale:
+    """Run `cases` tiny cases of the cheapest model in a temporary folder."""
+    campaign = tiny(cases)
+    base_bytes = peak_bytes()
+    started = time.perf_counter()
+    plan_cases(campaign)
+    planning_s = time.perf_counter() - started
+    with tempfile.TemporaryDirectory(prefix="srbval-scale-") as name:
+        folder = Path(name)
+        busy, started = time.process_time(), time.perf_counter()
+        done = run_campaign(campaign, folder, engine=engine)
+        run_s, coordinator_s = time.perf_counter() - started, time.process_time() - busy
+        sizes = [path.stat().st_size for path in (folder / "cases").glob("*/*.h5")]
+        return Scale(
+            cases=done.cases,
+            engine=done.engine,
+            workers=done.workers,
+            planning_s=planning_s,
+            run_s=run_s,
+            coordinator_s=coordinator_s / cases,
+            peak_bytes=peak_bytes(),
+            base_bytes=base_bytes,
+            plan_bytes=(folder / PLAN).stat().st_size,
+            journal_bytes=(folder / JOURNAL).stat().st_size,
+            file_bytes=sum(sizes) / len(sizes),
+        )
+
+
+def tiny(cases: int) -> Campaign:
+    """A campaign of `cases` different cases, each some milliseconds of work."""
+    return campaign_of(
+        {
+            "name": "tiny",
+            "outputs": ["summary"],
+            "scene": {"model": "kinematic", "duration": "1 ms", "settle": "0 s", "defect": {"kind": "outer"}},
+            "axes": [{"kind": "grid", "values": {"seed": list(range(cases))}}],
+        },
+        "tiny",
+    )
+
+
+def peak_bytes() -> int | None:
+    """Peak resident memory of this process so far; None where the system does not tell."""
+    try:
+        import resource
+    except ImportError:  # Windows has no such count
+        return None
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else peak * 1024
+
+
+if __name__ == "__main__":
+    found = measure_scale(int(sys.argv[1]), choose_engine(*sys.argv[2:3]))
+    whole = {"measured": asdict(found), "reckoned": [found.reckon(10_000, 64), found.reckon(1_000_000, 2000)]}
+    print(strict_json(whole), end="")
