@@ -94,7 +94,7 @@ def test_losses_and_stored_energy() -> None:
 @pytest.mark.parametrize("share", [-0.6, -0.45, -0.2, 0.0, 0.3, 0.5, 2.0])
 def test_coming_into_contact_is_averaged_over_its_time(share: float) -> None:
     """Spring and damper against their mean over the time about a moment when the point is `share` of it inside."""
-    onset, rate = 3e-5, 0.6
+    onset, rate = 1.5e-5, 0.6
     depth = share * rate * onset
     then = depth + rate * onset * (np.arange(20_000) + 0.5 - 10_000) / 20_000
     expected = np.where(then > 0, K * then + C * rate, 0.0).mean()
