@@ -55,7 +55,7 @@ def _machine(table: Calibration) -> str:
 def _figure(rows: list[dict[str, Any]], folder: Path) -> Figure:
     files = ladder_plot(folder, "ladder", rows=rows)
     return Figure(
-        id="ladder", label="The ladder", file=files.picture, data=files.data, badge=Badge.SIMULATED,
+        id="ladder-figure", label="The ladder", file=files.picture, data=files.data, badge=Badge.SIMULATED,
         caption="Error against cost, one mark a rung: the median over the calibration scenes, the bar up to the worst. "
         "Hollow marks above an axis gave no answer on any scene. Dashed: 0.5 %. Slip errs by 100 % where a cage rolls "
         "without any.",
