@@ -16,7 +16,13 @@ import srbval
 from srbval.storage.strict_json import write_json
 
 SPEED_ACCURACY, STABILITY = "speed_accuracy", "stability"
-COMMAND = {SPEED_ACCURACY: "srbval bench", STABILITY: "srbval stability"}
+NOISE_STUDY, CAMPAIGN_SCALE = "noise_study", "campaign_scale"
+COMMAND = {
+    SPEED_ACCURACY: "srbval bench",
+    STABILITY: "srbval stability",
+    NOISE_STUDY: "srbval campaign noise",
+    CAMPAIGN_SCALE: "srbval campaign scale",
+}
 SCHEMA_VERSION = 1
 
 

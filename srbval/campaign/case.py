@@ -28,15 +28,16 @@ MEASURED_BY = (
 class Case:
     """A case as planned.
 
-    `key` names its result; `point` is what it changes, by dotted key; `weight` its relative cost, by which the longest
-    go first; `expected_s` on the calibration's machine, None where that is unknown; `refused` says why no
-    scene could be made of it.
+    `key` names its result; `point` is what it changes, by dotted key; `solver` the scene's; `weight` its relative cost,
+    by which the longest go first; `expected_s` on the calibration's machine, None where that is unknown; `refused` says
+    why no scene could be made of it.
     """
 
     index: int
     key: str
     point: Mapping[str, Any]
     model: str
+    solver: str
     weight: float
     expected_s: float | None
     expected_bytes: int

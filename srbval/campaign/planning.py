@@ -83,8 +83,8 @@ def _cases(campaign: Campaign) -> Iterator[Case]:
             raise
         except SrbvalError as error:
             yield Case(
-                index=index, key=refused_key(point, str(error)), point=point, model="", weight=0.0, expected_s=None,
-                expected_bytes=FILE_BYTES, refused=str(error),
+                index=index, key=refused_key(point, str(error)), point=point, model="", solver="", weight=0.0,
+                expected_s=None, expected_bytes=FILE_BYTES, refused=str(error),
             )  # fmt: skip
             continue
         yield Case(
@@ -92,6 +92,7 @@ def _cases(campaign: Campaign) -> Iterator[Case]:
             key=key,
             point=point,
             model=scene.model,
+            solver=scene.solver.name,
             weight=_weight(scene),
             expected_s=_expected_s(scene),
             expected_bytes=expected_bytes(scene, campaign.outputs),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -86,13 +86,12 @@ def run_campaign(
         present = store.present()
         pending = {case.key: case for case in cases if case.key not in present}
         _check_space(store, list(pending.values()))
-        tasks = [_task(store, campaign, case) for case in pending.values()]
-        tasks.sort(key=lambda task: -task.weight)
+        ordered = sorted(pending.values(), key=lambda case: -case.weight)
         count = _Count(cases, pending, progress)
         job = Job(
             folder=store.folder,
-            first=_first(tasks),
-            tasks=tasks,
+            first=_first(campaign, ordered),
+            tasks=_Tasks(store, campaign, ordered),
             begun=store.begun,
             suspects=frozenset(suspects) & set(pending),
         )
@@ -118,7 +117,7 @@ def _follow(store: Store, engine: Engine, job: Job, count: _Count) -> dict[str, 
     """Note outcomes as they come; stop where nothing can be written any more."""
     outcomes: dict[str, Outcome] = {}
     unwritten = 0
-    if not job.tasks:
+    if not len(job.tasks):
         return outcomes
     running = engine.run(job)
     try:
@@ -167,19 +166,28 @@ class _Count:
         self._progress(Progress(cases=self._cases, done=self._done, failed=self._failed, remaining_s=remaining))
 
 
-def _task(store: Store, campaign: Campaign, case: Case) -> Task:
-    return Task(
-        key=case.key,
-        scene=final_scene(campaign, case),
-        outputs=campaign.outputs,
-        path=store.path_of(case.key),
-        weight=case.weight,
-    )
+class _Tasks:
+    """The tasks of cases, each made when it is asked for."""
+
+    def __init__(self, store: Store, campaign: Campaign, cases: Sequence[Case]) -> None:
+        self._store, self._campaign, self._cases = store, campaign, cases
+
+    def __len__(self) -> int:
+        return len(self._cases)
+
+    def __iter__(self) -> Iterator[Task]:
+        for case in self._cases:
+            yield Task(
+                key=case.key,
+                scene=final_scene(self._campaign, case),
+                outputs=self._campaign.outputs,
+                path=self._store.path_of(case.key),
+            )
 
 
-def _first(tasks: Sequence[Task]) -> list[Scene]:
+def _first(campaign: Campaign, cases: Sequence[Case]) -> list[Scene]:
     """One scene of each model and solver, whose kernels are compiled before any case runs."""
-    return list({(task.scene.model, task.scene.solver.name): task.scene for task in tasks}.values())
+    return [final_scene(campaign, case) for case in {(c.model, c.solver): c for c in cases}.values()]
 
 
 def _forget_crashed(store: Store) -> None:

@@ -1,26 +1,22 @@
-"""What a campaign of very many cases costs beside the simulations: measured with tiny cases, reckoned for more.
-
-``python -m srbval.campaign.scale 10000`` prints one JSON document.
-"""
+"""What a campaign of very many cases costs beside the simulations: measured with tiny cases, reckoned for more."""
 
 from __future__ import annotations
 
 import sys
 import tempfile
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from srbval.campaign.engines.choose import choose_engine
 from srbval.campaign.engines.engine import Engine
 from srbval.campaign.planning import plan_cases
 from srbval.campaign.run import run_campaign
 from srbval.campaign.settings import Campaign, campaign_of
 from srbval.campaign.store import JOURNAL, PLAN
-from srbval.storage.strict_json import strict_json
 
 CASE_S = 5.0  # wall time of a real case on one core: 10 s of the full model, reckoned with
+RECKONED = ((10_000, 64), (1_000_000, 2000))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,6 +57,11 @@ class Scale:
             "result_bytes": self.file_bytes * cases,
             "plan_and_journal_bytes": (self.plan_bytes + self.journal_bytes) * share,
         }
+
+
+def reckoned(found: Scale) -> list[dict[str, Any]]:
+    """Ten thousand cases and a million, on clusters that fit them."""
+    return [found.reckon(cases, workers) for cases, workers in RECKONED]
 
 
 def measure_scale(cases: int, engine: Engine) -> Scale:
@@ -112,9 +113,3 @@ def peak_bytes() -> int | None:
         return None
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return peak if sys.platform == "darwin" else peak * 1024
-
-
-if __name__ == "__main__":
-    found = measure_scale(int(sys.argv[1]), choose_engine(*sys.argv[2:3]))
-    whole = {"measured": asdict(found), "reckoned": [found.reckon(10_000, 64), found.reckon(1_000_000, 2000)]}
-    print(strict_json(whole), end="")

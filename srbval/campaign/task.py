@@ -32,7 +32,6 @@ class Task:
     scene: Scene
     outputs: tuple[Output, ...]
     path: Path
-    weight: float
 
 
 @dataclass(frozen=True, kw_only=True)

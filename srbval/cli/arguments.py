@@ -231,6 +231,15 @@ def _campaign(commands: Any) -> None:
     )
     export.add_argument("--seed", type=int, default=0, metavar="N", help="of the noise")
 
+    noise = _action(actions, "noise", "how detection falls with noise; kept for the report")
+    noise.add_argument("--noise", nargs="+", default=["white"], metavar="white|RECORDING", help="colours of the noise")
+    noise.add_argument("--seconds", type=_positive, default=2.0, metavar="S", help="duration of the runs (default: 2)")
+    scale = _action(actions, "scale", "what very many cases cost, by tiny ones; kept for the report")
+    scale.add_argument("--cases", type=int, default=10_000, metavar="N", help="default: 10000")
+    scale.add_argument("--engine", default="auto", metavar="E", help="as for run")
+    for study in (noise, scale):
+        study.add_argument("-o", "--output", metavar="FILE", help="keep the result here (default: the user's cache)")
+
 
 def _action(actions: Any, name: str, text: str) -> Parser:
     action: Parser = actions.add_parser(name, help=text, description=text)

@@ -15,7 +15,8 @@ SHOWN_FAILURES = 10
 
 def run(options: argparse.Namespace) -> int:
     """Do what the action says; exit code 1 where cases failed, each of which has its reason."""
-    return {"run": _run, "status": _status, "export": _export}[options.action](options)
+    actions = {"run": _run, "status": _status, "export": _export, "noise": _noise, "scale": _scale}
+    return actions[options.action](options)
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -97,4 +98,46 @@ def _export(options: argparse.Namespace) -> int:
         print_json(made.to_dict())
     else:
         print(f"{made.segments} segments of {made.samples} samples in {made.file}; {made.left_out} cases left out")
+    return DONE
+
+
+def _noise(options: argparse.Namespace) -> int:
+    from srbval.bench.kept import NOISE_STUDY
+    from srbval.campaign.noise_study import noise_study
+    from srbval.cli.tasks import Tasks
+    from srbval.report.progress import Progress
+
+    with Progress() as progress:
+        rows = noise_study(noises=options.noise, seconds=options.seconds, progress=Tasks(progress, "campaign"))
+    table = [row.to_dict() for row in rows]
+    if not options.json:
+        print_table(list(table[0]), [list(row.values()) for row in table])
+    return _keep(NOISE_STUDY, {"rows": table, "seconds": options.seconds}, options)
+
+
+def _scale(options: argparse.Namespace) -> int:
+    from srbval.bench.kept import CAMPAIGN_SCALE
+    from srbval.campaign.engines.choose import choose_engine
+    from srbval.campaign.scale import measure_scale, reckoned
+
+    found = measure_scale(options.cases, choose_engine(options.engine))
+    rows = reckoned(found)
+    if not options.json:
+        print_table(("measured", "value"), list(vars(found).items()))
+        print_table(list(rows[0]), [list(row.values()) for row in rows])
+    return _keep(CAMPAIGN_SCALE, {"measured": vars(found), "reckoned": rows}, options)
+
+
+def _keep(kind: str, result: dict[str, Any], options: argparse.Namespace) -> int:
+    from srbval.bench.kept import COMMAND, keep, stamped
+    from srbval.bench.machine import processor_name, usable_cores
+    from srbval.storage.revision import git_revision
+
+    machine = {"processor": processor_name(), "usable_cores": usable_cores()}
+    content = stamped(kind, {"machine": machine, **result}, command=COMMAND[kind], revision=git_revision())
+    path = keep(content, Path(options.output) if options.output else None)
+    if options.json:
+        print_json({**content, "file": path})
+    else:
+        print(f"kept in {path}")
     return DONE

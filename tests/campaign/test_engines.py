@@ -159,3 +159,24 @@ def test_no_scheduler_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr("srbval.campaign.engines.dask_engine.CONNECT_S", "1 s")
     with pytest.raises(DataError, match="no Dask scheduler answers"):
         run_campaign(small(), tmp_path, engine=choose_engine(address="tcp://127.0.0.1:9"))
+
+
+FAKE = {
+    "sbatch": '#!/bin/sh\nbash "$1" >/dev/null 2>&1 &\necho "Submitted batch job $!"\n',
+    "scancel": '#!/bin/sh\nkill "$@" 2>/dev/null\nexit 0\n',
+}
+
+
+def test_slurm_jobs_give_the_same(serial: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Through dask-jobqueue, with a stand-in for SLURM that starts its jobs at once on this machine."""
+    pytest.importorskip("dask_jobqueue")
+    commands = tmp_path / "bin"
+    commands.mkdir()
+    for name, script in FAKE.items():
+        (commands / name).write_text(script)
+        (commands / name).chmod(0o755)
+    monkeypatch.setenv("PATH", f"{commands}{os.pathsep}{os.environ['PATH']}")
+    monkeypatch.chdir(tmp_path)
+    found = run_campaign(small(axes=MIXED), tmp_path / "run", engine=choose_engine("slurm", jobs=2))
+    assert found.engine == "slurm"
+    assert content(tmp_path / "run") == content(serial)

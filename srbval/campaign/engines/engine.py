@@ -24,9 +24,17 @@ class Job:
 
     folder: Path
     first: Sequence[Scene]
-    tasks: Sequence[Task]
+    tasks: Tasks
     begun: Callable[[str], None]
     suspects: frozenset[str] = frozenset()
+
+
+class Tasks(Protocol):
+    """Cases in their order; made as they are asked for, so that ten thousand scenes need not be held."""
+
+    def __len__(self) -> int: ...
+
+    def __iter__(self) -> Iterator[Task]: ...
 
 
 class Engine(Protocol):

@@ -13,7 +13,6 @@ import signal
 import subprocess
 import sys
 import threading
-from collections import deque
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -46,7 +45,7 @@ class LocalProcesses:
         try:
             for thread in threads:
                 thread.start()
-            for _ in job.tasks:
+            for _ in range(len(job.tasks)):
                 outcome = shift.outcomes.get()
                 if isinstance(outcome, BaseException):
                     raise outcome
@@ -62,7 +61,7 @@ class _Shift:
 
     def __init__(self, job: Job) -> None:
         self._job = job
-        self._tasks = deque(job.tasks)
+        self._tasks = iter(job.tasks)
         self._lock = threading.Lock()
         self._running: set[Worker] = set()
         self._prepared = threading.Event()
@@ -96,7 +95,7 @@ class _Shift:
 
     def _next(self) -> Task | None:
         with self._lock:
-            return None if self._over or not self._tasks else self._tasks.popleft()
+            return None if self._over else next(self._tasks, None)
 
     def _start(self) -> Worker:
         with self._lock:

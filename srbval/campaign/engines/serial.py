@@ -19,10 +19,12 @@ class Serial:
     def run(self, job: Job) -> Iterator[Outcome]:
         """Outcomes in the order of the tasks, suspects last."""
         compile_apart(job.first)
+        suspected = []
         for task in job.tasks:
-            if task.key not in job.suspects:
-                job.begun(task.key)
-                yield run_task(task)
-        suspected = [task for task in job.tasks if task.key in job.suspects]
+            if task.key in job.suspects:
+                suspected.append(task)
+                continue
+            job.begun(task.key)
+            yield run_task(task)
         if suspected:
             yield from LocalProcesses(1).run(replace(job, first=(), tasks=suspected))
