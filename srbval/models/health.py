@@ -23,7 +23,8 @@ LEAST_PART = {LoadPath.HOUSING: 0.5, LoadPath.BEARING: 0.99}
 # With enough play the spring carries everything and there is nothing to lose.
 NOTHING_TO_LOSE = 0.001
 # Share of the losses that may be missing from the energy's books. Where friction chatters, its power is counted at
-# states the rollers are never in for long: beyond this, nearly all of it. Converged runs close to a few per cent.
+# states the rollers are never long in: beyond this, nearly all of it. Converged runs close to a few per cent, not in
+# a fast speed ramp (0.9 seen at 300 rad/s2), where the drive's torque is read at lagging velocities: only a caution.
 ENERGY_LIMIT, ENERGY_CAUTION = 0.9, 0.3
 ADVICE = "take the default solver, or a smaller step (--dt)"
 
@@ -66,7 +67,7 @@ def judge(scene: Scene, signs: Signs) -> tuple[RunStatus, str]:
             f"the rollers carry {signs.load_share:.2%} of the load, static balance gives them "
             f"{signs.balanced_share:.2%}; {ADVICE}"
         )
-    if abs(signs.energy_imbalance) > ENERGY_LIMIT:
+    if abs(signs.energy_imbalance) > ENERGY_LIMIT and scene.speed_profile is None:
         return RunStatus.ENERGY_OPEN, (
             f"energy does not close: {abs(signs.energy_imbalance):.0%} of the losses have no source, the limit is "
             f"{ENERGY_LIMIT:.0%}; friction chatters from step to step; {ADVICE}"

@@ -99,6 +99,17 @@ def test_health(changes: dict[str, object], status: RunStatus) -> None:
     assert judge(paper_scene(), Signs(**(good | changes)))[0] is status  # type: ignore[arg-type]
 
 
+def test_an_open_ledger_in_a_speed_ramp_is_a_caution() -> None:
+    signs = Signs(
+        finite=True, deepest_m=2e-5, limit_m=1e-4, cage_ratio=0.4314, load_share=0.05, balanced_share=0.06,
+        energy_imbalance=0.95,
+    )  # fmt: skip
+    ramp = {"time_s": [0.0, 1.0], "speed_rad_s": [30.0, 60.0]}
+    status, reason = judge(paper_scene(speed_profile=ramp, duration="1 s"), signs)
+    assert status is RunStatus.OK
+    assert "caution" in reason
+
+
 @pytest.mark.parametrize("changes", [{"model": "ful"}, {"solver": {"name": "ode5"}}, {"bearing": "skf-6205"}])
 def test_what_cannot_be_run_is_refused(changes: dict[str, object]) -> None:
     with pytest.raises(ConfigurationError):
