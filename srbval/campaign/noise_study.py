@@ -20,7 +20,7 @@ from srbval.scene import paper_scene
 from srbval.validation.analyse import analyse
 
 LINE_OF = {"outer": "BPFO", "inner": "BPFI"}
-RATIOS_DB = (20.0, 0.0, -10.0, -20.0, -30.0, -40.0)
+RATIOS_DB = (20.0, 15.0, 10.0, 5.0, 0.0, -5.0, -10.0)
 SECONDS = 2.0
 DRAWS = 4
 
