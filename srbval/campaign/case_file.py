@@ -131,12 +131,12 @@ def _put(path: Path, image: io.BytesIO) -> None:
 
 def _acceleration_only(run: Run) -> Run:
     """The run with its other signals empty; what is empty is not written."""
-    empty = {
-        f.name: np.full_like(getattr(run, f.name), np.nan)
+    empty: dict[str, Any] = {
+        f.name: np.broadcast_to(np.nan, getattr(run, f.name).shape)
         for f in fields(run)
         if isinstance(getattr(run, f.name), np.ndarray) and f.name not in (*KEPT_SIGNALS, "spin_rad_s", "load_n")
     }
     energy = replace(
-        run.energy, **{f.name: np.full_like(getattr(run.energy, f.name), np.nan) for f in fields(run.energy)}
+        run.energy, **{f.name: np.broadcast_to(np.nan, getattr(run.energy, f.name).shape) for f in fields(run.energy)}
     )
     return replace(run, **empty, energy=energy)

@@ -64,7 +64,8 @@ def _statistics(run: Run) -> Iterator[Quantity]:
 
     samples = run.acceleration_m_s2[:, 1]
     deviation = samples - samples.mean()
-    variance = float(np.mean(deviation**2))
+    power = deviation * deviation
+    variance = float(np.mean(power))
     rms = math.sqrt(variance)
     yield Quantity(name="rms_m_s2", value=rms, unit="m s-2")
     yield Quantity(
@@ -72,7 +73,7 @@ def _statistics(run: Run) -> Iterator[Quantity]:
     )
     peak = float(np.max(np.abs(deviation)))
     yield Quantity(name="crest_factor", value=peak / rms if rms else math.nan, unit="1")
-    kurtosis = float(np.mean(deviation**4)) / variance**2 if variance else math.nan
+    kurtosis = float(np.mean(power * power)) / variance**2 if variance else math.nan
     yield Quantity(name="kurtosis", value=kurtosis, unit="1")
     yield Quantity(name="deepest_m", value=float(np.max(run.depth_m)), unit="m")
     yield Quantity(name="sag_m", value=float(np.mean(run.displacement_m[:, 1])), unit="m")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,6 +19,14 @@ from srbval.models.jit import kernel_store
 from srbval.models.run import Run, RunStatus
 from srbval.scene import Scene
 
+LOADED = (
+    "h5py",
+    "srbval.bench.measures",
+    "srbval.models.full.equilibrium",
+    "srbval.models.full.steps",
+    "srbval.models.run_file",
+    "srbval.models.simulate",
+)
 SHORTEST_S = 0.001  # simulated, to compile what a case needs
 
 
@@ -51,8 +60,10 @@ def _stored() -> set[str]:
     return {path.name for path in kernel_store().rglob("*.nb*")}
 
 
-def sees(folder: Path) -> bool:
-    """Whether this process can see a campaign's folder."""
+def ready(folder: Path) -> bool:
+    """Load what cases need, so that the first one does not wait for it; whether `folder` can be seen from here."""
+    for module in LOADED:
+        importlib.import_module(module)
     return folder.is_dir()
 
 

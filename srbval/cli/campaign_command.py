@@ -112,7 +112,8 @@ def _noise(options: argparse.Namespace) -> int:
     table = [row.to_dict() for row in rows]
     if not options.json:
         print_table(list(table[0]), [list(row.values()) for row in table])
-    return _keep(NOISE_STUDY, {"rows": table, "seconds": options.seconds}, options)
+    colours = " ".join(Path(noise).name for noise in options.noise)
+    return _keep(NOISE_STUDY, {"rows": table, "seconds": options.seconds}, f"--noise {colours}", options)
 
 
 def _scale(options: argparse.Namespace) -> int:
@@ -125,16 +126,16 @@ def _scale(options: argparse.Namespace) -> int:
     if not options.json:
         print_table(("measured", "value"), list(vars(found).items()))
         print_table(list(rows[0]), [list(row.values()) for row in rows])
-    return _keep(CAMPAIGN_SCALE, {"measured": vars(found), "reckoned": rows}, options)
+    return _keep(CAMPAIGN_SCALE, {"measured": vars(found), "reckoned": rows}, f"--cases {options.cases}", options)
 
 
-def _keep(kind: str, result: dict[str, Any], options: argparse.Namespace) -> int:
+def _keep(kind: str, result: dict[str, Any], more: str, options: argparse.Namespace) -> int:
     from srbval.bench.kept import COMMAND, keep, stamped
     from srbval.bench.machine import processor_name, usable_cores
     from srbval.storage.revision import git_revision
 
     machine = {"processor": processor_name(), "usable_cores": usable_cores()}
-    content = stamped(kind, {"machine": machine, **result}, command=COMMAND[kind], revision=git_revision())
+    content = stamped(kind, {"machine": machine, **result}, command=f"{COMMAND[kind]} {more}", revision=git_revision())
     path = keep(content, Path(options.output) if options.output else None)
     if options.json:
         print_json({**content, "file": path})

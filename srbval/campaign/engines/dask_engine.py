@@ -13,7 +13,7 @@ from srbval.campaign.case import version
 from srbval.campaign.engines.engine import ATTEMPTS, Job, Outcome, crashed
 from srbval.campaign.engines.processes import THREADS, compile_apart
 from srbval.campaign.task import Task
-from srbval.campaign.work import run_task, sees
+from srbval.campaign.work import ready, run_task
 from srbval.errors import ConfigurationError, DataError
 
 AHEAD = 2  # cases handed to the scheduler for each worker: none waits for the next, the scheduler holds few
@@ -152,7 +152,7 @@ def _prepare(client: Any, job: Job) -> None:
                 f"the Dask workers at {host} run another version of the model ({theirs}, here {version()}): results "
                 "would not compare. Install the same srbval there."
             )
-    for address, there in client.run(sees, job.folder).items():
+    for address, there in client.run(ready, job.folder).items():
         if not there:
             raise DataError(
                 f"the Dask worker at {address} does not see {job.folder}; choose a folder that all machines share."

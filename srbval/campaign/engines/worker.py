@@ -11,6 +11,7 @@ import queue
 import signal
 import sys
 import threading
+from pathlib import Path
 from typing import IO, Any
 
 
@@ -21,7 +22,9 @@ def main() -> None:
     os.dup2(2, 1)  # whatever a library prints must not get between the answers
     requests: queue.Queue[tuple[str, Any]] = queue.Queue()
     threading.Thread(target=_read, args=(sys.stdin.buffer, requests), daemon=True).start()
-    from srbval.campaign.work import prepare, run_task
+    from srbval.campaign.work import prepare, ready, run_task
+
+    ready(Path())
 
     while True:
         kind, content = requests.get()
