@@ -29,7 +29,7 @@ class Settings:
 
 FULL = Settings(
     timing_s=0.3, timing_settle_s=0.1, repeats=5, accuracy_s=4.0, accuracy_settle_s=0.25, memory_s=10.0, starts=3,
-    reference_budget_s=240.0, window_s=0.02, steps=(30720, 61440, 122880, 245760),
+    reference_budget_s=60.0, window_s=0.02, steps=(30720, 61440, 122880, 245760),
 )  # fmt: skip
 QUICK = Settings(
     timing_s=0.05, timing_settle_s=0.05, repeats=2, accuracy_s=0.5, accuracy_settle_s=0.1, memory_s=1.0, starts=1,

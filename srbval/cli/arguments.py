@@ -93,7 +93,7 @@ def _scene_options(command: Parser) -> None:
     command.add_argument("--radial-kn", type=_number, metavar="KN", help="radial load [kN]")
     command.add_argument("--axial-kn", type=_number, metavar="KN", help="axial load [kN]")
     command.add_argument("--seconds", type=_positive, metavar="S", help="recorded duration [s]")
-    command.add_argument("--solver", metavar="NAME", help="time integration (ode1, ode2, ode3, ode4)")
+    command.add_argument("--solver", metavar="NAME", help="imex2 (default), imex1, ros2, ode1 to ode4 (the paper's)")
     command.add_argument("--dt", type=_positive, metavar="S", help="solver step [s]")
     command.add_argument("--seed", type=int, metavar="N", help="seed of everything random in the model")
 

@@ -81,7 +81,8 @@ class StabilityCell:
             return self.outcome.reason
         return (
             f"the run's own tests passed, but its cage is {self.cage_error:.2%} off (limit {CAGE_LIMIT:.0%}) and its "
-            f"rollers carry {self.load_part:.1%} of the converged run's load (allowed: {LOAD_RANGE[0]:.0%} to {LOAD_RANGE[1]:.0%})"
+            f"rollers carry {self.load_part:.1%} of the converged run's load "
+            f"(allowed: {LOAD_RANGE[0]:.0%} to {LOAD_RANGE[1]:.0%})"
         )
 
     def to_dict(self) -> dict[str, Any]:

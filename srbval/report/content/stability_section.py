@@ -47,7 +47,7 @@ def _intro(content: Mapping[str, Any]) -> Paragraph:
         f"friction. Each lasts {grid['seconds']:g} s or {grid['passages']:g} roller passages after settling and is "
         f"held against a converged run of the same scene (1/{grid['reference_steps_per_s']} s; at twice that step it "
         f"moves by at most {error:.1%}). **ok** means that the run found nothing wrong with itself, its cage is within "
-        f"1 % and the load on its rollers within 5 % of the converged run. **{counts['ok']} are ok.**"
+        f"1 % and the load on its rollers 95 to 110 % of the converged run's. **{counts['ok']} are ok.**"
     )
 
 
