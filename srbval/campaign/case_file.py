@@ -17,7 +17,7 @@ import numpy as np
 from srbval.campaign.quantities import Output, Quantity
 from srbval.campaign.task import Ending
 from srbval.errors import DataError
-from srbval.models.run import Run
+from srbval.models.run import FloatArray, Run
 from srbval.models.run_file import RunWriter, scene_dict
 from srbval.scene import Scene
 from srbval.storage.own_hdf5 import SCHEMA_VERSION
@@ -45,7 +45,7 @@ def write_result(path: Path, run: Run, quantities: Sequence[Quantity], outputs: 
         kept = run if Output.SIGNALS in outputs else _acceleration_only(run)
         with _ImageWriter(image, run.scene) as writer:
             writer.append({f.name: getattr(kept, f.name) for f in fields(kept)})
-            writer.finish(kept)
+            writer.finish(replace(kept, wall_s=0.0, compile_s=0.0))  # what is deleted leaves its bytes behind
             writer.complete(quantities)
     else:
         _write_numbers(image, run.scene, Ending.OK, run.reason, quantities)
@@ -93,6 +93,11 @@ class _ImageWriter(RunWriter):
 
         self._file = self._stack.enter_context(h5py.File(self._image, "w", track_order=True))
         return self
+
+    def _extend(self, name: str, values: FloatArray, units: str, long_name: str) -> None:
+        """Put each variable down at once: HDF5 else orders them by when it happens to let go of them."""
+        super()._extend(name, values, units, long_name)
+        self._file.flush()
 
     def complete(self, quantities: Sequence[Quantity]) -> None:
         """Add the numbers; the clock has no place in the file."""
