@@ -15,9 +15,7 @@ from srbval.validation.run_cases import run_cases
 from srbval.validation.table6 import published_rows, sum_rules
 
 SECONDS = 10.0
-FROM_KINEMATIC_PCT = (
-    0.35  # Coulomb friction on three circles: 0.27 % (outer, play 0, converged); the paper's 0.22 %
-)
+FROM_KINEMATIC_PCT = 0.35  # Coulomb friction on three circles: 0.27 % (outer, play 0, converged); the paper's 0.22 %
 FROM_CAGE = 2e-4  # relative: the line read from the spectrum is that of the cage
 
 pytestmark = pytest.mark.slow
