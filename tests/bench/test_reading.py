@@ -8,8 +8,10 @@ from srbval.bench.reading_records import COLOUR_POLE, comb_record, cramer_rao_hz
 
 # 60 records: a root mean square scatters by 9 %; three of these above the bound's own 1.15.
 TRIALS, RMSE_FACTOR = 60, 1.45
-# Binomial scatter of 60 records about the least coverage there is (weak falling harmonics, 1 % jitter: 87 %).
-LEAST_COVERAGE = 0.76
+# What a 95 % interval should cover, and two standard errors of 60 records below it.
+LEAST_COVERAGE = 0.92 - 0.07
+# Where it stands: weak falling harmonics under 1 % jitter are covered 79 % of the time (200 records of 10 s).
+COVERAGE_NOW = 0.76
 
 
 @pytest.fixture(scope="module")
@@ -27,6 +29,11 @@ def test_without_slip_the_error_is_the_cramer_rao_bound(result):
     assert min(a.rmse_over_bound for a in steady) > 0.6  # below: the bound or the records are wrong
 
 
+def test_coverage_is_no_worse_than_it_was(result):
+    assert min(a.coverage for a in result.accuracy) > COVERAGE_NOW
+
+
+@pytest.mark.xfail(strict=True, reason="at 16 dB a slip about as large as the noise is not seen: intervals too narrow")
 def test_interval_covers_with_and_without_slip(result):
     assert min(a.coverage for a in result.accuracy) > LEAST_COVERAGE
 
