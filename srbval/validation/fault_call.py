@@ -59,7 +59,8 @@ def call_fault(analysis: Analysis, baseline: Analysis | None = None) -> FaultCal
     Modulations are compared in the squared envelope's own unit where both records state one, else as depths
     (share of the mean), since amplitudes of unknown scale cannot be compared. Without a baseline a line at
     least half as deep as the mean is taken as indicating its part, and nothing is called: rollers passing
-    under load give a healthy bearing lines of its own. Raises `ValueError` for different bands.
+    under load give a healthy bearing lines of its own. A record declared healthy is never called faulty; a line as
+    deep as a fault's is told as a doubt about the label. Raises `ValueError` for different bands.
     """
     recording = analysis.recording
     if recording.origin is not Origin.MEASURED:
@@ -69,11 +70,27 @@ def call_fault(analysis: Analysis, baseline: Analysis | None = None) -> FaultCal
     lines = [x for x in analysis.lines if x.harmonic == 1 and x.name in STATE_OF and x.detected]
     lines.sort(key=lambda x: x.depth or 0.0, reverse=True)
     if recording.state is State.HEALTHY:
+        return _declared_healthy(lines)
+    return _alone(lines) if baseline is None else _compared(analysis, lines, baseline)
+
+
+def _declared_healthy(lines: list[Line]) -> FaultCall:
+    """Its lines are the baseline; one as deep as a fault's is no call either, but a reason to doubt the label."""
+    deepest = lines[0] if lines else None
+    if deepest is None or (deepest.depth or 0.0) < SHALLOW:
+        shown = "no race or roller line shows" if deepest is None else f"its {deepest.name} line is shallow"
         return FaultCall(
             basis=Basis.DECLARED_HEALTHY,
-            sentence="No fault is called: the record is declared healthy, its lines are the baseline.",
+            sentence=f"No fault is called: the record is declared healthy and {shown}; it is a baseline.",
         )
-    return _alone(lines) if baseline is None else _compared(analysis, lines, baseline)
+    state = STATE_OF[deepest.name]
+    return FaultCall(
+        basis=Basis.DECLARED_HEALTHY,
+        sentence=f"Doubtful: the record is declared healthy, but its {deepest.name} line is as deep as an "
+        f"{PART[state]} fault's. Check the label before using it as a baseline.",
+        indicated=state,
+        line=deepest.name,
+    )
 
 
 def _alone(lines: list[Line]) -> FaultCall:

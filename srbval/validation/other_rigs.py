@@ -17,6 +17,7 @@ from srbval.recordings.registry.verbs import RIG_DATASETS
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.fault_call import FaultCall, call_fault
 from srbval.validation.lines import Line
+from srbval.validation.speed_and_slip import to_cage_of
 
 LINE_OF = {State.OUTER: "BPFO", State.INNER: "BPFI", State.ROLLER: "2xBSF"}
 RACES = ("BPFO", "BPFI")
@@ -27,8 +28,9 @@ class OtherRecord:
     """One record of another rig: the line of its declared state (the deepest race line of a healthy one).
 
     `shown` says whether that line was detected and no other race line is deeper; for a healthy record
-    whether any race line is as deep as a fault's. `diagnosable` is what the set's description says of the
-    record, None where it says nothing. `refused` is why a record could not be analysed.
+    whether any race line is as deep as a fault's. `grade` is the record's in the published study the set's
+    description names, None without one. `cage_pct` is what the line's deviation at the record's own speed means for
+    the cage, where a race line shows: a slipping cage is negative. `refused` is why a record could not be analysed.
     """
 
     dataset: str
@@ -46,13 +48,22 @@ class OtherRecord:
     depth: float | None = None
     detected: bool = False
     shown: bool = False
-    diagnosable: bool | None = None
+    grade: str | None = None
+    radial_n: float | None = None
+    cage_pct: float | None = None
+    cage_ci95_pct: float | None = None
     call: FaultCall | None = None
     refused: str = ""
 
+    @property
+    def diagnosable(self) -> bool | None:
+        """Whether the study graded the record Y, that is diagnosable without reserve; None without a grade."""
+        return None if self.grade is None else self.grade.startswith("Y")
+
     def to_dict(self) -> dict[str, Any]:
         """Plain values for ``report.json``."""
-        return dataclasses.asdict(self) | {"call": None if self.call is None else self.call.to_dict()}
+        call = None if self.call is None else self.call.to_dict()
+        return dataclasses.asdict(self) | {"call": call, "diagnosable": self.diagnosable}
 
 
 def read_other_rigs(registered: Sequence[RegisteredRecording]) -> tuple[OtherRecord, ...]:
@@ -75,7 +86,7 @@ def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...])
         dataset=name,
         file=file,
         state=entry.state,
-        diagnosable=None if published is None else published.of(Path(entry.file).name),
+        grade=None if published is None else published.of(Path(entry.file).name),
     )
     try:
         recording = load_recording(entry.file)
@@ -91,8 +102,13 @@ def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...])
 
 def _with_line(record: OtherRecord, analysis: Analysis, call: FaultCall) -> OtherRecord:
     line = _line(analysis, record.state)
+    tells = line.detected and line.name in RACES and record.state in LINE_OF
+    to_cage = to_cage_of(line.name, analysis.bearing) if tells else None
     return dataclasses.replace(
         record,
+        radial_n=analysis.recording.radial_n,
+        cage_pct=None if to_cage is None else to_cage * (line.deviation_pct or 0.0),
+        cage_ci95_pct=None if to_cage is None else abs(to_cage) * (line.deviation_ci95_pct or 0.0),
         shaft_hz=analysis.speed.value_hz,
         shaft_ci95_hz=analysis.speed.ci95_hz,
         speed_source=analysis.speed.source.value,

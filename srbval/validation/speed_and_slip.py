@@ -69,7 +69,7 @@ def take_apart(
     slip = deviation_pct(found_hz, order * shaft_rpm / 60)
     reading_pct, speed_ci = 100 * found_ci95_hz / found_hz, 100 * shaft_ci95_rpm / shaft_rpm
     slip_ci = math.hypot(reading_pct, speed_ci)
-    to_cage = 1.0 if line == "BPFO" else -bearing.orders.bpfi / bearing.orders.bpfo
+    to_cage = to_cage_of(line, bearing)
     return SpeedAndSlip(
         record=record,
         origin=origin,
@@ -87,6 +87,11 @@ def take_apart(
         cage_pct=to_cage * slip,
         cage_ci95_pct=abs(to_cage) * slip_ci,
     )
+
+
+def to_cage_of(line: str, bearing: Bearing) -> float:
+    """What one per cent of slip in a race line means for the cage [%]: the same in BPFO, more and reversed in BPFI."""
+    return {"BPFO": 1.0, "BPFI": -bearing.orders.bpfi / bearing.orders.bpfo}[line]
 
 
 def measured_records(analyses: Iterable[Analysis]) -> Iterator[SpeedAndSlip]:

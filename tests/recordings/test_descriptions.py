@@ -59,3 +59,38 @@ def test_rig_grid_is_the_papers_table_5() -> None:
 def test_restricted_set_has_nothing_to_download() -> None:
     full = dataset("torino-full")
     assert (full.access, full.files) == ("restricted", ())
+
+
+@pytest.mark.parametrize(
+    ("file", "grade"),
+    [
+        ("130_OR007at6_0_12kDE.mat", "Y1"),
+        ("105.mat", "Y2"),
+        ("3001_IR028_0_12kDE.mat", "N1"),
+        ("1050.mat", None),
+        ("174_IR014_0_48kDE.mat", None),  # the study's 48 kHz table is not at hand
+        ("renamed.mat", None),
+    ],
+)
+def test_published_grades_go_by_the_record_s_number(file: str, grade: str | None) -> None:
+    published = dataset("cwru").diagnosability
+    assert published is not None
+    assert published.of(file) == grade
+
+
+def test_published_grades_are_those_of_the_study_s_table() -> None:
+    """12 kHz drive end: 60 records, each graded once."""
+    published = dataset("cwru").diagnosability
+    assert published is not None
+    records = [number for g in published.grades for number in g.records]
+    assert len(records) == len(set(records)) == 60
+    assert {g.grade for g in published.grades} == {"Y1", "Y2", "P1", "P2", "N1"}
+
+
+def test_open_sets_share_one_band_rule() -> None:
+    """500 Hz to 10 kHz, or to 0.46 of a rate too low for it: nothing fitted to a set."""
+    for description in known_datasets():
+        for band in () if description.name.startswith("torino") else description.bands:
+            fs_hz = band.fs_hz or description.rate.value_hz or 1e6
+            assert band.low_hz == 500.0
+            assert band.high_hz == pytest.approx(min(10000.0, 0.46 * fs_hz), rel=0.01)

@@ -39,7 +39,11 @@ def read_cwru(raw: RawFile, description: DatasetDescription) -> Reading | None:
         fs_hz=_rate(raw, groups, entry),
         speed=_speed(raw, number, description, nominal_rpm),
         nominal_rpm=nominal_rpm,
-        notes=(f"record {number} by its variables' names", *description.notes),
+        notes=(
+            f"record {number} by its variables' names",
+            *description.notes,
+            *((entry.note,) if entry and entry.note else ()),
+        ),
     )
 
 

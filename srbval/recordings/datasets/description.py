@@ -123,31 +123,35 @@ class PublishedSpeeds:
 
 @dataclass(frozen=True, kw_only=True)
 class RecordRange:
-    """Records `first` to `last` of a numbered set (CWRU): label, fault end, sampling rate."""
+    """Records `first` to `last` of a numbered set (CWRU): label, fault end, sampling rate, what to know of them."""
 
     first: int
     last: int
     label: str
     fs_hz: float
     end: str | None = None
+    note: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class GradedRecords:
+    """Records of one grade: Y1, Y2 (diagnosable), P1, P2 (partly) or N1, N2 (not)."""
+
+    grade: str
+    records: tuple[int, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
 class PublishedDiagnosability:
-    """Which faulted files of a set are held diagnosable from their vibration; `source` says by whom.
-
-    `file` patterns are searched in a file's name: first `not_diagnosable`, then `diagnosable`.
-    """
+    """How far a study could diagnose the faulted records of a numbered set; `source` says which and where."""
 
     source: str
-    diagnosable: str
-    not_diagnosable: str | None = None
+    grades: tuple[GradedRecords, ...]
 
-    def of(self, file: str) -> bool | None:
-        """True or False where the benchmark speaks of the file, else None."""
-        if self.not_diagnosable is not None and re.search(self.not_diagnosable, file):
-            return False
-        return True if re.search(self.diagnosable, file) else None
+    def of(self, file: str) -> str | None:
+        """The grade of the record whose number begins the file's name, None where the study gives none."""
+        number = re.match(r"\d+(?!\d)", file)
+        return next((g.grade for g in self.grades if number and int(number[0]) in g.records), None)
 
 
 @dataclass(frozen=True, kw_only=True)

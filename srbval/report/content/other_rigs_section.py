@@ -12,7 +12,7 @@ from srbval.report.table import Cell, Column, Table, Value
 from srbval.validation.evidence import Evidence
 from srbval.validation.other_rigs import LINE_OF, RACES, OtherRecord
 
-DIAGNOSABLE = {True: "yes", False: "no", None: None}
+NEAR_PCT = 0.5
 
 
 def other_rigs_section(evidence: Evidence) -> tuple[Section, ...]:
@@ -38,23 +38,59 @@ def _intro(records: Sequence[OtherRecord], read: Sequence[OtherRecord]) -> Parag
 
 
 def _summary(read: Sequence[OtherRecord]) -> list[Paragraph]:
-    faults = [r for r in read if r.line in RACES and r.state in LINE_OF and r.diagnosable is not False]
-    shown = [r for r in faults if r.shown]
+    faults = [r for r in read if r.line in RACES and r.state in LINE_OF]
     healthy = [r for r in read if r.state not in LINE_OF]
+    called = [r for r in healthy if r.call is not None and r.call.called is not None]
     wrong = [r for r in healthy if r.shown]
-    known = [r for r in shown if r.deviation_pct is not None and r.speed_source != "nominal"]
-    beyond = [f"{r.dataset} {r.file} ({r.deviation_pct:+.2f} %)" for r in known if abs(r.deviation_pct or 0) > 0.5]
-    sources = {d.source for r in read if (d := dataset(r.dataset).diagnosability)}
+    graded = {d.source for r in read if (d := dataset(r.dataset).diagnosability)}
     texts = [
-        f"Of {len(faults)} race-fault records not called undiagnosable, **{len(shown)} show the right line** and no "
-        f"deeper one of the other race; of {len(healthy)} healthy records {len(wrong)} show a line as deep as a "
-        "fault's. Where the speed is measured or estimated, "
-        f"{len(known) - len(beyond)} of {len(known)} lines lie within 0.5 % of kinematics"
-        + (f"; beyond it: {', '.join(beyond)}." if beyond else "."),
+        f"**Right line shown** (and no deeper one of the other race): {_shares(faults)}. Of {len(healthy)} healthy "
+        f"records {len(wrong)} show a race line as deep as a fault's, and a fault is called on {len(called)}.",
+        _deviations([r for r in faults if r.shown and r.speed_source != "nominal"]),
+        *_slip_by_load(faults),
     ]
-    if sources:
-        texts.append(f"Diagnosability: {'; '.join(sorted(sources))}.")
+    if graded:
+        texts.append(f"Grades: {'; '.join(sorted(graded))}. A record without one was not graded in what could be had.")
     return [Paragraph(text) for text in texts]
+
+
+def _shares(faults: Sequence[OtherRecord]) -> str:
+    """How many of the diagnosable, the ungraded and the other race faults show their line; what is missed."""
+    parts = []
+    for verdict, name in ((True, "graded diagnosable"), (None, "without a grade"), (False, "graded partly or not")):
+        group = [r for r in faults if r.diagnosable is verdict]
+        missed = ", ".join(r.file for r in group if not r.shown)
+        if group:
+            text = f"{sum(r.shown for r in group)} of {len(group)} race faults {name}"
+            parts.append(text + (f" (not {missed})" if missed else ""))
+    return "; ".join(parts) or "no race fault is registered"
+
+
+def _deviations(known: Sequence[OtherRecord]) -> str:
+    beyond = [r for r in known if abs(r.deviation_pct or 0) > NEAR_PCT]
+    listed = ", ".join(f"{r.dataset} {r.file} ({r.deviation_pct:+.2f} ± {r.deviation_ci95_pct:.2f} %)" for r in beyond)
+    return (
+        f"Where the speed is measured or estimated, {len(known) - len(beyond)} of {len(known)} shown lines lie within "
+        f"{NEAR_PCT:g} % of kinematics" + (f"; beyond it: {listed}." if beyond else ".")
+    )
+
+
+def _slip_by_load(faults: Sequence[OtherRecord]) -> list[str]:
+    """What the race lines of a set that states its loads say of the cage, lightest load first."""
+    texts = []
+    for name in dict.fromkeys(r.dataset for r in faults):
+        loaded = [r for r in faults if r.dataset == name and r.radial_n is not None and r.cage_pct is not None]
+        loaded.sort(key=lambda r: (r.radial_n or 0.0, r.file))
+        if len({r.radial_n for r in loaded}) > 1:
+            said = ", ".join(
+                f"{r.cage_pct:+.2f} ± {r.cage_ci95_pct:.2f} % at {r.radial_n:.0f} N ({r.line})" for r in loaded
+            )
+            texts.append(
+                f"{dataset(name).title}: its radial loads are stated, and each line by itself gives the cage's "
+                f"deviation from kinematics: {said}. BPFI above and BPFO below kinematics at the record's own speed mean "
+                "a slipping cage, which a light load allows; a wrong speed would move both lines the same way."
+            )
+    return texts
 
 
 def _table(read: Sequence[OtherRecord]) -> Table:
@@ -73,14 +109,14 @@ def _table(read: Sequence[OtherRecord]) -> Table:
             Column(title="Over noise", format=",.0f"),
             Column(title="Depth", format=".2f"),
             Column(title="Shown"),
-            Column(title="Held diagnosable"),
+            Column(title="Grade"),
         ),
         rows=[_row(r) for r in read],
         notes=(
             "**Depth**: the line's amplitude in the squared envelope over its mean. **Shown**: detected and deeper "
             "than the other race's; for a healthy record, a race line as deep as half the mean. **Shaft**: estimated "
-            "means read from the record's own fault harmonics and shaft sidebands. A dash at the end: the benchmark "
-            "does not speak of the record.",
+            "means read from the record's own fault harmonics and shaft sidebands. **Grade**: of the published study; "
+            "Y diagnosable, P partly, N not; none where it is not known.",
         ),
     )
 
@@ -99,7 +135,7 @@ def _row(r: OtherRecord) -> list[Cell | Value]:
         r.snr,
         r.depth,
         Cell(value=r.shown, tone=Tone.GOOD if good else Tone.NEUTRAL if r.diagnosable is False else Tone.WARNING),
-        DIAGNOSABLE[r.diagnosable],
+        r.grade,
     ]
 
 
