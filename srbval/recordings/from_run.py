@@ -6,6 +6,7 @@ import numpy as np
 
 from srbval.models.run import Run
 from srbval.recordings.recording import Origin, Recording, ShaftSpeed, SpeedSource, State
+from srbval.recordings.speed import profile_signal
 from srbval.scene import DefectKind
 
 STATES = {
@@ -22,6 +23,7 @@ def recording_from_run(run: Run) -> Recording:
     Says nothing of the run's status: check that first, a failed run is no vibration.
     """
     scene = run.scene
+    course = scene.speed_profile
     return Recording(
         name=f"{scene.model} model, {scene.defect.kind.value} defect, {scene.shaft_hz * 60:.6g} rpm",
         origin=Origin.SIMULATED,
@@ -30,6 +32,9 @@ def recording_from_run(run: Run) -> Recording:
         fs_hz=scene.output_rate_hz,
         unit="m/s2",
         speed=ShaftSpeed(value_hz=scene.shaft_hz, ci95_hz=0.0, source=SpeedSource.PRESCRIBED),
+        speed_signal=None
+        if course is None
+        else profile_signal(np.array(course.time_s), np.array(course.speed_rad_s), run.seconds),
         bearing=scene.bearing,
         state=STATES[scene.defect.kind],
         radial_n=scene.load.radial_n,

@@ -140,10 +140,12 @@ def _with_options(
     notes = list(reading.notes)
     if fs_hz is not None:
         notes.append(f"sampling rate {fs_hz:g} Hz given by the user")
-        reading = dataclasses.replace(reading, fs_hz=fs_hz)
+        reading = dataclasses.replace(reading, fs_hz=fs_hz, speed_signal=None)  # its time base was the file's
     if rpm is not None:
         notes.append(f"shaft speed {rpm:g} rpm given by the user")
-        reading = dataclasses.replace(reading, speed=stated_speed(rpm, USER_RPM_CI95), speed_problem=None)
+        reading = dataclasses.replace(
+            reading, speed=stated_speed(rpm, USER_RPM_CI95), speed_signal=None, speed_problem=None
+        )
     if unit is not None:
         notes.append(f"unit {unit} given by the user")
         found = {key: dataclasses.replace(c, unit=unit) for key, c in reading.channels.items()}
@@ -192,6 +194,7 @@ def _assemble(path: Path, reading: Reading, sha256: str) -> Recording:
         channel=reading.channel,
         axes=None if reading.channel is not None else reading.axes,
         speed=reading.speed,
+        speed_signal=reading.speed_signal,
         bearing=main.bearing,
         state=main.state,
         radial_n=reading.radial_n,

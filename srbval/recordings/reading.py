@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.recordings.recording import Origin, ShaftSpeed, State
+from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSignal, State
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -37,6 +37,7 @@ class Reading:
     axes: tuple[str, str] | None = None
     fs_hz: float | None = None
     speed: ShaftSpeed | None = None
+    speed_signal: SpeedSignal | None = None
     speed_problem: str | None = None
     radial_n: float | None = None
     axial_n: float | None = None

@@ -58,6 +58,14 @@ class ShaftSpeed:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class SpeedSignal:
+    """Shaft speed through a record: `values_hz` [k], evenly at `rate_hz`, the first with the first sample."""
+
+    values_hz: FloatArray
+    rate_hz: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Recording:
     """Vibration of one bearing, all channels at one rate.
 
@@ -65,6 +73,7 @@ class Recording:
     stored here (``m/s2`` wherever the source states enough to convert, else the source's own, else
     ``unknown``). `channel` names the one to analyse; a simulated run names two radial axes in `axes`
     instead, to be rotated onto the sensor's direction. What the source does not say is None.
+    `speed_signal` is the course that `speed` is the mean of, where there is one.
     `band_hz` is the demodulation band its data set declares. `notes` says what was read from where.
     """
 
@@ -76,6 +85,7 @@ class Recording:
     channel: str | None = None
     axes: tuple[str, str] | None = None
     speed: ShaftSpeed | None = None
+    speed_signal: SpeedSignal | None = None
     bearing: str | None = None
     state: State | None = None
     radial_n: float | None = None

@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.errors import DataError
-from srbval.recordings.recording import ShaftSpeed, SpeedSource
+from srbval.recordings.recording import ShaftSpeed, SpeedSignal, SpeedSource
 
 RPM_PER_HZ = 60.0
 Z95 = 1.96
 MIN_TACHOMETER_SAMPLES = 8
 MAX_BLOCKS = 8192
+PROFILE_STEP_S = 1e-3
 LIMIT_HZ = 2000.0  # no rolling bearing turns faster
 
 
@@ -63,6 +64,13 @@ def correlated_samples(values: NDArray[np.float64]) -> float:
     negative = np.flatnonzero(correlation <= 0)
     stop = int(negative[0]) if negative.size else len(centred)
     return float(1 + 2 * np.sum(correlation[1:stop]))
+
+
+def profile_signal(time_s: NDArray[np.float64], speed_rad_s: NDArray[np.float64], seconds: float) -> SpeedSignal:
+    """A prescribed speed, linear between its entries, sampled every `PROFILE_STEP_S` through `seconds`."""
+    count = math.ceil(seconds / PROFILE_STEP_S) + 1
+    values = np.interp(np.linspace(0, seconds, count), time_s, speed_rad_s) / (2 * math.pi)
+    return SpeedSignal(values_hz=values, rate_hz=(count - 1) / seconds)
 
 
 def stated_speed(rpm: float, ci95_rpm: float) -> ShaftSpeed:

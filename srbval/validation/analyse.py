@@ -9,12 +9,13 @@ from typing import Any
 from srbval.bearing import Bearing
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.recording import Recording, ShaftSpeed, SpeedSource
-from srbval.signal import Periodogram
+from srbval.signal import BandFilter, Periodogram
 from srbval.validation.closure import Closure, close
 from srbval.validation.families import highest_line_hz
 from srbval.validation.lines import Line, read_lines
-from srbval.validation.pipeline import Processed, process
+from srbval.validation.pipeline import SQUARED_UNIT, Processed, process
 from srbval.validation.shaft_speed import estimate_speed
+from srbval.validation.tracking import choose_tracking
 from srbval.validation.verdict import verdict
 
 # Share of the band's width up to which the squared envelope's spectrum is used; its floor ends at the width.
@@ -58,7 +59,21 @@ class Analysis:
             "fs_hz": self.recording.fs_hz,
             "seconds": self.recording.seconds,
             "band_hz": list(self.processed.band_hz),
-            "resolution_hz": self.processed.spectrum.resolution_hz,
+            "resolution_hz": 1 / self.processed.seconds,
+            "chain": {
+                "filter": self.processed.band_filter.value,
+                "filter_in_words": self.processed.band_filter.in_words,
+                "ends_dropped_s": self.processed.end_s,
+                "read_from": "squared envelope",
+                "unit": SQUARED_UNIT,
+                "standard_deviation": self.processed.scale,
+                "standard_deviation_unit": self.recording.unit,
+            },
+            "order_tracking": {
+                "used": self.processed.tracking.used,
+                "drift_bins": self.processed.tracking.drift_bins,
+                "why": self.processed.tracking.why,
+            },
             "shaft_hz": {
                 "value": self.speed.value_hz,
                 "ci95": self.speed.ci95_hz,
@@ -80,13 +95,15 @@ def analyse(
     speed: ShaftSpeed | None = None,
     band_hz: tuple[float, float] | None = None,
     channel: str | None = None,
+    band_filter: BandFilter = BandFilter.BUTTERWORTH,
 ) -> Analysis:
     """Read the fault lines of `bearing` in `recording`.
 
     `speed`, `band_hz` [Hz] and `channel` override what the recording says of itself. A speed that is only
     nominal gives way to one estimated from the record, where that knows more (see `estimate_speed`). The
-    envelope of the paper's chain (see `process`) is kept for figures; lines are read from its square. The
-    speed is taken as constant: there is no order tracking. Raises `ConfigurationError` where speed or band are
+    envelope of the paper's chain (see `process`) is kept for figures; lines are read from its square. Where
+    the speed signal drifts by more than a bin its course is followed (`choose_tracking`) and all frequencies are those
+    at the mean speed. Raises `ConfigurationError` where speed or band are
     missing or impossible, `DataError` where the record is constant or too short.
     """
     known_speed = speed if speed is not None else recording.speed
@@ -94,7 +111,8 @@ def analyse(
         raise ConfigurationError(
             f"{recording.name}: neither the file nor its data set states a shaft speed; give it with --rpm."
         )
-    processed = process(recording, band_hz=band_hz, channel=channel)
+    tracking = choose_tracking(recording, bearing, known_speed)
+    processed = process(recording, band_hz=band_hz, channel=channel, band_filter=band_filter, tracking=tracking)
     _check_duration(processed, known_speed)
     lines = read_lines(_periodogram(processed, bearing, known_speed), bearing, known_speed)
     if known_speed.source is SpeedSource.NOMINAL:
@@ -117,8 +135,8 @@ def _periodogram(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> P
     """Of the squared envelope, with the harmonics of the shaft at `speed` masked."""
     width_hz = processed.band_hz[1] - processed.band_hz[0]
     return Periodogram.of(
-        processed.envelope**2,
-        processed.fs_hz,
+        processed.squared,
+        processed.squared_fs_hz,
         limit_hz=min(highest_line_hz(bearing, speed.value_hz), _USABLE_SHARE * width_hz),
         shaft_hz=speed.value_hz,
         shaft_ci_hz=min(speed.ci95_hz, LARGEST_MASK_SHARE * speed.value_hz),
@@ -126,7 +144,7 @@ def _periodogram(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> P
 
 
 def _check_duration(processed: Processed, speed: ShaftSpeed) -> None:
-    seconds = processed.envelope.size / processed.fs_hz
+    seconds = processed.seconds
     if seconds * speed.value_hz < LEAST_REVOLUTIONS:
         raise DataError(
             f"the record lasts {seconds:.3g} s without its ends, {seconds * speed.value_hz:.2g} revolutions; "

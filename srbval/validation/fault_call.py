@@ -156,5 +156,5 @@ def _modulation(analysis: Analysis, line: Line, scaled: bool) -> float:
     depth = line.depth or 0.0
     if not scaled or analysis.recording.channel is None:
         return depth
-    mean = float(np.mean(analysis.processed.envelope**2))
+    mean = float(np.mean(analysis.processed.squared))
     return depth * mean * float(np.var(analysis.recording.channels[analysis.recording.channel]))

@@ -49,10 +49,10 @@ def test_record_too_short_to_filter_is_refused():
 
 
 def test_both_ends_are_dropped_by_the_declared_time():
-    kept = drop_ends(np.arange(2000.0), FS_HZ, end_s=0.05)
+    kept = drop_ends(np.arange(2000.0), FS_HZ, seconds=0.05)
     assert (kept[0], kept[-1], kept.size) == (500.0, 1499.0, 1000)
 
 
 def test_record_shorter_than_its_ends_is_refused():
     with pytest.raises(DataError, match="longer recording"):
-        drop_ends(np.zeros(900), FS_HZ, end_s=0.05)
+        drop_ends(np.zeros(900), FS_HZ, seconds=0.05)

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import json
+
+import numpy as np
+
 from srbval.errors import DataError
 from srbval.recordings.raw import RawFile, as_signal
 from srbval.recordings.reading import Channel, Reading
-from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSource, State
+from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSignal, SpeedSource, State
+from srbval.recordings.speed import profile_signal
 
 KIND_ATTRIBUTE = "srbval_kind"
 PREFIX = "acceleration"
@@ -38,6 +43,7 @@ def read_own(raw: RawFile) -> Reading:
         axes=RUN_AXES if kind == "run" else None,
         fs_hz=raw.number("fs_hz"),
         speed=_speed(raw),
+        speed_signal=_speed_signal(raw, next(iter(channels.values())).samples.size),
         radial_n=raw.number("radial_n"),
         axial_n=raw.number("axial_n"),
         nominal_rpm=raw.number("nominal_rpm"),
@@ -84,3 +90,15 @@ def _speed(raw: RawFile) -> ShaftSpeed | None:
     if value is None:
         return None
     return ShaftSpeed(value_hz=value, ci95_hz=0.0, source=SpeedSource.PRESCRIBED)
+
+
+def _speed_signal(raw: RawFile, samples: int) -> SpeedSignal | None:
+    """The prescribed course of a run's scene, None for a constant speed."""
+    fs_hz = raw.number("fs_hz")
+    try:
+        profile = json.loads(raw.text("scene") or "{}").get("speed_profile")
+        if profile is None or not fs_hz:
+            return None
+        return profile_signal(np.array(profile["time_s"]), np.array(profile["speed_rad_s"]), samples / fs_hz)
+    except (ValueError, TypeError, KeyError, AttributeError):
+        raise DataError(f"{raw.path}: the scene kept with the run cannot be read; simulate it again.") from None

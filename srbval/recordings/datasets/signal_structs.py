@@ -20,7 +20,7 @@ from srbval.recordings.datasets.description import DatasetDescription
 from srbval.recordings.datasets.variables import match_groups, state_of
 from srbval.recordings.raw import RawFile, as_signal
 from srbval.recordings.reading import Channel, Reading
-from srbval.recordings.recording import ShaftSpeed
+from srbval.recordings.recording import ShaftSpeed, SpeedSignal
 from srbval.recordings.speed import RPM_PER_HZ, nominal_speed, tachometer_speed
 
 _STRUCT = re.compile(r"(Signal_?\d*)\.y_values\.values")
@@ -62,7 +62,7 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
     groups = match_groups(raw, description) or {}
     nominal_rpm = float(groups["rpm"]) if "rpm" in groups else None
     rotations = [s for n in names if (s := _signal(raw, n, ROTATION))]
-    speed, problem, note = _speed(rotations, nominal_rpm, description)
+    speed, course, problem, note = _speed(rotations, nominal_rpm, description)
     known = "label" in groups
     sensors, tested = _sensors(raw, accelerations, description if known else None)
     bearing = next(rule.bearing for rule in description.channels if rule.analyse) if known else None
@@ -78,6 +78,7 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
         channel=tested,
         fs_hz=accelerations[0].fs_hz,
         speed=speed,
+        speed_signal=course,
         speed_problem=problem,
         radial_n=float(groups["radial_kn"]) * 1e3 if "radial_kn" in groups else None,
         axial_n=float(groups["axial_kn"]) * 1e3 if "axial_kn" in groups else None,
@@ -142,19 +143,21 @@ def _sensors(
 
 def _speed(
     signals: list[Signal], nominal_rpm: float | None, description: DatasetDescription
-) -> tuple[ShaftSpeed | None, str | None, str]:
-    """Speed of the record, what is wrong with it if anything, and where it was read."""
+) -> tuple[ShaftSpeed | None, SpeedSignal | None, str | None, str]:
+    """Speed of the record, its course, what is wrong with it if anything, and where it was read."""
     vectors = [s for s in signals if len(s.columns) == 1]
     if len(vectors) > 1:
-        return None, f"{len(vectors)} speed signals: {', '.join(s.name for s in vectors)}.", "speed left open"
+        return None, None, f"{len(vectors)} speed signals: {', '.join(s.name for s in vectors)}.", "speed left open"
     if not vectors:
         ci95_pct = description.speed.nominal_ci95_pct
         nominal = None if nominal_rpm is None else nominal_speed(nominal_rpm, ci95_pct)
-        return nominal, None, "no speed signal in the file"
+        return nominal, None, None, "no speed signal in the file"
     speed = tachometer_speed(vectors[0].columns[0])
     found_rpm = speed.value_hz * RPM_PER_HZ
     note = f"speed from {vectors[0].name}, {vectors[0].fs_hz:g} Hz"
     if nominal_rpm and not 1 / IMPLAUSIBLE_RATIO < found_rpm / nominal_rpm < IMPLAUSIBLE_RATIO:
         problem = f"{vectors[0].name} reads {found_rpm:.6g} rpm, the name says {nominal_rpm:g}: a wrong unit."
-        return speed, problem, note
-    return speed, None, note
+        return speed, None, problem, note
+    # A copy: the file's own bytes are good only until the next file is read.
+    course = SpeedSignal(values_hz=np.array(vectors[0].columns[0]), rate_hz=vectors[0].fs_hz)
+    return speed, course, None, note

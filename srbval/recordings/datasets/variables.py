@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import re
 
+import numpy as np
+from numpy.typing import NDArray
+
 from srbval.errors import DataError
 from srbval.recordings.datasets.description import ChannelRule, DatasetDescription, MatchRule, SpeedRule
 from srbval.recordings.raw import RawFile, as_signal
 from srbval.recordings.reading import Channel, Reading
-from srbval.recordings.recording import ShaftSpeed, State
+from srbval.recordings.recording import ShaftSpeed, SpeedSignal, State
 from srbval.recordings.speed import RPM_PER_HZ, nominal_speed, stated_speed, tachometer_speed
 
 N_PER_KN = 1e3
@@ -25,6 +28,8 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
     if not channels:
         return None
     nominal_rpm = _nominal_rpm(raw, groups, description.speed)
+    tachometer, fs_hz = _tachometer_hz(raw, description.speed), _rate(raw, description)
+    speed = _speed(raw, description.speed, nominal_rpm) if tachometer is None else tachometer_speed(tachometer)
     marked = [rule.name for rule in description.channels if rule.analyse and rule.name in channels]
     used = [rule for rule in description.channels if rule.name in channels and rule.note]
     notes = (*description.notes, *(f"{rule.name}: {rule.note}" for rule in used))
@@ -32,8 +37,9 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
         dataset=description.name,
         channels=channels,
         channel=marked[0] if marked else next(iter(channels)) if len(channels) == 1 else None,
-        fs_hz=_rate(raw, description),
-        speed=_speed(raw, description.speed, nominal_rpm),
+        fs_hz=fs_hz,
+        speed=speed,
+        speed_signal=_speed_signal(tachometer, channels, fs_hz),
         radial_n=_radial_n(raw, groups, description),
         axial_n=_kn(groups.get("axial_kn", description.axial_kn)),
         nominal_rpm=nominal_rpm,
@@ -110,10 +116,22 @@ def _nominal_rpm(raw: RawFile, groups: dict[str, str], rule: SpeedRule) -> float
     return float(groups["rpm"]) if "rpm" in groups else rule.nominal_rpm
 
 
+def _tachometer_hz(raw: RawFile, rule: SpeedRule) -> NDArray[np.float64] | None:
+    signal = raw.array(rule.tachometer_rpm) if rule.tachometer_rpm else None
+    return None if signal is None else as_signal(signal, f"{raw.path}: {rule.tachometer_rpm}") / RPM_PER_HZ
+
+
+def _speed_signal(
+    tachometer: NDArray[np.float64] | None, channels: dict[str, Channel], fs_hz: float | None
+) -> SpeedSignal | None:
+    """The tachometer over the whole record, whatever its own rate is."""
+    if tachometer is None or fs_hz is None:
+        return None
+    seconds = max(c.samples.size for c in channels.values()) / fs_hz
+    return SpeedSignal(values_hz=tachometer, rate_hz=tachometer.size / seconds)
+
+
 def _speed(raw: RawFile, rule: SpeedRule, nominal_rpm: float | None) -> ShaftSpeed | None:
-    tachometer = raw.array(rule.tachometer_rpm) if rule.tachometer_rpm else None
-    if tachometer is not None:
-        return tachometer_speed(as_signal(tachometer, f"{raw.path}: {rule.tachometer_rpm}") / RPM_PER_HZ)
     stated = raw.number(rule.stated_rpm) if rule.stated_rpm else None
     if stated is not None:
         return stated_speed(stated, rule.stated_ci95_rpm)

@@ -1,0 +1,75 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from srbval.recordings import ShaftSpeed, SpeedSource, load_recording
+from srbval.recordings.recording import SpeedSignal
+from srbval.recordings.speed import tachometer_speed
+from srbval.validation.analyse import analyse
+from tests.validation.test_analyse import BEARING, FS_HZ, SECONDS, SHAFT_HZ, recording
+
+RAMP = 0.05  # of the mean speed, from the first sample to the last
+SLIP = 1.002
+READING_PCT = 0.03
+
+
+def ramped(noise=0.3):
+    """Impulses of a fault at even shaft angles while the shaft speeds up by 5 %."""
+    time_s = np.arange(round(SECONDS * FS_HZ)) / FS_HZ
+    turns = SHAFT_HZ * ((1 - RAMP / 2) * time_s + RAMP * time_s**2 / (2 * SECONDS))
+    rng = np.random.default_rng(1)
+    samples = noise * rng.standard_normal(time_s.size)
+    ring_s = np.arange(200) / FS_HZ
+    ring = np.exp(-ring_s * 1500) * np.sin(2 * np.pi * 2000 * ring_s)
+    strikes = np.arange(1, turns[-1] * BEARING.orders.bpfo * SLIP - 2) / (BEARING.orders.bpfo * SLIP)
+    for at_s in np.interp(strikes, turns, time_s):
+        first = round(at_s * FS_HZ)
+        samples[first : first + ring.size] += 3 * ring[: samples.size - first]
+    return samples
+
+
+def with_tachometer():
+    speed = SHAFT_HZ * np.linspace(1 - RAMP / 2, 1 + RAMP / 2, 2560)
+    return recording(
+        ramped(),
+        speed=tachometer_speed(speed),
+        speed_signal=SpeedSignal(values_hz=speed, rate_hz=speed.size / SECONDS),
+    )
+
+
+def test_a_fault_on_a_speed_ramp_is_read_only_because_the_speed_signal_is_followed():
+    record = with_tachometer()
+    with_course = analyse(record, bearing=BEARING)
+    assert with_course.processed.tracking.used
+    assert with_course.to_dict()["order_tracking"]["drift_bins"] > 20
+    line = with_course.line("BPFO")
+    assert line.detected
+    assert line.deviation_pct == pytest.approx(100 * (SLIP - 1), abs=READING_PCT)
+    without = analyse(dataclasses.replace(record, speed_signal=None), bearing=BEARING).line("BPFO")
+    assert abs(without.deviation_pct - 100 * (SLIP - 1)) > 5 * READING_PCT
+    assert without.ci95_hz > 20 * line.ci95_hz
+    assert without.snr < line.snr / 3
+
+
+def test_a_speed_given_instead_of_the_tachometer_s_is_not_followed():
+    stated = ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.01, source=SpeedSource.STATED)
+    assert not analyse(with_tachometer(), bearing=BEARING, speed=stated).processed.tracking.used
+
+
+def test_a_steady_shaft_is_left_alone_and_that_is_said():
+    speed = np.full(2560, SHAFT_HZ)
+    record = recording(
+        ramped(), speed=tachometer_speed(speed), speed_signal=SpeedSignal(values_hz=speed, rate_hz=2560 / SECONDS)
+    )
+    tracking = analyse(record, bearing=BEARING).processed.tracking
+    assert not tracking.used
+    assert "not more than one" in tracking.why
+
+
+@pytest.mark.recordings
+def test_the_rig_s_own_tachometers_drift_by_less_than_a_bin(recordings_dir):
+    for path in sorted(recordings_dir.glob("torino/*_877rpm_sample.mat")):
+        tracking = analyse(load_recording(path), bearing=BEARING).processed.tracking
+        assert tracking.drift_bins is not None
+        assert not tracking.used
