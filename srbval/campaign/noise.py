@@ -34,9 +34,9 @@ def colour_of(noise: str) -> Colour:
         return Colour(name=WHITE)
     from scipy.signal import welch
 
-    from srbval.recordings import load_recording
+    from srbval.recordings.registry import load_registered
 
-    recording = load_recording(noise)
+    recording = load_registered(noise)
     name = recording.channel or (recording.axes or tuple(recording.channels))[-1]
     samples = recording.channels[name]
     frequency, density = welch(samples - samples.mean(), recording.fs_hz, nperseg=min(BLOCK, samples.size))

@@ -6,10 +6,12 @@ import argparse
 import sys
 
 from srbval.bearing import known_bearings, load_bearing
+from srbval.cli.data_settings import settings_of
 from srbval.cli.output import print_json, print_table
 from srbval.errors import ConfigurationError, DataError
-from srbval.recordings import Recording, load_recording
-from srbval.recordings.registry import healthy_baseline
+from srbval.recordings import Recording
+from srbval.recordings.registry import healthy_baseline, load_registered
+from srbval.recordings.settings import Settings
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.fault_call import FaultCall, call_fault
 
@@ -20,9 +22,7 @@ LINES_OF = {"outer": ("BPFO",), "inner": ("BPFI",), "roller": ("2xBSF",), "cage"
 
 def run(options: argparse.Namespace) -> int:
     """Analyse a file and print its lines and verdict."""
-    recording = load_recording(
-        options.file, channel=options.channel, fs_hz=options.fs, unit=options.unit, rpm=options.rpm
-    )
+    recording = load_registered(options.file, settings_of(options))
     bearing = load_bearing(options.bearing or _bearing_of(recording))
     band = (options.band[0], options.band[1]) if options.band else None
     result = analyse(recording, bearing=bearing, band_hz=band)
@@ -39,7 +39,7 @@ def _call(result: Analysis) -> FaultCall:
     """Against the registered healthy record of the same rig, speed and load, where there is one."""
     try:
         entry = healthy_baseline(result.recording)
-        healthy = None if entry is None else load_recording(entry.file, channel=result.recording.channel)
+        healthy = None if entry is None else load_registered(entry.file, Settings(channel=result.recording.channel))
     except DataError as error:  # an unreadable register must not hide what the file itself shows
         print(f"srbval: no healthy baseline: {error}", file=sys.stderr)
         healthy = None

@@ -116,14 +116,19 @@ def _analyse(commands: Any) -> None:
     command.add_argument(
         "--bearing", metavar="B", help="known name or TOML file (default: what the file's data set says)"
     )
-    command.add_argument("--rpm", type=_positive, metavar="R", help="shaft speed [rpm]")
-    command.add_argument("--channel", metavar="C", help="channel to analyse")
-    command.add_argument("--fs", type=_positive, metavar="HZ", help="sampling rate [Hz], where the file does not say")
-    command.add_argument("--unit", metavar="U", help="unit of the samples, where the file does not say")
+    _settings(command)
     command.add_argument("--band", nargs=2, type=_number, metavar=("LO", "HI"), help="demodulation band [Hz]")
     command.add_argument(
         "--defect", choices=("outer", "inner", "roller", "cage"), help="print the lines of this part only"
     )
+
+
+def _settings(command: Parser) -> None:
+    """What a recording leaves open; read by `settings_of`."""
+    command.add_argument("--rpm", type=_positive, metavar="R", help="shaft speed [rpm]")
+    command.add_argument("--channel", metavar="C", help="channel to analyse")
+    command.add_argument("--fs", type=_positive, metavar="HZ", help="sampling rate [Hz], where the file does not say")
+    command.add_argument("--unit", metavar="U", help="unit of the samples, where the file does not say")
 
 
 def _data(commands: Any) -> None:
@@ -139,6 +144,9 @@ def _data(commands: Any) -> None:
         action.add_argument("--json", action="store_true", default=argparse.SUPPRESS, help="print one JSON document")
         if argument:
             action.add_argument(argument, metavar=argument.upper())
+        if name == "add":
+            _settings(action)
+            action.add_argument("--repin", action="store_true", help="register anew: forget old hashes and options")
         if name == "fetch":
             action.add_argument("-o", "--output", metavar="DIR", help="where to put the files")
 

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 
+from srbval.cli.data_settings import settings_of
 from srbval.cli.output import print_json, print_table
-from srbval.recordings.registry import Coverage, Listing, Status, add, fetch, listing, verify
+from srbval.recordings.plain_text import plain_text
+from srbval.recordings.registry import Coverage, Listing, RegisteredRecording, Status, add, fetch, listing, verify
 from srbval.report.progress import Progress
 
 CHANGED = 1
+LONGEST_LINE = 4000
 
 
 def run(options: argparse.Namespace) -> int:
@@ -33,7 +37,7 @@ def _do(options: argparse.Namespace) -> Listing:
             progress.update(task, done / max(total, 1))
 
         if options.action == "add":
-            return add(options.folder, progress=shown)
+            return add(options.folder, progress=shown, repin=options.repin, settings=settings_of(options))
         if options.action == "verify":
             return verify(progress=shown)
         return fetch(options.name, options.output, progress=shown)
@@ -55,12 +59,23 @@ def _print(result: Listing) -> None:
         for r in result.recordings
     ]
     print_table(("file", "data set", "state", "radial kN", "axial kN", "rpm", "Hz", "s", "status"), rows)
-    for recording in result.recordings:
-        if recording.reason:
-            print(f"{recording.file}: {recording.reason}")
+    _print_reasons(result.recordings)
     for covered in result.coverage:
         _print_grid(covered)
     print(f"\n{len(rows)} files in {result.manifest}")
+
+
+def _print_reasons(recordings: Sequence[RegisteredRecording]) -> None:
+    """Why a file is not ok or what it leaves open, files of the same reason together, and how to settle it."""
+    by_reason: dict[str, list[str]] = {}
+    for recording in recordings:
+        if recording.reason:
+            by_reason.setdefault(recording.reason, []).append(recording.file)
+    for reason, files in by_reason.items():
+        others = f" and {len(files) - 1} more" if len(files) > 1 else ""
+        print(plain_text(f"{files[0]}{others}: {reason}", LONGEST_LINE))
+    if any(r.status is Status.OK and r.reason for r in recordings):
+        print("What is to be settled: `srbval data add FILE|DIR OPTIONS` keeps it for these files.")
 
 
 def _print_grid(covered: Coverage) -> None:

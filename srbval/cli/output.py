@@ -38,4 +38,4 @@ def print_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> Non
 def _text(value: object) -> str:
     if value is None:
         return "-"
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+    return f"{value:.6g}" if isinstance(value, float) else "".join(c if c.isprintable() else "?" for c in str(value))

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
-import math
 import threading
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from srbval.errors import ConfigurationError, DataError
+from srbval.errors import DataError
 from srbval.recordings.amplitude import UNITS
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.datasets.recognise import recognise
@@ -22,8 +20,8 @@ from srbval.recordings.loaders.numpy_file import load_npy
 from srbval.recordings.raw import RawFile
 from srbval.recordings.reading import Channel, Reading
 from srbval.recordings.recording import FloatArray, Recording
+from srbval.recordings.settings import Settings, open_questions, settle
 from srbval.recordings.sniff import FileKind, sniff
-from srbval.recordings.speed import stated_speed
 
 LOADERS: dict[FileKind, Callable[[Path], RawFile]] = {
     FileKind.MATLAB_V5: load_matlab_v5,
@@ -34,7 +32,6 @@ LOADERS: dict[FileKind, Callable[[Path], RawFile]] = {
 BLOCK_BYTES = 1 << 19
 KEPT_BYTES = 1 << 27
 _THREAD = threading.local()
-USER_RPM_CI95 = 1.0  # a speed given by hand is taken as rounded to about 1 rpm
 
 
 def load_recording(
@@ -51,12 +48,12 @@ def load_recording(
     file leaves open and override what it says: `channel` by name, `fs_hz` the sampling rate [Hz], `unit`
     that of the samples in the file (see `amplitude.UNITS`), `rpm` the mean shaft speed [rpm].
     Raises `DataError` for anything that cannot be read or is ambiguous, `ConfigurationError` for an
-    impossible option. Does not estimate a speed from the vibration.
+    impossible option. Does not estimate a speed from the vibration, and does not look into the register for what
+    was settled there (`registry.load_registered` does).
     """
-    _check_options(fs_hz, unit, rpm)
+    settings = Settings(channel=channel, fs_hz=fs_hz, unit=unit, rpm=rpm)
     file = Path(path)
-    reading = read_file(file)
-    return _assemble(file, _with_options(file, reading, channel, fs_hz, unit, rpm), sha256_of(file))
+    return _assemble(file, settle(file, read_file(file), settings), sha256_of(file))
 
 
 def read_file(path: Path) -> Reading:
@@ -121,69 +118,19 @@ def sha256_of(path: Path) -> str:
         raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
 
 
-def _check_options(fs_hz: float | None, unit: str | None, rpm: float | None) -> None:
-    for name, value in (("sampling rate", fs_hz), ("shaft speed", rpm)):
-        if value is not None and not (math.isfinite(value) and value > 0):
-            raise ConfigurationError(f"{name} {value} must be a positive number.")
-    if unit is not None and unit not in UNITS:
-        raise ConfigurationError(f"unit {unit!r} is not known; known: {', '.join(UNITS)}.")
-
-
-def _with_options(
-    path: Path,
-    reading: Reading,
-    channel: str | None,
-    fs_hz: float | None,
-    unit: str | None,
-    rpm: float | None,
-) -> Reading:
-    notes = list(reading.notes)
-    if fs_hz is not None:
-        notes.append(f"sampling rate {fs_hz:g} Hz given by the user")
-        reading = dataclasses.replace(reading, fs_hz=fs_hz, speed_signal=None)  # its time base was the file's
-    if rpm is not None:
-        notes.append(f"shaft speed {rpm:g} rpm given by the user")
-        reading = dataclasses.replace(
-            reading, speed=stated_speed(rpm, USER_RPM_CI95), speed_signal=None, speed_problem=None
-        )
-    if unit is not None:
-        notes.append(f"unit {unit} given by the user")
-        found = {key: dataclasses.replace(c, unit=unit) for key, c in reading.channels.items()}
-        reading = dataclasses.replace(reading, channels=found)
-    if channel is not None:
-        reading = dataclasses.replace(reading, channel=_find_channel(path, reading, channel), axes=None)
-    return dataclasses.replace(reading, notes=tuple(notes))
-
-
-def _find_channel(path: Path, reading: Reading, wanted: str) -> str:
-    for name, found in reading.channels.items():
-        if wanted in (name, found.variable):
-            return name
-    lower = [name for name in reading.channels if name.lower() == wanted.lower()]
-    if len(lower) == 1:
-        return lower[0]
-    raise DataError(f"{path}: no channel {wanted!r}; it has {', '.join(reading.channels)}.")
-
-
 def _assemble(path: Path, reading: Reading, sha256: str) -> Recording:
-    if reading.channel is None and reading.axes is None:
+    open_ = open_questions(reading)
+    if open_ or reading.fs_hz is None:
         raise DataError(
-            f"{path}: {len(reading.channels)} channels could be meant: {', '.join(reading.channels)}. "
-            f"Choose one with --channel {next(iter(reading.channels))} (in Python: channel=...)."
+            f"{path} leaves open: {'; '.join(open_)}. Give the option to `srbval analyse`, or once and for all to "
+            "`srbval data add` (in Python: channel=, fs_hz=, unit=, rpm=)."
         )
-    if reading.fs_hz is None:
-        raise DataError(
-            f"{path}: says no sampling rate. Give it with --fs HZ (in Python: fs_hz=...), "
-            "or write it into the file as a variable named fs_hz."
-        )
-    if reading.speed_problem is not None:
-        raise DataError(f"{path}: {reading.speed_problem} Say the speed with --rpm (in Python: rpm=...).")
     main = reading.channels[reading.channel or reading.axes[0]]  # type: ignore[index]
-    stored, _ = UNITS.get(main.unit, (main.unit, 1.0))
+    stored = _stored_unit(main)
     same = {
         key: c
         for key, c in reading.channels.items()
-        if len(c.samples) == len(main.samples) and UNITS.get(c.unit, (c.unit, 1.0))[0] == stored
+        if len(c.samples) == len(main.samples) and _stored_unit(c) == stored
     }
     return Recording(
         name=reading.name or path.stem,
@@ -208,9 +155,15 @@ def _assemble(path: Path, reading: Reading, sha256: str) -> Recording:
     )
 
 
+def _stored_unit(channel: Channel) -> str:
+    """The unit a recording keeps the channel's samples in."""
+    unit = channel.unit or "unknown"
+    return UNITS.get(unit, (unit, 1.0))[0]
+
+
 def _in_unit(channel: Channel) -> FloatArray:
     """The channel's own copy in the unit of the recording: a view would keep the whole file in memory."""
-    factor = UNITS.get(channel.unit, ("", 1.0))[1]
+    factor = UNITS.get(channel.unit or "unknown", ("", 1.0))[1]
     return np.array(channel.samples) if factor == 1.0 else channel.samples * factor
 
 

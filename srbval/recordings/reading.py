@@ -13,10 +13,13 @@ from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSignal, State
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Channel:
-    """Samples of one channel as stored, float64, shape [n], their unit and the bearing they belong to."""
+    """Samples of one channel as stored, float64, shape [n], their unit and the bearing they belong to.
+
+    `unit` is ``unknown`` where the data set is known to state none, None where the file should have said.
+    """
 
     samples: NDArray[np.float64]
-    unit: str = "unknown"
+    unit: str | None = None
     bearing: str | None = None
     band_hz: tuple[float, float] | None = None
     state: State | None = None

@@ -10,9 +10,9 @@ from pathlib import Path
 from srbval.bearing import DEFAULT_BEARING, Bearing, load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models.run import Run
-from srbval.recordings import Origin, Recording, State, load_recording
+from srbval.recordings import Origin, Recording, State
 from srbval.recordings.from_run import recording_from_run
-from srbval.recordings.registry import RegisteredRecording, listing, rig_recordings
+from srbval.recordings.registry import RegisteredRecording, listing, load_entry, rig_recordings
 from srbval.recordings.stand_in import write_stand_in
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.cases import PAPER_STATES, Case, paper_cases, rig_cases, variation_cases
@@ -78,7 +78,7 @@ def gather(
     bearing = load_bearing(DEFAULT_BEARING)
     printed = table6()
     registered = choose_rig_recordings(printed)
-    measured = {state: load_recording(entry.file) for state, entry in registered.items()}
+    measured = {state: load_entry(entry) for state, entry in registered.items()}
     cases = plan_cases(measured, seconds)
     runs = run_cases(cases, jobs=jobs, progress=progress)
     rig = measured | _stand_ins(set(PAPER_STATES) - set(measured), printed, stand_in_folder)

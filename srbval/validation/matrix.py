@@ -11,9 +11,9 @@ from typing import Any
 from srbval.bearing import Bearing
 from srbval.errors import SrbvalError
 from srbval.models.run import Run
-from srbval.recordings import State, load_recording
+from srbval.recordings import State
 from srbval.recordings.datasets.description import Grid, dataset
-from srbval.recordings.registry import RegisteredRecording
+from srbval.recordings.registry import RegisteredRecording, load_entry
 from srbval.recordings.registry.verbs import RIG_DATASETS
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.comparison import ComparisonVerdict, deviation_pct
@@ -112,7 +112,7 @@ def build_matrix(
     unusable = []
     for point, entry in chosen.items():
         try:
-            analyses[point] = analyse(load_recording(entry.file), bearing=bearing)
+            analyses[point] = analyse(load_entry(entry), bearing=bearing)
         except SrbvalError as error:
             unusable.append((entry.file, str(error)))
     ordered = sorted(analyses.items(), key=lambda item: item[0])

@@ -10,9 +10,9 @@ from typing import Any
 
 from srbval.bearing import load_bearing
 from srbval.errors import SrbvalError
-from srbval.recordings import Origin, State, load_recording
+from srbval.recordings import Origin, State
 from srbval.recordings.datasets.description import dataset
-from srbval.recordings.registry import RegisteredRecording, Status, healthy_baseline
+from srbval.recordings.registry import RegisteredRecording, Status, healthy_baseline, load_entry
 from srbval.recordings.registry.verbs import RIG_DATASETS
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.fault_call import FaultCall, call_fault
@@ -89,12 +89,12 @@ def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...])
         grade=None if published is None else published.of(Path(entry.file).name),
     )
     try:
-        recording = load_recording(entry.file)
+        recording = load_entry(entry)
         if recording.bearing is None:
             return dataclasses.replace(record, refused="the set does not say the bearing's geometry or orders")
         analysis = analyse(recording, bearing=load_bearing(recording.bearing))
         baseline = healthy_baseline(recording, others)
-        healthy = None if baseline is None else analyse(load_recording(baseline.file), bearing=analysis.bearing)
+        healthy = None if baseline is None else analyse(load_entry(baseline), bearing=analysis.bearing)
     except SrbvalError as error:
         return dataclasses.replace(record, refused=str(error).removeprefix(f"{entry.file}: "))
     return _with_line(record, analysis, call_fault(analysis, healthy))

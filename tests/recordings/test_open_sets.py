@@ -74,7 +74,7 @@ def test_mfpt_struct(tmp_path: Path, load: object) -> None:
 def test_ims_names_its_channels(tmp_path: Path) -> None:
     path = tmp_path / "2003.10.22.12.06.24"
     np.savetxt(path, np.stack([files.vibration(seed=i) for i in range(8)], axis=1), fmt="%.3f", delimiter="\t")
-    with pytest.raises(DataError, match=r"ch1, ch2.*ch8.*--channel"):
+    with pytest.raises(DataError, match=r"which of 8 channels: --channel ch1 \| ch2.*ch8"):
         load_recording(path)
     r = load_recording(path, channel="ch3")
     assert (r.dataset, r.fs_hz, r.unit) == ("ims", 20000.0, "m/s2")

@@ -37,9 +37,11 @@ def test_text_separators(tmp_path: Path, separator: str) -> None:
 
 def test_npy_needs_a_rate(tmp_path: Path) -> None:
     np.save(tmp_path / "x.npy", files.vibration().astype(np.float32))
-    with pytest.raises(DataError, match=r"no sampling rate.*--fs.*fs_hz"):
+    with pytest.raises(DataError, match=r"no sampling rate: --fs HZ; no unit: --unit m/s2 \| .*unknown.*fs_hz="):
         load_recording(tmp_path / "x.npy")
-    r = load_recording(tmp_path / "x.npy", fs_hz=25600, rpm=600)
+    with pytest.raises(DataError, match=r"leaves open: no unit: --unit"):
+        load_recording(tmp_path / "x.npy", fs_hz=25600)
+    r = load_recording(tmp_path / "x.npy", fs_hz=25600, rpm=600, unit="unknown")
     assert (r.unit, r.samples, r.channels["data"].dtype) == ("unknown", 4096, np.float64)
 
 
@@ -48,24 +50,25 @@ def test_plain_mat_and_h5(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "b.h5", "w") as file:
         file.attrs["fs_hz"] = 8000.0
         file["group/x"] = files.vibration()
-    assert load_recording(tmp_path / "a.mat").fs_hz == 8000
+        file.attrs["unit"] = "mg"
+    assert load_recording(tmp_path / "a.mat", unit="V").fs_hz == 8000
     r = load_recording(tmp_path / "b.h5")
-    assert (r.fs_hz, r.channel) == (8000, "group.x")
+    assert (r.fs_hz, r.channel, r.unit) == (8000, "group.x", "m/s2")
 
 
 def test_two_candidates_are_named(tmp_path: Path) -> None:
     savemat(tmp_path / "a.mat", {"left": files.vibration(), "right": files.vibration(seed=1), "fs": 8000})
-    with pytest.raises(DataError, match=r"left, right.*--channel left"):
+    with pytest.raises(DataError, match=r"which of 2 channels: --channel left \| right"):
         load_recording(tmp_path / "a.mat")
-    assert load_recording(tmp_path / "a.mat", channel="right").channel == "right"
+    assert load_recording(tmp_path / "a.mat", channel="right", unit="V").channel == "right"
     with pytest.raises(DataError, match=r"no channel 'middle'; it has left, right"):
         load_recording(tmp_path / "a.mat", channel="middle")
 
 
 def test_matrix_columns_are_channels(tmp_path: Path) -> None:
     np.save(tmp_path / "m.npy", np.stack([files.vibration(seed=i) for i in range(3)]))
-    r = load_recording(tmp_path / "m.npy", channel="data[3]", fs_hz=1000)
-    np.testing.assert_array_equal(r.channels["data[3]"], files.vibration(seed=2))
+    r = load_recording(tmp_path / "m.npy", channel="data[3]", fs_hz=1000, unit="g")
+    np.testing.assert_allclose(r.channels["data[3]"], files.vibration(seed=2) * 9.80665)
 
 
 @pytest.mark.parametrize("option", [{"fs_hz": -1.0}, {"fs_hz": float("nan")}, {"rpm": 0.0}, {"unit": "furlong"}])

@@ -126,14 +126,14 @@ def test_two_sensors_are_ambiguous_and_named(tmp_path: Path) -> None:
     struct = signals["Signal_3"]
     struct["y_values"]["values"] = files.nested(struct["y_values"]["values"][0, 0][:, :2].copy())
     path = files.rig_v5(tmp_path / FULL_NAME, signals)
-    with pytest.raises(DataError, match=r"Signal_3\[1\], Signal_3\[2\].*--channel"):
+    with pytest.raises(DataError, match=r"which of 2 channels: --channel Signal_3\[1\] \| Signal_3\[2\]"):
         load_recording(path)
     assert load_recording(path, channel="Signal_3[2]").channel == "Signal_3[2]"
 
 
 def test_same_layout_from_another_rig_is_not_taken_for_this_one(tmp_path: Path) -> None:
     path = files.rig_v5(tmp_path / "gearbox_run_3.mat", files.rig_signals())
-    with pytest.raises(DataError, match=r"Signal_3\[1\].*Signal_3\[4\].*--channel"):
+    with pytest.raises(DataError, match=r"--channel Signal_3\[1\].*Signal_3\[4\]"):
         load_recording(path)
     r = load_recording(path, channel="Signal_3[4]")
     assert (r.dataset, r.bearing, r.state, r.band_hz) == (None, None, None, None)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 
 from srbval.errors import DataError
+from srbval.recordings.plain_text import plain_text
 from srbval.recordings.raw import RawFile, as_signal
 from srbval.recordings.reading import Channel, Reading
 from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSignal, SpeedSource, State
@@ -47,7 +49,7 @@ def read_own(raw: RawFile) -> Reading:
         radial_n=raw.number("radial_n"),
         axial_n=raw.number("axial_n"),
         nominal_rpm=raw.number("nominal_rpm"),
-        name=raw.text("name"),
+        name=plain_text(raw.text("name") or "") or None,
         notes=(f"{kind} written by srbval",),
     )
 
@@ -62,12 +64,18 @@ def _channels(raw: RawFile) -> dict[str, Channel]:
         channels[name] = Channel(
             samples=as_signal(array, f"{raw.path}: {variable}"),
             unit="m/s2",
-            bearing=raw.text("bearing"),
+            bearing=_bearing(raw),
             state=_state(raw),
             band_hz=_band(raw),
             variable=variable,
         )
     return channels
+
+
+def _bearing(raw: RawFile) -> str | None:
+    """The bearing's name; a path is none, so that no file sends the program to another one."""
+    text = raw.text("bearing")
+    return text if text and re.fullmatch(r"[\w .+-]{1,80}", text) and not text.endswith(".toml") else None
 
 
 def _state(raw: RawFile) -> State | None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from srbval.errors import DataError
 from srbval.recordings.amplitude import UNITS
+from srbval.recordings.plain_text import plain_text
 from srbval.recordings.raw import RawFile, as_signal
 from srbval.recordings.reading import Channel, Reading
 from srbval.recordings.recording import ShaftSpeed
@@ -30,9 +31,11 @@ def read_plain(raw: RawFile) -> Reading:
     Nothing is guessed: what no variable or attribute names stays open. Raises `DataError` if there is no
     numeric vector at all.
     """
-    channels = dict(_candidates(raw))
+    channels: dict[str, Channel] = {}
+    for name, channel in _candidates(raw):
+        channels[name if name not in channels else f"{name} ({len(channels) + 1})"] = channel
     if not channels:
-        held = ", ".join(f"{k} {getattr(v, 'shape', 'text')}" for k, v in list(raw.variables.items())[:6])
+        held = ", ".join(f"{plain_text(k)} {getattr(v, 'shape', 'text')}" for k, v in list(raw.variables.items())[:6])
         raise DataError(
             f"{raw.path}: a {raw.format} file without a numeric vector of at least {MIN_SAMPLES} samples; "
             f"it holds {held or 'nothing'}."
@@ -52,7 +55,7 @@ def _candidates(raw: RawFile) -> Iterator[tuple[str, Channel]]:
         if _TIME.fullmatch(name.lower()) or _RPM.fullmatch(name.lower()):
             continue
         samples = as_signal(column, f"{raw.path}: {name}")
-        yield name, Channel(samples=samples, unit=unit if unit in UNITS else "unknown", variable=name)
+        yield plain_text(name), Channel(samples=samples, unit=unit if unit in UNITS else None, variable=name)
 
 
 def _vectors(raw: RawFile) -> Iterator[tuple[str, NDArray[np.generic]]]:

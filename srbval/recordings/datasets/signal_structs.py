@@ -53,7 +53,8 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
     """The accelerometers and the speed signal of the file; None if it has no such struct.
 
     Other rigs export the same layout: only a file with the set's own name is taken for one of its
-    recordings, with its bearing and its choice of sensor. Of others both stay open.
+    recordings, with its bearing and its choice of sensor. Of others both stay open. A recording of the set whose
+    sensors are laid out otherwise leaves the sensor open; the one the user chooses is the tested bearing's.
     """
     names = [m[1] for variable in raw.variables if (m := _STRUCT.fullmatch(variable))]
     accelerations = [s for n in names if (s := _signal(raw, n, ACCELERATION))]
@@ -71,7 +72,7 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
         dataset=description.name if known else None,
         channels={
             name: Channel(samples=samples, unit="m/s2", bearing=bearing, state=state, variable=name)
-            if name == tested
+            if known and tested in (None, name)
             else Channel(samples=samples, unit="m/s2", variable=name)
             for name, samples in sensors.items()
         },

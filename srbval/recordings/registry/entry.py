@@ -10,6 +10,7 @@ from typing import Any
 
 from srbval.recordings.recording import Origin, State
 from srbval.recordings.registry.coverage_point import Coverage
+from srbval.recordings.settings import Settings
 
 SCHEMA_VERSION = 1
 
@@ -29,7 +30,7 @@ class RegisteredRecording:
     """A file of the register. `sha256`, `size_bytes` and `mtime_ns` are those pinned at first use.
 
     Loads in kN, `fs_hz` in Hz; what the file does not say is None. `reason` explains any status
-    but ok, and what an ok file leaves open.
+    but ok, and what an ok file leaves open. `settings` is what the user settled when registering it.
     """
 
     file: str
@@ -49,6 +50,7 @@ class RegisteredRecording:
     seconds: float | None = None
     channels: tuple[str, ...] = ()
     channel: str | None = None
+    settings: Settings | None = None
 
     def with_status(self, status: Status, reason: str | None = None) -> RegisteredRecording:
         """The same file with another status."""
@@ -60,8 +62,8 @@ class RegisteredRecording:
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> RegisteredRecording:
-        """Rebuild from `to_dict`; raises `TypeError`, `KeyError` or `ValueError` for anything else."""
-        state, origin = values.get("state"), values.get("origin")
+        """Rebuild from `to_dict`; raises what reading a manifest expects for anything else."""
+        state, origin, settings = values.get("state"), values.get("origin"), values.get("settings")
         return cls(
             **values
             | {
@@ -69,6 +71,7 @@ class RegisteredRecording:
                 "state": None if state is None else State(state),
                 "origin": None if origin is None else Origin(origin),
                 "channels": tuple(values.get("channels", ())),
+                "settings": None if settings is None else Settings(**settings),
             }
         )
 

@@ -11,15 +11,17 @@ from srbval.recordings.datasets.description import known_datasets
 from srbval.recordings.load import read_and_hash
 from srbval.recordings.reading import Reading
 from srbval.recordings.registry.entry import RegisteredRecording, Status
+from srbval.recordings.settings import Settings, open_questions, settle
 from srbval.recordings.sniff import sniff
 
 N_PER_KN = 1e3
 
 
-def inspect_file(path: Path) -> RegisteredRecording:
+def inspect_file(path: Path, settings: Settings | None = None) -> RegisteredRecording:
     """Read and hash `path`; whatever is wrong becomes a status with a reason.
 
-    A file that leaves the channel or the rate open is ok, with the question and the option as its reason.
+    `settings` settle what the file leaves open; a channel it does not have is left out and said. A file that still
+    leaves something open is ok, with the question and the option as its reason.
     """
     entry = RegisteredRecording(file=str(path), sha256="", size_bytes=0, mtime_ns=0, status=Status.OK)
     try:
@@ -31,11 +33,24 @@ def inspect_file(path: Path) -> RegisteredRecording:
         entry = replace(entry, format=sniff(path).value)
         if isinstance(reading, DataError):
             raise reading
-        return _against_published(_described(entry, reading))
+        return _against_published(_settled(entry, path, reading, settings or Settings()))
     except OSError as error:
         return entry.with_status(Status.UNREADABLE, f"cannot be read ({error.strerror})")
     except SrbvalError as error:
         return entry.with_status(_status_of(error), _reason(path, error))
+
+
+def _settled(entry: RegisteredRecording, path: Path, reading: Reading, settings: Settings) -> RegisteredRecording:
+    missing = ""
+    try:
+        reading = settle(path, reading, settings)
+    except DataError as error:
+        missing = _reason(path, error)
+        settings = replace(settings, channel=None)
+        reading = settle(path, reading, settings)
+    described = replace(_described(entry, reading), settings=settings if settings else None)
+    reasons = [text for text in (missing, described.reason) if text]
+    return replace(described, reason="; ".join(reasons) or None)
 
 
 def _described(entry: RegisteredRecording, reading: Reading) -> RegisteredRecording:
@@ -53,20 +68,14 @@ def _described(entry: RegisteredRecording, reading: Reading) -> RegisteredRecord
         seconds=None if reading.fs_hz is None else len(main.samples) / reading.fs_hz,
         channels=names,
         channel=reading.channel,
-        reason=_open_questions(reading),
+        reason=_open(reading),
     )
 
 
-def _open_questions(reading: Reading) -> str | None:
-    """What the file leaves open and the option of `srbval analyse` that settles it."""
-    questions = []
-    if reading.channel is None and reading.axes is None:
-        questions.append(f"which channel: --channel {' | '.join(reading.channels)}")
-    if reading.fs_hz is None:
-        questions.append("no sampling rate: --fs HZ")
-    if reading.speed_problem is not None:
-        questions.append(f"{reading.speed_problem} --rpm R")
-    return f"to be settled when analysed: {'; '.join(questions)}" if questions else None
+def _open(reading: Reading) -> str | None:
+    """What the file leaves open and the options that settle it."""
+    questions = open_questions(reading)
+    return f"to be settled: {'; '.join(questions)}" if questions else None
 
 
 def _against_published(entry: RegisteredRecording) -> RegisteredRecording:

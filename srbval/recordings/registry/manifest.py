@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO
 
-from srbval.errors import DataError
+from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.registry.entry import SCHEMA_VERSION, RegisteredRecording
 from srbval.recordings.registry.home import home_folder
 from srbval.storage.whole_file import whole_file
@@ -36,7 +36,7 @@ def read_manifest() -> Entries:
         return {}
     except OSError as error:
         raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, ConfigurationError) as error:
         raise DataError(
             f"{path}: not a manifest of srbval ({error}). Move it away and register your folders again."
         ) from None

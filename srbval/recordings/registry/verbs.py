@@ -16,6 +16,7 @@ from srbval.recordings.registry.entry import Listing, RegisteredRecording, Statu
 from srbval.recordings.registry.home import recordings_folder
 from srbval.recordings.registry.inspect import inspect_file
 from srbval.recordings.registry.manifest import Entries, manifest_path, read_manifest, update_manifest
+from srbval.recordings.settings import Settings
 
 Progress = Callable[[int, int, str], None]  # bytes done, bytes in all, file at hand
 
@@ -23,15 +24,23 @@ MAX_WORKERS = 4
 RIG_DATASETS = ("torino-full", "torino-excerpts")  # the longer recordings first
 
 
-def add(folder: str | Path, *, progress: Progress | None = None, repin: bool = False) -> Listing:
+def add(
+    folder: str | Path,
+    *,
+    progress: Progress | None = None,
+    repin: bool = False,
+    settings: Settings | None = None,
+) -> Listing:
     """Register every file under `folder` (or one file); nothing is copied.
 
     A file seen for the first time is pinned with its SHA-256; one that differs from its pin is reported as
-    changed and keeps the pin, unless `repin`. Files that are no recording stay in the list with a reason.
+    changed and keeps the pin, unless `repin`. `settings` are kept for each of the files and used whenever one is
+    loaded; without any, those kept before stay (`repin` forgets them). Files that are no recording stay in the list
+    with a reason.
     Raises `DataError` for a folder that is not there or a manifest that cannot be written.
     """
     files = _files_under(Path(folder))
-    seen = _inspect(files, {} if repin else read_manifest(), progress)
+    seen = _inspect(files, {} if repin else read_manifest(), progress, settings)
     merged: Entries = {}
 
     def change(entries: Entries) -> None:
@@ -109,14 +118,22 @@ def _walk(folder: Path) -> Iterator[Path]:
         yield from (Path(parent, name) for name in names if not name.startswith("."))
 
 
-def _inspect(files: list[Path], known: Entries, progress: Progress | None) -> list[RegisteredRecording]:
-    """Each file looked at; one whose size and time of change are those pinned is taken from `known`."""
+def _inspect(
+    files: list[Path], known: Entries, progress: Progress | None, settings: Settings | None = None
+) -> list[RegisteredRecording]:
+    """Each file looked at; one whose size and time of change are those pinned is taken from `known`.
+
+    New `settings` go over those kept for a file.
+    """
     sizes = [_size(path) for path in files]
     total, done, seen = sum(sizes), 0, []
 
     def look(path: Path) -> RegisteredRecording:
         pinned = known.get(str(path))
-        return pinned if pinned is not None and _untouched(pinned) else inspect_file(path)
+        kept = (pinned.settings if pinned is not None else None) or Settings()
+        if pinned is not None and not settings and _untouched(pinned):
+            return pinned
+        return inspect_file(path, settings.over(kept) if settings else kept)
 
     with ThreadPoolExecutor(min(MAX_WORKERS, os.cpu_count() or 1)) as pool:  # hashing and reading free the GIL
         for entry, size in zip(pool.map(look, files), sizes, strict=True):
@@ -152,7 +169,7 @@ def _against_pin(pinned: RegisteredRecording | None, seen: RegisteredRecording) 
 def _changed(pinned: RegisteredRecording, sha256: str) -> str:
     return (
         f"SHA-256 was {pinned.sha256[:12]}... when registered and is {sha256[:12]}... now; restore the file, "
-        "or register it anew as changed on purpose (repin)"
+        "or register it anew as changed on purpose (`srbval data add --repin`)"
     )
 
 
@@ -170,14 +187,14 @@ def _verified(entry: RegisteredRecording) -> RegisteredRecording:
             Status.TRUNCATED, f"{size} bytes where {entry.size_bytes} were registered; copy the file again"
         )
     if not entry.sha256:  # it could not even be hashed
-        return inspect_file(path)
+        return inspect_file(path, entry.settings)
     try:
         sha256 = sha256_of(path)
     except DataError as error:
         return entry.with_status(Status.UNREADABLE, str(error))
     if sha256 != entry.sha256:
         return entry.with_status(Status.CHANGED, _changed(entry, sha256))
-    return inspect_file(path) if entry.status is Status.CHANGED else entry
+    return inspect_file(path, entry.settings) if entry.status is Status.CHANGED else entry
 
 
 def _with_environment_folder(entries: Entries) -> Entries:

@@ -13,6 +13,7 @@ from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Callout, Figure, FigureGrid, Listing, Paragraph
 from srbval.report.content.names import FETCH_COMMAND
 from srbval.report.figures.matrix import HeatMap, heat_map
+from srbval.report.inline import literal
 from srbval.report.model import Section
 from srbval.report.table import Cell as TableCell
 from srbval.report.table import Column, Table, Value
@@ -41,7 +42,7 @@ def matrix_section(evidence: Evidence, folder: Path) -> Section:
         text = f"No record of the rig is registered: all {matrix.size} cells are empty. `{FETCH_COMMAND}` fills some."
         blocks.append(Callout(tone=Tone.WARNING, title="Empty", text=text))
     if matrix.unusable:
-        blocks.append(Listing(items=tuple(f"{file}: {why}" for file, why in matrix.unusable)))
+        blocks.append(Listing(items=tuple(literal(f"{file}: {why}") for file, why in matrix.unusable)))
     return Section(id="matrix", title="Validation matrix: all registered records of the rig", blocks=tuple(blocks))
 
 

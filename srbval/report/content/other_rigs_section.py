@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from srbval.recordings.datasets.description import dataset
 from srbval.report.badges import Tone
 from srbval.report.blocks import Block, Paragraph
+from srbval.report.inline import literal
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table, Value
 from srbval.validation.evidence import Evidence
@@ -59,7 +60,7 @@ def _shares(faults: Sequence[OtherRecord]) -> str:
     parts = []
     for verdict, name in ((True, "graded diagnosable"), (None, "without a grade"), (False, "graded partly or not")):
         group = [r for r in faults if r.diagnosable is verdict]
-        missed = ", ".join(r.file for r in group if not r.shown)
+        missed = ", ".join(literal(r.file) for r in group if not r.shown)
         if group:
             text = f"{sum(r.shown for r in group)} of {len(group)} race faults {name}"
             parts.append(text + (f" (not {missed})" if missed else ""))
@@ -68,7 +69,9 @@ def _shares(faults: Sequence[OtherRecord]) -> str:
 
 def _deviations(known: Sequence[OtherRecord]) -> str:
     beyond = [r for r in known if abs(r.deviation_pct or 0) > NEAR_PCT]
-    listed = ", ".join(f"{r.dataset} {r.file} ({r.deviation_pct:+.2f} ± {r.deviation_ci95_pct:.2f} %)" for r in beyond)
+    listed = ", ".join(
+        f"{r.dataset} {literal(r.file)} ({r.deviation_pct:+.2f} ± {r.deviation_ci95_pct:.2f} %)" for r in beyond
+    )
     return (
         f"Where the speed is measured or estimated, {len(known) - len(beyond)} of {len(known)} shown lines lie within "
         f"{NEAR_PCT:g} % of kinematics" + (f"; beyond it: {listed}." if beyond else ".")
@@ -87,8 +90,8 @@ def _slip_by_load(faults: Sequence[OtherRecord]) -> list[str]:
             )
             texts.append(
                 f"{dataset(name).title}: its radial loads are stated, and each line by itself gives the cage's "
-                f"deviation from kinematics: {said}. BPFI above and BPFO below kinematics at the record's own speed mean "
-                "a slipping cage, which a light load allows; a wrong speed would move both lines the same way."
+                f"deviation from kinematics: {said}. BPFI above and BPFO below kinematics at a record's own speed "
+                "mean a slipping cage, which a light load allows; a wrong speed would move both lines the same way."
             )
     return texts
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from srbval.recordings import State
 from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Callout, Paragraph
+from srbval.report.inline import literal
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table, Value
 from srbval.validation.comparison import deviation_pct
@@ -76,7 +77,8 @@ def _sums_of_one_record(evidence: Evidence) -> list[Paragraph]:
     ]
     return [
         Paragraph(
-            f"Record {name} shows both race lines by itself: BPFO + BPFI = {c.sum_hz:.3f} ± {c.sum_ci95_hz:.3f} Hz, "
+            f"Record {literal(name)} shows both race lines by itself: BPFO + BPFI = "
+            f"{c.sum_hz:.3f} ± {c.sum_ci95_hz:.3f} Hz, "
             f"{c.difference_pct:+.3f} ± {c.ci95_pct:.3f} % from {evidence.bearing.rolling_elements} times its measured "
             f"shaft speed: {'closed' if c.closed else 'not closed'}. Slip cannot move this sum, a wrong speed would."
         )

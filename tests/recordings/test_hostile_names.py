@@ -1,0 +1,113 @@
+"""Names and labels that attack whoever shows them: loaded, registered and reported as plain text."""
+
+from __future__ import annotations
+
+import json
+from datetime import UTC, datetime
+from html.parser import HTMLParser
+from pathlib import Path
+from types import SimpleNamespace
+
+import h5py
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from srbval.cli.main import main
+from srbval.recordings import load_recording
+from srbval.recordings.registry import Status, add
+from srbval.report.badges import Tone
+from srbval.report.content.other_rigs_section import other_rigs_section
+from srbval.report.html import render_html
+from srbval.report.model import Report, VerdictBox
+from srbval.validation.other_rigs import read_other_rigs
+
+from . import files
+
+SCRIPT = "<script>alert('\"1\"')</script>"
+NASTY = [
+    SCRIPT,
+    "../../etc/passwd",
+    "a" * 10_000,
+    "x\x1b[2Jy\nz\x00",
+    "' OR 1=1; --",
+    "{{7*7}}$(touch bad)",
+    "\u202egnp.x",
+]
+
+
+@pytest.fixture(autouse=True)
+def _no_environment_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("SRBVAL_RECORDINGS", raising=False)
+
+
+def hostile_hdf5(path: Path, nasty: str) -> Path:
+    with h5py.File(path, "w") as file:
+        file.attrs["fs_hz"], file.attrs["unit"], file.attrs["rpm"] = 8000.0, "g", 1200.0
+        file.attrs["name"] = file.attrs["label"] = nasty.replace("\0", "")
+        file[nasty.replace("\0", "").replace("/", "_").replace(".", "_")] = files.vibration()
+    return path
+
+
+@pytest.mark.parametrize("nasty", NASTY, ids=range(len(NASTY)))
+def test_loads_and_registers_under_a_plain_name(tmp_path: Path, nasty: str, capsys: pytest.CaptureFixture[str]) -> None:
+    path = hostile_hdf5(tmp_path / "a.h5", nasty)
+    recording = load_recording(path)
+    assert recording.channel is not None
+    assert recording.channel.isprintable()
+    assert len(recording.channel) <= 80
+    (entry,) = add(path).recordings
+    assert entry.status is Status.OK
+    assert main(["data", "list"]) == 0
+    assert "\x1b" not in capsys.readouterr().out
+    assert main(["data", "list", "--json"]) == 0
+    json.loads(capsys.readouterr().out)
+    options = ["--bearing", "skf-6205", "--band", "500", "3000"]
+    assert main(["analyse", str(path), *options]) in (0, 3)  # half a second may be too short, but is no crash
+    assert "\x1b" not in "".join(capsys.readouterr())
+    assert sorted(p.name for p in tmp_path.iterdir() if p.is_file()) == ["a.h5"]
+
+
+def test_own_file_with_hostile_texts(tmp_path: Path) -> None:
+    """A run's name and bearing come from attributes: a path in them leads nowhere."""
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        file.attrs.update({"srbval_kind": "stand-in", "fs_hz": 8000.0, "name": SCRIPT + "b" * 10_000})
+        file.attrs.update({"bearing": "../../../secret.toml", "state": "outer"})
+        file["acceleration_m_s2"] = files.vibration()
+    recording = load_recording(tmp_path / "run.h5")
+    assert recording.bearing is None
+    assert len(recording.name) <= 80
+
+
+def test_excerpt_with_hostile_label_is_of_no_state(tmp_path: Path) -> None:
+    path = files.excerpt(tmp_path / "OR_877rpm.mat", condition=SCRIPT)
+    assert load_recording(path).state is None
+
+
+class Page(HTMLParser):
+    """Tags and text of a page."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.seen: set[str] = set()
+        self.text = ""
+        self.feed(page)
+
+    def handle_starttag(self, tag: str, attrs: object) -> None:  # noqa: ARG002
+        self.seen.add(tag)
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def test_reported_as_plain_text(tmp_path: Path) -> None:
+    name = "105 **b** `c` <script>alert(1)<_script> 'q' \"r\" & \x1b[2J.mat"
+    savemat(tmp_path / name, {"X105_DE_time": files.vibration(6000)[:, None], "X105RPM": np.array([[1797]])})
+    records = read_other_rigs(add(tmp_path).recordings)
+    sections = other_rigs_section(SimpleNamespace(other_rigs=records))  # type: ignore[arg-type]
+    verdict = VerdictBox(tone=Tone.NEUTRAL, headline="made for the test")
+    page = Page(
+        render_html(Report(title="t", generated_utc=datetime.now(UTC), verdict=verdict, sections=tuple(sections)))
+    )
+    assert "script" not in page.seen
+    assert page.text.count(name.replace("\x1b", "\ufffd")) >= 2  # in the table and in the summary

@@ -1,0 +1,114 @@
+"""What the user settles when registering is kept, and used by every command that loads the file."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from srbval.cli.main import main
+from srbval.errors import ConfigurationError, DataError
+from srbval.recordings import State, load_recording
+from srbval.recordings.registry import Status, add, load_entry, load_registered, rig_recordings, verify
+from srbval.recordings.settings import Settings
+
+from . import files
+
+
+@pytest.fixture(autouse=True)
+def _no_environment_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("SRBVAL_RECORDINGS", raising=False)
+
+
+def two_columns(path: Path) -> Path:
+    np.save(path, np.stack([files.vibration(seed=i) for i in range(2)], axis=1))
+    return path
+
+
+def split_sensors(path: Path) -> Path:
+    """The rig's file name, but one struct for each accelerometer instead of one of four columns."""
+    signals = files.rig_signals()
+    for i in range(4):
+        column = files.vibration(seed=i)[:, None] * (i + 1)
+        signals[f"Signal_{3 + i}"] = files.signal_struct(column, "g", 0.1020, 1 / files.FS_HZ)
+    return files.rig_v5(path, signals)
+
+
+def test_settled_once_and_kept(tmp_path: Path) -> None:
+    path = two_columns(tmp_path / "two.npy")
+    (open_,) = add(tmp_path).recordings
+    assert "--channel data[1] | data[2]; no sampling rate: --fs HZ; no unit: --unit m/s2 |" in (open_.reason or "")
+    given = Settings(channel="data[2]", fs_hz=8000.0, unit="g")
+    (entry,) = add(path, settings=given).recordings
+    assert (entry.status, entry.reason, entry.channel, entry.fs_hz) == (Status.OK, None, "data[2]", 8000.0)
+    for again in (add(tmp_path), verify()):
+        assert again.recordings[0].settings == given
+    for recording in (load_registered(path), load_entry(verify().recordings[0])):
+        assert (recording.channel, recording.fs_hz, recording.unit) == ("data[2]", 8000.0, "m/s2")
+    with pytest.raises(DataError, match="leaves open"):
+        load_recording(path)  # the plain loader knows nothing of the register
+
+
+def test_later_options_go_over_kept_ones(tmp_path: Path) -> None:
+    path = two_columns(tmp_path / "two.npy")
+    add(path, settings=Settings(channel="data[2]", fs_hz=8000.0, unit="g"))
+    add(path, settings=Settings(fs_hz=9000.0))
+    assert load_registered(path).fs_hz == 9000.0
+    assert load_registered(path, Settings(channel="data[1]")).channel == "data[1]"
+    assert add(path, repin=True).recordings[0].settings is None
+
+
+def test_option_that_one_file_of_a_folder_has_no_use_for(tmp_path: Path) -> None:
+    two_columns(tmp_path / "two.npy")
+    np.save(tmp_path / "one.npy", files.vibration())
+    found = add(tmp_path, settings=Settings(channel="data[2]", fs_hz=8000.0, unit="g")).recordings
+    one, two = sorted(found, key=lambda r: r.file)
+    assert (two.channel, two.reason) == ("data[2]", None)
+    assert (one.status, one.channel, one.fs_hz) == (Status.OK, "data", 8000.0)
+    assert "no channel 'data[2]'; it has data" in (one.reason or "")
+
+
+def test_impossible_settings_register_nothing(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="furlong"):
+        add(two_columns(tmp_path / "two.npy"), settings=Settings(unit="furlong"))
+
+
+def test_rig_layout_that_differs_is_mapped_once(tmp_path: Path) -> None:
+    path = split_sensors(tmp_path / "IR_727rpm_124.8kN_0kN.mat")
+    with pytest.raises(DataError, match=r"which of 4 channels: --channel Signal_3\[1\] \| Signal_4\[1\]"):
+        load_recording(path)
+    add(tmp_path, settings=Settings(channel="Signal_6[1]"))
+    (entry,) = rig_recordings()
+    assert (entry.state, entry.nominal_rpm, entry.channel) == (State.INNER, 727.0, "Signal_6[1]")
+    recording = load_entry(entry)
+    assert (recording.bearing, recording.state, recording.unit) == ("skf-22240", State.INNER, "m/s2")
+    np.testing.assert_allclose(recording.channels["Signal_6[1]"], 4 * files.vibration(seed=3))
+
+
+def test_commands_share_the_options(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rng = np.random.default_rng(0)
+    path = tmp_path / "x.mat"
+    savemat(path, {"left": rng.normal(size=40000), "right": rng.normal(size=40000)})
+    analyse = ["analyse", str(path), "--bearing", "skf-6205", "--band", "500", "3000", "--json"]
+    assert main(analyse) == 3
+    assert "--channel left | right" in capsys.readouterr().err
+    given = ["--channel", "right", "--fs", "8000", "--unit", "g", "--rpm", "1500"]
+    assert main([*analyse, *given]) == 0
+    at_once = json.loads(capsys.readouterr().out)
+    assert main(["data", "add", str(tmp_path), *given, "--json"]) == 0
+    (entry,) = json.loads(capsys.readouterr().out)["recordings"]
+    assert entry["settings"] == {"channel": "right", "fs_hz": 8000.0, "unit": "g", "rpm": 1500.0}
+    assert main(analyse) == 0
+    assert json.loads(capsys.readouterr().out)["lines"] == at_once["lines"]
+
+
+def test_add_prints_how_to_settle(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for i in range(3):
+        two_columns(tmp_path / f"{i}.npy")
+    assert main(["data", "add", str(tmp_path)]) == 0
+    out = capsys.readouterr().out
+    assert "0.npy and 2 more: to be settled: which of 2 channels: --channel data[1] | data[2]" in out
+    assert "`srbval data add FILE|DIR OPTIONS`" in out
