@@ -18,7 +18,7 @@ from srbval.campaign.results_table import write_table
 from srbval.campaign.settings import Campaign
 from srbval.campaign.status import failures
 from srbval.campaign.store import Store, unfinished
-from srbval.campaign.task import FINAL, Ending, Outcome, Task
+from srbval.campaign.task import FINAL, LOST, Ending, Outcome, Task
 from srbval.errors import DataError, SrbvalError
 from srbval.scene import Scene
 
@@ -122,7 +122,7 @@ def _follow(store: Store, engine: Engine, job: Job, count: _Count) -> dict[str, 
     running = engine.run(job)
     try:
         for outcome in running:
-            if outcome.ending is Ending.CRASHED and not store.path_of(outcome.key).exists():
+            if outcome.ending in LOST and not store.path_of(outcome.key).exists():
                 outcome = _keep_crash(store, outcome)
             store.ended(outcome)
             outcomes[outcome.key] = outcome
@@ -182,6 +182,7 @@ class _Tasks:
                 scene=final_scene(self._campaign, case),
                 outputs=self._campaign.outputs,
                 path=self._store.path_of(case.key),
+                limit_s=self._campaign.limit_s(case.planned_s),
             )
 
 
@@ -191,10 +192,10 @@ def _first(campaign: Campaign, cases: Sequence[Case]) -> list[Scene]:
 
 
 def _forget_crashed(store: Store) -> None:
-    """Remove what says that a process died: such a case is tried again."""
+    """Remove what says that a process died or was ended: such a case is tried again."""
     endings = {entry["key"]: entry.get("ending") for entry in store.journal() if entry["event"] == "ended"}
     for key, ending in endings.items():
-        if ending == Ending.CRASHED.value:
+        if ending in LOST:
             store.path_of(key).unlink(missing_ok=True)
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from srbval.bench.ladder.questions import Question
 from srbval.campaign.quantities import ALL_OUTPUTS, Output
-from srbval.config.strict import build, read_toml
+from srbval.config.strict import build, quantity, read_toml
 from srbval.errors import ConfigurationError
 from srbval.scene.read import merge
 
@@ -65,7 +65,8 @@ class Campaign:
     """A campaign file. Blocks of `axes` multiply; each point runs `repeats` times, with seeds `seed`, `seed` + 1, ...
 
     `question` and `tolerance_pct` are for scenes whose model is ``auto``. `scene_file` is read before `scene` is laid
-    over it.
+    over it. A case may take `limit_factor` times its planned time, or `least_limit_s` if that is more, before its
+    process is ended; a factor of 0 sets no limit.
     """
 
     name: str
@@ -78,6 +79,8 @@ class Campaign:
     outputs: tuple[Output, ...] = (Output.SUMMARY, Output.STATISTICS)
     question: Question = Question.LINES
     tolerance_pct: float = 0.5
+    limit_factor: float = 20.0
+    least_limit_s: float = quantity("time", default=300.0)
 
     def __post_init__(self) -> None:
         if not self.name or not all(c.isalnum() or c in "-_." for c in self.name):
@@ -88,6 +91,16 @@ class Campaign:
             raise ConfigurationError(f"outputs is empty; name some of {', '.join(ALL_OUTPUTS)}.")
         if not (math.isfinite(self.tolerance_pct) and self.tolerance_pct > 0):
             raise ConfigurationError(f"tolerance_pct = {self.tolerance_pct} must be a positive number.")
+        if not (math.isfinite(self.limit_factor) and self.limit_factor >= 0):
+            raise ConfigurationError(f"limit_factor = {self.limit_factor} must be 0 (no limit) or above.")
+        if not (math.isfinite(self.least_limit_s) and self.least_limit_s > 0):
+            raise ConfigurationError(f"least_limit_s = {self.least_limit_s} must be a positive number.")
+
+    def limit_s(self, expected_s: float) -> float | None:
+        """Wall time that a case may take which should take `expected_s`; None: no limit."""
+        if not self.limit_factor:
+            return None
+        return max(self.least_limit_s, self.limit_factor * expected_s)
 
 
 def load_campaign(name: str) -> Campaign:

@@ -18,20 +18,23 @@ class Ending(enum.StrEnum):
     FAILED = "failed"  # the numerics: the run's own status is in the reason
     REFUSED = "refused"  # no run could be begun
     CRASHED = "crashed"  # its process died, or the program has a bug
+    TIMED_OUT = "timed-out"  # it took longer than its limit, so its process was ended
     UNWRITTEN = "unwritten"  # the result could not be written
 
 
 FINAL = (Ending.OK, Ending.FAILED, Ending.REFUSED)
+LOST = (Ending.CRASHED, Ending.TIMED_OUT)  # what a result file may say that is tried again all the same
 
 
 @dataclass(frozen=True, kw_only=True)
 class Task:
-    """A case to run: the scene, what is wanted of it, where its result goes."""
+    """A case to run: the scene, what is wanted of it, where its result goes; `limit_s` of wall time, None for none."""
 
     key: str
     scene: Scene
     outputs: tuple[Output, ...]
     path: Path
+    limit_s: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -225,6 +225,10 @@ def _campaign(commands: Any) -> None:
     )
     run.add_argument("--jobs", type=int, metavar="N", help="cases at a time (default: one per core)")
     run.add_argument("--address", metavar="URL", help="of a Dask scheduler that is there already")
+    run.add_argument(
+        "--limit-factor", type=_number, metavar="X", help="end a case after X times its planned time; 0: never"
+    )
+    run.add_argument("--least-limit", type=_positive, metavar="S", help="but not before this wall time [s]")
     status = _action(actions, "status", "how far a campaign is; writes its results table anew")
     status.add_argument("folder", metavar="DIR")
     export = _action(actions, "export", "labelled segments for training, in one HDF5 with a data card")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,10 @@ def _run(options: argparse.Namespace) -> int:
     from srbval.campaign.run import run_campaign
     from srbval.campaign.settings import load_campaign
 
-    campaign = load_campaign(options.campaign)
+    given = {"limit_factor": options.limit_factor, "least_limit_s": options.least_limit}
+    campaign = replace(
+        load_campaign(options.campaign), **{name: value for name, value in given.items() if value is not None}
+    )
     engine = choose_engine(options.engine, jobs=options.jobs, address=options.address)
     if options.dry_run:
         return _dry_run(campaign, engine.name, options)

@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from srbval.campaign.engines.choose import choose_engine
+from srbval.campaign.engines.engine import Job
 from srbval.campaign.engines.processes import LocalProcesses
 from srbval.campaign.engines.serial import Serial
 from srbval.campaign.run import run_campaign
@@ -180,3 +181,75 @@ def test_slurm_jobs_give_the_same(serial: Path, tmp_path: Path, monkeypatch: pyt
     found = run_campaign(small(axes=MIXED), tmp_path / "run", engine=choose_engine("slurm", jobs=2))
     assert found.engine == "slurm"
     assert content(tmp_path / "run") == content(serial)
+
+
+@pytest.mark.parametrize("name", ["local", pytest.param("dask", marks=pytest.mark.slow)])
+def test_a_case_that_never_ends(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its process is ended, once; it fails with the reason, the others go on, and the next start tries it again."""
+    if name == "dask":
+        pytest.importorskip("distributed")
+    (tmp_path / "sitecustomize.py").write_text(
+        "import time, srbval.campaign.work as work\n"
+        "good = work._simulate\n"
+        "work._simulate = lambda scene: time.sleep(1e6) if scene.seed == 666 else good(scene)\n"
+    )
+    paths = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
+    monkeypatch.setenv("PYTHONPATH", paths)
+    axes = [{"kind": "grid", "values": {"seed": [1, 666, 2, 3]}}]
+    scene = {"model": "kinematic", "duration": "5 ms", "settle": "0 s", "defect": {"kind": "outer"}}
+    campaign = small(axes=axes, scene=scene, outputs=["summary"], limit_factor=1.0, least_limit="3 s")
+    found = run_campaign(campaign, tmp_path / "run", engine=choose_engine(name, jobs=2))
+    assert (found.cases, found.done) == (4, 4)
+    assert [(entry["case"], entry["ending"]) for entry in found.failed] == [(1, "timed-out")]
+    assert "longer than its limit of 3 s" in found.failed[0]["reason"]
+    assert "--least-limit" in found.failed[0]["reason"]
+    (tmp_path / "sitecustomize.py").unlink()
+    again = run_campaign(campaign, tmp_path / "run", engine=choose_engine("local", jobs=1))
+    assert (again.ran, again.failed) == (1, ())
+
+
+def test_what_holds_the_interpreter_is_ended_too(tmp_path: Path) -> None:
+    """A loop in a library lets no thread of Python strike; the process is then ended from outside the interpreter."""
+    code = (
+        "import sys; from pathlib import Path; from srbval.campaign import watch\n"
+        "from srbval.campaign.task import Task; from srbval.scene import paper_scene\n"
+        "watch.GRACE_S = 0.2; watch.run_task = lambda task: sum(iter(int, 1))\n"
+        "task = Task(key='a', scene=paper_scene(), outputs=(), path=Path(sys.argv[1]), limit_s=0.2)\n"
+        "watch._strike = lambda task: None\n"
+        "watch.run_watched(task)\n"
+    )
+    tree = Path(__file__).parents[2]
+    done = subprocess.run([sys.executable, "-c", code, str(tmp_path / "a.h5")], check=False, cwd=tree, timeout=60)
+    assert done.returncode == 1
+
+
+def test_the_script_of_a_slurm_job(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What dask-jobqueue would hand to sbatch: one core and one thread a job, the user's own settings kept."""
+    pytest.importorskip("dask_jobqueue")
+    import dask
+    from dask_jobqueue import SLURMCluster
+
+    made: list[tuple[str, int]] = []
+
+    def record(cluster: SLURMCluster, *_: int, jobs: int = 0) -> None:
+        made.append((cluster.job_script(), jobs))
+        if jobs:
+            raise InterruptedError
+
+    monkeypatch.setattr(SLURMCluster, "scale", record)
+    own: dict[str, Any] = {"queue": "long", "account": "bearings", "walltime": "02:00:00"}
+    own |= {"job-script-prologue": ["module load python"]}
+    job = Job(folder=Path(), first=(), tasks=[], begun=lambda _: None)
+    with dask.config.set({f"jobqueue.slurm.{k}": v for k, v in own.items()}), pytest.raises(InterruptedError):
+        list(choose_engine("slurm", jobs=3).run(job))
+    script, jobs = made[0]
+    assert jobs == 3
+    lines = script.splitlines()
+    assert lines[0].startswith("#!")
+    for wanted in ("-p long", "-A bearings", "-t 02:00:00", "--cpus-per-task=1", "-n 1"):
+        assert f"#SBATCH {wanted}" in lines, script
+    for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
+        assert f"export {variable}=1" in lines
+    assert lines.index("module load python") < lines.index("export OMP_NUM_THREADS=1")
+    assert "--nthreads 1" in lines[-1]
+    assert "dask" in lines[-1]

@@ -13,7 +13,8 @@ from srbval.campaign.case import version
 from srbval.campaign.engines.engine import ATTEMPTS, Job, Outcome, crashed
 from srbval.campaign.engines.processes import THREADS, compile_apart
 from srbval.campaign.task import Task
-from srbval.campaign.work import ready, run_task
+from srbval.campaign.watch import run_watched
+from srbval.campaign.work import ready
 from srbval.errors import ConfigurationError, DataError
 
 AHEAD = 2  # cases handed to the scheduler for each worker: none waits for the next, the scheduler holds few
@@ -42,7 +43,7 @@ class DaskCluster:
                 room = max(2, AHEAD * sum(client.nthreads().values())) - len(tasks)
                 for task in itertools.islice(waiting, max(0, room)):
                     job.begun(task.key)
-                    future = client.submit(run_task, task, key=f"srbval-{task.key}", pure=False, retries=0)
+                    future = client.submit(run_watched, task, key=f"srbval-{task.key}", pure=False, retries=0)
                     tasks[future.key] = task
                     under_way.add(future)
 
@@ -65,7 +66,9 @@ def _alone(client: Any, task: Task) -> Outcome:
     from distributed import KilledWorker
 
     try:
-        outcome: Outcome = client.submit(run_task, task, key=f"srbval-{task.key}-alone", pure=False, retries=0).result()
+        outcome: Outcome = client.submit(
+            run_watched, task, key=f"srbval-{task.key}-alone", pure=False, retries=0
+        ).result()
     except KilledWorker:
         return crashed(task.key, "its Dask worker was lost, with no other case on it")
     return outcome

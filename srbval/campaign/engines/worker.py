@@ -22,13 +22,14 @@ def main() -> None:
     os.dup2(2, 1)  # whatever a library prints must not get between the answers
     requests: queue.Queue[tuple[str, Any]] = queue.Queue()
     threading.Thread(target=_read, args=(sys.stdin.buffer, requests), daemon=True).start()
-    from srbval.campaign.work import prepare, ready, run_task
+    from srbval.campaign.watch import run_watched
+    from srbval.campaign.work import prepare, ready
 
     ready(Path())
 
     while True:
         kind, content = requests.get()
-        pickle.dump(prepare(content) if kind == "prepare" else run_task(content), answers)
+        pickle.dump(prepare(content) if kind == "prepare" else run_watched(content), answers)
         answers.flush()
 
 
