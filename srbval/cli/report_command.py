@@ -9,7 +9,6 @@ import time
 from pathlib import Path
 
 from srbval.cli.output import print_json
-from srbval.report.make import make_report
 from srbval.report.progress import Progress
 
 
@@ -17,14 +16,18 @@ def run(options: argparse.Namespace) -> int:
     """Simulate, analyse, compare, write; prints where the files are."""
     folder = Path(options.output)
     started = time.perf_counter()
-    made = make_report(
-        folder,
-        seconds=options.seconds,
-        jobs=options.jobs,
-        formats=("html", "json") if options.no_pdf else ("html", "pdf", "json"),
-        command=shlex.join(["srbval", *sys.argv[1:]]),
-        progress=Progress(),
-    )
+    with Progress() as progress:
+        progress.stage("Load the program")
+        from srbval.report.make import make_report
+
+        made = make_report(
+            folder,
+            seconds=options.seconds,
+            jobs=options.jobs,
+            formats=("html", "json") if options.no_pdf else ("html", "pdf", "json"),
+            command=shlex.join(["srbval", *sys.argv[1:]]),
+            progress=progress,
+        )
     summary = {kind: str(path) for kind, path in made.files.items()} | {"figures": str(folder / "figures")}
     if options.json:
         rows = [row.to_dict() for row in made.evidence.rows]

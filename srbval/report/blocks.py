@@ -52,13 +52,30 @@ class KeyValues:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Explore:
+    """How a page with scripts shows a figure's data again, to be zoomed and read off.
+
+    `x` and the keys of `curves` are columns of the figure's data file, the values what the reader sees; `marks`
+    are named places on the x axis; `x_per_order`, if any, is what one shaft order is on it.
+    """
+
+    x: str
+    x_label: str
+    y_label: str
+    curves: Mapping[str, str]
+    marks: tuple[tuple[str, float], ...] = ()
+    x_per_order: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class Figure:
     """A picture (SVG or PNG file) with the text that replaces it.
 
     `file` is where the picture lies now; the report keeps its own copy as ``figures/<id>.<suffix>``, and
     `data` (CSV) likewise. `label` is the bold start of the caption ("Figure 11a"). `synthetic` marks a
     stand-in: both renderers print so above the caption. A figure on its own takes the whole width of the
-    text unless `wide` is False. Raises ValueError without alt text or caption.
+    text unless `wide` is False; `explore` says how scripts may show `data`. Raises ValueError without alt text or
+    caption, or with something to explore but no data.
     """
 
     id: str
@@ -70,6 +87,7 @@ class Figure:
     label: str = ""
     badge: Badge | None = None
     wide: bool = True
+    explore: Explore | None = None
 
     def __post_init__(self) -> None:
         check_identifier(self.id, "figure")
@@ -77,6 +95,8 @@ class Figure:
             raise ValueError(f"figure {self.id!r} needs an alt text: say what the picture shows.")
         if not self.caption.strip():
             raise ValueError(f"figure {self.id!r} needs a caption.")
+        if self.explore is not None and self.data is None:
+            raise ValueError(f"figure {self.id!r} has something to explore but no data.")
         if self.file.suffix not in PICTURES:
             raise ValueError(f"figure {self.id!r}: {self.file.suffix!r} is not one of {', '.join(PICTURES)}.")
 

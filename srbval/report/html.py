@@ -1,34 +1,38 @@
-"""The report as one HTML file: no network, no scripts, pictures and data inside."""
+"""The report as one HTML file: no network, pictures and data inside, whole without its one small script."""
 
 from __future__ import annotations
 
 import base64
+import hashlib
 from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from srbval.report.model import Report
 from srbval.report.plain import as_plain
 
-# Data files above this are linked beside the page instead of carried inside it.
-EMBEDDED_DATA_BYTES = 60_000
+# What a data URI may hold as it stands, besides letters and digits: as much as the quoted attribute allows.
+_PLAIN = " !$'()*+,-./:;=?@[]^_`{|}~"
 _MEDIA_TYPES = {".svg": "image/svg+xml", ".png": "image/png", ".csv": "text/csv"}
 
 
 def render_html(report: Report) -> str:
-    """Render the whole page. All text is escaped by the template engine; pictures become data URIs.
+    """Render the whole page. All text is escaped by the template engine; pictures and data become data URIs.
 
     Raises FileNotFoundError when a figure's picture or data file is missing.
     """
     files = {f.picture_name: f.file for f in report.figures()}
     files |= {f.data_name: f.data for f in report.figures() if f.data and f.data_name}
     template = _environment().get_template("report.html.j2")
+    script = _template_text("report.js")
     return template.render(
         report=as_plain(report),
         style=_template_text("report.css"),
-        picture=partial(_data_uri, files),
-        data_link=partial(_data_link, files),
+        script=script,
+        script_hash=base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii"),
+        carried=partial(_data_uri, files),
     )
 
 
@@ -49,11 +53,9 @@ def _template_text(name: str) -> str:
 
 
 def _data_uri(files: dict[str, Path], name: str) -> str:
+    """A file as a data URI: text percent-encoded, which is smaller than base64; pictures of pixels in base64."""
     path = files[name]
-    content = base64.b64encode(path.read_bytes()).decode("ascii")
-    return f"data:{_MEDIA_TYPES[path.suffix]};base64,{content}"
-
-
-def _data_link(files: dict[str, Path], name: str) -> str:
-    """Where a click on "data" leads: inside the page for small files, beside it for large ones."""
-    return _data_uri(files, name) if files[name].stat().st_size <= EMBEDDED_DATA_BYTES else name
+    kind, content = _MEDIA_TYPES[path.suffix], path.read_bytes()
+    if kind == "image/png":
+        return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"
+    return f"data:{kind};charset=utf-8,{quote(content, safe=_PLAIN)}"

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from srbval.report.content import assemble
+from srbval.report.kernels import kernels_are_stored, store_kernels
 from srbval.report.pdf import require_typst
 from srbval.report.progress import Progress
 from srbval.report.simulation_progress import SimulationProgress
@@ -34,20 +35,33 @@ def make_report(
     """Simulate, analyse, compare, and write ``report.*`` and ``figures/`` into `folder`.
 
     `seconds` is the recorded duration of the paper's three runs, `jobs` the runs at a time (default: one a core),
-    `command` what the report names to make it again. Raises `ConfigurationError` for a duration too short or a missing
-    typst, `NumericsError` for a failed run, `DataError` for a folder that cannot be written.
+    `command` what the report names to make it again; `progress`, already entered, shows how far it is.
+
+    Raises `ConfigurationError` for a duration too short or a missing typst, `NumericsError` for a failed run,
+    `DataError` for a folder that cannot be written.
     """
     if "pdf" in formats:
         require_typst()
-    with progress or Progress(silent=True) as shown, tempfile.TemporaryDirectory(prefix="srbval-") as name:
+    from threadpoolctl import threadpool_limits
+
+    # Cases and records run side by side; threads of the libraries would only wait for each other.
+    shown = progress or Progress(silent=True)
+    with tempfile.TemporaryDirectory(prefix="srbval-") as name, threadpool_limits(1):
         scratch = Path(name)
-        shown.message("Looking for rig recordings, planning the runs, compiling the model")
-        evidence = gather(seconds=seconds, stand_in_folder=scratch, jobs=jobs, progress=SimulationProgress(shown))
-        task = shown.add("Draw the figures and write the report", total=2)
+        if not kernels_are_stored():
+            shown.stage("Compile the model, once after installation")
+            store_kernels()
+        evidence = gather(
+            seconds=seconds,
+            stand_in_folder=scratch,
+            jobs=jobs,
+            progress=SimulationProgress(shown),
+            stage=shown.stage,
+        )
+        shown.stage("Draw the figures")
         figures = scratch / "figures"
         figures.mkdir()
         report = assemble(evidence, figures, command=command)
-        shown.update(task, 1)
+        shown.stage("Write the report")
         files = write_report(report, folder, formats)
-        shown.finish(task)
     return Made(evidence=evidence, files=files)

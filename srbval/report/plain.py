@@ -5,6 +5,7 @@ Every number is formatted here and only here, so the HTML page and the PDF canno
 
 from __future__ import annotations
 
+import dataclasses
 from functools import singledispatch
 from typing import Any
 
@@ -12,6 +13,7 @@ from srbval.report import blocks
 from srbval.report.inline import printable, spans
 from srbval.report.model import Report
 from srbval.report.table import Cell, Column, Table, format_value
+from srbval.storage.strict_json import strict_json
 
 Plain = dict[str, Any]
 
@@ -82,6 +84,7 @@ def _(block: blocks.Figure) -> Plain:
         "synthetic": block.synthetic,
         "badge": block.badge.value if block.badge else None,
         "wide": block.wide,
+        "explore": None if block.explore is None else strict_json(dataclasses.asdict(block.explore)),
     }
 
 

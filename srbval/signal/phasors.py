@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,18 +38,23 @@ class Phasors:
         middle = (samples.size - 1) / 2
         longest = int(np.diff(bounds).max())
         # Within a block the turn starts from its first sample: one short table of turns serves every block.
-        turn = np.exp(-2j * np.pi * np.outer(frequency_hz / fs_hz, np.arange(longest)))
+        # Real products: the record is real, and to make it complex would cost more than all else.
+        within = np.arange(longest)
+        angle = 2 * np.pi * np.outer(frequency_hz / fs_hz, within)
+        cosine, sine = np.cos(angle), np.sin(angle)
         padded = np.zeros((bounds.size - 1, longest))
-        inside = bounds[:-1, None] + np.arange(longest)
-        valid = inside < bounds[1:, None]
-        padded[valid] = samples[inside[valid]]
+        for row, (first, end) in enumerate(pairwise(bounds)):
+            padded[row, : end - first] = samples[first:end]
+        real, imaginary, real_moment, imaginary_moment = np.split(
+            np.concatenate([cosine, -sine, cosine * within, -sine * within]) @ padded.T, 4
+        )
         start = np.exp(-2j * np.pi * np.outer(frequency_hz / fs_hz, bounds[:-1] - middle))
-        sums = (turn @ padded.T) * start
+        sums = (real + 1j * imaginary) * start
         half = (np.diff(bounds) - 1) / 2
         return cls(
             frequency_hz=frequency_hz,
             sums=sums,
-            moments=(((turn * np.arange(longest)) @ padded.T) * start - half * sums) / fs_hz,
+            moments=((real_moment + 1j * imaginary_moment) * start - half * sums) / fs_hz,
             time_s=(bounds[:-1] + half - middle) / fs_hz,
             seconds=samples.size / fs_hz,
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -63,12 +63,17 @@ class Evidence:
 
 
 def gather(
-    *, seconds: float, stand_in_folder: Path, jobs: int | None = None, progress: Progress | None = None
+    *,
+    seconds: float,
+    stand_in_folder: Path,
+    jobs: int | None = None,
+    progress: Progress | None = None,
+    stage: Callable[[str], None] = lambda _: None,
 ) -> Evidence:
     """Run the cases and analyse everything; the rig's recordings are those registered.
 
     `seconds` is the recorded duration of the paper's three runs; `stand_in_folder` receives the stand-ins'
-    files, where any are needed. Raises what simulation and loading raise.
+    files, where any are needed; `stage` is told what begins. Raises what simulation and loading raise.
     """
     if seconds < SHORTEST_S:
         raise ConfigurationError(
@@ -77,10 +82,13 @@ def gather(
         )
     bearing = load_bearing(DEFAULT_BEARING)
     printed = table6()
+    stage("Look at the registered recordings")
     registered = choose_rig_recordings(printed)
     measured = {state: load_entry(entry) for state, entry in registered.items()}
     cases = plan_cases(measured, seconds)
+    stage(f"Simulate {len(cases)} cases")
     runs = run_cases(cases, jobs=jobs, progress=progress)
+    stage("Analyse model and rig")
     rig = measured | _stand_ins(set(PAPER_STATES) - set(measured), printed, stand_in_folder)
     rig_side = {state: analyse(rig[state], bearing=bearing) for state in PAPER_STATES}
     paper = {s: analyse(recording_from_run(runs[f"paper-{s}"]), bearing=bearing) for s in PAPER_STATES}
@@ -96,11 +104,14 @@ def gather(
         line: math.hypot(*(v.bpfo_change_pct if line == "BPFO" else v.bpfi_change_pct for v in variations))
         for line in LINE_OF.values()
     }
+    stage("Fill the validation matrix")
     everything = listing().recordings
     matrix = build_matrix(
         rig_recordings(), bearing=bearing, model_runs=model_runs(jobs=jobs, progress=progress),
         model_uncertainty_pct=unsure,
     )  # fmt: skip
+    stage("Read recordings of other rigs")
+    other_rigs = read_other_rigs(everything, jobs=jobs)
     rows = (
         *published_rows(printed, paper, runs),
         *measured_rows(measured_side, beside, {s: runs[f"rig-{s}"] for s in measured}, variations),
@@ -118,7 +129,7 @@ def gather(
         variations=variations,
         registered=tuple(registered.values()),
         matrix=matrix,
-        other_rigs=read_other_rigs(everything),
+        other_rigs=other_rigs,
         slips=(*measured_records(rig_side[s] for s in measured), *table6_rows(printed, bearing)),
     )
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,6 +23,7 @@ from srbval.validation.speed_and_slip import to_cage_of
 
 LINE_OF = {State.OUTER: "BPFO", State.INNER: "BPFI", State.ROLLER: "2xBSF"}
 RACES = ("BPFO", "BPFI")
+Baselines = dict[tuple[str, str], Analysis]  # by file and bearing
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,8 +69,11 @@ class OtherRecord:
         return dataclasses.asdict(self) | {"call": call, "diagnosable": self.diagnosable}
 
 
-def read_other_rigs(registered: Sequence[RegisteredRecording]) -> tuple[OtherRecord, ...]:
-    """Every usable registered record of a known set that is not the rig's, in the order of set and file."""
+def read_other_rigs(registered: Sequence[RegisteredRecording], *, jobs: int | None = None) -> tuple[OtherRecord, ...]:
+    """Every usable registered record of a known set that is not the rig's, in the order of set and file.
+
+    `jobs` records are read at a time (default: one a core).
+    """
     others = [
         r
         for r in registered
@@ -76,10 +82,14 @@ def read_other_rigs(registered: Sequence[RegisteredRecording]) -> tuple[OtherRec
         and r.status is Status.OK
         and r.origin is Origin.MEASURED
     ]
-    return tuple(_record(r, tuple(others)) for r in sorted(others, key=lambda r: (r.dataset or "", r.file)))
+    ordered = sorted(others, key=lambda r: (r.dataset or "", r.file))
+    baselines: Baselines = {}
+    with ThreadPoolExecutor(max_workers=jobs or os.cpu_count() or 1) as pool:
+        return tuple(pool.map(lambda r: _record(r, tuple(others), baselines), ordered))
 
 
-def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...]) -> OtherRecord:
+def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...], baselines: Baselines) -> OtherRecord:
+    """Read one record; healthy ones that others are held against are read once and kept in `baselines`."""
     name, file = entry.dataset or "", "/".join(Path(entry.file).parts[-2:])
     published = dataset(name).diagnosability
     record = OtherRecord(
@@ -94,7 +104,12 @@ def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...])
             return dataclasses.replace(record, refused="the set does not say the bearing's geometry or orders")
         analysis = analyse(recording, bearing=load_bearing(recording.bearing))
         baseline = healthy_baseline(recording, others)
-        healthy = None if baseline is None else analyse(load_entry(baseline), bearing=analysis.bearing)
+        healthy = None
+        if baseline is not None:
+            key = baseline.file, analysis.bearing.name
+            healthy = baselines.get(key)
+            if healthy is None:
+                healthy = baselines[key] = analyse(load_entry(baseline), bearing=analysis.bearing)
     except SrbvalError as error:
         return dataclasses.replace(record, refused=str(error).removeprefix(f"{entry.file}: "))
     return _with_line(record, analysis, call_fault(analysis, healthy))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from datetime import UTC, datetime
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,8 +27,37 @@ from srbval.report import (
     literal,
 )
 from srbval.report.figures import acceleration_panel, envelope_spectrum_panel, fault_cursors
+from srbval.report.make import Made, make_report
+
+from .whole import SECONDS, hostile_file, write_hostile
 
 HOSTILE = '<script>alert(1)</script> "q" \'s\' #panic("x") $x$ *a* _b_ `c` @ref ../../etc \x00 漢'
+
+
+@pytest.fixture(scope="session")
+def alone(tmp_path_factory: pytest.TempPathFactory) -> tuple[Made, Path]:
+    """A report with no recording of the rig, but one of another rig under a hostile name."""
+    folder = tmp_path_factory.mktemp("alone")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SRBVAL_RECORDINGS", str(hostile_file(tmp_path_factory.mktemp("other")).parent))
+        patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
+        return make_report(folder / "report", seconds=SECONDS), folder / "report"
+
+
+@pytest.fixture(scope="session")
+def with_rig(tmp_path_factory: pytest.TempPathFactory, recordings_dir: Path) -> tuple[Made, Path]:
+    """A report with the rig's recordings registered."""
+    folder = tmp_path_factory.mktemp("rig")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SRBVAL_RECORDINGS", str(recordings_dir / "torino"))
+        patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
+        return make_report(folder / "report", seconds=SECONDS), folder / "report"
+
+
+@pytest.fixture(scope="session")
+def hostile(alone: tuple[Made, Path], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Files of a report in which every text that a recording may bring is hostile."""
+    return write_hostile(alone[0].evidence, tmp_path_factory.mktemp("hostile"))
 
 
 @pytest.fixture(scope="session")

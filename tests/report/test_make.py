@@ -8,32 +8,11 @@ from typing import Any
 
 import pytest
 
-from srbval.report.make import Made, make_report
+from srbval.report.make import Made
 
-SECONDS = 1.2  # enough to read the lines; the report itself runs 10 s
 PANELS = {
     f"fig{n}{c}" for n, letters in (("11", "abcdef"), ("12", "ab"), ("13", "ab"), ("14", "abcdef")) for c in letters
 }
-
-
-@pytest.fixture(scope="module")
-def alone(tmp_path_factory: pytest.TempPathFactory) -> tuple[Made, Path]:
-    """A report with no recording registered."""
-    folder = tmp_path_factory.mktemp("alone")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.delenv("SRBVAL_RECORDINGS", raising=False)
-        patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
-        return make_report(folder / "report", seconds=SECONDS), folder / "report"
-
-
-@pytest.fixture(scope="module")
-def with_rig(tmp_path_factory: pytest.TempPathFactory, recordings_dir: Path) -> tuple[Made, Path]:
-    """A report with the rig's recordings registered."""
-    folder = tmp_path_factory.mktemp("rig")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SRBVAL_RECORDINGS", str(recordings_dir / "torino"))
-        patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
-        return make_report(folder / "report", seconds=SECONDS, formats=("html", "json")), folder / "report"
 
 
 def document(made: tuple[Made, Path]) -> dict[str, Any]:

@@ -10,8 +10,9 @@ from srbval.report.blocks import Callout, Paragraph
 def origin_of(kept: Kept) -> Paragraph:
     """Machine, date, revision and command of a stored result."""
     origin = kept.origin
+    processor = str(origin["processor"]).replace("*", " ")
     return Paragraph(
-        f"Measured on **{origin['processor']}** ({origin['usable_cores']} cores usable), {origin['made_utc']}, "
+        f"Measured on **{processor}** ({origin['usable_cores']} cores usable), {origin['made_utc']}, "
         f"revision {origin['git_revision'] or 'of an installed copy'}, by `{origin['command']}`. This report did not "
         "measure it again: it shows the newest stored result."
     )

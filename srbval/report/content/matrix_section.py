@@ -42,7 +42,7 @@ def matrix_section(evidence: Evidence, folder: Path) -> Section:
         text = f"No record of the rig is registered: all {matrix.size} cells are empty. `{FETCH_COMMAND}` fills some."
         blocks.append(Callout(tone=Tone.WARNING, title="Empty", text=text))
     if matrix.unusable:
-        blocks.append(Listing(items=tuple(literal(f"{file}: {why}") for file, why in matrix.unusable)))
+        blocks.append(Listing(items=tuple(literal(f"{Path(file).name}: {why}") for file, why in matrix.unusable)))
     return Section(id="matrix", title="Validation matrix: all registered records of the rig", blocks=tuple(blocks))
 
 
@@ -140,7 +140,9 @@ def _table(matrix: Matrix) -> Table:
 
 
 def _remarks(matrix: Matrix) -> tuple[str, ...]:
-    return tuple(f"{CODE[c.state]} {c.nominal_rpm:g} rpm, no model line: {c.remark}" for c in matrix.cells if c.remark)
+    return tuple(
+        f"{CODE[c.state]} {c.nominal_rpm:g} rpm, no model line: {literal(c.remark)}" for c in matrix.cells if c.remark
+    )
 
 
 def _row(c: Cell) -> list[TableCell | Value]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.recordings import Origin, State
-from srbval.report.blocks import Figure, FigureGrid
+from srbval.report.blocks import Explore, Figure, FigureGrid
 from srbval.report.content.names import SIDE_NAME, STATE_NAME, badge_of, rpm_of
 from srbval.report.figures import acceleration_panel, envelope_spectrum_panel, fault_cursors, scalogram_panel
+from srbval.report.inline import literal
 from srbval.signal import Scalogram
 from srbval.signal.morlet import morlet_scalogram
 from srbval.validation.analyse import Analysis
@@ -154,11 +156,22 @@ def _spectrum_panel(name: str, letter: str, state: State, side: Side, other: Sid
         f_max_hz=SPECTRUM_HZ, y_limits=(0.0, top),
     )  # fmt: skip
     resolution = analysis.processed.spectrum.resolution_hz
-    return _figure(
+    figure = _figure(
         name, letter, analysis, files.picture, files.data,
-        f"{_who(analysis, state)}; {_band(analysis)}, resolution {resolution:.3g} Hz. {analysis.verdict}",
+        f"{_who(analysis, state)}; {_band(analysis)}, resolution {resolution:.3g} Hz. {literal(analysis.verdict)}",
         f"Envelope spectrum up to {SPECTRUM_HZ:.0f} Hz with {line} and its harmonics marked, {_who(analysis, state)}.",
     )  # fmt: skip
+    return dataclasses.replace(
+        figure,
+        explore=Explore(
+            x="frequency_hz",
+            x_label="Frequency, Hz",
+            y_label="Envelope amplitude, std. dev.",
+            curves={"amplitude": STATE_NAME[state], "healthy_amplitude": "healthy"},
+            marks=tuple((c.name, c.frequency_hz) for c in cursors),
+            x_per_order=shaft_hz,
+        ),
+    )
 
 
 def _figure_14(model: Side, rig: Side, folder: Path) -> FigureGrid:

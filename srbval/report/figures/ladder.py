@@ -43,6 +43,8 @@ def ladder_plot(folder: Path, name: str, *, rows: Sequence[Mapping[str, Any]]) -
 
 
 def _panel(axes: Any, rows: Sequence[Mapping[str, Any]], models: Sequence[str]) -> None:
+    from matplotlib.ticker import NullLocator
+
     axes.set(xscale="log", yscale="log", title=rows[0]["question"].replace("-", " ").capitalize())
     for row in rows:
         marker, colour = MARKS[models.index(row["model"]) % len(MARKS)]
@@ -54,6 +56,8 @@ def _panel(axes: Any, rows: Sequence[Mapping[str, Any]], models: Sequence[str]) 
         median, worst = (max(row[key], LEAST_PCT) for key in ("median_error_pct", "worst_error_pct"))
         axes.errorbar(row["wall_per_simulated_s"], median, yerr=[[0.0], [worst - median]], capsize=2.5,
                       elinewidth=1.1, ecolor=colour, **look)  # fmt: skip
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_minor_locator(NullLocator())
     axes.axhline(0.5, color=SOFT, lw=0.8, ls=(0, (4, 3)))
     axes.margins(x=0.12, y=0.12)
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from srbval.report.figures.decimate import block_means
-from srbval.report.figures.files import PanelFiles, save_panel
+from srbval.report.figures.files import PanelFiles, rounded, save_panel
 from srbval.report.figures.style import INK, figure_style, new_axes, row_above, stamp_stand_in, title_panel
 
 COLUMNS, ROWS, LEVELS = 320, 110, 64
@@ -136,13 +136,10 @@ def _mark_periods(axes: Any, period_ms: float, period_name: str, span: tuple[flo
 
 
 def _columns(image: FloatArray, frequency: FloatArray, span: tuple[float, float]) -> dict[str, FloatArray]:
-    """The picture's values at a coarser grid, in long form: one row for each time and frequency."""
+    """The picture's values at a coarser grid: one row a time, one column a frequency, named by it [Hz]."""
     rows = np.linspace(0, len(frequency) - 1, min(CSV_ROWS, len(frequency))).round().astype(int)
     coarse = block_means(image[rows], CSV_COLUMNS)
     n = coarse.shape[1]
     time = (np.arange(n) + 0.5) / n * span[1] / 1e3
-    return {
-        "time_s": np.tile(time, len(rows)),
-        "frequency_hz": np.repeat(frequency[rows], n),
-        "magnitude": coarse.ravel(),
-    }
+    lines = {f"magnitude_at_{f:.4g}_hz": rounded(row) for f, row in zip(frequency[rows], coarse, strict=True)}
+    return {"time_s": time} | lines

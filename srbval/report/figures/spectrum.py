@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from srbval.report.figures.cursors import Cursor
 from srbval.report.figures.decimate import extreme_indices
-from srbval.report.figures.files import PanelFiles, save_panel
+from srbval.report.figures.files import PanelFiles, rounded, save_panel
 from srbval.report.figures.style import (
     GREEN,
     HEALTHY,
@@ -49,7 +49,7 @@ def envelope_spectrum_panel(
     log_scale: bool = False,
     size: str = "wide",
 ) -> PanelFiles:
-    """Draw an envelope spectrum up to `f_max_hz`, Hz below and shaft orders on top; write picture and CSV.
+    """Draw an envelope spectrum up to `f_max_hz`, Hz below and shaft orders on top; write picture and CSV (all bins).
 
     `cursors` are the lines expected (see `fault_cursors`), `peaks` the (frequency [Hz], amplitude) found.
     `healthy` is the (frequency, amplitude) of the healthy bearing at the same speed, drawn dashed. Give
@@ -73,13 +73,18 @@ def envelope_spectrum_panel(
         title_panel(axes, origin, letter, title, pad=9.0)
         legend_above(axes, points=ORDER_LABEL_POINTS)
         stamp_stand_in(axes, origin)
-        return save_panel(figure, folder, name, _columns(frequency, height, reference, shaft_hz))
+        data = _columns(_shown(frequency_hz, amplitude, f_max_hz), healthy, shaft_hz)
+        return save_panel(figure, folder, name, data)
+
+
+def _shown(frequency_hz: ArrayLike, amplitude: ArrayLike, f_max_hz: float) -> tuple[FloatArray, FloatArray]:
+    frequency, height = np.asarray(frequency_hz, dtype=float), np.asarray(amplitude, dtype=float)
+    inside = (frequency > 0) & (frequency <= f_max_hz)
+    return frequency[inside], height[inside]
 
 
 def _plotted(frequency_hz: ArrayLike, amplitude: ArrayLike, f_max_hz: float) -> tuple[FloatArray, FloatArray]:
-    frequency, height = np.asarray(frequency_hz, dtype=float), np.asarray(amplitude, dtype=float)
-    inside = (frequency > 0) & (frequency <= f_max_hz)
-    frequency, height = frequency[inside], height[inside]
+    frequency, height = _shown(frequency_hz, amplitude, f_max_hz)
     kept = extreme_indices(height, PLOTTED_BINS)
     return frequency[kept], height[kept]
 
@@ -124,12 +129,11 @@ def _order_axis(axes: Any, shaft_hz: float) -> None:
 
 
 def _columns(
-    frequency: FloatArray,
-    height: FloatArray,
-    reference: tuple[FloatArray, FloatArray] | None,
-    shaft_hz: float,
+    shown: tuple[FloatArray, FloatArray], healthy: tuple[ArrayLike, ArrayLike] | None, shaft_hz: float
 ) -> dict[str, FloatArray]:
-    columns = {"frequency_hz": frequency, "shaft_order": frequency / shaft_hz, "amplitude": height}
-    if reference is not None:
-        columns["healthy_amplitude"] = np.interp(frequency, *reference)
+    frequency, height = shown
+    columns = {"frequency_hz": frequency, "shaft_order": frequency / shaft_hz, "amplitude": rounded(height)}
+    if healthy is not None:
+        known, below = (np.asarray(values, dtype=float) for values in healthy)
+        columns["healthy_amplitude"] = rounded(np.interp(frequency, known, below))
     return columns

@@ -107,12 +107,12 @@ def _floor(ax: Any, floor: float | None) -> None:
 
 def _ticks(axis: Any, limits: tuple[float, float]) -> None:
     """Few labelled ticks whatever the axis spans: powers of ten, or some between them where it spans little."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
     decades = math.log10(limits[1] / limits[0])
     between = (1.0,) if decades > 2.5 else (1.0, 2.0, 5.0) if decades > 0.8 else (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0)
     axis.set_major_locator(LogLocator(subs=between))
-    axis.set_minor_formatter(NullFormatter())
+    axis.set_minor_locator(NullLocator())
     if decades <= 2.5:
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 

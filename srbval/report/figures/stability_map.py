@@ -15,7 +15,7 @@ from srbval.report.figures.style import INK, SOFT, figure_style
 
 # status: (sign, face colour, ink, what it means). Light: may be read; dark: the bearing has come apart.
 LOOKS = {
-    "ok": ("✓", "#cfe8d8", "#00573f", "as the converged run"),
+    "ok": ("", "#cfe8d8", "#00573f", "as the converged run"),
     "energy-open": ("≈", "#fbe7a1", "#6b5200", "energy does not close (found by the run)"),
     "unlike-reference": ("≠", "#f3b562", "#4a2c00", "unlike the converged run (found by comparison only)"),
     "load-lost": ("↓", "#b8417a", "white", "load lost"),
@@ -84,23 +84,41 @@ def _axes(rows: int, columns: int, steps: int) -> tuple[Any, Any]:
 
 
 def _draw(ax: Any, block: MapBlock, steps_per_s: Sequence[int]) -> None:
-    from matplotlib.patches import Rectangle
-
+    places: dict[str, list[tuple[int, int]]] = {}
     for i, row in enumerate(block.statuses):
         for j, status in enumerate(row):
-            sign, face, ink, _ = LOOKS.get(status, UNKNOWN)
-            ax.add_patch(Rectangle((j, i), 1, 1, facecolor=face, edgecolor="white", lw=0.6))
-            ax.text(j + 0.5, i + 0.52, sign, color=ink, ha="center", va="center", fontsize=7)
+            places.setdefault(status, []).append((j, i))
+    for status, own in places.items():
+        _fill(ax, own, *LOOKS.get(status, UNKNOWN)[:3])
     for which, style, width in ((0, "-", 1.6), (1, (0, (2, 1.5)), 1.3)):
-        places = [_place(limits[which], steps_per_s) for limits in block.limits_s]
-        for j, place in enumerate(places):
-            ax.plot([j, j + 1], [place, place], color=INK, ls=style, lw=width, clip_on=False, solid_capstyle="butt")
+        heights = [_place(limits[which], steps_per_s) for limits in block.limits_s]
+        for j, height in enumerate(heights):
+            ax.plot([j, j + 1], [height, height], color=INK, ls=style, lw=width, clip_on=False, solid_capstyle="butt")
     ax.set(xlim=(0, len(block.statuses[0])), ylim=(len(steps_per_s), 0))
     ax.set_title(block.title, fontsize=7.5, pad=3, color=INK)
     ax.tick_params(length=0)
     ax.grid(visible=False)
     for spine in ax.spines.values():
         spine.set_visible(False)
+
+
+def _fill(ax: Any, places: Sequence[tuple[int, int]], sign: str, face: str, ink: str) -> None:
+    """All cells of one status as one path, and its sign in each: a picture of thousands of parts would be large."""
+    from matplotlib.markers import MarkerStyle
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path as Outline
+    from matplotlib.textpath import TextPath
+    from matplotlib.transforms import Affine2D
+
+    cells = [Affine2D().translate(j, i).transform_path(Outline.unit_rectangle()) for j, i in places]
+    ax.add_patch(PathPatch(Outline.make_compound_path(*cells), facecolor=face, edgecolor="white", lw=0.6))
+    if sign:
+        drawn = TextPath((0, 0), sign, size=7)
+        box = drawn.get_extents()
+        outline = Affine2D().translate(-(box.x0 + box.x1) / 2, -(box.y0 + box.y1) / 2).transform_path(drawn)
+        x, y = zip(*((j + 0.5, i + 0.5) for j, i in places), strict=True)
+        size = 2 * float(np.abs(np.asarray(outline.vertices)).max())  # a marker is scaled to its largest coordinate
+        ax.plot(x, y, ls="", marker=MarkerStyle(outline), ms=size, mew=0, color=ink)
 
 
 def _place(limit_s: float | None, steps_per_s: Sequence[int]) -> float:
@@ -136,7 +154,7 @@ def _sign(status: str, count: int) -> Any:
 
     sign, face, _, meaning = LOOKS.get(status, UNKNOWN)
     return Line2D([], [], marker="s", ls="", ms=8, mfc=face, mec=SOFT, mew=0.4,
-                  label=f"{sign}  {status}: {meaning} ({count})")  # fmt: skip
+                  label=f"{sign}  {status}: {meaning} ({count})".strip())  # fmt: skip
 
 
 def _columns(

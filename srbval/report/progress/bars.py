@@ -25,6 +25,7 @@ class Bars(Display):
             console=Console(file=stream),
         )
         self._ids: list[TaskID] = []
+        self._stage: TaskID | None = None
 
     def start(self) -> None:
         """Begin to draw."""
@@ -32,6 +33,7 @@ class Bars(Display):
 
     def stop(self) -> None:
         """Leave the bars as they are and give the terminal back."""
+        self._end_stage()
         self._bars.stop()
 
     def add(self, description: str, total: float | None) -> int:
@@ -50,3 +52,12 @@ class Bars(Display):
     def message(self, text: str) -> None:
         """Print a line above the bars."""
         self._bars.console.print(text, markup=False, highlight=False)
+
+    def stage(self, text: str) -> None:
+        """Draw a bar that moves to and fro until the next stage."""
+        self._end_stage()
+        self._stage = self._bars.add_task(text, total=None)
+
+    def _end_stage(self) -> None:
+        if self._stage is not None:
+            self._bars.update(self._stage, total=1.0, completed=1.0)

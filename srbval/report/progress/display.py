@@ -24,3 +24,6 @@ class Display:
 
     def message(self, text: str) -> None:
         """Show a line of text."""
+
+    def stage(self, text: str) -> None:
+        """Show what goes on from now on, and that it does, until the next stage."""

@@ -28,6 +28,8 @@ class Lines(Display):
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
         self._tasks: list[_Task] = []
+        self._stage: _Task | None = None
+        self._spoke_at = time.monotonic()
         self._lock = threading.Lock()
         self._stopped = threading.Event()
         self._beat = threading.Thread(target=self._keep_talking, name="srbval-progress", daemon=True)
@@ -68,11 +70,20 @@ class Lines(Display):
         with self._lock:
             self._write(text)
 
+    def stage(self, text: str) -> None:
+        """Say what goes on from now on; repeated with its time whenever nothing else is said."""
+        with self._lock:
+            self._stage = _Task(text, None, started_at=time.monotonic())
+            self._write(f"{text} ...")
+
     def _keep_talking(self) -> None:
         while not self._stopped.wait(LINE_EVERY_S / 6):
             with self._lock:
                 for entry in self._tasks:
                     self._say_if_due(entry)
+                now = time.monotonic()
+                if self._stage is not None and now - self._spoke_at >= LINE_EVERY_S * 0.8:
+                    self._write(f"{self._stage.description}: after {now - self._stage.started_at:.0f} s")
 
     def _say_if_due(self, entry: _Task) -> None:
         now = time.monotonic()
@@ -83,4 +94,5 @@ class Lines(Display):
         self._write(f"{entry.description}:{share} after {now - entry.started_at:.0f} s")
 
     def _write(self, line: str) -> None:
+        self._spoke_at = time.monotonic()
         print(line, file=self._stream, flush=True)

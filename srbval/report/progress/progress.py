@@ -52,3 +52,7 @@ class Progress:
     def message(self, text: str) -> None:
         """Show one line of text between the tasks."""
         self._display.message(text)
+
+    def stage(self, text: str) -> None:
+        """Say what goes on from now on; while nothing else is said, its time goes on being shown."""
+        self._display.stage(text)

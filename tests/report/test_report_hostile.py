@@ -1,0 +1,50 @@
+"""Text that a recording brings is shown as text, breaks no page, and writes nowhere else."""
+
+from __future__ import annotations
+
+import json
+import re
+from html import unescape
+from pathlib import Path
+
+from srbval.report.make import Made
+
+from .whole import FILE_NAME, HOSTILE, TEXT
+
+SHOWN = TEXT.replace("\x00", "\ufffd").replace("\u202e", "\ufffd")
+LARGEST_HTML, LARGEST_PDF = 6_000_000, 8_000_000
+
+
+def words(page: str) -> str:
+    return unescape(re.sub(r"<[^>]*>", "", re.sub(r"<(script|style)>.*?</\1>", "", page, flags=re.DOTALL)))
+
+
+def test_a_hostile_file_name_is_in_its_table(alone: tuple[Made, Path]) -> None:
+    page = alone[0].files["html"].read_text("utf-8")
+    assert FILE_NAME in words(page)
+    assert page.count("<script>") == 1
+
+
+def test_hostile_names_are_shown_as_they_are(hostile: dict[str, Path]) -> None:
+    page = hostile["html"].read_text("utf-8")
+    assert page.count("<script>") == 1
+    assert words(page).count(SHOWN) >= 6
+    assert "A" * 10_000 in page
+
+
+def test_hostile_names_survive_in_the_data(hostile: dict[str, Path]) -> None:
+    found = json.loads(hostile["json"].read_bytes())
+    assert found["other_rigs"][-1]["file"] == HOSTILE
+
+
+def test_nothing_is_written_elsewhere(hostile: dict[str, Path]) -> None:
+    folder = hostile["html"].parent
+    assert {p.name for p in folder.iterdir()} == {"report.html", "report.pdf", "report.json", "figures"}
+    assert {p.name for p in folder.parent.iterdir()} == {"drawn", "report"}
+    assert all(re.fullmatch(r"[a-z0-9-]+\.(svg|png|csv)", p.name) for p in (folder / "figures").iterdir())
+
+
+def test_both_files_are_small_enough(alone: tuple[Made, Path], hostile: dict[str, Path]) -> None:
+    for files in (alone[0].files, hostile):
+        assert files["html"].stat().st_size < LARGEST_HTML
+        assert files["pdf"].stat().st_size < LARGEST_PDF

@@ -1,0 +1,49 @@
+"""Whole reports of short runs, and the same evidence with names as hostile as a file can carry them."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+from scipy.io import savemat
+
+from srbval.recordings import State
+from srbval.report.content import assemble
+from srbval.report.write import write_report
+from srbval.validation.analyse import Analysis
+from srbval.validation.evidence import Evidence
+from srbval.validation.other_rigs import OtherRecord
+
+SECONDS = 1.2  # enough to read the lines; the report itself runs 10 s
+TEXT = "<script>alert(1)</script> \"q\" 's' ../../../tmp/x {{ 7*7 }} *a* **b** `c` & \x00 \u202e #panic(1)"
+HOSTILE = TEXT + "A" * 10_000
+FILE_NAME = "1_200_S1_Inner_F3_R1<script>alert(1)<script>\"q\"'s'..{{7*7}}.mat"
+
+
+def hostile_file(folder: Path) -> Path:
+    """A recording of another rig, as its data set lays it out, under a hostile name."""
+    noise = np.random.default_rng(0).normal(1.9, 0.1, 80_000)
+    path = folder / FILE_NAME
+    savemat(path, {"Fs": 40_000.0, "Rod_1": noise, "Rod_2": noise, "Rod_3": noise, "note": HOSTILE}, oned_as="column")
+    return path
+
+
+def write_hostile(evidence: Evidence, folder: Path) -> dict[str, Path]:
+    """The report of `evidence` with every text that a recording may bring replaced by a hostile one."""
+    refused = OtherRecord(dataset="cwru", file=HOSTILE, state=State.OUTER, refused=HOSTILE)
+    changed = dataclasses.replace(
+        evidence,
+        rig={state: _renamed(analysis) for state, analysis in evidence.rig.items()},
+        matrix=dataclasses.replace(evidence.matrix, unusable=((HOSTILE, HOSTILE),)),
+        other_rigs=(*evidence.other_rigs, refused),
+        slips=tuple(dataclasses.replace(s, record=HOSTILE) for s in evidence.slips),
+    )
+    figures = folder / "drawn"
+    figures.mkdir()
+    return write_report(assemble(changed, figures, command=f"srbval report -o '{TEXT}'"), folder / "report")
+
+
+def _renamed(analysis: Analysis) -> Analysis:
+    recording = dataclasses.replace(analysis.recording, name=HOSTILE, file=HOSTILE, notes=(HOSTILE,))
+    return dataclasses.replace(analysis, recording=recording)
