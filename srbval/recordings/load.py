@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-import threading
+import mmap
 from collections.abc import Callable
 from pathlib import Path
 
@@ -29,9 +29,6 @@ LOADERS: dict[FileKind, Callable[[Path], RawFile]] = {
     FileKind.NPY: load_npy,
     FileKind.TEXT: load_ascii,
 }
-BLOCK_BYTES = 1 << 19
-KEPT_BYTES = 1 << 27
-_THREAD = threading.local()
 
 
 def load_recording(
@@ -64,9 +61,8 @@ def read_file(path: Path) -> Reading:
 def read_and_hash(path: Path) -> tuple[Reading | DataError, str]:
     """`read_file` and the file's SHA-256; a refusal is returned, so that the hash is known all the same.
 
-    The large MATLAB v5 files are read from the disk once for both; their samples are good until this thread's
-    next call. Raises `DataError` for a file that
-    cannot be read at all.
+    The large MATLAB v5 files are read from the disk once for both. Raises `DataError` for a file that cannot be read
+    at all.
     """
     try:
         if sniff(path) is FileKind.MATLAB_V5:
@@ -87,26 +83,14 @@ def _or_refusal(read: Callable[[], Reading]) -> Reading | DataError:
 
 
 def contents_and_hash(path: Path) -> tuple[memoryview, str]:
-    """The file's bytes and their SHA-256, hexadecimal; each block is hashed while it is still in the cache.
+    """The file's bytes, mapped, and their SHA-256, hexadecimal: nothing is copied.
 
-    The bytes are this thread's until its next call: memory that is used again costs no new pages.
+    As with every mapped file, one that another program cuts short in this very moment ends the process; the register
+    is written whole or not at all, so nothing of it is lost.
     """
-    digest, at = hashlib.sha256(), 0
-    with path.open("rb", buffering=0) as stream:
-        room = _room(path.stat().st_size)
-        while count := stream.readinto(room[at : at + BLOCK_BYTES]):
-            digest.update(room[at : at + count])
-            at += count
-    return room[:at], digest.hexdigest()
-
-
-def _room(size: int) -> memoryview:
-    """At least `size` bytes of this thread's own, those of its last call where they are enough."""
-    kept: memoryview | None = getattr(_THREAD, "room", None)
-    if kept is None or len(kept) < size:
-        kept = np.empty(size, dtype=np.uint8).data
-        _THREAD.room = kept if size <= KEPT_BYTES else None
-    return kept
+    with path.open("rb") as stream:
+        contents = memoryview(mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ))
+    return contents, hashlib.sha256(contents).hexdigest()
 
 
 def sha256_of(path: Path) -> str:
