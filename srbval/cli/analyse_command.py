@@ -12,8 +12,10 @@ from srbval.errors import ConfigurationError, DataError
 from srbval.recordings import Recording
 from srbval.recordings.registry import healthy_baseline, load_registered
 from srbval.recordings.settings import Settings
+from srbval.signal import BandFilter
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.fault_call import FaultCall, call_fault
+from srbval.validation.pipeline import SQUARED_UNIT
 
 COLUMNS = ("line", "harmonic", "kinematic Hz", "found Hz", "± 95 %", "deviation %", "line/noise", "false alarm",
            "detected")  # fmt: skip
@@ -25,7 +27,10 @@ def run(options: argparse.Namespace) -> int:
     recording = load_registered(options.file, settings_of(options))
     bearing = load_bearing(options.bearing or _bearing_of(recording))
     band = (options.band[0], options.band[1]) if options.band else None
-    result = analyse(recording, bearing=bearing, band_hz=band)
+    chosen = BandFilter(options.filter)
+    result = analyse(
+        recording, bearing=bearing, band_hz=band, band_filter=chosen, choose_on_record=options.auto_band
+    )
     call = _call(result)
     if options.json:
         print_json(_selected(result, options.defect) | {"fault": call.to_dict()})
@@ -45,7 +50,12 @@ def _call(result: Analysis) -> FaultCall:
         healthy = None
     if healthy is None:
         return call_fault(result)
-    return call_fault(result, analyse(healthy, bearing=result.bearing, band_hz=result.processed.band_hz))
+    return call_fault(result, _same_band(healthy, result))
+
+
+def _same_band(healthy: Recording, result: Analysis) -> Analysis:
+    shown = result.processed
+    return analyse(healthy, bearing=result.bearing, band_hz=shown.band_hz, band_filter=shown.band_filter)
 
 
 def _bearing_of(recording: Recording) -> str:
@@ -65,12 +75,15 @@ def _selected(result: Analysis, defect: str | None) -> dict[str, object]:
 
 
 def _print(result: Analysis, defect: str | None) -> None:
-    recording, speed, band = result.recording, result.speed, result.processed.band_hz
+    recording, speed, shown = result.recording, result.speed, result.processed
     print(f"{recording.file}: {recording.origin.value}, {recording.seconds:.3g} s at {recording.fs_hz:g} Hz")
     print(
         f"{result.bearing.title}; shaft {speed.value_hz * 60:.3f} ± {speed.ci95_hz * 60:.3f} rpm "
-        f"({speed.source.value}); band {band[0]:g}-{band[1]:g} Hz\n"
+        f"({speed.source.value})"
     )
+    print(f"band {shown.chain}; {result.band.why}")
+    print(f"lines from the squared envelope, {SQUARED_UNIT} (1 = {shown.scale:.4g} {recording.unit})")
+    print(f"{shown.tracking.why}\n")
     wanted = LINES_OF[defect] if defect else ("",)
     lines = [line for line in result.lines if line.name.startswith(wanted)]
     print_table(

@@ -119,6 +119,18 @@ def _analyse(commands: Any) -> None:
     _settings(command)
     command.add_argument("--band", nargs=2, type=_number, metavar=("LO", "HI"), help="demodulation band [Hz]")
     command.add_argument(
+        "--auto-band",
+        action="store_true",
+        help="take the most impulsive band of the record itself; every band tried counts in the false-alarm "
+        "probabilities",
+    )
+    command.add_argument(
+        "--filter",
+        choices=("butterworth", "brick-wall"),
+        default="butterworth",
+        help="how the band is cut out (default: %(default)s)",
+    )
+    command.add_argument(
         "--defect", choices=("outer", "inner", "roller", "cage"), help="print the lines of this part only"
     )
 

@@ -10,6 +10,7 @@ from srbval.bearing import Bearing
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.recording import Recording, ShaftSpeed, SpeedSource
 from srbval.signal import BandFilter, Periodogram
+from srbval.validation.band_choice import BandChoice, auto_band, declared_band, with_trials
 from srbval.validation.closure import Closure, close
 from srbval.validation.families import highest_line_hz
 from srbval.validation.lines import Line, read_lines
@@ -39,6 +40,7 @@ class Analysis:
     bearing: Bearing
     speed: ShaftSpeed
     processed: Processed
+    band: BandChoice
     lines: tuple[Line, ...]
     closure: Closure
     verdict: str
@@ -59,6 +61,7 @@ class Analysis:
             "fs_hz": self.recording.fs_hz,
             "seconds": self.recording.seconds,
             "band_hz": list(self.processed.band_hz),
+            "band_choice": {"why": self.band.why, "trials": self.band.trials},
             "resolution_hz": 1 / self.processed.seconds,
             "chain": {
                 "filter": self.processed.band_filter.value,
@@ -96,10 +99,12 @@ def analyse(
     band_hz: tuple[float, float] | None = None,
     channel: str | None = None,
     band_filter: BandFilter = BandFilter.BUTTERWORTH,
+    choose_on_record: bool = False,
 ) -> Analysis:
     """Read the fault lines of `bearing` in `recording`.
 
-    `speed`, `band_hz` [Hz] and `channel` override what the recording says of itself. A speed that is only
+    `speed`, `band_hz` [Hz] and `channel` override what the recording says of itself. With `choose_on_record` the most
+    impulsive band of the record is taken instead, and every false-alarm probability counts the bands tried. A speed that is only
     nominal gives way to one estimated from the record, where that knows more (see `estimate_speed`). The
     envelope of the paper's chain (see `process`) is kept for figures; lines are read from its square. Where
     the speed signal drifts by more than a bin its course is followed (`choose_tracking`) and all frequencies are those
@@ -111,8 +116,20 @@ def analyse(
         raise ConfigurationError(
             f"{recording.name}: neither the file nor its data set states a shaft speed; give it with --rpm."
         )
-    tracking = choose_tracking(recording, bearing, known_speed)
-    processed = process(recording, band_hz=band_hz, channel=channel, band_filter=band_filter, tracking=tracking)
+    if choose_on_record and band_hz is not None:
+        raise ConfigurationError("a band is given and one is to be chosen on the record: leave out one of the two.")
+    band = (
+        auto_band(recording, bearing, known_speed, channel=channel)
+        if choose_on_record
+        else declared_band(recording, band_hz)
+    )
+    processed = process(
+        recording,
+        band_hz=band.band_hz,
+        channel=channel,
+        band_filter=band_filter,
+        tracking=choose_tracking(recording, bearing, known_speed),
+    )
     _check_duration(processed, known_speed)
     lines = read_lines(_periodogram(processed, bearing, known_speed), bearing, known_speed)
     if known_speed.source is SpeedSource.NOMINAL:
@@ -120,9 +137,11 @@ def analyse(
         if estimated is not None:
             known_speed = estimated
             lines = read_lines(_periodogram(processed, bearing, known_speed), bearing, known_speed)
+    lines = with_trials(lines, band.trials)
     return Analysis(
         recording=recording,
         bearing=bearing,
+        band=band,
         speed=known_speed,
         processed=processed,
         lines=lines,

@@ -166,7 +166,7 @@ def choose_band(recording: Recording, band_hz: tuple[float, float] | None) -> tu
         return RIG_BAND_HZ
     raise ConfigurationError(
         f"{recording.name}: neither the file nor its data set states a demodulation band; give --band LO HI "
-        "[Hz], about a structural resonance that the fault would excite, or --band auto."
+        "[Hz], about a structural resonance that the fault would excite, or --auto-band."
     )
 
 

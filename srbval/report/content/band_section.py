@@ -1,0 +1,112 @@
+"""The demodulation bands: how impulsive the others are, and each side's line in the other side's band."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from srbval.recordings import Origin
+from srbval.report.blocks import Figure, FigureGrid, Paragraph
+from srbval.report.content.names import SIDE_NAME, STATE_NAME, badge_of
+from srbval.report.figures.kurtogram import kurtogram_panel
+from srbval.report.model import Section
+from srbval.report.table import Cell, Column, Table, Value
+from srbval.validation.analyse import Analysis
+from srbval.validation.band_choice import band_kurtogram
+from srbval.validation.cross_band import LINE_OF, CrossBand
+from srbval.validation.evidence import Evidence
+
+TOP_HZ = 10_240.0  # both sides to the rig's Nyquist frequency
+
+
+def band_section(evidence: Evidence, crossed: tuple[CrossBand, ...], folder: Path) -> Section:
+    """Kurtograms beside the bands used, and the table of crossed bands."""
+    return Section(
+        id="bands",
+        title="Band choice: what the bands are, and what others would show",
+        blocks=(
+            Paragraph(
+                "Lines are read from the **squared envelope**, Figures 11 to 13 show the envelope (modulus) as the "
+                "paper does; "
+                f"both of {evidence.paper[next(iter(LINE_OF))].processed.chain} for the model, of "
+                f"{evidence.rig[next(iter(LINE_OF))].processed.chain} for the rig, in standard deviations of the "
+                "record. The bands are the paper's, fixed before any of these records was looked at, so they cost no "
+                "trial. A band chosen on the record that is then judged (`srbval analyse --auto-band`) counts every "
+                "band tried in its false-alarm probabilities."
+            ),
+            _kurtograms(evidence, folder),
+            _table(evidence, crossed),
+        ),
+    )
+
+
+def _kurtograms(evidence: Evidence, folder: Path) -> FigureGrid:
+    panels = [
+        _panel(f"kurtogram-{letter}", letter, analysis, folder)
+        for letter, analysis in zip(
+            "abcd", (side[s] for s in LINE_OF for side in (evidence.beside_rig, evidence.rig)), strict=False
+        )
+    ]
+    return FigureGrid(
+        figures=tuple(panels),
+        columns=2,
+        label="Kurtograms",
+        caption="Kurtosis of the complex envelope in every band of Nyquist / 2, 3, 4, 6, ..., less the 2 of Gaussian "
+        "noise; white: the band used, red dots: the most impulsive one; grey: bands that begin at zero. Each panel has "
+        "its own colours: the model has next to no noise, the rig has.",
+    )
+
+
+def _panel(name: str, letter: str, analysis: Analysis, folder: Path) -> Figure:
+    recording, band_hz = analysis.recording, analysis.processed.band_hz
+    picture = band_kurtogram(recording, analysis.bearing, analysis.speed)
+    state = STATE_NAME[recording.state] if recording.state else "state not stated"
+    best = picture.best_hz
+    files = kurtogram_panel(
+        folder, name, picture=picture, band_hz=band_hz, origin=recording.origin.value, letter=letter, title=state,
+        top_hz=min(TOP_HZ, recording.fs_hz / 2),
+    )  # fmt: skip
+    return Figure(
+        id=name,
+        label=f"Kurtogram {letter}",
+        caption=f"{SIDE_NAME[recording.origin]}, {state}: used {band_hz[0]:g} to {band_hz[1]:g} Hz; most impulsive "
+        f"{best[0]:.0f} to {best[1]:.0f} Hz, kurtosis less 2 of {picture.kurtosis.max():.3g}, of "
+        f"{picture.size} bands.",
+        alt=f"Kurtogram of the {state} record, {SIDE_NAME[recording.origin]}, with the band used outlined.",
+        file=files.picture,
+        data=files.data,
+        badge=badge_of(analysis),
+        synthetic=recording.origin is Origin.STAND_IN,
+    )
+
+
+def _table(evidence: Evidence, crossed: tuple[CrossBand, ...]) -> Table:
+    badges = {a.recording.origin.value: badge_of(a) for side in (evidence.beside_rig, evidence.rig) for a in side.values()}
+    rows: list[list[Cell | Value]] = [
+        [
+            Cell(value=STATE_NAME[row.state], badge=badges[row.origin]),
+            f"{row.band_hz[0]:g} to {row.band_hz[1]:g}{'' if row.own else ' (the other side’s)'}",
+            row.line,
+            Cell(value=row.found_hz, ci95=row.ci95_hz),
+            row.deviation_pct,
+            row.snr,
+            row.depth,
+            "yes" if row.detected else row.why or "no",
+        ]
+        for row in crossed
+    ]
+    return Table(
+        id="crossed-bands",
+        label="Crossed bands",
+        caption="Each side's fault line in its own band and in the other side's.",
+        columns=(
+            Column(title="State"),
+            Column(title="Band", unit="Hz"),
+            Column(title="Line"),
+            Column(title="Found", unit="Hz", format=".3f"),
+            Column(title="From kinematic", unit="%", format="+.3f"),
+            Column(title="Line over noise", unit="times", format=".3g"),
+            Column(title="Depth", unit="of the mean", format=".3g"),
+            Column(title="Detected"),
+        ),
+        rows=rows,
+    )

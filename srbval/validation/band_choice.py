@@ -1,0 +1,85 @@
+"""Which band a record is demodulated in, who chose it, and what a choice made on the record itself costs."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+from srbval.bearing import Bearing
+from srbval.recordings.recording import Recording, ShaftSpeed
+from srbval.signal import Kurtogram, kurtogram, normalise
+from srbval.signal.comb import FALSE_ALARM
+from srbval.validation.lines import Line
+from srbval.validation.pipeline import choose_band, one_signal
+
+# A band must hold this many harmonics of the higher race line in its envelope.
+HARMONICS_HELD = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class BandChoice:
+    """The band [Hz], who chose it, and how many bands were tried on the record itself: 1 where none was."""
+
+    band_hz: tuple[float, float]
+    why: str
+    trials: int = 1
+
+
+def declared_band(recording: Recording, band_hz: tuple[float, float] | None) -> BandChoice:
+    """The band given, or the data set's, or the paper's (see `choose_band`)."""
+    chosen = choose_band(recording, band_hz)
+    if band_hz is not None:
+        return BandChoice(band_hz=chosen, why="given")
+    by = "declared by the data set" if recording.band_hz is not None else "the paper's"
+    return BandChoice(band_hz=chosen, why=by)
+
+
+def auto_band(recording: Recording, bearing: Bearing, speed: ShaftSpeed, *, channel: str | None = None) -> BandChoice:
+    """The most impulsive band of the record itself; every band tried counts as a trial.
+
+    Impulses need not be the bearing's: one knock on the housing makes a band the most impulsive. Raises what
+    `kurtogram` raises.
+    """
+    picture = band_kurtogram(recording, bearing, speed, channel=channel)
+    return BandChoice(
+        band_hz=picture.best_hz,
+        why=f"the most impulsive of {picture.size} bands of this very record (kurtogram); false-alarm probabilities "
+        f"count {picture.size} trials",
+        trials=picture.size,
+    )
+
+
+def band_kurtogram(
+    recording: Recording, bearing: Bearing, speed: ShaftSpeed, *, channel: str | None = None
+) -> Kurtogram:
+    """Kurtogram of the signal that is analysed, of bands wide enough for `HARMONICS_HELD` of the race lines."""
+    widest = HARMONICS_HELD * max(bearing.orders.bpfo, bearing.orders.bpfi) * speed.value_hz
+    return kurtogram(normalise(one_signal(recording, channel)), recording.fs_hz, least_width_hz=widest)
+
+
+def with_trials(lines: tuple[Line, ...], trials: int) -> tuple[Line, ...]:
+    """The lines with the false-alarm probability of the best of `trials` bands, and detected by that.
+
+    1 - (1 - p)^trials: exact for independent bands, too high for bands that overlap, as these do. A sideband counts
+    only with its own line.
+    """
+    if trials == 1:
+        return lines
+    raised = [dataclasses.replace(x, false_alarm=_raised(x.false_alarm, trials)) for x in lines]
+    passed = [x.detected and x.false_alarm is not None and x.false_alarm < FALSE_ALARM for x in raised]
+    own = {x.name for x, ok in zip(raised, passed, strict=True) if ok and x.harmonic == 1}
+    return tuple(
+        dataclasses.replace(x, detected=ok and _line_of(x.name) in own) for x, ok in zip(raised, passed, strict=True)
+    )
+
+
+def _line_of(name: str) -> str:
+    """The line a sideband belongs to: ``BPFI`` of ``BPFI-fr``."""
+    return name.replace("+", "-").split("-")[0]
+
+
+def _raised(false_alarm: float | None, trials: int) -> float | None:
+    if false_alarm is None or false_alarm >= 1:
+        return false_alarm
+    return -math.expm1(trials * math.log1p(-false_alarm))
