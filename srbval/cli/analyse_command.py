@@ -28,9 +28,7 @@ def run(options: argparse.Namespace) -> int:
     bearing = load_bearing(options.bearing or _bearing_of(recording))
     band = (options.band[0], options.band[1]) if options.band else None
     chosen = BandFilter(options.filter)
-    result = analyse(
-        recording, bearing=bearing, band_hz=band, band_filter=chosen, choose_on_record=options.auto_band
-    )
+    result = analyse(recording, bearing=bearing, band_hz=band, band_filter=chosen, choose_on_record=options.auto_band)
     call = _call(result)
     if options.json:
         print_json(_selected(result, options.defect) | {"fault": call.to_dict()})
@@ -78,8 +76,7 @@ def _print(result: Analysis, defect: str | None) -> None:
     recording, speed, shown = result.recording, result.speed, result.processed
     print(f"{recording.file}: {recording.origin.value}, {recording.seconds:.3g} s at {recording.fs_hz:g} Hz")
     print(
-        f"{result.bearing.title}; shaft {speed.value_hz * 60:.3f} ± {speed.ci95_hz * 60:.3f} rpm "
-        f"({speed.source.value})"
+        f"{result.bearing.title}; shaft {speed.value_hz * 60:.3f} ± {speed.ci95_hz * 60:.3f} rpm ({speed.source.value})"
     )
     print(f"band {shown.chain}; {result.band.why}")
     print(f"lines from the squared envelope, {SQUARED_UNIT} (1 = {shown.scale:.4g} {recording.unit})")

@@ -103,13 +103,13 @@ def analyse(
 ) -> Analysis:
     """Read the fault lines of `bearing` in `recording`.
 
-    `speed`, `band_hz` [Hz] and `channel` override what the recording says of itself. With `choose_on_record` the most
-    impulsive band of the record is taken instead, and every false-alarm probability counts the bands tried. A speed that is only
-    nominal gives way to one estimated from the record, where that knows more (see `estimate_speed`). The
-    envelope of the paper's chain (see `process`) is kept for figures; lines are read from its square. Where
-    the speed signal drifts by more than a bin its course is followed (`choose_tracking`) and all frequencies are those
-    at the mean speed. Raises `ConfigurationError` where speed or band are
-    missing or impossible, `DataError` where the record is constant or too short.
+    `speed`, `band_hz` [Hz] and `channel` override what the recording says of itself. With `choose_on_record` the
+    most impulsive band of the record is taken instead, and every false-alarm probability counts the bands tried. A
+    speed that is only nominal gives way to one estimated from the record, where that knows more (see
+    `estimate_speed`). The envelope of the paper's chain (see `process`) is kept for figures; lines are read from
+    its square. Where the speed signal drifts by more than a bin its course is followed (`choose_tracking`) and all
+    frequencies are those at the mean speed. Raises `ConfigurationError` where speed or band are missing or
+    impossible, `DataError` where the record is constant or too short.
     """
     known_speed = speed if speed is not None else recording.speed
     if known_speed is None:

@@ -10,6 +10,7 @@ from typing import Any
 
 from srbval.bench.kept import CAMPAIGN_SCALE, NOISE_STUDY, SPEED_ACCURACY, STABILITY, Kept, newest
 from srbval.report.blocks import Command, KeyValues, Listing, Paragraph
+from srbval.report.content.band_section import band_section
 from srbval.report.content.campaign_section import campaign_section
 from srbval.report.content.ladder_section import ladder_data, ladder_section
 from srbval.report.content.matrix_section import matrix_section
@@ -28,6 +29,7 @@ from srbval.report.content.sum_rule_section import sum_rule_section
 from srbval.report.content.table6_section import table6_section
 from srbval.report.content.verdict_box import verdict_box
 from srbval.report.model import Report, Section
+from srbval.validation.cross_band import CrossBand, cross_bands
 from srbval.validation.evidence import Evidence
 
 SCHEMA_VERSION = 1
@@ -36,6 +38,7 @@ SCHEMA_VERSION = 1
 def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
     """Draw the figures into `figures` and build the report; `command` is the one that makes it again."""
     origin = provenance(evidence, command)
+    crossed = cross_bands(evidence.beside_rig, evidence.rig)
     kept = {kind: newest(kind) for kind in (SPEED_ACCURACY, STABILITY, NOISE_STUDY, CAMPAIGN_SCALE)}
     return Report(
         title="Simulated against measured: SKF 22240 spherical roller bearing",
@@ -49,6 +52,7 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
             speed_and_slip_section(evidence),
             matrix_section(evidence, figures),
             _figures_section(evidence, figures),
+            band_section(evidence, crossed, figures),
             *_paper_speed_section(evidence, figures),
             *other_rigs_section(evidence),
             speed_accuracy_section(kept[SPEED_ACCURACY], figures),
@@ -61,7 +65,7 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
             scene_section(evidence),
             _provenance_section(origin),
         ),
-        data=_data(evidence, origin, kept),
+        data=_data(evidence, origin, kept, crossed),
     )
 
 
@@ -155,7 +159,9 @@ def _provenance_section(origin: dict[str, Any]) -> Section:
     )
 
 
-def _data(evidence: Evidence, origin: dict[str, Any], kept: Mapping[str, Kept | None]) -> dict[str, Any]:
+def _data(
+    evidence: Evidence, origin: dict[str, Any], kept: Mapping[str, Kept | None], crossed: tuple[CrossBand, ...]
+) -> dict[str, Any]:
     """What becomes ``report.json``; `figures` is filled from the tree by the writer."""
     measured, mapped = kept[SPEED_ACCURACY], kept[STABILITY]
     analyses = {
@@ -181,6 +187,7 @@ def _data(evidence: Evidence, origin: dict[str, Any], kept: Mapping[str, Kept | 
         "detection_under_noise": _content(kept[NOISE_STUDY]).get("rows", []),
         "campaign_scale": _content(kept[CAMPAIGN_SCALE]).get("reckoned", []),
         "matrix": [cell.to_dict() for cell in evidence.matrix.cells],
+        "crossed_bands": [row.to_dict() for row in crossed],
         "other_rigs": [record.to_dict() for record in evidence.other_rigs],
         "speed_and_slip": [row.to_dict() for row in evidence.slips],
         "recordings": [entry.to_dict() for entry in evidence.registered],

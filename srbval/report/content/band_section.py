@@ -80,7 +80,9 @@ def _panel(name: str, letter: str, analysis: Analysis, folder: Path) -> Figure:
 
 
 def _table(evidence: Evidence, crossed: tuple[CrossBand, ...]) -> Table:
-    badges = {a.recording.origin.value: badge_of(a) for side in (evidence.beside_rig, evidence.rig) for a in side.values()}
+    badges = {
+        a.recording.origin.value: badge_of(a) for side in (evidence.beside_rig, evidence.rig) for a in side.values()
+    }
     rows: list[list[Cell | Value]] = [
         [
             Cell(value=STATE_NAME[row.state], badge=badges[row.origin]),

@@ -232,8 +232,9 @@ def _who(analysis: Analysis, state: State) -> str:
 
 
 def _band(analysis: Analysis) -> str:
-    low, high = analysis.processed.band_hz
-    return f"band {low:g} to {high:g} Hz"
+    shown = analysis.processed
+    low, high = shown.band_hz
+    return f"band {low:g} to {high:g} Hz ({shown.band_filter.value}), envelope the modulus, unit one standard deviation"
 
 
 def _inside(time: FloatArray) -> NDArray[np.bool_]:

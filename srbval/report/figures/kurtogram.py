@@ -39,7 +39,7 @@ def kurtogram_panel(
         figure, axes = new_axes(size)
         axes.grid(False)
         shown = _draw(axes, picture, rows)
-        widths = [float(np.diff(picture.band_hz[picture.level == level][0])[0]) for level in rows]
+        widths = [float(np.diff(picture.band_hz[picture.level == level]).max()) for level in rows]
         axes.set(xlim=(0, top / 1e3), ylim=(len(rows) - 0.5, -0.5), xlabel="Frequency, kHz", ylabel="Band width, Hz")
         axes.set_yticks(range(len(rows)), labels=[f"{width:.0f}" for width in widths])
         axes.tick_params(axis="y", labelsize=6.5)
@@ -77,9 +77,9 @@ def _outline(axes: Any, band_hz: tuple[float, float], row: float, colour: str, s
     from matplotlib.patches import Rectangle
 
     low, high = (edge / 1e3 for edge in band_hz)
-    look = {"fill": False, "ls": style, "zorder": 6, "clip_on": False}
+    look: dict[str, Any] = {"fill": False, "zorder": 6, "clip_on": False}
     axes.add_patch(Rectangle((low, row - 0.5), high - low, 1.0, edgecolor="black", lw=2.4, **look))
-    axes.add_patch(Rectangle((low, row - 0.5), high - low, 1.0, edgecolor=colour, lw=1.3, **look))
+    axes.add_patch(Rectangle((low, row - 0.5), high - low, 1.0, edgecolor=colour, lw=1.3, ls=style, **look))
 
 
 def _columns(picture: Kurtogram) -> dict[str, FloatArray]:

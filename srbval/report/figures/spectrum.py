@@ -45,7 +45,7 @@ def envelope_spectrum_panel(
     title: str = "",
     f_max_hz: float = 600.0,
     y_limits: tuple[float, float] | None = None,
-    y_label: str = "Envelope amplitude, std. dev.",
+    y_label: str = "Envelope (modulus), std. dev.",
     log_scale: bool = False,
     size: str = "wide",
 ) -> PanelFiles:

@@ -1,0 +1,103 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from srbval.cli import main
+from srbval.errors import ConfigurationError
+from srbval.recordings import State
+from srbval.signal import BandFilter
+from srbval.signal.comb import FALSE_ALARM
+from srbval.validation.analyse import analyse
+from srbval.validation.band_choice import declared_band, with_trials
+from srbval.validation.cross_band import cross_bands
+from srbval.validation.lines import Line
+from tests.validation.test_analyse import BEARING, SHAFT_HZ, impulses, recording
+
+OUTER = recording(impulses(BEARING.orders.bpfo * SHAFT_HZ))
+NOISE = recording(np.random.default_rng(5).standard_normal(OUTER.samples))
+
+
+def first_harmonics(analysis):
+    return [x for x in analysis.lines if x.harmonic == 1 and x.false_alarm is not None]
+
+
+@pytest.mark.parametrize("record", [OUTER, NOISE], ids=["fault", "noise"])
+def test_a_band_chosen_on_the_record_pays_for_every_band_tried(record):
+    chosen = analyse(record, bearing=BEARING, choose_on_record=True)
+    assert chosen.band.trials > 20
+    assert str(chosen.band.trials) in chosen.to_dict()["band_choice"]["why"]
+    given = analyse(record, bearing=BEARING, band_hz=chosen.processed.band_hz)
+    assert given.band.trials == 1
+    for dear, free in zip(first_harmonics(chosen), first_harmonics(given), strict=True):
+        assert dear.false_alarm == pytest.approx(1 - (1 - free.false_alarm) ** chosen.band.trials, rel=1e-6, abs=1e-12)
+
+
+def test_the_ringing_band_is_chosen_and_the_fault_still_found():
+    chosen = analyse(OUTER, bearing=BEARING, choose_on_record=True)
+    low, high = chosen.processed.band_hz
+    assert low < 2000 < high
+    assert chosen.line("BPFO").detected
+
+
+def test_a_line_that_the_trials_explain_is_no_longer_detected_nor_are_its_sidebands():
+    line = Line(name="BPFI", harmonic=1, kinematic_hz=100.0, false_alarm=0.2 * FALSE_ALARM, detected=True)
+    side = dataclasses.replace(line, name="BPFI+fr", false_alarm=1e-9)
+    assert all(x.detected for x in with_trials((line, side), 1))
+    assert all(x.detected for x in with_trials((line, side), 4))
+    assert not any(x.detected for x in with_trials((line, side), 6))
+
+
+def test_trials_keep_the_stated_rate_where_the_best_of_many_bands_is_taken():
+    """Without them, the best of 44 readings of noise is "significant" at 1 % in a third of all records."""
+    rng = np.random.default_rng(1)
+    best = rng.uniform(size=(4000, 44)).min(axis=1)
+    assert np.mean(best < 0.01) > 0.3
+    lines = with_trials(tuple(Line(name="BPFO", harmonic=1, kinematic_hz=1.0, false_alarm=float(p)) for p in best), 44)
+    assert np.mean([x.false_alarm < 0.01 for x in lines]) == pytest.approx(0.01, abs=0.005)
+
+
+def test_a_band_given_and_one_chosen_are_refused_together():
+    with pytest.raises(ConfigurationError, match="leave out one"):
+        analyse(OUTER, bearing=BEARING, band_hz=(1000.0, 2000.0), choose_on_record=True)
+
+
+def test_who_chose_the_band_is_said():
+    assert declared_band(OUTER, None).why == "declared by the data set"
+    assert declared_band(OUTER, (1000.0, 2000.0)).why == "given"
+    assert declared_band(dataclasses.replace(OUTER, band_hz=None, bearing="skf-22240"), None).why == "the paper's"
+
+
+def test_each_side_is_read_in_the_other_s_band():
+    model = analyse(OUTER, bearing=BEARING, band_hz=(500.0, 1500.0))
+    rig = analyse(OUTER, bearing=BEARING)
+    rows = cross_bands({State.OUTER: model}, {State.OUTER: rig})
+    assert [(r.band_hz[0], r.own) for r in rows] == [(500, True), (1400, False), (1400, True), (500, False)]
+    assert rows[1].snr == pytest.approx(rig.line("BPFO").snr)
+    too_high = analyse(OUTER, bearing=BEARING, band_hz=(9000.0, 9900.0))
+    slow = dataclasses.replace(rig, recording=dataclasses.replace(rig.recording, fs_hz=10_000.0))
+    assert "Nyquist" in cross_bands({State.OUTER: too_high}, {State.OUTER: slow})[3].why
+
+
+def test_the_filter_is_named_in_the_output_and_the_brick_wall_finds_the_same_line():
+    sharp = analyse(OUTER, bearing=BEARING, band_filter=BandFilter.BRICK_WALL)
+    chain = sharp.to_dict()["chain"]
+    assert (chain["filter"], chain["read_from"]) == ("brick-wall", "squared envelope")
+    assert chain["unit"] == "squared standard deviations"
+    smooth = analyse(OUTER, bearing=BEARING).line("BPFO").found_hz
+    assert sharp.line("BPFO").found_hz == pytest.approx(smooth, rel=1e-4)
+
+
+def test_command_line_names_the_filters_that_there_are(capsys):
+    main(["analyse", "missing.mat", "--filter", "sinc"])
+    said = capsys.readouterr().err
+    assert all(f"{kind.value}" in said for kind in BandFilter)
+
+
+@pytest.mark.recordings
+def test_command_line_says_filter_envelope_unit_and_trials(recordings_dir, capsys):
+    path = recordings_dir / "torino" / "IR_877rpm_sample.mat"
+    assert main(["analyse", str(path), "--auto-band", "--filter", "brick-wall"]) == 0
+    said = capsys.readouterr().out
+    for words in ("brick wall", "squared envelope", "standard deviations", "trials", "no order tracking"):
+        assert words in said
