@@ -73,7 +73,7 @@ def _load(path: Path) -> str:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
-            load_recording(path, fs_hz=1000)
+            load_recording(path, fs_hz=1000, unit="unknown")
         except DataError as error:
             text = str(error)
             assert text.isprintable(), text
