@@ -22,7 +22,7 @@ from srbval.validation.matrix_runs import model_runs
 from srbval.validation.other_rigs import OtherRecord, read_other_rigs
 from srbval.validation.published import Table6, table6
 from srbval.validation.run_cases import Progress, run_cases
-from srbval.validation.speed_and_slip import SpeedAndSlip, measured_records, table6_rows
+from srbval.validation.speed_and_slip import SpeedAndSlip, matrix_rows, table6_rows
 from srbval.validation.sum_rule import SumRule
 from srbval.validation.table6 import LINE_OF, measured_rows, published_rows, sum_rules
 from srbval.validation.variation import Variation, variation
@@ -130,7 +130,7 @@ def gather(
         registered=tuple(registered.values()),
         matrix=matrix,
         other_rigs=other_rigs,
-        slips=(*measured_records(rig_side[s] for s in measured), *table6_rows(printed, bearing)),
+        slips=(*matrix_rows(matrix.cells, bearing), *table6_rows(printed, bearing)),
     )
 
 

@@ -33,7 +33,8 @@ class OtherRecord:
     `shown` says whether that line was detected and no other race line is deeper; for a healthy record
     whether any race line is as deep as a fault's. `grade` is the record's in the published study the set's
     description names, None without one. `cage_pct` is what the line's deviation at the record's own speed means for
-    the cage, where a race line shows: a slipping cage is negative. `refused` is why a record could not be analysed.
+    the cage, where a race line shows: a slipping cage is negative. `caution` is what the set says of this record in
+    particular, `refused` why a record could not be analysed.
     """
 
     dataset: str
@@ -56,6 +57,7 @@ class OtherRecord:
     cage_pct: float | None = None
     cage_ci95_pct: float | None = None
     call: FaultCall | None = None
+    caution: str = ""
     refused: str = ""
 
     @property
@@ -112,6 +114,8 @@ def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...],
                 healthy = baselines[key] = analyse(load_entry(baseline), bearing=analysis.bearing)
     except SrbvalError as error:
         return dataclasses.replace(record, refused=str(error).removeprefix(f"{entry.file}: "))
+    special = {r.note for r in dataset(name).records}
+    record = dataclasses.replace(record, caution="; ".join(n for n in recording.notes if n in special))
     return _with_line(record, analysis, call_fault(analysis, healthy))
 
 

@@ -6,14 +6,14 @@ import dataclasses
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from srbval.bearing import Bearing
-from srbval.recordings import State
+from srbval.recordings import Origin, State
 from srbval.recordings.datasets.description import PublishedSpeeds, dataset
-from srbval.validation.analyse import Analysis
 from srbval.validation.comparison import deviation_pct
-from srbval.validation.lines import Line
+from srbval.validation.matrix import Cell
 from srbval.validation.published import Table6
 
 # The paper reads its lines from spectra of 10 s: half a bin of 0.1 Hz is the least that its values can be off.
@@ -94,27 +94,22 @@ def to_cage_of(line: str, bearing: Bearing) -> float:
     return {"BPFO": 1.0, "BPFI": -bearing.orders.bpfi / bearing.orders.bpfo}[line]
 
 
-def measured_records(analyses: Iterable[Analysis]) -> Iterator[SpeedAndSlip]:
-    """The race line of each faulted record that shows it, counted from the record's nominal speed."""
-    for analysis in analyses:
-        name = RACE.get(analysis.recording.state) if analysis.recording.state else None
-        nominal = analysis.recording.nominal_rpm
-        if name is None or nominal is None:
-            continue
-        line: Line = analysis.line(name)
-        if not line.detected or line.found_hz is None:
+def matrix_rows(cells: Iterable[Cell], bearing: Bearing) -> Iterator[SpeedAndSlip]:
+    """The race line of each faulted record of the rig that shows it, counted from the record's nominal speed."""
+    for cell in cells:
+        if cell.state not in RACE or not cell.detected or cell.rig_hz is None:
             continue
         yield take_apart(
-            record=analysis.recording.name,
-            origin=analysis.recording.origin.value,
-            line=name,
-            bearing=analysis.bearing,
-            found_hz=line.found_hz,
-            found_ci95_hz=line.ci95_hz or 0.0,
-            reference_rpm=nominal,
-            shaft_rpm=60 * analysis.speed.value_hz,
-            shaft_ci95_rpm=60 * analysis.speed.ci95_hz,
-            speed_source=analysis.speed.source.value,
+            record=Path(cell.file).stem,
+            origin=Origin.MEASURED.value,
+            line=cell.line,
+            bearing=bearing,
+            found_hz=cell.rig_hz,
+            found_ci95_hz=cell.rig_ci95_hz or 0.0,
+            reference_rpm=cell.nominal_rpm,
+            shaft_rpm=cell.shaft_rpm,
+            shaft_ci95_rpm=cell.speed_ci95_rpm,
+            speed_source=cell.speed_source,
         )
 
 

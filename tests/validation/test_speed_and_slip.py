@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 
 from srbval.bearing import load_bearing
 from srbval.recordings import State
 from srbval.validation.published import table6
-from srbval.validation.speed_and_slip import one_speed_reading, published_rpm, table6_rows, take_apart
+from srbval.validation.speed_and_slip import matrix_rows, one_speed_reading, published_rpm, table6_rows, take_apart
 
 BEARING = load_bearing("skf-22240")
 
@@ -49,3 +51,26 @@ def test_the_papers_minus_one_per_cent_is_no_slip() -> None:
     rpm, cage = one_speed_reading(table6(), BEARING)
     assert rpm == pytest.approx(706.6, abs=0.1)
     assert cage > 0.5
+
+
+def cell(state: State, *, detected: bool = True) -> SimpleNamespace:
+    """What `matrix_rows` reads of a cell: 2 % slower shaft, cage as kinematics has it."""
+    line = {State.OUTER: "BPFO", State.INNER: "BPFI"}.get(state, "2xBSF")
+    order = {"BPFO": BEARING.orders.bpfo, "BPFI": BEARING.orders.bpfi}.get(line, 0.0)
+    return SimpleNamespace(
+        state=state, detected=detected, line=line, file=f"/somewhere/{state}_353rpm.mat", nominal_rpm=353.0,
+        shaft_rpm=0.98 * 353, speed_ci95_rpm=0.05, speed_source="tachometer",
+        rig_hz=order * 0.98 * 353 / 60, rig_ci95_hz=0.01,
+    )  # fmt: skip
+
+
+def test_every_faulted_record_of_the_rig_is_taken_apart() -> None:
+    cells = [cell(State.HEALTHY), cell(State.OUTER), cell(State.INNER), cell(State.OUTER, detected=False)]
+    rows = list(matrix_rows(cells, BEARING))  # type: ignore[arg-type]
+    assert [(r.record, r.line, r.origin) for r in rows] == [
+        ("outer_353rpm", "BPFO", "measured"),
+        ("inner_353rpm", "BPFI", "measured"),
+    ]
+    for row in rows:
+        assert row.speed_pct == pytest.approx(-2.0)
+        assert row.slip_pct == pytest.approx(0.0, abs=1e-9)

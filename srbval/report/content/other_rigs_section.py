@@ -74,7 +74,9 @@ def _deviations(known: Sequence[OtherRecord]) -> str:
     )
     return (
         f"Where the speed is measured or estimated, {len(known) - len(beyond)} of {len(known)} shown lines lie within "
-        f"{NEAR_PCT:g} % of kinematics" + (f"; beyond it: {listed}." if beyond else ".")
+        f"{NEAR_PCT:g} % of kinematics"
+        + (f"; beyond it: {listed}." if beyond else ".")
+        + "".join(f" {literal(r.file)}: {r.caution}." for r in beyond if r.caution)
     )
 
 
