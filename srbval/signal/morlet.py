@@ -8,14 +8,15 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from srbval.signal.scalogram import BANDWIDTH, COLUMNS, ROWS, Scalogram, check_range
+from srbval.signal.scalogram import BANDWIDTH, COLUMNS, ROWS, Scalogram, check_range, column_width
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 # The wavelet's spectrum is cut this many standard deviations from its middle: exp(-18) of its top.
 _SIGMAS = 6.0
-# Samples of a row's modulus a column's mean is taken from, at least.
-_PER_COLUMN = 8
+# A row's modulus is sampled at least so often in a column, and in the time one over the width of what is kept.
+_PER_COLUMN, _PER_WIDTH = 8, 1.5
 
 
 def morlet_scalogram(
@@ -28,50 +29,54 @@ def morlet_scalogram(
 ) -> Scalogram:
     """Complex-Morlet scalogram of `samples` [n], the same transform as `scalogram` without its discretised wavelet.
 
-    One real transform of the record; for each row the bins under the wavelet's spectrum, which is a Gaussian in
-    closed form, are brought down to zero and transformed back at a rate just above their width. The modulus is that
-    of the full-rate transform, sampled more sparsely; a column is the mean of the samples in it. Tones read their
-    amplitude at every scale to rounding. The record's ends wrap round within `edge_s`. Raises `ConfigurationError`
-    where `range_hz` leaves what the record allows.
+    One real transform of the record; for each row the bins under the wavelet's spectrum, which is a Gaussian in closed
+    form, are brought down to zero and transformed back no finer than the row moves. The modulus is that of the
+    direct sum of samples times wavelet to 1e-7 of its largest; a column is its mean over the column's time, exactly
+    that of its samples where a row needs them all; the last one may reach beyond the record. The record's ends wrap
+    round within `edge_s`. Raises `ConfigurationError` where `range_hz` leaves what the record allows.
     """
     check_range(range_hz, fs_hz, samples.size / fs_hz)
     frequency = np.geomspace(*range_hz, rows)
-    # Zeros keep one end from wrapping into the other.
+    width = column_width(samples.size, columns)
+    shown = math.ceil(samples.size / width)
+    # Zeros keep one end from wrapping into the other; the padded record is a whole number of columns.
     pad = math.ceil(_SIGMAS * math.sqrt(BANDWIDTH) / range_hz[0] * fs_hz)
-    length = scipy.fft.next_fast_len(samples.size + pad, real=True)
-    lines = scipy.fft.rfft(samples, n=length)
-    seconds = samples.size / fs_hz
-    columns = min(columns, samples.size)
-    image = np.empty((rows, columns))
+    padded = scipy.fft.next_fast_len(math.ceil((samples.size + pad) / width))
+    lines = scipy.fft.rfft(samples, n=padded * width)
+    image = np.empty((rows, shown))
     for row, centre_hz in enumerate(frequency):
-        modulus, rate = _row(lines, length, fs_hz, float(centre_hz), _PER_COLUMN * columns / seconds)
-        count = min(max(1, round(seconds * rate)), modulus.size)
-        image[row] = _means(modulus[:count], columns)
+        kept, first = _under_wavelet(lines, padded * width, float(centre_hz) * padded * width / fs_hz)
+        image[row] = _columns(kept, first, padded, width)[:shown]
     return Scalogram(
-        time_s=(np.arange(columns) + 0.5) * seconds / columns - 0.5 / fs_hz,
+        time_s=((np.arange(shown, dtype=np.float64) + 0.5) * width - 0.5) / fs_hz,
         frequency_hz=frequency,
         amplitude=image,
         edge_s=math.sqrt(BANDWIDTH) / frequency,
     )
 
 
-def _row(
-    lines: NDArray[np.complex128], length: int, fs_hz: float, centre_hz: float, least_rate_hz: float
-) -> tuple[FloatArray, float]:
-    """Modulus of one row and its sampling rate [Hz]: twice the positive-frequency part under the Gaussian."""
-    sigma_hz = centre_hz / (math.pi * math.sqrt(2 * BANDWIDTH))
-    bin_hz = fs_hz / length
-    first = max(0, math.ceil((centre_hz - _SIGMAS * sigma_hz) / bin_hz))
-    last = min(lines.size - 1, math.floor((centre_hz + _SIGMAS * sigma_hz) / bin_hz))
-    offset = (np.arange(first, last + 1) * bin_hz - centre_hz) / sigma_hz
-    kept = lines[first : last + 1] * np.exp(-0.5 * offset**2)
-    if first == 0:
-        kept[0] = 0.0  # the mean is no vibration
-    reduced = scipy.fft.next_fast_len(max(kept.size, math.ceil(least_rate_hz / bin_hz)))
-    return np.abs(scipy.fft.ifft(kept, n=reduced)) * (2 * reduced / length), fs_hz * reduced / length
+def _under_wavelet(lines: ComplexArray, length: int, centre: float) -> tuple[ComplexArray, int]:
+    """The bins under one row's Gaussian, weighted, and the number of the first; `centre` in bins.
+
+    Beyond the Nyquist frequency a sampled record repeats itself, mirrored; a sampled wavelet sees that too.
+    """
+    sigma = centre / (math.pi * math.sqrt(2 * BANDWIDTH))
+    first = max(1, math.ceil(centre - _SIGMAS * sigma))  # the mean, bin 0, is no vibration
+    number = np.arange(first, min(length - 1, math.floor(centre + _SIGMAS * sigma)) + 1)
+    mirrored = number >= lines.size
+    kept = lines[np.where(mirrored, length - number, number)]
+    kept[mirrored] = np.conj(kept[mirrored])
+    gain = np.exp(-0.5 * ((number - centre) / sigma) ** 2)
+    return kept * (gain * 2 / length), first
 
 
-def _means(values: FloatArray, columns: int) -> FloatArray:
-    bounds = np.linspace(0, values.size, columns + 1).astype(int)
-    sums: FloatArray = np.add.reduceat(values, bounds[:-1]) / np.maximum(np.diff(bounds), 1)
-    return sums
+def _columns(kept: ComplexArray, first: int, padded: int, width: int) -> FloatArray:
+    """Means of the modulus over all `padded` columns of `width` samples, from enough moments spread evenly in each."""
+    moments = min(width, max(_PER_COLUMN, math.ceil(_PER_WIDTH * kept.size / padded)))
+    count = moments * padded
+    # The moments lie in the middles of equal parts of the column's time, which begins half a sample before it.
+    start = 0.5 / moments - 0.5 / width
+    turned = kept * np.exp((2j * np.pi * start / padded) * (first + np.arange(kept.size)))
+    modulus = np.abs(scipy.fft.ifft(turned, n=count)) * count
+    means: FloatArray = modulus.reshape(padded, moments).mean(axis=1)
+    return means

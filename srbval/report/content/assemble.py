@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bench.kept import CAMPAIGN_SCALE, NOISE_STUDY, SPEED_ACCURACY, STABILITY, Kept, newest
+from srbval.recordings import State
 from srbval.report.blocks import Command, KeyValues, Listing, Paragraph
 from srbval.report.content.band_section import band_section
 from srbval.report.content.campaign_section import campaign_section
@@ -19,6 +20,7 @@ from srbval.report.content.other_rigs_section import other_rigs_section
 from srbval.report.content.panels import Side, figures_11_to_14, model_alone
 from srbval.report.content.provenance import provenance
 from srbval.report.content.runs_section import flatten, runs_section, scene_section
+from srbval.report.content.scalogram_checks import checks_table
 from srbval.report.content.scene_figure import scene_figure, table6_figure
 from srbval.report.content.sidebands import sideband_remark
 from srbval.report.content.sources_section import sources_section
@@ -70,7 +72,8 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
 
 
 def _figures_section(evidence: Evidence, folder: Path) -> Section:
-    grids = figures_11_to_14(Side(analyses=evidence.beside_rig), Side(analyses=evidence.rig), folder)
+    model, rig = Side(analyses=evidence.beside_rig), Side(analyses=evidence.rig)
+    grids = figures_11_to_14(model, rig, folder)
     return Section(
         id="figures",
         title="Figures 11 to 14: model and rig",
@@ -81,6 +84,7 @@ def _figures_section(evidence: Evidence, folder: Path) -> Section:
                 "the model beside it runs at that recording's own tachometer speed."
             ),
             *grids,
+            checks_table(rig.scalogram_checks(State.OUTER)),
             sideband_remark(evidence),
         ),
     )
