@@ -15,6 +15,7 @@ from srbval.bearing import load_bearing
 from srbval.recordings import State
 from srbval.recordings.registry import add, rig_recordings
 from srbval.recordings.stand_in import vibration
+from srbval.report.blocks import Paragraph
 from srbval.report.content.matrix_section import matrix_section
 from srbval.report.content.other_rigs_section import other_rigs_section
 from srbval.validation.analyse import Analysis
@@ -117,6 +118,8 @@ def test_other_rigs_are_read_apart_from_the_rig(folder: Path) -> None:
     evidence = SimpleNamespace(other_rigs=(record,))
     (section,) = other_rigs_section(evidence)  # type: ignore[arg-type]
     assert "0 of 1 race faults graded diagnosable (not " in section.blocks[2].text  # type: ignore[union-attr]
+    said = " ".join(b.text for b in section.blocks if isinstance(b, Paragraph))
+    assert "1 race-fault records have none: there a line alone cannot tell" in said
     assert other_rigs_section(SimpleNamespace(other_rigs=())) == ()  # type: ignore[arg-type]
 
 

@@ -11,6 +11,7 @@ from srbval.report.inline import literal
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table, Value
 from srbval.validation.evidence import Evidence
+from srbval.validation.fault_call import Basis
 from srbval.validation.other_rigs import LINE_OF, RACES, OtherRecord
 
 NEAR_PCT = 0.5
@@ -49,6 +50,7 @@ def _summary(read: Sequence[OtherRecord]) -> list[Paragraph]:
         f"records {len(wrong)} show a race line as deep as a fault's, and a fault is called on {len(called)}.",
         _deviations([r for r in faults if r.shown and r.speed_source != "nominal"]),
         *_slip_by_load(faults),
+        *_against_baseline(faults),
     ]
     if graded:
         texts.append(f"Grades: {'; '.join(sorted(graded))}. A record without one was not graded in what could be had.")
@@ -65,6 +67,27 @@ def _shares(faults: Sequence[OtherRecord]) -> str:
             text = f"{sum(r.shown for r in group)} of {len(group)} race faults {name}"
             parts.append(text + (f" (not {missed})" if missed else ""))
     return "; ".join(parts) or "no race fault is registered"
+
+
+def _against_baseline(faults: Sequence[OtherRecord]) -> list[str]:
+    """What may be called a fault: only what stands against a healthy record of the same rig, speed and load."""
+    held = [r for r in faults if r.call is not None and r.call.basis is Basis.BASELINE]
+    alone = sum(1 for r in faults if r.call is not None and r.call.basis is Basis.LINE_ALONE)
+    right = sum(1 for r in held if r.call is not None and r.call.called is r.state)
+    wrong = [r for r in held if r.call is not None and r.call.called not in (None, r.state)]
+    texts = []
+    if held:
+        amiss = f", another one on {', '.join(literal(r.file) for r in wrong)}" if wrong else ", a wrong one on none"
+        texts.append(
+            f"{len(held)} race-fault records have a healthy record of the same rig, speed, load and sampling rate to "
+            f"be held against: the right fault is called on {right}{amiss}."
+        )
+    if alone:
+        texts.append(
+            f"{alone} race-fault records have none: there a line alone cannot tell a fault from the healthy bearing's "
+            "own lines, and no fault is called."
+        )
+    return [" ".join(texts)] if texts else []
 
 
 def _deviations(known: Sequence[OtherRecord]) -> str:
