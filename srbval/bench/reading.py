@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from srbval.bench.chain_errors import ChainError, chain_errors
 from srbval.bench.reading_records import (
     FS_HZ,
     LIMIT_HZ,
@@ -83,6 +84,7 @@ class ReadingBench:
     accuracy: tuple[Accuracy, ...]
     false_alarms: tuple[FalseAlarms, ...]
     timings: tuple[Timing, ...]
+    chains: tuple[ChainError, ...]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""
@@ -98,6 +100,7 @@ def run_reading_bench(
         accuracy=tuple(_accuracies(settings, seed, told)),
         false_alarms=tuple(_false_alarms(settings, seed, told)),
         timings=timings() if settings.timed else (),
+        chains=chain_errors() if settings.timed else (),
     )
 
 

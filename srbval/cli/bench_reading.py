@@ -25,7 +25,7 @@ def run_reading(options: argparse.Namespace) -> int:
 
 
 def _print(result: ReadingBench) -> None:
-    for rows in (result.accuracy, result.false_alarms, result.timings):
+    for rows in (result.accuracy, result.false_alarms, result.timings, result.chains):
         if not rows:
             continue
         tables = [asdict(row) for row in rows]
