@@ -32,9 +32,10 @@ class OtherRecord:
 
     `shown` says whether that line was detected and no other race line is deeper; for a healthy record
     whether any race line is as deep as a fault's. `grade` is the record's in the published study the set's
-    description names, None without one. `cage_pct` is what the line's deviation at the record's own speed means for
-    the cage, where a race line shows: a slipping cage is negative. `caution` is what the set says of this record in
-    particular, `refused` why a record could not be analysed.
+    description names, by the best of its methods, `plain_grade` by a plain envelope alone; None without one.
+    `cage_pct` is what the line's deviation at the record's own speed means for the cage, where a race line shows: a
+    slipping cage is negative. `caution` is what the set says of this record in particular, `refused` why a record
+    could not be analysed.
     """
 
     dataset: str
@@ -53,6 +54,7 @@ class OtherRecord:
     detected: bool = False
     shown: bool = False
     grade: str | None = None
+    plain_grade: str | None = None
     radial_n: float | None = None
     cage_pct: float | None = None
     cage_ci95_pct: float | None = None
@@ -99,6 +101,7 @@ def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...],
         file=file,
         state=entry.state,
         grade=None if published is None else published.of(Path(entry.file).name),
+        plain_grade=None if published is None else published.of_plain(Path(entry.file).name),
     )
     try:
         recording = load_entry(entry)

@@ -85,6 +85,14 @@ def test_published_grades_are_those_of_the_study_s_table() -> None:
     records = [number for g in published.grades for number in g.records]
     assert len(records) == len(set(records)) == 60
     assert {g.grade for g in published.grades} == {"Y1", "Y2", "P1", "P2", "N1"}
+    plain = [number for g in published.plain_envelope for number in g.records]
+    assert len(plain) == len(set(plain)) == 52
+    rank = ["Y1", "Y2", "P1", "P2", "N1", "N2"].index
+    for number in plain:
+        best, alone = published.of(f"{number}.mat"), published.of_plain(f"{number}.mat")
+        assert best is not None
+        assert alone is not None
+        assert rank(best) <= rank(alone)
 
 
 def test_open_sets_share_one_band_rule() -> None:

@@ -123,10 +123,6 @@ def test_other_rigs_are_read_apart_from_the_rig(folder: Path) -> None:
     assert other_rigs_section(SimpleNamespace(other_rigs=())) == ()  # type: ignore[arg-type]
 
 
-# CWRU 197 is graded Y2 by the kurtogram alone; the study's plain envelope does not show the fault, nor does ours.
-MISSED_WITH_GRADE = ("197",)
-
-
 @pytest.mark.slow
 @pytest.mark.recordings
 def test_open_recordings_show_their_faults(recordings_dir: Path) -> None:
@@ -135,10 +131,13 @@ def test_open_recordings_show_their_faults(recordings_dir: Path) -> None:
     records = [r for r in read_other_rigs(registered) if not r.refused]
     races = [r for r in records if r.line in ("BPFO", "BPFI") and r.state not in (None, State.HEALTHY)]
     assert len(races) >= 30
-    graded = [r for r in races if r.diagnosable]
-    assert {Path(r.file).name.split("_")[0] for r in graded if not r.shown} <= set(MISSED_WITH_GRADE)
-    held = [r for r in races if r.diagnosable is not False]
-    assert sum(r.shown for r in held) >= 0.93 * len(held)
+    plain = [r for r in races if (r.plain_grade or "").startswith("Y")]
+    assert len(plain) >= 8
+    assert all(r.shown for r in plain)
+    graded = [r for r in races if r.diagnosable]  # by any method of the study: 197 by a kurtogram only
+    assert sum(not r.shown for r in graded) <= 1
+    held = [r for r in races if r.diagnosable is not False and not (r.plain_grade or "").startswith("N")]
+    assert sum(r.shown for r in held) >= 0.95 * len(held)
     assert not [r.file for r in records if r.state is State.HEALTHY and (r.shown or r.call is None or r.call.indicated)]
     near = [abs(r.deviation_pct or 9) <= 0.5 for r in held if r.shown and r.speed_source != "nominal"]
     assert sum(near) >= 0.95 * len(near)

@@ -143,15 +143,27 @@ class GradedRecords:
 
 @dataclass(frozen=True, kw_only=True)
 class PublishedDiagnosability:
-    """How far a study could diagnose the faulted records of a numbered set; `source` says which and where."""
+    """How far a study could diagnose the faulted records of a numbered set; `source` says which and where.
+
+    `grades` are the best of all its methods, `plain_envelope` those of a plain envelope spectrum alone.
+    """
 
     source: str
     grades: tuple[GradedRecords, ...]
+    plain_envelope: tuple[GradedRecords, ...] = ()
 
     def of(self, file: str) -> str | None:
-        """The grade of the record whose number begins the file's name, None where the study gives none."""
-        number = re.match(r"\d+(?!\d)", file)
-        return next((g.grade for g in self.grades if number and int(number[0]) in g.records), None)
+        """The best grade of the record whose number begins the file's name, None where the study gives none."""
+        return _grade(self.grades, file)
+
+    def of_plain(self, file: str) -> str | None:
+        """The same by the plain envelope."""
+        return _grade(self.plain_envelope, file)
+
+
+def _grade(graded: tuple[GradedRecords, ...], file: str) -> str | None:
+    number = re.match(r"\d+(?!\d)", file)
+    return next((g.grade for g in graded if number and int(number[0]) in g.records), None)
 
 
 @dataclass(frozen=True, kw_only=True)

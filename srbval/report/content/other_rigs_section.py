@@ -66,6 +66,12 @@ def _shares(faults: Sequence[OtherRecord]) -> str:
         if group:
             text = f"{sum(r.shown for r in group)} of {len(group)} race faults {name}"
             parts.append(text + (f" (not {missed})" if missed else ""))
+    plain = [r for r in faults if (r.plain_grade or "").startswith("Y")]
+    if plain:
+        parts.append(
+            f"{sum(r.shown for r in plain)} of {len(plain)} that the study could diagnose by a plain envelope "
+            "spectrum, which is what this pipeline uses"
+        )
     return "; ".join(parts) or "no race fault is registered"
 
 
@@ -93,7 +99,7 @@ def _against_baseline(faults: Sequence[OtherRecord]) -> list[str]:
 def _deviations(known: Sequence[OtherRecord]) -> str:
     beyond = [r for r in known if abs(r.deviation_pct or 0) > NEAR_PCT]
     listed = ", ".join(
-        f"{r.dataset} {literal(r.file)} ({r.deviation_pct:+.2f} ± {r.deviation_ci95_pct:.2f} %)" for r in beyond
+        f"{literal(r.file)} ({r.deviation_pct:+.2f} ± {r.deviation_ci95_pct:.2f} %)" for r in beyond
     )
     return (
         f"Where the speed is measured or estimated, {len(known) - len(beyond)} of {len(known)} shown lines lie within "
@@ -144,7 +150,7 @@ def _table(read: Sequence[OtherRecord]) -> Table:
             "**Depth**: the line's amplitude in the squared envelope over its mean. **Shown**: detected and deeper "
             "than the other race's; for a healthy record, a race line as deep as half the mean. **Shaft**: estimated "
             "means read from the record's own fault harmonics and shaft sidebands. **Grade**: of the published study; "
-            "Y diagnosable, P partly, N not; none where it is not known.",
+            "Y diagnosable, P partly, N not; none where it is not known; by a plain envelope alone in brackets.",
         ),
     )
 
@@ -163,8 +169,13 @@ def _row(r: OtherRecord) -> list[Cell | Value]:
         r.snr,
         r.depth,
         Cell(value=r.shown, tone=Tone.GOOD if good else Tone.NEUTRAL if r.diagnosable is False else Tone.WARNING),
-        r.grade,
+        _grades(r),
     ]
+
+
+def _grades(r: OtherRecord) -> str | None:
+    differs = r.grade is not None and r.plain_grade not in (None, r.grade)
+    return f"{r.grade} (plain {r.plain_grade})" if differs else r.grade
 
 
 def _refused(refused: Sequence[OtherRecord]) -> Table:
