@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -17,16 +15,6 @@ def recordings_dir() -> Path:
     if not folder or not Path(folder).is_dir():
         pytest.skip("SRBVAL_RECORDINGS does not name a folder of measured recordings")
     return Path(folder)
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _compiled_kernels() -> None:
-    """Compile the full model's kernels in a process that then ends.
-
-    One that has compiled them gives other last digits than one that loads them, and some tests compare both.
-    """
-    code = "import srbval; srbval.simulate(srbval.paper_scene(duration='1 ms', settle='0 s'))"
-    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 @pytest.fixture(autouse=True)

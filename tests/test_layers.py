@@ -25,11 +25,12 @@ ORDER = (
     "stability",
     "plan",
     "campaign",
+    "check",
     "report",
     "cli",
 )
 PACKAGE = Path(srbval.__file__).parent
-FILES = sorted(p for p in PACKAGE.rglob("*.py") if p.parent != PACKAGE)
+FILES = sorted(p for p in PACKAGE.rglob("*.py") if p.parent not in (PACKAGE, PACKAGE / "docs"))
 
 
 def imported_rooms(path: Path) -> set[str]:

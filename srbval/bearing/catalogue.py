@@ -18,6 +18,7 @@ from srbval.config.strict import build, quantity, read_toml
 from srbval.errors import ConfigurationError
 
 DEFAULT_BEARING = "skf-22240"
+SUM_TOLERANCE = 0.01  # of the number of elements, by which published race orders may fail to add up to it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,6 +36,18 @@ class _Orders:
     bpfi: float
     bsf: float
     ftf: float
+
+    def __post_init__(self) -> None:
+        total, count = self.bpfo + self.bpfi, self.rolling_elements
+        if not abs(total / count - 1 if count > 0 else 1) <= SUM_TOLERANCE:
+            raise ConfigurationError(
+                f"orders: bpfo + bpfi = {total:.6g} must be the number of rolling elements of one row, {count}, within "
+                f"{SUM_TOLERANCE:.0%}; count one row only, and give orders of the shaft's speed."
+            )
+        if not 0 < self.ftf < 1:
+            raise ConfigurationError(
+                f"orders: ftf = {self.ftf} must lie between 0 and 1, in orders of the shaft's speed."
+            )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,6 +10,8 @@ from srbval.errors import ConfigurationError
 
 # Axial positions of the three circles of a raceway, in units of the tilt angle (paper, below eq. 17).
 CIRCLES = (0.5, 1.0, 1.5)
+# A printed roller diameter may differ this much from the gap it has to fill: play and interference are far smaller.
+FIT = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +52,24 @@ class SphericalRollerGeometry:
             raise ConfigurationError(
                 f"roller_width_m = {self.roller_width_m} is too short to reach the outer circles of the "
                 f"raceway at {self.raceway_radius_m * math.sin(self.tilt_rad / 2):.6g} m from its middle."
+            )
+
+        self._check_gap()
+
+    def _check_gap(self) -> None:
+        """The three centres must leave a gap between the raceways that the roller about fills."""
+        if not self.roller_centre_distance_m < self.raceway_radius_m < self.outer_diameter_m / 2:
+            raise ConfigurationError(
+                f"raceway_radius_m = {self.raceway_radius_m} must lie between the roller centres, at "
+                f"{self.roller_centre_distance_m:.6g} m, and half the outer diameter, "
+                f"{self.outer_diameter_m / 2:.6g} m."
+            )
+        if not abs(self.touching_diameter_m / self.roller_diameter_m - 1) <= FIT:
+            raise ConfigurationError(
+                f"the raceways leave a gap of {self.touching_diameter_m:.6g} m for rollers of "
+                f"{self.roller_diameter_m:.6g} m; they must agree within {FIT:.0%}. The inner profile's centre usually "
+                f"mirrors the outer one: inner_centre_radial_m = {2 * self.pitch_radius_m:.6g}, "
+                f"inner_centre_axial_m = {2 * self.pitch_radius_m * math.tan(self.tilt_rad):.6g}."
             )
 
     @property

@@ -40,6 +40,12 @@ class FaultOrders:
 
         ``rolling_elements`` counts one row. Assumes no slip and a stationary outer ring.
         """
+        if rolling_elements < 1:
+            raise ConfigurationError(f"rolling_elements = {rolling_elements} must be 1 or more.")
+        if not (element_diameter_m > 0 and pitch_diameter_m > 0):
+            raise ConfigurationError(
+                f"element diameter {element_diameter_m} m, pitch diameter {pitch_diameter_m} m: both must be positive."
+            )
         ratio = element_diameter_m / pitch_diameter_m * math.cos(contact_angle_rad)
         if not 0 < ratio < 1:
             raise ConfigurationError(

@@ -12,10 +12,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import srbval
 from srbval.bench.progress import Progress, silent
 from srbval.bench.settings import Settings
 from srbval.errors import NumericsError
+from srbval.models.warm import package_path
 
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 SIMULATE = ("-m", "srbval", "simulate", "--seconds", "0.1", "--json")
@@ -74,9 +74,7 @@ def _ask(store: Path, *arguments: str) -> dict[str, Any]:
 
 
 def _run(store: Path, *arguments: str) -> str:
-    package = str(Path(srbval.__file__).parent.parent)
-    path = os.pathsep.join([package, *filter(None, [os.environ.get("PYTHONPATH")])])
-    env = os.environ | ONE_THREAD | {"NUMBA_CACHE_DIR": str(store), "PYTHONPATH": path}
+    env = os.environ | ONE_THREAD | {"NUMBA_CACHE_DIR": str(store)} | package_path()
     done = subprocess.run([sys.executable, *arguments], env=env, capture_output=True, text=True, check=False)
     if done.returncode:
         end = done.stderr.strip()[-300:]

@@ -11,7 +11,7 @@ from srbval.errors import ConfigurationError
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser whose complaints are ordinary `ConfigurationError`s (exit code 2)."""
+    """An argument parser whose complaint is an ordinary `ConfigurationError` (exit code 2)."""
 
     def error(self, message: str) -> NoReturn:
         """Raise instead of exiting."""
@@ -35,6 +35,7 @@ def parser() -> Parser:
     _stability(commands)
     _plan(commands)
     _campaign(commands)
+    _check(commands)
     _command(commands, "doctor", "versions, threads, caches, extras: is this installation sound?")
     return top
 
@@ -87,6 +88,7 @@ def _plan(commands: Any) -> None:
 
 def _scene_options(command: Parser) -> None:
     command.add_argument("scene", nargs="?", metavar="SCENE.toml", help="scene file (default: the paper's scene)")
+    command.add_argument("--bearing", metavar="B", help="known name or TOML file (default: the scene's)")
     command.add_argument("--defect", metavar="none|outer|inner|roller", help="where the defect is")
     command.add_argument("--defect-height-mm", type=_number, metavar="MM", help="bump > 0, pit < 0")
     command.add_argument("--rpm", type=_positive, metavar="R", help="shaft speed [rpm]")
@@ -263,6 +265,14 @@ def _campaign(commands: Any) -> None:
     scale.add_argument("--engine", default="auto", metavar="E", help="as for run")
     for study in (noise, scale):
         study.add_argument("-o", "--output", metavar="FILE", help="keep the result here (default: the user's cache)")
+
+
+def _check(commands: Any) -> None:
+    command = _command(commands, "check", "a fresh run against the reference results, each within its tolerance")
+    command.add_argument("--junit", metavar="FILE", help="write a JUnit report as well")
+    command.add_argument("--update", action="store_true", help="show what differs, then replace the reference results")
+    command.add_argument("--yes", action="store_true", help="with --update: replace without asking")
+    command.add_argument("--reference", metavar="FILE", help="reference file (default: the one of this version)")
 
 
 def _action(actions: Any, name: str, text: str) -> Parser:

@@ -18,6 +18,7 @@ def scene_of(options: argparse.Namespace) -> Scene:
 def _changes(options: argparse.Namespace) -> dict[str, Any]:
     """The command line's options as a scene table; only what was given."""
     table = {
+        "bearing": options.bearing,
         "model": options.model,
         "seed": options.seed,
         "duration_s": options.seconds,

@@ -32,8 +32,10 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         print_json(summary, status=result.status.value)
     else:
-        rows = [(k, f"{v:.6g}" if isinstance(v, float) else v) for k, v in summary.items() if k != "plan"]
+        apart = ("plan", "not_validated")
+        rows = [(k, f"{v:.6g}" if isinstance(v, float) else v) for k, v in summary.items() if k not in apart]
         print_table(("quantity", "value"), rows)
+        print("\n" + "\n".join(f"not validated: {what}" for what in result.not_validated))
     return 0
 
 
@@ -79,5 +81,6 @@ def _summary(result: RunSummary, output: Path | None) -> dict[str, Any]:
         "roller_load_share": result.roller_load_share,
         "energy_imbalance": result.energy_imbalance,
         "reason": result.reason,
+        "not_validated": list(result.not_validated),
         "file": str(output) if output else None,
     }

@@ -92,8 +92,9 @@ class Account:
         share = self.load_share(self.force_n / n, scene.mean_radial_n)
         imbalance = self.ledger.imbalance(1 / scene.output_rate_hz)
         signs = Signs(
-            finite=self.finite, deepest_m=self.deepest_m, limit_m=DEEPEST_M, cage_ratio=ratio, load_share=share,
-            balanced_share=self.balanced_share, energy_imbalance=imbalance,
+            finite=self.finite, deepest_m=self.deepest_m, limit_m=DEEPEST_M, cage_ratio=ratio,
+            rolling_ratio=self.bearing.orders.ftf, load_share=share, balanced_share=self.balanced_share,
+            energy_imbalance=imbalance,
         )  # fmt: skip
         status, reason = judge(scene, signs)
         return RunSummary(

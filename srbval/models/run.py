@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.models.validated import not_validated
 from srbval.scene import Scene
 
 FloatArray = NDArray[np.float64]
@@ -49,6 +50,11 @@ class RunSummary:
     def seconds(self) -> float:
         """Recorded duration [s]."""
         return self.samples / self.scene.output_rate_hz
+
+    @property
+    def not_validated(self) -> tuple[str, ...]:
+        """What of it nothing measured has been held against, in words."""
+        return not_validated(self.scene)
 
     @property
     def bpfo_hz(self) -> float:

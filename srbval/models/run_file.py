@@ -151,6 +151,7 @@ def _attributes(run: RunSummary) -> dict[str, Any]:
         "cage_ratio": run.cage_ratio,
         "bpfo_hz": run.bpfo_hz,
         "bpfi_hz": run.bpfi_hz,
+        "not_validated": "; ".join(run.not_validated),
         "wall_s": run.wall_s,
     }
 

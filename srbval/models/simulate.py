@@ -15,6 +15,7 @@ from srbval.models.account import Account
 from srbval.models.chunk import Outputs
 from srbval.models.ladder import check_known, rung_of
 from srbval.models.run import EnergyFlow, FloatArray, Run, RunStatus, RunSummary
+from srbval.models.warm import compile_apart
 from srbval.scene import Scene
 
 if TYPE_CHECKING:
@@ -114,14 +115,12 @@ def full_model(
     check_known("solver", scene.solver.name, tuple(METHODS))
     if bearing.geometry is None:
         raise ConfigurationError(f"bearing {bearing.name!r} has no [geometry]; the full model cannot run it.")
+    account.compile_s = compile_apart(scene.model)
     method = METHODS[scene.solver.name]
     model = (make or make_parameters)(scene, bearing.geometry)
     state = equilibrium_state(model).state
     memory = np.zeros_like(state)
-    ring = state[len(state) // 2 - 3 : len(state) // 2]
-    push = np.array([model.drive.direction_cosine, model.drive.direction_sine, 0.0]) * float(model.drive.load[1, 0])
-    # what the spring does not carry of the load, the rollers do
-    account.balanced_share = account.load_share(model.housing_stiffness * ring - push, float(model.drive.load[1, 0]))
+    account.balanced_share = static_share(account, model, state[len(state) // 2 - 3 : len(state) // 2])
     per_output, per_detail = rung_of(scene.model).steps_per_output(scene), scene.outputs_per_detail
     step = 1 / (scene.output_rate_hz * per_output)
 
@@ -133,12 +132,19 @@ def full_model(
 
     started = time.perf_counter()
     take(0, 0, 0)
-    account.compile_s = time.perf_counter() - started
+    account.compile_s += time.perf_counter() - started
     for first, count in chunks(settle, whole, per_detail, scene.output_rate_hz):
         started = time.perf_counter()
         steps = take(first, count, per_detail if first >= settle else 0)
         account.wall_s += time.perf_counter() - started
         yield first, steps
+
+
+def static_share(account: Account, model: Parameters, ring_m: FloatArray) -> float:
+    """Part of the radial load that the rollers carry with the ring at rest at `ring_m`, [3]; NaN without a load."""
+    load_n = float(model.drive.load[1, 0])
+    push = np.array([model.drive.direction_cosine, model.drive.direction_sine, 0.0]) * load_n
+    return account.load_share(model.housing_stiffness * ring_m - push, load_n)  # what the spring does not carry
 
 
 def chunks(settle: int, whole: int, per_detail: int, rate_hz: float) -> Iterator[tuple[int, int]]:

@@ -39,4 +39,5 @@ def recording_from_run(run: Run) -> Recording:
         state=STATES[scene.defect.kind],
         radial_n=scene.load.radial_n,
         axial_n=scene.load.axial_n,
+        notes=(f"not validated: {'; '.join(run.not_validated)}",),
     )

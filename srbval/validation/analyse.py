@@ -88,6 +88,7 @@ class Analysis:
             "lines": [dataclasses.asdict(line) for line in self.lines],
             "closure": dataclasses.asdict(self.closure),
             "verdict": self.verdict,
+            "notes": list(self.recording.notes),
         }
 
 

@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from srbval.errors import ConfigurationError, NumericsError
 from srbval.models.run import Run, RunStatus
 from srbval.models.simulate import simulate
+from srbval.models.warm import load_kernels
 from srbval.validation.cases import Case
 
 Progress = Callable[[Case, float], None]
@@ -40,6 +41,7 @@ def run_cases(cases: Sequence[Case], *, jobs: int | None = None, progress: Progr
             raise NumericsError(f"case {case.id}: run failed ({run.status}): {run.reason}.")
         return run
 
+    load_kernels(case.scene.model for case in cases)
     ordered = sorted(cases, key=lambda case: -case.scene.duration_s / case.scene.solver.step_s)
     with ThreadPoolExecutor(max_workers=jobs or os.cpu_count() or 1) as pool:
         futures = {case.id: pool.submit(one, case) for case in ordered}

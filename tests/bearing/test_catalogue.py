@@ -48,7 +48,7 @@ def test_missing_file_is_missing_data() -> None:
 
 def test_two_tables_are_one_too_many(tmp_path: Path) -> None:
     path = tmp_path / "two.toml"
-    path.write_text(GEOMETRY + "[orders]\nrolling_elements = 9\nbpfo = 1.0\nbpfi = 2.0\nbsf = 1.0\nftf = 0.4\n")
+    path.write_text(GEOMETRY + "[orders]\nrolling_elements = 9\nbpfo = 3.6\nbpfi = 5.4\nbsf = 1.0\nftf = 0.4\n")
     with pytest.raises(ConfigurationError, match="exactly one"):
         load_bearing(path)
 
@@ -67,6 +67,11 @@ def test_touching_diameter_closes_the_gap() -> None:
         ({"rollers_per_row": 30}, "overlap"),
         ({"roller_width_m": 0.02}, "too short"),
         ({"pitch_radius_m": -1.0}, "positive"),
+        ({"rollers_per_row": 0}, "positive"),
+        ({"raceway_radius_m": 0.14}, "must lie between"),
+        ({"raceway_radius_m": 0.19}, "must lie between"),
+        ({"inner_centre_radial_m": 0.25}, "leave a gap of .* = 0.28362, inner_centre_axial_m = 0.0500"),
+        ({"roller_diameter_m": 0.03}, "leave a gap of"),
     ],
 )
 def test_impossible_geometry_is_refused(change: dict[str, float], message: str) -> None:
@@ -74,3 +79,28 @@ def test_impossible_geometry_is_refused(change: dict[str, float], message: str) 
     assert geometry is not None
     with pytest.raises(ConfigurationError, match=message):
         replace(geometry, **change)
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ("[orders]\nrolling_elements = 15\nbpfo = 6.2\nbpfi = 12.3\nbsf = 2.7\nftf = 0.41", "must be the number"),
+        ("[orders]\nrolling_elements = 0\nbpfo = 6.2\nbpfi = 8.8\nbsf = 2.7\nftf = 0.41", "must be the number"),
+        ("[orders]\nrolling_elements = 15\nbpfo = 6.2\nbpfi = 8.8\nbsf = 2.7\nftf = 41.0", "ftf = 41.0 must lie"),
+        ("[orders]\nrolling_elements = 15\nbpfo = 6.2", "missing key"),
+        ("[elements]\nrolling_elements = -9\nelement_diameter = '8 mm'\npitch_diameter = '39 mm'\n"
+         "contact_angle = '0 deg'", "rolling_elements = -9 must be 1 or more"),
+        ("[elements]\nrolling_elements = 9\nelement_diameter = '0 mm'\npitch_diameter = '39 mm'\n"
+         "contact_angle = '0 deg'", "must be positive"),
+        ("[elements]\nrolling_elements = 9\nelement_diameter = 8\npitch_diameter = '39 mm'\n"
+         "contact_angle = '0 deg'", "has no unit"),
+        ("[elements]\nrolling_elements = 9\nelement_diametre = '8 mm'", "did you mean"),
+        ("", "exactly one"),
+        ("[elements", "not a valid TOML file"),
+    ],
+)  # fmt: skip
+def test_a_bad_file_is_wrong_use(table: str, message: str, tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(f"title = 'mine'\nsource = 'a drawing'\n{table}\n")
+    with pytest.raises(ConfigurationError, match=message):
+        load_bearing(path)

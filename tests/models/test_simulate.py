@@ -89,6 +89,7 @@ def test_silent_failures_are_caught(solver: str, factor: int) -> None:
 def test_health(changes: dict[str, object], status: RunStatus) -> None:
     good = {
         "cage_ratio": 0.4314,
+        "rolling_ratio": 0.4304,
         "load_share": 0.05,
         "balanced_share": 0.06,
         "deepest_m": 2e-5,
@@ -101,8 +102,8 @@ def test_health(changes: dict[str, object], status: RunStatus) -> None:
 
 def test_an_open_ledger_in_a_speed_ramp_is_a_caution() -> None:
     signs = Signs(
-        finite=True, deepest_m=2e-5, limit_m=1e-4, cage_ratio=0.4314, load_share=0.05, balanced_share=0.06,
-        energy_imbalance=0.95,
+        finite=True, deepest_m=2e-5, limit_m=1e-4, cage_ratio=0.4314, rolling_ratio=0.4304, load_share=0.05,
+        balanced_share=0.06, energy_imbalance=0.95,
     )  # fmt: skip
     ramp = {"time_s": [0.0, 1.0], "speed_rad_s": [30.0, 60.0]}
     status, reason = judge(paper_scene(speed_profile=ramp, duration="1 s"), signs)

@@ -14,14 +14,13 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import Any
 
-import srbval
 from srbval.campaign.engines.engine import ATTEMPTS, Job, Outcome, crashed
 from srbval.campaign.task import Task
 from srbval.campaign.work import Prepared
 from srbval.errors import NumericsError
+from srbval.models.warm import package_path
 from srbval.scene import Scene
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -154,13 +153,11 @@ class Worker:
     """A process that answers one request at a time; it ends when its input does, so it never outlives this one."""
 
     def __init__(self) -> None:
-        package = str(Path(srbval.__file__).parent.parent)
-        path = os.pathsep.join([package, *filter(None, [os.environ.get("PYTHONPATH")])])
         self._process = subprocess.Popen(
             [sys.executable, "-m", "srbval.campaign.engines.worker"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env=os.environ | dict.fromkeys(THREADS, "1") | {"PYTHONPATH": path},
+            env=os.environ | dict.fromkeys(THREADS, "1") | package_path(),
         )
 
     def ask(self, request: tuple[str, Any]) -> Any:

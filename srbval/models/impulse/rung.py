@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from srbval.models.account import Account
 from srbval.models.chunk import COLUMNS, Chunk
+from srbval.models.impulse.plain import plain_force
 from srbval.models.passages import passages
 from srbval.models.planar.rung import NUDGE_M, PlanarRing, make_ring
+from srbval.models.prescribed import Prescribed
 from srbval.models.simulate import chunks
-from srbval.scene import DefectKind
+from srbval.scene import DefectKind, Scene
 
 FloatArray = NDArray[np.float64]
 
@@ -21,18 +23,32 @@ FloatArray = NDArray[np.float64]
 def run(account: Account, settle: int, whole: int) -> Iterator[tuple[int, Chunk]]:
     """The rung, see `srbval.models.ladder`."""
     started = time.perf_counter()
-    rate, ring = account.scene.output_rate_hz, make_ring(account)
-    balance = ring.balance_m()
-    force = np.zeros((whole + 1, 2))
-    for number in range(len(ring.scene.defects)):
-        force += _pulses(ring, number, balance, whole + 1)
+    rate = account.scene.output_rate_hz
+    motion = Prescribed(scene=account.scene, orders=account.bearing.orders)
     out = np.full((whole, COLUMNS), np.nan)
-    out[:, :2] = np.diff(_velocity(ring, balance, force), axis=0) * rate
+    out[:, :2] = np.diff(_ring_velocity(account, whole + 1), axis=0) * rate
     out[:, 2] = 0.0
-    out[:, 6] = np.diff(ring.motion.cage_rad(np.arange(whole + 1) / rate)) * rate
+    out[:, 6] = np.diff(motion.cage_rad(np.arange(whole + 1) / rate)) * rate
     account.wall_s += time.perf_counter() - started
     for first, count in chunks(settle, whole, 0, rate):
         yield first, Chunk(out=out[first : first + count])
+
+
+def _ring_velocity(account: Account, samples: int) -> FloatArray:
+    """Velocity of the ring, [samples, 2]; without the raceways' geometry as `plain` has it."""
+    scene = account.scene
+    if account.bearing.geometry is None:
+        stiffness = scene.housing.stiffness_n_m * np.eye(2)
+        return _velocity(scene, scene.housing.mass_kg, stiffness, plain_force(account, samples))
+    ring = make_ring(account)
+    balance = ring.balance_m()
+    force = np.zeros((samples, 2))
+    for number in range(len(scene.defects)):
+        force += _pulses(ring, number, balance, samples)
+    here = ring.undamaged_force_n(balance)
+    contact = -np.array([ring.undamaged_force_n(balance + NUDGE_M * axis) - here for axis in np.eye(2)]) / NUDGE_M
+    stiffness = ring.stiffness_n_m * np.eye(2) + (contact + contact.T) / 2
+    return _velocity(scene, ring.mass_kg, stiffness, force)
 
 
 def _pulses(ring: PlanarRing, number: int, balance_m: FloatArray, samples: int) -> FloatArray:
@@ -84,19 +100,16 @@ def _add(
         np.add.at(force[:, axis], sample[inside], (height * outwards[:, axis, None])[inside])
 
 
-def _velocity(ring: PlanarRing, balance_m: FloatArray, force: FloatArray) -> FloatArray:
-    """Velocity of the ring under `force`, [n, 2]: a mass on housing and contacts, first-order hold, exact."""
+def _velocity(scene: Scene, mass: float, stiffness: FloatArray, force: FloatArray) -> FloatArray:
+    """Velocity under `force`, [n, 2]: `mass` on `stiffness`, [2, 2], and the housing's damper, first-order hold."""
     import scipy.signal
 
-    here = ring.undamaged_force_n(balance_m)
-    contact = -np.array([ring.undamaged_force_n(balance_m + NUDGE_M * axis) - here for axis in np.eye(2)]) / NUDGE_M
-    stiffness = ring.stiffness_n_m * np.eye(2) + (contact + contact.T) / 2
-    damping, mass = ring.scene.housing.damping_ns_m, ring.mass_kg
+    damping = scene.housing.damping_ns_m
     velocity = np.zeros_like(force)
     for own, mode in zip(*np.linalg.eigh(stiffness), strict=True):
         a = np.array([[0.0, 1.0], [-own / mass, -damping / mass]])
         system = (a, np.array([[0.0], [1 / mass]]), np.array([[0.0, 1.0]]), np.zeros((1, 1)))
-        discrete = scipy.signal.cont2discrete(system, 1 / ring.scene.output_rate_hz, method="foh")
+        discrete = scipy.signal.cont2discrete(system, 1 / scene.output_rate_hz, method="foh")
         above, below = scipy.signal.ss2tf(*discrete[:4])
         pushed = force @ mode
         velocity += scipy.signal.lfilter(above[0], below, pushed - pushed[0])[:, None] * mode

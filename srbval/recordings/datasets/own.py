@@ -18,6 +18,7 @@ KIND_ATTRIBUTE = "srbval_kind"
 PREFIX = "acceleration"
 SUFFIX = "_m_s2"
 RUN_AXES = ("x", "y")
+LONGEST_NOTE = 1000
 
 
 def is_own(raw: RawFile) -> bool:
@@ -50,8 +51,13 @@ def read_own(raw: RawFile) -> Reading:
         axial_n=raw.number("axial_n"),
         nominal_rpm=raw.number("nominal_rpm"),
         name=plain_text(raw.text("name") or "") or None,
-        notes=(f"{kind} written by srbval",),
+        notes=_notes(raw, kind),
     )
+
+
+def _notes(raw: RawFile, kind: str) -> tuple[str, ...]:
+    missing = plain_text(raw.text("not_validated") or "", LONGEST_NOTE)
+    return (f"{kind} written by srbval", *([f"not validated: {missing}"] if missing else []))
 
 
 def _channels(raw: RawFile) -> dict[str, Channel]:

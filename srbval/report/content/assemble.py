@@ -122,6 +122,8 @@ def _limits_section(evidence: Evidence) -> Section:
                     "**The noise floor of the simulated spectra.** What the time integration adds to it stands in "
                     "the section on speed against accuracy; explicit methods make their friction chatter, and most of "
                     "their floor is numerical. Fault lines are read well above either.",
+                    "**Any other bearing.** A TOML file runs one of your own; nothing in this report is about it, and "
+                    "each of its runs says so.",
                     _point_passing(evidence),
                 )
             ),

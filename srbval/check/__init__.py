@@ -1,0 +1,1 @@
+"""Regression: fresh results held against the reference results in `reports`, each within its own tolerance."""

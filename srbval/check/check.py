@@ -1,0 +1,97 @@
+"""`run_check`: compute everything anew and hold it against the reference results."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from srbval.check.quantities import GROUPS, Progress
+from srbval.check.reference import Reference
+from srbval.errors import ConfigurationError
+from srbval.scene import Scene, paper_scene
+
+
+@dataclass(frozen=True, kw_only=True)
+class Checked:
+    """One quantity: its fresh `value` and the range it must lie in, all in `unit`.
+
+    `value` is NaN where it could not be computed; `low` and `high` are NaN where there is no reference yet.
+    """
+
+    name: str
+    value: float
+    low: float
+    high: float
+    unit: str
+    reason: str
+
+    @property
+    def ok(self) -> bool:
+        """Is the value within the range? Never so where either is missing."""
+        return self.low <= self.value <= self.high
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return {
+            "name": self.name, "value": self.value, "low": self.low, "high": self.high, "unit": self.unit,
+            "ok": self.ok, "reason": self.reason,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class CheckResult:
+    """All quantities checked; `skipped` names those that need a recording which is not registered."""
+
+    checks: tuple[Checked, ...]
+    skipped: tuple[str, ...]
+
+    @property
+    def ok(self) -> bool:
+        """Is every quantity within its range?"""
+        return all(check.ok for check in self.checks)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return {"ok": self.ok, "checks": [check.to_dict() for check in self.checks], "skipped": list(self.skipped)}
+
+
+def run_check(
+    reference: Mapping[str, Reference],
+    *,
+    base: Scene | None = None,
+    groups: Collection[str] | None = None,
+    progress: Progress = lambda _, __: None,
+) -> CheckResult:
+    """Compute the quantities of `groups` (all) from the scene `base` (the paper's) and compare each with its reference.
+
+    With all groups, a quantity of the reference that is computed no more fails. `progress` gets a task and the share
+    of it that is done, from several threads. Raises `ConfigurationError` for an unknown group, and what loading a
+    damaged recording raises; a run that fails is a result.
+    """
+    wanted = set(GROUPS if groups is None else groups)
+    unknown = wanted - set(GROUPS)
+    if unknown:
+        raise ConfigurationError(f"group {min(unknown)!r} is not known. Known: {', '.join(GROUPS)}.")
+    start = base if base is not None else paper_scene()
+    fresh: dict[str, float | None] = {}
+    for name in (name for name in GROUPS if name in wanted):
+        fresh |= GROUPS[name](start, progress)
+    if wanted == set(GROUPS):
+        fresh |= {name: math.nan for name in reference if name not in fresh}
+    return CheckResult(
+        checks=tuple(_checked(name, value, reference.get(name)) for name, value in fresh.items() if value is not None),
+        skipped=tuple(name for name, value in fresh.items() if value is None),
+    )
+
+
+def _checked(name: str, value: float, wanted: Reference | None) -> Checked:
+    if wanted is None:
+        none = "no reference: give it a tolerance and a reason in the reference file"
+        return Checked(name=name, value=value, low=math.nan, high=math.nan, unit="", reason=none)
+    middle = math.nan if wanted.value is None else wanted.value
+    return Checked(
+        name=name, value=value, low=middle - wanted.tolerance, high=middle + wanted.tolerance, unit=wanted.unit,
+        reason=wanted.reason,
+    )  # fmt: skip

@@ -1,0 +1,82 @@
+"""What is checked: each group of quantities is computed anew from a scene that they all start from.
+
+A group is a function of that scene to values by name. What cannot be computed here, for want of a recording, is None;
+what could not be computed because something failed is NaN.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+from srbval.bearing import load_bearing
+from srbval.check.runs import Progress, Values, balance, printed, read_line, run_side_by_side, taken_from, with_defect
+from srbval.recordings import State, load_recording
+from srbval.recordings.registry import find_recording
+from srbval.scene import DefectKind, Scene
+from srbval.validation.analyse import analyse
+
+RIG_RPM = 877.0  # nominal motor speed of those open excerpts that are nearest to the paper's
+LINE_OF = {State.OUTER: "BPFO", State.INNER: "BPFI"}
+LOWER_RUNGS = ("impulse", "planar", "line")
+
+
+def kinematics(base: Scene, _: Progress) -> Values:
+    """Fault orders in closed form."""
+    orders = load_bearing(base.bearing).orders
+    return {f"order_{name}": getattr(orders, name) for name in ("bpfo", "bpfi", "bsf", "ftf")}
+
+
+def statics(base: Scene, _: Progress) -> Values:
+    """Static balance, which knows the stiffness, the fit and every circle's radius, and leaves nothing to chance."""
+    scenes = {"play": base, "printed": printed(base)}
+    return {f"static_{name}_{fit}": value for fit, scene in scenes.items() for name, value in balance(scene).items()}
+
+
+def runs(base: Scene, progress: Progress) -> Values:
+    """The paper's scene without and with a defect on either race, and the printed fit: what Table 6 rests on."""
+    outer = with_defect(base, DefectKind.OUTER)
+    scenes = {
+        "healthy": with_defect(base, DefectKind.NONE),
+        "outer": outer,
+        "inner": with_defect(base, DefectKind.INNER),
+        "outer_printed": printed(outer),
+    }
+    done = run_side_by_side(scenes, progress)
+    found: dict[str, float | None] = {
+        f"{quantity}_{name}": value for name, run in done.items() for quantity, value in taken_from(run).items()
+    }
+    return found | {
+        "failed_runs": float(sum(run is None for run in done.values())),
+        "read_bpfo_hz": read_line(done["outer"], "BPFO"),
+        "read_bpfi_hz": read_line(done["inner"], "BPFI"),
+    }
+
+
+def ladder(base: Scene, progress: Progress) -> Values:
+    """The lower rungs that vibrate, on the outer-race scene."""
+    outer = with_defect(base, DefectKind.OUTER)
+    done = run_side_by_side({model: replace(outer, model=model) for model in LOWER_RUNGS}, progress)
+    return {f"read_bpfo_hz_{model}": read_line(run, "BPFO") for model, run in done.items()}
+
+
+def rig(base: Scene, _: Progress) -> Values:
+    """Lines of the rig's own recordings, where they are registered: the pipeline on measured vibration."""
+    bearing, found = load_bearing(base.bearing), dict[str, float | None]()
+    for state, line in LINE_OF.items():
+        entry = find_recording(state=state, nominal_rpm=RIG_RPM)
+        found[f"rig_order_{state.value}"] = None
+        if entry is not None:
+            analysis = analyse(load_recording(entry.file), bearing=bearing)
+            hz = analysis.line(line).found_hz
+            found[f"rig_order_{state.value}"] = float("nan") if hz is None else hz / analysis.speed.value_hz
+    return found
+
+
+GROUPS: Mapping[str, Callable[[Scene, Progress], Values]] = {
+    "kinematics": kinematics,
+    "statics": statics,
+    "runs": runs,
+    "ladder": ladder,
+    "rig": rig,
+}

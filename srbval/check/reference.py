@@ -1,0 +1,90 @@
+"""Reference results: a value for every quantity, how far a fresh one may lie from it, and why that far."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import srbval
+from srbval.config.strict import build
+from srbval.errors import ConfigurationError, DataError
+from srbval.storage.revision import git_revision
+from srbval.storage.strict_json import write_json
+from srbval.storage.whole_file import whole_file
+
+FILE = "reference.json"
+KIND, SCHEMA_VERSION = "reference", 1
+SPARE_DIGITS = 2  # of a value beyond its tolerance's first
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reference:
+    """One quantity: `value` [`unit`], not yet known where None, the `tolerance` either side and the `reason` for it."""
+
+    name: str
+    value: float | None = None
+    tolerance: float
+    unit: str
+    reason: str
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.tolerance) and self.tolerance >= 0):
+            raise ConfigurationError(f"{self.name}: tolerance = {self.tolerance} must be zero or a positive number.")
+        if not self.reason.strip():
+            raise ConfigurationError(f"{self.name}: a tolerance needs its reason; write one.")
+
+    def at(self, value: float) -> Reference:
+        """The same quantity with `value` for reference, to two digits more than the tolerance has."""
+        if not self.tolerance:
+            return replace(self, value=value)
+        return replace(self, value=round(value, SPARE_DIGITS - math.floor(math.log10(self.tolerance))))
+
+
+def reference_path() -> Path:
+    """The reference results of this version: in the repository, or in the installed package."""
+    package = Path(srbval.__file__).resolve().parent
+    found = [folder / FILE for folder in (package.parent / "reports", package / "reports") if (folder / FILE).is_file()]
+    if not found:
+        raise DataError(f"{package / 'reports' / FILE}: no such file; this installation lacks it. Install srbval anew.")
+    return found[0]
+
+
+def read_reference(path: Path) -> dict[str, Reference]:
+    """The quantities of a reference file by name; `DataError` where it cannot be read or understood."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise DataError(f"{path}: cannot be read ({error.strerror}). Check the path.") from None
+    except ValueError as error:
+        raise DataError(f"{path}: no JSON ({error}).") from None
+    if not isinstance(content, dict) or (content.get("kind"), content.get("schema_version")) != (KIND, SCHEMA_VERSION):
+        raise DataError(f"{path}: no reference file of version {SCHEMA_VERSION}.")
+    tables = content.get("quantities", [])
+    listed = [build(Reference, _without_null(table), f"{path.name}[{i}]") for i, table in enumerate(tables)]
+    quantities = {q.name: q for q in listed}
+    if len(quantities) != len(listed):
+        raise DataError(f"{path}: a quantity is named twice.")
+    return quantities
+
+
+def _without_null(table: Any) -> Any:
+    return {k: v for k, v in table.items() if v is not None} if isinstance(table, dict) else table
+
+
+def write_reference(path: Path, quantities: Mapping[str, Reference]) -> None:
+    """Write `path` and, for spreadsheets, the same table beside it as CSV; each whole or not at all."""
+    rows = [asdict(quantity) for quantity in quantities.values()]
+    text = io.StringIO()
+    table = csv.DictWriter(text, fieldnames=list(rows[0]), lineterminator="\n")
+    table.writeheader()
+    table.writerows(rows)
+    origin: dict[str, Any] = {"srbval": srbval.__version__, "git_revision": git_revision()}
+    write_json(path, {"schema_version": SCHEMA_VERSION, "kind": KIND, **origin, "quantities": rows})
+    with whole_file(path.with_suffix(".csv")) as part:
+        part.write_text(text.getvalue(), encoding="utf-8")

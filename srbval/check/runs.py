@@ -1,0 +1,92 @@
+"""Runs and static balances that quantities are taken from."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+from srbval.bearing import load_bearing
+from srbval.bench.measures import measure
+from srbval.errors import ConfigurationError
+from srbval.models.account import Account
+from srbval.models.full.equilibrium import equilibrium_state
+from srbval.models.full.parameters import make_parameters
+from srbval.models.run import Run, RunStatus
+from srbval.models.simulate import simulate, static_share
+from srbval.models.warm import load_kernels
+from srbval.recordings.from_run import recording_from_run
+from srbval.scene import DefectKind, RollerFit, Scene
+from srbval.validation.analyse import analyse
+
+Values = Mapping[str, float | None]
+Progress = Callable[[str, float], None]
+
+SECONDS = 2.0
+"""Recorded: long enough to read a line to 0.05 Hz, short enough for a check to be made often."""
+
+
+def printed(base: Scene) -> Scene:
+    """The same with rollers as thick as Table 1 prints them: every roller is loaded, nothing rattles."""
+    return replace(base, contact=replace(base.contact, roller_fit=RollerFit.PRINTED))
+
+
+def with_defect(base: Scene, kind: DefectKind) -> Scene:
+    """The same, `SECONDS` long, with a defect of that kind."""
+    return replace(base, defect=replace(base.defect, kind=kind), duration_s=SECONDS)
+
+
+def run_side_by_side(scenes: Mapping[str, Scene], progress: Progress) -> dict[str, Run | None]:
+    """Run every scene, one a core at a time; None where a run failed or found no start."""
+
+    def one(name: str) -> Run | None:
+        scene = scenes[name]
+        whole_s = scene.settle_s + scene.duration_s
+        try:
+            run = simulate(scene, progress=lambda done_s: progress(name, done_s / whole_s))
+        except ConfigurationError:  # the reference scenes are sound: then the model is not
+            return None
+        return run if run.status is RunStatus.OK else None
+
+    load_kernels(scene.model for scene in scenes.values())
+    with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:
+        return dict(zip(scenes, pool.map(one, scenes), strict=True))
+
+
+def taken_from(run: Run | None) -> dict[str, float]:
+    """Cage, load, slip power and vibration of a run; NaN throughout where it failed."""
+    if run is None:
+        return dict.fromkeys(("cage_ratio", "roller_load_share", "slip_power_w", "band_rms_m_s2"), math.nan)
+    taken = measure(run)
+    return {
+        "cage_ratio": taken.cage_ratio,
+        "roller_load_share": run.roller_load_share,
+        "slip_power_w": float(run.energy.friction_w.mean()),
+        "band_rms_m_s2": taken.band_rms_m_s2,
+    }
+
+
+def read_line(run: Run | None, name: str) -> float:
+    """A fault line as the pipeline reads it from a run [Hz]; NaN where the run failed or it is not found."""
+    if run is None:
+        return math.nan
+    found = analyse(recording_from_run(run), bearing=load_bearing(run.scene.bearing)).line(name).found_hz
+    return math.nan if found is None else float(found)
+
+
+def balance(scene: Scene) -> dict[str, float]:
+    """Static balance: ring displacement along y [um] and the rollers' part of the load; NaN where there is none."""
+    bearing = load_bearing(scene.bearing)
+    if bearing.geometry is None:
+        raise ConfigurationError(f"bearing {bearing.name!r} has no [geometry]; it has no static balance.")
+    load_kernels([scene.model])
+    model = make_parameters(scene, bearing.geometry)
+    try:
+        state = equilibrium_state(model).state
+    except ConfigurationError:  # the reference scenes have one: then the model is at fault
+        return {"ring_um": math.nan, "roller_share": math.nan}
+    ring = state[len(state) // 2 - 3 : len(state) // 2]
+    share = static_share(Account(scene=scene, bearing=bearing), model, ring)
+    return {"ring_um": float(ring[1]) * 1e6, "roller_share": share}

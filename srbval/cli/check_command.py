@@ -1,0 +1,83 @@
+"""``srbval check``: a fresh run against the reference results."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+from srbval.check.check import CheckResult, run_check
+from srbval.check.junit import write_junit
+from srbval.check.reference import Reference, read_reference, reference_path, write_reference
+from srbval.check.update import Difference, differences, renewed
+from srbval.cli.output import print_json, print_table
+from srbval.cli.tasks import Tasks
+from srbval.report.progress import Progress
+
+WITHIN, DRIFTED = 0, 1
+
+
+def run(options: argparse.Namespace) -> int:
+    """Check, and with ``--update`` show and replace; exit code 1 where anything is out of tolerance."""
+    path = Path(options.reference) if options.reference else reference_path()
+    reference = read_reference(path)
+    started = time.perf_counter()
+    with Progress() as progress:
+        result = run_check(reference, progress=Tasks(progress, "Check"))
+    if options.junit:
+        write_junit(Path(options.junit), result, seconds=time.perf_counter() - started)
+    if options.update:
+        return _update(options, path, reference, result)
+    if options.json:
+        print_json(result.to_dict(), status="ok" if result.ok else "drifted")
+    else:
+        _show(result)
+    return WITHIN if result.ok else DRIFTED
+
+
+def _show(result: CheckResult) -> None:
+    rows = [(c.name, c.value, c.low, c.high, c.unit, "yes" if c.ok else "NO") for c in result.checks]
+    print_table(("quantity", "value", "low", "high", "unit", "ok"), rows)
+    for name in result.skipped:
+        print(f"skipped, needs a recording that is not registered: {name}")
+    for check in result.checks:
+        if not check.ok:
+            print(f"{check.name}: {check.value:.9g} is not within {check.low:.9g} to {check.high:.9g} {check.unit}; "
+                  f"its tolerance: {check.reason}")  # fmt: skip
+
+
+def _update(options: argparse.Namespace, path: Path, reference: dict[str, Reference], result: CheckResult) -> int:
+    new = renewed(reference, result)
+    changed = differences(reference, new)
+    if not options.json:
+        _show_differences(changed, path)
+    replaced = bool(changed) and (options.yes or _agreed(path))
+    if replaced:
+        write_reference(path, new)
+    if options.json:
+        print_json(
+            result.to_dict()
+            | {"reference": path, "replaced": replaced, "differences": [asdict(change) for change in changed]}
+        )
+    elif changed:
+        print(f"{path}: replaced" if replaced else f"{path}: left as it was; give --yes to replace it")
+    return WITHIN if replaced or result.ok else DRIFTED
+
+
+def _show_differences(changed: Sequence[Difference], path: Path) -> None:
+    if not changed:
+        print(f"{path}: nothing differs")
+        return
+    rows = [(c.name, c.old, c.new, c.unit, None if c.moved is None else round(c.moved, 2)) for c in changed]
+    print_table(("quantity", "reference", "now", "unit", "moved by tolerances"), rows)
+
+
+def _agreed(path: Path) -> bool:
+    """Ask on a terminal; elsewhere nobody can agree."""
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        return False
+    print(f"replace {path}? [y/N] ", end="", file=sys.stderr, flush=True)
+    return sys.stdin.readline().strip().lower() in ("y", "yes")

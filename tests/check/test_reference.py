@@ -1,0 +1,107 @@
+"""The reference file: read strictly, written whole, renewed only by what a sound run gives."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from srbval.check.check import Checked, CheckResult
+from srbval.check.junit import write_junit
+from srbval.check.reference import Reference, read_reference, write_reference
+from srbval.check.update import differences, renewed
+from srbval.errors import ConfigurationError, DataError
+
+REPORTS = Path(__file__).parents[2] / "reports"
+
+
+def reference(name: str = "a", value: float | None = 1.0, tolerance: float = 0.01) -> Reference:
+    return Reference(name=name, value=value, tolerance=tolerance, unit="m", reason="it scatters by half of that")
+
+
+def checked(name: str = "a", value: float = 1.0, low: float = 0.99, high: float = 1.01) -> Checked:
+    return Checked(name=name, value=value, low=low, high=high, unit="m", reason="it scatters by half of that")
+
+
+def test_every_quantity_has_a_value_a_tolerance_and_a_reason() -> None:
+    for quantity in read_reference(REPORTS / "reference.json").values():
+        assert quantity.value is not None, quantity.name
+        assert len(quantity.reason.split()) > 3, quantity.name
+
+
+def test_the_csv_beside_it_is_the_same_table() -> None:
+    listed = json.loads((REPORTS / "reference.json").read_text(encoding="utf-8"))["quantities"]
+    with (REPORTS / "reference.csv").open(encoding="utf-8", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert rows == [{key: str(value) for key, value in quantity.items()} for quantity in listed]
+
+
+def test_what_is_written_is_read_again(tmp_path: Path) -> None:
+    quantities = {"a": reference(), "b": reference("b", None, 0.0)}
+    write_reference(tmp_path / "reference.json", quantities)
+    assert read_reference(tmp_path / "reference.json") == quantities
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        ("{", "no JSON"),
+        ("[]", "no reference file"),
+        ('{"kind": "reference", "schema_version": 99}', "no reference file of version"),
+        ('{"kind": "reference", "schema_version": 1, "quantities": [{"name": "a"}]}', "missing key"),
+    ],
+)
+def test_a_broken_file_is_refused(text: str, error: str, tmp_path: Path) -> None:
+    path = tmp_path / "reference.json"
+    path.write_text(text)
+    with pytest.raises((DataError, ConfigurationError), match=error):
+        read_reference(path)
+
+
+def test_a_missing_file_is_a_data_error(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="cannot be read"):
+        read_reference(tmp_path / "none.json")
+
+
+def test_a_tolerance_without_a_reason_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match="needs its reason"):
+        Reference(name="a", tolerance=0.1, unit="m", reason=" ")
+
+
+@pytest.mark.parametrize(
+    ("value", "low", "high"), [(1.02, 0.99, 1.01), (math.nan, 0.9, 1.1), (1.0, math.nan, math.nan)]
+)
+def test_only_what_lies_within_is_ok(value: float, low: float, high: float) -> None:
+    assert not checked(value=value, low=low, high=high).ok
+
+
+def test_renewing_keeps_tolerances_and_what_was_skipped() -> None:
+    old = {"a": reference(), "b": reference("b", 5.0)}
+    new = renewed(old, CheckResult(checks=(checked(value=1.234567),), skipped=("b",)))
+    assert new == {"a": reference(value=1.2346), "b": old["b"]}
+    (change,) = differences(old, new)
+    assert (change.old, change.new, change.moved) == (1.0, 1.2346, pytest.approx(23.46))
+
+
+def test_no_reference_is_made_of_a_failure() -> None:
+    with pytest.raises(ConfigurationError, match="could not be computed"):
+        renewed({"a": reference()}, CheckResult(checks=(checked(value=math.nan),), skipped=()))
+
+
+def test_a_new_quantity_needs_a_tolerance_first() -> None:
+    with pytest.raises(ConfigurationError, match="no tolerance and no reason"):
+        renewed({}, CheckResult(checks=(checked(),), skipped=()))
+
+
+def test_junit_counts_and_explains(tmp_path: Path) -> None:
+    result = CheckResult(checks=(checked(), checked("b", 2.0)), skipped=("c",))
+    write_junit(tmp_path / "junit.xml", result, seconds=1.5)
+    suite = ElementTree.parse(tmp_path / "junit.xml").getroot()[0]
+    assert (suite.get("tests"), suite.get("failures"), suite.get("skipped")) == ("3", "1", "1")
+    failure = suite.find("testcase[@name='b']/failure")
+    assert failure is not None
+    assert "2 is not within 0.99 to 1.01 m" in failure.attrib["message"]

@@ -1,0 +1,74 @@
+"""`srbval check` on one quick group: what it prints, writes and returns."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from srbval.check.quantities import GROUPS
+from srbval.cli import main
+
+ORDERS = {"order_bpfo": 8.1772, "order_bpfi": 10.8228, "order_bsf": 3.4678, "order_ftf": 0.4304}
+
+
+@pytest.fixture
+def reference(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A reference of the kinematic orders; nothing else is checked."""
+    monkeypatch.setattr("srbval.check.check.GROUPS", {"kinematics": GROUPS["kinematics"]})
+    rows = [{"name": n, "value": v, "tolerance": 1e-3, "unit": "1", "reason": "rounded"} for n, v in ORDERS.items()]
+    path = tmp_path / "reference.json"
+    path.write_text(json.dumps({"kind": "reference", "schema_version": 1, "quantities": rows}))
+    return path
+
+
+def drift(path: Path) -> None:
+    document = json.loads(path.read_text())
+    document["quantities"][0]["value"] = 8.5
+    path.write_text(json.dumps(document))
+
+
+def test_json_has_the_keys_of_the_interface(reference: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", "--json", "--reference", str(reference)]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["status"] == "ok"
+    assert {check["name"] for check in document["checks"]} == set(ORDERS)
+    for check in document["checks"]:
+        assert {"name", "value", "low", "high", "unit", "ok"} <= set(check)
+        assert check["ok"] is (check["low"] <= check["value"] <= check["high"]) is True
+
+
+def test_drift_leaves_with_one_and_says_what(reference: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    drift(reference)
+    assert main(["check", "--reference", str(reference)]) == 1
+    assert "order_bpfo: 8.17723534 is not within 8.499 to 8.501 1; its tolerance: rounded" in capsys.readouterr().out
+
+
+def test_update_shows_and_leaves_alone_without_agreement(reference: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    drift(reference)
+    before = reference.read_bytes()
+    assert main(["check", "--update", "--reference", str(reference)]) == 1
+    shown = capsys.readouterr().out
+    assert "order_bpfo" in shown
+    assert "-322" in shown
+    assert "left as it was; give --yes to replace it" in shown
+    assert reference.read_bytes() == before
+
+
+def test_update_replaces_when_told_to(reference: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    drift(reference)
+    assert main(["check", "--update", "--yes", "--reference", str(reference)]) == 0
+    capsys.readouterr()
+    assert main(["check", "--json", "--reference", str(reference)]) == 0
+    assert json.loads(capsys.readouterr().out)["ok"] is True
+
+
+def test_junit_is_written(reference: Path, tmp_path: Path) -> None:
+    assert main(["check", "--junit", str(tmp_path / "junit.xml"), "--reference", str(reference)]) == 0
+    assert "order_ftf" in (tmp_path / "junit.xml").read_text()
+
+
+def test_a_missing_reference_is_missing_data(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", "--reference", str(tmp_path / "none.json")]) == 3
+    assert "cannot be read" in capsys.readouterr().err

@@ -1,0 +1,121 @@
+"""Is the documentation complete? Every public name has an entry, every equation its code, every page a way to it."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import importlib.util
+import re
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+import srbval
+from tests.test_layers import ORDER
+
+PACKAGE = Path(srbval.__file__).parent
+DOCS = PACKAGE / "docs"
+PAGES = sorted(DOCS.rglob("*.md"))
+THEORY = [path for path in PAGES if path.parent.name == "theory" and path.stem != "index"]
+EQUATION = re.compile(r"```\{math\}\n(?::\w+:.*\n)*")
+CODE = re.compile(r"\{py:obj\}`([\w.]+)`")
+
+
+def conf() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("srbval_docs_conf", DOCS / "conf.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def thing(dotted: str) -> object:
+    """What a dotted name stands for; raises where there is none."""
+    parts = dotted.split(".")
+    for length in range(len(parts), 0, -1):
+        try:
+            found: object = importlib.import_module(".".join(parts[:length]))
+        except ModuleNotFoundError:
+            continue
+        for name in parts[length:]:
+            found = getattr(found, name)
+        return found
+    raise ModuleNotFoundError(dotted)
+
+
+def test_every_module_is_in_the_reference() -> None:
+    listed = {name for room in ORDER for name in conf().modules_of(room)}
+    files = [path.relative_to(PACKAGE.parent) for path in PACKAGE.rglob("*.py") if DOCS not in path.parents]
+    modules = {".".join(path.with_suffix("").parts).removesuffix(".__init__") for path in files}
+    assert modules - listed == {"srbval", "srbval.__main__"}
+    for room in ORDER:
+        assert "MODULES" in (DOCS / "api" / f"{room}.md").read_text(encoding="utf-8"), room
+
+
+def public_names(tree: ast.Module) -> list[ast.FunctionDef | ast.ClassDef]:
+    """Public functions and classes of a module and public methods of those classes; nothing within functions."""
+    named = ast.FunctionDef | ast.ClassDef
+    tops = [node for node in tree.body if isinstance(node, named) and not node.name.startswith("_")]
+    inside = [node for top in tops if isinstance(top, ast.ClassDef) for node in top.body]
+    return tops + [node for node in inside if isinstance(node, named) and not node.name.startswith("_")]
+
+
+def test_every_public_name_has_a_docstring_to_be_listed_with() -> None:
+    """What has none is left out of the reference without a word."""
+    for path in PACKAGE.rglob("*.py"):
+        for node in public_names(ast.parse(path.read_text(encoding="utf-8"))):
+            assert ast.get_docstring(node), f"{path}: {node.name}"
+
+
+def test_everything_that_the_package_offers_is_listed() -> None:
+    text = conf().offered()
+    for name in set(srbval.__all__) - {"__version__"}:
+        assert f"`srbval.{name} <" in text
+
+
+@pytest.mark.parametrize("page", THEORY, ids=lambda path: path.stem)
+def test_every_equation_has_a_label_and_a_code(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    blocks = list(EQUATION.finditer(text))
+    assert blocks
+    for i, block in enumerate(blocks):
+        assert ":label:" in block[0], f"{page.name}: equation {i + 1} has no label"
+        section = text[block.start() : text.find("\n## ", block.start()) % (len(text) + 1)]
+        codes = [line for line in section.splitlines() if line.startswith("Code:")]
+        assert codes, f"{page.name}: no code below {block[0]}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: str(path.relative_to(DOCS)))
+def test_every_code_that_is_named_is_there(page: Path) -> None:
+    for dotted in CODE.findall(page.read_text(encoding="utf-8")):
+        assert thing(dotted) is not None
+
+
+def test_every_label_is_there_once() -> None:
+    labels = [label for page in THEORY for label in re.findall(r":label: (\S+)", page.read_text(encoding="utf-8"))]
+    assert len(labels) == len(set(labels))
+    used = {name for page in PAGES for name in re.findall(r"\{eq\}`([\w-]+)`", page.read_text(encoding="utf-8"))}
+    assert used <= set(labels)
+
+
+def test_the_picture_shows_every_room() -> None:
+    picture = (DOCS / "architecture.svg").read_text(encoding="utf-8")
+    shown = re.findall(r'font-weight="bold"[^>]*>(\w+)<', picture)
+    assert tuple(shown) == ORDER
+
+
+def test_commands_in_the_guide_are_commands() -> None:
+    from srbval.cli.arguments import parser
+
+    commands = {
+        line.split("#")[0].split()[1]
+        for page in PAGES
+        for block in re.findall(r"```sh\n(.*?)```", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+        for line in block.splitlines()
+        if line.startswith("srbval ")
+    }
+    known = set(re.findall(r"^ {4}([a-z]+)", parser().format_help(), flags=re.MULTILINE))
+    assert commands
+    assert commands <= known

@@ -1,0 +1,74 @@
+"""Kernels are compiled in another process, so that every run loads them from the store."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+import srbval
+from srbval.models import warm
+
+SHORT_PLANAR = "srbval.paper_scene(model='planar', duration='5 ms', settle='0 s', defect={'kind': 'outer'})"
+REPORT = f"""
+import hashlib, srbval
+from srbval.models.planar import ring_kernel
+run = srbval.simulate({SHORT_PLANAR})
+misses = sum(sum(f.stats.cache_misses.values()) for f in vars(ring_kernel).values() if hasattr(f, "stats"))
+print(hashlib.sha256(run.acceleration_m_s2.tobytes()).hexdigest(), misses)
+"""
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[list[str]]:
+    """Commands of the processes that would be started; an empty store."""
+    commands: list[list[str]] = []
+
+    def run(command: list[str], **_: Any) -> SimpleNamespace:
+        commands.append(command)
+        return SimpleNamespace(returncode=0)
+
+    monkeypatch.setattr(warm.subprocess, "run", run)
+    monkeypatch.setattr(warm, "_ready", set())
+    monkeypatch.setattr(warm, "_mark", lambda model: tmp_path / model)
+    return commands
+
+
+def test_a_process_is_asked_once(asked: list[list[str]]) -> None:
+    for _ in range(2):
+        warm.compile_apart("full")
+    assert [command[1:] for command in asked] == [["-m", "srbval.models.warm", "full"]]
+
+
+def test_what_is_marked_as_stored_is_not_compiled_again(asked: list[list[str]], tmp_path: Path) -> None:
+    (tmp_path / "full").touch()
+    warm.compile_apart("full")
+    assert asked == []
+
+
+@pytest.mark.parametrize("model", warm.WITHOUT_KERNELS)
+def test_models_without_kernels_need_none(model: str, asked: list[list[str]]) -> None:
+    srbval.simulate(srbval.paper_scene(model=model, duration="5 ms", settle="0 s", defect={"kind": "outer"}))
+    assert asked == []
+
+
+def test_a_failed_process_leaves_no_mark(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(warm, "_ready", set())
+    monkeypatch.setattr(warm, "_mark", lambda model: tmp_path / model)
+    warm.compile_apart("no-such-model-at-all")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_first_process_loads_what_another_compiled(tmp_path: Path) -> None:
+    env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)} | warm.package_path()
+    first, second = (
+        subprocess.run([sys.executable, "-c", REPORT], env=env, capture_output=True, text=True, check=True).stdout
+        for _ in range(2)
+    )
+    assert first.split()[1] == "0"
+    assert first == second

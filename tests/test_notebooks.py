@@ -1,0 +1,79 @@
+"""The notebooks' numbers: each is run cell by cell here, and what it found is held against what it must be.
+
+That they run as notebooks, and print what is stored in them, is for nbval (see `.ci/run`).
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import pytest
+
+FOLDER = Path(__file__).parents[1] / "notebooks"
+NAMES = ("first_tour", "reproducing_table6", "speed_against_accuracy", "your_own_recordings")
+CHECKED = "nbval-check-output"
+# Lines of the model lie within this of the cage speed's; two seconds are read to 0.05 Hz.
+READ_HZ = 0.1
+
+
+def cells(name: str) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = json.loads((FOLDER / f"{name}.ipynb").read_text(encoding="utf-8"))["cells"]
+    return found
+
+
+def run(name: str) -> dict[str, Any]:
+    """Names of a notebook after all its code."""
+    space: dict[str, Any] = {}
+    with mpl.rc_context({"backend": "agg"}):
+        for cell in cells(name):
+            if cell["cell_type"] == "code":
+                exec(compile("".join(cell["source"]), f"{name}, {cell['id']}", "exec"), space)
+    return space
+
+
+def test_these_are_all_there_are() -> None:
+    assert {path.stem for path in FOLDER.glob("*.ipynb")} == set(NAMES)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_checked_cells_are_tagged_and_stored_with_their_output(name: str) -> None:
+    checked = [cell for cell in cells(name) if CHECKED in cell["metadata"].get("tags", ())]
+    assert len(checked) >= 3
+    assert all(cell["outputs"] for cell in checked)
+    text = json.dumps(cells(name))
+    assert "Traceback" not in text
+    assert "/tmp/" not in text
+
+
+def test_first_tour() -> None:
+    found = run("first_tour")
+    assert found["line"].found_hz == pytest.approx(found["run"].bpfo_hz, abs=READ_HZ)
+    assert found["run"].cage_ratio == pytest.approx(0.4317, abs=5e-4)
+    assert found["line"].detected
+
+
+def test_reproducing_table6() -> None:
+    found = run("reproducing_table6")
+    assert found["implied_rpm"] == pytest.approx(706.6, abs=0.05)
+    assert found["total"] == pytest.approx(19, abs=0.02)
+    assert 0.2 < found["deviation_pct"]["BPFO"] < 0.35
+    assert -0.25 < found["deviation_pct"]["BPFI"] < -0.05
+    assert all(line.ci95_hz < READ_HZ for line in found["lines"].values())
+
+
+def test_speed_against_accuracy() -> None:
+    rows = run("speed_against_accuracy")["rows"]
+    assert rows["imex2"]["cage_error"] < 2e-5 < rows["ode4"]["cage_error"]
+    assert rows["ode4"]["floor"] > 6
+    assert rows["imex2"]["floor"] < 3
+
+
+def test_your_own_recordings() -> None:
+    found = run("your_own_recordings")
+    assert found["line"].found_hz == pytest.approx(3.585 * 1480 / 60, abs=0.01)
+    assert found["line"].detected
+    assert not found["analysis"].line("BPFI").detected
+    assert found["call"].called is None
