@@ -98,9 +98,7 @@ def _against_baseline(faults: Sequence[OtherRecord]) -> list[str]:
 
 def _deviations(known: Sequence[OtherRecord]) -> str:
     beyond = [r for r in known if abs(r.deviation_pct or 0) > NEAR_PCT]
-    listed = ", ".join(
-        f"{literal(r.file)} ({r.deviation_pct:+.2f} ± {r.deviation_ci95_pct:.2f} %)" for r in beyond
-    )
+    listed = ", ".join(f"{literal(r.file)} ({r.deviation_pct:+.2f} ± {r.deviation_ci95_pct:.2f} %)" for r in beyond)
     return (
         f"Where the speed is measured or estimated, {len(known) - len(beyond)} of {len(known)} shown lines lie within "
         f"{NEAR_PCT:g} % of kinematics"
