@@ -3,9 +3,13 @@ import dataclasses
 import numpy as np
 import pytest
 
+from srbval.models.run_file import write_run
+from srbval.models.simulate import simulate
 from srbval.recordings import ShaftSpeed, SpeedSource, load_recording
+from srbval.recordings.from_run import recording_from_run
 from srbval.recordings.recording import SpeedSignal
 from srbval.recordings.speed import tachometer_speed
+from srbval.scene import SpeedProfile, paper_scene
 from srbval.validation.analyse import analyse
 from tests.validation.test_analyse import BEARING, FS_HZ, SECONDS, SHAFT_HZ, recording
 
@@ -73,3 +77,33 @@ def test_the_rig_s_own_tachometers_drift_by_less_than_a_bin(recordings_dir):
         tracking = analyse(load_recording(path), bearing=BEARING).processed.tracking
         assert tracking.drift_bins is not None
         assert not tracking.used
+
+
+RAMP_RAD_S = (70.0, 78.0)
+
+
+def simulated_ramp(model, kind, seconds):
+    ramp = SpeedProfile(time_s=(0.0, seconds), speed_rad_s=RAMP_RAD_S)
+    scene = paper_scene(model=model, duration_s=seconds, defect={"kind": kind})
+    return simulate(dataclasses.replace(scene, speed_profile=ramp))
+
+
+def test_a_simulated_ramp_reads_the_model_s_own_line_from_memory_and_from_its_file(tmp_path):
+    run = simulated_ramp("impulse", "outer", 4.0)
+    write_run(run, tmp_path / "ramp.h5")
+    for record in (recording_from_run(run), load_recording(tmp_path / "ramp.h5")):
+        analysis = analyse(record, bearing=BEARING)
+        line = analysis.line("BPFO")
+        assert analysis.processed.tracking.used
+        assert line.detected
+        assert line.found_hz == pytest.approx(run.bpfo_hz, rel=READING_PCT / 100)
+        without = analyse(dataclasses.replace(record, speed_signal=None), bearing=BEARING).line("BPFO")
+        assert not without.detected or abs(without.found_hz / run.bpfo_hz - 1) > 3 * READING_PCT / 100
+
+
+@pytest.mark.slow
+def test_a_ramp_of_the_full_model_reads_its_own_cage():
+    run = simulated_ramp("full", "outer", 3.0)
+    line = analyse(recording_from_run(run), bearing=BEARING).line("BPFO")
+    assert line.detected
+    assert line.found_hz == pytest.approx(run.bpfo_hz, rel=2 * READING_PCT / 100)
