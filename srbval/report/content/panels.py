@@ -243,7 +243,10 @@ def _who(analysis: Analysis, state: State) -> str:
 def _band(analysis: Analysis) -> str:
     shown = analysis.processed
     low, high = shown.band_hz
-    return f"band {low:g} to {high:g} Hz ({shown.band_filter.value}), envelope the modulus, unit one standard deviation"
+    return (
+        f"band {low:g} to {high:g} Hz ({shown.band_filter.value}), envelope (modulus) in standard deviations of the "
+        "band-passed signal"
+    )
 
 
 def _inside(time: FloatArray) -> NDArray[np.bool_]:

@@ -25,7 +25,9 @@ def sources_section(evidence: Evidence, picture: Figure) -> Section:
         id="records",
         label="Records",
         caption="All records in this report; each went through the same chain: rotation (two axes only), "
-        "normalisation, zero-phase band-pass, Hilbert envelope, envelope spectrum, joint line reading.",
+        "normalisation, then in one pass band-pass without phase shift, Hilbert transform and envelope, ends dropped; "
+        "lines are read jointly from the squared envelope [squared standard deviations of the record]. **Tracked**: "
+        "resampled to even shaft angles, because with the speed the race lines move by more than one bin.",
         columns=(
             Column(title="Record"),
             Column(title="For"),
@@ -56,7 +58,7 @@ def _row(group: str, analysis: Analysis) -> list[Cell | Value]:
         state,
         Cell(value=rpm_of(analysis), ci95=ci95, note=analysis.speed.source.value),
         recording.seconds,
-        f"{low:g} to {high:g}",
+        f"{low:g} to {high:g}, {analysis.processed.band_filter.value}{', tracked' * analysis.processed.tracking.used}",
         finding(analysis),
     ]
 

@@ -70,7 +70,8 @@ def _published_table(rows: list[Comparison], shaft_rpm: float) -> Table:
         ),
         rows=table,
         notes=(
-            "**Read**: joint fit of the harmonics in the envelope spectrum, with its 95 % interval. **Cage speed**: "
+            "**Read**: joint fit of the harmonics in the spectrum of the squared envelope, with its 95 % interval. "
+            "**Cage speed**: "
             "the same line from the model's own mean cage speed, an independent check.",
             "The paper states neither an uncertainty nor a measured speed for its rig values, so no verdict can be "
             "given on them: **insufficient data**.",
