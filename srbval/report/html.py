@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import re
 from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+from markupsafe import Markup
+
 from srbval.report.model import Report
 from srbval.report.plain import as_plain
 
 # What a data URI may hold as it stands, besides letters and digits: as much as the quoted attribute allows.
-_PLAIN = " !$'()*+,-./:;=?@[]^_`{|}~"
+_PLAIN = " !$'()*+,-./:;=?@[]^_{|}~"
 _MEDIA_TYPES = {".svg": "image/svg+xml", ".png": "image/png", ".csv": "text/csv"}
 
 
@@ -52,10 +55,16 @@ def _template_text(name: str) -> str:
     return (resources.files("srbval.report") / "templates" / name).read_text(encoding="utf-8")
 
 
-def _data_uri(files: dict[str, Path], name: str) -> str:
-    """A file as a data URI: text percent-encoded, which is smaller than base64; pictures of pixels in base64."""
+def _data_uri(files: dict[str, Path], name: str) -> Markup:
+    """A file as a data URI without any sign that HTML would have to escape in an attribute between double quotes.
+
+    Text is percent-encoded, which is smaller than base64; pictures of pixels are in base64.
+    """
     path = files[name]
     kind, content = _MEDIA_TYPES[path.suffix], path.read_bytes()
     if kind == "image/png":
-        return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"
-    return f"data:{kind};charset=utf-8,{quote(content, safe=_PLAIN)}"
+        return Markup(f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}")
+    if kind == "image/svg+xml":
+        content = re.sub(rb">\s*\n\s*<", b"><", content)
+        content = content if b"'" in content else content.replace(b'"', b"'")
+    return Markup(f"data:{kind};charset=utf-8,{quote(content, safe=_PLAIN)}")

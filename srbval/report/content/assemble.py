@@ -11,14 +11,19 @@ from typing import Any
 from srbval.bench.kept import CAMPAIGN_SCALE, NOISE_STUDY, SPEED_ACCURACY, STABILITY, Kept, newest
 from srbval.recordings import State
 from srbval.report.blocks import Command, KeyValues, Listing, Paragraph
+from srbval.report.content.band_figure import band_figure
 from srbval.report.content.band_section import band_section
+from srbval.report.content.bearing_section import bearing_section
 from srbval.report.content.campaign_section import campaign_section
+from srbval.report.content.failures_section import failures_section
 from srbval.report.content.ladder_section import ladder_data, ladder_section
 from srbval.report.content.matrix_section import matrix_section
 from srbval.report.content.open_section import open_section
 from srbval.report.content.other_rigs_section import other_rigs_section
 from srbval.report.content.panels import Side, figures_11_to_14, model_alone
+from srbval.report.content.peaks_table import peaks_table
 from srbval.report.content.provenance import provenance
+from srbval.report.content.references_section import references_section
 from srbval.report.content.runs_section import flatten, runs_section, scene_section
 from srbval.report.content.scalogram_checks import checks_table
 from srbval.report.content.scene_figure import scene_figure, table6_figure
@@ -48,24 +53,27 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
         generated_utc=datetime.now(UTC),
         verdict=verdict_box(evidence),
         sections=(
-            sources_section(evidence, scene_figure(evidence, figures)),
+            sources_section(evidence),
+            bearing_section(evidence, scene_figure(evidence, figures), figures),
             table6_section(evidence, table6_figure(evidence, figures)),
             sum_rule_section(evidence),
             speed_and_slip_section(evidence),
-            matrix_section(evidence, figures),
             _figures_section(evidence, figures),
             band_section(evidence, crossed, figures),
             *_paper_speed_section(evidence, figures),
-            *other_rigs_section(evidence),
             speed_accuracy_section(kept[SPEED_ACCURACY], figures),
             stability_section(kept[STABILITY], figures),
             ladder_section(figures),
             campaign_section(kept[NOISE_STUDY], kept[CAMPAIGN_SCALE]),
+            matrix_section(evidence, figures),
+            *other_rigs_section(evidence),
             open_section(evidence),
             _limits_section(evidence),
+            failures_section(evidence, kept),
             runs_section(evidence),
             scene_section(evidence),
             _provenance_section(origin),
+            references_section(evidence),
         ),
         data=_data(evidence, origin, kept, crossed),
     )
@@ -73,19 +81,27 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
 
 def _figures_section(evidence: Evidence, folder: Path) -> Section:
     model, rig = Side(analyses=evidence.beside_rig), Side(analyses=evidence.rig)
-    grids = figures_11_to_14(model, rig, folder)
+    figure_11, figure_12, figure_13, figure_14 = figures_11_to_14(model, rig, folder)
     return Section(
         id="figures",
         title="Figures 11 to 14: model and rig",
         blocks=(
             Paragraph(
                 "Panel letters are the paper's: (a, c, e) the model, (b, d, f) the rig. Where a measured recording is "
-                "registered, "
-                "the model beside it runs at that recording's own tachometer speed."
+                "registered, the model beside it runs at that recording's own tachometer speed. A blow at every "
+                "passage of the defect excites the structure; the band-pass keeps where it rings, the **envelope** is "
+                "the outline of that ringing, and the envelope's spectrum shows how often it starts anew. All signals "
+                "are divided by their own standard deviation first."
             ),
-            *grids,
-            checks_table(rig.scalogram_checks(State.OUTER)),
+            band_figure(model.analyses, rig.analyses, folder),
+            figure_11,
+            figure_12,
+            peaks_table("12", State.OUTER, model.analyses[State.OUTER], rig.analyses[State.OUTER]),
+            figure_13,
+            peaks_table("13", State.INNER, model.analyses[State.INNER], rig.analyses[State.INNER]),
             sideband_remark(evidence),
+            figure_14,
+            checks_table(rig.scalogram_checks(State.OUTER)),
         ),
     )
 
@@ -150,17 +166,6 @@ def _provenance_section(origin: dict[str, Any]) -> Section:
             Paragraph("The command that makes this report again:"),
             Command(origin["command"]),
             KeyValues(pairs={k: v for k, v in flat.items() if k != "command"}),
-            Paragraph("**References used**"),
-            Listing(
-                items=(
-                    "Giraudo, Di Maggio, Giorio, Delprete: Dynamic Multibody Modeling of Spherical Roller Bearings "
-                    "with Localized "
-                    "Defects for Large-Scale Rotating Machinery. Sensors 25, 2419 (2025). doi 10.3390/s25082419",
-                    "ASME V&V 20-2009: Standard for Verification and Validation in Computational Fluid Dynamics and "
-                    "Heat Transfer",
-                    "Randall: Vibration-based Condition Monitoring. Wiley (2011)",
-                )
-            ),
         ),
     )
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from srbval.bench.kept import CAMPAIGN_SCALE, NOISE_STUDY, Kept
 from srbval.report.badges import Badge
 from srbval.report.blocks import Block, Paragraph
 from srbval.report.content.kept_result import missing, origin_of
+from srbval.report.inline import literal
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table
 
@@ -28,6 +30,10 @@ def campaign_section(noise: Kept | None, scale: Kept | None) -> Section:
 
 def _noise(kept: Kept) -> tuple[Block, ...]:
     rows = kept.content["rows"]
+    ratios = sorted({r["snr_db"] for r in rows}, key=lambda r: -math.inf if r is None else -r)
+    cells = {(r["state"], r["colour"], r["snr_db"]): _found(r) for r in rows}
+    clean = {r["state"]: _found(r) for r in rows if r["snr_db"] is None}
+    cells |= {(r["state"], r["colour"], None): clean[r["state"]] for r in rows if r["state"] in clean}
     table = Table(
         id="noise-table",
         label="Noise",
@@ -36,24 +42,25 @@ def _noise(kept: Kept) -> tuple[Block, ...]:
         columns=(
             Column(title="Defect"),
             Column(title="Noise"),
-            Column(title="Signal to noise", unit="dB", format="g"),
-            Column(title="Found", unit="of the draws"),
-            Column(title="Line over noise", unit="times", format=".3g"),
-            Column(title="Largest shift of a found line", unit="%", format=".2g"),
+            *(Column(title="none" if r is None else f"{r:g} dB", format=".3g") for r in ratios),
         ),
         rows=[
-            [
-                Cell(value=row["state"], badge=Badge.SIMULATED),
-                row["colour"],
-                row["snr_db"],
-                f"{row['found']} of {row['draws']}",
-                row["line_snr"],
-                row["deviation_pct"],
-            ]
-            for row in rows
+            [Cell(value=state, badge=Badge.SIMULATED), colour, *(cells.get((state, colour, r)) for r in ratios)]
+            for state, colour in dict.fromkeys((r["state"], r["colour"]) for r in rows if r["snr_db"] is not None)
         ],
+        notes=(
+            "Line over noise in the envelope spectrum; below it in how many draws the line was found and, if any, the "
+            "largest shift of a found line.",
+        ),
     )
     return origin_of(kept), Paragraph(_reading(rows)), table
+
+
+def _found(row: dict[str, Any]) -> Cell:
+    """Line over noise, with how often it was found and how far it moved."""
+    moved = row["deviation_pct"]
+    note = f"{row['found']} of {row['draws']}" + ("" if not moved else f", {moved:.2g} %")
+    return Cell(value=row["line_snr"], note=note)
 
 
 def _reading(rows: list[dict[str, Any]]) -> str:
@@ -64,7 +71,8 @@ def _reading(rows: list[dict[str, Any]]) -> str:
         lost = [r["snr_db"] for r in own if r["found"] < r["draws"]]
         kept = [r["snr_db"] for r in own if r["snr_db"] > max(lost, default=-float("inf"))]
         at = f"down to **{min(kept):g} dB**" if kept else "at **no ratio tried**"
-        parts.append(f"{state} race, noise of {colour}: {at}")
+        noise = "white noise" if colour == "white" else f"the noise of {literal(colour)}"
+        parts.append(f"{state} race in {noise}: {at}")
     return "Every draw finds the fault line, " + "; ".join(parts) + "."
 
 

@@ -29,7 +29,7 @@ SCALOGRAM_HZ = (40.0, 1000.0)  # Figure 14: from below the race lines to their h
 LINE_OF = {State.OUTER: "BPFO", State.INNER: "BPFI"}
 PAIRS = {State.HEALTHY: "ab", State.OUTER: "cd", State.INNER: "ef"}
 COLOUR_QUANTILE = 0.995  # top of the shared colour scale, so that one burst does not darken all the rest
-HEAD_ROOM = 1.12  # above the highest value on a shared axis, for the marks of found lines
+HEAD_ROOM, LABEL_ROOM = 1.12, 1.4  # above the highest value on a shared axis, for the marks of found lines
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,7 +106,7 @@ def _figure_11(model: Side, rig: Side, folder: Path) -> FigureGrid:
         columns=2,
         label="Figure 11",
         caption="Acceleration and its envelope, band-passed, in standard deviations of the band-passed record. "
-        "Left the model, right the rig side; all panels on the same axes.",
+        "Left the model, right the rig side; all panels on the same axes. " + _again(model, rig, State.HEALTHY),
     )
 
 
@@ -140,7 +140,8 @@ def _spectrum_figure(number: str, state: State, model: Side, rig: Side, folder: 
         columns=1,
         label=f"Figure {number}",
         caption=f"Envelope spectra, {STATE_NAME[state]} defect, on the same axes, with the healthy bearing of the "
-        "same side dashed. Dashed cursors: kinematic fault lines; triangles: lines that were read and detected.",
+        "same side dashed. Green: kinematic fault lines and their sidebands (fr: shaft speed), in Hz and shaft orders; "
+        "triangles: lines that were read and detected. " + _again(model, rig, state),
     )
 
 
@@ -149,7 +150,7 @@ def _spectrum_panel(name: str, letter: str, state: State, side: Side, other: Sid
     line = LINE_OF[state]
     shaft_hz = analysis.speed.value_hz
     frequency, amplitude = side.spectrum(state)
-    top = _largest(_below(*s.spectrum(state)) for s in (side, other))
+    top = _largest(_below(*s.spectrum(state)) for s in (side, other)) * LABEL_ROOM / HEAD_ROOM
     cursors = fault_cursors(
         line, analysis.line(line).kinematic_hz, f_max_hz=SPECTRUM_HZ, sideband_hz=shaft_hz,
         sidebands=2 if state is State.INNER else 0,
@@ -229,6 +230,18 @@ def _figure(
         id=name, label=f"Figure {letter}", caption=caption, alt=alt, file=picture, data=data,
         badge=badge_of(analysis), synthetic=analysis.recording.origin is Origin.STAND_IN,
     )  # fmt: skip
+
+
+def _again(model: Side, rig: Side, state: State) -> str:
+    """The commands that make a pair of panels again."""
+    own, other = model.analyses[state], rig.analyses[state].recording
+    defect = {State.HEALTHY: "none", State.OUTER: "outer", State.INNER: "inner"}[state]
+    file = Path(other.file).name if other.file and other.origin is Origin.MEASURED else ""
+    named = f"; rig: `srbval analyse` {literal(file)}" if file else ""
+    return (
+        f"Once more, model: `srbval simulate --defect {defect} --rpm {rpm_of(own):.4f} --seconds "
+        f"{own.recording.seconds:.4g} -o run.h5`, then `srbval analyse run.h5`{named}."
+    )
 
 
 def _title(analysis: Analysis, state: State) -> str:

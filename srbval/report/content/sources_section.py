@@ -6,7 +6,7 @@ from pathlib import Path
 
 from srbval.recordings import Origin
 from srbval.report.badges import Tone
-from srbval.report.blocks import Block, Callout, Figure, Paragraph
+from srbval.report.blocks import Block, Callout, Listing, Paragraph
 from srbval.report.content.names import FETCH_COMMAND, STATE_NAME, badge_of, rpm_of
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table, Value
@@ -14,7 +14,7 @@ from srbval.validation.analyse import Analysis
 from srbval.validation.evidence import Evidence
 
 
-def sources_section(evidence: Evidence, picture: Figure) -> Section:
+def sources_section(evidence: Evidence) -> Section:
     """One row a record; a warning where the rig side is synthetic."""
     sides = [("paper's speed", evidence.paper)]
     if evidence.measured_states:
@@ -42,7 +42,22 @@ def sources_section(evidence: Evidence, picture: Figure) -> Section:
     return Section(
         id="records-section",
         title="What was compared with what",
-        blocks=(*_warning(evidence), picture, table, _sensor()),
+        blocks=(*_warning(evidence), _kinds(evidence), table, _sensor()),
+    )
+
+
+def _kinds(evidence: Evidence) -> Listing:
+    """What the marks mean, and how many records of each kind there are."""
+    origins = [a.recording.origin for a in (*evidence.rig.values(),)]
+    measured, synthetic = (sum(o is kind for o in origins) for kind in (Origin.MEASURED, Origin.STAND_IN))
+    return Listing(
+        items=(
+            f"**simulated**: runs of the bundled model, {len(evidence.runs)} in this report.",
+            f"**measured**: recordings of the paper's own test rig, {measured} of {len(origins)} states.",
+            "**published**: values printed in the paper, without a recording behind them here.",
+            f"**stand-in**: a synthetic signal where no recording is registered, {synthetic} of {len(origins)} states; "
+            "it fills a panel and enters no verdict.",
+        )
     )
 
 

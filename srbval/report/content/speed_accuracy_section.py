@@ -13,6 +13,7 @@ from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Figure, Paragraph
 from srbval.report.content.kept_result import missing, origin_of
 from srbval.report.figures.speed_accuracy import CostPoint, speed_accuracy_plot
+from srbval.report.inline import literal
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table, Value
 from srbval.scene import paper_scene
@@ -139,10 +140,20 @@ def _table(rows: Sequence[Row]) -> Table:
         ),
         rows=[_cells(row) for row in shown],
         notes=(
+            *_reasons(shown),
             "Errors relative to the converged run; a cage error not above that run's own is marked and may be chance. "
             "**All rows**: `speed_accuracy` in report.json and the charts' data files.",
         ),
     )
+
+
+def _reasons(rows: Sequence[Row]) -> list[str]:
+    """Each kind of failure once, in the words of its first run."""
+    first: dict[str, str] = {}
+    for row in rows:
+        if row["status"] != "ok":
+            first.setdefault(row["status"], row["reason"])
+    return [f"**{status}**, for instance: {literal(reason)}." for status, reason in first.items()]
 
 
 def _cells(row: Row) -> list[Cell | Value]:
@@ -158,7 +169,7 @@ def _cells(row: Row) -> list[Cell | Value]:
         row["noise_floor"],
         None if band is None else 100 * band,
         row["harmonic_error"],
-        Cell(value=row["status"], tone=Tone.GOOD if ok else Tone.BAD, note="" if ok else row["reason"]),
+        Cell(value=row["status"], tone=Tone.GOOD if ok else Tone.BAD),
     ]
 
 

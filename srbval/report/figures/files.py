@@ -53,7 +53,7 @@ def _short(path: bytes) -> bytes:
 
 def _png(figure: Any) -> bytes:
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", metadata={"Software": None})
+    figure.savefig(buffer, format="png", metadata={"Software": None}, dpi="figure")
     return buffer.getvalue()
 
 

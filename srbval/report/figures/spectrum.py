@@ -25,6 +25,7 @@ from srbval.report.figures.style import (
 )
 
 PLOTTED_BINS = 600
+DATA_BINS = 1500  # of the data file: all of a short record, the least and greatest of each stretch of a long one
 HEALTHY_DASHES = (0, (3, 1.2))
 ORDER_LABEL_POINTS = 15.0  # height of the row of the order axis' label above the axes
 FloatArray = NDArray[np.float64]
@@ -49,7 +50,7 @@ def envelope_spectrum_panel(
     log_scale: bool = False,
     size: str = "wide",
 ) -> PanelFiles:
-    """Draw an envelope spectrum up to `f_max_hz`, Hz below and shaft orders on top; write picture and CSV (all bins).
+    """Draw an envelope spectrum up to `f_max_hz`, Hz below and shaft orders on top; write picture and CSV.
 
     `cursors` are the lines expected (see `fault_cursors`), `peaks` the (frequency [Hz], amplitude) found.
     `healthy` is the (frequency, amplitude) of the healthy bearing at the same speed, drawn dashed. Give
@@ -68,24 +69,22 @@ def envelope_spectrum_panel(
         if reference is not None:
             axes.plot(*reference, color=HEALTHY, lw=0.8, ls=HEALTHY_DASHES, label="healthy", zorder=5)
         _draw_peaks(axes, peaks, f_max_hz)
-        _draw_cursors(axes, cursors)
+        _draw_cursors(axes, cursors, shaft_hz)
         _order_axis(axes, shaft_hz)
         title_panel(axes, origin, letter, title, pad=9.0)
         legend_above(axes, points=ORDER_LABEL_POINTS)
         stamp_stand_in(axes, origin)
-        data = _columns(_shown(frequency_hz, amplitude, f_max_hz), healthy, shaft_hz)
+        data = _columns(_plotted(frequency_hz, amplitude, f_max_hz, DATA_BINS), healthy, shaft_hz)
         return save_panel(figure, folder, name, data)
 
 
-def _shown(frequency_hz: ArrayLike, amplitude: ArrayLike, f_max_hz: float) -> tuple[FloatArray, FloatArray]:
+def _plotted(
+    frequency_hz: ArrayLike, amplitude: ArrayLike, f_max_hz: float, bins: int = PLOTTED_BINS
+) -> tuple[FloatArray, FloatArray]:
     frequency, height = np.asarray(frequency_hz, dtype=float), np.asarray(amplitude, dtype=float)
     inside = (frequency > 0) & (frequency <= f_max_hz)
-    return frequency[inside], height[inside]
-
-
-def _plotted(frequency_hz: ArrayLike, amplitude: ArrayLike, f_max_hz: float) -> tuple[FloatArray, FloatArray]:
-    frequency, height = _shown(frequency_hz, amplitude, f_max_hz)
-    kept = extreme_indices(height, PLOTTED_BINS)
+    frequency, height = frequency[inside], height[inside]
+    kept = extreme_indices(height, bins)
     return frequency[kept], height[kept]
 
 
@@ -97,19 +96,23 @@ def _limits(
     return lowest, highest * (4 if log_scale else 1.12)
 
 
-def _draw_cursors(axes: Any, cursors: Sequence[Cursor]) -> None:
+def _draw_cursors(axes: Any, cursors: Sequence[Cursor], shaft_hz: float) -> None:
+    """Harmonics with frequency and order; sidebands by name, at the foot of the picture."""
     blended = axes.get_xaxis_transform()
     first = next((cursor for cursor in cursors if not cursor.sideband), None)
     for cursor in cursors:
         if cursor.sideband:
             axes.axvline(cursor.frequency_hz, color=GREEN, lw=0.6, ls=":", alpha=0.8, zorder=2)
+            axes.text(cursor.frequency_hz, 0.97, cursor.name, transform=blended, rotation=90, ha="right", va="top",
+                      fontsize=5.5, color=GREEN, zorder=6)  # fmt: skip
             continue
         label = "expected" if cursor is first else None
         axes.axvline(cursor.frequency_hz, color=GREEN, lw=0.9, ls="--", zorder=2, label=label)
+        place = f"{cursor.name}  {cursor.frequency_hz:.1f} Hz, {cursor.frequency_hz / shaft_hz:.2f}"
         axes.text(
-            cursor.frequency_hz, 0.975, cursor.name, transform=blended, rotation=90, ha="right", va="top",
-            fontsize=7.5, color=GREEN, zorder=6,
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6},
+            cursor.frequency_hz, 0.975, place,
+            transform=blended, rotation=90, ha="right", va="top", fontsize=6.5, color=GREEN, zorder=6,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.4},
         )  # fmt: skip
     if any(cursor.sideband for cursor in cursors):
         axes.plot([], [], color=GREEN, lw=0.8, ls=":", label="sidebands")

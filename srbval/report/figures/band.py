@@ -1,0 +1,59 @@
+"""Spectra before demodulation, with the band that is demodulated shaded."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from srbval.report.figures.files import PanelFiles, rounded, save_panel
+from srbval.report.figures.style import (
+    BLUE,
+    GREEN,
+    HEALTHY,
+    VERMILION,
+    figure_style,
+    legend_above,
+    new_axes,
+    stamp_stand_in,
+    title_panel,
+)
+
+COLOURS = (HEALTHY, BLUE, VERMILION)
+DASHES = ((0, (3, 1.2)), "-", "-")
+
+
+def band_panel(
+    folder: Path,
+    name: str,
+    *,
+    frequency_hz: ArrayLike,
+    levels_db: Mapping[str, ArrayLike],
+    band_hz: tuple[float, float],
+    limits_db: tuple[float, float],
+    f_max_hz: float,
+    origin: str,
+    letter: str = "",
+) -> PanelFiles:
+    """Draw one level [dB] for each state, at most three, over frequency; shade `band_hz`; write picture and CSV.
+
+    Give both sides of a comparison the same `limits_db` and `f_max_hz`.
+    """
+    frequency = np.asarray(frequency_hz, dtype=float)
+    with figure_style():
+        figure, axes = new_axes("wide")
+        axes.axvspan(band_hz[0] / 1e3, band_hz[1] / 1e3, color=GREEN, alpha=0.16, lw=0, zorder=0)
+        axes.text(
+            band_hz[0] / 1e3, limits_db[1], f" demodulated: {band_hz[0]:g} to {band_hz[1]:g} Hz", color=GREEN,
+            fontsize=8, va="top", zorder=9,
+        )  # fmt: skip
+        for (state, level), colour, dash in zip(levels_db.items(), COLOURS, DASHES, strict=False):
+            axes.plot(frequency / 1e3, np.asarray(level), color=colour, ls=dash, lw=0.9, label=state)
+        axes.set(xlabel="Frequency, kHz", ylabel="Power density, dB re 1/Hz", ylim=limits_db, xlim=(0, f_max_hz / 1e3))
+        title_panel(axes, origin, letter, "spectra before demodulation", pad=9.0)
+        legend_above(axes)
+        stamp_stand_in(axes, origin)
+        columns = {state.replace(" ", "_") + "_db": rounded(np.asarray(v)) for state, v in levels_db.items()}
+        return save_panel(figure, folder, name, {"frequency_hz": frequency} | columns)
