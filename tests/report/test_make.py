@@ -62,6 +62,16 @@ def test_a_stand_in_never_counts(alone: tuple[Made, Path]) -> None:
 
 
 @pytest.mark.recordings
+def test_each_side_is_read_in_both_bands_and_the_figure_says_what_drew_it(with_rig: tuple[Made, Path]) -> None:
+    crossed = document(with_rig)["crossed_bands"]
+    assert len(crossed) == 8
+    assert all(row["detected"] for row in crossed if row["own"])
+    page = with_rig[0].files["html"].read_text(encoding="utf-8")
+    assert "closed-form Morlet" in page
+    assert "pywt.cwt as it comes" in page
+
+
+@pytest.mark.recordings
 def test_with_the_rig_the_rows_are_measured(with_rig: tuple[Made, Path]) -> None:
     found = document(with_rig)
     measured = [row for row in found["table6"] if row["rig_source"] == "measured"]

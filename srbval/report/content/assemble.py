@@ -101,7 +101,7 @@ def _figures_section(evidence: Evidence, folder: Path) -> Section:
             peaks_table("13", State.INNER, model.analyses[State.INNER], rig.analyses[State.INNER]),
             sideband_remark(evidence),
             figure_14,
-            checks_table(rig.scalogram_checks(State.OUTER)),
+            checks_table(rig.scalogram_window(State.OUTER)),
         ),
     )
 

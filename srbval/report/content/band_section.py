@@ -15,6 +15,7 @@ from srbval.validation.band_choice import band_kurtogram
 from srbval.validation.cross_band import LINE_OF, CrossBand
 from srbval.validation.evidence import Evidence
 
+ORIGIN_NAME = {"simulated": "model", "measured": "rig", "stand-in": "stand-in"}
 TOP_HZ = 10_240.0  # both sides to the rig's Nyquist frequency
 
 
@@ -35,6 +36,7 @@ def band_section(evidence: Evidence, crossed: tuple[CrossBand, ...], folder: Pat
             ),
             _kurtograms(evidence, folder),
             _table(evidence, crossed),
+            _reading(crossed),
         ),
     )
 
@@ -112,3 +114,16 @@ def _table(evidence: Evidence, crossed: tuple[CrossBand, ...]) -> Table:
         ),
         rows=rows,
     )
+
+
+def _reading(crossed: tuple[CrossBand, ...]) -> Paragraph:
+    """Which crossed readings still find the line, in a sentence a side."""
+    texts = []
+    for origin in dict.fromkeys(row.origin for row in crossed):
+        other = [row for row in crossed if row.origin == origin and not row.own]
+        found = " and ".join(row.line for row in other if row.detected)
+        lost = " and ".join(row.line for row in other if not row.detected)
+        said = "; ".join(part for part in (found and f"still shows {found}", lost and f"does not show {lost}") if part)
+        if said:
+            texts.append(f"In the other side’s band the {ORIGIN_NAME[origin]} side {said}.")
+    return Paragraph(" ".join(texts) or "No band was crossed: both sides use the same one, or a side is missing.")

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from srbval.recordings import Origin, State
 from srbval.report.blocks import Explore, Figure, FigureGrid
 from srbval.report.content.names import SIDE_NAME, STATE_NAME, badge_of, rpm_of
-from srbval.report.content.scalogram_checks import choose_transform, figure_checks
+from srbval.report.content.scalogram_checks import Window, choose_transform
 from srbval.report.figures import acceleration_panel, envelope_spectrum_panel, fault_cursors, scalogram_panel
 from srbval.report.inline import literal
 from srbval.signal import Scalogram
 from srbval.signal.scalogram import COLUMNS, ROWS
-from srbval.signal.scalogram_check import TRANSFORMS, ScalogramCheck
+from srbval.signal.scalogram_check import TRANSFORMS
 from srbval.validation.analyse import Analysis
 
 FloatArray = NDArray[np.float64]
@@ -54,15 +54,15 @@ class Side:
         """Wavelet transform of the envelope in the window, in the same unit; its ends are hatched in the picture."""
         time, _, strength = self.scaled(state)
         part = strength[_inside(time)]
-        transform = TRANSFORMS[choose_transform(self.scalogram_checks(state)).transform]
+        transform = TRANSFORMS[choose_transform(self.scalogram_window(state)).transform]
         return transform(
             part - part.mean(), self.analyses[state].processed.fs_hz, range_hz=SCALOGRAM_HZ, rows=ROWS, columns=COLUMNS
         )
 
-    def scalogram_checks(self, state: State) -> tuple[ScalogramCheck, ...]:
-        """What each transform makes of tones and impulses in a record as long as the window."""
-        fs_hz = self.analyses[state].processed.fs_hz
-        return figure_checks(int(np.count_nonzero(_inside(self.scaled(state)[0]))), fs_hz, SCALOGRAM_HZ)
+    def scalogram_window(self, state: State) -> Window:
+        """Samples in the window, their rate and the rows' range: what a transform is tried on."""
+        inside = _inside(self.scaled(state)[0])
+        return int(np.count_nonzero(inside)), self.analyses[state].processed.fs_hz, SCALOGRAM_HZ
 
 
 def figures_11_to_14(model: Side, rig: Side, folder: Path) -> list[FigureGrid]:

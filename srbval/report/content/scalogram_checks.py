@@ -7,32 +7,35 @@ import functools
 from srbval.report.table import Column, Table
 from srbval.signal.scalogram_check import LARGEST_ERROR, TRANSFORMS, ScalogramCheck, check_scalogram
 
-# Rows that the slower transforms are tried at; the figure's own transform is tried at all of its rows.
+# Rows that the transforms which do not draw the figure are tried at; the figure's own is tried at all of its rows.
 _FEW_ROWS, _ONE_PLACE = 24, (0.4137,)
+Window = tuple[int, float, tuple[float, float]]  # samples, their rate [Hz], rows from and to [Hz]
 
 
 @functools.cache
-def figure_checks(samples: int, fs_hz: float, range_hz: tuple[float, float]) -> tuple[ScalogramCheck, ...]:
-    """Every transform on records like the figure's, `samples` at `fs_hz`: the first to pass is not tried further."""
-    first, *others = TRANSFORMS
-    return (
-        check_scalogram(first, samples=samples, fs_hz=fs_hz, range_hz=range_hz),
-        *(
-            check_scalogram(name, samples=samples, fs_hz=fs_hz, range_hz=range_hz, rows=_FEW_ROWS, places=_ONE_PLACE)
-            for name in others
-        ),
-    )
+def _checked(name: str, window: Window, whole: bool) -> ScalogramCheck:
+    samples, fs_hz, range_hz = window
+    if whole:
+        return check_scalogram(name, samples=samples, fs_hz=fs_hz, range_hz=range_hz)
+    return check_scalogram(
+        name, samples=samples, fs_hz=fs_hz, range_hz=range_hz, rows=_FEW_ROWS, places=_ONE_PLACE
+    )  # fmt: skip
 
 
-def choose_transform(checks: tuple[ScalogramCheck, ...]) -> ScalogramCheck:
-    """The first that passes, else the one with the smallest error; the table says which."""
-    passed = [c for c in checks if c.passed]
-    return passed[0] if passed else min(checks, key=lambda c: max(c.tone_error, c.impulse_error))
+def choose_transform(window: Window) -> ScalogramCheck:
+    """The first that passes at every row, else the one with the smallest error; the table says which."""
+    checks = []
+    for name in TRANSFORMS:
+        checks.append(_checked(name, window, True))
+        if checks[-1].passed:
+            return checks[-1]
+    return min(checks, key=lambda c: max(c.tone_error, c.impulse_error))
 
 
-def checks_table(checks: tuple[ScalogramCheck, ...]) -> Table:
-    """The errors, measured while this report was made."""
-    chosen = choose_transform(checks)
+def checks_table(window: Window) -> Table:
+    """The errors of every transform in records like the figure's, measured while this report was made."""
+    chosen = choose_transform(window)
+    checks = [chosen if name == chosen.transform else _checked(name, window, False) for name in TRANSFORMS]
     return Table(
         id="scalogram-checks",
         label="What draws Figure 14",
