@@ -54,7 +54,7 @@ def _kurtograms(evidence: Evidence, folder: Path) -> FigureGrid:
         label="Kurtograms",
         caption="Kurtosis of the complex envelope in every band of Nyquist / 2, 3, 4, 6, ..., less the 2 of Gaussian "
         "noise; white: the band used, red dots: the most impulsive one; grey: bands that begin at zero. Each panel has "
-        "its own colours: the model has next to no noise, the rig has.",
+        "its own colours.",
     )
 
 
