@@ -15,6 +15,7 @@ from srbval.report.plain import as_plain
 
 # A run of characters without a blank longer than this may be broken anywhere, or it would leave the page.
 LONGEST_WORD = 28
+LONGEST_IN_CELL = 14  # in a table: a longer one may be broken between its parts
 
 
 def require_typst() -> Any:
@@ -65,11 +66,18 @@ def _known_characters() -> frozenset[int]:
 
 def _displayable(value: Any) -> Any:
     """Make every string of the tree drawable: unknown characters replaced, endless words breakable."""
+    if isinstance(value, dict) and "number" in value:  # a cell: file names may be broken where their parts meet
+        value = value | {key: _breakable(value[key]) for key in ("text", "note")}
     if isinstance(value, dict):
         return {key: item if key in ("picture", "kind") else _displayable(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [_displayable(item) for item in value]
     return _displayable_text(value) if isinstance(value, str) else value
+
+
+def _breakable(text: str) -> str:
+    """Let words too long for a narrow column be broken after a slash or an underscore."""
+    return re.sub(rf"\S{{{LONGEST_IN_CELL},}}", lambda word: re.sub(r"(?<=[/_])(?=[^/_])", "\u200b", word[0]), text)
 
 
 def _displayable_text(text: str) -> str:

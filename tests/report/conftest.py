@@ -55,9 +55,17 @@ def with_rig(tmp_path_factory: pytest.TempPathFactory, recordings_dir: Path) -> 
 
 
 @pytest.fixture(scope="session")
-def hostile(alone: tuple[Made, Path], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Files of a report in which every text that a recording may bring is hostile."""
+def hostile_report(
+    alone: tuple[Made, Path], tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Report, dict[str, Path]]:
+    """A whole report in which every text that a recording may bring is hostile, and its files."""
     return write_hostile(alone[0].evidence, tmp_path_factory.mktemp("hostile"))
+
+
+@pytest.fixture(scope="session")
+def hostile(hostile_report: tuple[Report, dict[str, Path]]) -> dict[str, Path]:
+    """The files of that report."""
+    return hostile_report[1]
 
 
 @pytest.fixture(scope="session")

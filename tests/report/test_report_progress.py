@@ -37,12 +37,29 @@ def test_a_silent_worker_is_spoken_for(monkeypatch):
     assert "Simulate: 25 % after 0 s" in stream.getvalue()
 
 
+def test_a_stage_is_spoken_of_while_nothing_else_is(monkeypatch):
+    monkeypatch.setattr(lines_module, "LINE_EVERY_S", 0.06)
+    stream = io.StringIO()
+    with Progress(stream=stream) as progress:
+        progress.stage("Compile")
+        time.sleep(0.3)
+        progress.stage("Draw")
+        time.sleep(0.3)
+    said = stream.getvalue().splitlines()
+    assert said[0] == "Compile ..."
+    assert said.count("Compile: after 0 s") >= 2
+    assert said[said.index("Draw ...") + 1 :].count("Draw: after 0 s") >= 2
+    assert not any(line.startswith("Compile") for line in said[said.index("Draw ...") :])
+
+
 def test_bars_are_drawn_on_a_terminal(monkeypatch):
     monkeypatch.setenv("TERM", "xterm")
     stream = Terminal()
     with Progress(stream=stream) as progress:
+        progress.stage("Analyse [it]")
         progress.finish(progress.add("Simulate [OR]", total=None))
     assert "Simulate [OR]" in stream.getvalue()
+    assert "Analyse [it]" in stream.getvalue()
     assert "100%" in stream.getvalue()
 
 

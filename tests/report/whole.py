@@ -9,6 +9,7 @@ import numpy as np
 from scipy.io import savemat
 
 from srbval.recordings import State
+from srbval.report import Report
 from srbval.report.content import assemble
 from srbval.report.write import write_report
 from srbval.validation.analyse import Analysis
@@ -29,8 +30,8 @@ def hostile_file(folder: Path) -> Path:
     return path
 
 
-def write_hostile(evidence: Evidence, folder: Path) -> dict[str, Path]:
-    """The report of `evidence` with every text that a recording may bring replaced by a hostile one."""
+def write_hostile(evidence: Evidence, folder: Path) -> tuple[Report, dict[str, Path]]:
+    """The report of `evidence` with every text that a recording may bring replaced by a hostile one, and its files."""
     refused = OtherRecord(dataset="cwru", file=HOSTILE, state=State.OUTER, refused=HOSTILE)
     changed = dataclasses.replace(
         evidence,
@@ -41,7 +42,8 @@ def write_hostile(evidence: Evidence, folder: Path) -> dict[str, Path]:
     )
     figures = folder / "drawn"
     figures.mkdir()
-    return write_report(assemble(changed, figures, command=f"srbval report -o '{TEXT}'"), folder / "report")
+    report = assemble(changed, figures, command=f"srbval report -o '{TEXT}'")
+    return report, write_report(report, folder / "report")
 
 
 def _renamed(analysis: Analysis) -> Analysis:

@@ -141,7 +141,8 @@ def _table(rows: Sequence[Row]) -> Table:
         rows=[_cells(row) for row in shown],
         notes=(
             *_reasons(shown),
-            "Errors relative to the converged run; a cage error not above that run's own is marked and may be chance. "
+            "Errors relative to the converged run; a cage error not above that run's own is "
+            "marked **reference-limited** and may be chance. "
             "**All rows**: `speed_accuracy` in report.json and the charts' data files.",
         ),
     )
@@ -165,7 +166,7 @@ def _cells(row: Row) -> list[Cell | Value]:
         Cell(value=f"{row['scene']}, {row['solver']}", note=", ".join(marks)),
         1 / row["dt_s"],
         row["wall_per_simulated_s"],
-        Cell(value=row["cage_error"], note="within the converged run's" if row["reference_limited"] else ""),
+        Cell(value=row["cage_error"], note="reference-limited" if row["reference_limited"] else ""),
         row["noise_floor"],
         None if band is None else 100 * band,
         row["harmonic_error"],
