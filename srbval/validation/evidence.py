@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from srbval.bearing import DEFAULT_BEARING, Bearing, load_bearing
@@ -167,7 +167,7 @@ def choose_rig_recordings(printed: Table6) -> dict[State, RegisteredRecording]:
 
 def _stand_ins(states: set[State], printed: Table6, folder: Path) -> dict[State, Recording]:
     folder.mkdir(parents=True, exist_ok=True)
-    return {
+    made = {
         state: write_stand_in(
             folder / f"stand-in-{state}.h5",
             state=state,
@@ -178,6 +178,8 @@ def _stand_ins(states: set[State], printed: Table6, folder: Path) -> dict[State,
         for i, state in enumerate(PAPER_STATES)
         if state in states
     }
+    # the folder is gone by the time the report is read, and has another name each time
+    return {state: replace(recording, file=f"stand-in-{state}.h5") for state, recording in made.items()}
 
 
 def _variation_ids(cases: Sequence[Case]) -> set[str]:
