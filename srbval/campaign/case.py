@@ -31,8 +31,8 @@ GUESSED_S = 2e-5  # of wall time for one of the full model's right-hand sides, o
 class Case:
     """A case as planned.
 
-    `key` names its result; `point` is what it changes, by dotted key; `solver` the scene's; `weight` its relative cost,
-    by which the longest go first; `expected_s` on the calibration's machine, None where that is unknown; `refused` says
+    `key` names its result; `point` is what it changes, by dotted key; `solver` the scene's; `weight` its cost in the
+    full model's right-hand sides; `expected_s` on the calibration's machine, None where that is unknown; `refused` says
     why no scene could be made of it.
     """
 
@@ -48,7 +48,7 @@ class Case:
 
     @property
     def planned_s(self) -> float:
-        """`expected_s`, or a rough guess from the weight where that is unknown."""
+        """`expected_s`, or a rough guess from the weight where that is unknown; the longest go first."""
         return GUESSED_S * self.weight if self.expected_s is None else self.expected_s
 
     def to_dict(self) -> dict[str, Any]:

@@ -86,7 +86,7 @@ def run_campaign(
         present = store.present()
         pending = {case.key: case for case in cases if case.key not in present}
         _check_space(store, list(pending.values()))
-        ordered = sorted(pending.values(), key=lambda case: -case.weight)
+        ordered = sorted(pending.values(), key=lambda case: -case.planned_s)
         count = _Count(cases, pending, progress)
         job = Job(
             folder=store.folder,
@@ -149,16 +149,16 @@ class _Count:
         self._cases, self._pending, self._progress = len(cases), pending, progress
         self._done = self._cases - len(pending)
         self._failed = sum(case.refused is not None for case in cases)
-        self._left = sum(case.weight for case in pending.values())
+        self._left = sum(case.planned_s for case in pending.values())
         self._ended = 0.0
         self._started = time.perf_counter()
         progress(Progress(cases=self._cases, done=self._done, failed=self._failed, remaining_s=None))
 
     def add(self, outcome: Outcome) -> None:
         """One more has ended."""
-        weight = self._pending[outcome.key].weight
-        self._left -= weight
-        self._ended += weight
+        planned_s = self._pending[outcome.key].planned_s
+        self._left -= planned_s
+        self._ended += planned_s
         self._done += outcome.ending is not Ending.UNWRITTEN
         self._failed += outcome.ending is not Ending.OK
         elapsed = time.perf_counter() - self._started

@@ -197,9 +197,12 @@ def _bench(commands: Any) -> None:
     command.add_argument("--speed-only", action="store_true", help="time the solvers, compare with no reference")
     command.add_argument("--ladder", action="store_true", help="hold every model against the full one instead")
     command.add_argument(
+        "--held-out", action="store_true", help="with --ladder: hold the planner's predictions against fresh scenes"
+    )
+    command.add_argument(
         "-o", "--output", metavar="FILE", help="keep the result here (default: a whole run is kept for the report)"
     )
-    command.add_argument("--jobs", type=int, default=1, metavar="N", help="with --ladder: scenes at a time")
+    command.add_argument("--jobs", type=int, metavar="N", help="with --ladder: scenes at a time (default: all cores)")
 
 
 def _stability(commands: Any) -> None:

@@ -15,8 +15,9 @@ from srbval.bench.kept import SPEED_ACCURACY, keep, stamped
 from srbval.bench.machine import Machine
 from srbval.bench.scenes import SCENES
 from srbval.bench.settings import FULL, QUICK
+from srbval.cli.bench_ladder import run_ladder
 from srbval.cli.bench_reading import run_reading
-from srbval.cli.output import print_json, print_table
+from srbval.cli.output import print_columns, print_json
 from srbval.cli.tasks import Tasks
 from srbval.models.solvers import SOLVERS
 from srbval.report.progress import Progress
@@ -78,23 +79,13 @@ TOUCH_COLUMNS = {
     "roller-race pairs": "touching_contacts",
     "ns/touching point": "ns_per_point",
 }
-LADDER_COLUMNS = {
-    "question": "question",
-    "model": "model",
-    "scenes": "scenes",
-    "unanswered": "unanswered",
-    "median error [%]": "median_error_pct",
-    "worst error [%]": "worst_error_pct",
-    "wall s/s": "wall_per_simulated_s",
-    "cheaper than full": "cheaper_than_full",
-}
 TARGET_COLUMNS = {"target": "name", "measured": "value", "limit": "limit", "unit": "unit", "": "verdict"}
 
 
 def run(options: argparse.Namespace) -> int:
     """Measure and print; targets that are not met are said, they do not change the exit code."""
     if options.ladder:
-        return ladder(options)
+        return run_ladder(options)
     if options.reading:
         return run_reading(options)
     settings = QUICK if options.quick else FULL
@@ -126,50 +117,24 @@ def _complete(options: argparse.Namespace) -> bool:
     return not (options.quick or options.speed_only or options.scenes or options.solvers or options.seconds)
 
 
-def ladder(options: argparse.Namespace) -> int:
-    """Measure the calibration table of the ladder of models, print it, keep it where asked."""
-    from srbval.bench.ladder.cases import grid, quick_grid
-    from srbval.bench.ladder.measure import SECONDS, measure_ladder
-    from srbval.bench.ladder.summary import summary
-    from srbval.bench.reference_store import reference_folder
-
-    with Progress() as progress:
-        table = measure_ladder(
-            quick_grid() if options.quick else grid(),
-            seconds=options.seconds or SECONDS,
-            jobs=options.jobs,
-            folder=reference_folder(),
-            progress=Tasks(progress, "Bench"),
-        )
-    if options.output:
-        table.save(Path(options.output))
-    rows = summary(table)
-    if options.json:
-        print_json(table.to_dict() | {"ladder": rows})
-    else:
-        print(f"reference: {table.reference}; {len(table.entries)} scenes of {table.seconds:g} s")
-        _print_columns(LADDER_COLUMNS, rows)
-    return 0
-
-
 def _print(result: BenchResult) -> None:
     _print_machine(result.machine)
     rows = [_with_steps(run.to_dict()) for run in result.runs]
-    _print_columns(COST_COLUMNS, rows)
+    print_columns(COST_COLUMNS, rows)
     if result.references:
         _print_accuracy(result, rows)
-    _print_columns(TOUCH_COLUMNS, [cost.to_dict() for cost in result.touch_costs])
-    _print_columns(TARGET_COLUMNS, [t.to_dict() | {"verdict": VERDICT[t.met]} for t in result.targets])
+    print_columns(TOUCH_COLUMNS, [cost.to_dict() for cost in result.touch_costs])
+    print_columns(TARGET_COLUMNS, [t.to_dict() | {"verdict": VERDICT[t.met]} for t in result.targets])
 
 
 def _print_accuracy(result: BenchResult, rows: Sequence[Mapping[str, Any]]) -> None:
     references = [_with_steps(reference.to_dict()) for reference in result.references.values()]
     when = {True: "earlier, kept", False: "now"}
-    _print_columns(REFERENCE_COLUMNS, [table | {"when": when[table["cached"]]} for table in references])
-    _print_columns(ACCURACY_COLUMNS, [{**row, "on_front": _front(row)} for row in rows])
+    print_columns(REFERENCE_COLUMNS, [table | {"when": when[table["cached"]]} for table in references])
+    print_columns(ACCURACY_COLUMNS, [{**row, "on_front": _front(row)} for row in rows])
     paths = [path.to_dict() for path in result.trajectories]
     steps = ("coarse", "middle", "fine")
-    _print_columns(TRAJECTORY_COLUMNS, [path | dict(zip(steps, path["errors"], strict=True)) for path in paths])
+    print_columns(TRAJECTORY_COLUMNS, [path | dict(zip(steps, path["errors"], strict=True)) for path in paths])
 
 
 def _front(row: Mapping[str, Any]) -> str:
@@ -186,12 +151,3 @@ def _print_machine(machine: Machine) -> None:
     print(f"{machine.processor}, {machine.usable_cores} of {machine.cores} cores, load before and after: {load}")
     times = f"{calibration.seconds:.4f} s, afterwards {machine.calibration_after_s:.4f} s"
     print(f"calibration: {times} for 1e9 multiply-adds ({calibration.gflop_s:.1f} Gflop/s)")
-
-
-def _print_columns(columns: Mapping[str, str], rows: Sequence[Mapping[str, Any]]) -> None:
-    print()
-    print_table(tuple(columns), [[_rounded(row[key]) for key in columns.values()] for row in rows])
-
-
-def _rounded(value: Any) -> Any:
-    return float(f"{value:.4g}") if isinstance(value, float) else value

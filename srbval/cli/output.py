@@ -35,6 +35,16 @@ def print_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> Non
         print("  ".join(cells).rstrip())
 
 
+def print_columns(columns: Mapping[str, str], rows: Sequence[Mapping[str, Any]]) -> None:
+    """Print an empty line and the rows' values; `columns`: the key of each by its title. Four digits."""
+    print()
+    print_table(tuple(columns), [[_rounded(row[key]) for key in columns.values()] for row in rows])
+
+
+def _rounded(value: Any) -> Any:
+    return float(f"{value:.4g}") if isinstance(value, float) else value
+
+
 def _text(value: object) -> str:
     if value is None:
         return "-"

@@ -12,7 +12,8 @@ from srbval.cli.output import print_json, print_table
 from srbval.cli.scene_options import scene_of
 from srbval.errors import ConfigurationError
 from srbval.plan.plan import Plan, make_plan
-from srbval.plan.reductions import Reduction, find_reductions
+from srbval.plan.reduction import Reduction
+from srbval.plan.reductions import find_reductions
 
 MET, NOT_MET = 0, 1
 

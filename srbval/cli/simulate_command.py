@@ -14,41 +14,44 @@ from srbval.cli.scene_options import scene_of
 from srbval.errors import DataError, NumericsError
 from srbval.models.ladder import AUTO, rung_of
 from srbval.models.run import RunStatus, RunSummary
-from srbval.plan.plan import Plan, make_plan
+from srbval.plan.output import with_coarser_output
+from srbval.plan.plan import make_plan
 from srbval.report.progress import Progress
 from srbval.scene import Scene
 
 
 def run(options: argparse.Namespace) -> int:
     """Simulate and print what came out; a failed run leaves with exit code 4 and writes no file."""
-    scene, plan = _planned(scene_of(options), options)
+    scene, planned = _planned(scene_of(options), options)
     output = Path(options.output) if options.output else None
     if output is not None and not output.parent.is_dir():
         raise DataError(f"{output.parent}: no such folder to write {output.name} to. Create it or choose another -o.")
     result = _simulate(scene, output)
     if result.status is not RunStatus.OK:
         raise NumericsError(f"run failed ({result.status}): {result.reason}. Nothing was written.")
-    summary = _summary(result, output) | ({} if plan is None else {"plan": plan.to_dict()})
+    summary = _summary(result, output) | planned
     if options.json:
         print_json(summary, status=result.status.value)
     else:
-        apart = ("plan", "not_validated")
+        apart = (*planned, "not_validated")
         rows = [(k, f"{v:.6g}" if isinstance(v, float) else v) for k, v in summary.items() if k not in apart]
         print_table(("quantity", "value"), rows)
         print("\n" + "\n".join(f"not validated: {what}" for what in result.not_validated))
     return 0
 
 
-def _planned(scene: Scene, options: argparse.Namespace) -> tuple[Scene, Plan | None]:
-    """The scene with its model chosen by the planner where it asks for that."""
+def _planned(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dict[str, Any]]:
+    """The scene with model and output chosen by the planner where it asks for that, and what is to be said of it."""
     if scene.model != AUTO:
-        return scene, None
+        return scene, {}
     plan = make_plan(scene, question=question_of(options.question), tolerance_pct=options.tolerance)
     reason = next(c.why for c in plan.candidates if c.model == plan.chosen)
     print(f"model {plan.chosen} for {plan.question.value} within {plan.tolerance_pct:g} %: {reason}", file=sys.stderr)
     for outside in plan.outside:
         print(f"outside the calibration: {outside}", file=sys.stderr)
-    return replace(scene, model=plan.chosen), plan
+    chosen, reduction = with_coarser_output(replace(scene, model=plan.chosen), plan)
+    print(f"{reduction.name}: {'taken' if reduction.taken else 'not taken'}: {reduction.why}", file=sys.stderr)
+    return chosen, {"plan": plan.to_dict(), "reductions": [reduction.to_dict()]}
 
 
 def _simulate(scene: Scene, output: Path | None) -> RunSummary:
@@ -70,6 +73,7 @@ def _summary(result: RunSummary, output: Path | None) -> dict[str, Any]:
     return {
         "model": scene.model,
         "solver": rung_of(scene.model).own_solver or scene.solver.name,
+        "output_rate_hz": scene.output_rate_hz,
         "dt_s": rung_of(scene.model).step_s(scene),
         "seconds": result.seconds,
         "wall_s": result.wall_s,

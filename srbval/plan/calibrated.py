@@ -9,12 +9,14 @@ from functools import cache
 from importlib import resources
 from pathlib import Path
 
+from srbval.bench.ladder.cases import Case
 from srbval.bench.ladder.questions import Question
 from srbval.bench.ladder.table import Calibration, Entry, load_calibration
+from srbval.plan.corners import AXES, SAME, corners, known_values, largest_error_pct
+from srbval.plan.margins import Key, margins
 from srbval.scene import DefectKind, Scene, paper_scene
 
 SHIPPED = "calibration.json"
-SAME = 1e-9
 # What a calibration scene has in common with the paper's: everything but these, which are the table's axes or do not
 # change an answer but through its length.
 FREE = ("model", "shaft_speed_rad_s", "duration_s", "settle_s", "output_rate_hz", "detail_rate_hz", "seed")
@@ -29,16 +31,20 @@ def shipped_calibration() -> Calibration:
 
 @dataclass(frozen=True, kw_only=True)
 class Neighbours:
-    """Calibration scenes about a scene, the corners of the cell it lies in; `outside`: what is not covered, and why."""
+    """Calibration scenes about a scene, the corners of the cell it lies in; `outside`: what is not covered, and why.
+
+    `margin`: see `margins`.
+    """
 
     entries: tuple[Entry, ...]
     outside: tuple[str, ...]
+    margin: Mapping[Key, float]
 
     def error_pct(self, model: str, question: Question) -> float | None:
-        """The largest error of a rung among them; None where any has no answer."""
-        errors = [e.rungs[model].error_pct.get(question) for e in self.entries if model in e.rungs]
-        known = [error for error in errors if error is not None]
-        return max(known) if known and len(known) == len(self.entries) else None
+        """The largest error of a rung among them, times its margin; None where any has no answer, or none a margin."""
+        largest = largest_error_pct(self.entries, model, question)
+        factor = self.margin.get((self.entries[0].case.fit, model, question))
+        return None if largest is None or factor is None else largest * factor
 
     def wall_per_simulated_s(self, model: str) -> float | None:
         """The largest cost of a rung among them."""
@@ -48,35 +54,34 @@ class Neighbours:
 
 def neighbours(calibration: Calibration, scene: Scene) -> Neighbours:
     """The corners of the cell of the calibration grid that holds `scene`, clamped to the grid where it lies outside."""
-    kind, fit = scene.defect.kind.value, scene.contact.roller_fit.value
     outside = [*_unlike(calibration, scene)]
-    same = [e for e in calibration.entries if (e.case.kind, e.case.fit) == (kind, fit)]
+    case = Case(
+        kind=scene.defect.kind.value,
+        fit=scene.contact.roller_fit.value,
+        rpm=60 * scene.shaft_hz,
+        radial_kn=scene.mean_radial_n / 1e3,
+        height_mm=0.0 if scene.defect.kind is DefectKind.NONE else scene.defect.height_m * 1e3,
+    )
+    same = [e for e in calibration.entries if (e.case.kind, e.case.fit) == (case.kind, case.fit)]
     if not same:
-        outside.append(f"no scene with defect {kind} and roller fit {fit} was measured")
-        same = [e for e in calibration.entries if e.case.kind == kind] or list(calibration.entries)
-    place = {
-        "rpm": 60 * scene.shaft_hz,
-        "radial_kn": scene.mean_radial_n / 1e3,
-        "height_mm": 0.0 if scene.defect.kind is DefectKind.NONE else scene.defect.height_m * 1e3,
-    }
-    for axis, value in place.items():
-        known = sorted({getattr(e.case, axis) for e in same})
+        outside.insert(0, _unmeasured(case))
+        same = [e for e in calibration.entries if e.case.kind == case.kind] or list(calibration.entries)
+        case = replace(case, kind=same[0].case.kind, fit=same[0].case.fit)
+    for axis in AXES:
+        known, value = known_values(same, axis), getattr(case, axis)
         if not known[0] - SAME <= value <= known[-1] + SAME:
             outside.append(f"{axis.replace('_', ' in ')} = {value:.6g} lies beyond the measured {_range(known)}")
-        keep = _bracket(known, value)
-        same = [e for e in same if getattr(e.case, axis) in keep]
-    return Neighbours(entries=tuple(same), outside=tuple(outside))
+    return Neighbours(entries=tuple(corners(same, case)), outside=tuple(outside), margin=margins(calibration))
+
+
+def _unmeasured(case: Case) -> str:
+    if case.kind == DefectKind.ROLLER:
+        return "defects on rollers were not measured: no question reads their line, and the line rung has none"
+    return f"no scene with defect {case.kind} and roller fit {case.fit} was measured"
 
 
 def _range(known: Sequence[float]) -> str:
     return f"{known[0]:g}" if len(known) == 1 else f"{known[0]:g} to {known[-1]:g}"
-
-
-def _bracket(known: Sequence[float], value: float) -> set[float]:
-    """The entries either side of a value; the same where it hits one or lies beyond."""
-    low = max((k for k in known if k <= value + SAME), default=known[0])
-    high = min((k for k in known if k >= value - SAME), default=known[-1])
-    return {low, high}
 
 
 def _unlike(calibration: Calibration, scene: Scene) -> list[str]:
@@ -88,7 +93,9 @@ def _unlike(calibration: Calibration, scene: Scene) -> list[str]:
         solver=paper.solver,
         load=replace(scene.load, radial_n=paper.load.radial_n),
         contact=replace(scene.contact, roller_fit=paper.contact.roller_fit),
-        defect=replace(scene.defect, kind=paper.defect.kind, height_m=paper.defect.height_m),
+        defect=paper.defect
+        if scene.defect.kind is DefectKind.ROLLER  # said in a word of its own
+        else replace(scene.defect, kind=paper.defect.kind, height_m=paper.defect.height_m),
     )
     found = list(_differences("", vars(like), vars(paper)))
     if scene.duration_s < LONGER * calibration.seconds:

@@ -1,28 +1,40 @@
-"""Predictions held against measurements on scenes that the calibration has not seen."""
+"""Predictions held against measurements on scenes that neither the calibration nor its margins have seen."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from srbval.bench.ladder.cases import Case
-from srbval.bench.ladder.measure import measure_case
-from srbval.bench.ladder.questions import Question, asked_of
-from srbval.bench.ladder.table import Calibration
+from srbval.bench.ladder.measure import measure_cases
+from srbval.bench.ladder.questions import MEANING, Question, asked_of
+from srbval.bench.ladder.table import Calibration, Entry
+from srbval.bench.progress import Progress, silent
+from srbval.models.ladder import rung_of
 from srbval.plan.plan import make_plan
 from srbval.scene import DefectKind
+
+# Tolerances at which each prediction is put to the test.
+TOLERANCES_PCT = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Check:
-    """A rung called enough on a held-out scene: predicted and measured error [%]; measured None: no answer."""
+    """A rung on a held-out scene: predicted and measured error [%]; measured None: it gave no answer.
+
+    `tolerances_pct`: those of `TOLERANCES_PCT` at which the rung was called enough. `chosen_pct`: those at which it was
+    the planner's choice.
+    """
 
     case: Case
     question: Question
     model: str
-    tolerance_pct: float
     predicted_pct: float
     measured_pct: float | None
+    tolerances_pct: tuple[float, ...]
+    chosen_pct: tuple[float, ...]
 
     @property
     def within_twice(self) -> bool:
@@ -30,30 +42,110 @@ class Check:
         return self.measured_pct is not None and self.measured_pct <= 2 * self.predicted_pct
 
     @property
-    def within_tolerance(self) -> bool:
-        """Does the rung keep what it was called enough for?"""
-        return self.measured_pct is not None and self.measured_pct <= self.tolerance_pct
+    def within(self) -> bool:
+        """Is the measured error at most the predicted one, which is meant as a bound?"""
+        return self.measured_pct is not None and self.measured_pct <= self.predicted_pct
+
+    @property
+    def broken_pct(self) -> tuple[float, ...]:
+        """Tolerances at which the rung was called enough and was not."""
+        return tuple(t for t in self.tolerances_pct if self.measured_pct is None or self.measured_pct > t)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return asdict(self) | {
+            "scene": self.case.name,
+            "within": self.within,
+            "within_twice": self.within_twice,
+            "broken_pct": self.broken_pct,
+        }
 
 
-def check_case(
-    case: Case, tolerances: dict[Question, float], calibration: Calibration, *, folder: Path | None = None
+def check_cases(
+    cases: Sequence[Case],
+    calibration: Calibration,
+    *,
+    jobs: int | None = None,
+    folder: Path | None = None,
+    progress: Progress = silent,
 ) -> list[Check]:
-    """Every rung that is called enough for a question at its tolerance, on one scene."""
-    seconds = calibration.seconds
-    found = []
-    asked = [q for q in tolerances if q in asked_of(DefectKind(case.kind))]
-    for question in asked:
-        plan = make_plan(
-            case.scene("full", seconds=seconds), question=question, tolerance_pct=tolerances[question],
-            calibration=calibration,
-        )  # fmt: skip
-        found += [(question, c) for c in plan.candidates if c.ok and c.error_pct is not None]
-    models = [m for m in calibration.models if any(c.model == m for _, c in found)]
-    entry = measure_case(case, models=models, seconds=seconds, folder=folder)
-    return [
-        Check(
-            case=case, question=question, model=c.model, tolerance_pct=tolerances[question],
-            predicted_pct=c.error_pct or 0.0, measured_pct=entry.rungs[c.model].error_pct[question],
-        )
-        for question, c in found
-    ]  # fmt: skip
+    """Every prediction for every one of `cases`, measured; the reference must have an answer to measure against.
+
+    `jobs`, `folder`: see `measure_cases`.
+    """
+    entries = measure_cases(
+        cases, models=calibration.models, seconds=calibration.seconds, jobs=jobs, folder=folder, progress=progress
+    )
+    return [check for entry in entries for check in checks_of(entry, calibration)]
+
+
+def checks_of(entry: Entry, calibration: Calibration) -> Iterable[Check]:
+    """Every prediction for the scene of a measured entry."""
+    scene = entry.case.scene("full", seconds=calibration.seconds)
+    for question in asked_of(DefectKind(entry.case.kind)):
+        if entry.reference.get(question) is None:
+            continue
+        plans = [
+            make_plan(scene, question=question, tolerance_pct=tolerance, calibration=calibration)
+            for tolerance in TOLERANCES_PCT
+        ]
+        for number, candidate in enumerate(plans[0].candidates):
+            if candidate.error_pct is None or question.value in rung_of(candidate.model).lacks:
+                continue
+            yield Check(
+                case=entry.case,
+                question=question,
+                model=candidate.model,
+                predicted_pct=candidate.error_pct,
+                measured_pct=entry.rungs[candidate.model].error_pct[question],
+                tolerances_pct=tuple(p.tolerance_pct for p in plans if p.candidates[number].ok),
+                chosen_pct=tuple(p.tolerance_pct for p in plans if p.met and p.chosen == candidate.model),
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tally:
+    """Checks of one question, or of all (`question` None), counted.
+
+    `scenes`: those with a prediction; `scenes_within_twice`: those where every rung's measured error is within twice
+    the predicted one. `predictions`: one a scene and rung. `promises`: a rung called enough at a tolerance; `broken`
+    of them.
+    """
+
+    question: str | None
+    title: str
+    scenes: int
+    scenes_within_twice: int
+    predictions: int
+    within: int
+    within_twice: int
+    unanswered: int
+    promises: int
+    broken: int
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return asdict(self)
+
+
+def tallies(checks: Sequence[Check]) -> list[Tally]:
+    """One row a question, and one for all of them."""
+    rows = [_tally(q, [c for c in checks if c.question is q]) for q in Question]
+    return [*rows, _tally(None, checks)]
+
+
+def _tally(question: Question | None, checks: Sequence[Check]) -> Tally:
+    scenes = {c.case for c in checks}
+    missed = {c.case for c in checks if not c.within_twice}
+    return Tally(
+        question=None if question is None else question.value,
+        title="all questions" if question is None else MEANING[question].title,
+        scenes=len(scenes),
+        scenes_within_twice=len(scenes - missed),
+        predictions=len(checks),
+        within=sum(c.within for c in checks),
+        within_twice=sum(c.within_twice for c in checks),
+        unanswered=sum(c.measured_pct is None for c in checks),
+        promises=sum(len(c.tolerances_pct) for c in checks),
+        broken=sum(len(c.broken_pct) for c in checks),
+    )

@@ -1,42 +1,90 @@
-"""Predictions against measurements on scenes outside the calibration set."""
+"""Predictions against measurements outside the calibration set: the rule of the draw, the test, its result."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
-from srbval.bench.ladder.cases import grid, held_out
+from srbval.bench.kept import HELD_OUT, newest
+from srbval.bench.ladder.cases import FITS, KINDS, RANGES, between, grid, held_out
 from srbval.bench.ladder.questions import Question
 from srbval.bench.reference_store import reference_folder
 from srbval.plan.calibrated import shipped_calibration
-from srbval.plan.held_out import Check, check_case
+from srbval.plan.held_out import TOLERANCES_PCT, Check, check_cases, checks_of, tallies
 
-TOLERANCES = {Question.LINES: 0.5}
-SCENES, GOOD_SCENES = 12, 11
+SCENES = 12
+GOOD_SHARE = 11 / 12
+# Predictions are bounds that one scene in hundreds may break; so it is with a few among hundreds.
+WITHIN_SHARE = 0.95
 
 
-@pytest.fixture(scope="module")
-def checks() -> dict[str, list[Check]]:
+def check(predicted: float, measured: float | None, *tolerances: float) -> Check:
+    return Check(
+        case=held_out()[0], question=Question.LINES, model="line", predicted_pct=predicted, measured_pct=measured,
+        tolerances_pct=tolerances, chosen_pct=(),
+    )  # fmt: skip
+
+
+def test_scenes_are_drawn_by_a_fixed_rule_within_the_grid() -> None:
+    assert held_out() == held_out()
+    assert len(held_out()) >= 2 * SCENES
+    for cases in (held_out(), between()):
+        assert {(case.kind, case.fit) for case in cases} == {(kind.value, fit) for kind in KINDS for fit in FITS}
+        for case in cases:
+            values = (case.rpm, case.radial_kn, *((case.height_mm,) if case.height_mm else ()))
+            assert all(low <= value <= high for value, (low, high) in zip(values, RANGES, strict=False))
+
+
+def test_no_held_out_scene_has_been_seen() -> None:
+    seen = {case.name for case in (*grid(), *between())}
+    assert not seen & {case.name for case in held_out()}
+
+
+def test_bounds_hold_on_the_scenes_they_are_read_from() -> None:
+    """And tolerances with them: a rung is called enough from its bound on, no earlier."""
     table = shipped_calibration()
-    return {case.name: check_case(case, TOLERANCES, table, folder=reference_folder()) for case in held_out()}
+    checks = [c for entry in table.between for c in checks_of(entry, table)]
+    assert len({c.case for c in checks}) >= SCENES
+    answered = [c for c in checks if c.measured_pct is not None]
+    assert all(c.measured_pct <= c.predicted_pct * (1 + 1e-9) for c in answered)  # type: ignore[operator]
+    assert not [c for c in answered if c.broken_pct]
+    for c in checks:
+        assert c.tolerances_pct == tuple(t for t in TOLERANCES_PCT if t >= c.predicted_pct)
+
+
+def test_what_is_counted() -> None:
+    good, twice = check(1.0, 0.5, 1.0, 2.0), check(1.0, 1.5, 1.0, 2.0)
+    bad, silent = check(1.0, 3.0, 1.0, 2.0, 5.0), check(1.0, None, 5.0)
+    assert [c.within for c in (good, twice, bad, silent)] == [True, False, False, False]
+    assert [c.within_twice for c in (good, twice, bad, silent)] == [True, True, False, False]
+    assert [c.broken_pct for c in (good, twice, bad, silent)] == [(), (1.0,), (1.0, 2.0), (5.0,)]
+    other = replace(bad, case=held_out()[1])
+    total = tallies([good, twice, other, silent])[-1]
+    assert (total.predictions, total.within, total.within_twice, total.unanswered) == (4, 1, 2, 1)
+    assert (total.scenes, total.scenes_within_twice) == (2, 0)
+    assert (total.promises, total.broken) == (8, 4)
+
+
+def test_the_stored_result_keeps_what_is_asked_for() -> None:
+    """The whole draw, run by ``srbval bench --ladder --held-out``."""
+    kept = newest(HELD_OUT)
+    assert kept is not None
+    assert {c["scene"] for c in kept.content["checks"]} <= {case.name for case in held_out()}
+    by_question = {row["question"]: row for row in kept.content["tallies"]}
+    total = by_question[None]
+    assert total["scenes"] >= SCENES
+    assert total["within_twice"] >= GOOD_SHARE * total["predictions"]
+    assert total["within"] >= WITHIN_SHARE * total["predictions"]
+    for row in by_question.values():
+        assert row["scenes_within_twice"] >= GOOD_SHARE * row["scenes"], row
+        assert row["broken"] == 0, row
 
 
 @pytest.mark.slow
-def test_measured_errors_are_within_twice_the_predicted_ones(checks: dict[str, list[Check]]) -> None:
-    """Of the rung that is chosen. Slow scenes with low bumps drop out: their calibration scenes showed no line."""
-    chosen = {name: scene[0] for name, scene in checks.items() if scene}
-    assert len(chosen) >= SCENES
-    good = [name for name, check in chosen.items() if check.within_twice]
-    assert len(good) >= GOOD_SCENES, {name: check for name, check in chosen.items() if name not in good}
-
-
-@pytest.mark.slow
-def test_no_rung_called_enough_breaks_its_tolerance(checks: dict[str, list[Check]]) -> None:
-    measured = [check for scene in checks.values() for check in scene if check.measured_pct is not None]
-    broken = [check for check in measured if not check.within_tolerance]
-    assert len(measured) >= SCENES
-    assert not broken, broken
-
-
-def test_held_out_scenes_are_not_in_the_calibration() -> None:
-    own = {case.name for case in grid()}
-    assert not own & {case.name for case in held_out()}
+def test_a_few_of_them_measured_anew() -> None:
+    table = shipped_calibration()
+    checks = check_cases(held_out()[::8], table, folder=reference_folder())
+    assert checks
+    assert all(c.within_twice for c in checks), [c for c in checks if not c.within_twice]
+    assert not [c for c in checks if c.broken_pct]

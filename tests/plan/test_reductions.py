@@ -3,7 +3,8 @@ from __future__ import annotations
 import pytest
 
 from srbval.bench.ladder.questions import Question
-from srbval.plan.reductions import Reduction, find_reductions
+from srbval.plan.reduction import Reduction
+from srbval.plan.reductions import find_reductions
 from srbval.scene import paper_scene
 
 

@@ -27,7 +27,10 @@ def test_the_section_shows_every_rung(tmp_path: Path) -> None:
     for model in MODELS:
         assert model in picture
     tables = [block for block in section.blocks if isinstance(block, Table)]
-    assert [table.id for table in tables] == ["ladder-table", "pattern-table"]
+    shown = [table.id for table in tables if table.id != "held-out-table"]
+    assert shown == ["ladder-table", "pattern-rungs-table", "pattern-table"]
+    (rungs,) = (table for table in tables if table.id == "pattern-rungs-table")
+    assert {row[0] for row in rungs.rows} == set(MODELS)
 
 
 def test_the_shipped_table_names_its_solver_and_machine() -> None:

@@ -1,4 +1,4 @@
-"""The scenes that the ladder is calibrated on: a grid about the paper's."""
+"""The scenes that the ladder is calibrated on, a grid about the paper's; and drawn ones within it."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
+import numpy as np
+
 from srbval.scene import DefectKind, Scene, paper_scene
 
 RPM = (353.0, 710.0, 997.0)  # the rig's range, without its slowest speeds
@@ -14,6 +16,8 @@ RADIAL_KN = (62.4, 124.8)  # Table 5
 HEIGHT_MM = (0.1, 0.2)
 FITS = ("play", "printed")
 KINDS = (DefectKind.NONE, DefectKind.OUTER, DefectKind.INNER)
+RANGES = ((RPM[0], RPM[-1]), (RADIAL_KN[0], RADIAL_KN[-1]), (HEIGHT_MM[0], HEIGHT_MM[-1]))
+BETWEEN_SEED, HELD_OUT_SEED = 1, 3
 
 
 @dataclass(frozen=True, kw_only=True, order=True)
@@ -67,24 +71,32 @@ def quick_grid() -> list[Case]:
     ]
 
 
+def between() -> list[Case]:
+    """Scenes anywhere within the grid, drawn: how much errors vary between its scenes is read from them."""
+    return drawn(BETWEEN_SEED, power=3)
+
+
 def held_out() -> list[Case]:
-    """Scenes between those of the grid, to test predictions on: other speeds, loads and bump heights."""
-    values = (
-        ("outer", "play", 450.0, 75.0, 0.12),
-        ("outer", "play", 607.0, 100.0, 0.15),
-        ("outer", "play", 877.0, 115.0, 0.18),
-        ("outer", "printed", 523.0, 90.0, 0.15),
-        ("outer", "printed", 820.0, 110.0, 0.13),
-        ("outer", "printed", 650.0, 100.0, 0.17),
-        ("inner", "play", 850.0, 110.0, 0.18),
-        ("inner", "play", 480.0, 110.0, 0.17),
-        ("inner", "play", 640.0, 80.0, 0.14),
-        ("inner", "play", 937.0, 95.0, 0.12),
-        ("inner", "printed", 457.0, 70.0, 0.16),
-        ("inner", "printed", 760.0, 120.0, 0.19),
-        ("none", "play", 560.0, 100.0, 0.0),
-        ("none", "printed", 900.0, 85.0, 0.0),
-    )
-    return [
-        Case(kind=kind, fit=fit, rpm=rpm, radial_kn=load, height_mm=height) for kind, fit, rpm, load, height in values
-    ]
+    """Scenes anywhere within the grid, drawn by the same rule from another seed: for testing predictions, nothing else.
+
+    No figure of the planner may be chosen by what these show.
+    """
+    return drawn(HELD_OUT_SEED, power=2)
+
+
+def drawn(seed: int, *, power: int) -> list[Case]:
+    """For each defect and roller fit 2^`power` points of a scrambled Sobol sequence over speed, load and height."""
+    from scipy.stats import qmc
+
+    found = []
+    for number, (kind, fit) in enumerate(itertools.product(KINDS, FITS)):
+        unit = qmc.Sobol(d=len(RANGES), scramble=True, rng=np.random.default_rng([seed, number])).random_base2(power)
+        low, high = zip(*RANGES, strict=True)
+        for rpm, load, height in qmc.scale(unit, low, high).tolist():
+            found.append(
+                Case(
+                    kind=kind.value, fit=fit, rpm=round(rpm), radial_kn=round(load, 1),
+                    height_mm=0.0 if kind is DefectKind.NONE else round(height, 3),
+                )
+            )  # fmt: skip
+    return found

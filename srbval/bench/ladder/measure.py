@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
+from functools import cache
+from multiprocessing import get_context
 from pathlib import Path
 
+import srbval
 from srbval.bearing import load_bearing
 from srbval.bench.calibration import calibrate
 from srbval.bench.ladder.cases import Case
 from srbval.bench.ladder.questions import Answer, Question, answers, asked_of, error_pct
 from srbval.bench.ladder.table import Calibration, Entry, RungEntry
-from srbval.bench.machine import describe_machine, load_average
+from srbval.bench.machine import describe_machine, load_average, usable_cores
 from srbval.bench.progress import Progress, silent
 from srbval.bench.reference_store import load_reference, reference_key, save_reference
 from srbval.bench.timing import attempt
 from srbval.models.ladder import MODELS
+from srbval.models.warm import compile_apart, load_kernels
 from srbval.scene import DefectKind, Scene, paper_scene
 
 SECONDS = 2.0  # eleven revolutions at the slowest speed
+READ_BY = ("bench/ladder/questions.py", "validation/analyse.py", "validation/lines.py", "bench/timing.py")
 REFINEMENT = 2  # of the reference's step
 
 
@@ -34,30 +40,22 @@ class Answered:
 
 def measure_ladder(
     cases: Sequence[Case],
+    between: Sequence[Case] = (),
     *,
     models: Sequence[str] = MODELS,
     seconds: float = SECONDS,
-    jobs: int = 1,
+    jobs: int | None = None,
     folder: Path | None = None,
     progress: Progress = silent,
 ) -> Calibration:
-    """Errors and costs of `models` on `cases`, the full model at half its step being right.
+    """Errors and costs of `models` on the grid's `cases` and those `between`, the full model at half its step right.
 
-    `jobs` above 1 disturbs the costs. Answers are kept in `folder`, where one is given, under names that change with
-    the models and with what reads them.
+    `jobs`, `folder`: see `measure_cases`.
     """
     load, machine = load_average(), calibrate()
-    task, whole, done = "climb the ladder", len(cases), 0
-
-    def one(case: Case) -> Entry:
-        nonlocal done
-        entry = measure_case(case, models=models, seconds=seconds, folder=folder)
-        done += 1
-        progress(task, min(done / whole, 1.0))
-        return entry
-
-    with ThreadPoolExecutor(max_workers=jobs) as pool:
-        entries = tuple(pool.map(one, cases))
+    entries = measure_cases(
+        [*cases, *between], models=models, seconds=seconds, jobs=jobs, folder=folder, progress=progress
+    )
     default = paper_scene().solver
     return Calibration(
         reference=f"full model, {default.name} at 1/{REFINEMENT / default.step_s:.0f} s",
@@ -65,8 +63,40 @@ def measure_ladder(
         step_s=default.step_s,
         seconds=seconds,
         machine=describe_machine(machine, calibrate(), load).to_dict(),
-        entries=entries,
+        entries=tuple(entries[: len(cases)]),
+        between=tuple(entries[len(cases) :]),
     )
+
+
+def measure_cases(
+    cases: Sequence[Case],
+    *,
+    models: Sequence[str],
+    seconds: float,
+    jobs: int | None = None,
+    folder: Path | None = None,
+    progress: Progress = silent,
+) -> list[Entry]:
+    """Every one of `cases` on every rung, in `jobs` processes (default: one a usable core).
+
+    Answers are kept in `folder`, where one is given, under names that change with the models and with what reads them:
+    a measurement that was cut off goes on from there.
+    """
+    task = "climb the ladder"
+    for model in models:
+        compile_apart(model)
+    with ProcessPoolExecutor(
+        jobs or usable_cores(), mp_context=get_context("spawn"), initializer=load_kernels, initargs=(tuple(models),)
+    ) as pool:
+        found = [pool.submit(measure_case, case, models=models, seconds=seconds, folder=folder) for case in cases]
+        try:
+            for done, future in enumerate(as_completed(found), start=1):
+                future.result()
+                progress(task, done / len(cases))
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+    return [future.result() for future in found]
 
 
 def measure_case(case: Case, *, models: Sequence[str], seconds: float, folder: Path | None = None) -> Entry:
@@ -91,7 +121,7 @@ def measure_case(case: Case, *, models: Sequence[str], seconds: float, folder: P
 
 def answer(scene: Scene, folder: Path | None = None) -> Answered:
     """Run a scene and read its answers, or fetch them from `folder`."""
-    key = "ladder-" + reference_key(scene)
+    key = f"ladder-{_reading()}-{reference_key(scene)}"
     kept = None if folder is None else load_reference(folder, key)
     if kept is not None:
         found = {Question(q): None if a is None else tuple(a) for q, a in kept["answers"].items()}
@@ -111,3 +141,12 @@ def answer(scene: Scene, folder: Path | None = None) -> Answered:
             {"status": fresh.status, "wall_per_simulated_s": fresh.wall_per_simulated_s, "answers": table},
         )
     return fresh
+
+
+@cache
+def _reading() -> str:
+    """Version of what reads answers from a run, beyond what every reference depends on."""
+    package, digest = Path(srbval.__file__).parent, hashlib.sha256()
+    for name in READ_BY:
+        digest.update((package / name).read_bytes())
+    return digest.hexdigest()[:8]

@@ -68,7 +68,7 @@ def _of_strongest(own: Answer, right: Answer) -> float:
 
 MEANING: Mapping[Question, Meaning] = {
     Question.LINES: Meaning(
-        title="line frequencies", error_of="the defect's line (healthy: Z times the cage speed)", error=_relative
+        title="line frequencies", error_of="the defect's line as the mean cage speed makes it", error=_relative
     ),
     Question.HARMONICS: Meaning(
         title="harmonic pattern", error_of="the first harmonic's height, worst of five", error=_of_first
@@ -93,12 +93,15 @@ def asked_of(kind: DefectKind) -> tuple[Question, ...]:
 
 
 def answers(run: Run, bearing: Bearing) -> dict[Question, Answer | None]:
-    """What a run that went well says to each question; None where it is silent or too short."""
+    """What a run that went well says to each question; None where it is silent or too short.
+
+    A line's frequency is that of the cage passing the race, which a defect there has on average: read from a record of
+    seconds it would be some tenths of a per cent uncertain, and errors of models would drown in that.
+    """
     ratio = smooth_mean(run.cage_rad_s) / run.scene.mean_shaft_rad_s
     found: dict[Question, Answer | None] = dict.fromkeys(Question)
     found[Question.SLIP] = (ratio / bearing.orders.ftf - 1,)
-    if run.scene.defect.kind is DefectKind.NONE:
-        found[Question.LINES] = (ratio * run.rolling_elements * run.scene.shaft_hz,)
+    found[Question.LINES] = _line_of_cage(run, ratio)
     try:
         measures = measure(run)
         analysis = analyse(recording_from_run(run), bearing=bearing)
@@ -109,6 +112,12 @@ def answers(run: Run, bearing: Bearing) -> dict[Question, Answer | None]:
     if measures.noise_floor is not None:  # of the envelope's mean, that of the normalised signal
         found[Question.NOISE_FLOOR] = (measures.noise_floor * float(analysis.processed.envelope.mean()) * spread_m_s2,)
     return found | _of_line(run, analysis)
+
+
+def _line_of_cage(run: Run, ratio: float) -> Answer | None:
+    """BPFO or BPFI, by the defect; BPFO of a healthy bearing; None for a defect on a roller."""
+    share = {DefectKind.INNER: 1 - ratio, DefectKind.ROLLER: None}.get(run.scene.defect.kind, ratio)
+    return None if share is None else (share * run.rolling_elements * run.scene.shaft_hz,)
 
 
 def _of_line(run: Run, analysis: Analysis) -> dict[Question, Answer | None]:
@@ -123,7 +132,6 @@ def _of_line(run: Run, analysis: Analysis) -> dict[Question, Answer | None]:
         analysis.processed.envelope, analysis.processed.fs_hz, [first + k * spacing for k in SIDEBANDS]
     )
     return {
-        Question.LINES: (first,),
         Question.HARMONICS: tuple(height / heights[0] for height in heights),
         Question.SIDEBANDS: tuple(height / heights[0] for height in sides),
     }

@@ -13,7 +13,7 @@ from srbval.bench.ladder.questions import Answer, Question
 from srbval.errors import DataError
 from srbval.storage.strict_json import write_json
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,10 +34,29 @@ class Entry:
     reference: Mapping[Question, Answer | None]
     rungs: Mapping[str, RungEntry]
 
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return {
+            **self.case.to_dict(),
+            "reference": {q.value: a for q, a in self.reference.items()},
+            "rungs": {
+                model: {
+                    "status": rung.status,
+                    "wall_per_simulated_s": rung.wall_per_simulated_s,
+                    "answers": {q.value: a for q, a in rung.answers.items()},
+                    "error_pct": {q.value: e for q, e in rung.error_pct.items()},
+                }
+                for model, rung in self.rungs.items()
+            },
+        }
 
-@dataclass(frozen=True, kw_only=True)
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Calibration:
-    """The table; `seconds` recorded in each run, `solver` and `step_s` of the full model as a rung."""
+    """The table; `seconds` recorded in each run, `solver` and `step_s` of the full model as a rung.
+
+    `entries` are those of the grid; `between`, scenes drawn within it, tell how far errors go beyond the grid's.
+    """
 
     reference: str
     solver: str
@@ -45,6 +64,7 @@ class Calibration:
     seconds: float
     machine: Mapping[str, Any]
     entries: tuple[Entry, ...]
+    between: tuple[Entry, ...]
 
     @property
     def models(self) -> tuple[str, ...]:
@@ -60,22 +80,8 @@ class Calibration:
             "step_s": self.step_s,
             "seconds": self.seconds,
             "machine": dict(self.machine),
-            "entries": [
-                {
-                    **entry.case.to_dict(),
-                    "reference": {q.value: a for q, a in entry.reference.items()},
-                    "rungs": {
-                        model: {
-                            "status": rung.status,
-                            "wall_per_simulated_s": rung.wall_per_simulated_s,
-                            "answers": {q.value: a for q, a in rung.answers.items()},
-                            "error_pct": {q.value: e for q, e in rung.error_pct.items()},
-                        }
-                        for model, rung in entry.rungs.items()
-                    },
-                }
-                for entry in self.entries
-            ],
+            "entries": [entry.to_dict() for entry in self.entries],
+            "between": [entry.to_dict() for entry in self.between],
         }
 
     def save(self, path: Path) -> None:
@@ -94,6 +100,7 @@ def load_calibration(path: Path) -> Calibration:
             seconds=table["seconds"],
             machine=table["machine"],
             entries=tuple(_entry(e) for e in table["entries"]),
+            between=tuple(_entry(e) for e in table["between"]),
         )
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise DataError(

@@ -7,6 +7,7 @@ import itertools
 import logging
 import os
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
 from srbval.campaign.case import version
@@ -23,19 +24,24 @@ CONNECT_S = "20 s"
 
 
 class DaskCluster:
-    """Cases on a Dask cluster. `make_client` is a context that yields a client of it; see the functions below."""
+    """Cases on a Dask cluster. `make_client` is a context that yields a client of it; see the functions below.
 
-    def __init__(self, name: str, workers: int, make_client: Callable[[], Any]) -> None:
+    `here`: all of its workers are on this machine, so kernels can be compiled while they start.
+    """
+
+    def __init__(self, name: str, workers: int, make_client: Callable[[], Any], *, here: bool = False) -> None:
         self.name, self.workers = name, workers
-        self._make_client = make_client
+        self._make_client, self._here = make_client, here
 
     def run(self, job: Job) -> Iterator[Outcome]:
         """Outcomes as they come; never more than a few cases a worker are with the scheduler."""
         from distributed import KilledWorker, as_completed
 
         waiting = iter(job.tasks)
-        with self._make_client() as client:
-            _prepare(client, job)
+        with ThreadPoolExecutor(1) as aside, contextlib.ExitStack() as stack:
+            compiling = aside.submit(compile_apart, tuple(job.first)) if self._here else None
+            client = stack.enter_context(self._make_client())
+            _prepare(client, job, compiling)
             under_way = as_completed()
             tasks: dict[Any, Task] = {}
 
@@ -93,7 +99,7 @@ def embedded(workers: int) -> DaskCluster:
         ):  # fmt: skip
             yield made
 
-    return DaskCluster("dask", workers, client)
+    return DaskCluster("dask", workers, client, here=True)
 
 
 def existing(address: str) -> DaskCluster:
@@ -138,16 +144,19 @@ def slurm(workers: int) -> DaskCluster:
     return DaskCluster("slurm", workers, client)
 
 
-def _prepare(client: Any, job: Job) -> None:
-    """Wait for a worker, compile once on each machine, and see that all are of our kind."""
+def _prepare(client: Any, job: Job, compiling: Future[str] | None) -> None:
+    """Wait for a worker, compile once on each machine unless that is under way, and see that all are of our kind."""
     client.wait_for_workers(1)
-    hosts: dict[str, str] = {}
-    for address in client.nthreads():
-        hosts.setdefault(address.rpartition(":")[0], address)
-    found = {
-        host: client.submit(compile_apart, tuple(job.first), workers=[address], pure=False, retries=ATTEMPTS)
-        for host, address in hosts.items()
-    }
+    found: dict[str, Any] = {"this machine": compiling}
+    if compiling is None:
+        hosts: dict[str, str] = {}
+        for address in client.nthreads():
+            hosts.setdefault(address.rpartition(":")[0], address)
+        found = {
+            host: client.submit(compile_apart, tuple(job.first), workers=[address], pure=False, retries=ATTEMPTS)
+            for host, address in hosts.items()
+        }
+    seen = client.run(ready, job.folder)  # loads what cases need meanwhile
     for host, future in found.items():
         theirs = future.result()
         if theirs != version():
@@ -155,7 +164,7 @@ def _prepare(client: Any, job: Job) -> None:
                 f"the Dask workers at {host} run another version of the model ({theirs}, here {version()}): results "
                 "would not compare. Install the same srbval there."
             )
-    for address, there in client.run(ready, job.folder).items():
+    for address, there in seen.items():
         if not there:
             raise DataError(
                 f"the Dask worker at {address} does not see {job.folder}; choose a folder that all machines share."

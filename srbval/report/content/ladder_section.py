@@ -5,21 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from srbval.bench.ladder.pattern import WIDE_BAND_HZ, missing_of
 from srbval.bench.ladder.summary import summary
 from srbval.bench.ladder.table import Calibration
 from srbval.models.ladder import RUNGS
 from srbval.plan.calibrated import shipped_calibration
 from srbval.report.badges import Badge
-from srbval.report.blocks import Block, Figure, Listing, Paragraph
+from srbval.report.blocks import Figure, Listing, Paragraph
+from srbval.report.content.harmonic_blocks import harmonic_blocks
+from srbval.report.content.held_out_blocks import held_out_blocks
 from srbval.report.figures.ladder import ladder_plot
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table
-from srbval.scene import paper_scene
-from srbval.validation.pipeline import SIMULATED_BAND_HZ
-
-HEIGHTS_MM = (0.05, 0.1, 0.2, 0.3)
-MISSING_MODEL = "impulse"
 
 
 def ladder_data() -> list[dict[str, Any]]:
@@ -43,7 +39,8 @@ def ladder_section(folder: Path) -> Section:
             Listing(items=tuple(f"**{rung.name}**: {rung.title}." for rung in RUNGS if rung.name in table.models)),
             _figure(rows, folder),
             _table(rows),
-            *_pattern(),
+            *held_out_blocks(),
+            *harmonic_blocks(),
         ),
     )
 
@@ -91,39 +88,3 @@ def _cell(rows: list[dict[str, Any]], title: str, model: str) -> Cell:
     worst = row["worst_error_pct"]
     said = ["" if worst is None else f"worst {worst:.3g}", f"{row['unanswered']} none" if row["unanswered"] else ""]
     return Cell(value=row["median_error_pct"], note=", ".join(filter(None, said)))
-
-
-def _pattern() -> tuple[Block, ...]:
-    """Which harmonic is missing against bump height, on the impulse rung: it takes a moment."""
-    rows = []
-    for height in HEIGHTS_MM:
-        scene = paper_scene(model=MISSING_MODEL, duration_s=2.0, defect={"kind": "outer", "height_m": height / 1e3})
-        found = missing_of(scene)
-        rows.append([height, found.pulse.share, found.by_sinc, found.wide_band, found.paper_band])
-    low, high = WIDE_BAND_HZ
-    wide = f"Measured, {low:g}-{high:g} Hz"
-    narrow = f"Measured, {SIMULATED_BAND_HZ[0]:g}-{SIMULATED_BAND_HZ[1]:g} Hz"
-    return (
-        Paragraph(
-            "**The missing harmonic of Figure 12.** The paper finds the fifth harmonic of BPFO missing from its "
-            "simulated envelope spectrum and lays it to the sinc of a pulse (eq. 20). Tested here: f tau is the length "
-            "over which a roller feels the bump over the distance between rollers. Bump height and curvatures set it, "
-            "speed does not. In a wide band the missing harmonic stands a little below 1 / (f tau), as the sinc says, "
-            "and moves down as the bump grows; in the paper's own band it stands lower still, since that band "
-            "lengthens every pulse. Clicks without length (the kinematic rung) miss none in the wide band."
-        ),
-        Table(
-            id="pattern-table",
-            label="Missing harmonic",
-            caption=f"Number of the missing BPFO harmonic against the height of an outer-race bump, {MISSING_MODEL} "
-            "rung at 710 rpm. Not whole: where between two harmonics the heights pass zero.",
-            columns=(
-                Column(title="Bump height", unit="mm", format="g"),
-                Column(title="f tau", format=".3f"),
-                Column(title="By sinc, 1 / (f tau)", format=".2f"),
-                Column(title=wide, format=".2f"),
-                Column(title=narrow, format=".2f"),
-            ),
-            rows=rows,
-        ),
-    )

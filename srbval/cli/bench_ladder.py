@@ -1,0 +1,98 @@
+"""``srbval bench --ladder``: the calibration table of the ladder of models, or its predictions put to the test."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from pathlib import Path
+
+from srbval.bench.kept import HELD_OUT, keep, stamped
+from srbval.bench.ladder.cases import between, grid, held_out, quick_grid
+from srbval.bench.ladder.measure import SECONDS, measure_ladder
+from srbval.bench.ladder.summary import summary
+from srbval.bench.machine import processor_name, usable_cores
+from srbval.bench.reference_store import reference_folder
+from srbval.cli.output import print_columns, print_json
+from srbval.cli.tasks import Tasks
+from srbval.errors import ConfigurationError
+from srbval.plan.calibrated import shipped_calibration
+from srbval.plan.held_out import check_cases, tallies
+from srbval.report.progress import Progress
+from srbval.storage.revision import git_revision
+
+LADDER_COLUMNS = {
+    "question": "question",
+    "model": "model",
+    "scenes": "scenes",
+    "unanswered": "unanswered",
+    "median error [%]": "median_error_pct",
+    "worst error [%]": "worst_error_pct",
+    "wall s/s": "wall_per_simulated_s",
+    "cheaper than full": "cheaper_than_full",
+}
+HELD_OUT_COLUMNS = {
+    "question": "title",
+    "scenes": "scenes",
+    "within twice": "scenes_within_twice",
+    "predictions": "predictions",
+    "within": "within",
+    "within twice ": "within_twice",
+    "unanswered": "unanswered",
+    "called enough": "promises",
+    "and was not": "broken",
+}
+
+
+def run_ladder(options: argparse.Namespace) -> int:
+    """Measure the table, print it, keep it where asked; or test the one that comes with the program."""
+    if options.held_out:
+        return _held_out(options)
+    with Progress() as progress:
+        table = measure_ladder(
+            quick_grid() if options.quick else grid(),
+            [] if options.quick else between(),
+            seconds=options.seconds or SECONDS,
+            jobs=options.jobs,
+            folder=reference_folder(),
+            progress=Tasks(progress, "Bench"),
+        )
+    if options.output:
+        table.save(Path(options.output))
+    rows = summary(table)
+    if options.json:
+        print_json(table.to_dict() | {"ladder": rows})
+    else:
+        print(f"reference: {table.reference}; {len(table.entries)} scenes of {table.seconds:g} s")
+        print_columns(LADDER_COLUMNS, rows)
+    return 0
+
+
+def _held_out(options: argparse.Namespace) -> int:
+    if options.seconds or options.quick:
+        raise ConfigurationError("--held-out runs its scenes as long as the calibration's: no --seconds, no --quick.")
+    revision = git_revision()
+    with Progress() as progress:
+        checks = check_cases(
+            held_out(),
+            shipped_calibration(),
+            jobs=options.jobs,
+            folder=reference_folder(),
+            progress=Tasks(progress, "Bench"),
+        )
+    rows = [tally.to_dict() for tally in tallies(checks)]
+    result = {
+        "machine": {"processor": processor_name(), "usable_cores": usable_cores()},
+        "seconds": shipped_calibration().seconds,
+        "reference": shipped_calibration().reference,
+        "tallies": rows,
+        "checks": [check.to_dict() for check in checks],
+    }
+    content = stamped(HELD_OUT, result, command=shlex.join(["srbval", *sys.argv[1:]]), revision=revision)
+    path = keep(content, Path(options.output) if options.output else None)
+    print(f"kept: {path}", file=sys.stderr)
+    if options.json:
+        print_json(content)
+    else:
+        print_columns(HELD_OUT_COLUMNS, rows)
+    return 0
