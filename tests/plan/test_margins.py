@@ -18,13 +18,13 @@ def test_a_margin_of_scattered_errors_reaches_beyond_what_was_seen() -> None:
     random = np.random.default_rng(3)
     spread = 0.5
     found = [margin(np.exp(spread * random.standard_normal(24))) for _ in range(200)]
-    assert np.exp(2.5 * spread) < np.median(found) < np.exp(4.0 * spread)
+    assert np.exp(3.0 * spread) < np.median(found) < np.exp(5.0 * spread)
     beyond = [(np.exp(spread * random.standard_normal(1000)) > one).mean() for one in found]
-    assert np.mean(beyond) < 0.01
+    assert np.mean(beyond) < 0.003
 
 
 def test_errors_that_scatter_little_need_little() -> None:
-    assert margin([1.0, 1.01, 0.99, 1.02] * 6) == pytest.approx(1.04, abs=0.02)
+    assert margin([1.0, 1.01, 0.99, 1.02] * 6) == pytest.approx(1.04, abs=0.03)
 
 
 def test_margins_of_the_shipped_table_are_per_fit_rung_and_question() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import time
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ from pathlib import Path
 import srbval
 from srbval.bearing import load_bearing
 from srbval.bench.calibration import calibrate
-from srbval.bench.ladder.cases import Case
+from srbval.bench.ladder.cases import Case, quick_grid
 from srbval.bench.ladder.questions import Answer, Question, answers, asked_of, error_pct
 from srbval.bench.ladder.table import Calibration, Entry, RungEntry
 from srbval.bench.machine import describe_machine, load_average, usable_cores
@@ -25,7 +26,14 @@ from srbval.models.warm import compile_apart, load_kernels
 from srbval.scene import DefectKind, Scene, paper_scene
 
 SECONDS = 2.0  # eleven revolutions at the slowest speed
-READ_BY = ("bench/ladder/questions.py", "validation/analyse.py", "validation/lines.py", "bench/timing.py")
+READ_BY = (
+    "bench/ladder/measure.py",
+    "bench/ladder/questions.py",
+    "validation/analyse.py",
+    "validation/lines.py",
+    "bench/timing.py",
+)
+WARM_UP_S = 0.01
 REFINEMENT = 2  # of the reference's step
 
 
@@ -86,7 +94,7 @@ def measure_cases(
     for model in models:
         compile_apart(model)
     with ProcessPoolExecutor(
-        jobs or usable_cores(), mp_context=get_context("spawn"), initializer=load_kernels, initargs=(tuple(models),)
+        jobs or usable_cores(), mp_context=get_context("spawn"), initializer=_warm_up, initargs=(tuple(models),)
     ) as pool:
         found = [pool.submit(measure_case, case, models=models, seconds=seconds, folder=folder) for case in cases]
         try:
@@ -97,6 +105,13 @@ def measure_cases(
             pool.shutdown(cancel_futures=True)
             raise
     return [future.result() for future in found]
+
+
+def _warm_up(models: Sequence[str]) -> None:
+    """Load what the rungs need, so that no run's time has it in it."""
+    load_kernels(models)
+    for model in models:
+        attempt(quick_grid()[0].scene(model, seconds=WARM_UP_S))
 
 
 def measure_case(case: Case, *, models: Sequence[str], seconds: float, folder: Path | None = None) -> Entry:
@@ -126,11 +141,13 @@ def answer(scene: Scene, folder: Path | None = None) -> Answered:
     if kept is not None:
         found = {Question(q): None if a is None else tuple(a) for q, a in kept["answers"].items()}
         return Answered(status=kept["status"], wall_per_simulated_s=kept["wall_per_simulated_s"], answers=found)
+    started = time.thread_time()  # what the run itself takes, whatever else the machine does meanwhile
     tried = attempt(scene)
+    cost_s = time.thread_time() - started
     good = tried.ok and tried.run is not None
     fresh = Answered(
         status=tried.status,
-        wall_per_simulated_s=tried.run.wall_per_simulated_s if tried.run is not None else None,
+        wall_per_simulated_s=cost_s / (tried.run.seconds + scene.settle_s) if tried.run is not None else None,
         answers=answers(tried.run, load_bearing(scene.bearing)) if good and tried.run is not None else {},
     )
     if folder is not None:

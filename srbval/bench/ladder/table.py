@@ -18,7 +18,10 @@ SCHEMA_VERSION = 2
 
 @dataclass(frozen=True, kw_only=True)
 class RungEntry:
-    """A rung on a scene: how the run ended, its cost, its answers and their errors [%]; None: no answer."""
+    """A rung on a scene: how the run ended, its cost, its answers and their errors [%]; None: no answer.
+
+    The cost is processor time, which is wall time on a core of one's own.
+    """
 
     status: str
     wall_per_simulated_s: float | None

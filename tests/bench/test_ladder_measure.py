@@ -1,0 +1,38 @@
+"""Rungs measured in processes of their own; what was measured is not measured again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from srbval.bearing import load_bearing
+from srbval.bench.ladder.cases import quick_grid
+from srbval.bench.ladder.measure import measure_cases
+from srbval.bench.ladder.questions import Question, answers
+from srbval.models.simulate import simulate
+from srbval.scene import paper_scene
+
+SECONDS = 0.5
+
+
+@pytest.mark.slow
+def test_answers_are_kept_and_found_again(tmp_path: Path) -> None:
+    case = replace(quick_grid()[0], fit="printed")
+    first, second = (
+        measure_cases([case], models=("kinematic", "line"), seconds=SECONDS, jobs=1, folder=tmp_path) for _ in range(2)
+    )
+    assert len(list(tmp_path.glob("ladder-*.json"))) == 3
+    assert first == second, "costs too: nothing ran twice"
+    rungs = first[0].rungs
+    assert 0 < rungs["kinematic"].wall_per_simulated_s < rungs["line"].wall_per_simulated_s  # type: ignore[operator]
+    errors = [rungs[model].error_pct[Question.LINES] for model in ("line", "kinematic")]
+    assert 0 < errors[0] < errors[1] < 1  # type: ignore[operator]
+
+
+@pytest.mark.parametrize("kind", ["none", "outer", "inner"])
+def test_lines_stand_where_the_cage_puts_them(kind: str) -> None:
+    run = simulate(paper_scene(model="kinematic", duration="1 s", defect={"kind": kind}))
+    found = answers(run, load_bearing("skf-22240"))[Question.LINES]
+    assert found == pytest.approx((run.bpfi_hz if kind == "inner" else run.bpfo_hz,), rel=1e-9)
