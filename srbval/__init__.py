@@ -37,6 +37,7 @@ _HOME = {
     "Evidence": "srbval.validation.evidence",
     "gather": "srbval.validation.evidence",
     "make_plan": "srbval.plan.plan",
+    "run_check": "srbval.check.check",
     "make_report": "srbval.report.make",
     "SrbvalError": "srbval.errors",
     "ConfigurationError": "srbval.errors",
@@ -69,12 +70,14 @@ __all__ = [
     "make_report",
     "paper_scene",
     "recording_from_run",
+    "run_check",
     "simulate",
     "write_run",
 ]
 
 if TYPE_CHECKING:
     from srbval.bearing import Bearing, known_bearings, load_bearing
+    from srbval.check.check import run_check
     from srbval.errors import ConfigurationError, DataError, NumericsError, SrbvalError
     from srbval.models.run import Run, RunStatus
     from srbval.models.run_file import write_run

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from srbval.check.quantities import GROUPS, Progress
-from srbval.check.reference import Reference
+from srbval.check.reference import Reference, read_reference, reference_path
 from srbval.errors import ConfigurationError
 from srbval.scene import Scene, paper_scene
 
@@ -58,18 +58,21 @@ class CheckResult:
 
 
 def run_check(
-    reference: Mapping[str, Reference],
+    reference: Mapping[str, Reference] | None = None,
     *,
     base: Scene | None = None,
     groups: Collection[str] | None = None,
     progress: Progress = lambda _, __: None,
 ) -> CheckResult:
-    """Compute the quantities of `groups` (all) from the scene `base` (the paper's) and compare each with its reference.
+    """Compute the quantities of `groups` (all) from the scene `base` (the paper's), compare each with its reference.
+
+    `reference` defaults to this version's own, see `reference_path`.
 
     With all groups, a quantity of the reference that is computed no more fails. `progress` gets a task and the share
     of it that is done, from several threads. Raises `ConfigurationError` for an unknown group, and what loading a
     damaged recording raises; a run that fails is a result.
     """
+    known = read_reference(reference_path()) if reference is None else reference
     wanted = set(GROUPS if groups is None else groups)
     unknown = wanted - set(GROUPS)
     if unknown:
@@ -77,11 +80,13 @@ def run_check(
     start = base if base is not None else paper_scene()
     fresh: dict[str, float | None] = {}
     for name in (name for name in GROUPS if name in wanted):
+        progress(name, 0.0)
         fresh |= GROUPS[name](start, progress)
+        progress(name, 1.0)
     if wanted == set(GROUPS):
-        fresh |= {name: math.nan for name in reference if name not in fresh}
+        fresh |= {name: math.nan for name in known if name not in fresh}
     return CheckResult(
-        checks=tuple(_checked(name, value, reference.get(name)) for name, value in fresh.items() if value is not None),
+        checks=tuple(_checked(name, value, known.get(name)) for name, value in fresh.items() if value is not None),
         skipped=tuple(name for name, value in fresh.items() if value is None),
     )
 

@@ -24,7 +24,7 @@ REQUIRED = (
     "rich",
     "pooch",
 )
-EXTRAS = {"typst": "pdf", "distributed": "cluster", "pytest": "test"}
+EXTRAS = {"typst": "pdf", "distributed": "cluster", "sphinx": "docs", "pytest": "test"}
 
 
 def run(options: argparse.Namespace) -> int:
