@@ -23,7 +23,7 @@ from srbval.scene import Defect, DefectKind, Scene
 from srbval.validation.evidence import Evidence
 
 # The forces of every roller are kept in a short run of their own: some passages of the load zone are enough.
-LOAD_SECONDS, LOAD_SNAPSHOTS_HZ = 1.0, 80.0
+LOAD_SECONDS, LOAD_SNAPSHOTS_HZ = 0.5, 160.0
 LOADED_DEG = 30.0  # either side of the middle of the load zone, and of the place opposite
 
 

@@ -22,7 +22,7 @@ def verdict_box(evidence: Evidence) -> VerdictBox:
         "kinematic "
         f"frequencies ({_list(published, 'model_deviation_pct')})."
     )
-    points = [*_measured_points(measured), *_sum_points(evidence), _limits()]
+    points = [_words(), *_measured_points(measured), *_sum_points(evidence), _limits()]
     tone = Tone.BAD if not within else Tone.GOOD if measured else Tone.WARNING
     return VerdictBox(tone=tone, headline=headline, points=tuple(points))
 
@@ -58,6 +58,13 @@ def _sum_points(evidence: Evidence) -> list[str]:
         total, ci95 = measured[0].total, measured[0].ci95
         text += f" With the speed measured, the rig's recordings add up to {total:.3f} ± {ci95:.3f}."
     return [text]
+
+
+def _words() -> str:
+    return (
+        "A defect betrays itself by how often rollers strike it: at **BPFO** on the outer race, at **BPFI** on the "
+        "inner one. Kinematics says how often that is when everything rolls; model, paper and rig are held against it."
+    )
 
 
 def _limits() -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from srbval.report.figures.decimate import extreme_indices
-from srbval.report.figures.files import PanelFiles, save_panel
+from srbval.report.figures.files import PanelFiles, rounded, save_panel
 from srbval.report.figures.style import (
     INK,
     figure_style,
@@ -61,7 +61,8 @@ def acceleration_panel(
         title_panel(axes, origin, letter, title)
         legend_above(axes)
         stamp_stand_in(axes, origin)
-        columns = {"time_s": time[kept], "acceleration_std": signal[kept], "envelope_std": strength[kept]}
+        shown = {"acceleration_std": rounded(signal[kept]), "envelope_std": rounded(strength[kept])}
+        columns = {"time_s": time[kept]} | shown
         return save_panel(figure, folder, name, columns)
 
 

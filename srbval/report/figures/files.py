@@ -42,6 +42,7 @@ def _svg(figure: Any) -> bytes:
     buffer = io.BytesIO()
     figure.savefig(buffer, format="svg", metadata={"Date": None})
     text = re.sub(rb' d="[^"]*"', lambda path: _short(path[0]), buffer.getvalue())
+    text = re.sub(rb'( [xy]|translate\()(="|)([^")]*)', lambda m: m[1] + m[2] + _short(m[3]), text)
     used = set(re.findall(rb"#([\w.-]+)", text))
     text = re.sub(rb' id="([^"]*)"', lambda name: name[0] if name[1] in used else b"", text)
     return re.sub(rb">\s*\n\s*<", b">\n<", text)
