@@ -87,19 +87,16 @@ def fit(
     moved = phasors.moved(components.number * shift[0] + components.side * shift[1])
     components = replace(components, snr=moved.power() / components.noise_power)
     sigma = _cramer_rao_hz(components, record.bin_hz)
-    peak = start_hz + float(shift[0])
-    noise_ci = NORMAL_95 * sigma[0]
-    ci95 = noise_ci
-    middle = components.side == 0
+    found = start_hz + float(shift[0])
+    ci95 = noise_ci = NORMAL_95 * float(sigma[0])
     course = follow(
-        moved.of_components(middle),
-        components.number[middle], components.noise_power[middle], shortest_block_s=shortest_block_s,
+        moved, components.number, components.noise_power, line_hz=found, shortest_block_s=shortest_block_s
     )  # fmt: skip
     if course is not None:
-        ci95 = max(course.ci95_hz, noise_ci)
+        found, ci95 = found + course.shift_hz, course.ci95_hz
     spacing = sideband_hz + float(shift[1]) if components.has_sides else None
     return JointFit(
-        found_hz=peak, ci95_hz=ci95, noise_ci95_hz=noise_ci, sideband_hz=spacing,
+        found_hz=found, ci95_hz=ci95, noise_ci95_hz=noise_ci, sideband_hz=spacing,
         sideband_ci95_hz=None if spacing is None else NORMAL_95 * sigma[1],
     )  # fmt: skip
 
