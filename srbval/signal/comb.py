@@ -89,13 +89,19 @@ def read_comb(
     noise = [record.noise_about(h * expected_hz, h * half_window_hz) for h in number]
     bins = np.array([n.bins for n in noise])
     ratios = np.column_stack([_ratio(record, h * candidates, n) for h, n in zip(number, noise, strict=True)])
-    best = _highest_peak(candidates, evidence(ratios, bins).sum(axis=1))
+    score = evidence(ratios, bins).sum(axis=1)
+    best = _highest_peak(candidates, score)
     if best is None:
         return None
+    # Evidence, wary of noise that is only estimated, flattens a strong line's top; its power does not.
+    highest = float(evidence(_snr(record, best, noise), bins).sum())
+    near = np.abs(candidates - best) <= record.bin_hz
+    best = float(candidates[near][np.argmax(ratios[near].sum(axis=1))])
     components = Components.of(record, best, used, sideband_hz, noise)
     result = fit(record, best, components, sideband_hz, shortest_block_s=shortest_block_s)
     snr = _snr(record, result.found_hz, noise)
-    total = float(evidence(snr, bins).sum())
+    # The chance is that of the highest evidence in the window, which the fit's own place may fall short of.
+    total = max(float(evidence(snr, bins).sum()), highest)
     return _reading(record, result, snr, expected_hz, half_window_hz, total, noise[0])
 
 
@@ -146,5 +152,7 @@ def _ratio(record: Periodogram, frequency_hz: FloatArray, noise: Noise) -> Float
 
 
 def _snr(record: Periodogram, found_hz: float, noise: list[Noise]) -> FloatArray:
-    """Power over noise of each harmonic of `found_hz`."""
-    return np.array([_ratio(record, np.array([h * found_hz]), n)[0] for h, n in enumerate(noise, 1)])
+    """Power over noise of each harmonic of `found_hz`, from the sums themselves."""
+    at = np.arange(1, len(noise) + 1) * found_hz
+    power = record.exact_power_at(at) / np.array([n.mean_power for n in noise])
+    return np.where(record.masked(at), 0.0, power)

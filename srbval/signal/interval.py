@@ -12,8 +12,9 @@ import scipy.special
 
 from srbval.config.strict import build, read_toml
 
-
 NORMAL_95 = 1.959964
+# Where the strongest harmonic is this many times its noise, phases scatter twice as far as to first order.
+WEAK_SNR = 10.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,11 +42,17 @@ def slip_interval() -> SlipInterval:
     return build(SlipInterval, read_toml(Path(__file__).with_name("slip_interval.toml")), "slip_interval.toml")
 
 
-def half_width(log_spread: float, blocks: int) -> float:
-    """95 % half width in noise errors; a spread told from few `blocks` is widened as Student's t would.
+def walk_share(log_spread: float) -> float:
+    """From none to one: how far the residuals show a walk beside the noise."""
+    return -math.expm1(2 * min(slip_interval().start - log_spread, 0.0))
 
-    The table is for many blocks; noise is known in any case, so only the walk's share is widened.
+
+def half_width(log_spread: float, blocks: int, snr: float) -> float:
+    """95 % half width in noise errors, for a spread told from `blocks` phases of a line `snr` times its noise.
+
+    The table is for many blocks of a strong line, and noise alone needs no more. The walk's share is widened as
+    Student's t asks for few blocks, and for a weak line, whose phases scatter by more than to first order (simulated).
     """
     student = float(scipy.special.stdtrit(blocks - 2, 0.975)) / NORMAL_95
-    walk = -math.expm1(-log_spread)
-    return slip_interval().half_width(log_spread) * (1 + walk * (student - 1))
+    wider = student * (1 + WEAK_SNR / snr) - 1
+    return slip_interval().half_width(log_spread) * (1 + walk_share(log_spread) * wider)

@@ -18,7 +18,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from srbval.signal.interval import NORMAL_95, half_width
+from srbval.signal.interval import NORMAL_95, half_width, walk_share
 from srbval.signal.phase_course import PhaseCourse, read_about, track
 from srbval.signal.phasors import Phasors
 
@@ -85,13 +85,14 @@ def _course(sums: ComplexArray, number: FloatArray, step_rad2: float, block_s: f
     modes = modes_of(sums.shape[1])
     starts = [np.zeros(sums.shape[1]), *(track(sums, number, step_rad2 * share) for share in STEP_SHARES)]
     settled = [_settled(sums, number, start, modes) for start in starts]
+    strongest = max(float(np.max(np.mean(np.abs(sums) ** 2, axis=1) - 1)) * sums.shape[1], 1.0)
     evidence = np.array([s.evidence for s in settled])
     evidence[0] += STRAIGHT
     chance = np.exp(TEMPER * (evidence - evidence.max()))
     if chance[0] == 1:
         chance = np.eye(1, chance.size)[0]
     chance /= chance.sum()
-    slope, half, walk = (np.array(column) for column in zip(*(s.slope(modes) for s in settled), strict=True))
+    slope, half, walk = (np.array(column) for column in zip(*(s.slope(modes, strongest) for s in settled), strict=True))
     mean = float(chance @ slope)
     spread = float(chance @ (half**2 + (NORMAL_95 * (slope - mean)) ** 2))
     turn = 2 * math.pi * block_s
@@ -109,11 +110,13 @@ class _Settled:
     weight: FloatArray
     evidence: float
 
-    def slope(self, modes: Modes) -> tuple[float, float, float]:
+    def slope(self, modes: Modes, snr: float) -> tuple[float, float, float]:
         """Phase a block, its 95 % half width [rad], and the variance of the walk's step [rad2]."""
         weight, noise = self.weight, self.read.variance_rad2
-        mean = float(modes.slope @ self.read.phase_rad - modes.carried(weight) @ self.residual)
-        half = math.sqrt(noise * modes.slope_variance) * half_width(float(weight @ np.log1p(RATIOS)), len(modes.slope))
+        log_spread = float(weight @ np.log1p(RATIOS))
+        # The place of most power needs no correction while no walk shows, and is then the better one for weak lines.
+        mean = float(modes.slope @ self.read.phase_rad - modes.carried(weight) @ self.residual) * walk_share(log_spread)
+        half = math.sqrt(noise * modes.slope_variance) * half_width(log_spread, len(modes.slope), snr)
         return mean, half, float(weight @ RATIOS) * noise * modes.walk_over_noise
 
 

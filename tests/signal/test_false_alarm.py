@@ -8,8 +8,8 @@ from srbval.signal.false_alarm import evidence, false_alarm, upcrossings
 BINS = 65
 # 200,000 draws at a tail of a few per mille: five standard errors.
 DRAWS, TAIL_FACTOR = 200_000, 1.2
-# 400 records at a nominal 10 %: four binomial standard errors about 0.7 to 1; the count lies on the safe side.
-RECORDS, LOWEST, HIGHEST = 400, 0.4, 1.6
+# 400 records at a nominal 10 %: two binomial standard errors about 0.86 to 1.
+RECORDS, LOWEST, HIGHEST = 400, 0.56, 1.3
 
 
 def test_evidence_is_the_exact_tail_of_a_line_over_a_median_of_its_neighbours():
