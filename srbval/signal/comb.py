@@ -153,6 +153,6 @@ def _ratio(record: Periodogram, frequency_hz: FloatArray, noise: Noise) -> Float
 
 def _snr(record: Periodogram, found_hz: float, noise: list[Noise]) -> FloatArray:
     """Power over noise of each harmonic of `found_hz`, from the sums themselves."""
-    at = np.arange(1, len(noise) + 1) * found_hz
+    at = np.arange(1, len(noise) + 1, dtype=np.float64) * found_hz
     power = record.exact_power_at(at) / np.array([n.mean_power for n in noise])
     return np.where(record.masked(at), 0.0, power)

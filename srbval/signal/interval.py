@@ -44,7 +44,7 @@ def slip_interval() -> SlipInterval:
 
 def walk_share(log_spread: float) -> float:
     """From none to one: how far the residuals show a walk beside the noise."""
-    return -math.expm1(2 * min(slip_interval().start - log_spread, 0.0))
+    return -math.expm1(-(max(log_spread - slip_interval().start, 0.0) ** 2))
 
 
 def half_width(log_spread: float, blocks: int, snr: float) -> float:

@@ -51,10 +51,10 @@ def track(sums: ComplexArray, number: FloatArray, step_rad2: float) -> FloatArra
     cost = np.minimum(away, 2 * math.pi - away) ** 2 / (2 * step_rad2)
     power = np.maximum(np.mean(np.abs(sums) ** 2, axis=1) - 1, 0)
     amplitude = np.where(np.arange(number.size) == np.argmax(power / number), np.sqrt(power), 0).astype(complex)
-    path = np.zeros(sums.shape[1])
+    path: FloatArray = np.zeros(sums.shape[1])
     for _ in range(_PASSES):
         agreement = 2 * ((np.conj(amplitude)[:, None] * sums).T @ turn).real
-        path = grid[_cheapest(agreement, cost)]
+        path = np.asarray(grid[_cheapest(agreement, cost)], dtype=np.float64)
         amplitude = amplitudes(sums, number, path)
     return np.unwrap(path)
 
@@ -64,10 +64,12 @@ def read_about(sums: ComplexArray, number: FloatArray, about_rad: FloatArray) ->
     amplitude = amplitudes(sums, number, about_rad)
     turned = np.conj(amplitude)[:, None] * sums * np.exp(-1j * np.outer(number, about_rad))
     parts = number**2 * np.abs(amplitude) ** 2
-    used = max(float(parts.sum()), float(np.finfo(float).tiny))
+    # No less than what noise alone would show.
+    least = float(np.min(number**2)) / sums.shape[1]
+    used = max(float(parts.sum()), least)
     # Harmonics that are but noise are cut off at zero where they fall short and not where they exceed it.
     raw = number**2 * (np.abs(np.mean(sums * np.exp(-1j * np.outer(number, about_rad)), axis=1)) ** 2)
-    information = max(float(np.sum(raw - number**2 / sums.shape[1])), float(parts.max()), used / 10)
+    information = max(float(np.sum(raw - number**2 / sums.shape[1])), float(parts.max()), used / 10, least)
     phase = about_rad + (number @ turned.imag) / used
     return PhaseCourse(phase_rad=phase, variance_rad2=1 / (2 * information), amplitude=amplitude)
 

@@ -32,14 +32,16 @@ BLOCK_SNR = 1.0
 # Largest jitter of the spacing of impacts that is followed, as a share of it.
 LARGEST_JITTER = 0.015
 # Ratios of walk to noise, in the variance of the slope, that are weighed against one another, and their weights.
-RATIOS = np.geomspace(0.05, 1e6, 60)
+RATIOS = np.geomspace(0.05, 1e10, 93)
 WEIGHTS = (1 + RATIOS) ** -0.5
 # Steps that tracks are begun with, as shares of the largest jitter's.
 STEP_SHARES = (1.0, 0.03)
 # How far the evidence, which is approximate, is trusted: as a power of the odds.
 TEMPER = 0.5
 # A track, which had the choice of all courses, must be likelier than the straight line by this much, in logarithms.
-STRAIGHT = 3.0
+STRAIGHT = 8.0
+# The least share of a line's power that noise in a bin is taken to have.
+NOISELESS = 1e-12
 _ROUNDS = 4
 
 
@@ -64,6 +66,8 @@ def follow(
     mean noise power in a bin of the whole record. Blocks shorter than `shortest_block_s` would mix the line with its
     sidebands. A steady drift of the speed is taken for wander.
     """
+    # A line without any noise would leave nothing to weigh a walk against.
+    noise_power = np.maximum(noise_power, NOISELESS * float(np.max(phasors.power())))
     for blocks in BLOCK_NUMBERS:
         if phasors.seconds < blocks * shortest_block_s or blocks > phasors.sums.shape[1]:
             continue

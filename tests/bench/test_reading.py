@@ -10,8 +10,11 @@ from srbval.bench.reading_records import COLOUR_POLE, comb_record, cramer_rao_hz
 TRIALS, RMSE_FACTOR = 60, 1.45
 # What a 95 % interval should cover, and two standard errors of 60 records below it.
 LEAST_COVERAGE = 0.92 - 0.07
-# Where it stands: weak falling harmonics under 1 % jitter are covered 79 % of the time (200 records of 10 s).
-COVERAGE_NOW = 0.76
+# At 16 dB, falling harmonics under 1 % jitter keep no coherence but the first: covered 79 % (150 records of 10 s),
+# which misses what is asked for and stands below as a strict expected failure.
+WEAKEST = (16.0, "falling", 0.01)
+# Mean over all cells: a thousand records, four standard errors about what is asked for.
+MEAN_COVERAGE = (0.92 - 0.03, 0.98 + 0.01)
 
 
 @pytest.fixture(scope="module")
@@ -29,13 +32,17 @@ def test_without_slip_the_error_is_the_cramer_rao_bound(result):
     assert min(a.rmse_over_bound for a in steady) > 0.6  # below: the bound or the records are wrong
 
 
-def test_coverage_is_no_worse_than_it_was(result):
-    assert min(a.coverage for a in result.accuracy) > COVERAGE_NOW
-
-
-@pytest.mark.xfail(strict=True, reason="at 16 dB a slip about as large as the noise is not seen: intervals too narrow")
 def test_interval_covers_with_and_without_slip(result):
-    assert min(a.coverage for a in result.accuracy) > LEAST_COVERAGE
+    cells = {(a.snr_db, a.profile, a.jitter): a.coverage for a in result.accuracy}
+    cells.pop(WEAKEST)
+    assert min(cells.values()) > LEAST_COVERAGE - 1e-9
+    assert MEAN_COVERAGE[0] < np.mean(list(cells.values())) < MEAN_COVERAGE[1]
+
+
+@pytest.mark.xfail(strict=True, reason="weak falling harmonics under 1 % jitter: slip is sometimes not seen at all")
+def test_interval_covers_the_weakest_line_that_slips_most(result):
+    cells = {(a.snr_db, a.profile, a.jitter): a.coverage for a in result.accuracy}
+    assert cells[WEAKEST] > LEAST_COVERAGE
 
 
 def test_slip_and_not_noise_rules_a_slipping_line(result):

@@ -9,8 +9,8 @@ SHAFT_HZ = 71 / 6
 AMPLITUDES = (1.0, 0.8, 0.6, 0.4, 0.3)
 # Cramer-Rao bound of the fixture; the fit is allowed this much more, the scatter of 60 trials included.
 BOUND_FACTOR = 1.4
-# 60 trials of an interval that covers 95 %: four binomial standard errors below.
-LEAST_COVER = 0.83
+# 60 trials of an interval that covers 92 to 98 %: two binomial standard errors below.
+LEAST_COVER = 0.85
 TRIALS = 60
 
 

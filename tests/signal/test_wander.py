@@ -17,7 +17,8 @@ def wandering(rng, walk_rad2_s, noise=0.05):
 
 
 def followed(samples, line_hz=LINE_HZ, noise=0.05, **options):
-    return follow(Phasors.of(samples, FS_HZ, np.array([line_hz])), ONE, ONE * noise**2 * samples.size, line_hz=line_hz, **options)
+    phasors = Phasors.of(samples, FS_HZ, np.array([line_hz]))
+    return follow(phasors, ONE, ONE * noise**2 * samples.size, line_hz=line_hz, **options)
 
 
 @pytest.mark.parametrize("walk_rad2_s", [0.01, 0.1])
