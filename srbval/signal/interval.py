@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import functools
 import math
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import scipy.special
-
-from srbval.config.strict import build, read_toml
 
 NORMAL_95 = 1.959964
 # Where the strongest harmonic is this many times its noise, phases scatter twice as far as to first order.
@@ -39,7 +38,13 @@ class SlipInterval:
 @functools.cache
 def slip_interval() -> SlipInterval:
     """The table this version was calibrated with."""
-    return build(SlipInterval, read_toml(Path(__file__).with_name("slip_interval.toml")), "slip_interval.toml")
+    table = tomllib.loads(Path(__file__).with_name("slip_interval.toml").read_text(encoding="utf-8"))
+    return SlipInterval(
+        floor=table["floor"],
+        start=table["start"],
+        log_spread=tuple(table["log_spread"]),
+        factor=tuple(table["factor"]),
+    )
 
 
 def walk_share(log_spread: float) -> float:

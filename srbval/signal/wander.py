@@ -151,11 +151,7 @@ class Modes:
 
     def weigh(self, modes: FloatArray) -> tuple[FloatArray, float]:
         """Weight of each of `RATIOS` after the residuals, [n - 2] in units of the noise, were seen; log of the sum."""
-        spread = 1 + RATIOS[:, None] * self.share
-        likelihood = -0.5 * (np.log(spread).sum(axis=1) + (modes**2 / spread).sum(axis=1))
-        weight = WEIGHTS * np.exp(likelihood - likelihood.max())
-        total = float(weight.sum())
-        return weight / total, math.log(total / float(WEIGHTS.sum())) + float(likelihood.max())
+        return weigh(modes, self.share)
 
     def noise_share(self, weight: FloatArray) -> FloatArray:
         """What part of each residual is noise, [n - 2]."""
@@ -165,6 +161,15 @@ class Modes:
         """What of each residual the walk carries into the slope, [n - 2]."""
         ratios = RATIOS[:, None]
         return np.asarray(weight @ (ratios * self.with_slope / (1 + ratios * self.share)), dtype=np.float64)
+
+
+def weigh(modes: FloatArray, share: FloatArray) -> tuple[FloatArray, float]:
+    """Weight of each of `RATIOS` after `modes` of variance 1 + ratio `share` were seen; log of the weights' sum."""
+    spread = 1 + RATIOS[:, None] * share
+    likelihood = -0.5 * (np.log(spread).sum(axis=1) + (modes**2 / spread).sum(axis=1))
+    weight = WEIGHTS * np.exp(likelihood - likelihood.max())
+    total = float(weight.sum())
+    return weight / total, math.log(total / float(WEIGHTS.sum())) + float(likelihood.max())
 
 
 @functools.cache
