@@ -17,12 +17,14 @@ from srbval.storage.strict_json import write_json
 
 SPEED_ACCURACY, STABILITY = "speed_accuracy", "stability"
 NOISE_STUDY, CAMPAIGN_SCALE = "noise_study", "campaign_scale"
+READING = "reading"
 HELD_OUT = "held_out"
 COMMAND = {
     SPEED_ACCURACY: "srbval bench",
     STABILITY: "srbval stability",
     NOISE_STUDY: "srbval campaign noise",
     CAMPAIGN_SCALE: "srbval campaign scale",
+    READING: "srbval bench --reading",
     HELD_OUT: "srbval bench --ladder --held-out",
 }
 SCHEMA_VERSION = 1

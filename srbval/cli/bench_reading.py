@@ -3,22 +3,35 @@
 from __future__ import annotations
 
 import argparse
+import shlex
+import sys
 from dataclasses import asdict
+from pathlib import Path
 
+from srbval.bench.kept import READING, keep, stamped
+from srbval.bench.machine import processor_name, usable_cores
 from srbval.bench.reading import QUICK_READING, ReadingBench, ReadingSettings, run_reading_bench
 from srbval.cli.output import print_json, print_table
 from srbval.cli.tasks import Tasks
 from srbval.report.progress import Progress
+from srbval.storage.revision import git_revision
 
 
 def run_reading(options: argparse.Namespace) -> int:
-    """Measure and print; figures beyond what is asked for are printed like the others."""
+    """Measure, keep a whole run for the report, and print; figures beyond what is asked for are printed too."""
+    revision = git_revision()
     with Progress() as progress:
         result = run_reading_bench(
             QUICK_READING if options.quick else ReadingSettings(), progress=Tasks(progress, "Bench")
         )
+    command = shlex.join(["srbval", *sys.argv[1:]])
+    measured = {"machine": {"processor": processor_name(), "usable_cores": usable_cores()}, **result.to_dict()}
+    content = stamped(READING, measured, command=command, revision=revision)
+    if options.output or not options.quick:
+        path = keep(content, Path(options.output) if options.output else None)
+        print(f"kept: {path}", file=sys.stderr)
     if options.json:
-        print_json(result.to_dict())
+        print_json(content)
     else:
         _print(result)
     return 0

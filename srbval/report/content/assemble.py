@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from srbval.bench.kept import CAMPAIGN_SCALE, NOISE_STUDY, SPEED_ACCURACY, STABILITY, Kept, newest
+from srbval.bench.kept import CAMPAIGN_SCALE, NOISE_STUDY, READING, SPEED_ACCURACY, STABILITY, Kept, newest
 from srbval.recordings import State
 from srbval.report.blocks import Command, KeyValues, Listing, Paragraph
 from srbval.report.content.band_figure import band_figure
@@ -23,6 +23,7 @@ from srbval.report.content.other_rigs_section import other_rigs_section
 from srbval.report.content.panels import Side, figures_11_to_14, model_alone
 from srbval.report.content.peaks_table import peaks_table
 from srbval.report.content.provenance import provenance
+from srbval.report.content.reading_section import reading_section
 from srbval.report.content.references_section import references_section
 from srbval.report.content.runs_section import flatten, runs_section, scene_section
 from srbval.report.content.scalogram_checks import checks_table
@@ -46,7 +47,7 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
     """Draw the figures into `figures` and build the report; `command` is the one that makes it again."""
     origin = provenance(evidence, command)
     crossed = cross_bands(evidence.beside_rig, evidence.rig)
-    kept = {kind: newest(kind) for kind in (SPEED_ACCURACY, STABILITY, NOISE_STUDY, CAMPAIGN_SCALE)}
+    kept = {kind: newest(kind) for kind in (SPEED_ACCURACY, STABILITY, NOISE_STUDY, CAMPAIGN_SCALE, READING)}
     return Report(
         title="Simulated against measured: SKF 22240 spherical roller bearing",
         subtitle="The bundled multibody model beside Giraudo et al. (Sensors 25, 2419, 2025) and recordings of its rig",
@@ -63,6 +64,7 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
             *_paper_speed_section(evidence, figures),
             speed_accuracy_section(kept[SPEED_ACCURACY], figures),
             stability_section(kept[STABILITY], figures),
+            reading_section(kept[READING]),
             ladder_section(figures),
             campaign_section(kept[NOISE_STUDY], kept[CAMPAIGN_SCALE]),
             matrix_section(evidence, figures),
@@ -196,6 +198,7 @@ def _data(
         "kept_results": {kind: result.origin for kind, result in kept.items() if result},
         "ladder": ladder_data(),
         "detection_under_noise": _content(kept[NOISE_STUDY]).get("rows", []),
+        "reading": {key: _content(kept[READING]).get(key, []) for key in ("accuracy", "false_alarms", "timings")},
         "campaign_scale": _content(kept[CAMPAIGN_SCALE]).get("reckoned", []),
         "matrix": [cell.to_dict() for cell in evidence.matrix.cells],
         "crossed_bands": [row.to_dict() for row in crossed],

@@ -1,0 +1,91 @@
+"""How well frequencies are read: the stored Monte-Carlo of ``srbval bench --reading``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from srbval.bench.kept import READING, Kept
+from srbval.report.blocks import Block, Paragraph
+from srbval.report.content.kept_result import missing, origin_of
+from srbval.report.model import Section
+from srbval.report.table import Column, Table
+
+
+def reading_section(kept: Kept | None) -> Section:
+    """Error against the Cramer-Rao bound, coverage of the stated intervals, false alarms; or how to measure them."""
+    blocks = _blocks(kept) if kept else (missing(READING),)
+    return Section(id="reading", title="How well a frequency is read", blocks=blocks)
+
+
+def _blocks(kept: Kept) -> tuple[Block, ...]:
+    content = kept.content
+    return (
+        origin_of(kept),
+        Paragraph(
+            "Made-up combs of five harmonics in white noise, the spacing of impacts jittered at random; nothing is "
+            "measured. The truth is the rate from which the impacts stray, not the mean that a record happens to have. "
+            f"{_said(content['accuracy'])}"
+        ),
+        _accuracy(content["accuracy"]),
+        _alarms(content["false_alarms"]),
+    )
+
+
+def _said(rows: list[dict[str, Any]]) -> str:
+    steady = [row["rmse_over_bound"] for row in rows if row["jitter"] == 0]
+    off = [row for row in rows if not 0.92 <= row["coverage"] <= 0.98]
+    return (
+        f"Without jitter the error is **{min(steady):.2f} to {max(steady):.2f} times the Cramer-Rao bound**; the 95 % "
+        f"interval covers between 92 and 98 % in **{len(rows) - len(off)} of {len(rows)}** cells, at least "
+        f"{100 * min(row['coverage'] for row in rows):.0f} % in all."
+    )
+
+
+def _accuracy(rows: list[dict[str, Any]]) -> Table:
+    return Table(
+        id="reading-accuracy",
+        label="Reading",
+        caption="Error of the frequency read, and coverage of its stated 95 % interval. The bound is noise alone's, "
+        "so that with jitter the error exceeds it.",
+        columns=(
+            Column(title="Record", unit="s", format="g"),
+            Column(title="Line to noise", unit="dB", format="g"),
+            Column(title="Harmonics"),
+            Column(title="Jitter", unit="%", format="g"),
+            Column(title="Error over bound", format=".2f"),
+            Column(title="Coverage", unit="%", format=".1f"),
+            Column(title="Records", format="d"),
+        ),
+        rows=[
+            [
+                row["seconds"],
+                row["snr_db"],
+                row["profile"],
+                100 * row["jitter"],
+                row["rmse_over_bound"],
+                100 * row["coverage"],
+                row["trials"],
+            ]
+            for row in rows
+        ],
+    )
+
+
+def _alarms(rows: list[dict[str, Any]]) -> Table:
+    return Table(
+        id="reading-false-alarms",
+        label="False alarms",
+        caption="How often noise alone fell below a nominal false-alarm probability, over that probability.",
+        columns=(
+            Column(title="Noise"),
+            Column(title="Harmonics", format="d"),
+            Column(title="Nominal", format="g"),
+            Column(title="Observed", format=".2g"),
+            Column(title="Ratio", format=".2f"),
+            Column(title="Records", format="d"),
+        ),
+        rows=[
+            [row["noise"], row["harmonics"], row["nominal"], row["observed"], row["ratio"], row["records"]]
+            for row in rows
+        ],
+    )
