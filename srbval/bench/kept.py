@@ -17,7 +17,7 @@ from srbval.storage.strict_json import write_json
 
 SPEED_ACCURACY, STABILITY = "speed_accuracy", "stability"
 NOISE_STUDY, CAMPAIGN_SCALE = "noise_study", "campaign_scale"
-READING = "reading"
+READING, SENSITIVITY = "reading", "sensitivity"
 HELD_OUT = "held_out"
 COMMAND = {
     SPEED_ACCURACY: "srbval bench",
@@ -25,6 +25,7 @@ COMMAND = {
     NOISE_STUDY: "srbval campaign noise",
     CAMPAIGN_SCALE: "srbval campaign scale",
     READING: "srbval bench --reading",
+    SENSITIVITY: "srbval bench --sensitivity",
     HELD_OUT: "srbval bench --ladder --held-out",
 }
 SCHEMA_VERSION = 1

@@ -194,6 +194,9 @@ def _bench(commands: Any) -> None:
     command.add_argument(
         "--reading", action="store_true", help="instead: how well frequencies are read, by simulation; signal timings"
     )
+    command.add_argument(
+        "--sensitivity", action="store_true", help="instead: what numerics and open inputs do to each compared quantity"
+    )
     command.add_argument("--speed-only", action="store_true", help="time the solvers, compare with no reference")
     command.add_argument("--ladder", action="store_true", help="hold every model against the full one instead")
     command.add_argument(

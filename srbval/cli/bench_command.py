@@ -17,6 +17,7 @@ from srbval.bench.scenes import SCENES
 from srbval.bench.settings import FULL, QUICK
 from srbval.cli.bench_ladder import run_ladder
 from srbval.cli.bench_reading import run_reading
+from srbval.cli.bench_sensitivity import run_sensitivity
 from srbval.cli.output import print_columns, print_json
 from srbval.cli.tasks import Tasks
 from srbval.models.solvers import SOLVERS
@@ -86,6 +87,8 @@ def run(options: argparse.Namespace) -> int:
     """Measure and print; targets that are not met are said, they do not change the exit code."""
     if options.ladder:
         return run_ladder(options)
+    if options.sensitivity:
+        return run_sensitivity(options)
     if options.reading:
         return run_reading(options)
     settings = QUICK if options.quick else FULL

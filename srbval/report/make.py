@@ -6,6 +6,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
+from srbval.bench.kept import SENSITIVITY, newest
 from srbval.report.content import assemble
 from srbval.report.kernels import kernels_are_stored, store_kernels
 from srbval.report.pdf import require_typst
@@ -13,6 +14,7 @@ from srbval.report.progress import Progress
 from srbval.report.simulation_progress import SimulationProgress
 from srbval.report.write import FORMATS, write_report
 from srbval.validation.evidence import Evidence, gather
+from srbval.validation.sensitivity import Effect, effects_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,6 +59,7 @@ def make_report(
             jobs=jobs,
             progress=SimulationProgress(shown),
             stage=shown.stage,
+            effects=_stored_effects(),
         )
         shown.stage("Draw the figures")
         figures = scratch / "figures"
@@ -65,3 +68,9 @@ def make_report(
         shown.stage("Write the report")
         files = write_report(report, folder, formats)
     return Made(evidence=evidence, files=files)
+
+
+def _stored_effects() -> tuple[Effect, ...]:
+    """What numerics and inputs do to the compared quantities, as last measured; none where it never was."""
+    kept = newest(SENSITIVITY)
+    return effects_of(kept.content["effects"]) if kept else ()

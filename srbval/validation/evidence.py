@@ -21,7 +21,9 @@ from srbval.validation.matrix import Matrix, build_matrix
 from srbval.validation.matrix_runs import model_runs
 from srbval.validation.other_rigs import OtherRecord, read_other_rigs
 from srbval.validation.published import Table6, table6
+from srbval.validation.quantity_comparison import QuantityComparison, compare
 from srbval.validation.run_cases import Progress, run_cases
+from srbval.validation.sensitivity import Effect
 from srbval.validation.speed_and_slip import SpeedAndSlip, matrix_rows, table6_rows
 from srbval.validation.sum_rule import SumRule
 from srbval.validation.table6 import LINE_OF, measured_rows, published_rows, sum_rules
@@ -51,6 +53,8 @@ class Evidence:
     rows: tuple[Comparison, ...]
     sums: tuple[SumRule, ...]
     variations: tuple[Variation, ...]
+    comparisons: tuple[QuantityComparison, ...]
+    effects: tuple[Effect, ...]
     registered: tuple[RegisteredRecording, ...]
     matrix: Matrix
     other_rigs: tuple[OtherRecord, ...]
@@ -69,10 +73,12 @@ def gather(
     jobs: int | None = None,
     progress: Progress | None = None,
     stage: Callable[[str], None] = lambda _: None,
+    effects: Sequence[Effect] = (),
 ) -> Evidence:
     """Run the cases and analyse everything; the rig's recordings are those registered.
 
-    `seconds` is the recorded duration of the paper's three runs; `stand_in_folder` receives the stand-ins'
+    `effects` are the stored sensitivities, where there are any. `seconds` is the recorded duration of the paper's three
+    runs; `stand_in_folder` receives the stand-ins'
     files, where any are needed; `stage` is told what begins. Raises what simulation and loading raise.
     """
     if seconds < SHORTEST_S:
@@ -100,7 +106,7 @@ def gather(
         variation(c, runs[c.id], runs[f"paper-{c.state}"]) for c in cases if c.id in _variation_ids(cases)
     )
     measured_side = {s: rig_side[s] for s in measured}
-    unsure = {
+    unsure = _of_effects(effects) or {
         line: math.hypot(*(v.bpfo_change_pct if line == "BPFO" else v.bpfi_change_pct for v in variations))
         for line in LINE_OF.values()
     }
@@ -114,7 +120,7 @@ def gather(
     other_rigs = read_other_rigs(everything, jobs=jobs)
     rows = (
         *published_rows(printed, paper, runs),
-        *measured_rows(measured_side, beside, {s: runs[f"rig-{s}"] for s in measured}, variations),
+        *measured_rows(measured_side, beside, {s: runs[f"rig-{s}"] for s in measured}, variations, effects),
     )
     return Evidence(
         bearing=bearing,
@@ -127,11 +133,19 @@ def gather(
         rows=rows,
         sums=tuple(sum_rules(printed, paper, runs, measured_side)),
         variations=variations,
+        comparisons=compare(measured_side, beside, effects),
+        effects=tuple(effects),
         registered=tuple(registered.values()),
         matrix=matrix,
         other_rigs=other_rigs,
         slips=(*matrix_rows(matrix.cells, bearing), *table6_rows(printed, bearing)),
     )
+
+
+def _of_effects(effects: Sequence[Effect]) -> dict[str, float]:
+    """What all terms together do to each race line [%]."""
+    lines = {line: [e.bound_pct for e in effects if e.quantity == line] for line in LINE_OF.values()}
+    return {line: math.hypot(*parts) for line, parts in lines.items() if parts}
 
 
 def plan_cases(measured: Mapping[State, Recording], seconds: float) -> list[Case]:

@@ -12,6 +12,7 @@ from srbval.validation.analyse import Analysis
 from srbval.validation.comparison import Comparison, RigSource
 from srbval.validation.lines import Line
 from srbval.validation.published import Table6
+from srbval.validation.sensitivity import Effect
 from srbval.validation.sum_rule import SumRule, sum_rule
 from srbval.validation.variation import Variation
 
@@ -48,8 +49,12 @@ def measured_rows(
     beside: Mapping[State, Analysis],
     runs: Mapping[State, Run],
     variations: Sequence[Variation],
+    effects: Sequence[Effect] = (),
 ) -> Iterator[Comparison]:
-    """Our model at each recording's measured speed beside that recording; states without a found line are left out."""
+    """Our model at each recording's measured speed beside that recording; states without a found line are left out.
+
+    Numerics and inputs come from the stored `effects` of all terms, else from the report's own few `variations`.
+    """
     for state, line in LINE_OF.items():
         if state not in rig or not found_line(rig[state], line).detected:
             continue
@@ -71,7 +76,7 @@ def measured_rows(
                 "model reading": 100 * _ci95(model) / _found(model),
                 "rig reading": 100 * _ci95(read) / _found(read),
                 "rig speed": 100 * speed.ci95_hz / speed.value_hz,
-                **_variation_parts(line, variations),
+                **(_effect_parts(line, effects) or _variation_parts(line, variations)),
             },
         )
 
@@ -135,6 +140,10 @@ def _read_pair(
 def _order_ci95(analysis: Analysis, line: Line) -> float:
     relative = math.hypot(_ci95(line) / _found(line), analysis.speed.ci95_hz / analysis.speed.value_hz)
     return relative * _found(line) / analysis.speed.value_hz
+
+
+def _effect_parts(line: str, effects: Sequence[Effect]) -> dict[str, float]:
+    return {f"{e.kind}: {e.term}": e.bound_pct for e in effects if e.quantity == line}
 
 
 def _variation_parts(line: str, variations: Sequence[Variation]) -> dict[str, float]:

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from srbval.bench.kept import CAMPAIGN_SCALE, NOISE_STUDY, READING, SPEED_ACCURACY, STABILITY, Kept, newest
+from srbval.bench.kept import CAMPAIGN_SCALE, NOISE_STUDY, READING, SENSITIVITY, SPEED_ACCURACY, STABILITY, Kept, newest
 from srbval.recordings import State
 from srbval.report.blocks import Command, KeyValues, Listing, Paragraph
 from srbval.report.content.band_figure import band_figure
@@ -47,7 +47,8 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
     """Draw the figures into `figures` and build the report; `command` is the one that makes it again."""
     origin = provenance(evidence, command)
     crossed = cross_bands(evidence.beside_rig, evidence.rig)
-    kept = {kind: newest(kind) for kind in (SPEED_ACCURACY, STABILITY, NOISE_STUDY, CAMPAIGN_SCALE, READING)}
+    kinds = (SPEED_ACCURACY, STABILITY, NOISE_STUDY, CAMPAIGN_SCALE, READING, SENSITIVITY)
+    kept = {kind: newest(kind) for kind in kinds}
     return Report(
         title="Simulated against measured: SKF 22240 spherical roller bearing",
         subtitle="The bundled multibody model beside Giraudo et al. (Sensors 25, 2419, 2025) and recordings of its rig",
@@ -191,6 +192,8 @@ def _data(
         "status": "ok",
         "table6": [row.to_dict() for row in evidence.rows],
         "closure": [s.to_dict() for s in evidence.sums],
+        "comparisons": [row.to_dict() for row in evidence.comparisons],
+        "sensitivity": [dataclasses.asdict(effect) for effect in evidence.effects],
         "variations": [dataclasses.asdict(v) for v in evidence.variations],
         "analyses": analyses,
         "speed_accuracy": measured.content["runs"] if measured else [],

@@ -6,6 +6,7 @@ from srbval.recordings import State
 from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Callout, Figure, Paragraph
 from srbval.report.content.names import FETCH_COMMAND, STATE_CODE
+from srbval.report.content.quantity_blocks import quantity_blocks
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table, Value
 from srbval.validation.comparison import Comparison, ComparisonVerdict, RigSource, deviation_pct
@@ -26,6 +27,7 @@ def table6_section(evidence: Evidence, picture: Figure) -> Section:
     if measured:
         rpm = evidence.rig[State.OUTER].recording.nominal_rpm
         blocks += [_measured_table(measured, rpm or 0.0), _parts_table(measured), _how_to_read()]
+        blocks += quantity_blocks(evidence.comparisons)
     else:
         blocks.append(
             Callout(
@@ -127,8 +129,8 @@ def _parts_table(rows: list[Comparison]) -> Table:
         columns=(Column(title="Part"), *(Column(title=row.line, unit="%", format=".3f") for row in rows)),
         rows=[[name, *(row.uncertainty_parts_pct[name] for row in rows)] for name in names],
         notes=(
-            "Not included, since the paper gives no basis for it: the geometry's own tolerances, the load, and the "
-            "defects' shape (the rig's are drilled pits, the model's are raised points).",
+            "Not included: the defects' shape (the rig's are drilled pits, the model's are raised points). "
+            "`srbval bench --sensitivity` measures the terms of numerics and inputs.",
         ),
     )
 

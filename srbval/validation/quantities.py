@@ -1,0 +1,79 @@
+"""What a comparison compares: line frequency, harmonic pattern and sidebands of one analysed record."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from srbval.recordings import State
+from srbval.validation.analyse import Analysis
+from srbval.validation.lines import Line
+
+LINE_OF = {State.OUTER: "BPFO", State.INNER: "BPFI"}
+HARMONICS = (2, 3, 4, 5)
+NORMAL_95 = 1.96
+_DB = 20 / math.log(10)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quantity:
+    """One number of a record: `value` in `unit` with its reading's 95 % half width, and whether its line stands out.
+
+    Frequencies are orders of the shaft; levels are of the squared envelope, in dB over the first harmonic.
+    """
+
+    name: str
+    unit: str
+    value: float
+    ci95: float
+    present: bool
+
+
+def quantities(analysis: Analysis, state: State) -> tuple[Quantity, ...]:
+    """The quantities that `state`'s line gives in a record; those out of its reach are left out."""
+    name = LINE_OF[state]
+    first = analysis.line(name)
+    if first.found_hz is None or not first.depth:
+        return ()
+    shaft = analysis.speed.value_hz
+    found = [
+        Quantity(
+            name=name,
+            unit="order",
+            value=first.found_hz / shaft,
+            ci95=(first.ci95_hz or 0.0) / shaft,
+            present=first.detected,
+        )
+    ]
+    for number in HARMONICS:
+        found += _level(f"{number}x{name}", first, _lines(analysis, name, number))
+    if state is State.INNER:
+        sides = [*_lines(analysis, f"{name}-fr", 1), *_lines(analysis, f"{name}+fr", 1)]
+        found += _level(f"{name} sidebands", first, sides)
+    return tuple(found)
+
+
+def _lines(analysis: Analysis, name: str, harmonic: int) -> list[Line]:
+    return [x for x in analysis.lines if (x.name, x.harmonic) == (name, harmonic) and x.depth]
+
+
+def _level(name: str, first: Line, lines: list[Line]) -> list[Quantity]:
+    """Mean level of `lines` over the first; Rayleigh's scatter of an amplitude in noise gives its interval."""
+    if not lines:
+        return []
+    depth = sum(line.depth or 0.0 for line in lines) / len(lines)
+    spread = math.hypot(*(_scatter_db(line) / len(lines) for line in lines), _scatter_db(first))
+    return [
+        Quantity(
+            name=name,
+            unit="dB",
+            value=_DB * math.log(depth / (first.depth or 1.0)),
+            ci95=NORMAL_95 * spread,
+            present=all(line.detected for line in lines),
+        )
+    ]
+
+
+def _scatter_db(line: Line) -> float:
+    """Standard error of a line's level [dB]: one over the root of twice its power over noise, at most one."""
+    return _DB / math.sqrt(2 * max(line.snr or 0.0, 0.5))

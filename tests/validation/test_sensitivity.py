@@ -1,0 +1,66 @@
+import math
+
+import pytest
+
+from srbval.bearing import load_bearing
+from srbval.models.run import RunStatus
+from srbval.recordings import State
+from srbval.scene import paper_scene
+from srbval.validation import sensitivity
+from srbval.validation.quantities import Quantity
+from srbval.validation.sensitivity import BASE, Term, terms
+
+
+def line(value):
+    return (Quantity(name="BPFO", unit="order", value=value, ci95=0.0, present=True),)
+
+
+def test_every_kind_of_term_that_a_validation_needs_is_in_the_table():
+    listed = terms()
+    named = " ".join(t.source for t in listed)
+    for word in ("step", "n_pc", "ensemble", "geometry", "friction", "load", "speed", "defect height"):
+        assert word in named or any(word in t.name for t in listed), word
+    assert {t.kind for t in listed} == {"numerics", "input"}
+    assert all(t.changes or t.geometry or t.relative_speed != 1 for t in listed)
+
+
+def test_every_term_makes_a_scene_and_a_bearing(tmp_path):
+    files = {t.name: sensitivity._bearing_file(t, tmp_path) for t in terms()}
+    cases = list(sensitivity._cases(terms(), files, 1.0))
+    assert len(cases) == 2 * (1 + len(terms()))
+    changed = load_bearing(files["pitch radius half a printed digit off"])
+    assert changed.geometry.pitch_radius_m == pytest.approx(141.815e-3)
+    assert changed.geometry.raceway_radius_m == pytest.approx(164e-3)
+    speeds = {c.scene.shaft_speed_rad_s for c in cases if c.state is State.OUTER}
+    assert max(speeds) / min(speeds) == pytest.approx(1.001)
+
+
+def test_points_are_doubled_at_the_same_stiffness():
+    term = next(t for t in terms() if t.name == "twice the points")
+    changed, base = paper_scene(**term.changes).contact, paper_scene().contact
+    assert changed.points_per_circle == 2 * base.points_per_circle
+    assert changed.stiffness_n_m * changed.points_per_circle == pytest.approx(
+        base.stiffness_n_m * base.points_per_circle
+    )
+    assert changed.damping_ns_m * changed.points_per_circle == pytest.approx(base.damping_ns_m * base.points_per_circle)
+
+
+def test_a_change_is_its_bound_and_repeats_give_one_interval():
+    listed = (
+        Term(name="a", kind="input", source="s"),
+        Term(name="b", kind="numerics", source="s", ensemble="starts"),
+        Term(name="c", kind="numerics", source="s", ensemble="starts"),
+    )
+    found = {(n, State.OUTER): line(v) for n, v in ((BASE, 8.0), ("a", 7.9), ("b", 8.1), ("c", 7.9))}
+    single, repeats = sensitivity._effects(listed, found, State.OUTER)
+    assert (single.term, single.bound) == ("a", pytest.approx(0.1))
+    assert single.bound_pct == pytest.approx(1.25)
+    assert (repeats.term, repeats.bound) == ("starts", pytest.approx(4.3027 * 0.1, rel=1e-3))
+
+
+def test_the_line_of_a_run_is_its_cage_s():
+    class Run:
+        status, bpfo_hz, bpfi_hz = RunStatus.OK, 100.0, 130.0
+        scene = paper_scene(shaft_speed_rad_s=2 * math.pi * 10)
+
+    assert sensitivity._by_cage(line(9.0)[0], Run()).value == pytest.approx(10.0)
