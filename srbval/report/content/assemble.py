@@ -37,6 +37,7 @@ from srbval.report.content.sum_rule_section import sum_rule_section
 from srbval.report.content.table6_section import table6_section
 from srbval.report.content.verdict_box import verdict_box
 from srbval.report.model import Report, Section
+from srbval.validation.bias import biases, pairs
 from srbval.validation.cross_band import CrossBand, cross_bands
 from srbval.validation.evidence import Evidence
 
@@ -193,6 +194,7 @@ def _data(
         "table6": [row.to_dict() for row in evidence.rows],
         "closure": [s.to_dict() for s in evidence.sums],
         "comparisons": [row.to_dict() for row in evidence.comparisons],
+        "bias": [dataclasses.asdict(row) for row in biases(pairs(evidence.comparisons, evidence.matrix.cells))],
         "sensitivity": [dataclasses.asdict(effect) for effect in evidence.effects],
         "variations": [dataclasses.asdict(v) for v in evidence.variations],
         "analyses": analyses,

@@ -12,6 +12,7 @@ from srbval.recordings import State
 from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Callout, Figure, FigureGrid, Listing, Paragraph
 from srbval.report.content.names import FETCH_COMMAND
+from srbval.report.content.quantity_blocks import bias_blocks
 from srbval.report.figures.matrix import HeatMap, heat_map
 from srbval.report.inline import literal
 from srbval.report.model import Section
@@ -37,7 +38,7 @@ def matrix_section(evidence: Evidence, folder: Path) -> Section:
     matrix = evidence.matrix
     blocks: list[Block] = [_intro(matrix)]
     if matrix.cells:
-        blocks += [_maps(matrix, folder), _table(matrix), _reading()]
+        blocks += [_maps(matrix, folder), _table(matrix), _reading(), *bias_blocks(evidence, folder)]
     else:
         text = f"No record of the rig is registered: all {matrix.size} cells are empty. `{FETCH_COMMAND}` fills some."
         blocks.append(Callout(tone=Tone.WARNING, title="Empty", text=text))

@@ -13,9 +13,11 @@ from srbval.validation.bias import Pair
 def agreement_plot(folder: Path, name: str, *, pairs: Sequence[Pair], label: str) -> PanelFiles:
     """Draw `pairs` of one unit, with the line of agreement and the data's 95 % intervals; write picture and CSV."""
     with figure_style():
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
 
         figure = Figure(figsize=(3.6, 3.4), layout="constrained")
+        FigureCanvasAgg(figure)
         axes = figure.add_subplot()
         rig, model = [p.rig for p in pairs], [p.model for p in pairs]
         ends = [min(rig + model), max(rig + model)]
