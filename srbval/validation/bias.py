@@ -11,11 +11,13 @@ import statistics
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from srbval.recordings import State
 from srbval.validation.matrix import Cell
 from srbval.validation.quantity_comparison import QuantityComparison
 
 FREQUENCY, PATTERN, SIDEBANDS = "line frequency", "harmonic pattern", "sideband level"
 NORMAL_95 = 1.96
+FAULTS = (State.OUTER, State.INNER)
 DATA_PARTS = ("rig reading", "rig speed")
 
 
@@ -45,7 +47,10 @@ class Bias:
 
 
 def pairs(comparisons: Iterable[QuantityComparison], cells: Iterable[Cell]) -> tuple[Pair, ...]:
-    """Line frequencies of the whole matrix (orders); levels of every comparison whose line both sides show."""
+    """Line frequencies of the whole matrix (orders); levels of every comparison whose line both sides show.
+
+    A healthy bearing's line is its baseline, not the fault that the model has: it is left out.
+    """
     found = [
         Pair(
             kind=FREQUENCY,
@@ -57,7 +62,7 @@ def pairs(comparisons: Iterable[QuantityComparison], cells: Iterable[Cell]) -> t
             unit="%",
         )
         for cell in cells
-        if cell.error_pct is not None and cell.model_hz is not None and cell.rig_hz is not None
+        if cell.state in FAULTS and cell.error_pct is not None and cell.model_hz is not None and cell.rig_hz is not None
     ]
     for row in comparisons:
         if row.unit == "dB" and row.model_present and row.rig_present:

@@ -94,8 +94,8 @@ def test_failed_model_run_leaves_the_models_side_empty(folder: Path) -> None:
 
 
 def test_maps_leave_empty_cells_empty(folder: Path, tmp_path: Path) -> None:
-    section = matrix_section(SimpleNamespace(matrix=made(folder)), tmp_path)  # type: ignore[arg-type]
-    assert [b.__class__.__name__ for b in section.blocks] == ["Paragraph", "FigureGrid", "Table", "Paragraph"]
+    section = matrix_section(SimpleNamespace(comparisons=(), matrix=made(folder)), tmp_path)  # type: ignore[arg-type]
+    assert [b.__class__.__name__ for b in section.blocks] == ["Paragraph", "FigureGrid", "Table", "Paragraph", "Table", "FigureGrid"]
     for kind in ("deviation", "detectability", "verdict"):
         lines = (tmp_path / f"matrix-{kind}.csv").read_text().splitlines()
         cells = [value for line in lines[1:] for value in line.split(",")[1:]]
@@ -106,7 +106,7 @@ def test_maps_leave_empty_cells_empty(folder: Path, tmp_path: Path) -> None:
 
 def test_empty_matrix_says_so(tmp_path: Path) -> None:
     matrix = build_matrix((), bearing=BEARING, model_runs=with_cage, model_uncertainty_pct={})
-    section = matrix_section(SimpleNamespace(matrix=matrix), tmp_path)  # type: ignore[arg-type]
+    section = matrix_section(SimpleNamespace(comparisons=(), matrix=matrix), tmp_path)  # type: ignore[arg-type]
     assert "all 160 cells are empty" in section.blocks[-1].text  # type: ignore[union-attr]
     assert not list(tmp_path.iterdir())
 
