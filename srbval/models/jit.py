@@ -25,15 +25,16 @@ FAST_MATH = {"reassoc", "contract", "nsz", "arcp"}
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile `function` for the processor at hand, kept on disk, releasing the interpreter lock.
 
-    Do not hand a tuple that holds arrays to a kernel called many times a step: each array in it is counted in and out.
+    Kernels work in arrays they are given and make none: they are compiled without reference counting, which would
+    count every array of a parameter tuple in and out at each call.
     """
     settings = vars(numba.config)
     before = settings["CACHE_DIR"]
     settings["CACHE_DIR"] = str(kernel_store())
     try:
-        compiled: Callable[..., Any] = numba.njit(cache=True, nogil=True, fastmath=FAST_MATH, error_model="numpy")(
-            function
-        )
+        compiled: Callable[..., Any] = numba.njit(
+            cache=True, nogil=True, fastmath=FAST_MATH, error_model="numpy", _nrt=False
+        )(function)
     finally:
         settings["CACHE_DIR"] = before
     return compiled

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from srbval.models.full.damping_kernel import BORDER
 from srbval.models.full.energy_kernel import mechanical_energy
@@ -12,14 +13,24 @@ from srbval.models.full.motion_kernel import CONTACT_VALUES, right_hand_side
 from srbval.models.jit import kernel
 from srbval.models.solvers.method import ROSENBROCK, RUNGE_KUTTA
 
+FloatArray = NDArray[np.float64]
 OUTPUTS = 21  # columns of `out`, see `advance`
 
 
+def working_space(size: int, stages: int) -> tuple[FloatArray, ...]:
+    """Arrays that `advance` works in, for a state of `size` values: rates, trial, border, contact, mean, frozen, no loads."""
+    return (
+        np.zeros((max(2, stages), size)), np.zeros(size), np.zeros((BORDER, BORDER)),
+        np.zeros(CONTACT_VALUES), np.zeros(CONTACT_VALUES), np.zeros(CONTACT_VALUES), np.zeros((0, 0, 0)),
+    )  # fmt: skip
+
+
 @kernel
-def advance(y, ahead, first_step, step, steps_per_output, method, model, out, per_detail, spins, loads):
+def advance(y, ahead, first_step, step, steps_per_output, method, model, work, out, per_detail, spins, loads):
     """Advance `y` in place over ``out.shape[0]`` output intervals, from step number `first_step`.
 
-    `ahead`, [size]: what a leapfrog remembers of the step before; zeros at the start of a run.
+    `ahead`, [size]: what a leapfrog remembers of the step before; zeros at the start of a run. `work`: see
+    `working_space`.
 
     Columns of `out`, one row an interval: 0-2 outer ring acceleration, as change of velocity over the interval
     [m/s2]; 3-5 outer ring displacement at its end [m]; 6 cage speed, mean [rad/s]; 7-8 cage tilts at its end [rad];
@@ -35,10 +46,8 @@ def advance(y, ahead, first_step, step, steps_per_output, method, model, out, pe
     half = size // 2
     turn = half - 4
     rollers = (half - 6) // 2
-    rates = np.zeros((max(2, method.b.shape[0]), size))
-    trial, border = np.zeros(size), np.zeros((BORDER, BORDER))
-    contact, mean, frozen = np.zeros(CONTACT_VALUES), np.zeros(CONTACT_VALUES), np.zeros(CONTACT_VALUES)
-    first, second, no_loads = rates[0], rates[1], np.zeros((0, 0, 0))
+    rates, trial, border, contact, mean, frozen, no_loads = work
+    first, second = rates[0], rates[1]
     b, gamma, before, share = method.b, method.gamma, method.c[0], method.ahead
     interval = step * steps_per_output
     for i in range(out.shape[0]):
@@ -46,9 +55,11 @@ def advance(y, ahead, first_step, step, steps_per_output, method, model, out, pe
             at = i // per_detail
             t = (first_step + i * steps_per_output) * step
             right_hand_side(t, y, model, rates[0], contact, loads[at], None)
-            spins[at] = y[half + rollers : half + 2 * rollers]
+            for j in range(rollers):
+                spins[at, j] = y[half + rollers + j]
         v0, v1, v2, turned = y[size - 3], y[size - 2], y[size - 1], y[turn]
-        mean[:] = 0.0
+        for m in range(CONTACT_VALUES):
+            mean[m] = 0.0
         mean[3] = mean[7] = -1.0
         out[i, 18] = mechanical_energy(y, model)
         spring = y[half - 3] ** 2 + y[half - 2] ** 2 + y[half - 1] ** 2
@@ -56,9 +67,9 @@ def advance(y, ahead, first_step, step, steps_per_output, method, model, out, pe
         for j in range(steps_per_output):
             t = (first_step + i * steps_per_output + j) * step
             if method.family == RUNGE_KUTTA:
-                runge_kutta_step(y, t, step, method, model, rates, trial, contact, mean)
+                runge_kutta_step(y, t, step, method, model, rates, trial, contact, no_loads, mean)
             elif method.family == ROSENBROCK:
-                rosenbrock_step(y, t, step, method, model, rates, trial, contact, mean, border, frozen)
+                rosenbrock_step(y, t, step, method, model, rates, trial, contact, no_loads, mean, border, frozen)
             else:
                 leapfrog_step(
                     y, t, step, b, gamma, before, share, model, first, second, contact, no_loads, mean, border, ahead

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 AT_ONCE = 8  # places the processor works on together
-RACE, ALONE = 104, 208  # known to the compiler, so that it sees that columns do not overlap
+RACE, MOVED, ALONE = 104, 208, 416  # known to the compiler, so that it sees that columns do not overlap
 CACHE_LINE = 64
 
 # Not a multiple of a power of two: rows a page apart would all fall into the same few lines of the cache.
@@ -35,6 +35,8 @@ STRIDE = 2056
     D_XX, D_XY, D_XZ, D_YY, D_YZ, D_ZZ, D_XP, D_YP, D_ZP, D_PP, D_XS, D_YS, D_PS, D_SS,
     PLACE,  # where the roller stands among the race's points: index of a point, with its fraction
     SHIFT,  # 0.5: windows about the nearest point; 0: about the one before
+    TOUCHED,  # how many points of each circle it may touch, no less
+    NEED,  # the same as `need_of` codes it, to be added up
     DEPTH, BOUND,  # penetration at the middle of the profile; what no point of an undamaged race exceeds [m]
     # for each roller: constants, what is read from the state, slot axes in world coordinates, what is found
     SIDE, SLOT_ANGLE, SLOT_COSINE, SLOT_SINE, DAMAGE,  # side: +1 for row 1 (z > 0), -1 for row 2; 0: nobody here
@@ -45,8 +47,8 @@ STRIDE = 2056
     SLIDE_RISE, SPIN_RISE,  # accelerations [m/s2], [rad/s2]
     # a roller's own equations solved for it, and how its slide and spin follow cage and ring, see `damping_kernel`
     OWN_UU, OWN_US, OWN_SS, U_WY, U_WZ, U_RX, U_RY, U_RZ, S_WY, S_WZ, S_RX, S_RY, S_RZ,
-) = (np.uint64(i * STRIDE) for i in range(86))  # fmt: skip
-ROWS = 86
+) = (np.uint64(i * STRIDE) for i in range(88))  # fmt: skip
+ROWS = 88
 FRAME = range(18)  # rows that set up a column
 SUMS = range(18, 27)  # of force, torque and energy
 DAMPING_SUMS = range(27, 41)

@@ -7,16 +7,14 @@ from srbval.models.jit import kernel
 
 
 @kernel
-def runge_kutta_step(y, t, step, method, model, rates, trial, contact, mean):
+def runge_kutta_step(y, t, step, method, model, rates, trial, contact, no_loads, mean):
     """Advance `y` in place from time `t` by `step`; add the weighed contact values to `mean`.
 
-    `rates`, [stages, size], and `trial`, [size]: working space. `mean` [3] becomes the deepest penetration so far,
-    `mean` [7] takes part like the others but see `advance`.
+    `rates`, [stages, size], and `trial`, [size]: working space. `no_loads`: empty. `mean`: see `take_mean`.
     """
     size = y.shape[0]
     a, b, c, powers = method.a, method.b, method.c, method.powers
     stages = b.shape[0]
-    no_loads = contact[:0].reshape((0, 0, 0))
     for s in range(stages):
         for m in range(size):
             trial[m] = y[m]
@@ -35,7 +33,11 @@ def runge_kutta_step(y, t, step, method, model, rates, trial, contact, mean):
 
 @kernel
 def take_mean(contact, weight, mean, first):
-    """Add `weight` times the contact values to `mean`, but keep the deepest penetration and a step's first energy."""
+    """Add `weight` times the contact values to `mean`.
+
+    But ``mean[3]`` becomes the deepest penetration so far, and ``mean[7]``, where it is still negative, the contacts'
+    energy at the `first` evaluation.
+    """
     for m in range(CONTACT_VALUES):
         if m == 3:
             mean[m] = max(mean[m], contact[m])

@@ -14,6 +14,7 @@ from srbval.models.full.columns import (
     CAGE_X,
     CAGE_Y,
     CAGE_Z,
+    DAMAGE,
     DEPTH,
     M_X,
     M_Y,
@@ -21,6 +22,7 @@ from srbval.models.full.columns import (
     N_X,
     N_Y,
     N_Z,
+    NEED,
     O_X,
     O_Y,
     O_Z,
@@ -33,6 +35,7 @@ from srbval.models.full.columns import (
     SLOT_COSINE,
     SLOT_SINE,
     SPIN,
+    TOUCHED,
     V_X,
     V_Y,
     V_Z,
@@ -52,9 +55,14 @@ from srbval.models.full.columns import (
     Z_Y,
     Z_Z,
 )  # fmt: skip
+from srbval.models.full.contact_kernel import LONGEST_ONSET_M
 from srbval.models.jit import kernel
 
 INNER = np.uint64(RACE)
+SKIP_MARGIN_M = 2e-6  # a roller further than this (and the highest bump) from a race is not looked at
+NOBODY_M = -1.0  # depth where no roller is
+# sums over eight columns keep apart how many touch a point, a second one, a third one; and who may have points of its own
+TOUCHES, TWO, THREE, OWN = 1.0, 64.0, 4096.0, 1048576.0
 PROFILE_SLOPE = 0.1  # above the sine of half the tilt: where the outer circles' normals lean
 
 
@@ -92,6 +100,13 @@ def roller_frames(y, n, many, shaft, shaft_angle, count, model, space):
     clearance = model.law.roller_radius - model.law.profile_radius
     arc_radial, arc_height = model.inner_centre_radial, model.inner_centre_axial
     per_radian, per_count, points = count / (2.0 * math.pi), 1.0 / count, float(count)
+    races, patch = model.races, model.patch
+    height, margin = races.height, margin_of(model.law)
+    per_spacing, per_spacing_inner = 1.0 / races.outer_spacing, 1.0 / races.inner_spacing
+    per_aside, per_aside_inner = 1.0 / races.outer_aside, 1.0 / races.inner_aside
+    own_middle, own_middle_inner = races.outer_own_middle, races.inner_own_middle
+    own_half, own_half_inner = races.outer_own_half, races.inner_own_half
+    plain = float(races.plain)
     for p in range(many):
         side = space[SIDE + p]
         c = ct * space[SLOT_COSINE + p] - st * space[SLOT_SINE + p]
@@ -125,17 +140,26 @@ def roller_frames(y, n, many, shaft, shaft_angle, count, model, space):
         angle = turn + space[SLOT_ANGLE + p]
 
         o_x = ring_x * x_x + ring_y * x_y + ring_z * x_z - reach
+        o_y = ring_x * y_x + ring_y * y_y + ring_z * y_z
         o_z = ring_x * z_x + ring_y * z_y + ring_z * z_z
         space[Z_X + p], space[Z_Y + p], space[Z_Z + p] = side * x_z, side * y_z, side * z_z
-        space[O_X + p], space[O_Y + p], space[O_Z + p] = o_x, ring_x * y_x + ring_y * y_y + ring_z * y_z, o_z
+        space[O_X + p], space[O_Y + p], space[O_Z + p] = o_x, o_y, o_z
         space[V_X + p] = ring_vx * x_x + ring_vy * x_y + ring_vz * x_z - slide_rate
         space[V_Y + p] = ring_vx * y_x + ring_vy * y_y + ring_vz * y_z - reach * w_z
         space[V_Z + p] = ring_vx * z_x + ring_vy * z_y + ring_vz * z_z + reach * w_y
         space[W_X + p], space[W_Y + p], space[W_Z + p] = -w_x, -w_y, -roller_spin
-        space[DEPTH + p] = clearance - o_x
-        space[BOUND + p] = clearance - o_x + PROFILE_SLOPE * abs(o_z)
+        leaning = abs(space[Z_Y + p]) * height
+        depth, here, damaged = clearance - o_x, side != 0.0, space[DAMAGE + p] > 0.0
         place = angle * per_radian
-        space[PLACE + p] = place - points * math.floor(place * per_count)
+        place -= points * math.floor(place * per_count)
+        bound = depth + PROFILE_SLOPE * abs(o_z) if here else NOBODY_M
+        space[DEPTH + p], space[BOUND + p], space[PLACE + p] = depth if here else NOBODY_M, bound, place
+        touched = touched_points(
+            (bound + margin) * per_aside, (abs(o_y) + leaning) * per_spacing, place, plain, patch
+        )  # fmt: skip
+        away = (place - own_middle) * per_count
+        own = damaged or points * abs(away - math.floor(away + 0.5)) < own_half
+        space[TOUCHED + p], space[NEED + p] = touched, OWN if own else need_of(touched)
 
         q = p + INNER
         offset = arc_radial * m_z + side * arc_height * z_z
@@ -146,7 +170,39 @@ def roller_frames(y, n, many, shaft, shaft_angle, count, model, space):
         space[W_X + q], space[W_Y + q] = shaft * x_z - w_x, shaft * y_z - w_y
         space[W_Z + q] = shaft * z_z - roller_spin
         depth = clearance + arc_radial * m_x + side * arc_height * x_z - reach
-        space[DEPTH + q] = depth
-        space[BOUND + q] = depth + PROFILE_SLOPE * abs(offset)
+        bound = depth + PROFILE_SLOPE * abs(offset) if here else NOBODY_M
         place = (angle - shaft_angle) * per_radian
-        space[PLACE + q] = place - points * math.floor(place * per_count)
+        place -= points * math.floor(place * per_count)
+        space[DEPTH + q], space[BOUND + q], space[PLACE + q] = depth if here else NOBODY_M, bound, place
+        touched = touched_points((bound + margin) * per_aside_inner, leaning * per_spacing_inner, place, plain, patch)
+        away = (place - own_middle_inner) * per_count
+        own = damaged or points * abs(away - math.floor(away + 0.5)) < own_half_inner
+        space[TOUCHED + q], space[NEED + q] = touched, OWN if own else need_of(touched)
+
+
+@kernel
+def margin_of(law):
+    """How far clear of the rollers points are still looked at [m]: an approaching one begins to act before it touches."""
+    return SKIP_MARGIN_M + (0.5 * LONGEST_ONSET_M if law.onset_s > 0.0 else 0.0)
+
+
+@kernel
+def touched_points(depth, aside, place, most, patch):
+    """How many points of each circle a roller may touch, no less, and `most` at most.
+
+    `depth`: in units of what a point one spacing aside stands clear, with all margins; `aside`: how far the roller may
+    stand from its meridian, and `place` where it stands, both in spacings. A `patch` counts as one.
+    """
+    if patch is not None:
+        return 1.0 if depth > 0.0 else 0.0
+    reach = math.sqrt(depth if depth > 0.0 else 0.0) + aside
+    nearest = abs(place - math.floor(place + 0.5))
+    count = math.floor(reach + nearest) + math.floor(reach - nearest) + 1.0
+    count = count if count < most else most
+    return count if depth > 0.0 else 0.0
+
+
+@kernel
+def need_of(touched):
+    """Code of how many points a column may touch: a sum over eight tells how many columns touch one, two, three."""
+    return (TOUCHES if touched > 0.0 else 0.0) + (TWO if touched > 1.0 else 0.0) + (THREE if touched > 2.0 else 0.0)

@@ -14,7 +14,7 @@ from srbval.models.jit import kernel
 
 
 @kernel
-def rosenbrock_step(y, t, step, method, model, u, trial, contact, mean, border, frozen):
+def rosenbrock_step(y, t, step, method, model, u, trial, contact, no_loads, mean, border, frozen):
     """Advance `y` in place from time `t` by `step`; add the weighed contact values to `mean`.
 
     `u`, [stages, size], `trial`, [size], `border`, [6, 6], and `frozen`, the contact values that the factors belong to:
@@ -22,7 +22,6 @@ def rosenbrock_step(y, t, step, method, model, u, trial, contact, mean, border, 
     """
     size = y.shape[0]
     a, b, c, g, powers, gamma = method.a, method.b, method.c, method.g, method.powers, method.gamma
-    no_loads = contact[:0].reshape((0, 0, 0))
     for s in range(b.shape[0]):
         for m in range(size):
             trial[m] = y[m]
@@ -32,7 +31,8 @@ def rosenbrock_step(y, t, step, method, model, u, trial, contact, mean, border, 
         if s == 0:
             right_hand_side(t, trial, model, u[s], contact, no_loads, 1)
             factor(gamma * step, model, contact, border)
-            frozen[:] = contact
+            for m in range(frozen.shape[0]):
+                frozen[m] = contact[m]
         else:
             right_hand_side(t + c[s] * step, trial, model, u[s], contact, no_loads, None)
         take_mean(contact, powers[s], mean, s == 0)
@@ -135,10 +135,9 @@ def turn_rollers(y, step, model):
     along, about_y = ca * w_z - sa * w_y, ca * w_y + sa * w_z
     about_x, along = cb * w_x - sb * along, model.tilt_cosine * (sb * w_x + cb * along)
     p_c, p_s = model.tilt_sine * (ct * about_x + st * about_y), model.tilt_sine * (ct * about_y - st * about_x)
-    for i in range(n // 2):
-        place = np.uint64(2 * i)
-        for row in range(2):
-            j = i + row * (n // 2)
+    for row in range(2):
+        own, speed = n + row * (n // 2), half + n + row * (n // 2)
+        for i in range(np.uint64(n // 2)):
+            place = np.uint64(2) * i + np.uint64(row)
             across = space[SLOT_COSINE + place] * p_c + space[SLOT_SINE + place] * p_s
-            y[n + j] += step * (y[half + n + j] - along + space[SIDE + place] * across)
-            place += np.uint64(1)
+            y[np.uint64(own) + i] += step * (y[np.uint64(speed) + i] - along + space[SIDE + place] * across)

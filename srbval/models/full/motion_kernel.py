@@ -47,9 +47,8 @@ from srbval.models.full.contact_kernel import contact_columns, damaged_roller_po
 from srbval.models.full.drive_kernel import external_load, shaft_motion
 from srbval.models.full.frames_kernel import read_rollers, roller_frames
 from srbval.models.full.search_kernel import (
-    RUNS,
+    LONE,
     bring_back,
-    face_alone,
     face_points,
     look_up,
     set_apart,
@@ -86,16 +85,16 @@ def right_hand_side(t, y, model, rate, contact, loads, damping):
     # 1. every roller: its frame, and the points of both races within its reach
     read_rollers(y, n, space)
     roller_frames(y, n, many, shaft, shaft_angle, count, model, space)
-    runs, lone, deepest = look_up(n, races, space, plan, count)
-    face_points(places, space, spacing_of(count, model.patch), damping)
+    eights, moved, lone, deepest = look_up(n, places, races, space, plan, count)
+    spacing = spacing_of(count, model.patch)
+    face_points(eights, places, space, plan, spacing, damping)
 
     # 2. what the contacts do
-    set_apart(lone, space, plan, damping)
-    face_alone(lone, space, plan, count, model.patch)
+    set_apart(moved, lone, space, plan, spacing, count, damping)
     if lone > 0:
         shape_points(lone, y, model)
-    meet(law, races.points, races.starts, runs, lone, space, plan, 0, CIRCLES, damping, model.patch)
-    bring_back(lone, space, plan, damping)
+    meet(law, races.points, races.starts, eights, lone, space, plan, 0, CIRCLES, damping, model.patch)
+    bring_back(moved, lone, space, plan, damping)
 
     # 3. every roller's own motion, and what it asks of ring, shaft and cage
     tilt_x, tilt_y = y[2 * n], y[2 * n + 1]
@@ -230,23 +229,23 @@ def right_hand_side(t, y, model, rate, contact, loads, damping):
     contact[14], contact[15], contact[16] = m01, m02, m12
 
     if loads.shape[0] > 0:
-        normal_loads(model, runs, lone, loads)
+        normal_loads(model, eights, moved, lone, loads)
 
 
 @kernel
-def meet(law, points, starts, runs, lone, space, plan, first_circle, end_circle, damping, patch):
+def meet(law, points, starts, eights, lone, space, plan, first_circle, end_circle, damping, patch):
     """Let all columns that may touch meet the points of the circles from `first_circle` to `end_circle`.
 
     With a `patch`, those that do not stand alone meet one point a circle that stands for all.
     """
-    for run in range(runs):
+    for run in range(eights):
         race, window = plan[run, 0], plan[run, 1]
         contact_columns(
             law, points, race, window, starts[race, window, first_circle], starts[race, window, end_circle],
             space, plan[run, 2], plan[run, 3], damping, patch,
         )  # fmt: skip
     for i in range(lone):
-        race, window, made_from = plan[RUNS + i, 0], plan[RUNS + i, 1], plan[RUNS + i, 3]
+        race, window, made_from = plan[LONE + i, 0], plan[LONE + i, 1], plan[LONE + i, 3]
         start = ALONE + i * AT_ONCE
         contact_columns(
             law, points, race, window, starts[race, made_from, first_circle], starts[race, made_from, end_circle],
@@ -260,7 +259,7 @@ def shape_points(lone, y, model):
     n = model.slot_angle.shape[0]
     points, space, plan, spare_of = model.races.points, model.scratch.space, model.scratch.plan, model.spare_of
     for i in range(lone):
-        at = RUNS + i
+        at = LONE + i
         place = plan[at, 2] % RACE
         roller = place // 2 + (place % 2) * (n // 2)
         if space[DAMAGE + np.uint64(place)] > 0.0:
@@ -273,16 +272,17 @@ def shape_points(lone, y, model):
 
 
 @kernel
-def normal_loads(model, runs, lone, loads):
+def normal_loads(model, eights, moved, lone, loads):
     """Fill `loads` with the normal force of each race's circles on each roller; spoils the columns' sums."""
     n = model.slot_angle.shape[0]
     races, space, plan = model.races, model.scratch.space, model.scratch.plan
     law = without_friction(model.law)
     for circle in range(CIRCLES):
         for start in (F_X, F_Y, F_Z):
-            space[start : start + np.uint64(ALONE + lone * AT_ONCE)] = 0.0
-        meet(law, races.points, races.starts, runs, lone, space, plan, circle, circle + 1, None, model.patch)
-        bring_back(lone, space, plan, None)
+            for j in range(np.uint64(ALONE + lone * AT_ONCE)):
+                space[start + j] = 0.0
+        meet(law, races.points, races.starts, eights, lone, space, plan, circle, circle + 1, None, model.patch)
+        bring_back(moved, lone, space, plan, None)
         for race in range(2):
             for place in range(n):
                 j = np.uint64(race * RACE + place)

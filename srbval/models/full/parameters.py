@@ -30,15 +30,16 @@ from srbval.models.full.columns import (
 from srbval.models.full.contact_law import ContactLaw
 from srbval.models.full.point_cloud import (
     FAR_M,
-    Windows,
+    Circle,
+    CirclePoints,
+    aside_m,
     candidate_windows,
     circle_points,
     inner_circle,
     outer_circle,
-    shallow_half_count,
     window_half_count,
 )
-from srbval.models.full.search_kernel import RUNS
+from srbval.models.full.search_kernel import LONE
 from srbval.scene import Defect, DefectKind, DefectShape, LoadPath, RollerFit, Scene
 
 FloatArray = NDArray[np.float64]
@@ -50,16 +51,26 @@ class Races(NamedTuple):
     """Point clouds of both raceways as the kernels read them, outer first: see `point_cloud.Windows`.
 
     `points` shape [2, W, 7, candidates], with a spare window for each damaged roller at the end; `starts` [2, W, 4];
-    `window_of` [2 races, 2 rows, points]; `highest` [2, W]; depth up to which the narrow windows hold every point that
-    can touch, of each race [m].
+    `window_of` [2 races, 2 rows, points]; `highest` [2, W]; `plain`: how many windows hold undisplaced points. For each
+    race: least spacing of its points [m], and how far at least one a spacing aside stands clear of a roller [m];
+    `height`: farthest point from the mid-plane [m]; for each race: middle and half the width of the stretch outside of
+    which `window_of` names no window of displaced points, in points.
     """
 
     points: FloatArray
     starts: IntArray
     window_of: IntArray
     highest: FloatArray
-    outer_shallow: float
-    inner_shallow: float
+    plain: int
+    outer_spacing: float
+    inner_spacing: float
+    outer_aside: float
+    inner_aside: float
+    height: float
+    outer_own_middle: float
+    inner_own_middle: float
+    outer_own_half: float
+    inner_own_half: float
 
 
 class Scratch(NamedTuple):
@@ -179,49 +190,68 @@ def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
 
 
 def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float) -> Races:
-    both = [_race(scene, geometry, kind, roller_radius) for kind in (DefectKind.OUTER, DefectKind.INNER)]
-    count = max(len(windows.highest) for windows, _ in both) + int(np.count_nonzero(_damaged(scene, geometry)))
-    width = max(windows.points.shape[2] for windows, _ in both)
-    points = np.full((2, count, 7, width), FAR_M)
-    highest = np.zeros((2, count))
-    starts = np.zeros((2, count, 4), dtype=np.int64)
-    for race, (windows, _) in enumerate(both):
-        used, _, candidates = windows.points.shape
-        points[race, :used, :, :candidates] = windows.points
-        highest[race, :used] = windows.highest
-        starts[race, :used] = windows.starts
+    circles = [[circle(geometry, p) for p in CIRCLES] for circle in (outer_circle, inner_circle)]
+    count, bumps = scene.contact.points_per_circle, sum(max(0.0, d.height_m) for d in scene.defects)
+    radii = [[-c.radius_m for c in circles[0]], [c.radius_m for c in circles[1]]]
+    half = max(
+        window_half_count(roller_radius, r[1], points_per_circle=count, highest_m=bumps) for r in radii
+    )  # fmt: skip
+    both = [
+        candidate_windows(own, _rows(scene, own, kind), count, half)
+        for kind, own in zip((DefectKind.OUTER, DefectKind.INNER), circles, strict=True)
+    ]
+    windows = max(len(race.highest) for race in both) + int(np.count_nonzero(_damaged(scene, geometry)))
+    width = max(race.points.shape[2] for race in both)
+    points = np.full((2, windows, 7, width), FAR_M)
+    highest = np.zeros((2, windows))
+    starts = np.zeros((2, windows, 4), dtype=np.int64)
+    for i, race in enumerate(both):
+        used, _, candidates = race.points.shape
+        points[i, :used, :, :candidates] = race.points
+        highest[i, :used] = race.highest
+        starts[i, :used] = race.starts
+    stretches = [_own_stretch(race.window_of, 2 * half + 1) for race in both]
+    spacing = [2 * math.pi / count * min(abs(x) for x in r) for r in radii]
+    aside = [min(aside_m(roller_radius, x, points_per_circle=count) for x in r) for r in radii]
     return Races(
         points=points,
         starts=starts,
-        window_of=np.array([windows.window_of for windows, _ in both]),
+        window_of=np.array([race.window_of for race in both]),
         highest=highest,
-        outer_shallow=both[0][1],
-        inner_shallow=both[1][1],
+        plain=2 * half + 1,
+        outer_spacing=spacing[0],
+        inner_spacing=spacing[1],
+        outer_aside=aside[0],
+        inner_aside=aside[1],
+        height=max(c.height_m for own in circles for c in own),
+        outer_own_middle=stretches[0][0],
+        inner_own_middle=stretches[1][0],
+        outer_own_half=stretches[0][1],
+        inner_own_half=stretches[1][1],
     )
 
 
-def _race(
-    scene: Scene, geometry: SphericalRollerGeometry, kind: DefectKind, roller_radius: float
-) -> tuple[Windows, float]:
-    """Windows of one race, and the depth up to which its narrow ones suffice [m]."""
-    inner = kind is DefectKind.INNER
-    circles = [(inner_circle if inner else outer_circle)(geometry, p) for p in CIRCLES]
-    n = scene.contact.points_per_circle
+def _own_stretch(window_of: IntArray, plain: int) -> tuple[float, float]:
+    """Middle and half width, in points, of the shortest stretch that holds every place with a window of its own."""
+    count = window_of.shape[1]
+    places = np.flatnonzero((window_of >= plain).any(axis=0))
+    if len(places) == 0:
+        return 0.0, 0.0
+    gaps = np.diff(places, append=places[0] + count)
+    widest = int(np.argmax(gaps))
+    width = count - int(gaps[widest])
+    return float(places[(widest + 1) % len(places)]) + width / 2, width / 2 + 1.0
+
+
+def _rows(scene: Scene, circles: Sequence[Circle], kind: DefectKind) -> list[list[CirclePoints]]:
+    """Points of each circle of both rows of a race, with its defects."""
     own = [d for d in scene.defects if d.kind is kind]
-    rows = [
-        [
-            circle_points(n, c.radius_m, [d for d in own if (d.row, d.circle) == (row, i)], scene.load.zone_rad)
-            for i, c in enumerate(circles, start=1)
-        ]
+    n, zone = scene.contact.points_per_circle, scene.load.zone_rad
+    return [
+        [circle_points(n, c.radius_m, [d for d in own if (d.row, d.circle) == (row, i)], zone)
+         for i, c in enumerate(circles, start=1)]
         for row in (1, 2)
-    ]
-    bumps = sum(max(0.0, d.height_m) for d in scene.defects)
-    curvature = circles[1].radius_m if inner else -circles[1].radius_m
-    half = window_half_count(roller_radius, curvature, points_per_circle=n, highest_m=bumps)
-    narrow = min(half, shallow_half_count(roller_radius, curvature, points_per_circle=n))
-    spacing = 2 * math.pi * circles[1].radius_m / n
-    shallow = (narrow * spacing) ** 2 / 2 * (1 / roller_radius + 1 / curvature)
-    return candidate_windows(circles, rows, n, half, narrow), shallow
+    ]  # fmt: skip
 
 
 def _drive(scene: Scene) -> Drive:
@@ -301,6 +331,6 @@ def _scratch(geometry: SphericalRollerGeometry, slot_angle: FloatArray, damage: 
         space[int(row) : int(row) + count] = values.reshape(2, -1).T.ravel()
     return Scratch(
         space=space,
-        plan=np.zeros((RUNS + 2 * count, 4), dtype=np.int64),
+        plan=np.zeros((LONE + 2 * count, 4), dtype=np.int64),
         places=places,
     )

@@ -16,9 +16,8 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 DEEPEST_M = 2e-4  # penetration within which every touching point is among the candidates; checked in each run
-SHALLOW_M = 4e-5  # contacts up to about this depth are looked up in narrow windows
 FAR_M = 1e3  # where unused places lie: out of everybody's reach
-PLAIN, NARROW = 0, 1  # windows of undisplaced points
+SAGITTA_SHARE = 0.98  # of what a point stands clear by its circle's curvature: circles are not quite parallel-axis
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,10 +130,10 @@ def window_half_count(roller_radius_m: float, race_radius_m: float, *, points_pe
     return max(1, math.floor(reach_m(DEEPEST_M + highest_m, roller_radius_m, race_radius_m) / spacing + 0.5))
 
 
-def shallow_half_count(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int) -> int:
-    """How many points either side, counted between two, are enough up to `SHALLOW_M` deep."""
+def aside_m(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int) -> float:
+    """How far at least a point one spacing aside of a roller that just touches stands clear of it, see `reach_m`."""
     spacing = 2 * math.pi * abs(race_radius_m) / points_per_circle
-    return math.ceil(reach_m(SHALLOW_M, roller_radius_m, race_radius_m) / spacing)
+    return SAGITTA_SHARE * spacing**2 / 2 * (1 / roller_radius_m + 1 / race_radius_m)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,9 +142,10 @@ class Windows:
 
     `points`, shape [W, 7, candidates]: rows 0-2 position along the meridian, along the race, along the shaft [m]; 3
     share of K_c and C_c; 4-6 surface normal in the same axes. `starts`, [W, 4]: where each circle's begin, and the
-    end of the last. Window `PLAIN` is the undisplaced one; `NARROW` that for shallow contacts, about the point before
-    the roller. `window_of`, [2, points]: which window, not the narrow one, belongs to a nearest point. `highest`,
-    [W]: highest displacement in it [m].
+    end of the last. The first windows hold undisplaced points, window ``c - 1`` the c nearest of each circle: about the
+    nearest point for odd c, about the point before the roller for even c. `window_of`, [2, points]: which window
+    belongs to a nearest point, the last undisplaced one or one of its own. `highest`, [W]: highest displacement in it
+    [m].
     """
 
     points: FloatArray
@@ -155,14 +155,14 @@ class Windows:
 
 
 def candidate_windows(
-    circles: Sequence[Circle], rows: Sequence[Sequence[CirclePoints]], count: int, half: int, shallow_half: int
+    circles: Sequence[Circle], rows: Sequence[Sequence[CirclePoints]], count: int, half: int
 ) -> Windows:
     """Collect the windows of a race; `rows` holds the points of each circle of each row."""
     plain = [circle_points(count, c.radius_m, (), 0.0) for c in circles]
-    wide, narrow = np.arange(-half, half + 1), np.arange(1 - shallow_half, shallow_half + 1)
-    found = [_window(circles, plain, 0, offsets, count) for offsets in (wide, narrow)]
+    wide = np.arange(-half, half + 1)
+    found = [_window(circles, plain, 0, np.arange(c) - (c - 1) // 2, count) for c in range(1, len(wide) + 1)]
     highest = [0.0] * len(found)
-    window_of = np.full((2, count), PLAIN)
+    window_of = np.full((2, count), len(wide) - 1)
     for row, points in enumerate(rows):
         special = np.unique(np.concatenate([c.cell[(c.lift != 0) | (c.share != 1)] for c in points]))
         for nearest in np.unique((special[:, None] + wide) % count):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.models.full.advance_kernel import OUTPUTS, advance
+from srbval.models.full.advance_kernel import OUTPUTS, advance, working_space
 from srbval.models.full.motion_kernel import CONTACT_VALUES, right_hand_side
 from srbval.models.full.parameters import Parameters
 from srbval.models.solvers import Method
@@ -75,6 +75,7 @@ def take_steps(
     model = model._replace(law=model.law._replace(onset_s=onset_s))
     advance(
         state, memory, first_interval * steps_per_output, step_s, steps_per_output, method.coefficients, model,
-        steps.out, intervals_per_detail, steps.spin_rad_s, steps.load_n,
+        working_space(len(state), len(method.coefficients.b)), steps.out, intervals_per_detail,
+        steps.spin_rad_s, steps.load_n,
     )  # fmt: skip
     return steps

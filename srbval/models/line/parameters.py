@@ -12,7 +12,7 @@ from srbval.bearing import SphericalRollerGeometry
 from srbval.bearing.geometry import CIRCLES
 from srbval.errors import ConfigurationError
 from srbval.models.full.parameters import Parameters, make_parameters, roller_diameter_m
-from srbval.models.full.point_cloud import NARROW, PLAIN, inner_circle, outer_circle
+from srbval.models.full.point_cloud import inner_circle, outer_circle
 from srbval.models.patch import Patch, patches
 from srbval.scene import Defect, DefectKind, Scene
 
@@ -27,7 +27,7 @@ def line_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
         raise ConfigurationError("a defect on a roller: the line model has none; use --model full.")
     model = make_parameters(_denser(scene), geometry)
     for race, circle in enumerate((outer_circle, inner_circle)):
-        for window in (PLAIN, NARROW):
+        for window in range(model.races.plain):
             model.races.starts[race, window] = np.arange(len(CIRCLES) + 1)
             for i, p in enumerate(CIRCLES):
                 own = circle(geometry, p)

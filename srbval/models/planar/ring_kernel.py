@@ -69,15 +69,13 @@ def push(
 def advance_ring(
     y, cage, shaft, spun, radial, step, mass, stiffness, damping, direction_x, direction_y, weight, rollers,
     plain, plain_start, plain_step, defects, bumps, bump_start, bump_step, per_output, out,
+    rate, trial, found,
 ):  # fmt: skip
     """Advance `y` in place, classical Runge-Kutta, over ``out.shape[0]`` output intervals of `per_output` steps.
 
     `cage`, `shaft`, `spun`, `radial`: angles [rad] and load [N] at every half step, [2 n + 1]. Columns of `out`: see
-    `srbval.models.simulate.signals`; 0-1, 3-4, 9-10, 12 are filled.
+    `srbval.models.simulate.signals`; 0-1, 3-4, 9-10, 12 are filled. `rate`, [4, STATE], `trial`, [STATE], and `found`, [3]: working space.
     """
-    rate = np.zeros((4, STATE))
-    trial = np.zeros(STATE)
-    found = np.zeros(3)
     interval = step * per_output
     half = 0
     for i in range(out.shape[0]):

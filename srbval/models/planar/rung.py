@@ -150,7 +150,7 @@ def run(account: Account, settle: int, whole: int) -> Iterator[tuple[int, Chunk]
     from srbval.models.planar.ring_kernel import STATE, advance_ring
 
     started = time.perf_counter()
-    y = np.zeros(STATE)
+    y, rate, trial, found = np.zeros(STATE), np.zeros((4, STATE)), np.zeros(STATE), np.zeros(3)
     y[:2] = ring.balance_m()
     load = float(ring.motion.radial_n(np.zeros(1))[0])
     push = np.array([*(ring.stiffness_n_m * y[:2] - load * ring.motion.direction), 0.0])
@@ -169,7 +169,7 @@ def run(account: Account, settle: int, whole: int) -> Iterator[tuple[int, Chunk]
             y, cage, motion.shaft_rad(halves), motion.spun_rad(halves), motion.radial_n(halves), step, ring.mass_kg,
             ring.stiffness_n_m, scene.housing.damping_ns_m, *motion.direction, ring.weight_n, ring.rollers,
             ring.plain.values, ring.plain.start_m, ring.plain.step_m, ring.defects, ring.bumps, ring.bump_start_m,
-            ring.bump_step_m, per_output, out,
+            ring.bump_step_m, per_output, out, rate, trial, found,
         )  # fmt: skip
         out[:, 6] = np.diff(cage[:: 2 * per_output]) * scene.output_rate_hz
         return out
