@@ -82,15 +82,17 @@ def read_rollers(y, n, space):
 
 
 @kernel
-def roller_frames(y, n, many, shaft, shaft_angle, count, model, space):
-    """Fill the frames of `many` places and of their columns for state `y`; `count` points make a circle."""
+def roller_frames(y, n, many, tilt, shaft, shaft_angle, count, model, space):
+    """Fill the frames of `many` places and of their columns for state `y`.
+
+    `tilt`: cosine and sine of the cage's two tilts; `count` points make a circle.
+    """
     d = 2 * n + 6
-    tilt_x, tilt_y, turn = y[2 * n], y[2 * n + 1], y[2 * n + 2]
+    turn = y[2 * n + 2]
     ring_x, ring_y, ring_z = y[2 * n + 3], y[2 * n + 4], y[2 * n + 5]
     omega_x, omega_y, omega_z = y[d + 2 * n], y[d + 2 * n + 1], y[d + 2 * n + 2]
     ring_vx, ring_vy, ring_vz = y[d + 2 * n + 3], y[d + 2 * n + 4], y[d + 2 * n + 5]
-    ca, sa = math.cos(tilt_x), math.sin(tilt_x)
-    cb, sb = math.cos(tilt_y), math.sin(tilt_y)
+    ca, sa, cb, sb = tilt
     ct, st = math.cos(turn), math.sin(turn)
     # cage tilt Rx(a) Ry(b), by columns
     t00, t10, t20 = cb, sa * sb, -ca * sb

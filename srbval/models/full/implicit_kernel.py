@@ -58,13 +58,15 @@ def leapfrog_step(y, t, step, b, gamma, before, share, model, first, second, con
     `ahead`, [size]: what the velocities are predicted to change by up to where forces are linear; renewed for the next
     step. With x the velocities less the predicted ones, a their accelerations and J the damping, the equation is
     x' = a + J x from x = -ahead. The rollers' angles about their axes are moved in the middle, with the mean of both
-    velocities: only a damaged roller's contacts know them.
+    velocities; where no roller is damaged nothing asks for them, and the later velocity serves for the whole step.
     """
     size = y.shape[0]
     first_rate, end = np.uint64(size // 2), np.uint64(size)
     per = 1.0 / (gamma * step)
+    damaged = model.roller_defects.shape[0] > 0
     drift(y, before * step)
-    turn_rollers(y, 0.5 * step, model)
+    if damaged:
+        turn_rollers(y, 0.5 * step, model)
     for m in range(first_rate, end):
         y[m] += ahead[m]
     right_hand_side(t + before * step, y, model, first, contact, no_loads, 1)
@@ -90,7 +92,7 @@ def leapfrog_step(y, t, step, b, gamma, before, share, model, first, second, con
         rise = step * first[m]
         y[m] += rise - ahead[m]
         ahead[m] = share * rise
-    turn_rollers(y, 0.5 * step, model)
+    turn_rollers(y, 0.5 * step if damaged else step, model)
     drift(y, (1.0 - before) * step)
 
 

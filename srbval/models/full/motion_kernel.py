@@ -83,8 +83,10 @@ def right_hand_side(t, y, model, rate, contact, loads, damping):
     shaft, shaft_angle = shaft_motion(t, model.drive)
 
     # 1. every roller: its frame, and the points of both races within its reach
+    ca, sa = math.cos(y[2 * n]), math.sin(y[2 * n])
+    cb, sb = math.cos(y[2 * n + 1]), math.sin(y[2 * n + 1])
     read_rollers(y, n, space)
-    roller_frames(y, n, many, shaft, shaft_angle, count, model, space)
+    roller_frames(y, n, many, (ca, sa, cb, sb), shaft, shaft_angle, count, model, space)
     eights, moved, lone, deepest = look_up(n, places, races, space, plan, count)
     spacing = spacing_of(count, model.patch)
     face_points(eights, places, space, plan, spacing, damping)
@@ -97,10 +99,7 @@ def right_hand_side(t, y, model, rate, contact, loads, damping):
     bring_back(moved, lone, space, plan, damping)
 
     # 3. every roller's own motion, and what it asks of ring, shaft and cage
-    tilt_x, tilt_y = y[2 * n], y[2 * n + 1]
     omega_x, omega_y, omega_z = y[d + 2 * n], y[d + 2 * n + 1], y[d + 2 * n + 2]
-    ca, sa = math.cos(tilt_x), math.sin(tilt_x)
-    cb, sb = math.cos(tilt_y), math.sin(tilt_y)
     t02, t12, t22 = sb, -sa * cb, ca * cb  # the cage's axis
     # cage angular inertia about the bearing centre, and its torques, world axes
     i_t, i_d = model.cage_transverse, model.cage_axial - model.cage_transverse

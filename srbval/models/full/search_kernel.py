@@ -49,7 +49,7 @@ from srbval.models.full.point_cloud import FAR_M
 from srbval.models.jit import kernel
 
 RUNS = 64  # more than there can be: one for each eight of both races, where they stand and moved
-LONE = RUNS + 2 * RACE
+LONE = RUNS + 2 * RACE + 2
 MOVE_COST = 0.15  # of a column, in units of an eight's meeting one point of each circle
 FACED_ROWS = 6  # rows of A and B
 FRAME_ROWS, FIRST_SUM, LAST_SUM, LAST_DAMPING_SUM = FRAME.stop, SUMS.start, SUMS.stop, DAMPING_SUMS.stop
@@ -84,14 +84,14 @@ def look_up(n, places, races, space, plan, count):
                     plan[eights, 3] = begin + AT_ONCE
                     eights += 1
             if kept < most:
+                # both lists are written to in any case, as a branch could not be foreseen
                 for at in range(begin, begin + AT_ONCE):
                     own = int(space[TOUCHED + np.uint64(at)])
-                    if own > max(kept, 1):
-                        plan[RUNS + moved, 0], plan[RUNS + moved, 2] = at, own
-                        moved += 1
-                    elif own > kept:
-                        last -= 1
-                        plan[last, 0], plan[last, 2] = at, own
+                    several = own > max(kept, 1)
+                    plan[RUNS + moved, 0], plan[RUNS + moved, 2] = at, own
+                    moved += 1 if several else 0
+                    plan[last - 1, 0], plan[last - 1, 2] = at, own
+                    last -= 1 if own > kept and not several else 0
         # those of one point last: the others' eights have room for them
         for row in range(last, LONE):
             plan[RUNS + moved, 0], plan[RUNS + moved, 2] = plan[row, 0], plan[row, 2]
