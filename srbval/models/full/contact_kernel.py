@@ -101,9 +101,9 @@ def contact_columns(law, points, race, window, first, last, columns, start, stop
     candidate stands for a whole circle's contact.
 
     A point comes into contact with C_c times its speed, some 600 N at once: a step that finds it a little earlier or
-    later makes noise of first order. With ``law.onset_s`` above 0, spring and damper of a point that approaches are
-    averaged over that time about the moment, but `LONGEST_ONSET_M` at most, at constant speed, in place of the
-    smoothing, whose width it crosses in nanoseconds. A point that retreats lets go where the damper's pull equals the
+    later makes noise of first order. Unless `damping` is None, spring and damper of a point that approaches are averaged
+    over ``law.onset_s`` about the moment, but `LONGEST_ONSET_M` at most, at constant speed, in place of the smoothing,
+    whose width it crosses in nanoseconds. A point that retreats lets go where the damper's pull equals the
     spring's push: nothing jumps there.
     """
     profile_radius = law.profile_radius
@@ -139,7 +139,7 @@ def contact_columns(law, points, race, window, first, last, columns, start, stop
             u_n = u_x * n_x + u_y * n_y + u_z * n_z
             # normal force, eq. (18), with depth rate -u_n
             if patch is None:
-                if onset > 0.0:
+                if damping is not None:
                     travel = -onset * u_n if u_n < 0.0 else 0.0
                     travel = travel if travel < LONGEST_ONSET_M else LONGEST_ONSET_M
                     lead = depth + 0.5 * travel

@@ -34,7 +34,7 @@ def rosenbrock_step(y, t, step, method, model, u, trial, contact, no_loads, mean
             for m in range(frozen.shape[0]):
                 frozen[m] = contact[m]
         else:
-            right_hand_side(t + c[s] * step, trial, model, u[s], contact, no_loads, None)
+            right_hand_side(t + c[s] * step, trial, model, u[s], contact, no_loads, 1)
         take_mean(contact, powers[s], mean, s == 0)
         for p in range(s):
             weight = g[s, p] / step
