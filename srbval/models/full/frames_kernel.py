@@ -103,12 +103,16 @@ def roller_frames(y, n, many, tilt, shaft, shaft_angle, count, model, space):
     arc_radial, arc_height = model.inner_centre_radial, model.inner_centre_axial
     per_radian, per_count, points = count / (2.0 * math.pi), 1.0 / count, float(count)
     races, patch = model.races, model.patch
-    height, margin = races.height, margin_of(model.law)
+    height = races.height
+    soon = 0.5 * model.law.onset_s
+    most_soon = 0.5 * LONGEST_ONSET_M if soon > 0.0 else 0.0
     per_spacing, per_spacing_inner = 1.0 / races.outer_spacing, 1.0 / races.inner_spacing
     per_aside, per_aside_inner = 1.0 / races.outer_aside, 1.0 / races.inner_aside
     own_middle, own_middle_inner = races.outer_own_middle, races.inner_own_middle
     own_half, own_half_inner = races.outer_own_half, races.inner_own_half
     plain = float(races.plain)
+    onwards = 1.0 if omega_z > 0.0 else -1.0
+    onwards_inner = 1.0 if omega_z > shaft else -1.0
     for p in range(many):
         side = space[SIDE + p]
         c = ct * space[SLOT_COSINE + p] - st * space[SLOT_SINE + p]
@@ -156,8 +160,11 @@ def roller_frames(y, n, many, tilt, shaft, shaft_angle, count, model, space):
         place -= points * math.floor(place * per_count)
         bound = depth + PROFILE_SLOPE * abs(o_z) if here else NOBODY_M
         space[DEPTH + p], space[BOUND + p], space[PLACE + p] = depth if here else NOBODY_M, bound, place
+        nearing = -soon * space[V_X + p]
+        nearing = bound + SKIP_MARGIN_M + (nearing if nearing > 0.0 else 0.0)
         touched = touched_points(
-            (bound + margin) * per_aside, (abs(o_y) + leaning) * per_spacing, place, plain, patch
+            nearing * per_aside, (nearing + most_soon) * per_aside, (abs(o_y) + leaning) * per_spacing,
+            onwards * place, plain, patch,
         )  # fmt: skip
         away = (place - own_middle) * per_count
         own = damaged or points * abs(away - math.floor(away + 0.5)) < own_half
@@ -176,32 +183,38 @@ def roller_frames(y, n, many, tilt, shaft, shaft_angle, count, model, space):
         place = (angle - shaft_angle) * per_radian
         place -= points * math.floor(place * per_count)
         space[DEPTH + q], space[BOUND + q], space[PLACE + q] = depth if here else NOBODY_M, bound, place
-        touched = touched_points((bound + margin) * per_aside_inner, leaning * per_spacing_inner, place, plain, patch)
+        nearing = -soon * slide_rate
+        nearing = bound + SKIP_MARGIN_M + (nearing if nearing > 0.0 else 0.0)
+        touched = touched_points(
+            nearing * per_aside_inner, (nearing + most_soon) * per_aside_inner, leaning * per_spacing_inner,
+            onwards_inner * place, plain, patch,
+        )  # fmt: skip
         away = (place - own_middle_inner) * per_count
         own = damaged or points * abs(away - math.floor(away + 0.5)) < own_half_inner
         space[TOUCHED + q], space[NEED + q] = touched, OWN if own else need_of(touched)
 
 
 @kernel
-def margin_of(law):
-    """How far clear of the rollers points are still looked at [m]: an approaching one begins to act before it touches."""
-    return SKIP_MARGIN_M + (0.5 * LONGEST_ONSET_M if law.onset_s > 0.0 else 0.0)
+def touched_points(depth, depth_ahead, aside, place, most, patch):
+    """How many points of each circle a roller's window must hold, no less than it may touch and `most` at most.
 
-
-@kernel
-def touched_points(depth, aside, place, most, patch):
-    """How many points of each circle a roller may touch, no less, and `most` at most.
-
-    `depth`: in units of what a point one spacing aside stands clear, with all margins; `aside`: how far the roller may
-    stand from its meridian, and `place` where it stands, both in spacings. A `patch` counts as one.
+    `depth`: in units of what a point one spacing aside stands clear, with all margins; `depth_ahead`: the same for
+    points that the roller moves on to, which begin to act before they touch; `aside`: how far the roller may stand from
+    its meridian, and `place` where it stands, growing as it moves on, both in spacings. A `patch` counts as one.
     """
     if patch is not None:
         return 1.0 if depth > 0.0 else 0.0
-    reach = math.sqrt(depth if depth > 0.0 else 0.0) + aside
-    nearest = abs(place - math.floor(place + 0.5))
-    count = math.floor(reach + nearest) + math.floor(reach - nearest) + 1.0
+    before = math.floor(place)
+    past = place - before
+    # the last point ahead and the first one behind, counted from the point before
+    ahead = math.floor(past + aside + math.sqrt(depth_ahead if depth_ahead > 0.0 else 0.0))
+    behind = math.floor(aside + math.sqrt(depth if depth > 0.0 else 0.0) - past)
+    even = ahead if ahead > behind + 1.0 else behind + 1.0
+    later = 1.0 if past >= 0.5 else 0.0
+    odd = ahead - later if ahead - later > behind + later else behind + later
+    count = 2.0 * even if even <= odd else 2.0 * odd + 1.0
     count = count if count < most else most
-    return count if depth > 0.0 else 0.0
+    return count if depth_ahead > 0.0 and ahead + behind >= 0.0 else 0.0
 
 
 @kernel
