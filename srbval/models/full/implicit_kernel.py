@@ -28,13 +28,11 @@ def rosenbrock_step(y, t, step, method, model, u, trial, contact, no_loads, mean
         for p in range(s):
             for m in range(size):
                 trial[m] += a[s, p] * u[p, m]
+        right_hand_side(t + c[s] * step, trial, model, u[s], contact, no_loads, 1)
         if s == 0:
-            right_hand_side(t, trial, model, u[s], contact, no_loads, 1)
             factor(gamma * step, model, contact, border)
             for m in range(frozen.shape[0]):
                 frozen[m] = contact[m]
-        else:
-            right_hand_side(t + c[s] * step, trial, model, u[s], contact, no_loads, 1)
         take_mean(contact, powers[s], mean, s == 0)
         for p in range(s):
             weight = g[s, p] / step
@@ -58,7 +56,7 @@ def leapfrog_step(y, t, step, b, gamma, before, share, model, first, second, con
     `ahead`, [size]: what the velocities are predicted to change by up to where forces are linear; renewed for the next
     step. With x the velocities less the predicted ones, a their accelerations and J the damping, the equation is
     x' = a + J x from x = -ahead. The rollers' angles about their axes are moved in the middle, with the mean of both
-    velocities; where no roller is damaged nothing asks for them, and the later velocity serves for the whole step.
+    velocities; where no roller is damaged, nothing asks for them there and the predicted velocities serve.
     """
     size = y.shape[0]
     first_rate, end = np.uint64(size // 2), np.uint64(size)
@@ -72,6 +70,10 @@ def leapfrog_step(y, t, step, b, gamma, before, share, model, first, second, con
     right_hand_side(t + before * step, y, model, first, contact, no_loads, 1)
     factor(gamma * step, model, contact, border)
     take_mean(contact, 1.0, mean, True)
+    if not damaged:
+        rollers = (first_rate - np.uint64(6)) // np.uint64(2)
+        for m in range(rollers, np.uint64(2) * rollers):
+            y[m] += step * first[m]
     # J x = (S x - x) / (gamma h), S = (1 - gamma h J)^-1
     for m in range(first_rate, end):
         second[m] = first[m]
@@ -92,7 +94,8 @@ def leapfrog_step(y, t, step, b, gamma, before, share, model, first, second, con
         rise = step * first[m]
         y[m] += rise - ahead[m]
         ahead[m] = share * rise
-    turn_rollers(y, 0.5 * step if damaged else step, model)
+    if damaged:
+        turn_rollers(y, 0.5 * step, model)
     drift(y, (1.0 - before) * step)
 
 

@@ -30,7 +30,7 @@ def one_point(
     first = int(V_X) // STRIDE
     columns[first : first + 3, 3] = velocity
     law = ContactLaw(PROFILE, R, K, C, W, MU_S, MU_D, V_C, onset_s)
-    contact_columns(law, points, 0, 0, 0, 1, columns.ravel(), 0, 8, None, None)
+    contact_columns(law, points, 0, 0, 0, 1, columns.ravel(), 0, 8, 1 if onset_s else None, None)
     assert int(F_X) // STRIDE == SUMS.start
     assert np.all(columns[SUMS][:, [0, 1, 2, 4, 5, 6, 7]] == 0.0), "columns do not mix"
     return tuple(columns[SUMS, 3].tolist())

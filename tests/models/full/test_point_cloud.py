@@ -11,15 +11,12 @@ from srbval.models.full.bodies import outer_ring_mass_kg, roller_body
 from srbval.models.full.parameters import make_parameters
 from srbval.models.full.point_cloud import (
     DEEPEST_M,
-    NARROW,
-    PLAIN,
-    SHALLOW_M,
+    aside_m,
     candidate_windows,
     circle_points,
     cross_section,
     inner_circle,
     outer_circle,
-    shallow_half_count,
     window_half_count,
     wrapped,
 )
@@ -59,12 +56,12 @@ def test_a_bump_moves_its_points_towards_the_rollers() -> None:
     moved = circle_points(500, circles[1].radius_m, [made()], math.pi / 2)
     raised = np.flatnonzero(moved.lift)
     assert np.array_equal(raised, [124, 125]) or np.array_equal(raised, [125, 126])
-    windows = candidate_windows(circles, [plain, [plain[0], moved, plain[2]]], 500, 2, 1)
-    own = windows.window_of[1, 125]
-    assert own > NARROW
-    assert windows.window_of[1, 0] == PLAIN
+    windows = candidate_windows(circles, [plain, [plain[0], moved, plain[2]]], 500, 2)
+    own, widest = windows.window_of[1, 125], 4
+    assert own > widest
+    assert windows.window_of[1, 0] == widest
     assert windows.highest[own] == 2e-4
-    lifted = np.linalg.norm((windows.points[own] - windows.points[PLAIN])[:3], axis=0)
+    lifted = np.linalg.norm((windows.points[own] - windows.points[widest])[:3], axis=0)
     assert sorted(lifted)[-2:] == pytest.approx([2e-4, 2e-4])
     radius = np.hypot(*windows.points[own, :2])[np.argsort(lifted)[-2:]]
     assert np.all(radius < circles[1].radius_m), "off the outer race means inwards"
@@ -90,19 +87,28 @@ def test_shapes_of_a_defect() -> None:
 
 @pytest.mark.parametrize("points", [500, 1000, 4000])
 @pytest.mark.parametrize("sign", [-1, 1])
-def test_narrow_windows_hold_all_that_touches_a_shallow_contact(points: int, sign: int) -> None:
+def test_a_point_aside_stands_clear_by_no_less_than_said(points: int, sign: int) -> None:
+    """Against circles that meet: exact, and no more than what the circles' curvature leaves out below it."""
     assert GEOMETRY is not None
     r = GEOMETRY.touching_diameter_m / 2
     radius = (inner_circle if sign > 0 else outer_circle)(GEOMETRY, 1.0).radius_m
-    half = shallow_half_count(r, sign * radius, points_per_circle=points)
-    depth = (half * 2 * math.pi * radius / points) ** 2 / 2 * (1 / r + 1 / (sign * radius))
-    assert depth >= SHALLOW_M
-    centre = radius + sign * (r - depth)
-    for phase in np.linspace(0.0, 0.999, 12):  # how far the roller stands behind the point before it
-        angle = 2 * np.pi * (np.arange(-points // 2, points // 2) - phase) / points
-        touching = np.flatnonzero(np.hypot(radius * np.cos(angle) - centre, radius * np.sin(angle)) < r) - points // 2
-        assert touching.min() >= 1 - half
-        assert touching.max() <= half
+    said = aside_m(r, sign * radius, points_per_circle=points)
+    for spacings in (0.3, 1.0, 2.0):
+        angle = spacings * 2 * math.pi / points
+        clear = math.hypot(radius * math.cos(angle) - radius - sign * r, radius * math.sin(angle)) - r
+        assert 0.97 <= said * spacings**2 / clear <= 1.0
+
+
+def test_windows_of_undisplaced_points_lie_about_the_roller() -> None:
+    """The c nearest points of each circle: about the nearest one for odd c, about the one before for even c."""
+    assert GEOMETRY is not None
+    circles = [outer_circle(GEOMETRY, p) for p in CIRCLES]
+    plain = [circle_points(500, c.radius_m, (), 0.0) for c in circles]
+    windows = candidate_windows(circles, [plain, plain], 500, 2)
+    for c, offsets in enumerate(([0], [0, 1], [-1, 0, 1], [-1, 0, 1, 2], [-2, -1, 0, 1, 2]), start=1):
+        assert windows.starts[c - 1].tolist() == [0, c, 2 * c, 3 * c]
+        angle = np.arctan2(windows.points[c - 1, 1, :c], windows.points[c - 1, 0, :c])
+        assert angle * 500 / (2 * math.pi) == pytest.approx(offsets, abs=1e-9)
 
 
 @pytest.mark.parametrize("points", [500, 1000, 4000])
