@@ -62,9 +62,6 @@ RUNS: dict[str, dict[str, tuple[tuple[int, int], float, float]]] = {
         "critical velocity of 1 mm/s": ((1, 16), 1e-2, 10.0),
     },
 }
-ROLLER_DEFECT = (
-    "the contact force on a roller's own defect follows the undamaged barrel's normal, not the defect's flank"
-)
 
 
 def lost(contact: FloatArray) -> float:
@@ -77,15 +74,7 @@ def supplied(contact: FloatArray) -> float:
     return float(contact[8] + contact[9])
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(name, marks=pytest.mark.xfail(strict=True, reason=ROLLER_DEFECT))
-        if name == "interference, damaged roller"
-        else name
-        for name in CASES
-    ],
-)
+@pytest.mark.parametrize("name", CASES)
 def test_balance_at_an_instant(name: str) -> None:
     case = make_case(name)
 

@@ -21,6 +21,7 @@ FloatArray = NDArray[np.float64]
 P = (0.5, 1.0, 1.5)
 GRAVITY = 9.80665
 SLICES = 20_000
+ANGLE_RAD = 1e-6
 NEAR_M = 0.04  # no point further than this from a roller's centre can touch it: sqrt(20^2 + 15^2) mm = 25 mm
 
 
@@ -56,6 +57,7 @@ class Touching:
 
     `arm` from the roller's centre, `normal` off the roller, `slide` along its surface: [n, 3]. Normal force `press` and
     its elastic part `spring` [N], friction over slip `drag` and coefficient of the damper that acts `damper` [N s/m].
+    `flank`, [n, 3] [N]: what the slope of a defect on the roller adds, at the race's unlifted point `foot` from the centre.
     """
 
     roller: NDArray[np.int64]
@@ -69,6 +71,8 @@ class Touching:
     press: FloatArray
     drag: FloatArray
     damper: FloatArray
+    foot: FloatArray
+    flank: FloatArray
 
 
 class World:
@@ -181,10 +185,13 @@ class World:
             np.add.at(force, p.roller, f)
             np.add.at(torque, p.roller, np.cross(p.arm, f))
             np.add.at(load[race], (p.roller, p.circle), push)
+            np.add.at(force, p.roller, p.flank)
+            np.add.at(torque, p.roller, np.cross(p.foot, p.flank))
             if race == 0:
-                on_ring -= f.sum(axis=0)
+                on_ring -= (f + p.flank).sum(axis=0)
             else:
                 totals["shaft"] -= float(np.cross(centres[p.roller] + p.arm, f)[:, 2].sum())
+                totals["shaft"] -= float(np.cross(centres[p.roller] + p.foot, p.flank)[:, 2].sum())
             totals["rubbed"] += float((p.drag * (p.slide**2).sum(axis=1)).sum())
             totals["damped"] += float(((p.press - p.spring) * p.closing).sum())
             totals["stored"] += float((p.spring * p.depth).sum() / 2)
@@ -209,8 +216,8 @@ class World:
             rate = np.cross([0.0, 0.0, speed], at)
         distance = ((at[None, :, :] - centres[:, None, :]) ** 2).sum(axis=2)
         j, i = np.nonzero(distance < NEAR_M**2)
-        arm = at[i] - centres[j]
-        arm += self._met_height(y, j, arm)[:, None] * out[i]
+        foot = at[i] - centres[j]
+        arm = foot + self._met_height(y, j, foot)[:, None] * out[i]
         along = (arm * axes[j]).sum(axis=1)
         across = arm - along[:, None] * axes[j]
         rho = np.linalg.norm(across, axis=1)
@@ -218,7 +225,7 @@ class World:
         to_arc += along[:, None] * axes[j]
         depth = self.g.raceway_radius_m - np.linalg.norm(to_arc, axis=1)
         hit = depth > 0
-        j, i, arm, depth = j[hit], i[hit], arm[hit], depth[hit]
+        j, i, foot, arm, depth = j[hit], i[hit], foot[hit], arm[hit], depth[hit]
         normal = to_arc[hit] / np.linalg.norm(to_arc[hit], axis=1)[:, None]
         relative = rate[i] - self.centre_rates(y)[j] - np.cross(self.roller_omega(y)[j], arm)
         closing = -(relative * normal).sum(axis=1)
@@ -228,11 +235,16 @@ class World:
         damper = smooth * c.damping_ns_m
         press = np.maximum(spring + damper * closing, 0.0)
         slide = relative + closing[:, None] * normal
+        # turning the race's point about the roller's axis lifts it: the spring resists (by differences, no formula)
+        ahead, back = (Rotation.from_rotvec(a * axes[j]).apply(foot) for a in (ANGLE_RAD, -ANGLE_RAD))
+        rise = (self._met_height(y, j, ahead) - self._met_height(y, j, back)) / (2 * ANGLE_RAD)
+        per_angle = np.cross(axes[j], foot) / (np.cross(axes[j], foot) ** 2).sum(axis=1)[:, None]
+        flank = -(spring * (normal * out[i]).sum(axis=1) * rise)[:, None] * per_angle
         slip = np.linalg.norm(slide, axis=1)
         return Touching(
             roller=j, circle=cloud.circle[i], arm=arm, normal=normal, depth=depth, closing=closing, slide=slide,
             spring=spring, press=press, drag=press * friction_per_slip(self.scene, slip),
-            damper=np.where(press > 0, damper, 0.0),
+            damper=np.where(press > 0, damper, 0.0), foot=foot, flank=flank,
         )  # fmt: skip
 
     def _met_height(self, y: FloatArray, j: NDArray[np.int64], arm: FloatArray) -> FloatArray:

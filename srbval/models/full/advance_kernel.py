@@ -18,7 +18,7 @@ OUTPUTS = 21  # columns of `out`, see `advance`
 
 
 def working_space(size: int, stages: int) -> tuple[FloatArray, ...]:
-    """Arrays that `advance` works in, for a state of `size` values: rates, trial, border, contact, mean, frozen, no loads."""
+    """Arrays for `advance` and a state of `size` values: rates, trial, border, contact, mean, frozen, no loads."""
     return (
         np.zeros((max(2, stages), size)), np.zeros(size), np.zeros((BORDER, BORDER)),
         np.zeros(CONTACT_VALUES), np.zeros(CONTACT_VALUES), np.zeros(CONTACT_VALUES), np.zeros((0, 0, 0)),

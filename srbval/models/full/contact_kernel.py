@@ -101,9 +101,9 @@ def contact_columns(law, points, race, window, first, last, columns, start, stop
     candidate stands for a whole circle's contact.
 
     A point comes into contact with C_c times its speed, some 600 N at once: a step that finds it a little earlier or
-    later makes noise of first order. Unless `damping` is None, spring and damper of a point that approaches are averaged
-    over ``law.onset_s`` about the moment, but `LONGEST_ONSET_M` at most, at constant speed, in place of the smoothing,
-    whose width it crosses in nanoseconds. A point that retreats lets go where the damper's pull equals the
+    later makes noise of first order. Unless `damping` is None, spring and damper of a point that approaches are
+    averaged over ``law.onset_s`` about the moment, but `LONGEST_ONSET_M` at most, at constant speed, in place of the
+    smoothing, whose width it crosses in nanoseconds. A point that retreats lets go where the damper's pull equals the
     spring's push: nothing jumps there.
     """
     profile_radius = law.profile_radius
@@ -231,48 +231,16 @@ def contact_columns(law, points, race, window, first, last, columns, start, stop
 
 
 @kernel
-def without_friction(law):
-    """The same law with normal forces only."""
+def elastic(law, damping):
+    """The same law without friction, and with another `damping`."""
     return ContactLaw(
         law.profile_radius,
         law.roller_radius,
         law.stiffness,
-        law.damping,
+        damping,
         law.smoothing,
         0.0,
         0.0,
         law.critical_velocity,
         law.onset_s,
     )
-
-
-@kernel
-def damaged_roller_points(
-    roller_radius, circle_half_gap, defects, roller, turned, points, race, window, spare, candidates, columns, column
-):  # fmt: skip
-    """Fill the window `spare` of a race with a window's candidates as a damaged roller meets them.
-
-    A height h of the roller's surface is met as if the race's point stood h higher, along its own normal. `defects`,
-    shape [D, 6]: see `Parameters.roller_defects`; `turned` is the roller's angle about its axis relative to its slot;
-    the roller's frame is that of `column`.
-    """
-    j = np.uint64(column)
-    for i in range(candidates):
-        along, across, axial = points[race, window, 0, i], points[race, window, 1, i], points[race, window, 2, i]
-        x = columns[O_X + j] + along * columns[A_X + j] + across * columns[B_X + j] + axial * columns[Z_X + j]
-        y = columns[O_Y + j] + along * columns[A_Y + j] + across * columns[B_Y + j] + axial * columns[Z_Y + j]
-        z = columns[O_Z + j] + along * columns[A_Z + j] + across * columns[B_Z + j] + axial * columns[Z_Z + j]
-        lift = 0.0
-        for d in range(defects.shape[0]):
-            if defects[d, 0] != roller or abs(z - defects[d, 2]) > circle_half_gap:
-                continue
-            away = math.atan2(y, x) - turned - defects[d, 1]
-            away -= 2.0 * math.pi * math.floor(away / (2.0 * math.pi) + 0.5)
-            away *= roller_radius / defects[d, 4]
-            if abs(away) <= 0.5:
-                cosine = 0.5 + 0.5 * math.cos(2.0 * math.pi * away)
-                lift += defects[d, 3] * (cosine if defects[d, 5] > 0.0 else 1.0)
-        points[race, spare, 0, i] = along + lift * points[race, window, 4, i]
-        points[race, spare, 1, i] = across + lift * points[race, window, 5, i]
-        points[race, spare, 2, i] = axial + lift * points[race, window, 6, i]
-        points[race, spare, 3, i] = points[race, window, 3, i]

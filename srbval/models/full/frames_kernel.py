@@ -61,7 +61,7 @@ from srbval.models.jit import kernel
 INNER = np.uint64(RACE)
 SKIP_MARGIN_M = 2e-6  # a roller further than this (and the highest bump) from a race is not looked at
 NOBODY_M = -1.0  # depth where no roller is
-# sums over eight columns keep apart how many touch a point, a second one, a third one; and who may have points of its own
+# codes to be added up: how many of eight columns touch a point, a second one, a third one; may have points of their own
 TOUCHES, TWO, THREE, OWN = 1.0, 64.0, 4096.0, 1048576.0
 PROFILE_SLOPE = 0.1  # above the sine of half the tilt: where the outer circles' normals lean
 

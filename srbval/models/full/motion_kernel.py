@@ -43,9 +43,10 @@ from srbval.models.full.columns import (
     Z_WY,
     Z_WZ,
 )  # fmt: skip
-from srbval.models.full.contact_kernel import contact_columns, damaged_roller_points, without_friction
+from srbval.models.full.contact_kernel import contact_columns, elastic
 from srbval.models.full.drive_kernel import external_load, shaft_motion
 from srbval.models.full.frames_kernel import read_rollers, roller_frames
+from srbval.models.full.roller_defect_kernel import flank_forces, raised_points
 from srbval.models.full.search_kernel import (
     LONE,
     bring_back,
@@ -96,6 +97,8 @@ def right_hand_side(t, y, model, rate, contact, loads, damping):
     if lone > 0:
         shape_points(lone, y, model)
     meet(law, races.points, races.starts, eights, lone, space, plan, 0, CIRCLES, damping, model.patch)
+    if lone > 0:
+        push_flanks(lone, y, model, damping)
     bring_back(moved, lone, space, plan, damping)
 
     # 3. every roller's own motion, and what it asks of ring, shaft and cage
@@ -255,19 +258,47 @@ def meet(law, points, starts, eights, lone, space, plan, first_circle, end_circl
 @kernel
 def shape_points(lone, y, model):
     """Give the lone columns of damaged rollers points of their own: the race's, as their surface meets them."""
-    n = model.slot_angle.shape[0]
-    points, space, plan, spare_of = model.races.points, model.scratch.space, model.scratch.plan, model.spare_of
+    points, starts, space, plan = model.races.points, model.races.starts, model.scratch.space, model.scratch.plan
     for i in range(lone):
         at = LONE + i
-        place = plan[at, 2] % RACE
-        roller = place // 2 + (place % 2) * (n // 2)
-        if space[DAMAGE + np.uint64(place)] > 0.0:
-            plan[at, 1] = points.shape[1] - 1 - spare_of[roller]
-            damaged_roller_points(
-                model.law.roller_radius, model.circle_half_gap, model.roller_defects, roller, y[n + roller], points,
-                plan[at, 0], plan[at, 3], plan[at, 1], model.races.starts[plan[at, 0], plan[at, 3], 3],
+        roller = damaged_roller(at, model)
+        if roller >= 0:
+            race, made_from = plan[at, 0], plan[at, 3]
+            plan[at, 1] = points.shape[1] - 1 - model.spare_of[roller]
+            raised_points(
+                shape_of(roller, y, model), points, race, made_from, plan[at, 1], starts[race, made_from, CIRCLES],
                 space, ALONE + i * AT_ONCE,
             )  # fmt: skip
+
+
+@kernel
+def push_flanks(lone, y, model, damping):
+    """Add what the flanks of defects on rollers push along the races, see `flank_forces`."""
+    points, starts, space, plan = model.races.points, model.races.starts, model.scratch.space, model.scratch.plan
+    for i in range(lone):
+        at = LONE + i
+        roller = damaged_roller(at, model)
+        if roller >= 0:
+            race, made_from = plan[at, 0], plan[at, 3]
+            flank_forces(
+                model.law, shape_of(roller, y, model), points, race, made_from, plan[at, 1],
+                starts[race, made_from, CIRCLES], space, ALONE + i * AT_ONCE, damping,
+            )  # fmt: skip
+
+
+@kernel
+def damaged_roller(at, model):
+    """Which roller the lone column of row `at` of the plan belongs to; -1 if that roller is not damaged."""
+    place = model.scratch.plan[at, 2] % RACE
+    roller = place // 2 + (place % 2) * (model.slot_angle.shape[0] // 2)
+    return roller if model.scratch.space[DAMAGE + np.uint64(place)] > 0.0 else -1
+
+
+@kernel
+def shape_of(roller, y, model):
+    """Surface of a roller as `lift_at` reads it."""
+    turned = y[model.slot_angle.shape[0] + roller]
+    return model.law.roller_radius, model.circle_half_gap, model.roller_defects, roller, turned
 
 
 @kernel
@@ -275,7 +306,7 @@ def normal_loads(model, eights, moved, lone, loads):
     """Fill `loads` with the normal force of each race's circles on each roller; spoils the columns' sums."""
     n = model.slot_angle.shape[0]
     races, space, plan = model.races, model.scratch.space, model.scratch.plan
-    law = without_friction(model.law)
+    law = elastic(model.law, model.law.damping)
     for circle in range(CIRCLES):
         for start in (F_X, F_Y, F_Z):
             for j in range(np.uint64(ALONE + lone * AT_ONCE)):

@@ -50,7 +50,9 @@ from srbval.models.jit import kernel
 
 RUNS = 64  # more than there can be: one for each eight of both races, where they stand and moved
 LONE = RUNS + 2 * RACE + 2
-MOVE_COST = 0.3  # of a column, in units of an eight's meeting one point of each circle; at 0.2 eights fill up too little
+MOVE_COST = (
+    0.3  # of a column, in units of an eight's meeting one point of each circle; at 0.2 eights fill up too little
+)
 FACED_ROWS = 6  # rows of A and B
 FRAME_ROWS, FIRST_SUM, LAST_SUM, LAST_DAMPING_SUM = FRAME.stop, SUMS.start, SUMS.stop, DAMPING_SUMS.stop
 INNER = np.uint64(RACE)

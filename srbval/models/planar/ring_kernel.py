@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from srbval.models.jit import kernel
 
 STATE = 4  # displacement x, y [m], velocity x, y [m/s]
