@@ -58,6 +58,8 @@ class Account:
     force_n: FloatArray = field(default_factory=lambda: np.zeros(3))
     finite: bool = True
     balanced_share: float = 0.0
+    step_s: float = math.nan
+    step_limit_s: float = math.nan
     wall_s: float = 0.0
     compile_s: float = 0.0
     ledger: Ledger = field(default_factory=Ledger)
@@ -94,7 +96,7 @@ class Account:
         signs = Signs(
             finite=self.finite, deepest_m=self.deepest_m, limit_m=DEEPEST_M, cage_ratio=ratio,
             rolling_ratio=self.bearing.orders.ftf, load_share=share, balanced_share=self.balanced_share,
-            energy_imbalance=imbalance,
+            energy_imbalance=imbalance, step_s=self.step_s, step_limit_s=self.step_limit_s,
         )  # fmt: skip
         status, reason = judge(scene, signs)
         return RunSummary(

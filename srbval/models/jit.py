@@ -21,6 +21,11 @@ import numba
 # meaning: a broken run must stay visible.
 FAST_MATH = {"reassoc", "contract", "nsz", "arcp"}
 
+# `_nrt`: without reference counting
+OPTIONS: dict[str, Any] = {
+    "cache": True, "nogil": True, "fastmath": FAST_MATH, "error_model": "numpy", "_nrt": False,
+}  # fmt: skip
+
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile `function` for the processor at hand, kept on disk, releasing the interpreter lock.
@@ -32,9 +37,7 @@ def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     before = settings["CACHE_DIR"]
     settings["CACHE_DIR"] = str(kernel_store())
     try:
-        compiled: Callable[..., Any] = numba.njit(
-            cache=True, nogil=True, fastmath=FAST_MATH, error_model="numpy", _nrt=False
-        )(function)
+        compiled: Callable[..., Any] = numba.njit(**OPTIONS)(function)
     finally:
         settings["CACHE_DIR"] = before
     return compiled

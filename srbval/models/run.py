@@ -24,6 +24,7 @@ class RunStatus(enum.StrEnum):
     CAGE_LOST = "cage-lost"
     LOAD_LOST = "load-lost"
     ENERGY_OPEN = "energy-open"
+    STEP_TOO_LONG = "step-too-long"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -110,6 +111,7 @@ def full_model(
     from srbval.models.full.parameters import make_parameters
     from srbval.models.full.steps import take_steps
     from srbval.models.solvers import METHODS
+    from srbval.models.step_limit import elastic_limit_s
 
     scene, bearing = account.scene, account.bearing
     check_known("solver", scene.solver.name, tuple(METHODS))
@@ -123,6 +125,7 @@ def full_model(
     account.balanced_share = static_share(account, model, state[len(state) // 2 - 3 : len(state) // 2])
     per_output, per_detail = rung_of(scene.model).steps_per_output(scene), scene.outputs_per_detail
     step = 1 / (scene.output_rate_hz * per_output)
+    account.step_s, account.step_limit_s = step, elastic_limit_s(method, model, state) or math.inf
 
     def take(first: int, intervals: int, detail: int) -> Steps:
         return take_steps(

@@ -8,7 +8,6 @@ mu_s N / v_c (eq. (19)), the steepest there is; elastic forces are those of the 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from srbval.errors import ConfigurationError
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters, make_parameters
 from srbval.models.full.steps import rates
+from srbval.models.solvers.linear import Linear
 from srbval.scene import Scene
 
 FloatArray = NDArray[np.float64]
@@ -26,25 +26,6 @@ FloatArray = NDArray[np.float64]
 # from an axis), far above rounding.
 LENGTH, ANGLE = 1e-10, 1e-9  # m, rad
 SPEED, ANGULAR_SPEED = 1e-6, 1e-6  # m/s, rad/s
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Linear:
-    """q' = `motion` v, v' = `stiffness` q + `damping` v: shapes [q, v], [v, q] and [v, v].
-
-    q are slides, cage angles and ring displacement, v all generalised speeds; the rollers' angles about their axes are
-    left out, as nothing depends on them unless a roller is damaged.
-    """
-
-    motion: FloatArray
-    stiffness: FloatArray
-    damping: FloatArray
-
-    @property
-    def matrix(self) -> FloatArray:
-        """The system's matrix, [q + v, q + v]."""
-        still = np.zeros((len(self.motion), len(self.motion)))
-        return np.block([[still, self.motion], [self.stiffness, self.damping]])
 
 
 def balanced(scene: Scene, *, pitches: float = 0.0) -> tuple[Parameters, FloatArray]:
@@ -65,11 +46,6 @@ def balanced(scene: Scene, *, pitches: float = 0.0) -> tuple[Parameters, FloatAr
 def held(model: Parameters) -> Parameters:
     """The model with its shaft held at angle zero."""
     return model._replace(drive=model.drive._replace(speed=np.zeros((3, 1))))
-
-
-def without_friction(model: Parameters) -> Parameters:
-    """The model with its elastic and damping forces alone."""
-    return model._replace(law=model.law._replace(static_friction=0.0, dynamic_friction=0.0))
 
 
 def linearise(model: Parameters, state: FloatArray) -> Linear:

@@ -8,9 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from srbval.models.solvers import METHODS
+from srbval.models.solvers.limit import longest_step
+from srbval.models.solvers.linear import Linear
+from srbval.models.step_limit import without_friction
 from srbval.scene import Scene
-from srbval.stability.limit import longest_step
-from srbval.stability.linear import Linear, balanced, linearise, without_friction
+from srbval.stability.linear import balanced, linearise
 
 ANGLES = 3  # cage angles looked at, from a roller on the defect to one on either side of it; the least limit counts
 

@@ -36,7 +36,14 @@ def serial(tmp_path_factory: pytest.TempPathFactory) -> Path:
     reasons = {entry["case"]: (entry["ending"], entry["reason"]) for entry in found.failed}
     assert set(reasons) == {2, 3, 5}
     assert reasons[2][0] == "failed"  # the numerics, with the run's own status
-    assert reasons[2][1].split(":")[0] in {"not-finite", "too-deep", "cage-lost", "load-lost", "energy-open"}
+    assert reasons[2][1].split(":")[0] in {
+        "not-finite",
+        "too-deep",
+        "cage-lost",
+        "load-lost",
+        "energy-open",
+        "step-too-long",
+    }
     assert reasons[3] == ("refused", "radial_n = -3000.0 must not be negative.")
     assert reasons[5][0] == "refused"
     assert "has no [geometry]" in reasons[5][1]

@@ -83,6 +83,9 @@ def test_silent_failures_are_caught(solver: str, factor: int) -> None:
         ({"load_share": 0.029}, RunStatus.LOAD_LOST),
         ({"energy_imbalance": -0.95}, RunStatus.ENERGY_OPEN),
         ({"energy_imbalance": math.nan}, RunStatus.OK),
+        ({"step_s": 1.2e-5, "step_limit_s": 1e-5}, RunStatus.STEP_TOO_LONG),
+        ({"step_s": 1.05e-5, "step_limit_s": 1e-5}, RunStatus.OK),
+        ({"step_s": 1.0, "step_limit_s": math.inf}, RunStatus.OK),
         ({}, RunStatus.OK),
     ],
 )

@@ -57,7 +57,7 @@ class Touching:
 
     `arm` from the roller's centre, `normal` off the roller, `slide` along its surface: [n, 3]. Normal force `press` and
     its elastic part `spring` [N], friction over slip `drag` and coefficient of the damper that acts `damper` [N s/m].
-    `flank`, [n, 3] [N]: what the slope of a defect on the roller adds, at the race's unlifted point `foot` from the centre.
+    `flank`, [n, 3] [N]: what the slope of a defect on the roller adds, at the race's unlifted point `foot`.
     """
 
     roller: NDArray[np.int64]

@@ -88,7 +88,7 @@ def right_hand_side(t, y, model, rate, contact, loads, damping):
     cb, sb = math.cos(y[2 * n + 1]), math.sin(y[2 * n + 1])
     read_rollers(y, n, space)
     roller_frames(y, n, many, (ca, sa, cb, sb), shaft, shaft_angle, count, model, space)
-    eights, moved, lone, deepest = look_up(n, places, races, space, plan, count)
+    eights, moved, lone, deepest = look_up(places, races, space, plan, count)
     spacing = spacing_of(count, model.patch)
     face_points(eights, places, space, plan, spacing, damping)
 

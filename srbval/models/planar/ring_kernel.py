@@ -72,7 +72,8 @@ def advance_ring(
     """Advance `y` in place, classical Runge-Kutta, over ``out.shape[0]`` output intervals of `per_output` steps.
 
     `cage`, `shaft`, `spun`, `radial`: angles [rad] and load [N] at every half step, [2 n + 1]. Columns of `out`: see
-    `srbval.models.simulate.signals`; 0-1, 3-4, 9-10, 12 are filled. `rate`, [4, STATE], `trial`, [STATE], and `found`, [3]: working space.
+    `srbval.models.simulate.signals`; 0-1, 3-4, 9-10, 12 are filled.
+    `rate`, [4, STATE], `trial`, [STATE], and `found`, [3]: working space.
     """
     interval = step * per_output
     half = 0

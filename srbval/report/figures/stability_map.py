@@ -17,6 +17,7 @@ from srbval.report.figures.style import INK, SOFT, figure_style
 LOOKS = {
     "ok": ("", "#cfe8d8", "#00573f", "as the converged run"),
     "energy-open": ("≈", "#fbe7a1", "#6b5200", "energy does not close (found by the run)"),
+    "step-too-long": ("↔", "#f7d08a", "#5a3b00", "step beyond what the contacts allow (found by the run)"),
     "unlike-reference": ("≠", "#f3b562", "#4a2c00", "unlike the converged run (found by comparison only)"),
     "load-lost": ("↓", "#b8417a", "white", "load lost"),
     "cage-lost": ("○", "#8e3b76", "white", "cage not driven"),

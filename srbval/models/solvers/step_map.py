@@ -9,9 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.models.solvers import Coefficients, Method
-from srbval.models.solvers.method import LEAPFROG
-from srbval.stability.linear import Linear
+from srbval.models.solvers.linear import Linear
+from srbval.models.solvers.method import LEAPFROG, Coefficients, Method
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

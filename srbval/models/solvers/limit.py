@@ -8,9 +8,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.models.solvers import Method
-from srbval.stability.linear import Linear
-from srbval.stability.step_map import stability_function, step_map
+from srbval.models.solvers.linear import Linear
+from srbval.models.solvers.method import Method
+from srbval.models.solvers.step_map import stability_function, step_map
 
 ComplexArray = NDArray[np.complex128]
 

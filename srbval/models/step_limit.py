@@ -1,0 +1,57 @@
+"""The longest step a run's method can take, told before it begins: its stiffest roller between the races.
+
+The rollers are the lightest bodies on the stiffest springs, so the one that bounces fastest decides. Friction is left
+out: taken explicitly it chatters between bounds but does not diverge.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.models.full.parameters import Parameters
+from srbval.models.full.steps import rates
+from srbval.models.solvers.limit import longest_step
+from srbval.models.solvers.linear import Linear
+from srbval.models.solvers.method import Method
+
+FloatArray = NDArray[np.float64]
+SLIDE_M, SLIDE_RATE_M_S = 1e-10, 1e-6  # differences: far below the contacts' smoothing, far above rounding
+
+
+def elastic_limit_s(method: Method, model: Parameters, state: FloatArray) -> float | None:
+    """Longest step at which the stiffest roller's bouncing decays [s]; None where no step looked at fails.
+
+    Linear about `state`, one of static balance, shape [4 M + 12]. Neither deeper contacts later, as on a defect, nor
+    other bodies moving along are in it: `srbval stability` makes the whole model linear.
+    """
+    return longest_step(method, stiffest_roller(without_friction(model), state))
+
+
+def stiffest_roller(model: Parameters, state: FloatArray) -> Linear:
+    """The roller with the stiffest contacts, along its slot, everything else held.
+
+    A slide's acceleration depends on its own roller's slide and speed alone, so all rollers are moved at once.
+    """
+    n, half = len(model.slot_angle), len(state) // 2
+
+    def slope(first: int, size: float) -> FloatArray:
+        there, back = state.copy(), state.copy()
+        there[first : first + n] += size
+        back[first : first + n] -= size
+        difference = rates(model, 0.0, there).rate - rates(model, 0.0, back).rate
+        found: FloatArray = difference[half : half + n] / (2 * size)
+        return found
+
+    stiffness, damping = slope(0, SLIDE_M), slope(half, SLIDE_RATE_M_S)
+    stiffest = int(np.argmin(stiffness))
+    return Linear(
+        motion=np.ones((1, 1)),
+        stiffness=stiffness[stiffest].reshape(1, 1),
+        damping=damping[stiffest].reshape(1, 1),
+    )
+
+
+def without_friction(model: Parameters) -> Parameters:
+    """The model with its elastic and damping forces alone."""
+    return model._replace(law=model.law._replace(static_friction=0.0, dynamic_friction=0.0))

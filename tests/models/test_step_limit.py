@@ -1,0 +1,67 @@
+"""The step limit told before a run: one roller stands for the whole bearing."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from srbval.bearing import load_bearing
+from srbval.models.full.equilibrium import equilibrium_state
+from srbval.models.full.parameters import Parameters, make_parameters
+from srbval.models.simulate import simulate
+from srbval.models.solvers import METHODS
+from srbval.models.solvers.limit import longest_step
+from srbval.models.step_limit import elastic_limit_s, stiffest_roller, without_friction
+from srbval.scene import paper_scene
+from srbval.stability.linear import balanced, linearise
+
+SINGLE_ROLLER = 0.02  # by which it may miss the whole bearing's limit: 0.2 to 1.7 % seen
+FITS: dict[str, dict[str, Any]] = {"play 0": {}, "interference": {"contact": {"roller_fit": "printed"}}}
+
+
+def balanced_model(fit: str) -> tuple[Parameters, np.ndarray]:
+    geometry = load_bearing("skf-22240").geometry
+    assert geometry is not None
+    model = make_parameters(paper_scene(**FITS[fit]), geometry)
+    return model, equilibrium_state(model).state
+
+
+@pytest.mark.parametrize("fit", FITS)
+def test_one_roller_tells_the_whole_bearings_limit(fit: str) -> None:
+    model, state = balanced_model(fit)
+    still, at_rest = balanced(paper_scene(**FITS[fit]))
+    whole = linearise(without_friction(still), at_rest)
+    for name in ("ode1", "ode4", "imex2"):
+        limit, expected = elastic_limit_s(METHODS[name], model, state), longest_step(METHODS[name], whole)
+        assert limit == pytest.approx(expected, rel=SINGLE_ROLLER), name
+
+
+def test_stiffness_is_that_of_the_points_that_touch() -> None:
+    """Both races push back with K_c at each touching point, all but along the slot; mass as it is."""
+    model, state = balanced_model("play 0")
+    roller = stiffest_roller(without_friction(model), state)
+    points = -roller.stiffness[0, 0] * model.roller_mass / model.law.stiffness
+    assert 5 < points <= 12.0  # three circles, one or two points each, two races
+    per_point = -roller.damping[0, 0] * model.roller_mass / model.law.damping
+    assert per_point == pytest.approx(points, rel=0.02)
+
+
+def test_euler_needs_a_step_below_damping_over_stiffness() -> None:
+    """The explicit Euler method damps an oscillator only up to c / k (Hairer & Wanner 1996, sect. IV.2)."""
+    model, state = balanced_model("play 0")
+    roller = stiffest_roller(without_friction(model), state)
+    expected = roller.damping[0, 0] / roller.stiffness[0, 0]
+    assert elastic_limit_s(METHODS["ode1"], model, state) == pytest.approx(expected, rel=2e-3)
+
+
+def test_a_run_beyond_its_limit_says_so() -> None:
+    """Also where nothing else has gone wrong yet: here 2 ms."""
+    short = paper_scene(
+        duration="2 ms", settle="0 s", output_rate="12288 Hz", solver={"name": "imex2", "step_s": 5 / 61440}
+    )
+    run = simulate(short)
+    assert not run.ok if hasattr(run, "ok") else run.status.value != "ok"
+    assert math.isfinite(run.cage_ratio)
