@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 from srbval.bearing import Bearing
 from srbval.recordings.recording import ShaftSpeed
 from srbval.signal import LineReading, Periodogram, read_comb
+from srbval.signal.comb import LEAST_SNR
 from srbval.validation.families import Family, Found, families_of, find_families
+
+RACES = ("BPFO", "BPFI")
+# A comb's first harmonic stands at least this high beside its second.
+HALF_SHARE = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,6 +24,9 @@ class Line:
     `snr` is power over local mean noise power in the squared envelope spectrum, `depth` the line's amplitude
     there over the squared envelope's mean. The first harmonic comes from the joint fit of all, and so does
     its `false_alarm`; the others are read one by one. A sideband counts only with its own line.
+    `resolution_hz` is one over the record's duration: two lines closer than that are not told apart. `sideband_hz` is
+    the spacing of the sidebands fitted with the line, where some stood out. `half_snr` and `double_snr` are the power
+    over noise at half and at twice the frequency found: a comb at half of it would make it but a second harmonic.
     `explained_by` names the stronger line whose frequency this one is a simple multiple of. Values are
     None where the line is out of the record's reach.
     """
@@ -34,6 +43,11 @@ class Line:
     false_alarm: float | None = None
     detected: bool = False
     explained_by: str | None = None
+    resolution_hz: float | None = None
+    sideband_hz: float | None = None
+    sideband_ci95_hz: float | None = None
+    half_snr: float | None = None
+    double_snr: float | None = None
 
 
 def read_lines(record: Periodogram, bearing: Bearing, speed: ShaftSpeed) -> tuple[Line, ...]:
@@ -54,8 +68,33 @@ def _lines_of(family: Family, found: Found | None, speed: ShaftSpeed) -> list[Li
     if found is None:
         return [first]
     first = _measured(first, found.reading, speed)
-    first = replace(first, detected=found.detected, explained_by=found.explained_by)
+    octaves = _octaves(found)
+    explained = found.explained_by or _second_harmonic_of_other(found, octaves["half_snr"])
+    first = replace(first, detected=found.detected and explained is None, explained_by=explained, **octaves)
     return [first, *_harmonics(found, speed), *_sidebands(found, speed)]
+
+
+def _second_harmonic_of_other(found: Found, half_snr: float | None) -> str | None:
+    """Said of a race line with a line about as high at half its frequency: it is that one's second harmonic.
+
+    A roller strikes both races in a turn, its own rate is half the line that is looked for and no stranger.
+    """
+    least = max(LEAST_SNR, HALF_SHARE * found.reading.snr[0])
+    if not found.detected or found.family.name not in RACES or (half_snr or 0.0) <= least:
+        return None
+    return "2/1 a line at half its frequency"
+
+
+def _octaves(found: Found) -> dict[str, Any]:
+    """Power over noise at half and twice the frequency found; None out of reach or hidden by the shaft."""
+    halves = {"half_snr": 0.5, "double_snr": 2.0}
+    return {name: _snr_near(found, times * found.reading.found_hz) for name, times in halves.items()}
+
+
+def _snr_near(found: Found, frequency_hz: float) -> float | None:
+    half = found.record.bin_hz + 2 * found.reading.ci95_hz
+    reading = read_comb(found.record, frequency_hz, half, harmonics=1)
+    return None if reading is None else reading.snr[0]
 
 
 def _harmonics(found: Found, speed: ShaftSpeed) -> list[Line]:
@@ -103,4 +142,7 @@ def _measured(line: Line, reading: LineReading, speed: ShaftSpeed) -> Line:
         depth=reading.depth,
         false_alarm=reading.false_alarm,
         detected=reading.detected,
+        resolution_hz=reading.resolution_hz,
+        sideband_hz=reading.sideband_hz,
+        sideband_ci95_hz=reading.sideband_ci95_hz,
     )

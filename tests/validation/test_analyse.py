@@ -94,6 +94,26 @@ def test_every_harmonic_in_reach_is_a_line_of_its_own(outer):
         assert line.found_hz == pytest.approx(line.harmonic * outer.line("BPFO").found_hz, rel=1e-3)
 
 
+def test_half_and_double_frequency_are_looked_at_and_resolution_is_printed(outer):
+    line = outer.line("BPFO")
+    assert line.half_snr < 20 < line.double_snr
+    assert line.resolution_hz == pytest.approx(1 / (SECONDS - 0.1), rel=0.01)
+    assert line.sideband_hz is None
+
+
+def test_second_harmonic_of_a_slower_comb_is_no_race_line():
+    samples = impulses(BEARING.orders.bpfo * SHAFT_HZ * 1.002 / 2)
+    line = analyse(recording(samples), bearing=BEARING).line("BPFO")
+    assert line.half_snr > 0.5 * line.snr
+    assert not line.detected
+    assert "half" in line.explained_by
+
+
+def test_spacing_of_the_sidebands_stands_beside_the_line(inner):
+    line = inner.line("BPFI")
+    assert abs(line.sideband_hz - SHAFT_HZ) < 2 * line.sideband_ci95_hz + 0.001
+
+
 def test_noise_shows_no_line_and_the_verdict_excludes_nothing():
     samples = np.random.default_rng(2).standard_normal(round(SECONDS * FS_HZ))
     result = analyse(recording(samples), bearing=BEARING)
