@@ -7,6 +7,22 @@ from pathlib import Path
 
 import pytest
 
+from srbval.models.warm import compile_apart
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile the kernels before there are workers: two of them would do it twice."""
+    if not hasattr(session.config, "workerinput") and session.config.getoption("numprocesses", None):
+        for model in ("full", "line", "planar"):
+            compile_apart(model)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Keep the tests of a file, and all that look at one report, with one worker: they share what was made for it."""
+    for item in items:
+        folder = item.path.parent.name
+        item.add_marker(pytest.mark.xdist_group(folder if folder == "report" else str(item.path)))
+
 
 @pytest.fixture(scope="session")
 def recordings_dir() -> Path:
