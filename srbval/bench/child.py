@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import json
 import sys
-from pathlib import Path
 from typing import Any
 
+from srbval.bench.peak_memory import peak_bytes
 from srbval.bench.scenes import bench_scene
 from srbval.models.simulate import simulate
 from srbval.models.solvers import SOLVERS
@@ -29,20 +29,7 @@ def compile_all() -> dict[str, Any]:
 def peak_memory(seconds: float) -> dict[str, Any]:
     """Peak resident memory of this process with a run of the paper's scene [bytes]; None where not told."""
     run = simulate(bench_scene("play0-outer", solver="ode4", seconds=seconds, settle_s=0.0))
-    return {"seconds": run.seconds, "peak_bytes": _peak_bytes()}
-
-
-def _peak_bytes() -> int | None:
-    status = Path("/proc/self/status")
-    if status.exists():  # on Linux the other count starts from what the parent process had
-        line = next(text for text in status.read_text().splitlines() if text.startswith("VmHWM:"))
-        return int(line.split()[1]) * 1024
-    try:
-        import resource
-    except ImportError:  # Windows has no such count
-        return None
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak if sys.platform == "darwin" else peak * 1024
+    return {"seconds": run.seconds, "peak_bytes": peak_bytes()}
 
 
 if __name__ == "__main__":

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from srbval.bench.peak_memory import peak_bytes
 from srbval.campaign.engines.engine import Engine
 from srbval.campaign.planning import plan_cases
 from srbval.campaign.run import run_campaign
@@ -103,21 +103,3 @@ def tiny(cases: int) -> Campaign:
         },
         "tiny",
     )
-
-
-def peak_bytes() -> int | None:
-    """Peak resident memory of this process so far; None where the system does not tell.
-
-    On Linux the high-water mark of its own memory: `ru_maxrss` of a new process begins with its parent's.
-    """
-    status = Path("/proc/self/status")
-    if status.is_file():
-        marks = [line.split() for line in status.read_text(encoding="utf-8").splitlines() if line.startswith("VmHWM:")]
-        if marks:
-            return int(marks[0][1]) * 1024
-    try:
-        import resource
-    except ImportError:  # Windows has no such count
-        return None
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak if sys.platform == "darwin" else peak * 1024
