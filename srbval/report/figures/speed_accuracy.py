@@ -110,7 +110,8 @@ def _ticks(axis: Any, limits: tuple[float, float]) -> None:
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
     decades = math.log10(limits[1] / limits[0])
-    between = (1.0,) if decades > 2.5 else (1.0, 2.0, 5.0) if decades > 0.8 else (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0)
+    steps = {2.5: (1.0,), 1.6: (1.0, 3.0), 0.8: (1.0, 2.0, 5.0), 0.0: (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0)}
+    between = next(some for least, some in steps.items() if decades > least)
     axis.set_major_locator(LogLocator(subs=between))
     axis.set_minor_locator(NullLocator())
     if decades <= 2.5:
