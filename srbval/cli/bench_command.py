@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import shlex
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -18,7 +17,7 @@ from srbval.bench.settings import FULL, QUICK
 from srbval.cli.bench_ladder import run_ladder
 from srbval.cli.bench_reading import run_reading
 from srbval.cli.bench_sensitivity import run_sensitivity
-from srbval.cli.output import print_columns, print_json
+from srbval.cli.output import own_command, print_columns, print_json
 from srbval.cli.tasks import Tasks
 from srbval.models.solvers import SOLVERS
 from srbval.report.progress import Progress
@@ -103,7 +102,7 @@ def run(options: argparse.Namespace) -> int:
             accuracy=not options.speed_only,
             progress=Tasks(progress, "Bench"),
         )
-    command = shlex.join(["srbval", *sys.argv[1:]])
+    command = own_command()
     content = stamped(SPEED_ACCURACY, result.to_dict(), command=command, revision=revision)
     if options.output or _complete(options):
         path = keep(content, Path(options.output) if options.output else None)

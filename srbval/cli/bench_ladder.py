@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import shlex
 import sys
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from srbval.bench.ladder.measure import SECONDS, measure_ladder
 from srbval.bench.ladder.summary import summary
 from srbval.bench.machine import processor_name, usable_cores
 from srbval.bench.reference_store import reference_folder
-from srbval.cli.output import print_columns, print_json
+from srbval.cli.output import own_command, print_columns, print_json
 from srbval.cli.tasks import Tasks
 from srbval.errors import ConfigurationError
 from srbval.plan.calibrated import shipped_calibration
@@ -88,7 +87,7 @@ def _held_out(options: argparse.Namespace) -> int:
         "tallies": rows,
         "checks": [check.to_dict() for check in checks],
     }
-    content = stamped(HELD_OUT, result, command=shlex.join(["srbval", *sys.argv[1:]]), revision=revision)
+    content = stamped(HELD_OUT, result, command=own_command(), revision=revision)
     path = keep(content, Path(options.output) if options.output else None)
     print(f"kept: {path}", file=sys.stderr)
     if options.json:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import shlex
 import sys
 from dataclasses import asdict
 from pathlib import Path
@@ -11,7 +10,7 @@ from pathlib import Path
 from srbval.bench.kept import READING, keep, stamped
 from srbval.bench.machine import processor_name, usable_cores
 from srbval.bench.reading import QUICK_READING, ReadingBench, ReadingSettings, run_reading_bench
-from srbval.cli.output import print_json, print_table
+from srbval.cli.output import own_command, print_json, print_table
 from srbval.cli.tasks import Tasks
 from srbval.report.progress import Progress
 from srbval.storage.revision import git_revision
@@ -24,7 +23,7 @@ def run_reading(options: argparse.Namespace) -> int:
         result = run_reading_bench(
             QUICK_READING if options.quick else ReadingSettings(), progress=Tasks(progress, "Bench")
         )
-    command = shlex.join(["srbval", *sys.argv[1:]])
+    command = own_command()
     measured = {"machine": {"processor": processor_name(), "usable_cores": usable_cores()}, **result.to_dict()}
     content = stamped(READING, measured, command=command, revision=revision)
     if options.output or not options.quick:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import shlex
 import sys
 from dataclasses import asdict
 from pathlib import Path
 
 from srbval.bench.kept import SENSITIVITY, keep, stamped
 from srbval.bench.machine import processor_name, usable_cores
-from srbval.cli.output import print_json, print_table
+from srbval.cli.output import own_command, print_json, print_table
 from srbval.report.progress import Progress
 from srbval.report.simulation_progress import SimulationProgress
 from srbval.storage.revision import git_revision
@@ -27,7 +26,7 @@ def run_sensitivity(options: argparse.Namespace) -> int:
         effects = measure(seconds=seconds, jobs=options.jobs, progress=SimulationProgress(progress))
     rows = [asdict(effect) for effect in effects]
     machine = {"processor": processor_name(), "usable_cores": usable_cores()}
-    command = shlex.join(["srbval", *sys.argv[1:]])
+    command = own_command()
     content = stamped(
         SENSITIVITY, {"machine": machine, "seconds": seconds, "effects": rows}, command=command, revision=revision
     )

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from srbval.storage.strict_json import strict_json
@@ -49,3 +51,9 @@ def _text(value: object) -> str:
     if value is None:
         return "-"
     return f"{value:.6g}" if isinstance(value, float) else "".join(c if c.isprintable() else "?" for c in str(value))
+
+
+def own_command() -> str:
+    """The command that runs, as others may repeat it: a file named by its whole path is named by its own name."""
+    given = [Path(word).name if Path(word).is_absolute() else word for word in sys.argv[1:]]
+    return shlex.join(["srbval", *given])

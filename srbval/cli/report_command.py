@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import shlex
-import sys
 import time
 from pathlib import Path
 
-from srbval.cli.output import print_json
+from srbval.cli.output import own_command, print_json
 from srbval.report.progress import Progress
 
 
@@ -25,7 +23,7 @@ def run(options: argparse.Namespace) -> int:
             seconds=options.seconds,
             jobs=options.jobs,
             formats=("html", "json") if options.no_pdf else ("html", "pdf", "json"),
-            command=shlex.join(["srbval", *sys.argv[1:]]),
+            command=own_command(),
             progress=progress,
         )
     summary = {kind: str(path) for kind, path in made.files.items()} | {"figures": str(folder / "figures")}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import shlex
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -12,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bench.kept import STABILITY, keep, stamped
-from srbval.cli.output import print_json, print_table
+from srbval.cli.output import own_command, print_json, print_table
 from srbval.cli.tasks import Tasks
 from srbval.report.progress import Progress
 from srbval.stability.grid import FULL, QUICK, Grid
@@ -27,7 +26,7 @@ def run(options: argparse.Namespace) -> int:
     grid, revision = grid_of(options), git_revision()
     with Progress() as progress:
         result = run_stability(grid, jobs=options.jobs, progress=Tasks(progress, "Stability"))
-    command = shlex.join(["srbval", *sys.argv[1:]])
+    command = own_command()
     content = stamped(STABILITY, result.to_dict(), command=command, revision=revision)
     if options.output or grid == FULL:
         path = keep(content, Path(options.output) if options.output else None)
