@@ -17,6 +17,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
             compile_apart(model)
 
 
+@pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Keep the tests of a file, and all that look at one report, with one worker: they share what was made for it."""
     for item in items:
