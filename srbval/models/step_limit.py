@@ -22,10 +22,13 @@ SLIDE_M, SLIDE_RATE_M_S = 1e-10, 1e-6  # differences: far below the contacts' sm
 def elastic_limit_s(method: Method, model: Parameters, state: FloatArray) -> float | None:
     """Longest step at which the stiffest roller's bouncing decays [s]; None where no step looked at fails.
 
-    Linear about `state`, one of static balance, shape [4 M + 12]. Neither deeper contacts later, as on a defect, nor
-    other bodies moving along are in it: `srbval stability` makes the whole model linear.
+    Linear about the displacements in `state`, one of static balance, shape [4 M + 12], with shaft and all else at rest:
+    moving past a point that just touches, the damper would look like a spring. Neither deeper contacts later, as on a
+    defect, nor other bodies moving along are in it: `srbval stability` makes the whole model linear.
     """
-    return longest_step(method, stiffest_roller(without_friction(model), state))
+    at_rest = state.copy()
+    at_rest[len(state) // 2 :] = 0.0
+    return longest_step(method, stiffest_roller(without_friction(held(model)), at_rest))
 
 
 def stiffest_roller(model: Parameters, state: FloatArray) -> Linear:
@@ -50,6 +53,11 @@ def stiffest_roller(model: Parameters, state: FloatArray) -> Linear:
         stiffness=stiffness[stiffest].reshape(1, 1),
         damping=damping[stiffest].reshape(1, 1),
     )
+
+
+def held(model: Parameters) -> Parameters:
+    """The model with its shaft held at angle zero."""
+    return model._replace(drive=model.drive._replace(speed=np.zeros((3, 1))))
 
 
 def without_friction(model: Parameters) -> Parameters:

@@ -18,6 +18,7 @@ from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters, make_parameters
 from srbval.models.full.steps import rates
 from srbval.models.solvers.linear import Linear
+from srbval.models.step_limit import held
 from srbval.scene import Scene
 
 FloatArray = NDArray[np.float64]
@@ -41,11 +42,6 @@ def balanced(scene: Scene, *, pitches: float = 0.0) -> tuple[Parameters, FloatAr
     state = equilibrium_state(model, cage_angle_rad=angle).state
     state[len(state) // 2 :] = 0.0
     return held(model), state
-
-
-def held(model: Parameters) -> Parameters:
-    """The model with its shaft held at angle zero."""
-    return model._replace(drive=model.drive._replace(speed=np.zeros((3, 1))))
 
 
 def linearise(model: Parameters, state: FloatArray) -> Linear:

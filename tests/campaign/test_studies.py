@@ -35,7 +35,7 @@ def test_detection_falls_with_noise(tmp_path: Path) -> None:
         assert much.found == 0
         assert (little.line_snr or 0) > 5 * (much.line_snr or 0)
     section = campaign_section(kept(NOISE_STUDY, {"rows": [row.to_dict() for row in rows]}, tmp_path), None)
-    assert "outer race, noise of white: down to **20 dB**" in str(section.blocks[1])
+    assert "outer race in white noise: down to **20 dB**" in str(section.blocks[1])
     assert sum(isinstance(block, Callout) for block in section.blocks) == 1
 
 

@@ -39,6 +39,17 @@ def test_one_roller_tells_the_whole_bearings_limit(fit: str) -> None:
         assert limit == pytest.approx(expected, rel=SINGLE_ROLLER), name
 
 
+@pytest.mark.parametrize("speed", ["127 rpm", "400 rpm", "1000 rpm", "3000 rpm"])
+def test_the_limit_is_that_at_rest(speed: str) -> None:
+    """A turning shaft drives points past rollers that they just touch; that is no stiffness."""
+    geometry = load_bearing("skf-22240").geometry
+    assert geometry is not None
+    model = make_parameters(paper_scene(shaft_speed=speed), geometry)
+    found = elastic_limit_s(METHODS["imex2"], model, equilibrium_state(model).state)
+    assert found is not None
+    assert 4 < found * 61440 < 5
+
+
 def test_stiffness_is_that_of_the_points_that_touch() -> None:
     """Both races push back with K_c at each touching point, all but along the slot; mass as it is."""
     model, state = balanced_model("play 0")

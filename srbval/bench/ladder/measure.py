@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import time
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -141,13 +140,11 @@ def answer(scene: Scene, folder: Path | None = None) -> Answered:
     if kept is not None:
         found = {Question(q): None if a is None else tuple(a) for q, a in kept["answers"].items()}
         return Answered(status=kept["status"], wall_per_simulated_s=kept["wall_per_simulated_s"], answers=found)
-    started = time.thread_time()  # what the run itself takes, whatever else the machine does meanwhile
     tried = attempt(scene)
-    cost_s = time.thread_time() - started
     good = tried.ok and tried.run is not None
     fresh = Answered(
         status=tried.status,
-        wall_per_simulated_s=cost_s / (tried.run.seconds + scene.settle_s) if tried.run is not None else None,
+        wall_per_simulated_s=None if tried.run is None else tried.run.wall_s / (tried.run.seconds + scene.settle_s),
         answers=answers(tried.run, load_bearing(scene.bearing)) if good and tried.run is not None else {},
     )
     if folder is not None:

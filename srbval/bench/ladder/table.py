@@ -20,7 +20,7 @@ SCHEMA_VERSION = 2
 class RungEntry:
     """A rung on a scene: how the run ended, its cost, its answers and their errors [%]; None: no answer.
 
-    The cost is processor time, which is wall time on a core of one's own.
+    The cost is the wall time of the solution, as `simulate` tells it.
     """
 
     status: str
