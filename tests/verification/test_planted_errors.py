@@ -48,6 +48,8 @@ class PlantedError:
 
 
 ERRORS = [PlantedError(**row) for row in tomllib.loads(TABLE.read_text())["error"]]
+# The short form plants every fourth, which takes some two minutes; SRBVAL_PLANTED=all plants them all.
+PLANTED = ERRORS if os.environ.get("SRBVAL_PLANTED") == "all" else ERRORS[::4]
 UNHARMED = PlantedError("nothing", "motion_kernel.py", "", "")
 
 
@@ -102,7 +104,7 @@ def test_unharmed_copy_passes(outcomes: dict[str, Future[subprocess.CompletedPro
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("error", ERRORS, ids=lambda error: error.what)
+@pytest.mark.parametrize("error", PLANTED, ids=lambda error: error.what)
 def test_planted_error_is_caught(
     error: PlantedError, outcomes: dict[str, Future[subprocess.CompletedProcess[str]]]
 ) -> None:
