@@ -31,6 +31,13 @@ _loaded: set[str] = set()
 _lock = threading.RLock()
 
 
+def is_compiled(model: str) -> bool:
+    """Whether the kernels of `model` are in the store, or nothing is to be compiled."""
+    import numba
+
+    return model in WITHOUT_KERNELS or bool(vars(numba.config)["DISABLE_JIT"]) or _mark(model).exists()
+
+
 def compile_apart(model: str) -> float:
     """Make sure that the kernels of `model` are in the store before this process needs them; seconds it took.
 
@@ -38,12 +45,10 @@ def compile_apart(model: str) -> float:
     that process fails, whatever is missing is compiled here when it is used: right, but for the last digits.
     """
     with _lock:
-        if model in _ready or model in WITHOUT_KERNELS:
+        if model in _ready:
             return 0.0
         _ready.add(model)
-        import numba
-
-        if vars(numba.config)["DISABLE_JIT"] or _mark(model).exists():
+        if is_compiled(model):
             return 0.0
         started = time.perf_counter()
         done = subprocess.run(

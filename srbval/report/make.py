@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from srbval.bench.kept import SENSITIVITY, newest
+from srbval.models.warm import compile_apart, is_compiled
 from srbval.report.content import assemble
-from srbval.report.kernels import kernels_are_stored, store_kernels
 from srbval.report.pdf import require_typst
 from srbval.report.progress import Progress
 from srbval.report.simulation_progress import SimulationProgress
@@ -50,9 +50,9 @@ def make_report(
     shown = progress or Progress(silent=True)
     with tempfile.TemporaryDirectory(prefix="srbval-") as name, threadpool_limits(1):
         scratch = Path(name)
-        if not kernels_are_stored():
+        if not is_compiled("full"):
             shown.stage("Compile the model, once after installation")
-            store_kernels()
+            compile_apart("full")
         evidence = gather(
             seconds=seconds,
             stand_in_folder=scratch,
