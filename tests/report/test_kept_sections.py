@@ -12,6 +12,7 @@ import pytest
 from srbval.bench.kept import Kept
 from srbval.bench.scenes import PAPER_STEP_S
 from srbval.report.blocks import Callout, Figure, Listing
+from srbval.report.content.chain_blocks import chain_table
 from srbval.report.content.speed_accuracy_section import speed_accuracy_section
 from srbval.report.content.stability_section import stability_section
 from srbval.report.table import Table
@@ -136,3 +137,13 @@ def test_both_say_who_measured_when(stability: Kept, speed_accuracy: Kept, tmp_p
         text = json.dumps([getattr(b, "text", "") for b in section.blocks])
         assert "A & <B>" in text
         assert "2026-01-01" in text
+
+
+def test_the_chains_table_takes_an_older_result_too() -> None:
+    old = {"low_hz": 500.0, "high_hz": 1500.0, "one_pass": 6e-6, "papers_chain": 9e-4, "one_pass_less_chain": 9e-4}
+    new = old | {"envelope_less_chain": 8e-4, "envelope_rms_less_chain": 1e-4, "lines_less_chain": 2e-4,
+                 "fault_line_less_chain": 1e-7, "agree_beyond_s": 0.5}  # fmt: skip
+    table = chain_table([old, new])
+    shown = [[cell.text(column) for cell, column in zip(row, table.columns, strict=True)] for row in table.cells]
+    assert shown[0] == ["500 to 1500", "6.0e-06", "9.0e-04", "9.0e-04", *5 * ["–"]]
+    assert shown[1] == [*shown[0][:4], "8.0e-04", "1.0e-04", "2.0e-04", "1.0e-07", "0.50"]

@@ -6,6 +6,7 @@ from typing import Any
 
 from srbval.bench.kept import READING, Kept
 from srbval.report.blocks import Block, Paragraph
+from srbval.report.content.chain_blocks import chain_table
 from srbval.report.content.kept_result import missing, origin_of
 from srbval.report.model import Section
 from srbval.report.table import Column, Table
@@ -28,6 +29,7 @@ def _blocks(kept: Kept) -> tuple[Block, ...]:
         ),
         _accuracy(content["accuracy"]),
         _alarms(content["false_alarms"]),
+        *((chain_table(content["chains"]),) if content.get("chains") else ()),
     )
 
 
