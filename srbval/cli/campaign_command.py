@@ -29,7 +29,7 @@ def _run(options: argparse.Namespace) -> int:
     campaign = replace(
         load_campaign(options.campaign), **{name: value for name, value in given.items() if value is not None}
     )
-    engine = choose_engine(options.engine, jobs=options.jobs, address=options.address)
+    engine = choose_engine(options.engine, jobs=options.jobs, address=options.address, wait_s=options.wait)
     if options.dry_run:
         return _dry_run(campaign, engine.name, options)
     folder = Path(options.output or f"srbval-{campaign.name}")

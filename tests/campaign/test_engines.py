@@ -77,7 +77,7 @@ def scheduler(tmp_path: Path) -> Iterator[str]:
     quiet: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": tmp_path}
     started = [
         subprocess.Popen([*dask, "scheduler", "--host", "127.0.0.1", "--port", "0", *common], **quiet),
-        *(subprocess.Popen([*dask, "worker", "--nthreads", "1", *common], **quiet) for _ in range(2)),
+        *(subprocess.Popen([*dask, "worker", "--nthreads", "1", "--no-nanny", *common], **quiet) for _ in range(2)),
     ]
     try:
         from distributed import Client
@@ -175,16 +175,29 @@ FAKE = {
 }
 
 
-def test_slurm_jobs_give_the_same(serial: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Through dask-jobqueue, with a stand-in for SLURM that starts its jobs at once on this machine."""
-    pytest.importorskip("dask_jobqueue")
-    commands = tmp_path / "bin"
+def stand_in_for_slurm(folder: Path, monkeypatch: pytest.MonkeyPatch, **changes: str) -> None:
+    """Put the commands of `FAKE`, but for `changes`, before all others."""
+    commands = folder / "bin"
     commands.mkdir()
-    for name, script in FAKE.items():
+    for name, script in (FAKE | changes).items():
         (commands / name).write_text(script)
         (commands / name).chmod(0o755)
     monkeypatch.setenv("PATH", f"{commands}{os.pathsep}{os.environ['PATH']}")
-    monkeypatch.chdir(tmp_path)
+    monkeypatch.chdir(folder)
+
+
+def test_workers_that_never_come(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A worker that cannot reach its scheduler gives up after a while, unseen by dask-jobqueue."""
+    pytest.importorskip("dask_jobqueue")
+    stand_in_for_slurm(tmp_path, monkeypatch, sbatch='#!/bin/sh\necho "Submitted batch job 1"\n')
+    with pytest.raises(DataError, match=r"no worker of slurm came within 0\.5 s.*--wait"):
+        run_campaign(small(), tmp_path / "run", engine=choose_engine("slurm", jobs=1, wait_s=0.5))
+
+
+def test_slurm_jobs_give_the_same(serial: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Through dask-jobqueue, with a stand-in for SLURM that starts its jobs at once on this machine."""
+    pytest.importorskip("dask_jobqueue")
+    stand_in_for_slurm(tmp_path, monkeypatch)
     found = run_campaign(small(axes=MIXED), tmp_path / "run", engine=choose_engine("slurm", jobs=2))
     assert found.engine == "slurm"
     assert content(tmp_path / "run") == content(serial)

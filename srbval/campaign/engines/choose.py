@@ -13,11 +13,13 @@ NAMES = (AUTO, SERIAL, LOCAL, DASK, SLURM)
 INSTALL = 'pip install "srbval[cluster]"'
 
 
-def choose_engine(name: str = AUTO, *, jobs: int | None = None, address: str | None = None) -> Engine:
+def choose_engine(
+    name: str = AUTO, *, jobs: int | None = None, address: str | None = None, wait_s: float | None = None
+) -> Engine:
     """The engine of that name: ``auto`` is Dask on this machine where it is installed, else processes.
 
     `jobs` workers, by default one a usable core; `address` of a Dask scheduler that is there already, with ``auto`` or
-    ``dask``. Raises `ConfigurationError` for an unknown name, or one whose packages are missing.
+    ``dask``; `wait_s` for the first worker of a Dask cluster [s], by default two minutes, an hour with ``slurm``. Raises `ConfigurationError` for an unknown name, or one whose packages are missing.
     """
     if name not in NAMES:
         raise ConfigurationError(f"engine {name!r} is not known. Known: {', '.join(NAMES)}.")
@@ -41,9 +43,12 @@ def choose_engine(name: str = AUTO, *, jobs: int | None = None, address: str | N
         raise ConfigurationError(f"engine {name!r} needs {needed.replace('_', '-')}: {INSTALL}")
     from srbval.campaign.engines import dask_engine
 
+    waiting = {} if wait_s is None else {"wait_s": wait_s}
     if name == SLURM:
-        return dask_engine.slurm(workers)
-    return dask_engine.existing(address) if address is not None else dask_engine.embedded(workers)
+        return dask_engine.slurm(workers, **waiting)
+    if address is not None:
+        return dask_engine.existing(address, **waiting)
+    return dask_engine.embedded(workers, **waiting)
 
 
 def _installed(package: str) -> bool:

@@ -21,17 +21,22 @@ from srbval.errors import ConfigurationError, DataError
 AHEAD = 2  # cases handed to the scheduler for each worker: none waits for the next, the scheduler holds few
 SLURM_MEMORY = "2 GB"
 CONNECT_S = "20 s"
+# For the first worker: processes and a running scheduler's workers start in seconds, jobs may stand in a queue.
+WAIT_S, QUEUE_WAIT_S = 120.0, 3600.0
 
 
 class DaskCluster:
     """Cases on a Dask cluster. `make_client` is a context that yields a client of it; see the functions below.
 
-    `here`: all of its workers are on this machine, so kernels can be compiled while they start.
+    `here`: all of its workers are on this machine, so kernels can be compiled while they start. `wait_s`: how long to
+    wait for the first worker [s]; without any until then `run` raises `DataError`.
     """
 
-    def __init__(self, name: str, workers: int, make_client: Callable[[], Any], *, here: bool = False) -> None:
+    def __init__(
+        self, name: str, workers: int, make_client: Callable[[], Any], *, here: bool = False, wait_s: float = WAIT_S
+    ) -> None:
         self.name, self.workers = name, workers
-        self._make_client, self._here = make_client, here
+        self._make_client, self._here, self._wait_s = make_client, here, wait_s
 
     def run(self, job: Job) -> Iterator[Outcome]:
         """Outcomes as they come; never more than a few cases a worker are with the scheduler."""
@@ -41,6 +46,7 @@ class DaskCluster:
         with ThreadPoolExecutor(1) as aside, contextlib.ExitStack() as stack:
             compiling = aside.submit(compile_apart, tuple(job.first)) if self._here else None
             client = stack.enter_context(self._make_client())
+            self._wait_for_a_worker(client)
             _prepare(client, job, compiling)
             under_way = as_completed()
             tasks: dict[Any, Task] = {}
@@ -66,6 +72,16 @@ class DaskCluster:
             for task in blamed:
                 yield _alone(client, task)
 
+    def _wait_for_a_worker(self, client: Any) -> None:
+        try:
+            client.wait_for_workers(1, timeout=self._wait_s)
+        except TimeoutError:
+            raise DataError(
+                f"no worker of {self.name} came within {self._wait_s:g} s. Its own log says why: a queue that is full, "
+                "or workers that cannot reach the scheduler and give up. Wait longer with --wait S; the same command "
+                "starts again where this one stopped."
+            ) from None
+
 
 def _alone(client: Any, task: Task) -> Outcome:
     """Run a case with nothing beside it: Dask blames all that a lost worker held, this tells whose fault it was."""
@@ -80,7 +96,7 @@ def _alone(client: Any, task: Task) -> Outcome:
     return outcome
 
 
-def embedded(workers: int) -> DaskCluster:
+def embedded(workers: int, *, wait_s: float = WAIT_S) -> DaskCluster:
     """A cluster of `workers` processes on this machine, for this campaign alone."""
 
     @contextlib.contextmanager
@@ -99,10 +115,10 @@ def embedded(workers: int) -> DaskCluster:
         ):  # fmt: skip
             yield made
 
-    return DaskCluster("dask", workers, client, here=True)
+    return DaskCluster("dask", workers, client, here=True, wait_s=wait_s)
 
 
-def existing(address: str) -> DaskCluster:
+def existing(address: str, *, wait_s: float = WAIT_S) -> DaskCluster:
     """The cluster of a scheduler at `address`, such as ``tcp://host:8786``; its workers should have one thread each."""
 
     @contextlib.contextmanager
@@ -116,10 +132,10 @@ def existing(address: str) -> DaskCluster:
         with made:
             yield made
 
-    return DaskCluster(f"dask at {address}", 0, client)
+    return DaskCluster(f"dask at {address}", 0, client, wait_s=wait_s)
 
 
-def slurm(workers: int) -> DaskCluster:
+def slurm(workers: int, *, wait_s: float = QUEUE_WAIT_S) -> DaskCluster:
     """A cluster of `workers` SLURM jobs of one core each; queue, account and time from Dask's own configuration.
 
     Those stand in ``~/.config/dask/jobqueue.yaml`` under ``jobqueue.slurm``, as dask-jobqueue documents.
@@ -141,12 +157,11 @@ def slurm(workers: int) -> DaskCluster:
             cluster.scale(jobs=workers)
             yield made
 
-    return DaskCluster("slurm", workers, client)
+    return DaskCluster("slurm", workers, client, wait_s=wait_s)
 
 
 def _prepare(client: Any, job: Job, compiling: Future[str] | None) -> None:
-    """Wait for a worker, compile once on each machine unless that is under way, and see that all are of our kind."""
-    client.wait_for_workers(1)
+    """Compile once on each machine unless that is under way, and see that all workers are of our kind."""
     found: dict[str, Any] = {"this machine": compiling}
     if compiling is None:
         hosts: dict[str, str] = {}
