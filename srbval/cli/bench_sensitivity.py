@@ -19,17 +19,17 @@ SHORT_SECONDS = 1.0
 
 
 def run_sensitivity(options: argparse.Namespace) -> int:
-    """Run every term on both faults, keep a whole run for the report, print the bounds."""
+    """Run every term on every fault, keep a whole run for the report, print the bounds."""
     revision = git_revision()
     seconds = options.seconds or (SHORT_SECONDS if options.quick else SECONDS)
     with Progress() as progress:
-        effects = measure(seconds=seconds, jobs=options.jobs, progress=SimulationProgress(progress))
-    rows = [asdict(effect) for effect in effects]
+        found = measure(seconds=seconds, jobs=options.jobs, progress=SimulationProgress(progress))
+    rows = [asdict(effect) for effect in found.effects]
+    shapes = [asdict(effect) for effect in found.shapes]
     machine = {"processor": processor_name(), "usable_cores": usable_cores()}
     command = own_command()
-    content = stamped(
-        SENSITIVITY, {"machine": machine, "seconds": seconds, "effects": rows}, command=command, revision=revision
-    )
+    result = {"machine": machine, "seconds": seconds, "effects": rows, "shapes": shapes}
+    content = stamped(SENSITIVITY, result, command=command, revision=revision)
     if options.output or not options.quick:
         path = keep(content, Path(options.output) if options.output else None)
         print(f"kept: {path}", file=sys.stderr)

@@ -14,7 +14,7 @@ from srbval.report.progress import Progress
 from srbval.report.simulation_progress import SimulationProgress
 from srbval.report.write import FORMATS, write_report
 from srbval.validation.evidence import Evidence, gather
-from srbval.validation.sensitivity import Effect, effects_of
+from srbval.validation.sensitivity import Sensitivity, sensitivity_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,7 +59,7 @@ def make_report(
             jobs=jobs,
             progress=SimulationProgress(shown),
             stage=shown.stage,
-            effects=_stored_effects(),
+            known=_stored_sensitivity(),
         )
         shown.stage("Draw the figures")
         figures = scratch / "figures"
@@ -70,7 +70,7 @@ def make_report(
     return Made(evidence=evidence, files=files)
 
 
-def _stored_effects() -> tuple[Effect, ...]:
-    """What numerics and inputs do to the compared quantities, as last measured; none where it never was."""
+def _stored_sensitivity() -> Sensitivity:
+    """What numerics and inputs do to the compared quantities, as last measured; empty where it never was."""
     kept = newest(SENSITIVITY)
-    return effects_of(kept.content["effects"]) if kept else ()
+    return sensitivity_of(kept.content) if kept else Sensitivity()

@@ -20,7 +20,7 @@ from srbval.validation.tracking import choose_tracking
 from srbval.validation.verdict import verdict
 
 # Share of the band's width up to which the squared envelope's spectrum is used; its floor ends at the width.
-_USABLE_SHARE = 0.9
+USABLE_SHARE = 0.9
 # Shaft harmonics are masked no wider than this share of their frequency: with a speed that is only nominal
 # wider masks would grow together and hide every line.
 LARGEST_MASK_SHARE = 5e-4
@@ -157,7 +157,7 @@ def _periodogram(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> P
     return Periodogram.of(
         processed.squared,
         processed.squared_fs_hz,
-        limit_hz=min(highest_line_hz(bearing, speed.value_hz), _USABLE_SHARE * width_hz),
+        limit_hz=min(highest_line_hz(bearing, speed.value_hz), USABLE_SHARE * width_hz),
         shaft_hz=speed.value_hz,
         shaft_ci_hz=min(speed.ci95_hz, LARGEST_MASK_SHARE * speed.value_hz),
     )

@@ -11,21 +11,18 @@ import statistics
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from srbval.recordings import State
+from srbval.signal.interval import NORMAL_95
 from srbval.validation.matrix import Cell
-from srbval.validation.quantity_comparison import QuantityComparison
+from srbval.validation.quantity_comparison import Kind, QuantityComparison
 
-FREQUENCY, PATTERN, SIDEBANDS = "line frequency", "harmonic pattern", "sideband level"
-NORMAL_95 = 1.96
-FAULTS = (State.OUTER, State.INNER)
-DATA_PARTS = ("rig reading", "rig speed")
+LEVELS = (Kind.PATTERN, Kind.SIDEBANDS)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Pair:
     """One compared number: model and rig, error and the data's 95 % half width in `unit`."""
 
-    kind: str
+    kind: Kind
     name: str
     model: float
     rig: float
@@ -38,7 +35,7 @@ class Pair:
 class Bias:
     """Bias and scatter (one standard deviation, net of the data's) of one kind; scatter None below three pairs."""
 
-    kind: str
+    kind: Kind
     unit: str
     pairs: int
     bias: float
@@ -46,48 +43,34 @@ class Bias:
     data_scatter: float
 
 
-def pairs(comparisons: Iterable[QuantityComparison], cells: Iterable[Cell]) -> tuple[Pair, ...]:
-    """Line frequencies of the whole matrix (orders); levels of every comparison whose line both sides show.
-
-    A healthy bearing's line is its baseline, not the fault that the model has: it is left out.
-    """
-    found = [
+def pairs(cells: Iterable[Cell]) -> tuple[Pair, ...]:
+    """Every comparison of every cell that both sides can show; whether sidebands show is compared wherever read."""
+    return tuple(
         Pair(
-            kind=FREQUENCY,
-            name=f"{cell.state} {cell.nominal_rpm:g} rpm, {cell.radial_kn:g} kN",
-            model=60 * cell.model_hz / cell.shaft_rpm,
-            rig=60 * cell.rig_hz / cell.shaft_rpm,
-            error=cell.error_pct,
-            data_ci95=cell.deviation_ci95_pct or 0.0,
-            unit="%",
+            kind=row.kind,
+            name=f"{cell.state} {cell.nominal_rpm:g} rpm, {cell.radial_kn:g}/{cell.axial_kn:g} kN: {row.quantity}",
+            model=row.model,
+            rig=row.rig,
+            error=row.error,
+            data_ci95=row.data_ci95,
+            unit=row.error_unit,
         )
         for cell in cells
-        if cell.state in FAULTS and cell.error_pct is not None and cell.model_hz is not None and cell.rig_hz is not None
-    ]
-    for row in comparisons:
-        if row.unit == "dB" and row.model_present and row.rig_present:
-            found.append(
-                Pair(
-                    kind=SIDEBANDS if "sidebands" in row.quantity else PATTERN,
-                    name=f"{row.defect} {row.quantity}",
-                    model=row.model,
-                    rig=row.rig,
-                    error=row.error,
-                    data_ci95=math.hypot(*(row.parts.get(part, 0.0) for part in DATA_PARTS)),
-                    unit="dB",
-                )
-            )
-    return tuple(found)
+        for row in cell.comparisons
+        if _counts(row)
+    )
+
+
+def _counts(row: QuantityComparison) -> bool:
+    return row.kind is Kind.PRESENCE or (row.model_present and row.rig_present)
 
 
 def biases(found: Sequence[Pair]) -> tuple[Bias, ...]:
     """One row a kind that has pairs."""
-    return tuple(
-        _bias(kind, own) for kind in (FREQUENCY, PATTERN, SIDEBANDS) if (own := [p for p in found if p.kind == kind])
-    )
+    return tuple(_bias(kind, own) for kind in Kind if (own := [p for p in found if p.kind is kind]))
 
 
-def _bias(kind: str, own: Sequence[Pair]) -> Bias:
+def _bias(kind: Kind, own: Sequence[Pair]) -> Bias:
     errors = [pair.error for pair in own]
     data = math.sqrt(statistics.fmean((pair.data_ci95 / NORMAL_95) ** 2 for pair in own))
     scatter = math.sqrt(max(statistics.variance(errors) - data**2, 0.0)) if len(errors) > 2 else None

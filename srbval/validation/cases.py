@@ -1,4 +1,4 @@
-"""The runs a report needs: the paper's three, the rig's speeds, and one variation at a time.
+"""The runs a report needs of itself: the paper's three, and one variation at a time.
 
 A variation changes one thing that the paper leaves open or that the numerics decide, on the outer-race scene; its
 effect on the cage speed is the uncertainty that this thing leaves.
@@ -6,8 +6,6 @@ effect on the cage speed is the uncertainty that this thing leaves.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +13,7 @@ from srbval.recordings import State
 from srbval.scene import Scene, paper_scene
 
 PAPER_STATES = (State.HEALTHY, State.OUTER, State.INNER)
-DEFECT_OF = {State.HEALTHY: "none", State.OUTER: "outer", State.INNER: "inner"}
+DEFECT_OF = {State.HEALTHY: "none", State.OUTER: "outer", State.INNER: "inner", State.ROLLER: "roller"}
 VARIATION_SECONDS = 4.0  # the mean cage speed of so long a run repeats to about 1e-5
 STEP_FACTOR = 2
 SMOOTH_FRICTION = "0.5 m/s"  # far above every sliding speed in the contacts: no sticking at all
@@ -41,23 +39,6 @@ def paper_cases(seconds: float) -> list[Case]:
             scene=paper_scene(duration_s=seconds, defect={"kind": DEFECT_OF[state]}),
         )
         for state in PAPER_STATES
-    ]
-
-
-def rig_cases(speeds_hz: Mapping[State, float], seconds: Mapping[State, float]) -> list[Case]:
-    """One run per measured recording, at its own shaft speed and as long as it."""
-    return [
-        Case(
-            id=f"rig-{state}",
-            purpose="at the recording's own speed",
-            state=state,
-            scene=paper_scene(
-                duration_s=seconds[state],
-                shaft_speed_rad_s=2 * math.pi * hz,
-                defect={"kind": DEFECT_OF[state]},
-            ),
-        )
-        for state, hz in speeds_hz.items()
     ]
 
 

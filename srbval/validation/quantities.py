@@ -1,4 +1,4 @@
-"""What a comparison compares: line frequency, harmonic pattern and sidebands of one analysed record."""
+"""What one analysed record says of a fault: line frequency, harmonic pattern and sidebands."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ import math
 from dataclasses import dataclass
 
 from srbval.recordings import State
+from srbval.signal.comb import LEAST_SNR
+from srbval.signal.interval import NORMAL_95
 from srbval.validation.analyse import Analysis
 from srbval.validation.lines import Line
 
-LINE_OF = {State.OUTER: "BPFO", State.INNER: "BPFI"}
+LINE_OF = {State.OUTER: "BPFO", State.INNER: "BPFI", State.ROLLER: "2xBSF"}
+SIDEBAND_OF = {State.INNER: "fr", State.ROLLER: "FTF"}
 HARMONICS = (2, 3, 4, 5)
-NORMAL_95 = 1.96
 _DB = 20 / math.log(10)
 
 
@@ -19,7 +21,8 @@ _DB = 20 / math.log(10)
 class Quantity:
     """One number of a record: `value` in `unit` with its reading's 95 % half width, and whether its line stands out.
 
-    Frequencies are orders of the shaft; levels are of the squared envelope, in dB over the first harmonic.
+    Frequencies are orders of the shaft; levels are of the squared envelope, in dB over the first harmonic, and
+    `least` is the level from which a line would stand out of this record's noise.
     """
 
     name: str
@@ -27,6 +30,7 @@ class Quantity:
     value: float
     ci95: float
     present: bool
+    least: float = -math.inf
 
 
 def quantities(analysis: Analysis, state: State) -> tuple[Quantity, ...]:
@@ -46,11 +50,17 @@ def quantities(analysis: Analysis, state: State) -> tuple[Quantity, ...]:
         )
     ]
     for number in HARMONICS:
-        found += _level(f"{number}x{name}", first, _lines(analysis, name, number))
-    if state is State.INNER:
-        sides = [*_lines(analysis, f"{name}-fr", 1), *_lines(analysis, f"{name}+fr", 1)]
+        found += _level(harmonic_name(name, number), first, _lines(analysis, name, number))
+    if state in SIDEBAND_OF:
+        beside = SIDEBAND_OF[state]
+        sides = [*_lines(analysis, f"{name}-{beside}", 1), *_lines(analysis, f"{name}+{beside}", 1)]
         found += _level(f"{name} sidebands", first, sides)
     return tuple(found)
+
+
+def harmonic_name(line: str, number: int) -> str:
+    """``2xBPFO``; ``2 x 2xBSF`` where the line itself is a multiple."""
+    return f"{number} x {line}" if line[0].isdigit() else f"{number}x{line}"
 
 
 def _lines(analysis: Analysis, name: str, harmonic: int) -> list[Line]:
@@ -63,13 +73,15 @@ def _level(name: str, first: Line, lines: list[Line]) -> list[Quantity]:
         return []
     depth = sum(line.depth or 0.0 for line in lines) / len(lines)
     spread = math.hypot(*(_scatter_db(line) / len(lines) for line in lines), _scatter_db(first))
+    least = max((line.depth or 0.0) * math.sqrt(LEAST_SNR / max(line.snr or 0.0, 0.5)) for line in lines)
     return [
         Quantity(
             name=name,
             unit="dB",
             value=_DB * math.log(depth / (first.depth or 1.0)),
             ci95=NORMAL_95 * spread,
-            present=all(line.detected for line in lines),
+            present=first.detected and all(line.detected for line in lines),
+            least=_DB * math.log(least / (first.depth or 1.0)),
         )
     ]
 

@@ -12,16 +12,18 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from srbval.bearing import DEFAULT_BEARING, load_bearing
 from srbval.config.strict import read_toml
-from srbval.models.run import Run
 from srbval.recordings import State
-from srbval.recordings.from_run import recording_from_run
 from srbval.scene import paper_scene
-from srbval.validation.analyse import analyse
 from srbval.validation.cases import DEFECT_OF, Case
+from srbval.validation.model_side import DETAIL_HZ, ModelSide, read_run
 from srbval.validation.quantities import LINE_OF, Quantity, quantities
 from srbval.validation.run_cases import Progress, run_cases
+from srbval.validation.shape_effect import ShapeEffect, shape_of
 from srbval.validation.speed_and_slip import published_speeds
 
 BASE = "base"
@@ -61,34 +63,64 @@ class Effect:
         return 100 * self.bound / abs(self.base)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Sensitivity:
+    """All that is known of numerics and inputs: effects on numbers and on the spectrum's shape."""
+
+    effects: tuple[Effect, ...] = ()
+    shapes: tuple[ShapeEffect, ...] = ()
+
+
+NOTHING_KNOWN = Sensitivity()
+
+
 def terms() -> tuple[Term, ...]:
     """The table of terms."""
     table = read_toml(Path(str(resources.files("srbval.validation") / "budget.toml")))
     return tuple(Term(**row) for row in table["term"])
 
 
-def measure(
-    *, seconds: float = SECONDS, jobs: int | None = None, progress: Progress | None = None
-) -> tuple[Effect, ...]:
-    """Run every term on both faults at the rig's speed and take the changes; raises what runs and analyses raise."""
+def measure(*, seconds: float = SECONDS, jobs: int | None = None, progress: Progress | None = None) -> Sensitivity:
+    """Run every term on every fault at the rig's speed and take the changes; raises what runs and analyses raise."""
     found: dict[tuple[str, State], tuple[Quantity, ...]] = {}
-    listed = terms()
+    shapes: dict[tuple[str, State], NDArray[np.float64] | None] = {}
+    listed, bearing = terms(), load_bearing(DEFAULT_BEARING)
     with tempfile.TemporaryDirectory() as folder:
         files = {t.name: _bearing_file(t, Path(folder)) for t in listed}
         cases = list(_cases(listed, files, seconds))
         runs = run_cases(cases, jobs=jobs, progress=progress)
         for case in cases:
-            recording = recording_from_run(runs[case.id])
-            analysis = analyse(recording, bearing=load_bearing(DEFAULT_BEARING))
-            read = quantities(analysis, case.state)
-            found[case.purpose, case.state] = (_by_cage(read[0], runs[case.id]), *read[1:])
-    return tuple(effect for state in LINE_OF for effect in _effects(listed, found, state))
+            side = read_run(case, runs[case.id], bearing)
+            found[case.purpose, case.state] = _by_run(quantities(side.analysis, case.state), side)
+            shapes[case.purpose, case.state] = shape_of(side.analysis, LINE_OF[case.state])
+    return Sensitivity(
+        effects=tuple(effect for state in LINE_OF for effect in _effects(listed, found, state)),
+        shapes=tuple(effect for state in LINE_OF for effect in _shape_effects(listed, shapes, state)),
+    )
 
 
-def _by_cage(line: Quantity, run: Run) -> Quantity:
-    """The line's order from the run's mean cage speed: a change in it is not lost in the reading's noise."""
-    hz = run.bpfo_hz if line.name == "BPFO" else run.bpfi_hz
-    return dataclasses.replace(line, value=2 * math.pi * hz / run.scene.shaft_speed_rad_s, ci95=0.0)
+def _by_run(read: tuple[Quantity, ...], side: ModelSide) -> tuple[Quantity, ...]:
+    """The line's order from the run's own speeds: a change in it is not lost in the reading's noise."""
+    line = dataclasses.replace(read[0], value=side.line_order, ci95=0.0) if read and side.line_order else None
+    return read if line is None else (line, *read[1:])
+
+
+def _shape_effects(
+    listed: Sequence[Term], shapes: Mapping[tuple[str, State], NDArray[np.float64] | None], state: State
+) -> Iterator[ShapeEffect]:
+    """One of each term; repeats of an ensemble share its name, and the largest counts."""
+    base = shapes[BASE, state]
+    for term in listed:
+        varied = shapes[term.name, state]
+        if base is not None and varied is not None:
+            yield ShapeEffect(
+                term=term.ensemble or term.name,
+                kind=term.kind,
+                source=term.source,
+                defect=state.value,
+                base=base.round(3).tolist(),
+                varied=varied.round(3).tolist(),
+            )
 
 
 def _cases(listed: Sequence[Term], files: Mapping[str, str], seconds: float) -> Iterator[Case]:
@@ -98,7 +130,7 @@ def _cases(listed: Sequence[Term], files: Mapping[str, str], seconds: float) -> 
             defect = {"kind": DEFECT_OF[state], **term.changes.get("defect", {})}
             changes = {**term.changes, "defect": defect, "bearing": files.get(term.name, DEFAULT_BEARING)}
             shaft = 2 * math.pi * speeds[state] / 60 * term.relative_speed
-            scene = paper_scene(duration_s=seconds, shaft_speed_rad_s=shaft, **changes)
+            scene = paper_scene(duration_s=seconds, shaft_speed_rad_s=shaft, detail_rate_hz=DETAIL_HZ[state], **changes)
             yield Case(id=f"{state}-{term.name}", purpose=term.name, state=state, scene=scene)
 
 
@@ -159,6 +191,9 @@ def _value(found: Sequence[Quantity], name: str) -> float | None:
     return next((q.value for q in found if q.name == name), None)
 
 
-def effects_of(rows: Sequence[Mapping[str, Any]]) -> tuple[Effect, ...]:
-    """Effects from plain values, as stored."""
-    return tuple(Effect(**row) for row in rows)
+def sensitivity_of(stored: Mapping[str, Any]) -> Sensitivity:
+    """From plain values, as stored."""
+    return Sensitivity(
+        effects=tuple(Effect(**row) for row in stored["effects"]),
+        shapes=tuple(ShapeEffect(**row) for row in stored.get("shapes", ())),
+    )

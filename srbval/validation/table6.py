@@ -14,7 +14,6 @@ from srbval.validation.lines import Line
 from srbval.validation.published import Table6
 from srbval.validation.sensitivity import Effect
 from srbval.validation.sum_rule import SumRule, sum_rule
-from srbval.validation.variation import Variation
 
 LINE_OF = {State.OUTER: "BPFO", State.INNER: "BPFI"}
 
@@ -48,12 +47,11 @@ def measured_rows(
     rig: Mapping[State, Analysis],
     beside: Mapping[State, Analysis],
     runs: Mapping[State, Run],
-    variations: Sequence[Variation],
-    effects: Sequence[Effect] = (),
+    effects: Sequence[Effect],
 ) -> Iterator[Comparison]:
     """Our model at each recording's measured speed beside that recording; states without a found line are left out.
 
-    Numerics and inputs come from the stored `effects` of all terms, else from the report's own few `variations`.
+    `effects` tell what numerics and inputs do.
     """
     for state, line in LINE_OF.items():
         if state not in rig or not found_line(rig[state], line).detected:
@@ -76,7 +74,7 @@ def measured_rows(
                 "model reading": 100 * _ci95(model) / _found(model),
                 "rig reading": 100 * _ci95(read) / _found(read),
                 "rig speed": 100 * speed.ci95_hz / speed.value_hz,
-                **(_effect_parts(line, effects) or _variation_parts(line, variations)),
+                **_effect_parts(line, effects),
             },
         )
 
@@ -144,15 +142,6 @@ def _order_ci95(analysis: Analysis, line: Line) -> float:
 
 def _effect_parts(line: str, effects: Sequence[Effect]) -> dict[str, float]:
     return {f"{e.kind}: {e.term}": e.bound_pct for e in effects if e.quantity == line}
-
-
-def _variation_parts(line: str, variations: Sequence[Variation]) -> dict[str, float]:
-    """What the numerics and the open inputs do to a line: the change each variation makes, taken as its 95 % bound."""
-    return {
-        v.purpose: abs(v.bpfo_change_pct if line == "BPFO" else v.bpfi_change_pct)
-        for v in variations
-        if v.state == State.OUTER.value
-    }
 
 
 def _found(line: Line) -> float:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from srbval.models.run import Run
+from srbval.recordings import State
 from srbval.validation.cases import Case
 from srbval.validation.comparison import deviation_pct
+from srbval.validation.sensitivity import Effect, Sensitivity
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,4 +42,29 @@ def variation(case: Case, run: Run, base: Run) -> Variation:
         bpfo_change_pct=deviation_pct(run.bpfo_hz, base.bpfo_hz),
         bpfi_change_pct=deviation_pct(run.bpfi_hz, base.bpfi_hz),
         roller_load_share=run.roller_load_share,
+    )
+
+
+def as_sensitivity(variations: Iterable[Variation], base: Run) -> Sensitivity:
+    """What the variations of the outer-race run tell of both race lines, where no study of all terms is stored."""
+    shaft_hz = base.scene.shaft_hz
+    return Sensitivity(
+        effects=tuple(
+            Effect(
+                term=v.purpose.partition(": ")[2] or v.purpose,
+                kind=v.purpose.partition(": ")[0],
+                source="the report's own runs",
+                defect=defect.value,
+                quantity=line,
+                unit="order",
+                base=base_hz / shaft_hz,
+                bound=abs(pct) / 100 * base_hz / shaft_hz,
+            )
+            for v in variations
+            if v.state == State.OUTER.value
+            for defect, line, base_hz, pct in (
+                (State.OUTER, "BPFO", base.bpfo_hz, v.bpfo_change_pct),
+                (State.INNER, "BPFI", base.bpfi_hz, v.bpfi_change_pct),
+            )
+        )
     )

@@ -8,10 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from srbval.recordings import State
 from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Callout, Figure, FigureGrid, Listing, Paragraph
-from srbval.report.content.names import FETCH_COMMAND
+from srbval.report.content.names import FETCH_COMMAND, STATE_CODE
 from srbval.report.content.quantity_blocks import bias_blocks
 from srbval.report.figures.matrix import HeatMap, heat_map
 from srbval.report.inline import literal
@@ -23,7 +22,6 @@ from srbval.validation.evidence import Evidence
 from srbval.validation.fault_call import Basis
 from srbval.validation.matrix import Cell, Matrix
 
-CODE = {State.HEALTHY: "H", State.OUTER: "OR", State.INNER: "IR", State.ROLLER: "B"}
 DEVIATION_LIMIT_PCT = 0.5
 SNR_LIMITS = (0.0, 3.0)  # powers of ten
 VERDICT_LEVEL = {
@@ -38,7 +36,7 @@ def matrix_section(evidence: Evidence, folder: Path) -> Section:
     matrix = evidence.matrix
     blocks: list[Block] = [_intro(matrix)]
     if matrix.cells:
-        blocks += [_maps(matrix, folder), _table(matrix), _reading(), *bias_blocks(evidence, folder)]
+        blocks += [_maps(matrix, folder), _table(matrix), _reading(), *bias_blocks(matrix.cells, folder)]
     else:
         text = f"No record of the rig is registered: all {matrix.size} cells are empty. `{FETCH_COMMAND}` fills some."
         blocks.append(Callout(tone=Tone.WARNING, title="Empty", text=text))
@@ -64,7 +62,7 @@ def _maps(matrix: Matrix, folder: Path) -> FigureGrid:
         ("detectability", "Detectability: the first harmonic's power over the local noise (n.d.: below detection)",
          "Line over noise, powers of ten", SNR_LIMITS, "Blues",
          lambda c: math.log10(max(c.snr or 0.0, 1.0)), lambda c: f"{c.snr or 0:.0f}" if c.detected else "n.d."),
-        ("verdict", "Model minus rig, %: green agrees within the uncertainty, pink is resolved (dot: no model line)",
+        ("verdict", "Model minus rig, %: green agrees within U, pink is resolved (dot: baseline or no model line)",
          "", (-1.6, 1.6), "PiYG",
          lambda c: VERDICT_LEVEL.get(c.verdict), _verdict_text),
     )  # fmt: skip
@@ -103,12 +101,13 @@ def _map(
             limits=limits,
             colours=colours,
         ),
-        rows=[f"{CODE[state]}  {radial:g}/{axial:g}" for state, radial, axial in rows],
+        rows=[f"{STATE_CODE[state]}  {radial:g}/{axial:g}" for state, radial, axial in rows],
         columns=[f"{rpm:g}" for rpm in grid.nominal_rpm],
         groups=len(loads),
     )
     said = "; ".join(
-        f"{CODE[c.state]} {c.radial_kn:g}/{c.axial_kn:g} kN {c.nominal_rpm:g} rpm: {text(c)}" for c in matrix.cells
+        f"{STATE_CODE[c.state]} {c.radial_kn:g}/{c.axial_kn:g} kN {c.nominal_rpm:g} rpm: {text(c)}"
+        for c in matrix.cells
     )
     return Figure(id=f"matrix-{kind}", caption=caption, file=files.picture, data=files.data, badge=Badge.MEASURED,
                   alt=f"Map of {matrix.size} operating points, {len(matrix.cells)} filled. {said}.")  # fmt: skip
@@ -142,13 +141,15 @@ def _table(matrix: Matrix) -> Table:
 
 def _remarks(matrix: Matrix) -> tuple[str, ...]:
     return tuple(
-        f"{CODE[c.state]} {c.nominal_rpm:g} rpm, no model line: {literal(c.remark)}" for c in matrix.cells if c.remark
+        f"{STATE_CODE[c.state]} {c.nominal_rpm:g} rpm, no model line: {literal(c.remark)}"
+        for c in matrix.cells
+        if c.remark
     )
 
 
 def _row(c: Cell) -> list[TableCell | Value]:
     return [
-        f"{CODE[c.state]}, {c.radial_kn:g}/{c.axial_kn:g}, {c.nominal_rpm:g}",
+        _name(c),
         TableCell(value=c.shaft_rpm, ci95=c.speed_ci95_rpm, note=c.speed_source),
         c.line,
         TableCell(value=c.rig_hz, ci95=c.rig_ci95_hz, badge=Badge.MEASURED) if c.detected else None,
@@ -160,6 +161,10 @@ def _row(c: Cell) -> list[TableCell | Value]:
     ]
 
 
+def _name(c: Cell) -> str:
+    return f"{STATE_CODE[c.state]}, {c.radial_kn:g}/{c.axial_kn:g}, {c.nominal_rpm:g}"
+
+
 def _call(c: Cell) -> str:
     if c.call.basis is Basis.DECLARED_HEALTHY:
         return "none: baseline"
@@ -168,13 +173,14 @@ def _call(c: Cell) -> str:
     if c.call.called is None:
         return "none: no line has risen"
     low, high = c.call.ratio_ci95 or (math.nan, math.nan)
-    return f"{CODE[c.call.called]}: {c.call.line} {c.call.ratio:.3g} times the healthy (95 %: {low:.3g} to {high:.3g})"
+    state = STATE_CODE[c.call.called]
+    return f"{state}: {c.call.line} {c.call.ratio:.3g} times the healthy (95 %: {low:.3g} to {high:.3g})"
 
 
 def _reading() -> Paragraph:
     return Paragraph(
         "**Healthy is a baseline, not silence**: rollers passing under load give the healthy bearing a BPFO line of "
         "its own. A fault is called only where a line stands twice as high as in the healthy record of the same speed "
-        "and load, its 95 % interval clear of one; without such a record a line alone cannot tell. The model's rolling "
-        "elements are not read, so rows of state B hold no model line."
+        "and load, its 95 % interval clear of one; without such a record a line alone cannot tell. A roller's line is "
+        "looked for in the model about the roller's own turning, which its three contact circles decide."
     )

@@ -11,10 +11,12 @@ from srbval.report.blocks import Block, Figure, FigureGrid, Paragraph
 from srbval.report.content.names import STATE_CODE
 from srbval.report.figures.agreement import agreement_plot
 from srbval.report.table import Cell, Column, Table
-from srbval.validation.bias import FREQUENCY, Pair, biases, pairs
+from srbval.validation.bias import LEVELS, Pair, biases, pairs
 from srbval.validation.comparison import ComparisonVerdict
-from srbval.validation.evidence import Evidence
-from srbval.validation.quantity_comparison import QuantityComparison
+from srbval.validation.matrix import Cell as MatrixCell
+from srbval.validation.model_side import TURNS
+from srbval.validation.quantity_comparison import Kind, QuantityComparison
+from srbval.validation.sensitivity import NOMINAL_RPM
 
 TONE = {
     ComparisonVerdict.RESOLVED: Tone.WARNING,
@@ -71,10 +73,71 @@ def _remark() -> Paragraph:
     )
 
 
-def bias_blocks(evidence: Evidence, folder: Path) -> tuple[Block, ...]:
-    """Bias and scatter over every comparison, and predicted against measured; nothing without comparisons."""
-    found = pairs(evidence.comparisons, evidence.matrix.cells)
-    return (_bias_table(found), _agreement(found, folder)) if found else ()
+def bias_blocks(cells: Sequence[MatrixCell], folder: Path) -> tuple[Block, ...]:
+    """Every fault cell's quantities, bias and scatter over them, predicted against measured; nothing without any."""
+    found = pairs(cells)
+    return (_cells_table(cells), _carried(), _bias_table(found), _agreement(found, folder)) if found else ()
+
+
+def _cells_table(cells: Sequence[MatrixCell]) -> Table:
+    compared = [cell for cell in cells if cell.comparisons]
+    return Table(
+        id="matrix-quantities",
+        label="Every quantity of every fault",
+        caption="Model minus rig, one row a record of a fault whose line shows; brackets: U; bold: resolved. "
+        "Harmonics: levels over the first, mean of those both sides show. Shape: angle between the model's and the rig's "
+        "log spectra, less that between the record's own halves (0: as like as the record to itself).",
+        columns=(
+            Column(title="State, loads kN, motor rpm"),
+            Column(title="Line"),
+            Column(title="Frequency, %"),
+            Column(title="Harmonics, dB"),
+            Column(title="Sidebands, model / rig"),
+            Column(title="Sideband level, dB"),
+            Column(title="Spectrum shape, degrees"),
+        ),
+        rows=[
+            [
+                f"{STATE_CODE[c.state]}, {c.radial_kn:g}/{c.axial_kn:g}, {c.nominal_rpm:g}",
+                c.line,
+                *(_told(c, kind) for kind in (Kind.FREQUENCY, Kind.PATTERN, Kind.PRESENCE, Kind.SIDEBANDS, Kind.SHAPE)),
+            ]
+            for c in compared
+        ],
+        notes=("Amplitude: not validated, as in the paper.",),
+    )
+
+
+def _told(cell: MatrixCell, kind: Kind) -> str:
+    rows = [row for row in cell.comparisons if row.kind is kind]
+    if kind is Kind.PRESENCE:
+        return "; ".join(f"{_yes(row.model)} / {_yes(row.rig)}, {row.verdict.value}" for row in rows) or "none expected"
+    shown = [row for row in rows if row.model_present and row.rig_present]
+    if not shown:
+        return "not on both sides" if rows else ""
+    if len(shown) == 1:
+        return _error(shown[0])
+    mean = sum(row.error for row in shown) / len(shown)
+    resolved = sum(row.verdict is ComparisonVerdict.RESOLVED for row in shown)
+    return f"{mean:+.2g} ({resolved} of {len(shown)} resolved)"
+
+
+def _yes(value: float) -> str:
+    return "yes" if value else "no"
+
+
+def _error(row: QuantityComparison) -> str:
+    marks = "**" if row.verdict is ComparisonVerdict.RESOLVED else ""
+    uncertainty = "?" if row.uncertainty is None else f"{row.uncertainty:.2g}"
+    return f"{marks}{row.error:+.2g}{marks} [{uncertainty}]"
+
+
+def _carried() -> Paragraph:
+    return Paragraph(
+        f"**What U takes over**: numerics and inputs were varied at {NOMINAL_RPM:g} rpm and 124.8 kN only "
+        "(`srbval bench --sensitivity`); their effects are carried over to every other point, the data's own share "
+        f"is each record's. The model runs {TURNS:g} turns of the shaft beside each record."
+    )
 
 
 def _bias_table(found: Sequence[Pair]) -> Table:
@@ -91,15 +154,21 @@ def _bias_table(found: Sequence[Pair]) -> Table:
             Column(title="Scatter, net", format=".3g"),
             Column(title="Scatter of the data", format=".3g"),
         ),
-        rows=[[row.kind, row.pairs, row.unit, row.bias, row.scatter, row.data_scatter] for row in biases(found)],
-        notes=("Amplitude: not validated, as in the paper.",),
+        rows=[[row.kind.value, row.pairs, row.unit, row.bias, row.scatter, row.data_scatter] for row in biases(found)],
+        notes=(
+            "Amplitude: not validated, as in the paper. Sideband presence: 1 where sidebands show, so a bias of -1 "
+            "means that the model never shows what the rig shows. Spectrum shape: the model's angle with a record less "
+            "that of the record's halves with each other; what noise does to any model is in both.",
+        ),
     )
 
 
 def _agreement(found: Sequence[Pair], folder: Path) -> FigureGrid:
     groups = {
-        "order": ("orders of the shaft", [p for p in found if p.kind == FREQUENCY]),
-        "level": ("level over the first harmonic, dB", [p for p in found if p.kind != FREQUENCY]),
+        "order": ("orders of the shaft", [p for p in found if p.kind is Kind.FREQUENCY]),
+        "level": ("level over the first harmonic, dB", [p for p in found if p.kind in LEVELS]),
+        "sidebands": ("sidebands shown (1: yes)", [p for p in found if p.kind is Kind.PRESENCE]),
+        "shape": ("angle with the rig's spectrum, degrees", [p for p in found if p.kind is Kind.SHAPE]),
     }
     figures = []
     for name, (label, own) in groups.items():

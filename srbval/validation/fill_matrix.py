@@ -1,0 +1,164 @@
+"""Fill the validation matrix: every record through the one chain, the model beside it, every quantity compared."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable, Collection, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+from srbval.bearing import Bearing
+from srbval.errors import SrbvalError
+from srbval.recordings import State
+from srbval.recordings.registry import RegisteredRecording, load_entry
+from srbval.validation import quantities
+from srbval.validation.analyse import Analysis, analyse
+from srbval.validation.comparison import ComparisonVerdict
+from srbval.validation.fault_call import call_fault
+from srbval.validation.matrix import BASELINE, NOT_DETECTED, Cell, Matrix, Point, Sides, rig_grid
+from srbval.validation.model_side import ModelSide
+from srbval.validation.quantity_comparison import Kind, QuantityComparison, compare
+from srbval.validation.sensitivity import Sensitivity
+
+# The line a cell is about; the healthy bearing's is its baseline, not a fault.
+LINE_OF = {State.HEALTHY: "BPFO", **quantities.LINE_OF}
+
+Beside = Callable[[Analysis], ModelSide | str]
+
+
+def build_matrix(
+    registered: Sequence[RegisteredRecording],
+    *,
+    bearing: Bearing,
+    beside: Beside,
+    known: Sensitivity,
+    keep: Collection[Point] = (),
+    jobs: int | None = None,
+) -> Matrix:
+    """Analyse one record an operating point (the longest) and hold the model beside it, `jobs` at a time.
+
+    `beside` gives the model's side at a fault's own speed and load, or why there is none; `known` what numerics and
+    open inputs do. A healthy bearing's line is its baseline, not a fault that the model has: nothing is run for it. A
+    record that cannot be analysed is listed with its reason and fills no cell. The sides of the points in `keep` are
+    kept, healthy ones' too.
+    """
+    chosen: dict[Point, RegisteredRecording] = {}
+    for entry in registered:
+        point = point_of(entry)
+        if point is not None and (entry.seconds or 0) > (chosen[point].seconds or 0 if point in chosen else 0):
+            chosen[point] = entry
+    # Slow shafts first: theirs are the longest runs. Records of one point follow each other.
+    ordered = sorted(chosen.items(), key=lambda item: (item[0][3], item[0][1:3], item[0][0]))
+    baselines = {point[1:]: _Baseline(chosen, point[1:], bearing) for point in chosen}
+
+    def one(item: tuple[Point, RegisteredRecording]) -> tuple[Point, Cell | str, Sides | None]:
+        point, entry = item
+        baseline = baselines[point[1:]]
+        try:
+            rig = baseline.healthy() if point[0] is State.HEALTHY else analyse(load_entry(entry), bearing=bearing)
+            assert rig is not None, "the point's healthy record is this one"
+            kept = point in keep
+            model = beside(rig) if kept or point[0] in quantities.LINE_OF else None
+            cell = _cell(point, rig, _without_error(baseline.healthy), model, known)
+        except SrbvalError as error:
+            return point, str(error), None
+        finally:
+            baseline.done()
+        return point, cell, Sides(rig=rig, model=model) if kept and model is not None else None
+
+    with ThreadPoolExecutor(max_workers=jobs or os.cpu_count() or 1) as pool:
+        results = sorted(pool.map(one, ordered), key=lambda result: result[0])
+    return Matrix(
+        grid=rig_grid(),
+        cells=tuple(cell for _, cell, _ in results if isinstance(cell, Cell)),
+        unusable=tuple((chosen[point].file, why) for point, why, _ in results if isinstance(why, str)),
+        kept={point: sides for point, _, sides in results if sides is not None},
+    )
+
+
+class _Baseline:
+    """The healthy record of one operating point: analysed once, let go when the last record of the point is done."""
+
+    def __init__(
+        self, chosen: Mapping[Point, RegisteredRecording], place: tuple[float, float, float], bearing: Bearing
+    ) -> None:
+        self._entry, self._bearing = chosen.get((State.HEALTHY, *place)), bearing
+        self._waiting = sum(point[1:] == place for point in chosen)
+        self._lock = threading.Lock()
+        self._analysis: Analysis | None = None
+
+    def healthy(self) -> Analysis | None:
+        """Its analysis, None where no healthy record is registered; raises what `analyse` raises."""
+        with self._lock:
+            if self._analysis is None and self._entry is not None:
+                self._analysis = analyse(load_entry(self._entry), bearing=self._bearing)
+            return self._analysis
+
+    def done(self) -> None:
+        """One record less that may ask for it."""
+        with self._lock:
+            self._waiting -= 1
+            if not self._waiting:
+                self._analysis = None
+
+
+def _without_error(healthy: Callable[[], Analysis | None]) -> Analysis | None:
+    """A healthy record that cannot be used is no baseline; it is listed on its own account."""
+    try:
+        return healthy()
+    except SrbvalError:
+        return None
+
+
+def point_of(entry: RegisteredRecording) -> Point | None:
+    """The operating point of a record, None where one of state, load and speed is not known."""
+    if entry.state is None or entry.radial_kn is None or entry.nominal_rpm is None:
+        return None
+    return entry.state, entry.radial_kn, entry.axial_kn or 0.0, entry.nominal_rpm
+
+
+def _cell(
+    point: Point, analysis: Analysis, healthy: Analysis | None, model: ModelSide | str | None, known: Sensitivity
+) -> Cell:
+    state, radial_kn, axial_kn, nominal_rpm = point
+    line = analysis.line(LINE_OF[state])
+    rows: tuple[QuantityComparison, ...] = ()
+    if line.detected and isinstance(model, ModelSide):
+        rows = compare(state, analysis, model.analysis, known, model_order=model.line_order)
+    frequency = next((row for row in rows if row.kind is Kind.FREQUENCY), None)
+    shaft_hz = analysis.speed.value_hz
+    model_hz = shaft_hz * model.line_order if isinstance(model, ModelSide) and model.line_order else None
+    return Cell(
+        state=state,
+        radial_kn=radial_kn,
+        axial_kn=axial_kn,
+        nominal_rpm=nominal_rpm,
+        file=analysis.recording.file or analysis.recording.name,
+        shaft_rpm=60 * analysis.speed.value_hz,
+        speed_ci95_rpm=60 * analysis.speed.ci95_hz,
+        speed_source=analysis.speed.source.value,
+        line=line.name,
+        kinematic_hz=line.kinematic_hz,
+        rig_hz=line.found_hz,
+        rig_ci95_hz=line.ci95_hz,
+        snr=line.snr,
+        depth=line.depth,
+        detected=line.detected,
+        deviation_pct=line.deviation_pct if line.detected else None,
+        deviation_ci95_pct=line.deviation_ci95_pct if line.detected else None,
+        model_hz=model_hz,
+        error_pct=None if frequency is None else frequency.error,
+        uncertainty_pct=None if frequency is None else frequency.uncertainty,
+        verdict=_verdict(line.detected, state, frequency),
+        call=call_fault(analysis, None if state is State.HEALTHY else healthy),
+        comparisons=rows,
+        remark=model if isinstance(model, str) else "",
+    )
+
+
+def _verdict(detected: bool, state: State, frequency: QuantityComparison | None) -> str:
+    if not detected:
+        return NOT_DETECTED
+    if state is State.HEALTHY:
+        return BASELINE
+    return (ComparisonVerdict.INSUFFICIENT if frequency is None else frequency.verdict).value
