@@ -85,7 +85,7 @@ def _cells_table(cells: Sequence[MatrixCell]) -> Table:
         id="matrix-quantities",
         label="Every quantity of every fault",
         caption="Model minus rig, one row a record of a fault whose line shows; brackets: U; bold: resolved. "
-        "Harmonics: levels over the first, mean of those both sides show. Shape: angle between the model's and the rig's "
+        "Harmonics: levels over the first, mean of those both sides show. Shape: angle between the model's and rig's "
         "log spectra, less that between the record's own halves (0: as like as the record to itself).",
         columns=(
             Column(title="State, loads kN, motor rpm"),
