@@ -13,8 +13,8 @@ from srbval.report.pdf import require_typst
 from srbval.report.progress import Progress
 from srbval.report.simulation_progress import SimulationProgress
 from srbval.report.write import FORMATS, write_report
+from srbval.validation.effects import Sensitivity, sensitivity_of
 from srbval.validation.evidence import Evidence, gather
-from srbval.validation.sensitivity import Sensitivity, sensitivity_of
 
 
 @dataclass(frozen=True, kw_only=True)

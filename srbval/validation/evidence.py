@@ -16,6 +16,7 @@ from srbval.recordings.stand_in import write_stand_in
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.cases import PAPER_STATES, Case, paper_cases, variation_cases
 from srbval.validation.comparison import Comparison
+from srbval.validation.effects import NOTHING_KNOWN, Sensitivity
 from srbval.validation.fill_matrix import build_matrix, point_of
 from srbval.validation.matrix import Matrix
 from srbval.validation.model_side import ModelSide, model_beside
@@ -23,7 +24,6 @@ from srbval.validation.other_rigs import OtherRecord, read_other_rigs
 from srbval.validation.published import Table6, table6
 from srbval.validation.quantity_comparison import QuantityComparison
 from srbval.validation.run_cases import Progress, run_cases
-from srbval.validation.sensitivity import NOTHING_KNOWN, Sensitivity
 from srbval.validation.speed_and_slip import SpeedAndSlip, matrix_rows, table6_rows
 from srbval.validation.sum_rule import SumRule
 from srbval.validation.table6 import measured_rows, published_rows, sum_rules

@@ -14,11 +14,11 @@ from srbval.recordings.registry import RegisteredRecording, load_entry
 from srbval.validation import quantities
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.comparison import ComparisonVerdict
+from srbval.validation.effects import Sensitivity
 from srbval.validation.fault_call import call_fault
 from srbval.validation.matrix import BASELINE, NOT_DETECTED, Cell, Matrix, Point, Sides, rig_grid
 from srbval.validation.model_side import ModelSide
 from srbval.validation.quantity_comparison import Kind, QuantityComparison, compare
-from srbval.validation.sensitivity import Sensitivity
 
 # The line a cell is about; the healthy bearing's is its baseline, not a fault.
 LINE_OF = {State.HEALTHY: "BPFO", **quantities.LINE_OF}

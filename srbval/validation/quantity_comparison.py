@@ -17,9 +17,8 @@ from srbval.recordings import State
 from srbval.validation import spectrum_shape
 from srbval.validation.analyse import Analysis
 from srbval.validation.comparison import ComparisonVerdict
+from srbval.validation.effects import Effect, Sensitivity, ShapeEffect, shape_of
 from srbval.validation.quantities import LINE_OF, Quantity, quantities
-from srbval.validation.sensitivity import Effect, Sensitivity
-from srbval.validation.shape_effect import ShapeEffect, shape_of
 
 DATA_PARTS = ("rig reading", "rig speed")
 MODEL_READING = "model reading"

@@ -20,10 +20,10 @@ from srbval.config.strict import read_toml
 from srbval.recordings import State
 from srbval.scene import paper_scene
 from srbval.validation.cases import DEFECT_OF, Case
+from srbval.validation.effects import Effect, Sensitivity, ShapeEffect, shape_of
 from srbval.validation.model_side import DETAIL_HZ, ModelSide, read_run
 from srbval.validation.quantities import LINE_OF, Quantity, quantities
 from srbval.validation.run_cases import Progress, run_cases
-from srbval.validation.shape_effect import ShapeEffect, shape_of
 from srbval.validation.speed_and_slip import published_speeds
 
 BASE = "base"
@@ -42,36 +42,6 @@ class Term:
     changes: dict[str, Any] = field(default_factory=dict)
     geometry: dict[str, Any] = field(default_factory=dict)
     relative_speed: float = 1.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class Effect:
-    """What one term (or ensemble of terms) does to one quantity of one defect: a 95 % bound, in `unit`."""
-
-    term: str
-    kind: str
-    source: str
-    defect: str
-    quantity: str
-    unit: str
-    base: float
-    bound: float
-
-    @property
-    def bound_pct(self) -> float:
-        """The bound relative to the base, for quantities that have a size [%]."""
-        return 100 * self.bound / abs(self.base)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Sensitivity:
-    """All that is known of numerics and inputs: effects on numbers and on the spectrum's shape."""
-
-    effects: tuple[Effect, ...] = ()
-    shapes: tuple[ShapeEffect, ...] = ()
-
-
-NOTHING_KNOWN = Sensitivity()
 
 
 def terms() -> tuple[Term, ...]:
@@ -189,11 +159,3 @@ def _interval(values: Sequence[float]) -> float:
 
 def _value(found: Sequence[Quantity], name: str) -> float | None:
     return next((q.value for q in found if q.name == name), None)
-
-
-def sensitivity_of(stored: Mapping[str, Any]) -> Sensitivity:
-    """From plain values, as stored."""
-    return Sensitivity(
-        effects=tuple(Effect(**row) for row in stored["effects"]),
-        shapes=tuple(ShapeEffect(**row) for row in stored.get("shapes", ())),
-    )

@@ -10,9 +10,9 @@ from srbval.models.run import Run
 from srbval.recordings import State
 from srbval.validation.analyse import Analysis
 from srbval.validation.comparison import Comparison, RigSource
+from srbval.validation.effects import Effect
 from srbval.validation.lines import Line
 from srbval.validation.published import Table6
-from srbval.validation.sensitivity import Effect
 from srbval.validation.sum_rule import SumRule, sum_rule
 
 LINE_OF = {State.OUTER: "BPFO", State.INNER: "BPFI"}

@@ -9,7 +9,7 @@ from srbval.models.run import Run
 from srbval.recordings import State
 from srbval.validation.cases import Case
 from srbval.validation.comparison import deviation_pct
-from srbval.validation.sensitivity import Effect, Sensitivity
+from srbval.validation.effects import Effect, Sensitivity
 
 
 @dataclass(frozen=True, kw_only=True)

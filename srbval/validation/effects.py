@@ -1,0 +1,74 @@
+"""What is known of numerics and inputs: what each term does to a quantity, and to the spectrum's shape."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.validation.analyse import Analysis
+from srbval.validation.spectrum_shape import angle_between, halves
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effect:
+    """What one term (or ensemble of terms) does to one quantity of one defect: a 95 % bound, in `unit`."""
+
+    term: str
+    kind: str
+    source: str
+    defect: str
+    quantity: str
+    unit: str
+    base: float
+    bound: float
+
+    @property
+    def bound_pct(self) -> float:
+        """The bound relative to the base, for quantities that have a size [%]."""
+        return 100 * self.bound / abs(self.base)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShapeEffect:
+    """A term's run and the base run as spectra of one defect (see `spectrum_shape.halves`), [2, bins] each."""
+
+    term: str
+    kind: str
+    source: str
+    defect: str
+    base: Sequence[Sequence[float]]
+    varied: Sequence[Sequence[float]]
+
+    def bound_beside(self, rig: NDArray[np.float64]) -> float:
+        """What the term does to the model's angle with a record's halves, [2, bins] [degrees]."""
+        angles = [angle_between(rig, np.asarray(x)).degrees for x in (self.base, self.varied)]
+        return abs(angles[1] - angles[0])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensitivity:
+    """All that is known of numerics and inputs: effects on numbers and on the spectrum's shape."""
+
+    effects: tuple[Effect, ...] = ()
+    shapes: tuple[ShapeEffect, ...] = ()
+
+
+NOTHING_KNOWN = Sensitivity()
+
+
+def shape_of(analysis: Analysis, line: str) -> NDArray[np.float64] | None:
+    """The halves of a record about a line of it, None where the line or the bins are out of reach."""
+    found = analysis.line(line).found_hz
+    return None if found is None else halves(analysis, found)
+
+
+def sensitivity_of(stored: Mapping[str, Any]) -> Sensitivity:
+    """From plain values, as stored."""
+    return Sensitivity(
+        effects=tuple(Effect(**row) for row in stored["effects"]),
+        shapes=tuple(ShapeEffect(**row) for row in stored.get("shapes", ())),
+    )
