@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import dataclasses
+import math
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -12,35 +13,61 @@ import pytest
 from scipy.io import savemat
 
 from srbval.bearing import load_bearing
-from srbval.recordings import State
+from srbval.recordings import Origin, State
 from srbval.recordings.registry import add, rig_recordings
 from srbval.recordings.stand_in import vibration
 from srbval.report.blocks import Paragraph
 from srbval.report.content.matrix_section import matrix_section
 from srbval.report.content.other_rigs_section import other_rigs_section
-from srbval.validation.analyse import Analysis
+from srbval.validation.analyse import Analysis, analyse
+from srbval.validation.bias import biases, pairs
+from srbval.validation.effects import NOTHING_KNOWN, Effect, Sensitivity
 from srbval.validation.fault_call import Basis
-from srbval.validation.matrix import NOT_DETECTED, Matrix, build_matrix
+from srbval.validation.fill_matrix import build_matrix
+from srbval.validation.matrix import BASELINE, NOT_DETECTED, Matrix
+from srbval.validation.model_side import ModelSide
 from srbval.validation.other_rigs import read_other_rigs
+from srbval.validation.quantity_comparison import Kind
 from tests.recordings import files
 
 BEARING = load_bearing("skf-22240")
 FS_HZ, SECONDS, RPM = 20480.0, 2.0, 858.0
-CAGE = 0.4305
+CAGE = 0.432
 CODES = {"H": State.HEALTHY, "OR": State.OUTER, "IR": State.INNER}
 
 
-def rig_file(folder: Path, code: str, rpm: float = 877) -> None:
+def rig_file(folder: Path, code: str, rpm: float = 877, shaft_rpm: float = RPM) -> None:
     """A file in the excerpts' layout, its signal made by the impulse model for this test."""
     count = int(FS_HZ * SECONDS)
-    turns = np.arange(count) * RPM / 60 / FS_HZ
+    turns = np.arange(count) * shaft_rpm / 60 / FS_HZ
     signal = vibration(CODES[code], BEARING.orders, turns, np.random.default_rng(len(code)))
     changes = {"acc_m_s2": signal, "time_acc": np.arange(count) / FS_HZ, "condition": code, "rpm_nominal": rpm}
+    changes["rpm"] = np.full(count, shaft_rpm)
     files.excerpt(folder / f"{code}_{rpm:g}rpm_made.mat", **changes)
 
 
-def with_cage(analyses: Sequence[Analysis]) -> list[Any]:
-    return [SimpleNamespace(cage_ratio=CAGE) for _ in analyses]
+def another_impulse_model(rig: Analysis) -> ModelSide:
+    """A stand-in for the model's run: the impulse model once more, other noise, the cage a little too fast."""
+    recording = rig.recording
+    state = recording.state or State.HEALTHY
+    turns = np.arange(int(FS_HZ * SECONDS)) * rig.speed.value_hz / FS_HZ
+    orders = dataclasses.replace(BEARING.orders, bpfo=19 * CAGE, bpfi=19 * (1 - CAGE))
+    made = dataclasses.replace(
+        recording, origin=Origin.SIMULATED, band_hz=recording.band_hz,
+        channels={"x": vibration(state, orders, turns, np.random.default_rng(99))}, channel="x",
+    )  # fmt: skip
+    order = {State.OUTER: 19 * CAGE, State.INNER: 19 * (1 - CAGE)}.get(state)
+    analysis = analyse(made, bearing=BEARING, speed=rig.speed)
+    return ModelSide(case=None, run=None, analysis=analysis, line_order=order)  # type: ignore[arg-type]
+
+
+KNOWN = Sensitivity(
+    effects=tuple(
+        Effect(term="a term", kind="input", source="s", defect=d, quantity=q, unit=u, base=8.0, bound=0.008)
+        for d, line in (("outer", "BPFO"), ("inner", "BPFI"))
+        for q, u in ((line, "order"), (f"2x{line}", "dB"), (f"{line} sidebands", "dB"))
+    )
+)
 
 
 @pytest.fixture(scope="module")
@@ -52,10 +79,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def made(folder: Path, runs: Any = with_cage) -> Matrix:
+def made(folder: Path, beside: Any = another_impulse_model, **options: Any) -> Matrix:
     add(folder)
-    uncertainty = {"BPFO": 0.1, "BPFI": 0.1}
-    return build_matrix(rig_recordings(), bearing=BEARING, model_runs=runs, model_uncertainty_pct=uncertainty)
+    return build_matrix(rig_recordings(), bearing=BEARING, beside=beside, known=KNOWN, jobs=1, **options)
 
 
 def test_cells_hold_what_was_measured_and_the_rest_is_empty(folder: Path) -> None:
@@ -70,8 +96,56 @@ def test_cells_hold_what_was_measured_and_the_rest_is_empty(folder: Path) -> Non
     assert outer.model_hz == pytest.approx(19 * CAGE * outer.shaft_rpm / 60)
     assert outer.error_pct == pytest.approx(100 * (outer.model_hz / outer.rig_hz - 1))
     assert outer.uncertainty_pct is not None
-    assert outer.uncertainty_pct > 0.1
+    assert outer.uncertainty_pct > 0.09  # the known term's
     assert abs(outer.deviation_pct or 9) < 0.3
+
+
+def test_a_registered_record_is_a_comparison_of_every_quantity(folder: Path, tmp_path: Path) -> None:
+    """Nothing but files that are registered: each adds its cell, and its pairs to every kind of quantity."""
+    before = made(folder)
+    for code in ("H", "IR", "OR"):
+        rig_file(tmp_path, code, rpm=727, shaft_rpm=709.0)
+    after = made(tmp_path)
+    new = [c for c in after.cells if c not in before.cells and c.nominal_rpm == 727.0]
+    assert {c.state for c in new} == set(CODES.values())
+    kinds = {c.state: {row.kind for row in c.comparisons} for c in new}
+    assert kinds[State.INNER] == set(Kind)
+    assert kinds[State.OUTER] == {Kind.FREQUENCY, Kind.PATTERN, Kind.SHAPE}
+    assert kinds[State.HEALTHY] == set()
+    counted = [{b.kind: b.pairs for b in biases(pairs(m.cells))} for m in (before, after)]
+    assert set(counted[1]) == set(Kind)
+    assert all(counted[1][kind] > counted[0][kind] for kind in Kind)
+    assert counted[1][Kind.FREQUENCY] == 4
+
+
+def test_bias_is_the_planted_one_and_like_spectra_are_told_as_like(folder: Path) -> None:
+    """Both sides are the same impulse model but for the cage: that is the bias, and no shape or pattern stands out."""
+    cells = made(folder).cells
+    frequency = {c.state: c.error_pct for c in cells if c.comparisons}
+    kinematic = BEARING.orders
+    assert frequency[State.OUTER] == pytest.approx(100 * (19 * CAGE / kinematic.bpfo - 1), abs=0.06)
+    assert frequency[State.INNER] == pytest.approx(100 * (19 * (1 - CAGE) / kinematic.bpfi - 1), abs=0.06)
+    shapes = [row for c in cells for row in c.comparisons if row.kind is Kind.SHAPE]
+    assert len(shapes) == 2
+    assert all(abs(row.error) < math.hypot(*row.parts.values()) for row in shapes)
+    shown = [row for c in cells for row in c.comparisons if row.kind is Kind.PRESENCE]
+    assert [(row.model, row.rig) for row in shown] == [(1.0, 1.0)]
+
+
+def test_healthy_cells_are_baselines_and_cost_no_run(folder: Path) -> None:
+    asked = []
+
+    def beside(rig: Analysis) -> ModelSide:
+        asked.append(rig.recording.state)
+        return another_impulse_model(rig)
+
+    healthy = made(folder, beside).at((State.HEALTHY, 124.8, 0.0, 877.0))
+    assert healthy is not None
+    assert (healthy.verdict in (BASELINE, NOT_DETECTED), healthy.model_hz) == (True, None)
+    assert State.HEALTHY not in asked
+    kept = made(folder, beside, keep={(State.HEALTHY, 124.8, 0.0, 877.0)}).kept
+    assert State.HEALTHY in asked
+    assert {point[0] for point in kept} == {State.HEALTHY}
 
 
 def test_faults_are_called_against_the_healthy_cell(folder: Path) -> None:
@@ -88,14 +162,27 @@ def test_without_a_healthy_record_a_line_alone_cannot_tell(tmp_path: Path) -> No
 
 
 def test_failed_model_run_leaves_the_models_side_empty(folder: Path) -> None:
-    matrix = made(folder, lambda analyses: ["the load was lost"] * len(analyses))
-    assert all(c.model_hz is None and c.error_pct is None and c.remark == "the load was lost" for c in matrix.cells)
-    assert {c.verdict for c in matrix.cells} <= {"insufficient data", NOT_DETECTED}
+    matrix = made(folder, lambda _: "the load was lost")
+    faults = [c for c in matrix.cells if c.state is not State.HEALTHY]
+    assert all(c.model_hz is None and c.error_pct is None and c.remark == "the load was lost" for c in faults)
+    assert {c.verdict for c in faults} <= {"insufficient data", NOT_DETECTED}
+
+
+def test_damaged_healthy_record_is_listed_and_is_no_baseline(tmp_path: Path) -> None:
+    for code in ("H", "OR"):
+        rig_file(tmp_path, code)
+    add(tmp_path)
+    (tmp_path / "H_877rpm_made.mat").write_bytes(b"not a record any more")
+    matrix = build_matrix(
+        rig_recordings(), bearing=BEARING, beside=another_impulse_model, known=NOTHING_KNOWN, jobs=2
+    )  # fmt: skip
+    assert [c.state for c in matrix.cells] == [State.OUTER]
+    assert matrix.cells[0].call.basis is Basis.LINE_ALONE
 
 
 def test_maps_leave_empty_cells_empty(folder: Path, tmp_path: Path) -> None:
-    section = matrix_section(SimpleNamespace(comparisons=(), matrix=made(folder)), tmp_path)  # type: ignore[arg-type]
-    drawn, bias = ["Paragraph", "FigureGrid", "Table", "Paragraph"], ["Table", "FigureGrid"]
+    section = matrix_section(SimpleNamespace(matrix=made(folder)), tmp_path)  # type: ignore[arg-type]
+    drawn, bias = ["Paragraph", "FigureGrid", "Table", "Paragraph"], ["Table", "Paragraph", "Table", "FigureGrid"]
     assert [b.__class__.__name__ for b in section.blocks] == drawn + bias
     for kind in ("deviation", "detectability", "verdict"):
         lines = (tmp_path / f"matrix-{kind}.csv").read_text().splitlines()
@@ -106,8 +193,8 @@ def test_maps_leave_empty_cells_empty(folder: Path, tmp_path: Path) -> None:
 
 
 def test_empty_matrix_says_so(tmp_path: Path) -> None:
-    matrix = build_matrix((), bearing=BEARING, model_runs=with_cage, model_uncertainty_pct={})
-    section = matrix_section(SimpleNamespace(comparisons=(), matrix=matrix), tmp_path)  # type: ignore[arg-type]
+    matrix = build_matrix((), bearing=BEARING, beside=another_impulse_model, known=NOTHING_KNOWN)
+    section = matrix_section(SimpleNamespace(matrix=matrix), tmp_path)  # type: ignore[arg-type]
     assert "all 160 cells are empty" in section.blocks[-1].text  # type: ignore[union-attr]
     assert not list(tmp_path.iterdir())
 

@@ -2,14 +2,15 @@ import math
 from dataclasses import replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from srbval.recordings import State
 from srbval.validation.comparison import ComparisonVerdict
+from srbval.validation.effects import Effect, Sensitivity
 from srbval.validation.lines import Line
 from srbval.validation.quantities import quantities
-from srbval.validation.quantity_comparison import compare
-from srbval.validation.sensitivity import Effect
+from srbval.validation.quantity_comparison import Kind, compare
 
 SHAFT_HZ = 10.0
 EFFECT = Effect(
@@ -31,11 +32,14 @@ def analysis(depth_second=0.5, detected=True, found_hz=108.2):
     def first(name, harmonic=1):
         return next(x for x in lines if (x.name, x.harmonic) == (name, harmonic))
 
-    return SimpleNamespace(lines=lines, line=first, speed=SimpleNamespace(value_hz=SHAFT_HZ, ci95_hz=0.001))
+    # Too short for a spectrum's shape: that has its own test.
+    short = SimpleNamespace(band_hz=(500.0, 1500.0), squared=np.ones(100), squared_fs_hz=2000.0)
+    speed = SimpleNamespace(value_hz=SHAFT_HZ, ci95_hz=0.001)
+    return SimpleNamespace(lines=lines, line=first, speed=speed, processed=short)
 
 
 def rows(model, rig, effects=(EFFECT,)):
-    return {r.quantity: r for r in compare({State.INNER: rig}, {State.INNER: model}, effects)}
+    return {r.quantity: r for r in compare(State.INNER, rig, model, Sensitivity(effects=effects))}
 
 
 def test_quantities_are_the_order_and_levels_over_the_first_harmonic():
@@ -67,3 +71,37 @@ def test_a_level_that_is_only_noise_is_not_compared():
     assert shown.verdict is ComparisonVerdict.RESOLVED
     hidden = rows(analysis(depth_second=0.1, detected=False), analysis(), (level,))["2xBPFI"]
     assert hidden.verdict is ComparisonVerdict.INSUFFICIENT
+
+
+def sided(*, snr, depth, shown):
+    """An analysis whose sidebands have this depth, power over noise and presence."""
+    made = analysis()
+    lines = [
+        replace(x, snr=snr, depth=depth, detected=shown) if x.name in ("BPFI-fr", "BPFI+fr") else x for x in made.lines
+    ]
+    return SimpleNamespace(**{**vars(made), "lines": lines})
+
+
+@pytest.mark.parametrize(
+    ("model", "verdict"),
+    [
+        (sided(snr=100.0, depth=0.3, shown=True), ComparisonVerdict.NOT_RESOLVED),
+        # Noise so low that sidebands a tenth as high would have shown ...
+        (sided(snr=5.0, depth=0.02, shown=False), ComparisonVerdict.RESOLVED),
+        # ... or so high that those of the rig would not.
+        (sided(snr=5.0, depth=0.3, shown=False), ComparisonVerdict.INSUFFICIENT),
+    ],
+)
+def test_missing_sidebands_count_where_they_would_have_shown(model, verdict):
+    row = rows(model, sided(snr=100.0, depth=0.3, shown=True))["BPFI sidebands: shown"]
+    assert row.kind is Kind.PRESENCE
+    assert row.rig == 1.0
+    assert row.error == row.model - 1.0
+    assert row.verdict is verdict
+
+
+def test_the_run_s_own_speed_gives_the_model_s_line():
+    known = Sensitivity(effects=(EFFECT,))
+    row = compare(State.INNER, analysis(), analysis(found_hz=107.0), known, model_order=10.83)[0]
+    assert (row.quantity, row.model, row.parts["model reading"]) == ("BPFI", 10.83, 0.0)
+    assert compare(State.HEALTHY, analysis(), analysis(), known) == ()

@@ -1,14 +1,17 @@
-import math
+import dataclasses
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from srbval.bearing import load_bearing
-from srbval.models.run import RunStatus
 from srbval.recordings import State
 from srbval.scene import paper_scene
 from srbval.validation import sensitivity
+from srbval.validation.effects import ShapeEffect
 from srbval.validation.quantities import Quantity
 from srbval.validation.sensitivity import BASE, Term, terms
+from srbval.validation.spectrum_shape import angle_between
 
 
 def line(value):
@@ -27,7 +30,7 @@ def test_every_kind_of_term_that_a_validation_needs_is_in_the_table():
 def test_every_term_makes_a_scene_and_a_bearing(tmp_path):
     files = {t.name: sensitivity._bearing_file(t, tmp_path) for t in terms()}
     cases = list(sensitivity._cases(terms(), files, 1.0))
-    assert len(cases) == 2 * (1 + len(terms()))
+    assert len(cases) == 3 * (1 + len(terms()))
     changed = load_bearing(files["pitch radius half a printed digit off"])
     assert changed.geometry.pitch_radius_m == pytest.approx(141.815e-3)
     assert changed.geometry.raceway_radius_m == pytest.approx(164e-3)
@@ -58,9 +61,20 @@ def test_a_change_is_its_bound_and_repeats_give_one_interval():
     assert (repeats.term, repeats.bound) == ("starts", pytest.approx(4.3027 * 0.1, rel=1e-3))
 
 
-def test_the_line_of_a_run_is_its_cage_s():
-    class Run:
-        status, bpfo_hz, bpfi_hz = RunStatus.OK, 100.0, 130.0
-        scene = paper_scene(shaft_speed_rad_s=2 * math.pi * 10)
+def test_the_line_of_a_run_is_by_its_own_speeds():
+    side = SimpleNamespace(line_order=10.0)
+    assert sensitivity._by_run(line(9.0), side)[0].value == pytest.approx(10.0)
+    assert sensitivity._by_run((), side) == ()
 
-    assert sensitivity._by_cage(line(9.0)[0], Run()).value == pytest.approx(10.0)
+
+def test_what_a_term_does_to_the_shape_is_told_beside_a_record():
+    """The bound is the change of the model's angle with that very record: a term that turns it away counts."""
+    rng = np.random.default_rng(1)
+    rig, other = rng.standard_normal((2, 120)), rng.standard_normal((2, 120))
+    near, far = rig + 0.1 * other, rig + other
+    effect = ShapeEffect(
+        term="t", kind="input", source="s", defect="outer", base=near.tolist(), varied=far.tolist()
+    )  # fmt: skip
+    turned = angle_between(rig, far).degrees - angle_between(rig, near).degrees
+    assert effect.bound_beside(rig) == pytest.approx(turned)
+    assert dataclasses.replace(effect, varied=effect.base).bound_beside(rig) == 0
