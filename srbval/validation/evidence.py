@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -20,7 +20,8 @@ from srbval.validation.effects import NOTHING_KNOWN, Sensitivity
 from srbval.validation.fill_matrix import build_matrix, point_of
 from srbval.validation.matrix import Matrix
 from srbval.validation.model_side import ModelSide, model_beside
-from srbval.validation.other_rigs import OtherRecord, read_other_rigs
+from srbval.validation.other_rigs import OtherRecord
+from srbval.validation.other_rigs_aside import read_aside
 from srbval.validation.published import Table6, table6
 from srbval.validation.quantity_comparison import QuantityComparison
 from srbval.validation.run_cases import Progress, run_cases
@@ -56,7 +57,7 @@ class Evidence:
     known: Sensitivity
     registered: tuple[RegisteredRecording, ...]
     matrix: Matrix
-    other_rigs: tuple[OtherRecord, ...]
+    other_rigs: Sequence[OtherRecord]
     slips: tuple[SpeedAndSlip, ...]
 
     @property
@@ -82,8 +83,8 @@ def gather(
     """Run the cases and analyse everything; the rig's recordings are those registered.
 
     `known` are the stored sensitivities, where there are any. `seconds` is the recorded duration of the paper's three
-    runs; `stand_in_folder` receives the stand-ins' files, where any are needed; `stage` is told what begins. Raises
-    what simulation and loading raise.
+    runs; `stand_in_folder` receives the stand-ins' files, where any are needed; `stage` is told what begins. The answer's
+    `other_rigs` may still be being read: the first look at them waits. Raises what simulation and loading raise.
     """
     if seconds < SHORTEST_S:
         raise ConfigurationError(
@@ -104,11 +105,11 @@ def gather(
     if not known.effects:
         known = as_sensitivity(variations, runs["paper-outer"])
     stage("Fill the validation matrix, the model beside every record")
-    everything = listing().recordings
     matrix = build_matrix(
         rig_recordings(), bearing=bearing, beside=lambda rig: model_beside(rig, progress=progress), known=known,
         keep=set(shown.values()), jobs=jobs,
     )  # fmt: skip
+    other_rigs = read_aside(listing().recordings, jobs=jobs)
     stage("Analyse what figures show")
     measured = {state: matrix.kept[point] for state, point in shown.items() if point in matrix.kept}
     beside_run = {state: _model_of(state, sides.model) for state, sides in measured.items()}
@@ -117,8 +118,6 @@ def gather(
     rig_side = measured_side | {state: analyse(r, bearing=bearing) for state, r in stand_ins.items()}
     paper = {s: analyse(recording_from_run(runs[f"paper-{s}"]), bearing=bearing) for s in PAPER_STATES}
     beside = paper | {state: side.analysis for state, side in beside_run.items()}
-    stage("Read recordings of other rigs")
-    other_rigs = read_other_rigs(everything, jobs=jobs)
     rows = (
         *published_rows(printed, paper, runs),
         *measured_rows(measured_side, beside, {s: side.run for s, side in beside_run.items()}, known.effects),

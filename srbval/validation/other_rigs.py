@@ -78,7 +78,16 @@ def read_other_rigs(registered: Sequence[RegisteredRecording], *, jobs: int | No
 
     `jobs` records are read at a time (default: one a core).
     """
-    others = [
+    others = usable(registered)
+    ordered = sorted(others, key=lambda r: (r.dataset or "", r.file))
+    baselines: Baselines = {}
+    with ThreadPoolExecutor(max_workers=jobs or os.cpu_count() or 1) as pool:
+        return tuple(pool.map(lambda r: _record(r, tuple(others), baselines), ordered))
+
+
+def usable(registered: Sequence[RegisteredRecording]) -> list[RegisteredRecording]:
+    """Those of `registered` that are measured, whole, of a known set and not the rig's."""
+    return [
         r
         for r in registered
         if r.dataset is not None
@@ -86,10 +95,6 @@ def read_other_rigs(registered: Sequence[RegisteredRecording], *, jobs: int | No
         and r.status is Status.OK
         and r.origin is Origin.MEASURED
     ]
-    ordered = sorted(others, key=lambda r: (r.dataset or "", r.file))
-    baselines: Baselines = {}
-    with ThreadPoolExecutor(max_workers=jobs or os.cpu_count() or 1) as pool:
-        return tuple(pool.map(lambda r: _record(r, tuple(others), baselines), ordered))
 
 
 def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...], baselines: Baselines) -> OtherRecord:
