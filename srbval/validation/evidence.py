@@ -83,8 +83,8 @@ def gather(
     """Run the cases and analyse everything; the rig's recordings are those registered.
 
     `known` are the stored sensitivities, where there are any. `seconds` is the recorded duration of the paper's three
-    runs; `stand_in_folder` receives the stand-ins' files, where any are needed; `stage` is told what begins. The answer's
-    `other_rigs` may still be being read: the first look at them waits. Raises what simulation and loading raise.
+    runs; `stand_in_folder` receives the stand-ins' files, where any are needed; `stage` is told what begins. The
+    answer's `other_rigs` may still be being read: the first look waits. Raises what simulation and loading raise.
     """
     if seconds < SHORTEST_S:
         raise ConfigurationError(
