@@ -12,6 +12,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from srbval.signal.interval import NORMAL_95
+from srbval.validation.comparison import deviation_pct
 from srbval.validation.matrix import Cell
 from srbval.validation.quantity_comparison import Kind, QuantityComparison
 
@@ -20,7 +21,10 @@ LEVELS = (Kind.PATTERN, Kind.SIDEBANDS)
 
 @dataclass(frozen=True, kw_only=True)
 class Pair:
-    """One compared number: model and rig, error and the data's 95 % half width in `unit`."""
+    """One compared number: model and rig, error and the data's 95 % half width in `unit`.
+
+    Line frequencies are deviations from kinematics at the record's own speed.
+    """
 
     kind: Kind
     name: str
@@ -49,8 +53,8 @@ def pairs(cells: Iterable[Cell]) -> tuple[Pair, ...]:
         Pair(
             kind=row.kind,
             name=f"{cell.state} {cell.nominal_rpm:g} rpm, {cell.radial_kn:g}/{cell.axial_kn:g} kN: {row.quantity}",
-            model=row.model,
-            rig=row.rig,
+            model=_shown(row, row.model, cell),
+            rig=_shown(row, row.rig, cell),
             error=row.error,
             data_ci95=row.data_ci95,
             unit=row.error_unit,
@@ -59,6 +63,11 @@ def pairs(cells: Iterable[Cell]) -> tuple[Pair, ...]:
         for row in cell.comparisons
         if _counts(row)
     )
+
+
+def _shown(row: QuantityComparison, value: float, cell: Cell) -> float:
+    """The value itself; of a line's order its deviation from kinematics [%]."""
+    return deviation_pct(value * cell.shaft_rpm / 60, cell.kinematic_hz) if row.kind is Kind.FREQUENCY else value
 
 
 def _counts(row: QuantityComparison) -> bool:

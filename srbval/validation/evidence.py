@@ -120,7 +120,7 @@ def gather(
     beside = paper | {state: side.analysis for state, side in beside_run.items()}
     rows = (
         *published_rows(printed, paper, runs),
-        *measured_rows(measured_side, beside, {s: side.run for s, side in beside_run.items()}, known.effects),
+        *measured_rows(measured_side, {s: side.run for s, side in beside_run.items()}, known.effects),
     )
     return Evidence(
         bearing=bearing,

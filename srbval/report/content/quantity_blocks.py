@@ -84,7 +84,7 @@ def _cells_table(cells: Sequence[MatrixCell]) -> Table:
     return Table(
         id="matrix-quantities",
         label="Every quantity of every fault",
-        caption="Model minus rig, one row a record of a fault whose line shows; brackets: U; bold: resolved. "
+        caption="Model minus rig, one row a record of a fault whose line shows; brackets: U. "
         "Harmonics: levels over the first, mean of those both sides show. Shape: angle between the model's and rig's "
         "log spectra, less that between the record's own halves (0: as like as the record to itself).",
         columns=(
@@ -127,9 +127,10 @@ def _yes(value: float) -> str:
 
 
 def _error(row: QuantityComparison) -> str:
-    marks = "**" if row.verdict is ComparisonVerdict.RESOLVED else ""
-    uncertainty = "?" if row.uncertainty is None else f"{row.uncertainty:.2g}"
-    return f"{marks}{row.error:+.2g}{marks} [{uncertainty}]"
+    if row.uncertainty is None:
+        return f"{row.error:+.2g}"
+    resolved = ", resolved" if row.verdict is ComparisonVerdict.RESOLVED else ""
+    return f"{row.error:+.2g} [{row.uncertainty:.2g}]{resolved}"
 
 
 def _carried() -> Paragraph:
@@ -156,18 +157,31 @@ def _bias_table(found: Sequence[Pair]) -> Table:
         ),
         rows=[[row.kind.value, row.pairs, row.unit, row.bias, row.scatter, row.data_scatter] for row in biases(found)],
         notes=(
-            "Amplitude: not validated, as in the paper. Sideband presence: 1 where sidebands show, so a bias of -1 "
-            "means that the model never shows what the rig shows. Spectrum shape: the model's angle with a record less "
+            "Amplitude: not validated, as in the paper. "
+            + _presence(found)
+            + "Spectrum shape: the model's angle with a record less "
             "that of the record's halves with each other; what noise does to any model is in both.",
         ),
     )
 
 
+def _presence(found: Sequence[Pair]) -> str:
+    """Sidebands shown by both, one or none, in words: a plot of yes and no says no more."""
+    sides = [(bool(p.model), bool(p.rig)) for p in found if p.kind is Kind.PRESENCE]
+    names = {
+        (True, True): "both",
+        (True, False): "the model only",
+        (False, True): "the rig only",
+        (False, False): "neither",
+    }
+    told = ", ".join(f"{sides.count(key)} by {name}" for key, name in names.items() if key in sides)
+    return f"Sideband presence, 1 for shown and 0 for not: sidebands are shown {told}. " if told else ""
+
+
 def _agreement(found: Sequence[Pair], folder: Path) -> FigureGrid:
     groups = {
-        "order": ("orders of the shaft", [p for p in found if p.kind is Kind.FREQUENCY]),
+        "order": ("line's deviation from kinematics, %", [p for p in found if p.kind is Kind.FREQUENCY]),
         "level": ("level over the first harmonic, dB", [p for p in found if p.kind in LEVELS]),
-        "sidebands": ("sidebands shown (1: yes)", [p for p in found if p.kind is Kind.PRESENCE]),
         "shape": ("angle with the rig's spectrum, degrees", [p for p in found if p.kind is Kind.SHAPE]),
     }
     figures = []

@@ -57,7 +57,7 @@ def table6_figure(evidence: Evidence, folder: Path) -> Figure:
 def _points(row: Comparison) -> list[Deviation]:
     group = f"{STATE_CODE[State(row.defect)]} at {row.shaft_rpm:.0f} rpm"
     ours = Deviation(group=group, source="our model", kind="simulated", deviation_pct=row.model_deviation_pct,
-                     ci95_pct=100 * row.model_ci95_hz / row.kinematic_hz)  # fmt: skip
+                     ci95_pct=100 * row.model_ci95_hz / row.kinematic_hz or None)  # fmt: skip
     if row.rig_source is RigSource.MEASURED and row.rig_ci95_hz is not None:
         rig = Deviation(group=group, source="rig, measured", kind="measured", deviation_pct=row.rig_deviation_pct,
                         ci95_pct=100 * row.rig_ci95_hz / row.kinematic_hz)  # fmt: skip

@@ -22,7 +22,7 @@ def agreement_plot(folder: Path, name: str, *, pairs: Sequence[Pair], label: str
         rig, model = [p.rig for p in pairs], [p.model for p in pairs]
         ends = [min(rig + model), max(rig + model)]
         axes.plot(ends, ends, color=INK, lw=0.9)
-        half = [p.data_ci95 * (abs(p.rig) / 100 if p.unit == "%" else 1) for p in pairs]
+        half = [p.data_ci95 for p in pairs]
         axes.errorbar(rig, model, xerr=half, fmt="o", color=BLUE, ms=4, lw=0.8)
         axes.set(xlabel=f"Measured {label}", ylabel=f"Predicted {label}")
         columns = {"measured": rig, "predicted": model, "measured_ci95": half}
