@@ -50,7 +50,7 @@ def measured_rows(
 ) -> Iterator[Comparison]:
     """Our model at each recording's measured speed beside that recording; states without a found line are left out.
 
-    The model's line is its mean cage speed's, which no reading's noise is in; `effects` tell what numerics and inputs do.
+    The model's line is its mean cage speed's, free of a reading's noise; `effects` tell what numerics and inputs do.
     """
     for state, line in LINE_OF.items():
         if state not in rig or not found_line(rig[state], line).detected:

@@ -41,6 +41,11 @@ def test_known_bearings_have_their_published_orders(
     assert found == pytest.approx((bpfi, bpfo, twice_bsf, ftf), abs=PUBLISHED_ORDER)
 
 
+def test_ims_bearing_has_the_frequencies_printed_with_its_dimensions() -> None:
+    at = load_bearing("rexnord-za-2115").orders.at(2000 / 60)  # Qiu et al. 2006 print the first
+    assert (at.bpfo_hz, at.bpfi_hz, at.bsf_hz, at.ftf_hz) == pytest.approx((236.4, 296.9, 139.9, 14.8), abs=PRINTED_HZ)
+
+
 def test_outer_line_is_the_slower_one_and_the_cage_carries_it() -> None:
     orders = FaultOrders.from_dimensions(
         rolling_elements=10,

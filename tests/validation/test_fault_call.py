@@ -104,23 +104,3 @@ def test_healthy_label_on_a_deep_line_is_doubted() -> None:
     quiet = call_fault(analyse(healthy(), bearing=BEARING))
     assert (quiet.indicated, quiet.called) == (None, None)
     assert quiet.sentence.startswith("No fault is called: the record is declared healthy and ")
-
-
-@pytest.mark.recordings
-@pytest.mark.parametrize(
-    "name",
-    [
-        "torino/H_353rpm_sample.mat",
-        "torino/H_877rpm_sample.mat",
-        "cwru/97_Normal_0_48kDE.mat",
-        "hit_sm/Self-built/Normal_1200.mat",
-        "hit_sm/SpectraQuest/Normal_1200.mat",
-    ],
-)
-def test_healthy_records_show_no_fault_though_nobody_says_they_are_healthy(recordings_dir: Path, name: str) -> None:
-    recording = load_recording(recordings_dir / name)
-    unlabelled = dataclasses.replace(recording, state=None)
-    call = call_fault(analyse(unlabelled, bearing=load_bearing(recording.bearing or "")))
-    assert (call.indicated, call.called) == (None, None)
-    labelled = call_fault(analyse(recording, bearing=load_bearing(recording.bearing or "")))
-    assert labelled.sentence.startswith("No fault is called")
