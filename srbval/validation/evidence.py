@@ -104,12 +104,12 @@ def gather(
     )
     if not known.effects:
         known = as_sensitivity(variations, runs["paper-outer"])
+    other_rigs = read_aside(listing().recordings, jobs=jobs)
     stage("Fill the validation matrix, the model beside every record")
     matrix = build_matrix(
         rig_recordings(), bearing=bearing, beside=lambda rig: model_beside(rig, progress=progress), known=known,
         keep=set(shown.values()), jobs=jobs,
     )  # fmt: skip
-    other_rigs = read_aside(listing().recordings, jobs=jobs)
     stage("Analyse what figures show")
     measured = {state: matrix.kept[point] for state, point in shown.items() if point in matrix.kept}
     beside_run = {state: _model_of(state, sides.model) for state, sides in measured.items()}
