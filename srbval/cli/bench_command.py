@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from srbval.bench.bench import BenchResult, run_bench
-from srbval.bench.kept import SPEED_ACCURACY, keep, stamped
+from srbval.bench.kept import SPEED_ACCURACY
 from srbval.bench.machine import Machine
 from srbval.bench.scenes import SCENES
 from srbval.bench.settings import FULL, QUICK
 from srbval.cli.bench_ladder import run_ladder
 from srbval.cli.bench_reading import run_reading
 from srbval.cli.bench_sensitivity import run_sensitivity
-from srbval.cli.output import own_command, print_columns, print_json
+from srbval.cli.measured import keep_and_print
+from srbval.cli.output import print_columns
 from srbval.cli.tasks import Tasks
 from srbval.models.solvers import SOLVERS
 from srbval.report.progress import Progress
@@ -102,15 +101,10 @@ def run(options: argparse.Namespace) -> int:
             accuracy=not options.speed_only,
             progress=Tasks(progress, "Bench"),
         )
-    command = own_command()
-    content = stamped(SPEED_ACCURACY, result.to_dict(), command=command, revision=revision)
-    if options.output or _complete(options):
-        path = keep(content, Path(options.output) if options.output else None)
-        print(f"kept: {path}", file=sys.stderr)
-    if options.json:
-        print_json(content)
-    else:
-        _print(result)
+    whole = _complete(options)
+    keep_and_print(
+        SPEED_ACCURACY, result.to_dict(), options, revision=revision, whole=whole, show=lambda: _print(result)
+    )
     return 0
 
 

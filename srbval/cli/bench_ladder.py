@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import argparse
-import sys
+from functools import partial
 from pathlib import Path
 
-from srbval.bench.kept import HELD_OUT, keep, stamped
+from srbval.bench.kept import HELD_OUT
 from srbval.bench.ladder.cases import between, grid, held_out, quick_grid
 from srbval.bench.ladder.measure import SECONDS, measure_ladder
 from srbval.bench.ladder.summary import summary
-from srbval.bench.machine import processor_name, usable_cores
 from srbval.bench.reference_store import reference_folder
-from srbval.cli.output import own_command, print_columns, print_json
+from srbval.cli.measured import keep_and_print, this_machine
+from srbval.cli.output import print_columns, print_json
 from srbval.cli.tasks import Tasks
 from srbval.errors import ConfigurationError
 from srbval.plan.calibrated import shipped_calibration
@@ -81,17 +81,12 @@ def _held_out(options: argparse.Namespace) -> int:
         )
     rows = [tally.to_dict() for tally in tallies(checks)]
     result = {
-        "machine": {"processor": processor_name(), "usable_cores": usable_cores()},
+        "machine": this_machine(),
         "seconds": shipped_calibration().seconds,
         "reference": shipped_calibration().reference,
         "tallies": rows,
         "checks": [check.to_dict() for check in checks],
     }
-    content = stamped(HELD_OUT, result, command=own_command(), revision=revision)
-    path = keep(content, Path(options.output) if options.output else None)
-    print(f"kept: {path}", file=sys.stderr)
-    if options.json:
-        print_json(content)
-    else:
-        print_columns(HELD_OUT_COLUMNS, rows)
+    show = partial(print_columns, HELD_OUT_COLUMNS, rows)
+    keep_and_print(HELD_OUT, result, options, revision=revision, whole=True, show=show)
     return 0

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from dataclasses import asdict
-from pathlib import Path
 
-from srbval.bench.kept import READING, keep, stamped
-from srbval.bench.machine import processor_name, usable_cores
+from srbval.bench.kept import READING
 from srbval.bench.reading import QUICK_READING, ReadingBench, ReadingSettings, run_reading_bench
-from srbval.cli.output import own_command, print_json, print_table
+from srbval.cli.measured import keep_and_print, this_machine
+from srbval.cli.output import print_table
 from srbval.cli.tasks import Tasks
 from srbval.report.progress import Progress
 from srbval.storage.revision import git_revision
@@ -23,16 +21,9 @@ def run_reading(options: argparse.Namespace) -> int:
         result = run_reading_bench(
             QUICK_READING if options.quick else ReadingSettings(), progress=Tasks(progress, "Bench")
         )
-    command = own_command()
-    measured = {"machine": {"processor": processor_name(), "usable_cores": usable_cores()}, **result.to_dict()}
-    content = stamped(READING, measured, command=command, revision=revision)
-    if options.output or not options.quick:
-        path = keep(content, Path(options.output) if options.output else None)
-        print(f"kept: {path}", file=sys.stderr)
-    if options.json:
-        print_json(content)
-    else:
-        _print(result)
+    measured = {"machine": this_machine(), **result.to_dict()}
+    whole = not options.quick
+    keep_and_print(READING, measured, options, revision=revision, whole=whole, show=lambda: _print(result))
     return 0
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from pathlib import Path
+from typing import Any
 
-from srbval.bench.kept import SENSITIVITY, keep, stamped
-from srbval.bench.machine import processor_name, usable_cores
-from srbval.cli.output import own_command, print_json, print_table
+from srbval.bench.kept import SENSITIVITY
+from srbval.cli.measured import keep_and_print, this_machine
+from srbval.cli.output import print_table
 from srbval.report.progress import Progress
 from srbval.report.simulation_progress import SimulationProgress
 from srbval.storage.revision import git_revision
@@ -26,19 +26,15 @@ def run_sensitivity(options: argparse.Namespace) -> int:
         found = measure(seconds=seconds, jobs=options.jobs, progress=SimulationProgress(progress))
     rows = [asdict(effect) for effect in found.effects]
     shapes = [asdict(effect) for effect in found.shapes]
-    machine = {"processor": processor_name(), "usable_cores": usable_cores()}
-    command = own_command()
-    result = {"machine": machine, "seconds": seconds, "effects": rows, "shapes": shapes}
-    content = stamped(SENSITIVITY, result, command=command, revision=revision)
-    if options.output or not options.quick:
-        path = keep(content, Path(options.output) if options.output else None)
-        print(f"kept: {path}", file=sys.stderr)
-    if options.json:
-        print_json(content)
-    else:
-        columns = ("defect", "quantity", "kind", "term", "base", "bound", "unit")
-        print_table(columns, [[_short(row[name]) for name in columns] for row in rows])
+    result = {"machine": this_machine(), "seconds": seconds, "effects": rows, "shapes": shapes}
+    whole = not options.quick
+    keep_and_print(SENSITIVITY, result, options, revision=revision, whole=whole, show=lambda: _print(rows))
     return 0
+
+
+def _print(rows: Sequence[Mapping[str, Any]]) -> None:
+    columns = ("defect", "quantity", "kind", "term", "base", "bound", "unit")
+    print_table(columns, [[_short(row[name]) for name in columns] for row in rows])
 
 
 def _short(value: object) -> object:

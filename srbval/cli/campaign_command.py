@@ -135,11 +135,12 @@ def _scale(options: argparse.Namespace) -> int:
 
 def _keep(kind: str, result: dict[str, Any], more: str, options: argparse.Namespace) -> int:
     from srbval.bench.kept import COMMAND, keep, stamped
-    from srbval.bench.machine import processor_name, usable_cores
+    from srbval.cli.measured import this_machine
     from srbval.storage.revision import git_revision
 
-    machine = {"processor": processor_name(), "usable_cores": usable_cores()}
-    content = stamped(kind, {"machine": machine, **result}, command=f"{COMMAND[kind]} {more}", revision=git_revision())
+    content = stamped(
+        kind, {"machine": this_machine(), **result}, command=f"{COMMAND[kind]} {more}", revision=git_revision()
+    )
     path = keep(content, Path(options.output) if options.output else None)
     if options.json:
         print_json({**content, "file": path})

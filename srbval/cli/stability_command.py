@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
-from pathlib import Path
 from typing import Any
 
-from srbval.bench.kept import STABILITY, keep, stamped
-from srbval.cli.output import own_command, print_json, print_table
+from srbval.bench.kept import STABILITY
+from srbval.cli.measured import keep_and_print
+from srbval.cli.output import print_table
 from srbval.cli.tasks import Tasks
 from srbval.report.progress import Progress
 from srbval.stability.grid import FULL, QUICK, Grid
@@ -26,15 +25,8 @@ def run(options: argparse.Namespace) -> int:
     grid, revision = grid_of(options), git_revision()
     with Progress() as progress:
         result = run_stability(grid, jobs=options.jobs, progress=Tasks(progress, "Stability"))
-    command = own_command()
-    content = stamped(STABILITY, result.to_dict(), command=command, revision=revision)
-    if options.output or grid == FULL:
-        path = keep(content, Path(options.output) if options.output else None)
-        print(f"kept: {path}", file=sys.stderr)
-    if options.json:
-        print_json(content)
-    else:
-        show(result)
+    whole = grid == FULL
+    keep_and_print(STABILITY, result.to_dict(), options, revision=revision, whole=whole, show=lambda: show(result))
     return SOUND if result.sound else UNSOUND
 
 
