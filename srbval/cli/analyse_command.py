@@ -79,6 +79,7 @@ def _print(result: Analysis, defect: str | None) -> None:
         f"{result.bearing.title}; shaft {speed.value_hz * 60:.3f} ± {speed.ci95_hz * 60:.3f} rpm ({speed.source.value})"
     )
     print(f"band {shown.chain}; {result.band.why}")
+    print(f"looked for in {result.search}")
     print(f"lines from the squared envelope, {SQUARED_UNIT} (1 = {shown.scale:.4g} {recording.unit})")
     print(f"{shown.tracking.why}\n")
     wanted = LINES_OF[defect] if defect else ("",)

@@ -8,22 +8,16 @@ from typing import Any
 
 from srbval.bearing import Bearing
 from srbval.errors import ConfigurationError, DataError
-from srbval.recordings.recording import Recording, ShaftSpeed, SpeedSource
-from srbval.signal import BandFilter, Periodogram
+from srbval.recordings.recording import Recording, ShaftSpeed
+from srbval.signal import BandFilter
 from srbval.validation.band_choice import BandChoice, auto_band, declared_band, with_trials
 from srbval.validation.closure import Closure, close
-from srbval.validation.families import highest_line_hz
-from srbval.validation.lines import Line, read_lines
+from srbval.validation.lines import Line
 from srbval.validation.pipeline import SQUARED_UNIT, Processed, process
-from srbval.validation.shaft_speed import estimate_speed
+from srbval.validation.speed_search import search
 from srbval.validation.tracking import choose_tracking
 from srbval.validation.verdict import verdict
 
-# Share of the band's width up to which the squared envelope's spectrum is used; its floor ends at the width.
-USABLE_SHARE = 0.9
-# Shaft harmonics are masked no wider than this share of their frequency: with a speed that is only nominal
-# wider masks would grow together and hide every line.
-LARGEST_MASK_SHARE = 5e-4
 # Shorter records cannot part a line from the shaft's harmonics beside it.
 LEAST_REVOLUTIONS = 8
 
@@ -33,12 +27,14 @@ class Analysis:
     """What was read from one recording.
 
     `processed` holds the arrays that figures need (signal, envelope, envelope spectrum); `lines` the
-    bearing's lines, first harmonics from the joint fit; `verdict` a sentence.
+    bearing's lines, first harmonics from the joint fit; `search` says in which windows and at how many speeds they were
+    looked for; `verdict` is a sentence.
     """
 
     recording: Recording
     bearing: Bearing
     speed: ShaftSpeed
+    search: str
     processed: Processed
     band: BandChoice
     lines: tuple[Line, ...]
@@ -62,6 +58,7 @@ class Analysis:
             "seconds": self.recording.seconds,
             "band_hz": list(self.processed.band_hz),
             "band_choice": {"why": self.band.why, "trials": self.band.trials},
+            "search": self.search,
             "resolution_hz": 1 / self.processed.seconds,
             "chain": {
                 "filter": self.processed.band_filter.value,
@@ -107,7 +104,7 @@ def analyse(
     `speed`, `band_hz` [Hz] and `channel` override what the recording says of itself. With `choose_on_record` the
     most impulsive band of the record is taken instead, and every false-alarm probability counts the bands tried. A
     speed that is only nominal gives way to one estimated from the record, where that knows more (see
-    `estimate_speed`). The envelope of the paper's chain (see `process`) is kept for figures; lines are read from
+    `speed_search.search`). The envelope of the paper's chain (see `process`) is kept for figures; lines are read from
     its square. Where the speed signal drifts by more than a bin its course is followed (`choose_tracking`) and all
     frequencies are those at the mean speed. Raises `ConfigurationError` where speed or band are missing or
     impossible, `DataError` where the record is constant or too short.
@@ -132,34 +129,18 @@ def analyse(
         tracking=choose_tracking(recording, bearing, known_speed),
     )
     _check_duration(processed, known_speed)
-    lines = read_lines(_periodogram(processed, bearing, known_speed), bearing, known_speed)
-    if known_speed.source is SpeedSource.NOMINAL:
-        estimated = estimate_speed(_periodogram(processed, bearing, known_speed), lines, known_speed)
-        if estimated is not None:
-            known_speed = estimated
-            lines = read_lines(_periodogram(processed, bearing, known_speed), bearing, known_speed)
-    lines = with_trials(lines, band.trials)
+    found = search(processed, bearing, known_speed)
+    lines = with_trials(found.lines, band.trials * found.tried)
     return Analysis(
         recording=recording,
         bearing=bearing,
         band=band,
-        speed=known_speed,
+        speed=found.speed,
+        search=found.said,
         processed=processed,
         lines=lines,
-        closure=close(lines, bearing, known_speed),
-        verdict=verdict(lines, recording, known_speed),
-    )
-
-
-def _periodogram(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Periodogram:
-    """Of the squared envelope, with the harmonics of the shaft at `speed` masked."""
-    width_hz = processed.band_hz[1] - processed.band_hz[0]
-    return Periodogram.of(
-        processed.squared,
-        processed.squared_fs_hz,
-        limit_hz=min(highest_line_hz(bearing, speed.value_hz), USABLE_SHARE * width_hz),
-        shaft_hz=speed.value_hz,
-        shaft_ci_hz=min(speed.ci95_hz, LARGEST_MASK_SHARE * speed.value_hz),
+        closure=close(lines, bearing, found.speed),
+        verdict=verdict(lines, recording, found.speed),
     )
 
 

@@ -16,10 +16,8 @@ from srbval.bearing import Bearing
 from srbval.recordings.recording import ShaftSpeed, SpeedSource
 from srbval.signal import LineReading, Periodogram, read_comb
 
-# Half width of the search about the kinematic frequency, as a share of it: slip, and for a speed that is only
-# a set point the speed's own error (an induction motor's slip under load).
+# Half width of the search about the kinematic frequency, as a share of it: slip. Never wider, see `speed_search`.
 SLIP_WINDOW = 0.01
-NOMINAL_WINDOW = 0.02
 HARMONICS = 5
 # Sidebands of a found line that are taken as its own when a weaker line is read.
 _OWN_SIDEBANDS = 3
@@ -41,19 +39,22 @@ class Family:
 
 @dataclass(frozen=True, kw_only=True)
 class Search:
-    """Where lines are looked for: `scale` times kinematic, within `half_share` of that; `block_s` for wander."""
+    """Where lines are looked for: about `scale` times kinematic; `block_s` for wander.
 
-    half_share: float
+    With `settles` the first line found decides the scale of the others: they stand there too but for slip.
+    """
+
     block_s: float
     scale: float = 1.0
+    settles: bool = False
 
     def settled(self, scale: float) -> Search:
-        """After a line at `scale` times kinematic: the others stand there too but for slip."""
-        return replace(self, scale=scale, half_share=SLIP_WINDOW) if self.half_share > SLIP_WINDOW else self
+        """After a line at `scale` times kinematic."""
+        return replace(self, scale=scale, settles=False) if self.settles else self
 
     def half_window_hz(self, frequency_hz: float, bin_hz: float) -> float:
         """Half width of the window about a frequency [Hz], at least one bin."""
-        return max(self.half_share * frequency_hz, bin_hz)
+        return max(SLIP_WINDOW * frequency_hz, bin_hz)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +77,7 @@ def highest_line_hz(bearing: Bearing, shaft_hz: float) -> float:
     """Highest frequency the readings of `bearing` need [Hz]."""
     orders = bearing.orders
     highest = max(orders.bpfo, orders.bpfi, 2 * orders.bsf)
-    return (HARMONICS * (1 + NOMINAL_WINDOW) * highest + _OWN_SIDEBANDS) * shaft_hz
+    return (HARMONICS * (1 + SLIP_WINDOW) * highest + _OWN_SIDEBANDS) * shaft_hz
 
 
 def families_of(bearing: Bearing, shaft_hz: float) -> tuple[Family, ...]:
@@ -90,16 +91,15 @@ def families_of(bearing: Bearing, shaft_hz: float) -> tuple[Family, ...]:
     )
 
 
-def find_families(record: Periodogram, bearing: Bearing, speed: ShaftSpeed) -> dict[str, Found]:
+def find_families(record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, scale: float = 1.0) -> dict[str, Found]:
     """Every family of `bearing` that `record`, a periodogram of the squared envelope, can show, by name.
 
-    With a nominal speed the first detected line also settles the speed for the others. The cage line is
-    read by itself: its harmonics coincide with every other line's.
+    They are looked for about `scale` times kinematic; with a nominal speed the first detected line also settles the
+    scale of the others. The cage line is read by itself: its harmonics coincide with every other line's.
     """
     *waiting, cage = families_of(bearing, speed.value_hz)
     search = Search(
-        half_share=NOMINAL_WINDOW if speed.source in (SpeedSource.NOMINAL, SpeedSource.ESTIMATED) else SLIP_WINDOW,
-        block_s=_BLOCK_REVOLUTIONS / speed.value_hz,
+        block_s=_BLOCK_REVOLUTIONS / speed.value_hz, scale=scale, settles=speed.source is SpeedSource.NOMINAL
     )
     found: list[Found] = []
     bare = record

@@ -50,12 +50,12 @@ class Line:
     double_snr: float | None = None
 
 
-def read_lines(record: Periodogram, bearing: Bearing, speed: ShaftSpeed) -> tuple[Line, ...]:
-    """All lines of `bearing` in `record`, a periodogram of the squared envelope, family by family.
+def read_lines(record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, scale: float = 1.0) -> tuple[Line, ...]:
+    """All lines of `bearing` in `record`, a periodogram of the squared envelope, about `scale` times kinematic.
 
     A family that cannot be read (out of reach, hidden by the shaft) leaves one line without values.
     """
-    found = find_families(record, bearing, speed)
+    found = find_families(record, bearing, speed, scale=scale)
     return tuple(
         line
         for family in families_of(bearing, speed.value_hz)

@@ -61,7 +61,8 @@ def estimate_speed(record: Periodogram, lines: tuple[Line, ...], nominal: ShaftS
     more than the nominal speed. A drift within the record is averaged, not followed.
     """
     bare = dataclasses.replace(record, masks_hz=np.empty((0, 2)))
-    line = _deepest(lines)
+    shown = deepest(lines)
+    line = 0.0 if shown is None or shown.found_hz is None else shown.found_hz
     half = max(LEAST_WINDOW, nominal.ci95_hz / nominal.value_hz) * nominal.value_hz
     start = _search(bare, line, nominal.value_hz, half)
     if start is None:
@@ -72,11 +73,10 @@ def estimate_speed(record: Periodogram, lines: tuple[Line, ...], nominal: ShaftS
     return found
 
 
-def _deepest(lines: tuple[Line, ...]) -> float:
-    """Frequency of the deepest detected race or roller line [Hz], 0 without one."""
+def deepest(lines: tuple[Line, ...]) -> Line | None:
+    """The deepest detected race or roller line, None without one."""
     fault = [x for x in lines if x.detected and x.harmonic == 1 and x.name in ("BPFO", "BPFI", "2xBSF")]
-    best = max(fault, key=lambda x: x.depth or 0.0, default=None)
-    return 0.0 if best is None or best.found_hz is None else best.found_hz
+    return max(fault, key=lambda x: x.depth or 0.0, default=None)
 
 
 def _terms(line_hz: float) -> list[Term]:

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.signal.interval import NORMAL_95
-from srbval.validation.analyse import USABLE_SHARE, Analysis
+from srbval.validation.analyse import Analysis
+from srbval.validation.speed_search import USABLE_SHARE
 
 FloatArray = NDArray[np.float64]
 

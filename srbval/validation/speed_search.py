@@ -1,0 +1,116 @@
+"""Lines and shaft speed of a processed record: windows never wider than slip asks for, whatever the speed is known by.
+
+A speed that is only nominal may be further off than a window is wide. Then the shaft is looked for first, by its own
+harmonics; where they do not show, lines are read about several speeds within the nominal one's interval, a window
+apart, and every one of them counts as a trial in the false-alarm probabilities.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from srbval.bearing import Bearing
+from srbval.recordings.recording import ShaftSpeed, SpeedSource
+from srbval.signal import Periodogram
+from srbval.validation.band_choice import with_trials
+from srbval.validation.families import SLIP_WINDOW, highest_line_hz
+from srbval.validation.lines import Line, read_lines
+from srbval.validation.pipeline import Processed
+from srbval.validation.shaft_speed import deepest, estimate_speed
+
+# Share of the band's width up to which the squared envelope's spectrum is used; its floor ends at the width.
+USABLE_SHARE = 0.9
+# Shaft harmonics are masked no wider than this share of their frequency: with a speed that is only nominal
+# wider masks would grow together and hide every line.
+LARGEST_MASK_SHARE = 5e-4
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpeedSearch:
+    """The lines, the speed they are told at, and how many speeds were tried for them (1 where it was known).
+
+    `lines` have not yet paid for `tried`: `with_trials` makes them.
+    """
+
+    lines: tuple[Line, ...]
+    speed: ShaftSpeed
+    tried: int = 1
+
+    @property
+    def said(self) -> str:
+        """What was done about the speed, in words."""
+        window = f"windows of {100 * SLIP_WINDOW:g} % about each line"
+        if self.tried > 1:
+            return (
+                f"{window}, at {self.tried} speeds because the nominal one may be off by more than a window; "
+                f"false-alarm probabilities count {self.tried} trials"
+            )
+        return window
+
+
+def search(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> SpeedSearch:
+    """Read all lines at a measured speed, or find the speed first where it is only nominal.
+
+    A nominal speed gives way to one estimated from the record, by shaft harmonics alone or with the sidebands of the
+    line then found, where that knows more (see `estimate_speed`).
+    """
+    if speed.source is not SpeedSource.NOMINAL:
+        return SpeedSearch(lines=_read(processed, bearing, speed), speed=speed)
+    estimated = estimate_speed(periodogram_of(processed, bearing, speed), (), speed)
+    if estimated is not None:
+        found = SpeedSearch(lines=_read(processed, bearing, estimated), speed=estimated)
+        return _refined(found, processed, bearing, speed)
+    return _refined(_try_speeds(processed, bearing, speed), processed, bearing, speed)
+
+
+def _refined(found: SpeedSearch, processed: Processed, bearing: Bearing, nominal: ShaftSpeed) -> SpeedSearch:
+    """Once more at the speed that the line's sidebands tell, where one was found."""
+    lines = with_trials(found.lines, found.tried)
+    if not deepest(lines):
+        return found
+    estimated = estimate_speed(periodogram_of(processed, bearing, found.speed), lines, nominal)
+    if estimated is None:
+        return found
+    return replace(found, lines=_read(processed, bearing, estimated), speed=estimated)
+
+
+def _try_speeds(processed: Processed, bearing: Bearing, nominal: ShaftSpeed) -> SpeedSearch:
+    """Lines about every trial speed; those with the deepest fault line after the trials are paid for."""
+    scales = tuple(_scales(nominal))
+    readings = [_read(processed, bearing, nominal, scale) for scale in scales]
+    depths = [_depth(with_trials(lines, len(scales))) for lines in readings]
+    best = depths.index(max(depths))
+    return SpeedSearch(lines=readings[best], speed=nominal, tried=len(scales))
+
+
+def _scales(nominal: ShaftSpeed) -> Iterator[float]:
+    """Shares of the nominal speed, a window apart, the speed itself first, whose windows cover its interval."""
+    yield 1.0
+    for step in range(1, math.ceil(nominal.ci95_hz / nominal.value_hz / SLIP_WINDOW - 1e-9)):
+        yield 1 - step * SLIP_WINDOW
+        yield 1 + step * SLIP_WINDOW
+
+
+def _depth(lines: tuple[Line, ...]) -> float:
+    line = deepest(lines)
+    return 0.0 if line is None else line.depth or 0.0
+
+
+def _read(processed: Processed, bearing: Bearing, speed: ShaftSpeed, scale: float = 1.0) -> tuple[Line, ...]:
+    """Lines about `scale` times `speed`, told at `speed`; the shaft's harmonics are masked where it then turns."""
+    turning = replace(speed, value_hz=scale * speed.value_hz)
+    return read_lines(periodogram_of(processed, bearing, turning), bearing, speed, scale=scale)
+
+
+def periodogram_of(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Periodogram:
+    """Of the squared envelope, with the harmonics of the shaft at `speed` masked."""
+    width_hz = processed.band_hz[1] - processed.band_hz[0]
+    return Periodogram.of(
+        processed.squared,
+        processed.squared_fs_hz,
+        limit_hz=min(highest_line_hz(bearing, speed.value_hz), USABLE_SHARE * width_hz),
+        shaft_hz=speed.value_hz,
+        shaft_ci_hz=min(speed.ci95_hz, LARGEST_MASK_SHARE * speed.value_hz),
+    )

@@ -1,0 +1,68 @@
+"""Windows of one per cent, whatever the speed is known by: a nominal speed further off costs trials, not a window."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from srbval.recordings import SpeedSource
+from srbval.recordings.speed import nominal_speed
+from srbval.validation import speed_search
+from srbval.validation.analyse import analyse
+from srbval.validation.families import SLIP_WINDOW
+from tests.validation.test_shaft_speed import BEARING, FS_HZ, SECONDS, record
+
+NOMINAL_HZ = 25.0
+
+
+def outer_race(shaft_hz: float, seed: int = 0):
+    """Even impacts at BPFO, no turn of the shaft in them: nothing tells the speed."""
+    noise = record(shaft_hz=NOMINAL_HZ, fault=False, seed=seed)
+    signal = noise.channels["x"].copy()
+    steps = np.arange(int(0.004 * FS_HZ))
+    for time in np.arange(0.01, SECONDS - 0.02, 1 / (BEARING.orders.bpfo * shaft_hz)):
+        first = math.ceil(time * FS_HZ)
+        t = (first + steps) / FS_HZ - time
+        signal[first : first + steps.size] += np.exp(-900 * t) * np.sin(2 * np.pi * 3500 * t)
+    return dataclasses.replace(noise, channels={"x": signal})
+
+
+@pytest.mark.parametrize("off", [-0.014, 0.0, 0.014])
+def test_line_is_found_within_the_nominal_speed_s_interval(off: float) -> None:
+    result = analyse(outer_race(NOMINAL_HZ * (1 + off)), bearing=BEARING)
+    line = result.line("BPFO")
+    assert result.speed.source is SpeedSource.NOMINAL
+    assert line.detected
+    assert line.found_hz == pytest.approx(BEARING.orders.bpfo * NOMINAL_HZ * (1 + off), rel=3e-4)
+    assert line.deviation_pct == pytest.approx(100 * off, abs=0.03)
+    assert "3 speeds" in result.search
+    assert "3 trials" in result.search
+
+
+def test_every_speed_tried_is_paid_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same line read at one speed has a third of the false-alarm probability."""
+    noise = record(shaft_hz=NOMINAL_HZ, fault=False, seed=4)
+    paid = analyse(noise, bearing=BEARING).line("BPFO").false_alarm
+    monkeypatch.setattr(speed_search, "_scales", lambda _: iter((1.0,)))
+    free = analyse(noise, bearing=BEARING).line("BPFO").false_alarm
+    assert paid == pytest.approx(1 - (1 - free) ** 3)
+
+
+def test_no_window_is_wider_than_slip_asks_for() -> None:
+    """The same line, the same error of speed: a measured speed has no business looking there."""
+    recording = outer_race(NOMINAL_HZ * 1.014)
+    measured = dataclasses.replace(recording.speed, source=SpeedSource.TACHOMETER, ci95_hz=0.01)
+    result = analyse(recording, bearing=BEARING, speed=measured)
+    assert not result.line("BPFO").detected
+    assert "speeds" not in result.search
+
+
+@pytest.mark.parametrize(("pct", "count"), [(0.5, 1), (1.0, 1), (1.5, 3), (5.0, 9)])
+def test_windows_cover_the_interval_and_no_more(pct: float, count: int) -> None:
+    scales = list(speed_search._scales(nominal_speed(1500.0, pct)))
+    assert len(scales) == count
+    assert max(scales) + SLIP_WINDOW >= 1 + pct / 100 - 1e-9
+    assert max(scales) < 1 + pct / 100 + 1e-9
