@@ -200,6 +200,17 @@ def turned(place, shift, spacing):
 
 
 @kernel
+def face(original, copy, place, shift, spacing, space):
+    """Turn a column, or its copy, to its window's middle point."""
+    m_x, m_y, m_z = space[M_X + place], space[M_Y + place], space[M_Z + place]
+    n_x, n_y, n_z = space[N_X + place], space[N_Y + place], space[N_Z + place]
+    c, s = turned(space[PLACE + original], shift, spacing)
+    space[A_X + copy], space[B_X + copy] = c * m_x + s * n_x, c * n_x - s * m_x
+    space[A_Y + copy], space[B_Y + copy] = c * m_y + s * n_y, c * n_y - s * m_y
+    space[A_Z + copy], space[B_Z + copy] = c * m_z + s * n_z, c * n_z - s * m_z
+
+
+@kernel
 def face_points(eights, places, space, plan, spacing, damping):
     """Turn the columns of the `eights` that stand in their places to their windows' points; clear all columns' sums.
 
@@ -210,12 +221,7 @@ def face_points(eights, places, space, plan, spacing, damping):
             start = np.uint64(plan[i, 0] * RACE)
             for p in range(np.uint64(plan[i, 2]) - start, np.uint64(plan[i, 3]) - start):
                 column = start + p
-                m_x, m_y, m_z = space[M_X + p], space[M_Y + p], space[M_Z + p]
-                n_x, n_y, n_z = space[N_X + p], space[N_Y + p], space[N_Z + p]
-                c, s = turned(space[PLACE + column], space[SHIFT + column], spacing)
-                space[A_X + column], space[B_X + column] = c * m_x + s * n_x, c * n_x - s * m_x
-                space[A_Y + column], space[B_Y + column] = c * m_y + s * n_y, c * n_y - s * m_y
-                space[A_Z + column], space[B_Z + column] = c * m_z + s * n_z, c * n_z - s * m_z
+                face(column, column, p, space[SHIFT + column], spacing, space)
     for row in range(FIRST_SUM, LAST_SUM if damping is None else LAST_DAMPING_SUM):
         clear = np.uint64(row * STRIDE)
         for p in range(np.uint64(places)):
@@ -227,17 +233,6 @@ def face_points(eights, places, space, plan, spacing, damping):
 def spacing_of(count, patch):
     """Angle between the points that columns turn to [rad]; 0: a `patch` follows its roller."""
     return 2.0 * math.pi / count if patch is None else 0.0
-
-
-@kernel
-def face(original, copy, place, shift, spacing, space):
-    """Turn a column's copy to its window's middle point."""
-    m_x, m_y, m_z = space[M_X + place], space[M_Y + place], space[M_Z + place]
-    n_x, n_y, n_z = space[N_X + place], space[N_Y + place], space[N_Z + place]
-    c, s = turned(space[PLACE + original], shift, spacing)
-    space[A_X + copy], space[B_X + copy] = c * m_x + s * n_x, c * n_x - s * m_x
-    space[A_Y + copy], space[B_Y + copy] = c * m_y + s * n_y, c * n_y - s * m_y
-    space[A_Z + copy], space[B_Z + copy] = c * m_z + s * n_z, c * n_z - s * m_z
 
 
 @kernel
