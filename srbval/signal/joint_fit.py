@@ -83,7 +83,8 @@ def fit(
     slip may have done. A line too weak to be followed keeps the Cramer-Rao interval.
     """
     phasors = Phasors.of(record.samples, record.fs_hz, components.number * start_hz + components.side * sideband_hz)
-    shift = _climb(phasors, components)
+    shift = _climb(phasors, components, _directions(components))
+    shift = np.concatenate((shift, np.zeros(2 - shift.size)))
     moved = phasors.moved(components.number * shift[0] + components.side * shift[1])
     components = replace(components, snr=moved.power() / components.noise_power)
     sigma = _cramer_rao_hz(components, record.bin_hz)
@@ -95,10 +96,29 @@ def fit(
     if course is not None:
         found, ci95 = found + course.shift_hz, course.ci95_hz
     spacing = sideband_hz + float(shift[1]) if components.has_sides else None
+    if spacing is not None:
+        spacing = _without_lines(record, start_hz + float(shift[0]), components, spacing)
     return JointFit(
         found_hz=found, ci95_hz=ci95, noise_ci95_hz=noise_ci, sideband_hz=spacing,
-        sideband_ci95_hz=None if spacing is None else NORMAL_95 * sigma[1],
+        sideband_ci95_hz=None if spacing is None else NORMAL_95 * float(sigma[1]),
     )  # fmt: skip
+
+
+def _without_lines(record: Periodogram, line_hz: float, components: Components, spacing_hz: float) -> float:
+    """The spacing once more, with the lines themselves taken out of the record.
+
+    A line many times as strong as its sidebands lies only some tens of bins from them: without a window its side lobes
+    would pull at theirs by 3 r / (pi^2 d) bins, r times as strong in amplitude and d bins away.
+    """
+    own = components.where(components.side == 0)
+    turn = 2 * np.pi * line_hz * (np.arange(record.samples.size) - (record.samples.size - 1) / 2) / record.fs_hz
+    waves = np.column_stack([wave(number * turn) for number in own.number for wave in (np.cos, np.sin)])
+    rest = record.samples - waves @ np.linalg.solve(waves.T @ waves, waves.T @ record.samples)
+    sides = components.where(components.side != 0)
+    places = sides.number * line_hz + sides.side * spacing_hz
+    phasors = Phasors.of(rest, record.fs_hz, places)
+    sides = replace(sides, snr=phasors.power() / sides.noise_power)
+    return spacing_hz + float(_climb(phasors, sides, sides.side[:, None])[0])
 
 
 def _directions(components: Components) -> FloatArray:
@@ -107,9 +127,8 @@ def _directions(components: Components) -> FloatArray:
     return np.column_stack(columns)
 
 
-def _climb(phasors: Phasors, components: Components) -> FloatArray:
-    """Newton steps on the weighed sum of powers: the shift of line and spacing [Hz], [2]."""
-    directions = _directions(components)
+def _climb(phasors: Phasors, components: Components, directions: FloatArray) -> FloatArray:
+    """Newton steps on the weighed sum of powers: the shifts along `directions`, [c, 1 or 2] [Hz], [1 or 2]."""
     # What rises little above the noise tells little: weigh by the share of each power that is line.
     weight = np.maximum(components.snr - 1, 0.05) / np.maximum(components.snr, 1.05) / components.noise_power
     longest = 0.25 / (phasors.seconds * np.abs(directions).max(axis=0))
@@ -119,7 +138,7 @@ def _climb(phasors: Phasors, components: Components) -> FloatArray:
         gradient = directions.T @ (weight * slope)
         hessian = directions.T @ ((weight * curvature)[:, None] * directions)
         shift = shift + np.clip(_step(gradient, hessian, longest), -longest, longest)
-    return np.concatenate((shift, np.zeros(2 - shift.size)))
+    return shift
 
 
 def _step(gradient: FloatArray, hessian: FloatArray, longest: FloatArray) -> FloatArray:
