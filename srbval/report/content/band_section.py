@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from pathlib import Path
 
 from srbval.recordings import Origin
+from srbval.report.badges import Badge
 from srbval.report.blocks import Figure, FigureGrid, Paragraph
 from srbval.report.content.names import SIDE_NAME, STATE_NAME, badge_of
 from srbval.report.figures.kurtogram import kurtogram_panel
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table, Value
-from srbval.validation.analyse import Analysis
+from srbval.signal import Kurtogram
+from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.band_choice import band_kurtogram
 from srbval.validation.cross_band import LINE_OF, CrossBand
 from srbval.validation.evidence import Evidence
@@ -21,6 +25,8 @@ TOP_HZ = 10_240.0  # both sides to the rig's Nyquist frequency
 
 def band_section(evidence: Evidence, crossed: tuple[CrossBand, ...], folder: Path) -> Section:
     """Kurtograms beside the bands used, and the table of crossed bands."""
+    shown = [side[s] for s in LINE_OF for side in (evidence.beside_rig, evidence.rig)]
+    pictures = [(a, band_kurtogram(a.recording, a.bearing, a.speed)) for a in shown]
     return Section(
         id="bands",
         title="Band choice: what the bands are, and what others would show",
@@ -34,19 +40,68 @@ def band_section(evidence: Evidence, crossed: tuple[CrossBand, ...], folder: Pat
                 "trial. A band chosen on the record that is then judged (`srbval analyse --auto-band`) counts every "
                 "band tried in its false-alarm probabilities."
             ),
-            _kurtograms(evidence, folder),
+            _kurtograms(pictures, folder),
+            *impulsive_remarks(pictures),
             _table(evidence, crossed),
             _reading(crossed),
         ),
     )
 
 
-def _kurtograms(evidence: Evidence, folder: Path) -> FigureGrid:
+def impulsive_remarks(pictures: Sequence[tuple[Analysis, Kurtogram]]) -> tuple[Paragraph, ...]:
+    """Where a measured record's most impulsive band shows its line at another frequency than the band used."""
+    told = [_two_combs(analysis, picture) for analysis, picture in pictures if badge_of(analysis) is Badge.MEASURED]
+    return tuple(Paragraph(text) for text in told if text)
+
+
+def _two_combs(analysis: Analysis, picture: Kurtogram) -> str:
+    state = analysis.recording.state
+    if state not in LINE_OF:
+        return ""
+    name = LINE_OF[state]
+    other = analyse(
+        analysis.recording, bearing=analysis.bearing, speed=analysis.speed, band_hz=within_nyquist(picture, analysis)
+    )
+    ours, theirs = analysis.line(name), other.line(name)
+    if not (ours.detected and theirs.detected) or ours.found_hz is None or theirs.found_hz is None:
+        return ""
+    if abs(ours.found_hz - theirs.found_hz) <= math.hypot(ours.ci95_hz or 0.0, theirs.ci95_hz or 0.0):
+        return ""
+    return (
+        f"**Two combs in one record.** {STATE_NAME[state].capitalize()}: {name} reads {_comb(analysis, name)} in the "
+        f"band used, but {_comb(other, name)} in the most impulsive one. The difference is neither noise nor speed, "
+        "which is the same in both: the harmonics of either band agree with its own first. Two sets of rollers whose "
+        "cages turn differently would make it: the two rows of a double-row bearing with a cage each, or another "
+        "bearing on the shaft. Which it is, and which comb is the tested row's, the record does not tell: an order read "
+        "in one band is that band's."
+    )
+
+
+def within_nyquist(picture: Kurtogram, analysis: Analysis) -> tuple[float, float]:
+    """The most impulsive band, clear of zero and of half the sampling rate, where no filter reaches."""
+    low, high = picture.best_hz
+    margin = 0.01 * analysis.recording.fs_hz
+    return max(low, margin), min(high, analysis.recording.fs_hz / 2 - margin)
+
+
+def _comb(analysis: Analysis, name: str) -> str:
+    """The line in orders with its interval, its band, and its further harmonics that show, as orders of the first."""
+    shaft_hz, first = analysis.speed.value_hz, analysis.line(name)
+    low, high = analysis.processed.band_hz
+    rest = [
+        f"{x.found_hz / x.harmonic / shaft_hz:.4f}"
+        for x in analysis.lines
+        if x.name == name and x.harmonic > 1 and x.detected and x.found_hz is not None
+    ]
+    agreeing = f"; harmonics 2 up, over their number: {', '.join(rest)}" if rest else ""
+    found, half = (first.found_hz or 0.0) / shaft_hz, (first.ci95_hz or 0.0) / shaft_hz
+    return f"{found:.4f} ± {half:.4f} orders ({low:.0f} to {high:.0f} Hz{agreeing})"
+
+
+def _kurtograms(pictures: Sequence[tuple[Analysis, Kurtogram]], folder: Path) -> FigureGrid:
     panels = [
-        _panel(f"kurtogram-{letter}", letter, analysis, folder)
-        for letter, analysis in zip(
-            "abcd", (side[s] for s in LINE_OF for side in (evidence.beside_rig, evidence.rig)), strict=False
-        )
+        _panel(f"kurtogram-{letter}", letter, analysis, picture, folder)
+        for letter, (analysis, picture) in zip("abcd", pictures, strict=False)
     ]
     return FigureGrid(
         figures=tuple(panels),
@@ -58,9 +113,8 @@ def _kurtograms(evidence: Evidence, folder: Path) -> FigureGrid:
     )
 
 
-def _panel(name: str, letter: str, analysis: Analysis, folder: Path) -> Figure:
+def _panel(name: str, letter: str, analysis: Analysis, picture: Kurtogram, folder: Path) -> Figure:
     recording, band_hz = analysis.recording, analysis.processed.band_hz
-    picture = band_kurtogram(recording, analysis.bearing, analysis.speed)
     state = STATE_NAME[recording.state] if recording.state else "state not stated"
     best = picture.best_hz
     files = kurtogram_panel(
