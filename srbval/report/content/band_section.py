@@ -72,8 +72,8 @@ def _two_combs(analysis: Analysis, picture: Kurtogram) -> str:
         f"band used, but {_comb(other, name)} in the most impulsive one. The difference is neither noise nor speed, "
         "which is the same in both: the harmonics of either band agree with its own first. Two sets of rollers whose "
         "cages turn differently would make it: the two rows of a double-row bearing with a cage each, or another "
-        "bearing on the shaft. Which it is, and which comb is the tested row's, the record does not tell: an order read "
-        "in one band is that band's."
+        "bearing on the shaft. Which it is, and which comb is the tested row's, the record does not tell: an order "
+        "read in one band is that band's."
     )
 
 
