@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.signal.false_alarm import evidence, false_alarm
+from srbval.signal.false_alarm import evidence, false_alarm, likely_ratio
 from srbval.signal.joint_fit import Components, JointFit, fit
 from srbval.signal.periodogram import Noise, Periodogram
 
@@ -94,15 +94,22 @@ def read_comb(
     if best is None:
         return None
     # Evidence, wary of noise that is only estimated, flattens a strong line's top; its power does not.
-    highest = float(evidence(_snr(record, best, noise), bins).sum())
+    highest = _worth(_snr(record, best, noise), bins)
     near = np.abs(candidates - best) <= record.bin_hz
     best = float(candidates[near][np.argmax(ratios[near].sum(axis=1))])
     components = Components.of(record, best, used, sideband_hz, noise)
     result = fit(record, best, components, sideband_hz, shortest_block_s=shortest_block_s)
     snr = _snr(record, result.found_hz, noise)
     # The chance is that of the highest evidence in the window, which the fit's own place may fall short of.
-    total = max(float(evidence(snr, bins).sum()), highest)
-    return _reading(record, result, snr, expected_hz, half_window_hz, total, noise[0])
+    seen = np.count_nonzero([~record.masked(h * candidates) for h in number], axis=0)
+    share = np.bincount(seen, minlength=used + 1) / candidates.size
+    chance = false_alarm(*max(_worth(snr, bins), highest), share, half_window_hz, record.seconds)
+    return _reading(record, result, snr, expected_hz, half_window_hz, chance, noise[0])
+
+
+def _worth(snr: FloatArray, bins: NDArray[np.int64]) -> tuple[float, float]:
+    """Evidence of all harmonics together, and their ratio to the noise as it likely is where noise shows as much."""
+    return float(evidence(snr, bins).sum()), float(likely_ratio(snr, bins).sum())
 
 
 def _reading(
@@ -111,7 +118,7 @@ def _reading(
     snr: FloatArray,
     expected_hz: float,
     half_window_hz: float,
-    total: float,
+    chance: float,
     noise: Noise,
 ) -> LineReading:
     inside = abs(result.found_hz - expected_hz) < half_window_hz
@@ -119,7 +126,7 @@ def _reading(
         found_hz=result.found_hz,
         ci95_hz=min(result.ci95_hz, half_window_hz),
         snr=tuple(snr.tolist()),
-        false_alarm=false_alarm(total, snr.size, half_window_hz, record.seconds),
+        false_alarm=chance,
         half_window_hz=half_window_hz,
         depth=record.depth_at(result.found_hz),
         isolated=inside and _isolated(record, result.found_hz, noise, float(snr[0])),
