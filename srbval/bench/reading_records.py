@@ -1,4 +1,4 @@
-"""Made-up records for the Monte-Carlo bench of reading: combs with slip in noise, and noise alone."""
+"""Made-up records for the Monte-Carlo bench of reading, combs with slip in noise and noise alone; how they are read."""
 
 from __future__ import annotations
 
@@ -7,12 +7,17 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.signal import LineReading, Periodogram, read_comb
+
 FloatArray = NDArray[np.float64]
 
 FS_HZ = 2000.0
 SHAFT_HZ = 71 / 6  # 710 rpm
 LINE_HZ = 96.79  # the 22240's BPFO at that speed: none of five harmonics meets one of the shaft's
 LIMIT_HZ = 520.0
+# The window about the kinematic line, how far off its middle the true line lies, and the shortest block of a course.
+HALF_SHARE, OFF_SHARE = 0.01, 0.001
+BLOCK_S = 2 / SHAFT_HZ
 MEAN = 3.0  # a squared envelope is positive
 # Amplitudes of the harmonics: all alike, and falling as those of a short burst do.
 PROFILES = {"equal": (1.0,) * 5, "falling": (1.0, 1 / 2, 1 / 3, 1 / 4, 1 / 5)}
@@ -53,3 +58,16 @@ def cramer_rao_hz(seconds: float, snr_db: float, amplitudes: tuple[float, ...]) 
     """Least standard error of the line's frequency from noise alone, sqrt(6) / (2 pi T sqrt(sum h^2 rho_h)) [Hz]."""
     information = 10 ** (snr_db / 10) * sum((h * a) ** 2 for h, a in enumerate(amplitudes, 1))
     return math.sqrt(6 / information) / (2 * math.pi * seconds)
+
+
+def periodogram_of(record: FloatArray) -> Periodogram:
+    """As every reading begins."""
+    return Periodogram.of(record, FS_HZ, limit_hz=LIMIT_HZ, shaft_hz=SHAFT_HZ)
+
+
+def read_record(record: FloatArray, harmonics: int = 5) -> LineReading | None:
+    """What is read about the line's place, in a window not centred on it."""
+    middle = LINE_HZ * (1 + OFF_SHARE)
+    return read_comb(
+        periodogram_of(record), middle, HALF_SHARE * LINE_HZ, harmonics=harmonics, shortest_block_s=BLOCK_S
+    )

@@ -6,6 +6,7 @@ moved until no ratio's coverage lies further from the middle of what is asked fo
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -56,7 +57,7 @@ def calibrate(seed: int = 0) -> SlipInterval:
 
     def table(logs: FloatArray) -> SlipInterval:
         factor = tuple(float(f) for f in np.exp(logs))
-        return SlipInterval(floor=old.floor, start=old.start, log_spread=old.log_spread, factor=factor)
+        return dataclasses.replace(old, factor=factor)
 
     def cost(logs: FloatArray) -> float:
         off = np.array([abs(coverage(table(logs), *draw) - WANTED) for draw in draws])

@@ -205,7 +205,7 @@ def _bench(commands: Any) -> None:
     command.add_argument(
         "-o", "--output", metavar="FILE", help="keep the result here (default: a whole run is kept for the report)"
     )
-    command.add_argument("--jobs", type=int, metavar="N", help="with --ladder: scenes at a time (default: all cores)")
+    command.add_argument("--jobs", type=int, metavar="N", help="--ladder, --reading: at a time (default: all cores)")
 
 
 def _stability(commands: Any) -> None:

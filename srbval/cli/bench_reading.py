@@ -19,7 +19,9 @@ def run_reading(options: argparse.Namespace) -> int:
     revision = git_revision()
     with Progress() as progress:
         result = run_reading_bench(
-            QUICK_READING if options.quick else ReadingSettings(), progress=Tasks(progress, "Bench")
+            QUICK_READING if options.quick else ReadingSettings(),
+            jobs=options.jobs or usable_cores(),
+            progress=Tasks(progress, "Bench"),
         )
     measured = {"machine": this_machine(), **result.to_dict()}
     whole = not options.quick

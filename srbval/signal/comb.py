@@ -87,7 +87,7 @@ def read_comb(
     if np.all(record.masked(candidates)):
         return None
     noise = [record.noise_about(h * expected_hz, h * half_window_hz) for h in number]
-    bins = np.array([n.bins for n in noise])
+    bins = np.array([n.bins for n in noise], dtype=np.float64)
     ratios = np.column_stack([_ratio(record, h * candidates, n) for h, n in zip(number, noise, strict=True)])
     score = evidence(ratios, bins).sum(axis=1)
     best = _highest_peak(candidates, score)
@@ -107,7 +107,7 @@ def read_comb(
     return _reading(record, result, snr, expected_hz, half_window_hz, chance, noise[0])
 
 
-def _worth(snr: FloatArray, bins: NDArray[np.int64]) -> tuple[float, float]:
+def _worth(snr: FloatArray, bins: FloatArray) -> tuple[float, float]:
     """Evidence of all harmonics together, and their ratio to the noise as it likely is where noise shows as much."""
     return float(evidence(snr, bins).sum()), float(likely_ratio(snr, bins).sum())
 

@@ -20,13 +20,16 @@ WEAK_SNR = 10.0
 class SlipInterval:
     """The table: `floor` noise errors up to `start`, from there `factor` times the spread, between its knots linear.
 
-    `log_spread` are the knots, rising, of the weighted mean of log(1 + ratio of walk to noise).
+    `log_spread` are the knots, rising, of the weighted mean of log(1 + ratio of walk to noise). A weak line's credible
+    interval is widened by `weak_factor` after the chance `weak_steady` that nothing slips.
     """
 
     floor: float
     start: float
     log_spread: tuple[float, ...]
     factor: tuple[float, ...]
+    weak_steady: tuple[float, ...]
+    weak_factor: tuple[float, ...]
 
     def half_width(self, log_spread: float) -> float:
         """95 % half width in units of the standard error from noise alone."""
@@ -44,6 +47,8 @@ def slip_interval() -> SlipInterval:
         start=table["start"],
         log_spread=tuple(table["log_spread"]),
         factor=tuple(table["factor"]),
+        weak_steady=tuple(table["weak"]["steady"]),
+        weak_factor=tuple(table["weak"]["factor"]),
     )
 
 
@@ -61,3 +66,9 @@ def half_width(log_spread: float, blocks: int, snr: float) -> float:
     student = float(scipy.special.stdtrit(blocks - 2, 0.975)) / NORMAL_95
     wider = student * (1 + WEAK_SNR / snr) - 1
     return slip_interval().half_width(log_spread) * (1 + walk_share(log_spread) * wider)
+
+
+def weak_factor(steady: float) -> float:
+    """How many times its credible interval a weak line needs to be covered, after the chance that nothing slips."""
+    table = slip_interval()
+    return float(np.interp(steady, table.weak_steady, table.weak_factor))

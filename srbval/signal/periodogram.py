@@ -12,6 +12,7 @@ import scipy.signal
 from numpy.typing import NDArray
 
 from srbval.errors import DataError
+from srbval.signal.phasors import Phasors
 
 FloatArray = NDArray[np.float64]
 
@@ -109,8 +110,7 @@ class Periodogram:
 
     def exact_power_at(self, frequency_hz: FloatArray) -> FloatArray:
         """Power from the sum itself; for a handful of frequencies."""
-        time_s = np.arange(self.samples.size) / self.fs_hz
-        return np.array([abs(np.exp(-2j * np.pi * f * time_s) @ self.samples) ** 2 for f in frequency_hz])
+        return Phasors.of(self.samples, self.fs_hz, frequency_hz).power()
 
     def depth_at(self, frequency_hz: float) -> float:
         """Amplitude of a line over the record's mean; for an envelope the depth of its modulation."""

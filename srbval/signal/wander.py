@@ -18,8 +18,9 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from srbval.signal.interval import NORMAL_95, half_width, walk_share
+from srbval.signal.interval import NORMAL_95, half_width, walk_share, weak_factor
 from srbval.signal.phase_course import PhaseCourse, read_about, track
+from srbval.signal.phase_posterior import posterior
 from srbval.signal.phasors import Phasors
 
 FloatArray = NDArray[np.float64]
@@ -27,6 +28,10 @@ ComplexArray = NDArray[np.complex128]
 
 # Numbers of blocks the record is cut into; the largest is taken that noise and sidebands allow.
 BLOCK_NUMBERS = (96, 48, 32, 24, 16, 12, 8)
+# What all harmonics tell of the phase, sum h^2 rho, below which all courses are weighed at once (`phase_posterior`); of
+# a line whose best harmonic is weaker than that over the noise nothing is told.
+WEAK_INFORMATION, LEAST_SNR = 1000.0, 8.0
+WEAK_BLOCKS = 48
 # Power over noise that the best harmonic needs in a block, so that the course of phase does not get lost.
 BLOCK_SNR = 1.0
 # Largest jitter of the spacing of impacts that is followed, as a share of it.
@@ -68,9 +73,13 @@ def follow(
     """
     # A line without any noise would leave nothing to weigh a walk against.
     noise_power = np.maximum(noise_power, NOISELESS * float(np.max(phasors.power())))
-    for blocks in BLOCK_NUMBERS:
-        if phasors.seconds < blocks * shortest_block_s or blocks > phasors.sums.shape[1]:
-            continue
+    if float(np.max(phasors.power() / noise_power)) < LEAST_SNR:
+        return None
+    allowed = _allowed(phasors, shortest_block_s)
+    weak = weak_sums(phasors, number, noise_power, shortest_block_s=shortest_block_s)
+    if weak is not None:
+        return _weak(weak, number, line_hz, phasors.seconds / weak.shape[1])
+    for blocks in allowed:
         sums = phasors.in_blocks(blocks) * np.sqrt(blocks / noise_power)[:, None]
         snr = np.mean(np.abs(sums) ** 2, axis=1) - 1
         if float(snr.max()) < BLOCK_SNR:
@@ -79,6 +88,31 @@ def follow(
         walk = (2 * math.pi * LARGEST_JITTER) ** 2 * line_hz * block_s
         return _course(sums, number, walk, block_s)
     return None
+
+
+def weak_sums(
+    phasors: Phasors, number: FloatArray, noise_power: FloatArray, *, shortest_block_s: float = 0.0
+) -> ComplexArray | None:
+    """Sums [c, blocks] in units of their noise of a line too weak for its phase to be read; None for a strong one."""
+    for blocks in _allowed(phasors, shortest_block_s):
+        if blocks <= WEAK_BLOCKS:
+            sums = phasors.in_blocks(blocks) * np.sqrt(blocks / noise_power)[:, None]
+            snr = np.mean(np.abs(sums) ** 2, axis=1) - 1
+            return sums if float(number**2 @ np.maximum(snr, 0)) * blocks < WEAK_INFORMATION else None
+    return None
+
+
+def _allowed(phasors: Phasors, shortest_block_s: float) -> list[int]:
+    """Numbers of blocks the record may be cut into, the largest first."""
+    return [n for n in BLOCK_NUMBERS if phasors.seconds >= n * shortest_block_s and n <= phasors.sums.shape[1]]
+
+
+def _weak(sums: ComplexArray, number: FloatArray, line_hz: float, block_s: float) -> Course:
+    found = posterior(sums, number, line_hz=line_hz, block_s=block_s)
+    return Course(
+        shift_hz=found.shift_hz, ci95_hz=weak_factor(found.steady) * found.credible_hz,
+        walk_rad2_s=(2 * math.pi * found.jitter) ** 2 * line_hz,
+    )  # fmt: skip
 
 
 def _course(sums: ComplexArray, number: FloatArray, step_rad2: float, block_s: float) -> Course:

@@ -1,0 +1,103 @@
+"""Calibration of a weak line's interval: ``python -m srbval.bench.weak_interval`` prints the table.
+
+Records of weak combs with and without slip are read; the factors of the credible interval are moved until the lines
+detected are covered as nearly alike as can be, whatever they slip.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import multiprocessing
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.bench.machine import usable_cores
+from srbval.bench.reading_records import (
+    BLOCK_S,
+    HALF_SHARE,
+    LINE_HZ,
+    PROFILES,
+    comb_record,
+    periodogram_of,
+    read_record,
+)
+from srbval.signal.interval import slip_interval
+from srbval.signal.phase_posterior import posterior
+from srbval.signal.phasors import Phasors
+from srbval.signal.wander import weak_sums
+
+FloatArray = NDArray[np.float64]
+Comb = tuple[tuple[float, ...], float]  # amplitudes, line-to-noise ratio of the first [dB]
+Cell = tuple[float, Comb, float]  # seconds, comb, jitter
+
+SECONDS = (10.0, 30.0)
+COMBS: tuple[Comb, ...] = (
+    (PROFILES["falling"], 16.0), (PROFILES["falling"], 20.0), ((1.0, 0.7), 16.0), ((1.0,), 18.0),
+)  # fmt: skip
+JITTERS = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.007, 0.01)
+RECORDS, SEED = 200, 21
+WANTED, FREE, STEPS = 0.95, 0.02, 4000
+# Width of the step from covered to not, in the logarithm of the half width: makes the search smooth. And the price of
+# factors that differ from knot to knot.
+SOFT, UNEVEN = 0.05, 3e-4
+
+
+def drawn(cell: Cell) -> FloatArray:
+    """Errors in credible half widths, and chances that nothing slips, of the lines detected, [2, detected]."""
+    seconds, (amplitudes, snr_db), jitter = cell
+    rng = np.random.default_rng((SEED, *(round(1e4 * v) for v in (seconds, sum(amplitudes), snr_db, jitter))))
+    found = []
+    for _ in range(RECORDS):
+        record = comb_record(rng, seconds, snr_db=snr_db, jitter=jitter, amplitudes=amplitudes)
+        reading = read_record(record)
+        if reading is None or not reading.detected:
+            continue
+        number = np.arange(1, 6, dtype=np.float64)
+        reduced = periodogram_of(record)
+        noise = np.array([reduced.noise_about(h * LINE_HZ, h * HALF_SHARE * LINE_HZ).mean_power for h in number])
+        phasors = Phasors.of(reduced.samples, reduced.fs_hz, number * reading.found_hz)
+        sums = weak_sums(phasors, number, noise, shortest_block_s=BLOCK_S)
+        if sums is not None:
+            told = posterior(sums, number, line_hz=reading.found_hz, block_s=seconds / sums.shape[1])
+            off = abs(reading.found_hz + told.shift_hz - LINE_HZ)
+            found.append((off / told.credible_hz, told.steady))
+    return np.array(found).T
+
+
+def calibrate(draws: list[FloatArray]) -> FloatArray:
+    """Factors at the table's knots."""
+    import scipy.optimize
+
+    knots = slip_interval().weak_steady
+
+    def cost(logs: FloatArray) -> float:
+        off = np.abs(np.array([coverage(np.exp(logs), knots, draw, SOFT) for draw in draws]) - WANTED)
+        beyond = np.maximum(off - FREE, 0)
+        return float(np.mean(off**2) + beyond.max() ** 2 / 2 + UNEVEN * np.mean(np.diff(logs) ** 2))
+
+    options = {"maxiter": STEPS, "adaptive": True}
+    begun = np.log(slip_interval().weak_factor)
+    return np.exp(scipy.optimize.minimize(cost, begun, method="Nelder-Mead", options=options).x)
+
+
+def coverage(factor: FloatArray, knots: tuple[float, ...], draw: FloatArray, soft: float) -> float:
+    """Share of a cell's lines that lie within their half widths, each counted in part within `soft` of its edge."""
+    inside = np.log(np.interp(draw[1], knots, factor)) - np.log(np.maximum(draw[0], 1e-9))
+    return float(np.mean(0.5 * (1 + np.tanh(inside / soft))))
+
+
+if __name__ == "__main__":
+    cells = list(itertools.product(SECONDS, COMBS, JITTERS))
+    with ProcessPoolExecutor(usable_cores(), mp_context=multiprocessing.get_context("spawn")) as pool:
+        all_draws = list(pool.map(drawn, cells))
+    steady = slip_interval().weak_steady
+    factors = calibrate(all_draws)
+    shares = [coverage(factors, steady, draw, 1e-6) for draw in all_draws]
+    for (seconds, (amplitudes, snr_db), jitter), draw, share in zip(cells, all_draws, shares, strict=True):
+        lines = f"{len(amplitudes)} lines from {amplitudes[0]:g} to {amplitudes[-1]:g}, {snr_db:g} dB"
+        print(f"# {seconds:g} s, {lines}, jitter {jitter:g}: {draw.shape[1]} detected, coverage {share:.3f}")
+    print(f"# coverage {min(shares):.3f} to {max(shares):.3f}, root mean square off {math.sqrt(np.var(shares)):.3f}")
+    print(f"steady = {list(steady)}\nfactor = {[round(float(f), 2) for f in factors]}")
