@@ -6,6 +6,7 @@ import argparse
 from dataclasses import asdict
 
 from srbval.bench.kept import READING
+from srbval.bench.machine import usable_cores
 from srbval.bench.reading import QUICK_READING, ReadingBench, ReadingSettings, run_reading_bench
 from srbval.cli.measured import keep_and_print, this_machine
 from srbval.cli.output import print_table
