@@ -38,7 +38,7 @@ COMBS: tuple[Comb, ...] = (
     (PROFILES["falling"], 16.0), (PROFILES["falling"], 20.0), ((1.0, 0.7), 16.0), ((1.0,), 18.0),
 )  # fmt: skip
 JITTERS = (0.0, 0.0005, 0.001, 0.002, 0.004, 0.007, 0.01)
-RECORDS, SEED = 200, 21
+RECORDS, SEED = 120, 21
 WANTED, FREE, STEPS = 0.95, 0.02, 4000
 # Width of the step from covered to not, in the logarithm of the half width: makes the search smooth. And the price of
 # factors that differ from knot to knot.

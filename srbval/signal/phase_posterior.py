@@ -26,7 +26,7 @@ STEADY_WEIGHT = 2.0
 # How far the mean frequency is looked for beside the start, in bins and in its own standard errors, and how finely.
 REACH_BINS, REACH_ERRORS = 1.5, 4.0
 STEP, FINEST_BINS = 0.6, 0.08
-_FIRST_ROUNDS, _LATER_ROUNDS = 6, 3
+_FIRST_ROUNDS, _LATER_ROUNDS = 5, 2
 _ORDER = np.arange(CIRCLE // 2 + 1)
 # Points of the circle for a line that keeps its phase, and of the density that all jitters are joined on.
 _STEADY_CIRCLE, _DENSITY = 512, 4001
@@ -62,10 +62,9 @@ def posterior(sums: ComplexArray, number: FloatArray, *, line_hz: float, block_s
     which = np.repeat(np.arange(JITTERS.size), [s.size for s in shifts])
     shift = np.concatenate(shifts)
     amplitude = _begun(sums, number, step_rad2)
-    for _ in range(2):
-        log_likelihood = _forward(_agreement(sums, number, amplitude), _steps(step_rad2[which], turn * shift), which)
-        best = np.array([shift[which == w][np.argmax(log_likelihood[which == w])] for w in range(JITTERS.size)])
-        amplitude = _fitted(sums, number, amplitude, _steps(step_rad2, turn * best), _LATER_ROUNDS)
+    log_likelihood = _forward(_agreement(sums, number, amplitude), _steps(step_rad2[which], turn * shift), which)
+    best = np.array([shift[which == w][np.argmax(log_likelihood[which == w])] for w in range(JITTERS.size)])
+    amplitude = _fitted(sums, number, amplitude, _steps(step_rad2, turn * best), _LATER_ROUNDS)
     log_likelihood = _forward(_agreement(sums, number, amplitude), _steps(step_rad2[which], turn * shift), which)
     steady = _places(FINEST_BINS / 4 / seconds, seconds)
     tables = [(steady, _steady(sums, number, turn * steady) + math.log(STEADY_WEIGHT))]

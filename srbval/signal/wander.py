@@ -31,7 +31,7 @@ BLOCK_NUMBERS = (96, 48, 32, 24, 16, 12, 8)
 # What all harmonics tell of the phase, sum h^2 rho, below which all courses are weighed at once (`phase_posterior`); of
 # a line whose best harmonic is weaker than that over the noise nothing is told.
 WEAK_INFORMATION, LEAST_SNR = 1000.0, 8.0
-WEAK_BLOCKS = 48
+WEAK_BLOCKS = 32
 # Power over noise that the best harmonic needs in a block, so that the course of phase does not get lost.
 BLOCK_SNR = 1.0
 # Largest jitter of the spacing of impacts that is followed, as a share of it.
