@@ -21,7 +21,8 @@ class SlipInterval:
     """The table: `floor` noise errors up to `start`, from there `factor` times the spread, between its knots linear.
 
     `log_spread` are the knots, rising, of the weighted mean of log(1 + ratio of walk to noise). A weak line's credible
-    interval is widened by `weak_factor` after the chance `weak_steady` that nothing slips.
+    interval is stretched by two factors, `weak_factor` after the chance `weak_steady` that nothing slips and
+    `wide_factor` after its width in those of noise alone, `wide`.
     """
 
     floor: float
@@ -30,6 +31,8 @@ class SlipInterval:
     factor: tuple[float, ...]
     weak_steady: tuple[float, ...]
     weak_factor: tuple[float, ...]
+    wide: tuple[float, ...]
+    wide_factor: tuple[float, ...]
 
     def half_width(self, log_spread: float) -> float:
         """95 % half width in units of the standard error from noise alone."""
@@ -48,7 +51,9 @@ def slip_interval() -> SlipInterval:
         log_spread=tuple(table["log_spread"]),
         factor=tuple(table["factor"]),
         weak_steady=tuple(table["weak"]["steady"]),
-        weak_factor=tuple(table["weak"]["factor"]),
+        weak_factor=tuple(table["weak"]["steady_factor"]),
+        wide=tuple(table["weak"]["wide"]),
+        wide_factor=tuple(table["weak"]["wide_factor"]),
     )
 
 
@@ -68,7 +73,11 @@ def half_width(log_spread: float, blocks: int, snr: float) -> float:
     return slip_interval().half_width(log_spread) * (1 + walk_share(log_spread) * wider)
 
 
-def weak_factor(steady: float) -> float:
-    """How many times its credible interval a weak line needs to be covered, after the chance that nothing slips."""
+def weak_factor(steady: float, wide: float) -> float:
+    """How many times its credible interval a weak line needs to be covered.
+
+    `steady` is the chance that nothing slips, `wide` the interval's width over that of noise alone.
+    """
     table = slip_interval()
-    return float(np.interp(steady, table.weak_steady, table.weak_factor))
+    by_steady = np.interp(steady, table.weak_steady, np.log(table.weak_factor))
+    return math.exp(by_steady + np.interp(math.log(wide), np.log(table.wide), np.log(table.wide_factor)))

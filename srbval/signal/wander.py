@@ -107,10 +107,18 @@ def _allowed(phasors: Phasors, shortest_block_s: float) -> list[int]:
     return [n for n in BLOCK_NUMBERS if phasors.seconds >= n * shortest_block_s and n <= phasors.sums.shape[1]]
 
 
+def noise_error_hz(sums: ComplexArray, number: FloatArray, block_s: float) -> float:
+    """Standard error of a steady line from noise alone (Rife & Boorstyn 1974, see `joint_fit`)."""
+    blocks = sums.shape[1]
+    snr = np.abs(sums.sum(axis=1)) ** 2 / blocks - 1
+    return math.sqrt(6 / max(float(number**2 @ np.maximum(snr, 0)), 1.0)) / (2 * math.pi * blocks * block_s)
+
+
 def _weak(sums: ComplexArray, number: FloatArray, line_hz: float, block_s: float) -> Course:
     found = posterior(sums, number, line_hz=line_hz, block_s=block_s)
+    wide = found.credible_hz / (NORMAL_95 * noise_error_hz(sums, number, block_s))
     return Course(
-        shift_hz=found.shift_hz, ci95_hz=weak_factor(found.steady) * found.credible_hz,
+        shift_hz=found.shift_hz, ci95_hz=weak_factor(found.steady, wide) * found.credible_hz,
         walk_rad2_s=(2 * math.pi * found.jitter) ** 2 * line_hz,
     )  # fmt: skip
 
