@@ -28,7 +28,7 @@ class ReadingSettings:
     """How many records each figure takes; jitter and line-to-noise ratios to try."""
 
     trials: int = 1000
-    noise_records: int = 20_000
+    noise_records: int = 60_000
     seconds: tuple[float, ...] = (10.0, 30.0)
     snr_db: tuple[float, ...] = (16.0, 25.0, 35.0)
     jitter: tuple[float, ...] = (0.0, 0.001, 0.003, 0.01)

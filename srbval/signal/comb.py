@@ -107,6 +107,19 @@ def read_comb(
     return _reading(record, result, snr, expected_hz, half_window_hz, chance, noise[0])
 
 
+def peak_snr(record: Periodogram, expected_hz: float, half_window_hz: float) -> float | None:
+    """Power over noise of the highest peak within `half_window_hz`; None where `read_comb` would give None.
+
+    To ask whether a line stands there at all, without a fit of its frequency.
+    """
+    candidates = _candidates(record, expected_hz, half_window_hz, 1)
+    if expected_hz + half_window_hz > record.limit_hz or np.all(record.masked(candidates)):
+        return None
+    noise = record.noise_about(expected_hz, half_window_hz)
+    best = _highest_peak(candidates, _ratio(record, candidates, noise))
+    return None if best is None else float(_snr(record, best, [noise])[0])
+
+
 def _worth(snr: FloatArray, bins: FloatArray) -> tuple[float, float]:
     """Evidence of all harmonics together, and their ratio to the noise as it likely is where noise shows as much."""
     return float(evidence(snr, bins).sum()), float(likely_ratio(snr, bins).sum())

@@ -9,7 +9,7 @@ from typing import Any
 from srbval.bearing import Bearing
 from srbval.recordings.recording import ShaftSpeed
 from srbval.signal import LineReading, Periodogram, read_comb
-from srbval.signal.comb import LEAST_SNR
+from srbval.signal.comb import LEAST_SNR, peak_snr
 from srbval.validation.families import Family, Found, families_of, find_families
 
 RACES = ("BPFO", "BPFI")
@@ -92,9 +92,7 @@ def _octaves(found: Found) -> dict[str, Any]:
 
 
 def _snr_near(found: Found, frequency_hz: float) -> float | None:
-    half = found.record.bin_hz + 2 * found.reading.ci95_hz
-    reading = read_comb(found.record, frequency_hz, half, harmonics=1)
-    return None if reading is None else reading.snr[0]
+    return peak_snr(found.record, frequency_hz, found.record.bin_hz + 2 * found.reading.ci95_hz)
 
 
 def _harmonics(found: Found, speed: ShaftSpeed) -> list[Line]:

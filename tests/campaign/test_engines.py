@@ -6,13 +6,17 @@ import os
 import signal
 import subprocess
 import sys
+import threading
+import time
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from srbval.campaign.engines.choose import choose_engine
+from srbval.campaign.engines.dask_engine import existing
 from srbval.campaign.engines.engine import Job
 from srbval.campaign.engines.processes import LocalProcesses
 from srbval.campaign.engines.serial import Serial
@@ -21,6 +25,7 @@ from srbval.campaign.store import Store
 from srbval.errors import ConfigurationError, DataError
 from tests.campaign.small import content, failing_point, small
 
+RESULTS = "cases/*/*.h5"
 MIXED: list[dict[str, Any]] = [
     {"kind": "list", "cases": [{"defect.kind": "none"}, {"defect.kind": "inner"}, failing_point(),
                                {"load.radial": "-3 kN"}, {"model": "planar"}, {"bearing": "skf-6205"}]},
@@ -61,15 +66,44 @@ def test_embedded_dask_gives_the_same(serial: Path, tmp_path: Path) -> None:
     assert content(tmp_path) == content(serial)
 
 
-def test_a_scheduler_with_two_workers_gives_the_same(serial: Path, tmp_path: Path, scheduler: str) -> None:
-    found = run_campaign(small(axes=MIXED), tmp_path, engine=choose_engine(address=scheduler))
-    assert found.engine == f"dask at {scheduler}"
+def test_a_scheduler_with_two_workers_gives_the_same(serial: Path, tmp_path: Path, scheduler: Scheduler) -> None:
+    found = run_campaign(small(axes=MIXED), tmp_path, engine=choose_engine(address=scheduler.address))
+    assert found.engine == f"dask at {scheduler.address}"
     assert content(tmp_path) == content(serial)
 
 
+def test_workers_lost_for_good_end_the_campaign_and_keep_what_had_come(tmp_path: Path, scheduler: Scheduler) -> None:
+    """As when all jobs reach their time limit: a client would wait for ever for another worker."""
+    campaign = small(axes=[{"kind": "grid", "values": {"seed": list(range(60))}}])
+
+    def lose_all() -> None:
+        while not any(tmp_path.glob(RESULTS)):
+            time.sleep(0.01)
+        for worker in scheduler.workers:
+            worker.kill()
+
+    thread = threading.Thread(target=lose_all, daemon=True)
+    thread.start()
+    with pytest.raises(DataError, match=r"all workers .* were lost, and no other came within 2 s"):
+        run_campaign(campaign, tmp_path, engine=existing(scheduler.address, wait_s=2.0))
+    thread.join()
+    kept = len(list(tmp_path.glob(RESULTS)))
+    assert 0 < kept < 60
+    again = run_campaign(campaign, tmp_path, engine=Serial())
+    assert (again.done, again.ran, again.failed) == (60, 60 - kept, ())
+
+
+@dataclass(frozen=True)
+class Scheduler:
+    """A Dask scheduler and its workers."""
+
+    address: str
+    workers: list[subprocess.Popen[bytes]]
+
+
 @pytest.fixture
-def scheduler(tmp_path: Path) -> Iterator[str]:
-    """Address of a Dask scheduler with two worker processes of its own."""
+def scheduler(tmp_path: Path) -> Iterator[Scheduler]:
+    """A Dask scheduler with two worker processes of its own."""
     pytest.importorskip("distributed")
     file = tmp_path / "scheduler.json"
     common = ["--scheduler-file", str(file), "--no-dashboard"]
@@ -85,7 +119,7 @@ def scheduler(tmp_path: Path) -> Iterator[str]:
         with Client(scheduler_file=str(file), timeout="60 s") as client:
             client.wait_for_workers(2, timeout=60)
             address = str(client.scheduler.address)
-        yield address
+        yield Scheduler(address, started[1:])
     finally:
         for process in reversed(started):
             process.terminate()

@@ -7,12 +7,13 @@ import itertools
 import logging
 import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from typing import Any
 
 from srbval.campaign.case import version
 from srbval.campaign.engines.engine import ATTEMPTS, Job, Outcome, crashed
 from srbval.campaign.engines.processes import THREADS, compile_apart
+from srbval.campaign.engines.worker_watch import watched
 from srbval.campaign.task import Task
 from srbval.campaign.watch import run_watched
 from srbval.campaign.work import ready
@@ -29,7 +30,7 @@ class DaskCluster:
     """Cases on a Dask cluster. `make_client` is a context that yields a client of it; see the functions below.
 
     `here`: all of its workers are on this machine, so kernels can be compiled while they start. `wait_s`: how long to
-    wait for the first worker [s]; without any until then `run` raises `DataError`.
+    wait for the first worker, and for another one when all are lost [s]; after that `run` raises `DataError`.
     """
 
     def __init__(
@@ -49,28 +50,46 @@ class DaskCluster:
             self._wait_for_a_worker(client)
             _prepare(client, job, compiling)
             under_way = as_completed()
-            tasks: dict[Any, Task] = {}
+            tasks: dict[str, tuple[Any, Task]] = {}
+            blamed: list[Task] = []
+
+            def submit(task: Task, name: str) -> Any:
+                future = client.submit(run_watched, task, key=f"srbval-{task.key}{name}", pure=False, retries=0)
+                tasks[future.key] = future, task
+                return future
 
             def fill() -> None:
                 room = max(2, AHEAD * sum(client.nthreads().values())) - len(tasks)
                 for task in itertools.islice(waiting, max(0, room)):
                     job.begun(task.key)
-                    future = client.submit(run_watched, task, key=f"srbval-{task.key}", pure=False, retries=0)
-                    tasks[future.key] = task
-                    under_way.add(future)
+                    under_way.add(submit(task, ""))
 
-            fill()
-            blamed: list[Task] = []
-            for future in under_way:
-                task = tasks.pop(future.key)
-                try:
-                    yield future.result()
-                except KilledWorker:
-                    blamed.append(task)
-                future.release()
+            stack.enter_context(watched(client, lambda: [f for f, _ in list(tasks.values())], wait_s=self._wait_s))
+            try:
                 fill()
-            for task in blamed:
-                yield _alone(client, task)
+                for future in under_way:
+                    task = tasks[future.key][1]
+                    try:
+                        yield future.result()
+                    except KilledWorker:
+                        blamed.append(task)
+                    del tasks[future.key]
+                    future.release()
+                    fill()
+                # Dask blames all that a lost worker held: with nothing beside it a case tells whose fault it was.
+                for task in blamed:
+                    try:
+                        yield submit(task, "-alone").result()
+                    except KilledWorker:
+                        yield crashed(task.key, "its Dask worker was lost, with no other case on it")
+            except CancelledError:
+                raise self._all_lost() from None
+
+    def _all_lost(self) -> DataError:
+        return DataError(
+            f"all workers of {self.name} were lost, and no other came within {self._wait_s:g} s. Results that had come "
+            "are kept; the same command goes on from there. Where jobs end at their time limit, ask for longer ones."
+        )
 
     def _wait_for_a_worker(self, client: Any) -> None:
         try:
@@ -81,19 +100,6 @@ class DaskCluster:
                 "or workers that cannot reach the scheduler and give up. Wait longer with --wait S; the same command "
                 "starts again where this one stopped."
             ) from None
-
-
-def _alone(client: Any, task: Task) -> Outcome:
-    """Run a case with nothing beside it: Dask blames all that a lost worker held, this tells whose fault it was."""
-    from distributed import KilledWorker
-
-    try:
-        outcome: Outcome = client.submit(
-            run_watched, task, key=f"srbval-{task.key}-alone", pure=False, retries=0
-        ).result()
-    except KilledWorker:
-        return crashed(task.key, "its Dask worker was lost, with no other case on it")
-    return outcome
 
 
 def embedded(workers: int, *, wait_s: float = WAIT_S) -> DaskCluster:
