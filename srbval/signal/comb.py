@@ -68,16 +68,16 @@ def read_comb(
     *,
     harmonics: int = HARMONICS,
     sideband_hz: float = 0.0,
-    shortest_block_s: float = 0.0,
+    shortest_block_s: float | None = 0.0,
 ) -> LineReading | None:
     """Fit ``f, 2f, ... Hf``, and where they show ``hf - s`` and ``hf + s``, within `half_window_hz` of `expected_hz`.
 
     The place is that of the most evidence in the harmonics together; from there line and spacing s, begun at
     `sideband_hz` (zero: no sidebands), are fitted by maximum likelihood for lines of unknown amplitude and phase
-    (Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20, 591), and the line's course of phase is followed for
-    slip (`follow`). Harmonics beyond ``record.limit_hz`` are left out; shaft harmonics count as nothing. The
-    uncertainty joins noise and the line's own wander. None where even the fundamental lies out of reach, its
-    whole window is masked, or nothing peaks inside it.
+    (Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20, 591), and the line's course of phase is followed for slip
+    (`follow`), unless `shortest_block_s` is None. Harmonics beyond ``record.limit_hz`` are left out; shaft harmonics
+    count as nothing. The uncertainty joins noise and the line's own wander. None where even the fundamental lies out
+    of reach, its whole window is masked, or nothing peaks inside it.
     """
     used = min(harmonics, math.floor(record.limit_hz / (expected_hz + half_window_hz)))
     if used < 1:

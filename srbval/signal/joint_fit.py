@@ -75,12 +75,12 @@ class JointFit:
 
 
 def fit(
-    record: Periodogram, start_hz: float, components: Components, sideband_hz: float, *, shortest_block_s: float
+    record: Periodogram, start_hz: float, components: Components, sideband_hz: float, *, shortest_block_s: float | None
 ) -> JointFit:
     """Line and spacing that gather most power over noise, from a start within half a bin of the highest harmonic.
 
     Where sidebands take part, both are free; `follow` then widens the interval by what
-    slip may have done. A line too weak to be followed keeps the Cramer-Rao interval.
+    slip may have done. A line too weak to be followed, or with `shortest_block_s` None, keeps the Cramer-Rao interval.
     """
     phasors = Phasors.of(record.samples, record.fs_hz, components.number * start_hz + components.side * sideband_hz)
     shift = _climb(phasors, components, _directions(components))
@@ -90,11 +90,12 @@ def fit(
     sigma = _cramer_rao_hz(components, record.bin_hz)
     found = start_hz + float(shift[0])
     ci95 = noise_ci = NORMAL_95 * float(sigma[0])
-    course = follow(
-        moved, components.number, components.noise_power, line_hz=found, shortest_block_s=shortest_block_s
-    )  # fmt: skip
-    if course is not None:
-        found, ci95 = found + course.shift_hz, course.ci95_hz
+    if shortest_block_s is not None:
+        course = follow(
+            moved, components.number, components.noise_power, line_hz=found, shortest_block_s=shortest_block_s
+        )
+        if course is not None:
+            found, ci95 = found + course.shift_hz, course.ci95_hz
     spacing = sideband_hz + float(shift[1]) if components.has_sides else None
     if spacing is not None:
         spacing = _without_lines(record, start_hz + float(shift[0]), components, spacing)

@@ -116,16 +116,23 @@ def _sidebands(found: Found, speed: ShaftSpeed) -> list[Line]:
 
 
 def _read_one(line: Line, found: Found, number: int, offset_hz: float, speed: ShaftSpeed) -> Line:
-    """A single line beside the found fundamental, or about its kinematic place where that was not found."""
+    """A single line beside the found fundamental, or about its kinematic place where that was not found.
+
+    It slips as its fundamental does, whose course was followed: that one's interval, `number` times, joins the noise.
+    """
     record, search = found.record, found.search
+    slip_hz = 0.0
     if found.detected:
+        slip_hz = number * found.reading.ci95_hz
         centre = number * found.reading.found_hz + offset_hz
-        half = record.bin_hz + number * found.reading.ci95_hz + (speed.ci95_hz if offset_hz else 0.0)
+        half = record.bin_hz + slip_hz + (speed.ci95_hz if offset_hz else 0.0)
     else:
         centre = search.scale * line.kinematic_hz
         half = search.half_window_hz(centre, record.bin_hz)
-    reading = read_comb(record, centre, half, harmonics=1, shortest_block_s=search.block_s)
-    return line if reading is None else _measured(line, reading, speed)
+    reading = read_comb(record, centre, half, harmonics=1, shortest_block_s=None)
+    if reading is None:
+        return line
+    return _measured(line, replace(reading, ci95_hz=min(math.hypot(reading.ci95_hz, slip_hz), half)), speed)
 
 
 def _measured(line: Line, reading: LineReading, speed: ShaftSpeed) -> Line:

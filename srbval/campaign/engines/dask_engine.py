@@ -22,6 +22,8 @@ from srbval.errors import ConfigurationError, DataError
 AHEAD = 2  # cases handed to the scheduler for each worker: none waits for the next, the scheduler holds few
 SLURM_MEMORY = "2 GB"
 CONNECT_S = "20 s"
+# Of a scheduler's web page: two campaigns may run on one machine.
+ANY_PORT = ":0"
 # For the first worker: processes and a running scheduler's workers start in seconds, jobs may stand in a queue.
 WAIT_S, QUEUE_WAIT_S = 120.0, 3600.0
 
@@ -114,7 +116,7 @@ def embedded(workers: int, *, wait_s: float = WAIT_S) -> DaskCluster:
             dask.config.set({"distributed.scheduler.allowed-failures": ATTEMPTS - 1}),
             _environment(),
             LocalCluster(
-                n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None,
+                n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=ANY_PORT,
                 silence_logs=logging.CRITICAL, memory_limit=None,
             ) as cluster,
             Client(cluster) as made,
@@ -157,9 +159,12 @@ def slurm(workers: int, *, wait_s: float = QUEUE_WAIT_S) -> DaskCluster:
         prologue = dask.config.get("jobqueue.slurm.job-script-prologue", None) or []
         single = [f"export {name}=1" for name in THREADS]
         with (
-            SLURMCluster(cores=1, processes=1, memory=memory, job_script_prologue=[*prologue, *single]) as cluster,
+            SLURMCluster(
+                cores=1, processes=1, memory=memory, job_script_prologue=[*prologue, *single],
+                scheduler_options={"dashboard_address": ANY_PORT},
+            ) as cluster,
             Client(cluster) as made,
-        ):
+        ):  # fmt: skip
             cluster.scale(jobs=workers)
             yield made
 
