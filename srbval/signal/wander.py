@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
@@ -41,6 +41,8 @@ RATIOS = np.geomspace(0.05, 1e10, 93)
 WEIGHTS = (1 + RATIOS) ** -0.5
 # Steps that tracks are begun with, as shares of the largest jitter's.
 STEP_SHARES = (1.0, 0.03)
+# Noise at the line over that told of its neighbourhood; anything but the first must be likelier by this, in logarithms.
+EXCESSES, CLEARLY = (1.0, 1.6, 2.5, 4.0, 6.3), 8.0
 # How far the evidence, which is approximate, is trusted: as a power of the odds.
 TEMPER = 0.5
 # A track, which had the choice of all courses, must be likelier than the straight line by this much, in logarithms.
@@ -170,9 +172,24 @@ def _settled(sums: ComplexArray, number: FloatArray, about: FloatArray, modes: M
     for _ in range(_ROUNDS):
         read = read_about(sums, number, about)
         residual = modes.contrasts @ read.phase_rad
-        weight, likelihood = modes.weigh(residual / math.sqrt(read.variance_rad2))
+        read, weight, likelihood = _with_excess(read, residual, modes)
         about = read.phase_rad - modes.contrasts.T @ (modes.noise_share(weight) * residual)
     return _Settled(read=read, residual=residual, weight=weight, evidence=read.agreement(sums, number) + likelihood)
+
+
+def _with_excess(read: PhaseCourse, residual: FloatArray, modes: Modes) -> tuple[PhaseCourse, FloatArray, float]:
+    """The phases' variance as the residuals have it, where they clearly exceed what the line's neighbourhood tells.
+
+    Noise may be higher at a line than beside it, where skirts and sidebands leak into the blocks. It scatters phases
+    without memory, and must not be taken for a walk.
+    """
+    tried = []
+    for excess in EXCESSES:
+        weight, likelihood = modes.weigh(residual / math.sqrt(excess * read.variance_rad2))
+        tried.append((likelihood - residual.size * math.log(excess) / 2, excess, weight))
+    told, best = tried[0], max(tried, key=lambda one: one[0])
+    likelihood, excess, weight = best if best[0] - told[0] > CLEARLY else told
+    return replace(read, variance_rad2=excess * read.variance_rad2), weight, likelihood
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from srbval.signal import wander
 from srbval.signal.phasors import Phasors
 from srbval.signal.wander import follow
 
@@ -47,3 +48,16 @@ def test_weak_line_or_few_blocks_cannot_be_told():
     samples = wandering(np.random.default_rng(4), 0.1)
     assert followed(samples, noise=60.0) is None
     assert followed(samples, shortest_block_s=10.0) is None
+
+
+def test_noise_that_is_higher_at_the_line_than_beside_it_is_no_wander(monkeypatch):
+    """Skirts and sidebands lift it: phases scatter more than told, but without memory."""
+    records = [wandering(np.random.default_rng((5, index)), 0.0, noise=0.3) for index in range(10)]
+
+    def mean_ci(noise):
+        return np.sqrt(np.mean([followed(samples, noise=noise).ci95_hz ** 2 for samples in records]))
+
+    known, told_too_little = mean_ci(0.3), mean_ci(0.16)
+    assert told_too_little < 1.5 * known
+    monkeypatch.setattr(wander, "CLEARLY", np.inf)
+    assert mean_ci(0.16) > 2 * told_too_little
