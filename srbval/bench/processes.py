@@ -75,7 +75,7 @@ def _ask(store: Path, *arguments: str) -> dict[str, Any]:
 
 def _run(store: Path, *arguments: str) -> str:
     env = os.environ | ONE_THREAD | {"NUMBA_CACHE_DIR": str(store)} | package_path()
-    done = subprocess.run([sys.executable, *arguments], env=env, capture_output=True, text=True, check=False)
+    done = subprocess.run([sys.executable, "-P", *arguments], env=env, capture_output=True, text=True, check=False)
     if done.returncode:
         end = done.stderr.strip()[-300:]
         raise NumericsError(f"bench: python {' '.join(arguments)} ended with {done.returncode}: {end}")

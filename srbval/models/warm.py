@@ -52,7 +52,7 @@ def compile_apart(model: str) -> float:
             return 0.0
         started = time.perf_counter()
         done = subprocess.run(
-            [sys.executable, "-m", "srbval.models.warm", model],
+            [sys.executable, "-P", "-m", "srbval.models.warm", model],
             env=os.environ | package_path(), stdin=subprocess.DEVNULL, capture_output=True, check=False,
         )  # fmt: skip
         if done.returncode == 0:

@@ -36,7 +36,7 @@ class ReadAside(Sequence[OtherRecord]):
     def __init__(self, registered: Sequence[RegisteredRecording], jobs: int | None) -> None:
         self._registered, self._jobs = registered, jobs
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "srbval.validation.other_rigs_aside"], env=os.environ | package_path(),
+            [sys.executable, "-P", "-m", "srbval.validation.other_rigs_aside"], env=os.environ | package_path(),
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
         )  # fmt: skip
         weakref.finalize(self, self._process.kill)

@@ -72,3 +72,20 @@ def test_the_first_process_loads_what_another_compiled(tmp_path: Path) -> None:
     )
     assert first.split()[1] == "0"
     assert first == second
+
+
+def test_the_process_apart_takes_this_package_wherever_it_is_started(
+    asked: list[list[str]], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """From within a source tree an installed package would else have the tree's kernels compiled, and not its own."""
+    decoy = tmp_path / "srbval"
+    decoy.mkdir()
+    (decoy / "__init__.py").write_text("")
+    warm.compile_apart("planar")
+    monkeypatch.undo()
+    started = asked[0][: asked[0].index("-m")]
+    told = subprocess.run(
+        [*started, "-c", "import srbval; print(srbval.__file__)"],
+        cwd=tmp_path, env=os.environ | warm.package_path(), capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert Path(told.stdout.strip()) == Path(srbval.__file__)

@@ -154,7 +154,7 @@ class Worker:
 
     def __init__(self) -> None:
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "srbval.campaign.engines.worker"],
+            [sys.executable, "-P", "-m", "srbval.campaign.engines.worker"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             env=os.environ | dict.fromkeys(THREADS, "1") | package_path(),
