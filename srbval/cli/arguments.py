@@ -246,7 +246,10 @@ def _campaign(commands: Any) -> None:
     run.add_argument("--jobs", type=int, metavar="N", help="cases at a time (default: one per core)")
     run.add_argument("--address", metavar="URL", help="of a Dask scheduler that is there already")
     run.add_argument(
-        "--wait", type=_positive, metavar="S", help="for a Dask cluster's first worker [s] (default: 120; slurm 3600)"
+        "--wait",
+        type=_positive,
+        metavar="S",
+        help="for a Dask worker where there is none [s] (default: 120; slurm 3600)",
     )
     run.add_argument(
         "--limit-factor", type=_number, metavar="X", help="end a case after X times its planned time; 0: never"

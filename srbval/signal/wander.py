@@ -110,7 +110,7 @@ def _allowed(phasors: Phasors, shortest_block_s: float) -> list[int]:
 
 
 def noise_error_hz(sums: ComplexArray, number: FloatArray, block_s: float) -> float:
-    """Standard error of a steady line from noise alone (Rife & Boorstyn 1974, see `joint_fit`)."""
+    """Standard error of a steady line from noise alone [Hz] (Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20, 591)."""
     blocks = sums.shape[1]
     snr = np.abs(sums.sum(axis=1)) ** 2 / blocks - 1
     return math.sqrt(6 / max(float(number**2 @ np.maximum(snr, 0)), 1.0)) / (2 * math.pi * blocks * block_s)

@@ -8,8 +8,8 @@ BINS = 65
 ONE, FIVE = np.eye(2)[1], np.eye(6)[5]  # all lines of the comb are seen in all of the window
 # 200,000 draws at a tail of a few per mille: five standard errors.
 DRAWS, TAIL_FACTOR = 200_000, 1.2
-# 400 records at a nominal 10 %: three binomial standard errors about 0.82 to 1.
-RECORDS, LOWEST, HIGHEST = 400, 0.4, 1.45
+# 400 records at a nominal 10 %: three binomial standard errors about 0.93 to 0.97.
+RECORDS, LOWEST, HIGHEST = 400, 0.5, 1.4
 # Mean of four such rates, of which two and two are of the same records: three standard errors about 0.9.
 LOWEST_MEAN, HIGHEST_MEAN = 0.625, 1.2
 # Some 500 rises, whose number scatters a little more than a Poisson one.

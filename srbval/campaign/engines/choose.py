@@ -19,7 +19,7 @@ def choose_engine(
     """The engine of that name: ``auto`` is Dask on this machine where it is installed, else processes.
 
     `jobs` workers, by default one a usable core; `address` of a Dask scheduler that is there already, with ``auto`` or
-    ``dask``; `wait_s` for the first worker of a Dask cluster [s], by default two minutes, an hour with ``slurm``.
+    ``dask``; `wait_s` for a worker of a Dask cluster that has none [s], by default two minutes, an hour with ``slurm``.
     Raises `ConfigurationError` for an unknown name, or one whose packages are missing.
     """
     if name not in NAMES:
