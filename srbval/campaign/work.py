@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,6 @@ from srbval.campaign.case_file import read_result, write_failure, write_result
 from srbval.campaign.quantities import quantities_of
 from srbval.campaign.task import Ending, Outcome, Task
 from srbval.errors import DataError, SrbvalError
-from srbval.models.jit import kernel_store
 from srbval.models.run import Run, RunStatus
 from srbval.scene import Scene
 
@@ -30,34 +29,17 @@ LOADED = (
 SHORTEST_S = 0.001  # simulated, to compile what a case needs
 
 
-@dataclass(frozen=True, kw_only=True)
-class Prepared:
-    """Version of this process's models, and whether it compiled any of their kernels itself."""
-
-    version: str
-    compiled: bool
-
-
-def prepare(scenes: Sequence[Scene]) -> Prepared:
-    """Compile what `scenes` need, so that workers find it in the store.
-
-    A process that compiled should run no case: its kernels may differ in the last digits from those that others load
-    from the store, so results would depend on who computed them.
-    """
+def prepare(scenes: Sequence[Scene]) -> str:
+    """Have what `scenes` need compiled, so that workers find it in the store; returns the version of the models here."""
     from srbval.models.simulate import simulate
 
     _one_thread()
-    before = _stored()
     for scene in scenes:
         try:
             simulate(replace(scene, duration_s=max(SHORTEST_S, 1 / scene.output_rate_hz), settle_s=0.0))
         except SrbvalError:
             continue  # the case itself will say so
-    return Prepared(version=version(), compiled=_stored() != before)
-
-
-def _stored() -> set[str]:
-    return {path.name for path in kernel_store().rglob("*.nb*")}
+    return version()
 
 
 def ready(folder: Path) -> bool:

@@ -21,9 +21,9 @@ import numba
 # meaning: a broken run must stay visible.
 FAST_MATH = {"reassoc", "contract", "nsz", "arcp"}
 
-# `_nrt`: without reference counting
+# `_nrt`: without reference counting. `forceinline`: within the kernels that call it.
 OPTIONS: dict[str, Any] = {
-    "cache": True, "nogil": True, "fastmath": FAST_MATH, "error_model": "numpy", "_nrt": False,
+    "cache": True, "nogil": True, "fastmath": FAST_MATH, "error_model": "numpy", "_nrt": False, "forceinline": True,
 }  # fmt: skip
 
 
@@ -32,12 +32,28 @@ def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
 
     Kernels work in arrays they are given and make none: they are compiled without reference counting, which would
     count every array of a parameter tuple in and out at each call.
+
+    A kernel's machine code calls no other kernel's. Otherwise it would carry weak copies of those, each optimised for
+    its place with its sums in an order of its own, and the linker would take whichever came into memory first: the
+    last digits of a run would depend on what its process had done before, and a rattling roller makes them grow.
     """
+    return _compiled(function)
+
+
+def kernel_part(function: Callable[..., Any]) -> Callable[..., Any]:
+    """As `kernel`, for a part of one kernel alone: written out in its place before types are known.
+
+    It is not compiled by itself as well, unless it is called from Python: half a second to three saved for a large one.
+    """
+    return _compiled(function, inline="always")
+
+
+def _compiled(function: Callable[..., Any], **more: Any) -> Callable[..., Any]:
     settings = vars(numba.config)
     before = settings["CACHE_DIR"]
     settings["CACHE_DIR"] = str(kernel_store())
     try:
-        compiled: Callable[..., Any] = numba.njit(**OPTIONS)(function)
+        compiled: Callable[..., Any] = numba.njit(**OPTIONS, **more)(function)
     finally:
         settings["CACHE_DIR"] = before
     return compiled

@@ -1,9 +1,7 @@
-"""Kernels compiled apart: in a process that then ends, so that every run loads them from the store.
+"""Kernels compiled apart: in a process that then ends, so that a run only loads them from the store.
 
-A kernel's machine code carries copies of the kernels it calls, each optimised for its place. Where one of them is in
-memory by itself already, as after compiling, the linker takes that one instead: its sums are ordered otherwise, and
-the last digits of a run differ. So a process that compiled and one that loads disagree, and a rattling roller makes
-the difference grow. Runs therefore never compile for themselves if that can be helped.
+What a compiler has taken stays with its process: 430 MB where a run by itself needs 250. And a process apart can be
+interrupted at any time, a compiler only between its kernels. Results do not depend on who compiled, see `jit.kernel`.
 
 ``python -m srbval.models.warm MODEL`` is that other process.
 """
@@ -42,7 +40,7 @@ def compile_apart(model: str) -> float:
     """Make sure that the kernels of `model` are in the store before this process needs them; seconds it took.
 
     Nothing happens where they are there already, where numba is switched off, and within the process apart itself. If
-    that process fails, whatever is missing is compiled here when it is used: right, but for the last digits.
+    that process fails, whatever is missing is compiled here when it is used.
     """
     with _lock:
         if model in _ready:
@@ -62,9 +60,9 @@ def compile_apart(model: str) -> float:
 
 
 def load_kernels(models: Iterable[str]) -> None:
-    """Load the kernels of `models` into this process, always in the same order; compile apart what is missing.
+    """Load the kernels of `models` into this process; compile apart what is missing.
 
-    For whoever runs several models in threads: which copy of a shared kernel is used depends on what came first.
+    For whoever runs several models in threads or times them: no run then waits for another's kernels.
     """
     with _lock:
         for model in sorted(set(models) - set(WITHOUT_KERNELS) - _loaded):

@@ -132,7 +132,7 @@ def test_one_result_too_large_for_the_disk(tmp_path: Path) -> None:
         "import resource, signal, sys; from pathlib import Path\n"
         "from srbval.campaign.engines.serial import Serial; from srbval.campaign.run import run_campaign\n"
         "from tests.campaign.small import small\n"
-        "from srbval.campaign.engines import serial; serial.compile_apart = lambda scenes: None\n"
+        "from srbval.campaign.engines import serial; serial.prepare = lambda scenes: None\n"
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, 400_000))\n"
         "cases = [{'model': 'planar', 'duration': '2 s'}, {}, {'model': 'planar'}]\n"

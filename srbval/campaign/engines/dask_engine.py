@@ -7,16 +7,16 @@ import itertools
 import logging
 import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from concurrent.futures import CancelledError
 from typing import Any
 
 from srbval.campaign.case import version
 from srbval.campaign.engines.engine import ATTEMPTS, Job, Outcome, crashed
-from srbval.campaign.engines.processes import THREADS, compile_apart
+from srbval.campaign.engines.processes import THREADS
 from srbval.campaign.engines.worker_watch import watched
 from srbval.campaign.task import Task
 from srbval.campaign.watch import run_watched
-from srbval.campaign.work import ready
+from srbval.campaign.work import prepare, ready
 from srbval.errors import ConfigurationError, DataError
 
 AHEAD = 2  # cases handed to the scheduler for each worker: none waits for the next, the scheduler holds few
@@ -31,26 +31,23 @@ WAIT_S, QUEUE_WAIT_S = 120.0, 3600.0
 class DaskCluster:
     """Cases on a Dask cluster. `make_client` is a context that yields a client of it; see the functions below.
 
-    `here`: all of its workers are on this machine, so kernels can be compiled while they start. `wait_s`: how long to
-    wait for the first worker, and for another one when all are lost [s]; after that `run` raises `DataError`.
+    `wait_s`: how long to wait for the first worker, and for another one when all are lost [s]; after that `run` raises
+    `DataError`.
     """
 
-    def __init__(
-        self, name: str, workers: int, make_client: Callable[[], Any], *, here: bool = False, wait_s: float = WAIT_S
-    ) -> None:
+    def __init__(self, name: str, workers: int, make_client: Callable[[], Any], *, wait_s: float = WAIT_S) -> None:
         self.name, self.workers = name, workers
-        self._make_client, self._here, self._wait_s = make_client, here, wait_s
+        self._make_client, self._wait_s = make_client, wait_s
 
     def run(self, job: Job) -> Iterator[Outcome]:
         """Outcomes as they come; never more than a few cases a worker are with the scheduler."""
         from distributed import KilledWorker, as_completed
 
         waiting = iter(job.tasks)
-        with ThreadPoolExecutor(1) as aside, contextlib.ExitStack() as stack:
-            compiling = aside.submit(compile_apart, tuple(job.first)) if self._here else None
+        with contextlib.ExitStack() as stack:
             client = stack.enter_context(self._make_client())
             self._wait_for_a_worker(client)
-            _prepare(client, job, compiling)
+            _prepare(client, job)
             under_way = as_completed()
             tasks: dict[str, tuple[Any, Task]] = {}
             blamed: list[Task] = []
@@ -123,7 +120,7 @@ def embedded(workers: int, *, wait_s: float = WAIT_S) -> DaskCluster:
         ):  # fmt: skip
             yield made
 
-    return DaskCluster("dask", workers, client, here=True, wait_s=wait_s)
+    return DaskCluster("dask", workers, client, wait_s=wait_s)
 
 
 def existing(address: str, *, wait_s: float = WAIT_S) -> DaskCluster:
@@ -171,17 +168,15 @@ def slurm(workers: int, *, wait_s: float = QUEUE_WAIT_S) -> DaskCluster:
     return DaskCluster("slurm", workers, client, wait_s=wait_s)
 
 
-def _prepare(client: Any, job: Job, compiling: Future[str] | None) -> None:
-    """Compile once on each machine unless that is under way, and see that all workers are of our kind."""
-    found: dict[str, Any] = {"this machine": compiling}
-    if compiling is None:
-        hosts: dict[str, str] = {}
-        for address in client.nthreads():
-            hosts.setdefault(address.rpartition(":")[0], address)
-        found = {
-            host: client.submit(compile_apart, tuple(job.first), workers=[address], pure=False, retries=ATTEMPTS)
-            for host, address in hosts.items()
-        }
+def _prepare(client: Any, job: Job) -> None:
+    """Compile once on each machine, and see that all workers are of our kind."""
+    hosts: dict[str, str] = {}
+    for address in client.nthreads():
+        hosts.setdefault(address.rpartition(":")[0], address)
+    found = {
+        host: client.submit(prepare, tuple(job.first), workers=[address], pure=False, retries=ATTEMPTS)
+        for host, address in hosts.items()
+    }
     seen = client.run(ready, job.folder)  # loads what cases need meanwhile
     for host, future in found.items():
         theirs = future.result()

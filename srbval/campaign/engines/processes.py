@@ -13,15 +13,13 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 from srbval.campaign.engines.engine import ATTEMPTS, Job, Outcome, crashed
 from srbval.campaign.task import Task
-from srbval.campaign.work import Prepared
 from srbval.errors import NumericsError
 from srbval.models.warm import package_path
-from srbval.scene import Scene
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
@@ -113,8 +111,8 @@ class _Shift:
     def _prepare(self, worker: Worker) -> Worker:
         for _ in range(ATTEMPTS):
             try:
-                prepared: Prepared = worker.ask(("prepare", tuple(self._job.first)))
-                return self._replace(worker) if prepared.compiled else worker
+                worker.ask(("prepare", tuple(self._job.first)))
+                return worker
             except EOFError:
                 how = worker.death()
                 worker = self._replace(worker)
@@ -132,21 +130,6 @@ class _Shift:
                 if attempt + 1 == ATTEMPTS:
                     self.outcomes.put(crashed(task.key, how))
         return worker
-
-
-def compile_apart(scenes: Sequence[Scene]) -> str:
-    """Compile what `scenes` need in a process that then ends; returns the version of its models.
-
-    Raises `NumericsError` where it dies over it.
-    """
-    worker = Worker()
-    try:
-        prepared: Prepared = worker.ask(("prepare", tuple(scenes)))
-        return prepared.version
-    except EOFError:
-        raise NumericsError(f"a process died while compiling ({worker.death()}). See: srbval doctor") from None
-    finally:
-        worker.close()
 
 
 class Worker:

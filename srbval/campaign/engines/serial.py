@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from srbval.campaign.engines.engine import Job, Outcome
-from srbval.campaign.engines.processes import LocalProcesses, compile_apart
-from srbval.campaign.work import run_task
+from srbval.campaign.engines.processes import LocalProcesses
+from srbval.campaign.work import prepare, run_task
 
 
 class Serial:
@@ -18,7 +18,7 @@ class Serial:
 
     def run(self, job: Job) -> Iterator[Outcome]:
         """Outcomes in the order of the tasks, suspects last."""
-        compile_apart(job.first)
+        prepare(job.first)
         suspected = []
         for task in job.tasks:
             if task.key in job.suspects:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from srbval.models.full.motion_kernel import CONTACT_VALUES, right_hand_side
-from srbval.models.jit import kernel
+from srbval.models.jit import kernel, kernel_part
 
 
-@kernel
+@kernel_part
 def runge_kutta_step(y, t, step, method, model, rates, trial, contact, no_loads, mean):
     """Advance `y` in place from time `t` by `step`; add the weighed contact values to `mean`.
 

@@ -10,10 +10,10 @@ from srbval.models.full.columns import SIDE, SLOT_COSINE, SLOT_SINE
 from srbval.models.full.damping_kernel import factor, solve
 from srbval.models.full.explicit_kernel import take_mean
 from srbval.models.full.motion_kernel import right_hand_side
-from srbval.models.jit import kernel
+from srbval.models.jit import kernel, kernel_part
 
 
-@kernel
+@kernel_part
 def rosenbrock_step(y, t, step, method, model, u, trial, contact, no_loads, mean, border, frozen):
     """Advance `y` in place from time `t` by `step`; add the weighed contact values to `mean`.
 
@@ -46,7 +46,7 @@ def rosenbrock_step(y, t, step, method, model, u, trial, contact, no_loads, mean
             y[m] += b[s] * u[s, m]
 
 
-@kernel
+@kernel_part
 def leapfrog_step(y, t, step, b, gamma, before, share, model, first, second, contact, no_loads, mean, border, ahead):
     """Advance `y` in place from time `t` by `step`; add the contact values to `mean`.
 

@@ -1,0 +1,63 @@
+"""What kernels are made of: their bits must not depend on what else is in memory."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from srbval import paper_scene, simulate
+from srbval.models.jit import kernel_store
+from srbval.models.warm import SHORTEST_S, package_path
+
+ELF, FUNCTION, WEAK = b"\x7fELF\x02\x01", 2, 2
+COMPILED_HERE = """
+import hashlib, srbval
+from srbval.models import warm
+warm._ready.add("full")  # compiles here, not apart
+run = srbval.simulate(srbval.paper_scene(duration="50 ms", settle="0 s", defect={"kind": "inner"}))
+print(hashlib.sha256(run.acceleration_m_s2.tobytes()).hexdigest())
+"""
+
+
+def functions(machine_code: bytes) -> list[tuple[str, int]]:
+    """Names and bindings of the functions that an ELF object defines (System V ABI, chapters 4: sections, symbols)."""
+    (table_at,) = struct.unpack_from("<Q", machine_code, 40)
+    size, count = struct.unpack_from("<HH", machine_code, 58)
+    sections = [struct.unpack_from("<IIQQQQIIQQ", machine_code, table_at + size * i) for i in range(count)]
+    found = []
+    for _, kind, _, _, at, length, link, _, _, entry in sections:
+        if kind != 2:  # symbols
+            continue
+        names_at = sections[link][4]
+        for place in range(at, at + length, entry):
+            name, info, _, section, _, _ = struct.unpack_from("<IBBHQQ", machine_code, place)
+            if info & 15 == FUNCTION and section:
+                end = machine_code.index(b"\0", names_at + name)
+                found.append((machine_code[names_at + name : end].decode(), info >> 4))
+    return found
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads ELF objects")
+@pytest.mark.parametrize("model", ["full", "line", "planar"])
+def test_no_kernel_carries_a_copy_of_another(model: str) -> None:
+    """A copy would be weak: the linker takes whichever came into memory first, and they differ in the last digits."""
+    simulate(paper_scene(model=model, duration_s=SHORTEST_S, settle_s=0.0))
+    stored = [path.read_bytes() for path in kernel_store().rglob("*_kernel.*.nbc")]
+    codes = [functions(content[content.index(ELF) :]) for content in stored]
+    assert len(codes) >= 2
+    assert all(codes)
+    assert [name for code in codes for name, binding in code if binding == WEAK] == []
+
+
+@pytest.mark.slow
+def test_who_compiles_gets_what_others_load(tmp_path: Path) -> None:
+    env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)} | package_path()
+    done = subprocess.run([sys.executable, "-c", COMPILED_HERE], env=env, capture_output=True, text=True, check=True)
+    run = simulate(paper_scene(duration="50 ms", settle="0 s", defect={"kind": "inner"}))
+    assert done.stdout.strip() == hashlib.sha256(run.acceleration_m_s2.tobytes()).hexdigest()
