@@ -17,7 +17,7 @@ HEIGHT_MM = (0.1, 0.2)
 FITS = ("play", "printed")
 KINDS = (DefectKind.NONE, DefectKind.OUTER, DefectKind.INNER)
 RANGES = ((RPM[0], RPM[-1]), (RADIAL_KN[0], RADIAL_KN[-1]), (HEIGHT_MM[0], HEIGHT_MM[-1]))
-BETWEEN_SEED, HELD_OUT_SEED = 1, 4
+BETWEEN_SEED, HELD_OUT_SEED = 1, 5
 
 
 @dataclass(frozen=True, kw_only=True, order=True)
