@@ -17,6 +17,7 @@ from srbval.bench.reading_records import (
     periodogram_of,
     read_record,
 )
+from srbval.signal.cramer_rao import NORMAL_95
 from srbval.signal.phasors import Phasors
 
 FloatArray = NDArray[np.float64]
@@ -109,7 +110,7 @@ def summary(cell: AccuracyCell, trials: Sequence[Trial]) -> Accuracy:
         seconds=cell.seconds, snr_db=cell.snr_db, weakest_db=cell.snr_db + 20 * float(np.log10(min(amplitudes))),
         profile=cell.profile, jitter=cell.jitter, trials=len(trials), detected=float(np.mean(detected)), rmse_hz=rmse,
         rmse_over_bound=rmse / bound, informed_over_bound=None if cell.jitter else _rms(informed) / bound,
-        coverage=float(np.mean(np.abs(error) <= half)), ci95_over_error=float(np.median(half)) / (1.96 * rmse),
+        coverage=float(np.mean(np.abs(error) <= half)), ci95_over_error=float(np.median(half)) / (NORMAL_95 * rmse),
     )  # fmt: skip
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.signal import LineReading, Periodogram, read_comb
+from srbval.signal.cramer_rao import frequency_error_hz
 
 FloatArray = NDArray[np.float64]
 
@@ -55,9 +56,9 @@ def noise_record(rng: np.random.Generator, seconds: float, *, coloured: bool) ->
 
 
 def cramer_rao_hz(seconds: float, snr_db: float, amplitudes: tuple[float, ...]) -> float:
-    """Least standard error of the line's frequency from noise alone, sqrt(6) / (2 pi T sqrt(sum h^2 rho_h)) [Hz]."""
+    """Least standard error of the line's frequency from noise alone [Hz]."""
     information = 10 ** (snr_db / 10) * sum((h * a) ** 2 for h, a in enumerate(amplitudes, 1))
-    return math.sqrt(6 / information) / (2 * math.pi * seconds)
+    return frequency_error_hz(information, seconds)
 
 
 def periodogram_of(record: FloatArray) -> Periodogram:

@@ -30,7 +30,7 @@ SHORTEST_S = 0.001  # simulated, to compile what a case needs
 
 
 def prepare(scenes: Sequence[Scene]) -> str:
-    """Have what `scenes` need compiled, so that workers find it in the store; returns the version of the models here."""
+    """Have what `scenes` need compiled, so that workers find it in the store; the version of this process's models."""
     from srbval.models.simulate import simulate
 
     _one_thread()

@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.signal.cramer_rao import NORMAL_95, frequency_error_hz
 from srbval.signal.periodogram import Noise, Periodogram
 from srbval.signal.phasors import Phasors
 from srbval.signal.wander import follow
 
 FloatArray = NDArray[np.float64]
 
-NORMAL_95 = 1.96
 # A sideband this far above the noise is taken to be there.
 SHOWN_SNR = 12.0
 # Sidebands belong to the first harmonics: those of higher ones meet the next line's.
 SIDEBAND_HARMONICS = 3
-# Standard error of a tone's frequency, in units of bins over the root of its snr: sqrt(6) / (2 pi).
-_RIFE_BOORSTYN = math.sqrt(6) / (2 * math.pi)
 _STEPS = 6
 
 
@@ -87,9 +84,9 @@ def fit(
     shift = np.concatenate((shift, np.zeros(2 - shift.size)))
     moved = phasors.moved(components.number * shift[0] + components.side * shift[1])
     components = replace(components, snr=moved.power() / components.noise_power)
-    sigma = _cramer_rao_hz(components, record.bin_hz)
+    sigma = _cramer_rao_hz(components, phasors.seconds)
     found = start_hz + float(shift[0])
-    ci95 = noise_ci = NORMAL_95 * float(sigma[0])
+    ci95 = noise_ci = NORMAL_95 * sigma[0]
     if shortest_block_s is not None:
         course = follow(
             moved, components.number, components.noise_power, line_hz=found, shortest_block_s=shortest_block_s
@@ -101,7 +98,7 @@ def fit(
         spacing = _without_lines(record, start_hz + float(shift[0]), components, spacing)
     return JointFit(
         found_hz=found, ci95_hz=ci95, noise_ci95_hz=noise_ci, sideband_hz=spacing,
-        sideband_ci95_hz=None if spacing is None else NORMAL_95 * float(sigma[1]),
+        sideband_ci95_hz=None if spacing is None else NORMAL_95 * sigma[1],
     )  # fmt: skip
 
 
@@ -161,9 +158,9 @@ def _derivatives(phasors: Phasors, by_hz: FloatArray) -> tuple[FloatArray, Float
     return slope, curvature
 
 
-def _cramer_rao_hz(components: Components, bin_hz: float) -> FloatArray:
-    """Standard errors of line and spacing from noise alone [Hz], [1 or 2]."""
+def _cramer_rao_hz(components: Components, seconds: float) -> list[float]:
+    """Standard errors of line and spacing from noise alone [Hz], 1 or 2."""
     directions = _directions(components)
     information = directions.T @ (np.maximum(components.snr - 1, 0)[:, None] * directions)
     information += np.eye(information.shape[0]) * 1e-12
-    return np.asarray(_RIFE_BOORSTYN * bin_hz * np.sqrt(np.diag(np.linalg.inv(information))), dtype=np.float64)
+    return [frequency_error_hz(1 / float(variance), seconds) for variance in np.diag(np.linalg.inv(information))]

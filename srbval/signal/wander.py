@@ -18,7 +18,8 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from srbval.signal.interval import NORMAL_95, half_width, walk_share, weak_factor
+from srbval.signal.cramer_rao import NORMAL_95, frequency_error_hz
+from srbval.signal.interval import half_width, walk_share, weak_factor
 from srbval.signal.phase_course import PhaseCourse, read_about, track
 from srbval.signal.phase_posterior import posterior
 from srbval.signal.phasors import Phasors
@@ -110,10 +111,10 @@ def _allowed(phasors: Phasors, shortest_block_s: float) -> list[int]:
 
 
 def noise_error_hz(sums: ComplexArray, number: FloatArray, block_s: float) -> float:
-    """Standard error of a steady line from noise alone [Hz] (Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20, 591)."""
+    """Standard error of a steady line from noise alone [Hz]."""
     blocks = sums.shape[1]
     snr = np.abs(sums.sum(axis=1)) ** 2 / blocks - 1
-    return math.sqrt(6 / max(float(number**2 @ np.maximum(snr, 0)), 1.0)) / (2 * math.pi * blocks * block_s)
+    return frequency_error_hz(max(float(number**2 @ np.maximum(snr, 0)), 1.0), blocks * block_s)
 
 
 def _weak(sums: ComplexArray, number: FloatArray, line_hz: float, block_s: float) -> Course:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from srbval.recordings.recording import Origin, State
+from srbval.signal.cramer_rao import NORMAL_95
 from srbval.validation.analyse import Analysis
 from srbval.validation.lines import Line
 from srbval.validation.verdict import SHALLOW
@@ -146,7 +147,7 @@ def _ratio(
     ours, theirs = _modulation(analysis, line, scaled), _modulation(baseline, before, scaled)
     if not theirs:
         return None
-    spread = 1.96 * math.sqrt(sum(0.5 / max(x.snr or 0.0, 0.5) for x in (line, before)))
+    spread = NORMAL_95 * math.sqrt(sum(0.5 / max(x.snr or 0.0, 0.5) for x in (line, before)))
     ratio = ours / theirs
     return ratio, (ratio * math.exp(-spread), ratio * math.exp(spread))
 

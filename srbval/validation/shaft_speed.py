@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from srbval.recordings.recording import ShaftSpeed, SpeedSource
 from srbval.signal import Periodogram
+from srbval.signal.cramer_rao import frequency_error_hz
 from srbval.validation.lines import Line
 
 FloatArray = NDArray[np.float64]
@@ -35,7 +36,6 @@ LEAST_PLACE_BINS = 0.01
 # itself, the others 2.1e-4 at most (tests/validation/test_shaft_speed.py).
 ALLOWANCE = 8e-4
 _GRID_PER_BIN = 16
-_RIFE_BOORSTYN = math.sqrt(6) / (2 * math.pi)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,7 +147,7 @@ def _place(record: Periodogram, about_hz: float) -> tuple[float, float] | None:
         return None
     left, middle, right = np.log(power[top - 1 : top + 2])  # a parabola through the logs: within 0.01 bins of the peak
     place = record.step_hz * (first + top + 0.5 * float((left - right) / (left - 2 * middle + right)))
-    return place, record.bin_hz * max(_RIFE_BOORSTYN / math.sqrt(snr), LEAST_PLACE_BINS)
+    return place, max(frequency_error_hz(snr, 1 / record.bin_hz), LEAST_PLACE_BINS * record.bin_hz)
 
 
 def _student(freedom: int) -> float:
