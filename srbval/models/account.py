@@ -55,6 +55,7 @@ class Account:
     samples: int = 0
     cage: float = 0.0
     deepest_m: float = -math.inf
+    idle: int = 0
     force_n: FloatArray = field(default_factory=lambda: np.zeros(3))
     finite: bool = True
     balanced_share: float = 0.0
@@ -71,6 +72,7 @@ class Account:
         self.cage += float(out[:, 6].sum())
         self.force_n = self.force_n + out[:, 9:12].sum(axis=0)
         self.deepest_m = max(self.deepest_m, float(out[:, 12].max()))
+        self.idle += int(np.count_nonzero(out[:, 19] == 0.0))
         self.ledger.add(out)
 
     def unfit(self, out: FloatArray) -> bool:
@@ -96,7 +98,7 @@ class Account:
         signs = Signs(
             finite=self.finite, deepest_m=self.deepest_m, limit_m=DEEPEST_M, cage_ratio=ratio,
             rolling_ratio=self.bearing.orders.ftf, load_share=share, balanced_share=self.balanced_share,
-            energy_imbalance=imbalance, step_s=self.step_s, step_limit_s=self.step_limit_s,
+            energy_imbalance=imbalance, idle_share=self.idle / n, step_s=self.step_s, step_limit_s=self.step_limit_s,
         )  # fmt: skip
         status, reason = judge(scene, signs)
         return RunSummary(

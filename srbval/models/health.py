@@ -17,10 +17,14 @@ from srbval.scene import LoadPath, Scene
 # Of the cage speed of pure rolling. The paper's innermost and outermost circle alone give 0.985 and 1.026 of it; a cage
 # outside this wider range is not driven by its rollers.
 CAGE_RANGE = (0.88, 1.12)
-# The load counts as lost where the rollers carry less than this part of what static balance gives them. Beside the
-# housing spring rattling, bumps and, at 3000 rpm, inertia shift the share by up to a third; without it all of the load
-# must go through them.
+# Part of what static balance gives the rollers that they are expected to carry: all of it where nothing else can.
 LEAST_PART = {LoadPath.HOUSING: 0.5, LoadPath.BEARING: 0.99}
+# Beside the housing spring rattling shifts their force by a kilonewton or two, which is much of a light load's share:
+# four methods agree that at 457 rpm and 62.4 kN rollers with play carry 0.43 of it, at 997 rpm and 31.2 kN less than
+# nothing. So there the load counts as lost only where the run shows besides that it is none: the energy's books miss
+# more than this share of the losses (sound runs up to 0.36, failed ones from 0.54), or for more than this share of the
+# time nothing touches at all (sound ones 0.0001, failed ones from 0.87).
+OPEN_BOOKS, IDLE_SHARE = 0.45, 0.5
 # With enough play the spring carries everything and there is nothing to lose.
 NOTHING_TO_LOSE = 0.001
 # Share of the losses that may be missing from the energy's books. Where friction chatters, its power is counted at
@@ -37,8 +41,8 @@ class Signs:
     """What a run is judged by: means over the run, the deepest penetration and how deep the contact search reaches.
 
     `rolling_ratio` is the cage ratio of pure rolling; `balanced_share` of the load is what the rollers carry in static
-    balance; `energy_imbalance`: see `account.Ledger`; `step_limit_s`: see `step_limit.elastic_limit_s`. What a model
-    does not have is NaN and passes.
+    balance; `energy_imbalance`: see `account.Ledger`; `idle_share` of the time nothing touches; `step_limit_s`: see
+    `step_limit.elastic_limit_s`. What a model does not have is NaN and passes.
     """
 
     finite: bool
@@ -49,6 +53,7 @@ class Signs:
     load_share: float
     balanced_share: float
     energy_imbalance: float
+    idle_share: float = 0.0
     step_s: float = math.nan
     step_limit_s: float = math.nan
 
@@ -68,12 +73,10 @@ def judge(scene: Scene, signs: Signs) -> tuple[RunStatus, str]:
             f"the cage turned at {signs.cage_ratio:.4f} of the shaft, a driven one stays within {low:.3g} to "
             f"{high:.3g}; {ADVICE}"
         )
-    least = LEAST_PART[scene.load.path] * signs.balanced_share
-    if scene.mean_radial_n > 0 and signs.balanced_share > NOTHING_TO_LOSE and signs.load_share < least:
-        return RunStatus.LOAD_LOST, (
-            f"the rollers carry {signs.load_share:.2%} of the load, static balance gives them "
-            f"{signs.balanced_share:.2%}; {ADVICE}"
-        )
+    carried = f"the rollers carry {signs.load_share:.2%} of the load, {signs.balanced_share:.2%} in static balance"
+    unloaded = _unloaded(scene, signs)
+    if unloaded and _beyond_rattling(scene, signs):
+        return RunStatus.LOAD_LOST, f"{carried}; {ADVICE}"
     if abs(signs.energy_imbalance) > ENERGY_LIMIT and scene.speed_profile is None:
         return RunStatus.ENERGY_OPEN, (
             f"energy does not close: {abs(signs.energy_imbalance):.0%} of the losses have no source, the limit is "
@@ -84,13 +87,26 @@ def judge(scene: Scene, signs: Signs) -> tuple[RunStatus, str]:
             f"the step of {signs.step_s * 1e6:.4g} us is longer than the {signs.step_limit_s * 1e6:.4g} us up to which "
             f"a roller's bouncing between the races decays; {ADVICE}"
         )
+    seen = ["the cage is driven"] + ([] if unloaded else ["the load is carried"])
+    cautions = [f"{carried}: they rattle more than they carry"] if unloaded else []
     if abs(signs.energy_imbalance) > ENERGY_CAUTION:
-        return RunStatus.OK, (
-            f"the cage is driven and the load is carried; with caution: {abs(signs.energy_imbalance):.0%} of the "
-            "losses have no source, so part of the noise is numerical; a smaller step (--dt) shows how much"
+        cautions.append(
+            f"{abs(signs.energy_imbalance):.0%} of the losses have no source, so part of the noise is numerical; a "
+            "smaller step (--dt) shows how much"
         )
-    return RunStatus.OK, "the cage is driven, the load is carried" + (
-        ""
-        if math.isnan(signs.energy_imbalance)
-        else f", energy closes to {abs(signs.energy_imbalance):.1%} of the losses"
-    )
+    elif not math.isnan(signs.energy_imbalance):
+        seen.append(f"energy closes to {abs(signs.energy_imbalance):.1%} of the losses")
+    return RunStatus.OK, ", ".join(seen) + (f"; with caution: {'; '.join(cautions)}" if cautions else "")
+
+
+def _unloaded(scene: Scene, signs: Signs) -> bool:
+    """Whether the rollers carry less than is expected of them."""
+    something = scene.mean_radial_n > 0 and signs.balanced_share > NOTHING_TO_LOSE
+    return something and signs.load_share < LEAST_PART[scene.load.path] * signs.balanced_share
+
+
+def _beyond_rattling(scene: Scene, signs: Signs) -> bool:
+    """Whether rattling beside the housing spring cannot be why."""
+    if scene.load.path is not LoadPath.HOUSING or math.isnan(signs.energy_imbalance):
+        return True
+    return abs(signs.energy_imbalance) > OPEN_BOOKS or signs.idle_share > IDLE_SHARE

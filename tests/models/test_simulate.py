@@ -79,8 +79,11 @@ def test_silent_failures_are_caught(solver: str, factor: int) -> None:
         ({"finite": False}, RunStatus.NOT_FINITE),
         ({"deepest_m": 1e-3}, RunStatus.TOO_DEEP),
         ({"cage_ratio": 0.2}, RunStatus.CAGE_LOST),
-        ({"load_share": 0.0}, RunStatus.LOAD_LOST),
-        ({"load_share": 0.029}, RunStatus.LOAD_LOST),
+        ({"load_share": 0.029, "energy_imbalance": -0.54}, RunStatus.LOAD_LOST),
+        ({"load_share": 0.0, "idle_share": 0.9}, RunStatus.LOAD_LOST),
+        ({"load_share": 0.0, "energy_imbalance": math.nan}, RunStatus.LOAD_LOST),
+        ({"load_share": 0.031, "energy_imbalance": -0.54}, RunStatus.OK),
+        ({"load_share": 0.029, "energy_imbalance": 0.36}, RunStatus.OK),
         ({"energy_imbalance": -0.95}, RunStatus.ENERGY_OPEN),
         ({"energy_imbalance": math.nan}, RunStatus.OK),
         ({"step_s": 1.2e-5, "step_limit_s": 1e-5}, RunStatus.STEP_TOO_LONG),
@@ -101,6 +104,23 @@ def test_health(changes: dict[str, object], status: RunStatus) -> None:
         "energy_imbalance": -0.1,
     }
     assert judge(paper_scene(), Signs(**(good | changes)))[0] is status  # type: ignore[arg-type]
+
+
+def test_without_another_path_all_of_the_load_must_be_carried() -> None:
+    signs = Signs(
+        finite=True, deepest_m=2e-5, limit_m=1e-4, cage_ratio=0.4314, rolling_ratio=0.4304, load_share=0.98,
+        balanced_share=1.0, energy_imbalance=0.01,
+    )  # fmt: skip
+    assert judge(paper_scene(load={"path": "bearing"}), signs)[0] is RunStatus.LOAD_LOST
+
+
+def test_rattling_under_a_light_load_is_no_failure() -> None:
+    """A speed and load of the paper's Table 5; methods and steps agree on what the rollers carry."""
+    light = {"load": {"radial": "62.4 kN"}, "shaft_speed": "457 rpm", "duration": "0.5 s", "defect": {"kind": "none"}}
+    runs = [simulate(paper_scene(**light, solver={"name": name})) for name in ("imex2", "ode4")]
+    assert [run.status for run in runs] == [RunStatus.OK] * 2
+    assert all("rattle more than they carry" in run.reason for run in runs)
+    assert runs[0].roller_load_share == pytest.approx(runs[1].roller_load_share, rel=0.1)
 
 
 def test_an_open_ledger_in_a_speed_ramp_is_a_caution() -> None:
