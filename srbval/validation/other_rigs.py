@@ -17,7 +17,7 @@ from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import RegisteredRecording, Status, healthy_baseline, load_entry
 from srbval.recordings.registry.verbs import RIG_DATASETS
 from srbval.validation.analyse import Analysis, analyse
-from srbval.validation.fault_call import FaultCall, call_fault
+from srbval.validation.fault_call import FaultCall, call_fault, like_a_fault
 from srbval.validation.lines import Line
 from srbval.validation.speed_and_slip import to_cage_of
 
@@ -31,7 +31,7 @@ class OtherRecord:
     """One record of another rig: the line of its declared state (the deepest race line of a healthy one).
 
     `shown` says whether that line was detected and no other race line is deeper; for a healthy record
-    whether any race line is as deep as a fault's. `grade` is the record's in the published study the set's
+    whether any race line is like a fault's. `grade` is the record's in the published study the set's
     description names, by the best of its methods, `plain_grade` by a plain envelope alone; None without one.
     `cage_pct` is what the line's deviation at the record's own speed means for the cage, where a race line shows: a
     slipping cage is negative. `caution` is what the set says of this record in particular, `refused` why a record
@@ -159,9 +159,7 @@ def _line(analysis: Analysis, state: State | None) -> Line:
 
 
 def _shown(analysis: Analysis, line: Line, state: State | None) -> bool:
-    from srbval.validation.verdict import SHALLOW
-
     if state not in LINE_OF:
-        return line.detected and (line.depth or 0.0) >= SHALLOW
+        return like_a_fault(analysis, line)
     races = [x for n in RACES if (x := analysis.line(n)).detected and n != line.name]
     return line.detected and all((x.depth or 0.0) < (line.depth or 0.0) for x in races)

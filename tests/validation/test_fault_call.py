@@ -64,6 +64,18 @@ def test_scale_free_where_the_unit_is_unknown() -> None:
     assert call_fault(analyse(faulted, bearing=BEARING), analyse(loud, bearing=BEARING)).called is State.INNER
 
 
+@pytest.mark.parametrize(("second", "indicated"), [(0.12, None), (0.3, State.OUTER), (None, State.OUTER)])
+def test_a_smooth_outer_race_line_is_rollers_passing_under_load(second: float | None, indicated: State | None) -> None:
+    """Strikes have harmonics; varying compliance of a healthy bearing next to none."""
+    analysis = faulted_analysis()
+    depths = {("BPFO", 1): 0.6, ("BPFO", 2): second}
+    lines = tuple(
+        dataclasses.replace(x, depth=depths.get((x.name, x.harmonic)), detected=(x.name, x.harmonic) == ("BPFO", 1))
+        for x in analysis.lines
+    )
+    assert call_fault(dataclasses.replace(analysis, lines=lines)).indicated is indicated
+
+
 def test_bands_must_agree() -> None:
     other = analyse(healthy(), bearing=BEARING, band_hz=(1000.0, 5000.0))
     with pytest.raises(ValueError, match="bands differ"):
@@ -100,7 +112,7 @@ def test_healthy_label_on_a_deep_line_is_doubted() -> None:
     mislabelled = dataclasses.replace(record(shaft_hz=25.0), state=State.HEALTHY)
     call = call_fault(analyse(mislabelled, bearing=BEARING))
     assert (call.indicated, call.called, call.line) == (State.INNER, None, "BPFI")
-    assert call.sentence.startswith("Doubtful: the record is declared healthy, but its BPFI line is as deep as")
+    assert call.sentence.startswith("Doubtful: the record is declared healthy, but its BPFI line is like an inner-race")
     quiet = call_fault(analyse(healthy(), bearing=BEARING))
     assert (quiet.indicated, quiet.called) == (None, None)
     assert quiet.sentence.startswith("No fault is called: the record is declared healthy and ")

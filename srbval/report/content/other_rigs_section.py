@@ -47,7 +47,7 @@ def _summary(read: Sequence[OtherRecord]) -> list[Paragraph]:
     graded = {d.source for r in read if (d := dataset(r.dataset).diagnosability)}
     texts = [
         f"**Right line shown** (and no deeper one of the other race): {_shares(faults)}. Of {len(healthy)} healthy "
-        f"records {len(wrong)} show a race line as deep as a fault's, and a fault is called on {len(called)}.",
+        f"records {len(wrong)} show a race line like a fault's, and a fault is called on {len(called)}.",
         _deviations([r for r in faults if r.shown and r.speed_source != "nominal"]),
         *_slip_by_load(faults),
         *_against_baseline(faults),
@@ -146,9 +146,10 @@ def _table(read: Sequence[OtherRecord]) -> Table:
         rows=[_row(r) for r in read],
         notes=(
             "**Depth**: the line's amplitude in the squared envelope over its mean. **Shown**: detected and deeper "
-            "than the other race's; for a healthy record, a race line as deep as half the mean. **Shaft**: estimated "
-            "means read from the record's own fault harmonics and shaft sidebands. **Grade**: of the published study; "
-            "Y diagnosable, P partly, N not; none where it is not known; by a plain envelope alone in brackets.",
+            "than the other race's; for a healthy record, a race line half as deep as the mean and more, on the outer "
+            "race with a second harmonic of a third of it. **Shaft**: estimated means read from the record's own fault "
+            "harmonics and shaft sidebands. **Grade**: of the published study; Y diagnosable, P partly, N not; none "
+            "where it is not known; by a plain envelope alone in brackets.",
         ),
     )
 
