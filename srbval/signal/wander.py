@@ -28,7 +28,7 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 # Numbers of blocks the record is cut into; the largest is taken that noise and sidebands allow.
-BLOCK_NUMBERS = (96, 48, 32, 24, 16, 12, 8)
+BLOCK_NUMBERS = (96, 48, 32, 24, 16, 12, 8, 6, 5)
 # What all harmonics tell of the phase, sum h^2 rho, below which all courses are weighed at once (`phase_posterior`); of
 # a line whose best harmonic is weaker than that over the noise nothing is told.
 WEAK_INFORMATION, LEAST_SNR = 1000.0, 8.0

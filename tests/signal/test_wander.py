@@ -50,6 +50,16 @@ def test_weak_line_or_few_blocks_cannot_be_told():
     assert followed(samples, shortest_block_s=10.0) is None
 
 
+@pytest.mark.parametrize("blocks", [5, 6])
+def test_a_short_record_s_few_blocks_still_tell_slip(blocks):
+    """Between shortest blocks and the record's end; noise alone would cover hardly any of these."""
+    found = [
+        followed(wandering(np.random.default_rng((6, index)), 0.1), shortest_block_s=SECONDS / (blocks + 0.5))
+        for index in range(150)
+    ]
+    assert 0.88 < np.mean([abs(course.shift_hz) <= course.ci95_hz for course in found]) < 0.995
+
+
 def test_noise_that_is_higher_at_the_line_than_beside_it_is_no_wander(monkeypatch):
     """Skirts and sidebands lift it: phases scatter more than told, but without memory."""
     records = [wandering(np.random.default_rng((5, index)), 0.0, noise=0.3) for index in range(10)]
