@@ -25,8 +25,7 @@ from srbval.bench.reading_records import (
     periodogram_of,
     read_record,
 )
-from srbval.signal.cramer_rao import NORMAL_95
-from srbval.signal.interval import slip_interval
+from srbval.signal.interval import NORMAL_95, slip_interval
 from srbval.signal.phase_posterior import posterior
 from srbval.signal.phasors import Phasors
 from srbval.signal.wander import noise_error_hz, weak_sums

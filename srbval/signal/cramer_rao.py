@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-NORMAL_95 = 1.959964  # standard deviations
-
 
 def frequency_error_hz(information: float, seconds: float) -> float:
     """Least standard error of a tone's frequency, amplitude and phase unknown [Hz].

@@ -11,8 +11,7 @@ from pathlib import Path
 import numpy as np
 import scipy.special
 
-from srbval.signal.cramer_rao import NORMAL_95
-
+NORMAL_95 = 1.959964
 # Where the strongest harmonic is this many times its noise, phases scatter twice as far as to first order.
 WEAK_SNR = 10.0
 

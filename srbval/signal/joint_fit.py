@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.signal.cramer_rao import NORMAL_95, frequency_error_hz
+from srbval.signal.cramer_rao import frequency_error_hz
+from srbval.signal.interval import NORMAL_95
 from srbval.signal.periodogram import Noise, Periodogram
 from srbval.signal.phasors import Phasors
 from srbval.signal.wander import follow

@@ -18,8 +18,8 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from srbval.signal.cramer_rao import NORMAL_95, frequency_error_hz
-from srbval.signal.interval import half_width, walk_share, weak_factor
+from srbval.signal.cramer_rao import frequency_error_hz
+from srbval.signal.interval import NORMAL_95, half_width, walk_share, weak_factor
 from srbval.signal.phase_course import PhaseCourse, read_about, track
 from srbval.signal.phase_posterior import posterior
 from srbval.signal.phasors import Phasors

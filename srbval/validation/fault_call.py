@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from srbval.recordings.recording import Origin, State
-from srbval.signal.cramer_rao import NORMAL_95
+from srbval.signal.interval import NORMAL_95
 from srbval.validation.analyse import Analysis
 from srbval.validation.lines import Line
 from srbval.validation.verdict import SHALLOW

@@ -160,6 +160,6 @@ def _line(analysis: Analysis, state: State | None) -> Line:
 
 def _shown(analysis: Analysis, line: Line, state: State | None) -> bool:
     if state not in LINE_OF:
-        return like_a_fault(analysis, line)
+        return any(like_a_fault(analysis, analysis.line(name)) for name in RACES)
     races = [x for n in RACES if (x := analysis.line(n)).detected and n != line.name]
     return line.detected and all((x.depth or 0.0) < (line.depth or 0.0) for x in races)

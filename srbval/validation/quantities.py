@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from srbval.recordings import State
 from srbval.signal.comb import LEAST_SNR
-from srbval.signal.cramer_rao import NORMAL_95
+from srbval.signal.interval import NORMAL_95
 from srbval.validation.analyse import Analysis
 from srbval.validation.lines import Line
 

@@ -26,7 +26,7 @@ print(hashlib.sha256(run.acceleration_m_s2.tobytes()).hexdigest())
 
 
 def functions(machine_code: bytes) -> list[tuple[str, int]]:
-    """Names and bindings of the functions that an ELF object defines (System V ABI, chapters 4: sections, symbols)."""
+    """Names and bindings of the functions that an ELF object defines (System V ABI, chapter 4: sections, symbols)."""
     (table_at,) = struct.unpack_from("<Q", machine_code, 40)
     size, count = struct.unpack_from("<HH", machine_code, 58)
     sections = [struct.unpack_from("<IIQQQQIIQQ", machine_code, table_at + size * i) for i in range(count)]
@@ -58,6 +58,8 @@ def test_no_kernel_carries_a_copy_of_another(model: str) -> None:
 @pytest.mark.slow
 def test_who_compiles_gets_what_others_load(tmp_path: Path) -> None:
     env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)} | package_path()
-    done = subprocess.run([sys.executable, "-c", COMPILED_HERE], env=env, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", COMPILED_HERE], env=env, capture_output=True, text=True, check=True
+    )
     run = simulate(paper_scene(duration="50 ms", settle="0 s", defect={"kind": "inner"}))
     assert done.stdout.strip() == hashlib.sha256(run.acceleration_m_s2.tobytes()).hexdigest()
