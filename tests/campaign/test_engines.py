@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import signal
 import subprocess
@@ -10,6 +11,7 @@ import threading
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from multiprocessing.context import SpawnProcess
 from pathlib import Path
 from typing import Any
 
@@ -140,11 +142,37 @@ def killer(folder: Path) -> None:
     )
 
 
+def busy_machine(monkeypatch: pytest.MonkeyPatch, workers: int) -> None:
+    """Dask as on a busy machine: workers after the first `workers` start late, nannies look seldom, closing is slow.
+
+    A worker whose case kills it is then dead before its nanny saw it start, and its successor is not there when the
+    cluster is closed.
+    """
+    from distributed import Client
+    from distributed.nanny import WorkerProcess
+
+    start, close, begun = SpawnProcess.start, Client.close, itertools.count()
+
+    def start_late(process: SpawnProcess) -> None:
+        if next(begun) >= workers:
+            time.sleep(0.6)
+        start(process)
+
+    def close_late(client: Client, *options: Any) -> Any:
+        time.sleep(0.4)
+        return close(client, *options)
+
+    monkeypatch.setattr(SpawnProcess, "start", start_late)
+    monkeypatch.setattr(Client, "close", close_late)
+    monkeypatch.setattr(WorkerProcess, "_init_msg_interval", 0.2, raising=False)
+
+
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
 @pytest.mark.parametrize("name", ["local", "dask"])
 def test_a_case_that_kills_its_process(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if name == "dask":
         pytest.importorskip("distributed")
+        busy_machine(monkeypatch, workers=2)
     killer(tmp_path)
     paths = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
     monkeypatch.setenv("PYTHONPATH", paths)

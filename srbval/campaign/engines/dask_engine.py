@@ -26,6 +26,8 @@ CONNECT_S = "20 s"
 ANY_PORT = ":0"
 # For the first worker: processes and a running scheduler's workers start in seconds, jobs may stand in a queue.
 WAIT_S, QUEUE_WAIT_S = 120.0, 3600.0
+# For the successor of a worker that was lost last, before the cluster is closed: it starts in seconds.
+SUCCESSOR_S = 30.0
 
 
 class DaskCluster:
@@ -118,9 +120,22 @@ def embedded(workers: int, *, wait_s: float = WAIT_S) -> DaskCluster:
             ) as cluster,
             Client(cluster) as made,
         ):  # fmt: skip
-            yield made
+            try:
+                yield made
+            finally:
+                _await_successors(made, workers)
 
     return DaskCluster("dask", workers, client, wait_s=wait_s)
+
+
+def _await_successors(client: Any, workers: int) -> None:
+    """Wait until lost workers are replaced: a cluster cannot be closed while it starts the successor of one.
+
+    A nanny that misses how soon its worker died after it registered takes the successor for started before it is, and
+    its close then fails on an assertion (distributed 2026.8, ``WorkerProcess.start`` and ``kill``).
+    """
+    with contextlib.suppress(TimeoutError):
+        client.wait_for_workers(workers, timeout=SUCCESSOR_S)
 
 
 def existing(address: str, *, wait_s: float = WAIT_S) -> DaskCluster:
