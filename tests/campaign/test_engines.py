@@ -279,11 +279,11 @@ def test_a_case_that_never_ends(name: str, tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setenv("PYTHONPATH", paths)
     axes = [{"kind": "grid", "values": {"seed": [1, 666, 2, 3]}}]
     scene = {"model": "kinematic", "duration": "5 ms", "settle": "0 s", "defect": {"kind": "outer"}}
-    campaign = small(axes=axes, scene=scene, outputs=["summary"], limit_factor=1.0, least_limit="3 s")
+    campaign = small(axes=axes, scene=scene, outputs=["summary"], limit_factor=1.0, least_limit="6 s")
     found = run_campaign(campaign, tmp_path / "run", engine=choose_engine(name, jobs=2))
     assert (found.cases, found.done) == (4, 4)
     assert [(entry["case"], entry["ending"]) for entry in found.failed] == [(1, "timed-out")]
-    assert "longer than its limit of 3 s" in found.failed[0]["reason"]
+    assert "longer than its limit of 6 s" in found.failed[0]["reason"]
     assert "--least-limit" in found.failed[0]["reason"]
     (tmp_path / "sitecustomize.py").unlink()
     again = run_campaign(campaign, tmp_path / "run", engine=choose_engine("local", jobs=1))
