@@ -19,6 +19,7 @@ from srbval.campaign.engines.choose import choose_engine
 from srbval.campaign.engines.serial import Serial
 from srbval.campaign.lock import folder_lock
 from srbval.campaign.run import run_campaign
+from srbval.campaign.settings import load_campaign
 from srbval.campaign.status import campaign_status
 from srbval.campaign.store import Store
 from srbval.campaign.task import Ending
@@ -207,11 +208,35 @@ def test_killed_at_random_moments(kills: int, tmp_path: Path) -> None:
     _assert_nothing_ran_twice(folder)
 
 
-def _start(file: Path, folder: Path) -> subprocess.Popen[bytes]:
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="no process groups here")
+@pytest.mark.parametrize(("engine", "jobs"), [("serial", 1), ("local", 2), ("dask", 2)])
+def test_ctrl_c(engine: str, jobs: int, tmp_path: Path) -> None:
+    """It reaches all processes of a terminal: one of them answers, in one line, and the same command goes on."""
+    if engine == "dask":
+        pytest.importorskip("distributed")
+    file, folder = tmp_path / "many.toml", tmp_path / "run"
+    file.write_text(MANY)
+    process = _start(file, folder, engine=engine, jobs=jobs, stderr=subprocess.PIPE)
+    _wait_for_cases(folder, process)
+    os.killpg(process.pid, signal.SIGINT)
+    said = process.communicate()[1].decode()
+    assert process.returncode == 130
+    assert "Traceback" not in said
+    assert "interrupted; nothing half-written was left behind" in said
+    assert not list(folder.rglob("*.part"))
+    kept = len(list((folder / "cases").glob("*/*.h5")))
+    found = run_campaign(load_campaign(str(file)), folder, engine=Serial())
+    assert (found.done, found.ran, found.failed) == (12, 12 - kept, ())
+    _assert_nothing_ran_twice(folder)
+
+
+def _start(
+    file: Path, folder: Path, *, engine: str = "local", jobs: int = 2, stderr: int = subprocess.DEVNULL
+) -> subprocess.Popen[bytes]:
     command = [sys.executable, "-m", "srbval", "campaign", "run", str(file), "-o", str(folder)]
     return subprocess.Popen(
-        [*command, "--engine", "local", "--jobs", "2"], start_new_session=True, stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
+        [*command, "--engine", engine, *(["--jobs", str(jobs)] if jobs > 1 else [])], start_new_session=True,
+        stdout=subprocess.DEVNULL, stderr=stderr,
     )  # fmt: skip
 
 

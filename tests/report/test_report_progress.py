@@ -8,7 +8,6 @@ import time
 from srbval.report.progress import Progress
 from srbval.report.progress import lines as lines_module
 
-
 LONGEST_S = 30.0  # on a busy machine a thread waits long for its turn
 
 

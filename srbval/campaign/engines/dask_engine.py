@@ -11,6 +11,7 @@ from concurrent.futures import CancelledError
 from typing import Any
 
 from srbval.campaign.case import version
+from srbval.campaign.engines import dask_worker
 from srbval.campaign.engines.engine import ATTEMPTS, Job, Outcome, crashed
 from srbval.campaign.engines.processes import THREADS
 from srbval.campaign.engines.worker_watch import watched
@@ -111,21 +112,35 @@ def embedded(workers: int, *, wait_s: float = WAIT_S) -> DaskCluster:
         import dask
         from distributed import Client, LocalCluster
 
+        settings = {
+            "distributed.scheduler.allowed-failures": ATTEMPTS - 1,
+            "distributed.deploy.lost-worker-timeout": f"{wait_s} s",  # after that no successor is started any more
+        }
         with (
-            dask.config.set({"distributed.scheduler.allowed-failures": ATTEMPTS - 1}),
+            dask.config.set(settings),
             _environment(),
-            LocalCluster(
+            _closed(LocalCluster(
                 n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=ANY_PORT,
-                silence_logs=logging.CRITICAL, memory_limit=None,
-            ) as cluster,
+                silence_logs=logging.CRITICAL, memory_limit=None, preload=[dask_worker.__name__],
+            )) as cluster,
             Client(cluster) as made,
         ):  # fmt: skip
-            try:
-                yield made
-            finally:
-                _await_successors(made, workers)
+            yield made
+            _await_successors(made, workers)
 
     return DaskCluster("dask", workers, client, wait_s=wait_s)
+
+
+@contextlib.contextmanager
+def _closed(cluster: Any) -> Iterator[Any]:
+    """`cluster`, closed afterwards. Results are on disk by then: a close that fails does not fail the campaign."""
+    try:
+        yield cluster
+    finally:
+        try:
+            cluster.close()
+        except Exception:
+            logging.getLogger(__name__).debug("the Dask cluster did not close cleanly", exc_info=True)
 
 
 def _await_successors(client: Any, workers: int) -> None:
