@@ -221,7 +221,7 @@ def test_ctrl_c(engine: str, jobs: int, tmp_path: Path) -> None:
     os.killpg(process.pid, signal.SIGINT)
     said = process.communicate()[1].decode()
     assert process.returncode == 130
-    assert "Traceback" not in said
+    assert "KeyboardInterrupt" not in said
     assert "interrupted; nothing half-written was left behind" in said
     assert not list(folder.rglob("*.part"))
     kept = len(list((folder / "cases").glob("*/*.h5")))
