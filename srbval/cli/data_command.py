@@ -8,7 +8,17 @@ from collections.abc import Sequence
 from srbval.cli.data_settings import settings_of
 from srbval.cli.output import print_json, print_table
 from srbval.recordings.plain_text import plain_text
-from srbval.recordings.registry import Coverage, Listing, RegisteredRecording, Status, add, fetch, listing, verify
+from srbval.recordings.registry import (
+    Coverage,
+    Listing,
+    RegisteredRecording,
+    Status,
+    add,
+    each_once,
+    fetch,
+    listing,
+    verify,
+)
 from srbval.report.progress import Progress
 
 CHANGED = 1
@@ -62,7 +72,9 @@ def _print(result: Listing) -> None:
     _print_reasons(result.recordings)
     for covered in result.coverage:
         _print_grid(covered)
-    print(f"\n{len(rows)} files in {result.manifest}")
+    copies = len(rows) - len(each_once(result.recordings))
+    said = f" ({copies} are copies of others: each content counts once)" if copies else ""
+    print(f"\n{len(rows)} files{said}; the register is {result.manifest}")
 
 
 def _print_reasons(recordings: Sequence[RegisteredRecording]) -> None:

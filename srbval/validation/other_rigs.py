@@ -14,7 +14,7 @@ from srbval.bearing import load_bearing
 from srbval.errors import SrbvalError
 from srbval.recordings import Origin, State
 from srbval.recordings.datasets.description import dataset
-from srbval.recordings.registry import RegisteredRecording, Status, healthy_baseline, load_entry
+from srbval.recordings.registry import RegisteredRecording, Status, each_once, healthy_baseline, load_entry
 from srbval.recordings.registry.verbs import RIG_DATASETS
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.fault_call import FaultCall, call_fault, like_a_fault
@@ -86,15 +86,15 @@ def read_other_rigs(registered: Sequence[RegisteredRecording], *, jobs: int | No
 
 
 def usable(registered: Sequence[RegisteredRecording]) -> list[RegisteredRecording]:
-    """Those of `registered` that are measured, whole, of a known set and not the rig's."""
-    return [
+    """Those of `registered` that are measured, whole, of a known set and not the rig's, each content once."""
+    return each_once(
         r
         for r in registered
         if r.dataset is not None
         and r.dataset not in RIG_DATASETS
         and r.status is Status.OK
         and r.origin is Origin.MEASURED
-    ]
+    )
 
 
 def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...], baselines: Baselines) -> OtherRecord:

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings import Origin, State, write_stand_in
-from srbval.recordings.registry import Status, add, fetch, find_recording, listing, rig_recordings, verify
-from srbval.recordings.registry.manifest import manifest_path, read_manifest, update_manifest
+from srbval.recordings.registry import Status, add, fetch, find_recording, listing, rig_recordings, verbs, verify
+from srbval.recordings.registry.manifest import looked_at_path, manifest_path, read_manifest, update_manifest
+from srbval.recordings.settings import Settings
 from srbval.storage.whole_file import whole_file
+from srbval.validation.other_rigs import usable
 
 from . import files
 
@@ -153,9 +157,52 @@ def test_rig_look_up(folder: Path) -> None:
 
 
 def test_environment_folder_is_there_without_add(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As long as it is named; what a look at it found is kept, but registers nothing."""
     monkeypatch.setenv("SRBVAL_RECORDINGS", str(folder))
-    assert len(listing().recordings) == 5
-    assert len(read_manifest()) == 5
+    first = listing().recordings
+    assert len(first) == 5
+    assert read_manifest() == {}
+    monkeypatch.setattr(verbs, "inspect_file", None)  # not looked at again
+    assert listing().recordings == first
+    monkeypatch.delenv("SRBVAL_RECORDINGS")
+    assert listing().recordings == ()
+
+
+def test_environment_folder_that_changed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SRBVAL_RECORDINGS", str(folder))
+    listing()
+    (folder / "README.md").write_text("Recordings of a rig, two or three of them.\n")
+    assert by_name(listing().recordings)["README.md"].status is Status.CHANGED
+    add(folder, repin=True)
+    assert by_name(listing().recordings)["README.md"].status is not Status.CHANGED
+
+
+def test_what_was_looked_at_and_cannot_be_read_is_looked_at_again(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SRBVAL_RECORDINGS", str(folder))
+    first = listing().recordings
+    looked_at_path().write_text("{")
+    assert listing().recordings == first
+
+
+def test_a_copy_is_no_further_recording(folder: Path, tmp_path: Path) -> None:
+    shutil.copytree(folder, tmp_path / "copy")
+    (tmp_path / "other name").symlink_to(folder)
+    add(folder)
+    alone = rig_recordings()
+    add(tmp_path / "copy")
+    add(tmp_path / "other name")
+    assert len(listing().recordings) == 15
+    assert rig_recordings() == tuple(replace(r, file=r.file.replace("/data/", "/copy/")) for r in alone)
+    assert len(usable(listing().recordings)) == 1
+
+
+def test_copies_settled_differently_are_two_recordings(folder: Path, tmp_path: Path) -> None:
+    shutil.copytree(folder / "below", tmp_path / "copy")
+    add(folder / "below")
+    add(tmp_path / "copy", settings=Settings(rpm=700.0))
+    assert len(rig_recordings()) == 2
 
 
 def test_environment_folder_without_a_writable_home(

@@ -4,6 +4,7 @@ from srbval.recordings.registry.baseline import healthy_baseline
 from srbval.recordings.registry.coverage import Coverage, GridPoint, coverage
 from srbval.recordings.registry.entry import Listing, RegisteredRecording, Status
 from srbval.recordings.registry.fetch import fetch
+from srbval.recordings.registry.once import each_once
 from srbval.recordings.registry.stored import load_entry, load_registered
 from srbval.recordings.registry.verbs import add, find_recording, listing, rig_recordings, verify
 
@@ -15,6 +16,7 @@ __all__ = [
     "Status",
     "add",
     "coverage",
+    "each_once",
     "fetch",
     "find_recording",
     "healthy_baseline",

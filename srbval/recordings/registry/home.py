@@ -22,7 +22,7 @@ def home_folder() -> Path:
 
 
 def recordings_folder() -> Path | None:
-    """The folder ``$SRBVAL_RECORDINGS`` names, registered by itself; `DataError` if it is not there."""
+    """The folder ``$SRBVAL_RECORDINGS`` names, used without being registered; `DataError` if it is not there."""
     set_by_user = os.environ.get(RECORDINGS_VARIABLE)
     if not set_by_user:
         return None

@@ -24,9 +24,14 @@ def manifest_path() -> Path:
     return home_folder() / "manifest.json"
 
 
-def read_manifest() -> Entries:
+def looked_at_path() -> Path:
+    """Path of what is known of files that were looked at, but never registered; of the manifest's form."""
+    return home_folder() / "looked-at.json"
+
+
+def read_manifest(path: Path | None = None) -> Entries:
     """Registered files by path, none without a manifest; `DataError` for one not understood."""
-    path = manifest_path()
+    path = path or manifest_path()
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
         if document["schema_version"] != SCHEMA_VERSION:
@@ -43,13 +48,13 @@ def read_manifest() -> Entries:
     return {entry.file: entry for entry in entries}
 
 
-def update_manifest(change: Callable[[Entries], None]) -> Entries:
+def update_manifest(change: Callable[[Entries], None], path: Path | None = None) -> Entries:
     """Apply `change` to the newest manifest under a lock and write it; returns the entries after it."""
-    path = manifest_path()
+    path = path or manifest_path()
     with _locked(path):
         for left_over in path.parent.glob(f".{path.name}.*.part"):  # of a process killed while it wrote
             left_over.unlink(missing_ok=True)
-        entries = read_manifest()
+        entries = read_manifest(path)
         change(entries)
         document = {
             "schema_version": SCHEMA_VERSION,

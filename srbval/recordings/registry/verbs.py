@@ -15,7 +15,14 @@ from srbval.recordings.registry.coverage import coverage
 from srbval.recordings.registry.entry import Listing, RegisteredRecording, Status
 from srbval.recordings.registry.home import recordings_folder
 from srbval.recordings.registry.inspect import inspect_file
-from srbval.recordings.registry.manifest import Entries, manifest_path, read_manifest, update_manifest
+from srbval.recordings.registry.manifest import (
+    Entries,
+    looked_at_path,
+    manifest_path,
+    read_manifest,
+    update_manifest,
+)
+from srbval.recordings.registry.once import each_once
 from srbval.recordings.settings import Settings
 
 Progress = Callable[[int, int, str], None]  # bytes done, bytes in all, file at hand
@@ -55,7 +62,7 @@ def add(
 def listing() -> Listing:
     """All registered files with their status by a quick look (size and time of change, not the hash).
 
-    Files of the folder named by SRBVAL_RECORDINGS are among them whether registered or not.
+    Files of the folder that SRBVAL_RECORDINGS names are among them whether registered or not.
     """
     entries = _with_environment_folder(read_manifest())
     return _listing(_quick_look(entry) for entry in entries.values())
@@ -74,7 +81,7 @@ def verify(*, progress: Progress | None = None) -> Listing:
 
 
 def rig_recordings(*, state: State | None = None, nominal_rpm: float | None = None) -> tuple[RegisteredRecording, ...]:
-    """Usable recordings of the rig by state and nominal motor speed [rpm], full recordings first."""
+    """Usable recordings of the rig by state and nominal motor speed [rpm], full recordings first, each content once."""
     found = [
         r
         for r in listing().recordings
@@ -83,7 +90,7 @@ def rig_recordings(*, state: State | None = None, nominal_rpm: float | None = No
         and state in (None, r.state)
         and nominal_rpm in (None, r.nominal_rpm)
     ]
-    return tuple(sorted(found, key=lambda r: (RIG_DATASETS.index(r.dataset or ""), r.file)))
+    return tuple(sorted(each_once(found), key=lambda r: (RIG_DATASETS.index(r.dataset or ""), r.file)))
 
 
 def find_recording(
@@ -198,14 +205,26 @@ def _verified(entry: RegisteredRecording) -> RegisteredRecording:
 
 
 def _with_environment_folder(entries: Entries) -> Entries:
-    """Add the files of SRBVAL_RECORDINGS; what was learnt is kept where the manifest can be written."""
+    """Add the files of SRBVAL_RECORDINGS, for as long as it names their folder.
+
+    What a look at them found is kept apart from the register, so that they are not read again each time.
+    """
     folder = recordings_folder()
     if folder is None:
         return entries
-    looked_at = _inspect(_files_under(folder), entries, None)
-    seen = {e.file: _against_pin(entries.get(e.file), e) for e in looked_at}
-    new = {key: entry for key, entry in seen.items() if key not in entries}
+    known = {**_looked_at_before(), **entries}
+    seen = {e.file: _against_pin(known.get(e.file), e) for e in _inspect(_files_under(folder), known, None)}
+    new = {key: entry for key, entry in seen.items() if key not in known}
     if new:
         with contextlib.suppress(DataError):  # a home that cannot be written costs time, not the recordings
-            update_manifest(lambda newest: newest.update({k: e for k, e in new.items() if k not in newest}))
+            update_manifest(lambda newest: newest.update({k: e for k, e in new.items() if k not in newest}),
+                            looked_at_path())  # fmt: skip
     return {**entries, **seen}
+
+
+def _looked_at_before() -> Entries:
+    """Of files that still are there; what cannot be read is looked at again."""
+    try:
+        return {key: entry for key, entry in read_manifest(looked_at_path()).items() if Path(key).exists()}
+    except DataError:
+        return {}
