@@ -198,6 +198,26 @@ def test_a_copy_is_no_further_recording(folder: Path, tmp_path: Path) -> None:
     assert len(usable(listing().recordings)) == 1
 
 
+@pytest.mark.parametrize("more", [False, True])
+def test_a_folder_that_moved(more: bool, folder: Path, tmp_path: Path) -> None:
+    """Its old entries go, what was settled stays; files that went for good stay missing."""
+    add(folder)
+    add(folder / "below", settings=Settings(rpm=700.0))
+    (folder / "105.mat").unlink()
+    folder.rename(tmp_path / "moved")
+    add(tmp_path / "moved", settings=Settings(unit="g") if more else None)
+    found = by_name(listing().recordings)
+    assert {name: r.status for name, r in found.items() if r.status is Status.MISSING} == {"105.mat": Status.MISSING}
+    assert len(listing().recordings) == 5
+    assert found["IR_727rpm_124.8kN_0kN.mat"].settings == Settings(rpm=700.0, unit="g" if more else None)
+    assert Path(found["s.h5"].file).parent == tmp_path / "moved"
+    (tmp_path / "moved").rename(folder)
+    add(folder, repin=True)
+    found = by_name(listing().recordings)
+    assert (len(found), found["105.mat"].status) == (5, Status.MISSING)
+    assert found["IR_727rpm_124.8kN_0kN.mat"].settings is None
+
+
 def test_copies_settled_differently_are_two_recordings(folder: Path, tmp_path: Path) -> None:
     shutil.copytree(folder / "below", tmp_path / "copy")
     add(folder / "below")

@@ -42,15 +42,25 @@ def add(
 
     A file seen for the first time is pinned with its SHA-256; one that differs from its pin is reported as
     changed and keeps the pin, unless `repin`. `settings` are kept for each of the files and used whenever one is
-    loaded; without any, those kept before stay (`repin` forgets them). Files that are no recording stay in the list
-    with a reason.
+    loaded; without any, those kept before stay (`repin` forgets them). A file that was registered elsewhere and is no
+    longer there has moved: its old entry goes, what was settled for it stays (but for `repin`). Files that are no
+    recording stay in the list with a reason.
     Raises `DataError` for a folder that is not there or a manifest that cannot be written.
     """
     files = _files_under(Path(folder))
-    seen = _inspect(files, {} if repin else read_manifest(), progress, settings)
+    registered = read_manifest()
+    known = {} if repin else registered
+    gone = [e for e in registered.values() if e.sha256 and not os.path.exists(e.file)]
+    seen = _inspect(files, known, progress, settings)
+    if not repin:
+        seen = [entry if entry.file in known else _as_settled_before(entry, gone) for entry in seen]
+    there = {entry.sha256 for entry in seen}
     merged: Entries = {}
 
     def change(entries: Entries) -> None:
+        for old in gone:
+            if old.sha256 in there:
+                entries.pop(old.file, None)
         for entry in seen:
             entries[entry.file] = entry if repin else _against_pin(entries.get(entry.file), entry)
             merged[entry.file] = entries[entry.file]
@@ -149,6 +159,14 @@ def _inspect(
             if progress is not None:
                 progress(done, total, entry.file)
     return seen
+
+
+def _as_settled_before(entry: RegisteredRecording, gone: list[RegisteredRecording]) -> RegisteredRecording:
+    """`entry`, read with what was settled for the same content at a place where it is no longer."""
+    before = next((old.settings for old in gone if old.sha256 == entry.sha256 and old.settings), None)
+    if before is None:
+        return entry
+    return inspect_file(Path(entry.file), entry.settings.over(before) if entry.settings else before)
 
 
 def _size(path: Path) -> int:
