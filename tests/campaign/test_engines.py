@@ -134,7 +134,11 @@ def scheduler(tmp_path: Path) -> Iterator[Scheduler]:
         for process in reversed(started):
             process.terminate()
         for process in started:
-            process.wait()
+            try:
+                process.wait(timeout=10)
+            except subprocess.TimeoutExpired:  # a worker may hang where its scheduler goes while it says goodbye
+                process.kill()
+                process.wait()
 
 
 def killer(folder: Path) -> None:
