@@ -139,6 +139,7 @@ def _follow(store: Store, engine: Engine, job: Job, count: _Count) -> dict[str, 
         close = getattr(running, "close", None)
         if close is not None:
             close()
+        store.clear_parts()  # of processes that were ended while they wrote
     return outcomes
 
 

@@ -73,7 +73,7 @@ def _print(result: Listing) -> None:
     for covered in result.coverage:
         _print_grid(covered)
     copies = len(rows) - len(each_once(result.recordings))
-    said = f" ({copies} are copies of others: each content counts once)" if copies else ""
+    said = f" ({copies} with the content of another, which counts once)" if copies else ""
     print(f"\n{len(rows)} files{said}; the register is {result.manifest}")
 
 

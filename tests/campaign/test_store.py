@@ -10,12 +10,14 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from srbval.campaign.engines.choose import choose_engine
+from srbval.campaign.engines.engine import Job, Outcome
 from srbval.campaign.engines.serial import Serial
 from srbval.campaign.lock import folder_lock
 from srbval.campaign.run import run_campaign
@@ -209,14 +211,14 @@ def test_killed_at_random_moments(kills: int, tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="no process groups here")
-@pytest.mark.parametrize(("engine", "jobs"), [("serial", 1), ("local", 2), ("dask", 2)])
-def test_ctrl_c(engine: str, jobs: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize("engine", ["serial", "local", "dask"])
+def test_ctrl_c(engine: str, tmp_path: Path) -> None:
     """It reaches all processes of a terminal: one of them answers, in one line, and the same command goes on."""
     if engine == "dask":
         pytest.importorskip("distributed")
     file, folder = tmp_path / "many.toml", tmp_path / "run"
     file.write_text(MANY)
-    process = _start(file, folder, engine=engine, jobs=jobs, stderr=subprocess.PIPE)
+    process = _start(file, folder, engine=engine, stderr=subprocess.PIPE)
     _wait_for_cases(folder, process)
     os.killpg(process.pid, signal.SIGINT)
     said = process.communicate()[1].decode()
@@ -230,12 +232,28 @@ def test_ctrl_c(engine: str, jobs: int, tmp_path: Path) -> None:
     _assert_nothing_ran_twice(folder)
 
 
+def test_what_an_ended_process_was_writing_is_cleared(tmp_path: Path) -> None:
+    class Interrupted:
+        name, workers = "interrupted", 1
+
+        def run(self, job: Job) -> Iterator[Outcome]:
+            part = job.folder / "cases" / "00" / ".00a.h5.x.part"
+            part.parent.mkdir(parents=True)
+            part.touch()
+            raise KeyboardInterrupt
+            yield
+
+    with pytest.raises(KeyboardInterrupt):
+        run_campaign(small(), tmp_path, engine=Interrupted())
+    assert not list(tmp_path.rglob("*.part"))
+
+
 def _start(
-    file: Path, folder: Path, *, engine: str = "local", jobs: int = 2, stderr: int = subprocess.DEVNULL
+    file: Path, folder: Path, *, engine: str = "local", stderr: int = subprocess.DEVNULL
 ) -> subprocess.Popen[bytes]:
     command = [sys.executable, "-m", "srbval", "campaign", "run", str(file), "-o", str(folder)]
     return subprocess.Popen(
-        [*command, "--engine", engine, *(["--jobs", str(jobs)] if jobs > 1 else [])], start_new_session=True,
+        [*command, "--engine", engine, "--jobs", "1" if engine == "serial" else "2"], start_new_session=True,
         stdout=subprocess.DEVNULL, stderr=stderr,
     )  # fmt: skip
 

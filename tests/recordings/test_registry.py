@@ -184,6 +184,13 @@ def test_what_was_looked_at_and_cannot_be_read_is_looked_at_again(
     first = listing().recordings
     looked_at_path().write_text("{")
     assert listing().recordings == first
+    assert len(read_manifest(looked_at_path())) == 5
+    (folder / "105.mat").unlink()
+    (folder / "more.md").write_text("Not of the first look.\n")
+    listing()
+    assert {Path(file).name for file in read_manifest(looked_at_path())} == {
+        "more.md", "README.md", "s.h5", "OR_353rpm_x.mat", "IR_727rpm_124.8kN_0kN.mat",
+    }  # fmt: skip
 
 
 def test_a_copy_is_no_further_recording(folder: Path, tmp_path: Path) -> None:

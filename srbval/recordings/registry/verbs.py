@@ -232,17 +232,28 @@ def _with_environment_folder(entries: Entries) -> Entries:
         return entries
     known = {**_looked_at_before(), **entries}
     seen = {e.file: _against_pin(known.get(e.file), e) for e in _inspect(_files_under(folder), known, None)}
-    new = {key: entry for key, entry in seen.items() if key not in known}
-    if new:
+    if any(key not in known for key in seen):
         with contextlib.suppress(DataError):  # a home that cannot be written costs time, not the recordings
-            update_manifest(lambda newest: newest.update({k: e for k, e in new.items() if k not in newest}),
-                            looked_at_path())  # fmt: skip
+            _remember({key: entry for key, entry in seen.items() if key not in entries})
     return {**entries, **seen}
 
 
 def _looked_at_before() -> Entries:
     """Of files that still are there; what cannot be read is looked at again."""
     try:
-        return {key: entry for key, entry in read_manifest(looked_at_path()).items() if Path(key).exists()}
+        return {key: entry for key, entry in read_manifest(looked_at_path()).items() if os.path.exists(key)}
     except DataError:
+        with contextlib.suppress(OSError):
+            looked_at_path().unlink()
         return {}
+
+
+def _remember(looked_at: Entries) -> None:
+    """Keep what was found, and forget files that are gone."""
+
+    def change(entries: Entries) -> None:
+        for key in [key for key in entries if not os.path.exists(key)]:
+            del entries[key]
+        entries.update(looked_at)
+
+    update_manifest(change, looked_at_path())
