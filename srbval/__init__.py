@@ -34,8 +34,8 @@ _HOME = {
     "Spectrum": "srbval.signal",
     "Analysis": "srbval.validation.analyse",
     "analyse": "srbval.validation.analyse",
-    "Evidence": "srbval.validation.evidence",
-    "gather": "srbval.validation.evidence",
+    "Evidence": "srbval.evidence.gather",
+    "gather": "srbval.evidence.gather",
     "make_plan": "srbval.plan.plan",
     "run_check": "srbval.check.check",
     "make_report": "srbval.report.make",
@@ -79,6 +79,7 @@ if TYPE_CHECKING:
     from srbval.bearing import Bearing, known_bearings, load_bearing
     from srbval.check.check import run_check
     from srbval.errors import ConfigurationError, DataError, NumericsError, SrbvalError
+    from srbval.evidence.gather import Evidence, gather
     from srbval.models.run import Run, RunStatus
     from srbval.models.run_file import write_run
     from srbval.models.simulate import simulate
@@ -89,7 +90,6 @@ if TYPE_CHECKING:
     from srbval.scene import Scene, load_scene, paper_scene
     from srbval.signal import Spectrum
     from srbval.validation.analyse import Analysis, analyse
-    from srbval.validation.evidence import Evidence, gather
 
 
 def __getattr__(name: str) -> Any:

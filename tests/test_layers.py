@@ -26,6 +26,7 @@ ORDER = (
     "plan",
     "campaign",
     "check",
+    "evidence",
     "report",
     "cli",
 )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from srbval.bench.kept import SENSITIVITY, newest
+from srbval.evidence.gather import Evidence, gather
 from srbval.models.warm import compile_apart, is_compiled
 from srbval.report.content import assemble
 from srbval.report.pdf import require_typst
@@ -14,7 +15,6 @@ from srbval.report.progress import Progress
 from srbval.report.simulation_progress import SimulationProgress
 from srbval.report.write import FORMATS, write_report
 from srbval.validation.effects import Sensitivity, sensitivity_of
-from srbval.validation.evidence import Evidence, gather
 
 
 @dataclass(frozen=True, kw_only=True)

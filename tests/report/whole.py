@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 from scipy.io import savemat
 
+from srbval.evidence.gather import Evidence
 from srbval.recordings import State
 from srbval.report import Report
 from srbval.report.content import assemble
 from srbval.report.write import write_report
 from srbval.validation.analyse import Analysis
-from srbval.validation.evidence import Evidence
 from srbval.validation.other_rigs import OtherRecord
 
 SECONDS = 1.2  # enough to read the lines; the report itself runs 10 s

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bench.kept import CAMPAIGN_SCALE, NOISE_STUDY, READING, SENSITIVITY, SPEED_ACCURACY, STABILITY, Kept, newest
+from srbval.evidence.gather import Evidence
 from srbval.recordings import State
 from srbval.report.blocks import Command, KeyValues, Listing, Paragraph
 from srbval.report.content.band_figure import band_figure
@@ -39,7 +40,6 @@ from srbval.report.content.verdict_box import verdict_box
 from srbval.report.model import Report, Section
 from srbval.validation.bias import biases, pairs
 from srbval.validation.cross_band import CrossBand, cross_bands
-from srbval.validation.evidence import Evidence
 
 SCHEMA_VERSION = 1
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from srbval.evidence.gather import Evidence
 from srbval.recordings import Origin
 from srbval.report.badges import Badge
 from srbval.report.blocks import Figure, FigureGrid, Paragraph
@@ -17,7 +18,6 @@ from srbval.signal import Kurtogram
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.band_choice import band_kurtogram
 from srbval.validation.cross_band import LINE_OF, CrossBand
-from srbval.validation.evidence import Evidence
 
 ORIGIN_NAME = {"simulated": "model", "measured": "rig", "stand-in": "stand-in"}
 TOP_HZ = 10_240.0  # both sides to the rig's Nyquist frequency

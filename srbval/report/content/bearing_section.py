@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.bearing.geometry import CIRCLES, SphericalRollerGeometry
+from srbval.evidence.gather import Evidence
 from srbval.models.full.parameters import make_parameters
 from srbval.models.full.point_cloud import circle_points, outer_circle, wrapped
 from srbval.models.run import Run
@@ -20,7 +21,6 @@ from srbval.report.figures.geometry import axial_section, defect_cloud, whole_be
 from srbval.report.figures.load_zone import load_zone
 from srbval.report.model import Section
 from srbval.scene import Defect, DefectKind, Scene
-from srbval.validation.evidence import Evidence
 
 # The forces of every roller are kept in a short run of their own: some passages of the load zone are enough.
 LOAD_SECONDS, LOAD_SNAPSHOTS_HZ = 0.5, 160.0

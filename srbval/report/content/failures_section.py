@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from srbval.bench.kept import SPEED_ACCURACY, STABILITY, Kept
+from srbval.evidence.gather import Evidence
 from srbval.models.run import RunStatus
 from srbval.report.badges import Tone
 from srbval.report.blocks import Block, Callout, Listing, Paragraph
 from srbval.report.inline import literal
 from srbval.report.model import Section
-from srbval.validation.evidence import Evidence
 from srbval.validation.matrix import NOT_DETECTED
 
 

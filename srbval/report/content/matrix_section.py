@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from srbval.evidence.gather import Evidence
 from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Callout, Figure, FigureGrid, Listing, Paragraph
 from srbval.report.content.names import FETCH_COMMAND, STATE_CODE
@@ -18,7 +19,6 @@ from srbval.report.model import Section
 from srbval.report.table import Cell as TableCell
 from srbval.report.table import Column, Table, Value
 from srbval.validation.comparison import ComparisonVerdict
-from srbval.validation.evidence import Evidence
 from srbval.validation.fault_call import Basis
 from srbval.validation.matrix import Cell, Matrix
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
+from srbval.evidence.gather import Evidence
 from srbval.report.blocks import Block, Listing, Paragraph
 from srbval.report.model import Section
 from srbval.report.table import Column, Table
-from srbval.validation.evidence import Evidence
 
 
 def open_section(evidence: Evidence) -> Section:

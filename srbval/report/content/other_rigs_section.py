@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from srbval.evidence.gather import Evidence
 from srbval.recordings.datasets.description import dataset
 from srbval.report.badges import Tone
 from srbval.report.blocks import Block, Paragraph
 from srbval.report.inline import literal
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table, Value
-from srbval.validation.evidence import Evidence
 from srbval.validation.fault_call import Basis
 from srbval.validation.other_rigs import LINE_OF, RACES, OtherRecord
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from srbval import __version__
+from srbval.evidence.gather import Evidence
 from srbval.storage.revision import git_revision
-from srbval.validation.evidence import Evidence
 
 PACKAGES = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib")
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from srbval.evidence.gather import Evidence
 from srbval.recordings.datasets.description import dataset
 from srbval.report.blocks import Listing
 from srbval.report.inline import literal
 from srbval.report.model import Section
-from srbval.validation.evidence import Evidence
 
 ALWAYS = (
     "**Paper, model and published values**: Giraudo, Di Maggio, Giorio, Delprete: Dynamic Multibody Modeling of "

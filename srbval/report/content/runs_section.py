@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from srbval.evidence.gather import Evidence
 from srbval.models.run_file import scene_dict
 from srbval.report.blocks import KeyValues, Paragraph
 from srbval.report.model import Section
 from srbval.report.table import Column, Table, Value
-from srbval.validation.evidence import Evidence
 
 PAPER_WALL_PER_S = 86_400 / 1.26  # section 2.3: 1.26 simulated seconds a day
 

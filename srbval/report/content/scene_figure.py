@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+from srbval.evidence.gather import Evidence
 from srbval.recordings import State
 from srbval.report.badges import Badge
 from srbval.report.blocks import Figure
 from srbval.report.content.names import STATE_CODE
 from srbval.report.figures import Deviation, bearing_scene, deviation_plot
 from srbval.validation.comparison import Comparison, RigSource, deviation_pct
-from srbval.validation.evidence import Evidence
 
 SENSOR_RAD = math.pi / 4
 

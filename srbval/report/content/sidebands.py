@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from srbval.evidence.gather import Evidence
 from srbval.recordings import State
 from srbval.report.blocks import Paragraph
 from srbval.report.content.names import SIDE_NAME
 from srbval.validation.analyse import Analysis
-from srbval.validation.evidence import Evidence
 
 
 def sideband_remark(evidence: Evidence) -> Paragraph:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from srbval.evidence.gather import Evidence
 from srbval.recordings import Origin
 from srbval.report.badges import Tone
 from srbval.report.blocks import Block, Callout, Listing, Paragraph
@@ -11,7 +12,6 @@ from srbval.report.content.names import FETCH_COMMAND, STATE_NAME, badge_of, rpm
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table, Value
 from srbval.validation.analyse import Analysis
-from srbval.validation.evidence import Evidence
 
 
 def sources_section(evidence: Evidence) -> Section:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from srbval.evidence.gather import Evidence
 from srbval.recordings import State
 from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Callout, Paragraph
@@ -11,7 +12,6 @@ from srbval.report.inline import literal
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table, Value
 from srbval.validation.comparison import deviation_pct
-from srbval.validation.evidence import Evidence
 from srbval.validation.speed_and_slip import SpeedAndSlip, one_speed_reading, published_speeds
 
 LISTED = 4

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from srbval.evidence.gather import Evidence
 from srbval.report.badges import Badge
 from srbval.report.blocks import Paragraph
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table
-from srbval.validation.evidence import Evidence
 
 
 def sum_rule_section(evidence: Evidence) -> Section:

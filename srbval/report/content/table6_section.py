@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from srbval.evidence.gather import Evidence
 from srbval.recordings import State
 from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Callout, Figure, Paragraph
@@ -10,7 +11,6 @@ from srbval.report.content.quantity_blocks import quantity_blocks
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table, Value
 from srbval.validation.comparison import Comparison, ComparisonVerdict, RigSource, deviation_pct
-from srbval.validation.evidence import Evidence
 
 TONE = {
     ComparisonVerdict.RESOLVED: Tone.WARNING,

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from srbval.evidence.gather import Evidence
 from srbval.report.badges import Tone
 from srbval.report.content.names import FETCH_COMMAND
 from srbval.report.model import VerdictBox
 from srbval.validation.comparison import Comparison, ComparisonVerdict, RigSource
-from srbval.validation.evidence import Evidence
 
 # The paper's own largest deviation of its model from kinematics is 0.22 %; this leaves it its rounding.
 TABLE6_LIMIT_PCT = 0.25

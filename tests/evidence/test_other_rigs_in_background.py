@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
+from srbval.evidence.other_rigs_in_background import BackgroundReading
 from srbval.recordings.registry import RegisteredRecording, add
 from srbval.validation.other_rigs import read_other_rigs
-from srbval.validation.other_rigs_aside import ReadAside, read_aside
 
 
 @pytest.fixture
@@ -27,28 +27,27 @@ def registered(tmp_path: Path) -> tuple[RegisteredRecording, ...]:
 
 
 def test_it_gives_what_reading_here_gives(registered: tuple[RegisteredRecording, ...]) -> None:
-    aside = read_aside(registered)
-    here = read_other_rigs(registered)
-    assert len(aside) == len(here) == 2
-    assert tuple(aside) == here
-    assert aside[-1] == here[-1]
+    records = BackgroundReading(registered).records()
+    assert len(records) == 2
+    assert records == read_other_rigs(registered)
 
 
 def test_nothing_to_read_starts_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(subprocess, "Popen", None)
-    assert read_aside(()) == ()
+    assert BackgroundReading(()).records() == ()
 
 
-def test_a_process_that_fails_is_made_up_for(
+def test_a_failed_process_is_replaced_by_reading_here(
     registered: tuple[RegisteredRecording, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, "executable", shutil.which("false"))
-    assert tuple(read_aside(registered)) == read_other_rigs(registered)
+    assert BackgroundReading(registered).records() == read_other_rigs(registered)
 
 
-def test_nobody_waits_for_what_nobody_looks_at(registered: tuple[RegisteredRecording, ...]) -> None:
-    aside = ReadAside(registered, 1)
-    process = aside._process
-    del aside
+def test_the_process_ends_with_its_last_reference(registered: tuple[RegisteredRecording, ...]) -> None:
+    reading = BackgroundReading(registered, jobs=1)
+    process = reading._process
+    assert process is not None
+    del reading
     gc.collect()
     assert process.wait(timeout=60) != 0

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from srbval.bearing import DEFAULT_BEARING, Bearing, load_bearing
 from srbval.errors import ConfigurationError, NumericsError
+from srbval.evidence.other_rigs_in_background import BackgroundReading
 from srbval.models.run import Run
 from srbval.recordings import Origin, Recording, State
 from srbval.recordings.from_run import recording_from_run
@@ -21,7 +22,6 @@ from srbval.validation.fill_matrix import build_matrix, point_of
 from srbval.validation.matrix import Matrix
 from srbval.validation.model_side import ModelSide, model_beside
 from srbval.validation.other_rigs import OtherRecord
-from srbval.validation.other_rigs_aside import read_aside
 from srbval.validation.published import Table6, table6
 from srbval.validation.quantity_comparison import QuantityComparison
 from srbval.validation.run_cases import Progress, run_cases
@@ -57,7 +57,7 @@ class Evidence:
     known: Sensitivity
     registered: tuple[RegisteredRecording, ...]
     matrix: Matrix
-    other_rigs: Sequence[OtherRecord]
+    other_rigs: tuple[OtherRecord, ...]
     slips: tuple[SpeedAndSlip, ...]
 
     @property
@@ -83,8 +83,8 @@ def gather(
     """Run the cases and analyse everything; the rig's recordings are those registered.
 
     `known` are the stored sensitivities, where there are any. `seconds` is the recorded duration of the paper's three
-    runs; `stand_in_folder` receives the stand-ins' files, where any are needed; `stage` is told what begins. The
-    answer's `other_rigs` may still be being read: the first look waits. Raises what simulation and loading raise.
+    runs; `stand_in_folder` receives the stand-ins' files, where any are needed; `stage` is told what begins. Raises
+    what simulation and loading raise.
     """
     if seconds < SHORTEST_S:
         raise ConfigurationError(
@@ -104,7 +104,7 @@ def gather(
     )
     if not known.effects:
         known = as_sensitivity(variations, runs["paper-outer"])
-    other_rigs = read_aside(listing().recordings, jobs=jobs)
+    others = BackgroundReading(listing().recordings, jobs=jobs)
     stage("Fill the validation matrix, the model beside every record")
     matrix = build_matrix(
         rig_recordings(), bearing=bearing, beside=lambda rig: model_beside(rig, progress=progress), known=known,
@@ -136,7 +136,7 @@ def gather(
         known=known,
         registered=tuple(registered[state] for state in measured),
         matrix=matrix,
-        other_rigs=other_rigs,
+        other_rigs=others.records(),
         slips=(*matrix_rows(matrix.cells, bearing), *table6_rows(printed, bearing)),
     )
 

@@ -1,0 +1,1 @@
+"""Everything that the report shows, simulated, read, analysed and compared before anything is drawn."""
