@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from srbval.models.warm import compile_apart
+from srbval.models.kernel_cache import precompile
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Compile the kernels before there are workers: two of them would do it twice."""
     if not hasattr(session.config, "workerinput") and session.config.getoption("numprocesses", None):
         for model in ("full", "line", "planar"):
-            compile_apart(model)
+            precompile(model)
 
 
 @pytest.hookimpl(tryfirst=True)  # before xdist reads the groups

@@ -15,7 +15,7 @@ from typing import Any
 from srbval.bench.progress import Progress, silent
 from srbval.bench.settings import Settings
 from srbval.errors import NumericsError
-from srbval.models.warm import package_path
+from srbval.storage.own_package import child_environment
 
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 SIMULATE = ("-m", "srbval", "simulate", "--seconds", "0.1", "--json")
@@ -74,7 +74,7 @@ def _ask(store: Path, *arguments: str) -> dict[str, Any]:
 
 
 def _run(store: Path, *arguments: str) -> str:
-    env = os.environ | ONE_THREAD | {"NUMBA_CACHE_DIR": str(store)} | package_path()
+    env = os.environ | ONE_THREAD | {"NUMBA_CACHE_DIR": str(store)} | child_environment()
     done = subprocess.run([sys.executable, "-P", *arguments], env=env, capture_output=True, text=True, check=False)
     if done.returncode:
         end = done.stderr.strip()[-300:]

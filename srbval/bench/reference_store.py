@@ -10,7 +10,7 @@ from typing import Any
 
 import srbval
 from srbval.bearing import load_bearing
-from srbval.models.jit import kernel_store
+from srbval.models.kernel_cache import kernel_cache_folder
 from srbval.models.run_file import scene_dict
 from srbval.scene import Scene
 from srbval.storage.strict_json import write_json
@@ -28,7 +28,7 @@ def reference_folder() -> Path:
 def reference_key(scene: Scene) -> str:
     """Name of a scene's result with exactly this version of the model and of what measures its runs."""
     content = json.dumps(scene_dict(scene), sort_keys=True) + repr(load_bearing(scene.bearing))
-    version = f"{kernel_store().name} {_measuring()}"
+    version = f"{kernel_cache_folder().name} {_measuring()}"
     return hashlib.sha256(f"{version} {content}".encode()).hexdigest()[:24]
 
 

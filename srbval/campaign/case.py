@@ -13,7 +13,7 @@ from typing import Any
 import srbval
 from srbval.bearing import load_bearing
 from srbval.campaign.quantities import Output
-from srbval.models.jit import kernel_store
+from srbval.models.kernel_cache import kernel_cache_folder
 from srbval.models.run_file import scene_dict
 from srbval.scene import Scene
 
@@ -71,7 +71,7 @@ def refused_key(point: Mapping[str, Any], reason: str) -> str:
 def version() -> str:
     """Content of the models' kernels and of what measures their runs."""
     package = Path(srbval.__file__).parent
-    digest = hashlib.sha256(kernel_store().name.encode())
+    digest = hashlib.sha256(kernel_cache_folder().name.encode())
     for pattern in MEASURED_BY:
         for source in sorted(package.glob(pattern)):
             digest.update(source.read_bytes())

@@ -11,12 +11,12 @@ from dataclasses import replace
 from srbval.bearing import load_bearing
 from srbval.bench.measures import measure
 from srbval.errors import ConfigurationError
-from srbval.models.account import Account
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import make_parameters
+from srbval.models.precompile import load_kernels
 from srbval.models.run import Run, RunStatus
+from srbval.models.run_statistics import RunStatistics
 from srbval.models.simulate import simulate, static_share
-from srbval.models.warm import load_kernels
 from srbval.recordings.from_run import recording_from_run
 from srbval.scene import DefectKind, RollerFit, Scene
 from srbval.validation.analyse import analyse
@@ -88,5 +88,5 @@ def balance(scene: Scene) -> dict[str, float]:
     except ConfigurationError:  # the reference scenes have one: then the model is at fault
         return {"ring_um": math.nan, "roller_share": math.nan}
     ring = state[len(state) // 2 - 3 : len(state) // 2]
-    share = static_share(Account(scene=scene, bearing=bearing), model, ring)
+    share = static_share(RunStatistics(scene=scene, bearing=bearing), model, ring)
     return {"ring_um": float(ring[1]) * 1e6, "roller_share": share}

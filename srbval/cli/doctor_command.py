@@ -62,9 +62,9 @@ def _version(name: str) -> str | None:
 
 
 def _places(problems: list[str]) -> dict[str, str]:
-    from srbval.models.jit import kernel_store
+    from srbval.models.kernel_cache import kernel_cache_folder
 
-    store = kernel_store()
+    store = kernel_cache_folder()
     parent = next(p for p in (store, *store.parents) if p.exists())
     if not os.access(parent, os.W_OK):
         problems.append(f"compiled kernels cannot be kept: {parent} is not writable; set NUMBA_CACHE_DIR")

@@ -16,8 +16,8 @@ import threading
 import weakref
 from collections.abc import Sequence
 
-from srbval.models.warm import package_path
 from srbval.recordings.registry import RegisteredRecording
+from srbval.storage.own_package import child_environment
 from srbval.validation.other_rigs import OtherRecord, read_other_rigs, usable
 
 
@@ -47,7 +47,7 @@ class BackgroundReading:
 
     def _start(self) -> None:
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "srbval.evidence.other_rigs_in_background"], env=os.environ | package_path(),
+            [sys.executable, "-P", "-m", "srbval.evidence.other_rigs_in_background"], env=os.environ | child_environment(),
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
         )  # fmt: skip
         weakref.finalize(self, self._process.kill)

@@ -2,20 +2,17 @@
 
 Set ``NUMBA_DISABLE_JIT=1`` to run every kernel as plain Python, for stepping through and for coverage.
 
-Compiled kernels are kept on disk. Numba looks only at a kernel's own file when it decides whether a stored
-one is still good, not at the kernels it calls; so the store's folder is named by the content of all of them.
+Compiled kernels are kept on disk, see `kernel_cache`.
 """
 
 from __future__ import annotations
 
-import hashlib
-import os
 from collections.abc import Callable
-from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numba
+
+from srbval.models.kernel_cache import kernel_cache_folder
 
 # Sums may be reordered and products contracted, so that loops vectorise. Infinities and NaN keep their
 # meaning: a broken run must stay visible.
@@ -51,21 +48,9 @@ def kernel_part(function: Callable[..., Any]) -> Callable[..., Any]:
 def _compiled(function: Callable[..., Any], **more: Any) -> Callable[..., Any]:
     settings = vars(numba.config)
     before = settings["CACHE_DIR"]
-    settings["CACHE_DIR"] = str(kernel_store())
+    settings["CACHE_DIR"] = str(kernel_cache_folder())
     try:
         compiled: Callable[..., Any] = numba.njit(**OPTIONS, **more)(function)
     finally:
         settings["CACHE_DIR"] = before
     return compiled
-
-
-@cache
-def kernel_store() -> Path:
-    """Folder of the compiled kernels of exactly this version of all kernel sources."""
-    import platformdirs
-
-    digest = hashlib.sha256()
-    for source in sorted(Path(__file__).parent.rglob("*.py")):
-        digest.update(source.read_bytes())
-    base = os.environ.get("NUMBA_CACHE_DIR") or platformdirs.user_cache_dir("srbval")
-    return Path(base) / f"kernels-{digest.hexdigest()[:16]}"

@@ -1,7 +1,7 @@
 """The ladder of models, cheapest first: one entry a rung, one interface.
 
-A rung is a function ``run(account, settle, whole)`` that yields `chunk.Outputs` of consecutive output intervals with
-the number of their first; the first `settle` of the `whole` are not recorded. It keeps the account's `wall_s` and
+A rung is a function ``run(stats, settle, whole)`` that yields `chunk.Outputs` of consecutive output intervals with
+the number of their first; the first `settle` of the `whole` are not recorded. It keeps the statistics' `wall_s` and
 `compile_s`.
 """
 

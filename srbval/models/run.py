@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.models.validated import not_validated
+from srbval.models.validation_scope import not_validated
 from srbval.scene import Scene
 
 FloatArray = NDArray[np.float64]

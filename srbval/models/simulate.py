@@ -12,18 +12,18 @@ import numpy as np
 
 from srbval.bearing import SphericalRollerGeometry, load_bearing
 from srbval.errors import ConfigurationError
-from srbval.models.account import Account
 from srbval.models.chunk import Outputs
+from srbval.models.kernel_cache import precompile
 from srbval.models.ladder import check_known, rung_of
 from srbval.models.run import EnergyFlow, FloatArray, Run, RunStatus, RunSummary
-from srbval.models.warm import compile_apart
+from srbval.models.run_statistics import RunStatistics
 from srbval.scene import Scene
 
 if TYPE_CHECKING:
     from srbval.models.full.parameters import Parameters
     from srbval.models.full.steps import Steps
 
-CHUNK_S = 0.02  # simulated time between two signs of progress
+CHUNK_S = 0.02  # simulated time between two reports of progress
 Progress = Callable[[float], None]
 MakeParameters = Callable[[Scene, SphericalRollerGeometry], "Parameters"]
 
@@ -38,11 +38,11 @@ def simulate(scene: Scene, *, progress: Progress | None = None, make: MakeParame
     contacts. A failed run is returned, not raised: its `status` says so and its `reason` says what to do; one beyond
     recovery ends early, and its signals with it.
     """
-    account = Account(scene=scene, bearing=load_bearing(scene.bearing))
-    chunks = list(_recorded(account, progress or (lambda _: None), make))
+    stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
+    chunks = list(_recorded(stats, progress or (lambda _: None), make))
     out = np.concatenate([chunk.out for chunk in chunks])
     return Run(
-        **vars(account.summary()),
+        **vars(stats.summary()),
         **signals(out),
         spin_rad_s=np.concatenate([chunk.spin_rad_s for chunk in chunks]),
         load_n=np.concatenate([chunk.load_n for chunk in chunks]),
@@ -57,11 +57,11 @@ def simulate_to_file(scene: Scene, path: Path, *, progress: Progress | None = No
     """
     from srbval.models.run_file import RunWriter
 
-    account = Account(scene=scene, bearing=load_bearing(scene.bearing))
+    stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
     with RunWriter(path, scene) as writer:
-        for chunk in _recorded(account, progress or (lambda _: None)):
+        for chunk in _recorded(stats, progress or (lambda _: None)):
             writer.append(signals(chunk.out) | {"spin_rad_s": chunk.spin_rad_s, "load_n": chunk.load_n})
-        summary = account.summary()
+        summary = stats.summary()
         if summary.status is RunStatus.OK:
             writer.finish(summary)
     return summary
@@ -84,24 +84,24 @@ def signals(out: FloatArray) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _recorded(account: Account, progress: Progress, make: MakeParameters | None = None) -> Iterator[Outputs]:
-    """The recorded chunks of the scene's model; `account` is kept up to date."""
-    scene = account.scene
+def _recorded(stats: RunStatistics, progress: Progress, make: MakeParameters | None = None) -> Iterator[Outputs]:
+    """The recorded chunks of the scene's model; `stats` are kept up to date."""
+    scene = stats.scene
     rung = rung_of(scene.model)
     settle = round(scene.settle_s * scene.output_rate_hz)
     whole = settle + scene.samples
-    stretches = rung.run(account, settle, whole) if make is None else full_model(account, settle, whole, make=make)
+    stretches = rung.run(stats, settle, whole) if make is None else full_model(stats, settle, whole, make=make)
     for first, steps in stretches:
         progress((first + len(steps.out)) / scene.output_rate_hz)
-        if first >= settle or account.unfit(steps.out):
-            account.add(steps.out)
+        if first >= settle or stats.unfit(steps.out):
+            stats.add(steps.out)
             yield steps
-        if account.lost:
+        if stats.lost:
             return
 
 
 def full_model(
-    account: Account, settle: int, whole: int, *, make: MakeParameters | None = None
+    stats: RunStatistics, settle: int, whole: int, *, make: MakeParameters | None = None
 ) -> Iterator[tuple[int, Steps]]:
     """The full model's rung, see `ladder`: from static balance, with the scene's solver.
 
@@ -113,19 +113,19 @@ def full_model(
     from srbval.models.solvers import METHODS
     from srbval.models.step_limit import elastic_limit_s
 
-    scene, bearing = account.scene, account.bearing
+    scene, bearing = stats.scene, stats.bearing
     check_known("solver", scene.solver.name, tuple(METHODS))
     if bearing.geometry is None:
         raise ConfigurationError(f"bearing {bearing.name!r} has no [geometry]; the full model cannot run it.")
-    account.compile_s = compile_apart(scene.model)
+    stats.compile_s = precompile(scene.model)
     method = METHODS[scene.solver.name]
     model = (make or make_parameters)(scene, bearing.geometry)
     state = equilibrium_state(model).state
     memory = np.zeros_like(state)
-    account.balanced_share = static_share(account, model, state[len(state) // 2 - 3 : len(state) // 2])
+    stats.balanced_share = static_share(stats, model, state[len(state) // 2 - 3 : len(state) // 2])
     per_output, per_detail = rung_of(scene.model).steps_per_output(scene), scene.outputs_per_detail
     step = 1 / (scene.output_rate_hz * per_output)
-    account.step_s, account.step_limit_s = step, elastic_limit_s(method, model, state) or math.inf
+    stats.step_s, stats.step_limit_s = step, elastic_limit_s(method, model, state) or math.inf
 
     def take(first: int, intervals: int, detail: int) -> Steps:
         return take_steps(
@@ -135,19 +135,19 @@ def full_model(
 
     started = time.perf_counter()
     take(0, 0, 0)
-    account.compile_s += time.perf_counter() - started
+    stats.compile_s += time.perf_counter() - started
     for first, count in chunks(settle, whole, per_detail, scene.output_rate_hz):
         started = time.perf_counter()
         steps = take(first, count, per_detail if first >= settle else 0)
-        account.wall_s += time.perf_counter() - started
+        stats.wall_s += time.perf_counter() - started
         yield first, steps
 
 
-def static_share(account: Account, model: Parameters, ring_m: FloatArray) -> float:
+def static_share(stats: RunStatistics, model: Parameters, ring_m: FloatArray) -> float:
     """Part of the radial load that the rollers carry with the ring at rest at `ring_m`, [3]; NaN without a load."""
     load_n = float(model.drive.load[1, 0])
     push = np.array([model.drive.direction_cosine, model.drive.direction_sine, 0.0]) * load_n
-    return account.load_share(model.housing_stiffness * ring_m - push, load_n)  # what the spring does not carry
+    return stats.load_share(model.housing_stiffness * ring_m - push, load_n)  # what the spring does not carry
 
 
 def chunks(settle: int, whole: int, per_detail: int, rate_hz: float) -> Iterator[tuple[int, int]]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from srbval.bench.kept import SENSITIVITY, newest
 from srbval.evidence.gather import Evidence, gather
-from srbval.models.warm import compile_apart, is_compiled
+from srbval.models.kernel_cache import is_compiled, precompile
 from srbval.report.content import assemble
 from srbval.report.pdf import require_typst
 from srbval.report.progress import Progress
@@ -52,7 +52,7 @@ def make_report(
         scratch = Path(name)
         if not is_compiled("full"):
             shown.stage("Compile the model, once after installation")
-            compile_apart("full")
+            precompile("full")
         evidence = gather(
             seconds=seconds,
             stand_in_folder=scratch,

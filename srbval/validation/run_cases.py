@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 from srbval.errors import ConfigurationError, NumericsError
+from srbval.models.precompile import load_kernels
 from srbval.models.run import Run, RunStatus
 from srbval.models.simulate import simulate
-from srbval.models.warm import load_kernels
 from srbval.validation.cases import Case
 
 Progress = Callable[[Case, float], None]

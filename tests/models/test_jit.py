@@ -12,14 +12,15 @@ from pathlib import Path
 import pytest
 
 from srbval import paper_scene, simulate
-from srbval.models.jit import kernel_store
-from srbval.models.warm import SHORTEST_S, package_path
+from srbval.models.kernel_cache import kernel_cache_folder
+from srbval.models.precompile import SHORTEST_S
+from srbval.storage.own_package import child_environment
 
 ELF, FUNCTION, WEAK = b"\x7fELF\x02\x01", 2, 2
 COMPILED_HERE = """
 import hashlib, srbval
-from srbval.models import warm
-warm._ready.add("full")  # compiles here, not apart
+from srbval.models.kernel_cache import compile_in_this_process
+compile_in_this_process("full")
 run = srbval.simulate(srbval.paper_scene(duration="50 ms", settle="0 s", defect={"kind": "inner"}))
 print(hashlib.sha256(run.acceleration_m_s2.tobytes()).hexdigest())
 """
@@ -48,7 +49,7 @@ def functions(machine_code: bytes) -> list[tuple[str, int]]:
 def test_no_kernel_carries_a_copy_of_another(model: str) -> None:
     """A copy would be weak: the linker takes whichever came into memory first, and they differ in the last digits."""
     simulate(paper_scene(model=model, duration_s=SHORTEST_S, settle_s=0.0))
-    stored = [path.read_bytes() for path in kernel_store().rglob("*_kernel.*.nbc")]
+    stored = [path.read_bytes() for path in kernel_cache_folder().rglob("*_kernel.*.nbc")]
     codes = [functions(content[content.index(ELF) :]) for content in stored]
     assert len(codes) >= 2
     assert all(codes)
@@ -57,7 +58,7 @@ def test_no_kernel_carries_a_copy_of_another(model: str) -> None:
 
 @pytest.mark.slow
 def test_who_compiles_gets_what_others_load(tmp_path: Path) -> None:
-    env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)} | package_path()
+    env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)} | child_environment()
     done = subprocess.run(
         [sys.executable, "-P", "-c", COMPILED_HERE], env=env, capture_output=True, text=True, check=True
     )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from srbval.errors import ConfigurationError, DataError
-from srbval.models.health import Signs, judge
+from srbval.models.health import HealthIndicators, assess
 from srbval.models.run import Run, RunStatus
 from srbval.models.run_file import write_run
 from srbval.models.simulate import simulate, simulate_to_file
@@ -103,15 +103,15 @@ def test_health(changes: dict[str, object], status: RunStatus) -> None:
         "finite": True,
         "energy_imbalance": -0.1,
     }
-    assert judge(paper_scene(), Signs(**(good | changes)))[0] is status  # type: ignore[arg-type]
+    assert assess(paper_scene(), HealthIndicators(**(good | changes)))[0] is status  # type: ignore[arg-type]
 
 
 def test_without_another_path_all_of_the_load_must_be_carried() -> None:
-    signs = Signs(
+    indicators = HealthIndicators(
         finite=True, deepest_m=2e-5, limit_m=1e-4, cage_ratio=0.4314, rolling_ratio=0.4304, load_share=0.98,
         balanced_share=1.0, energy_imbalance=0.01,
     )  # fmt: skip
-    assert judge(paper_scene(load={"path": "bearing"}), signs)[0] is RunStatus.LOAD_LOST
+    assert assess(paper_scene(load={"path": "bearing"}), indicators)[0] is RunStatus.LOAD_LOST
 
 
 def test_rattling_under_a_light_load_is_no_failure() -> None:
@@ -124,12 +124,12 @@ def test_rattling_under_a_light_load_is_no_failure() -> None:
 
 
 def test_an_open_ledger_in_a_speed_ramp_is_a_caution() -> None:
-    signs = Signs(
+    indicators = HealthIndicators(
         finite=True, deepest_m=2e-5, limit_m=1e-4, cage_ratio=0.4314, rolling_ratio=0.4304, load_share=0.05,
         balanced_share=0.06, energy_imbalance=0.95,
     )  # fmt: skip
     ramp = {"time_s": [0.0, 1.0], "speed_rad_s": [30.0, 60.0]}
-    status, reason = judge(paper_scene(speed_profile=ramp, duration="1 s"), signs)
+    status, reason = assess(paper_scene(speed_profile=ramp, duration="1 s"), indicators)
     assert status is RunStatus.OK
     assert "caution" in reason
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from srbval.models.warm import package_path
+from srbval.storage.own_package import child_environment
 
 SECONDS = "1"
 OF_THE_MACHINE = ("provenance",)
@@ -25,7 +25,7 @@ def twice(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
         subprocess.Popen(
             [sys.executable, "-m", "srbval", "report", "--seconds", SECONDS, "--no-pdf", "-o", "made"],
             cwd=home, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-            env=os.environ | package_path() | {"SRBVAL_HOME": str(home), "PYTHONHASHSEED": str(seed)},
+            env=os.environ | child_environment() | {"SRBVAL_HOME": str(home), "PYTHONHASHSEED": str(seed)},
         )
         for seed, home in enumerate(homes)
     ]  # fmt: skip

@@ -20,8 +20,9 @@ from srbval.bench.machine import describe_machine, load_average, usable_cores
 from srbval.bench.progress import Progress, silent
 from srbval.bench.reference_store import load_reference, reference_key, save_reference
 from srbval.bench.timing import attempt
+from srbval.models.kernel_cache import precompile
 from srbval.models.ladder import MODELS
-from srbval.models.warm import compile_apart, load_kernels
+from srbval.models.precompile import load_kernels
 from srbval.scene import DefectKind, Scene, paper_scene
 
 SECONDS = 2.0  # eleven revolutions at the slowest speed
@@ -91,7 +92,7 @@ def measure_cases(
     """
     task = "climb the ladder"
     for model in models:
-        compile_apart(model)
+        precompile(model)
     with ProcessPoolExecutor(
         jobs or usable_cores(), mp_context=get_context("spawn"), initializer=_warm_up, initargs=(tuple(models),)
     ) as pool:

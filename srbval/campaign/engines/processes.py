@@ -19,7 +19,7 @@ from typing import Any
 from srbval.campaign.engines.engine import ATTEMPTS, Job, Outcome, crashed
 from srbval.campaign.task import Task
 from srbval.errors import NumericsError
-from srbval.models.warm import package_path
+from srbval.storage.own_package import child_environment
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
@@ -140,7 +140,7 @@ class Worker:
             [sys.executable, "-P", "-m", "srbval.campaign.engines.worker"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env=os.environ | dict.fromkeys(THREADS, "1") | package_path(),
+            env=os.environ | dict.fromkeys(THREADS, "1") | child_environment(),
         )
 
     def ask(self, request: tuple[str, Any]) -> Any:

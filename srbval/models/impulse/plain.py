@@ -12,9 +12,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.models.account import Account
 from srbval.models.passages import passages
 from srbval.models.prescribed import Prescribed, refuse_axial
+from srbval.models.run_statistics import RunStatistics
 from srbval.scene import Defect, DefectKind
 
 FloatArray = NDArray[np.float64]
@@ -24,9 +24,9 @@ LINE_CONTACT = 10 / 9
 HIGHEST_SHARE = 4.08  # of the load over the number of elements, line contact, no clearance
 
 
-def plain_force(account: Account, samples: int) -> FloatArray:
+def plain_force(stats: RunStatistics, samples: int) -> FloatArray:
     """Force of all pulses on the ring at each sample, [samples, 2]."""
-    scene, bearing = account.scene, account.bearing
+    scene, bearing = stats.scene, stats.bearing
     refuse_axial(scene)
     motion = Prescribed(scene=scene, orders=bearing.orders)
     seconds = samples / scene.output_rate_hz

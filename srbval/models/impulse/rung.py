@@ -8,39 +8,39 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.models.account import Account
 from srbval.models.chunk import COLUMNS, Chunk
 from srbval.models.impulse.plain import plain_force
 from srbval.models.passages import passages
 from srbval.models.planar.rung import NUDGE_M, PlanarRing, make_ring
 from srbval.models.prescribed import Prescribed
+from srbval.models.run_statistics import RunStatistics
 from srbval.models.simulate import chunks
 from srbval.scene import DefectKind, Scene
 
 FloatArray = NDArray[np.float64]
 
 
-def run(account: Account, settle: int, whole: int) -> Iterator[tuple[int, Chunk]]:
+def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Chunk]]:
     """The rung, see `srbval.models.ladder`."""
     started = time.perf_counter()
-    rate = account.scene.output_rate_hz
-    motion = Prescribed(scene=account.scene, orders=account.bearing.orders)
+    rate = stats.scene.output_rate_hz
+    motion = Prescribed(scene=stats.scene, orders=stats.bearing.orders)
     out = np.full((whole, COLUMNS), np.nan)
-    out[:, :2] = np.diff(_ring_velocity(account, whole + 1), axis=0) * rate
+    out[:, :2] = np.diff(_ring_velocity(stats, whole + 1), axis=0) * rate
     out[:, 2] = 0.0
     out[:, 6] = np.diff(motion.cage_rad(np.arange(whole + 1) / rate)) * rate
-    account.wall_s += time.perf_counter() - started
+    stats.wall_s += time.perf_counter() - started
     for first, count in chunks(settle, whole, 0, rate):
         yield first, Chunk(out=out[first : first + count])
 
 
-def _ring_velocity(account: Account, samples: int) -> FloatArray:
+def _ring_velocity(stats: RunStatistics, samples: int) -> FloatArray:
     """Velocity of the ring, [samples, 2]; without the raceways' geometry as `plain` has it."""
-    scene = account.scene
-    if account.bearing.geometry is None:
+    scene = stats.scene
+    if stats.bearing.geometry is None:
         stiffness = scene.housing.stiffness_n_m * np.eye(2)
-        return _velocity(scene, scene.housing.mass_kg, stiffness, plain_force(account, samples))
-    ring = make_ring(account)
+        return _velocity(scene, scene.housing.mass_kg, stiffness, plain_force(stats, samples))
+    ring = make_ring(stats)
     balance = ring.balance_m()
     force = np.zeros((samples, 2))
     for number in range(len(scene.defects)):

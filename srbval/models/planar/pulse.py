@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
-from srbval.models.account import Account
 from srbval.models.planar.rung import make_ring
+from srbval.models.run_statistics import RunStatistics
 from srbval.scene import DefectKind, Scene
 
 FloatArray = NDArray[np.float64]
@@ -45,7 +45,7 @@ def pulse_of(scene: Scene) -> Pulse:
     """The pulse of the scene's first defect, on a race; `ConfigurationError` where there is none."""
     if scene.defect.kind not in (DefectKind.OUTER, DefectKind.INNER):
         raise ConfigurationError(f"defect {scene.defect.kind.value}: only a race's defect has a pulse length.")
-    ring = make_ring(Account(scene=scene, bearing=load_bearing(scene.bearing)))
+    ring = make_ring(RunStatistics(scene=scene, bearing=load_bearing(scene.bearing)))
     zone = np.array([math.cos(scene.load.zone_rad), math.sin(scene.load.zone_rad)])
     at = (-float(ring.balance_m() @ zone) - ring.bump_start_m) / ring.bump_step_m
     pulse = ring.bumps[0, round(at)]

@@ -10,15 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.models.account import Account
 from srbval.models.chunk import COLUMNS, Chunk
 from srbval.models.full.bodies import outer_ring_mass_kg
 from srbval.models.full.parameters import STANDARD_GRAVITY
+from srbval.models.kernel_cache import precompile
 from srbval.models.planar.statics import Slot, geometry_of, make_slot, races_of
 from srbval.models.planar.tables import Bump, Plain, bump_table, plain_table
 from srbval.models.prescribed import Prescribed, refuse_axial
+from srbval.models.run_statistics import RunStatistics
 from srbval.models.simulate import chunks
-from srbval.models.warm import compile_apart
 from srbval.scene import DefectKind, LoadPath, Scene
 
 FloatArray = NDArray[np.float64]
@@ -104,11 +104,11 @@ class PlanarRing:
         return ring
 
 
-def make_ring(account: Account) -> PlanarRing:
+def make_ring(stats: RunStatistics) -> PlanarRing:
     """The scene's planar ring; `ConfigurationError` for an axial load or a bearing without geometry."""
-    scene = account.scene
+    scene = stats.scene
     refuse_axial(scene)
-    geometry = geometry_of(account.bearing, scene.model)
+    geometry = geometry_of(stats.bearing, scene.model)
     slot = make_slot(scene, geometry)
     plain = plain_table(slot, sum(abs(d.height_m) for d in scene.defects))
     rows, tables, owners = [], [], []
@@ -125,7 +125,7 @@ def make_ring(account: Account) -> PlanarRing:
             owners.append(number)
     return PlanarRing(
         scene=scene,
-        motion=Prescribed(scene=scene, orders=account.bearing.orders),
+        motion=Prescribed(scene=scene, orders=stats.bearing.orders),
         slot=slot,
         rollers=geometry.rollers_per_row,
         mass_kg=outer_ring_mass_kg(geometry, scene.bodies.density_kg_m3) + scene.housing.mass_kg,
@@ -143,10 +143,10 @@ def _stacked(tables: list[Bump]) -> FloatArray:
     return np.array([table.values for table in tables]) if tables else np.zeros((0, 2, 2))
 
 
-def run(account: Account, settle: int, whole: int) -> Iterator[tuple[int, Chunk]]:
+def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Chunk]]:
     """The rung, see `srbval.models.ladder`."""
-    scene, ring = account.scene, make_ring(account)
-    account.compile_s = compile_apart(scene.model)
+    scene, ring = stats.scene, make_ring(stats)
+    stats.compile_s = precompile(scene.model)
     from srbval.models.planar.ring_kernel import STATE, advance_ring
 
     started = time.perf_counter()
@@ -154,8 +154,8 @@ def run(account: Account, settle: int, whole: int) -> Iterator[tuple[int, Chunk]
     y[:2] = ring.balance_m()
     load = float(ring.motion.radial_n(np.zeros(1))[0])
     push = np.array([*(ring.stiffness_n_m * y[:2] - load * ring.motion.direction), 0.0])
-    account.balanced_share = account.load_share(push, load)
-    account.wall_s += time.perf_counter() - started
+    stats.balanced_share = stats.load_share(push, load)
+    stats.wall_s += time.perf_counter() - started
     per_output = math.ceil(1 / (scene.output_rate_hz * LONGEST_STEP_S))
     step = 1 / (scene.output_rate_hz * per_output)
 
@@ -176,9 +176,9 @@ def run(account: Account, settle: int, whole: int) -> Iterator[tuple[int, Chunk]
 
     started = time.perf_counter()
     take(0, 0)
-    account.compile_s += time.perf_counter() - started
+    stats.compile_s += time.perf_counter() - started
     for first, count in chunks(settle, whole, 0, scene.output_rate_hz):
         started = time.perf_counter()
         out = take(first, count)
-        account.wall_s += time.perf_counter() - started
+        stats.wall_s += time.perf_counter() - started
         yield first, Chunk(out=out)

@@ -1,4 +1,4 @@
-"""Kernels are compiled in another process, so that every run loads them from the store."""
+"""Kernels are compiled in another process, so that every run loads them from the kernel cache."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from typing import Any
 import pytest
 
 import srbval
-from srbval.models import warm
+from srbval.models import kernel_cache
+from srbval.storage.own_package import child_environment
 
 SHORT_PLANAR = "srbval.paper_scene(model='planar', duration='5 ms', settle='0 s', defect={'kind': 'outer'})"
 REPORT = f"""
@@ -26,46 +27,46 @@ print(hashlib.sha256(run.acceleration_m_s2.tobytes()).hexdigest(), misses)
 
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[list[str]]:
-    """Commands of the processes that would be started; an empty store."""
+    """Commands of the processes that would be started; an empty cache."""
     commands: list[list[str]] = []
 
     def run(command: list[str], **_: Any) -> SimpleNamespace:
         commands.append(command)
         return SimpleNamespace(returncode=0)
 
-    monkeypatch.setattr(warm.subprocess, "run", run)
-    monkeypatch.setattr(warm, "_ready", set())
-    monkeypatch.setattr(warm, "_mark", lambda model: tmp_path / model)
+    monkeypatch.setattr(kernel_cache.subprocess, "run", run)
+    monkeypatch.setattr(kernel_cache, "_requested", set())
+    monkeypatch.setattr(kernel_cache, "_marker", lambda model: tmp_path / model)
     return commands
 
 
 def test_a_process_is_asked_once(asked: list[list[str]]) -> None:
     for _ in range(2):
-        warm.compile_apart("full")
-    assert [command[-3:] for command in asked] == [["-m", "srbval.models.warm", "full"]]
+        kernel_cache.precompile("full")
+    assert [command[-3:] for command in asked] == [["-m", "srbval.models.precompile", "full"]]
 
 
-def test_what_is_marked_as_stored_is_not_compiled_again(asked: list[list[str]], tmp_path: Path) -> None:
+def test_what_is_marked_as_compiled_is_not_compiled_again(asked: list[list[str]], tmp_path: Path) -> None:
     (tmp_path / "full").touch()
-    warm.compile_apart("full")
+    kernel_cache.precompile("full")
     assert asked == []
 
 
-@pytest.mark.parametrize("model", warm.WITHOUT_KERNELS)
+@pytest.mark.parametrize("model", kernel_cache.WITHOUT_KERNELS)
 def test_models_without_kernels_need_none(model: str, asked: list[list[str]]) -> None:
     srbval.simulate(srbval.paper_scene(model=model, duration="5 ms", settle="0 s", defect={"kind": "outer"}))
     assert asked == []
 
 
 def test_a_failed_process_leaves_no_mark(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(warm, "_ready", set())
-    monkeypatch.setattr(warm, "_mark", lambda model: tmp_path / model)
-    warm.compile_apart("no-such-model-at-all")
+    monkeypatch.setattr(kernel_cache, "_requested", set())
+    monkeypatch.setattr(kernel_cache, "_marker", lambda model: tmp_path / model)
+    kernel_cache.precompile("no-such-model-at-all")
     assert list(tmp_path.iterdir()) == []
 
 
 def test_the_first_process_loads_what_another_compiled(tmp_path: Path) -> None:
-    env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)} | warm.package_path()
+    env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)} | child_environment()
     first, second = (
         subprocess.run([sys.executable, "-c", REPORT], env=env, capture_output=True, text=True, check=True).stdout
         for _ in range(2)
@@ -74,18 +75,18 @@ def test_the_first_process_loads_what_another_compiled(tmp_path: Path) -> None:
     assert first == second
 
 
-def test_the_process_apart_takes_this_package_wherever_it_is_started(
+def test_the_compiling_process_takes_this_package_wherever_it_is_started(
     asked: list[list[str]], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """From within a source tree an installed package would else have the tree's kernels compiled, and not its own."""
     decoy = tmp_path / "srbval"
     decoy.mkdir()
     (decoy / "__init__.py").write_text("")
-    warm.compile_apart("planar")
+    kernel_cache.precompile("planar")
     monkeypatch.undo()
     started = asked[0][: asked[0].index("-m")]
-    told = subprocess.run(
+    found = subprocess.run(
         [*started, "-c", "import srbval; print(srbval.__file__)"],
-        cwd=tmp_path, env=os.environ | warm.package_path(), capture_output=True, text=True, check=True,
+        cwd=tmp_path, env=os.environ | child_environment(), capture_output=True, text=True, check=True,
     )  # fmt: skip
-    assert Path(told.stdout.strip()) == Path(srbval.__file__)
+    assert Path(found.stdout.strip()) == Path(srbval.__file__)

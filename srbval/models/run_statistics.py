@@ -1,4 +1,4 @@
-"""Running sums over a run, enough to judge it without keeping its signals."""
+"""Running sums over a run, enough to assess it without its signals in memory."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ import numpy as np
 
 from srbval.bearing import Bearing
 from srbval.models.full.point_cloud import DEEPEST_M
-from srbval.models.health import Signs, judge
+from srbval.models.health import HealthIndicators, assess
 from srbval.models.ladder import rung_of
 from srbval.models.run import FloatArray, RunSummary
 from srbval.scene import Scene
 
 
 @dataclass
-class Ledger:
-    """Work done on the bearing, losses and stored energy, interval by interval.
+class EnergyBalance:
+    """Energy balance of a run: work done on the bearing, losses and stored energy, summed interval by interval.
 
     The energy stored is known at an interval's start, so the latest interval is left out of the sums.
     """
@@ -47,8 +47,8 @@ class Ledger:
 
 
 @dataclass
-class Account:
-    """Running sums over a run's chunks, enough to judge it."""
+class RunStatistics:
+    """Running sums over a run's chunks, enough to assess it."""
 
     scene: Scene
     bearing: Bearing
@@ -63,7 +63,7 @@ class Account:
     step_limit_s: float = math.nan
     wall_s: float = 0.0
     compile_s: float = 0.0
-    ledger: Ledger = field(default_factory=Ledger)
+    energy: EnergyBalance = field(default_factory=EnergyBalance)
 
     def add(self, out: FloatArray) -> None:
         """Count a chunk's rows in; what the model does not have is NaN and passes every test."""
@@ -73,7 +73,7 @@ class Account:
         self.force_n = self.force_n + out[:, 9:12].sum(axis=0)
         self.deepest_m = max(self.deepest_m, float(out[:, 12].max()))
         self.idle += int(np.count_nonzero(out[:, 19] == 0.0))
-        self.ledger.add(out)
+        self.energy.add(out)
 
     def unfit(self, out: FloatArray) -> bool:
         """Do these rows already show that the run is beyond recovery?"""
@@ -89,18 +89,18 @@ class Account:
         return bool(np.all(np.isfinite(out[..., rung_of(self.scene.model).columns])))
 
     def summary(self) -> RunSummary:
-        """Figures and judgement of all that was added."""
+        """Figures and status of all that was added."""
         scene, n = self.scene, max(self.samples, 1)
         mean_shaft = scene.mean_shaft_rad_s
         ratio = self.cage / n / mean_shaft if mean_shaft else math.nan
         share = self.load_share(self.force_n / n, scene.mean_radial_n)
-        imbalance = self.ledger.imbalance(1 / scene.output_rate_hz)
-        signs = Signs(
+        imbalance = self.energy.imbalance(1 / scene.output_rate_hz)
+        indicators = HealthIndicators(
             finite=self.finite, deepest_m=self.deepest_m, limit_m=DEEPEST_M, cage_ratio=ratio,
             rolling_ratio=self.bearing.orders.ftf, load_share=share, balanced_share=self.balanced_share,
             energy_imbalance=imbalance, idle_share=self.idle / n, step_s=self.step_s, step_limit_s=self.step_limit_s,
         )  # fmt: skip
-        status, reason = judge(scene, signs)
+        status, reason = assess(scene, indicators)
         return RunSummary(
             scene=scene, rolling_elements=self.bearing.rolling_elements, status=status, reason=reason,
             samples=self.samples, cage_ratio=ratio, roller_load_share=share, energy_imbalance=imbalance,
