@@ -15,6 +15,7 @@ ORDER = (
     "errors",
     "config",
     "storage",
+    "progress",
     "bearing",
     "scene",
     "models",

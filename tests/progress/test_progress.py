@@ -1,0 +1,112 @@
+"""Progress is shown where it should be and is silent where it should be."""
+
+from __future__ import annotations
+
+import io
+import re
+import threading
+import time
+
+import pytest
+
+from srbval.progress import ProgressDisplay, lines, prefixed, silent, stage
+
+LONGEST_S = 30.0  # on a busy machine a thread may wait long for its turn
+FAST_S = 0.06  # instead of seconds between two lines, so that the tests are short
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_lines_report_the_beginning_and_the_end() -> None:
+    stream = io.StringIO()
+    with ProgressDisplay(stream) as progress:
+        progress("Simulate [OR]", 0.0)
+        progress("Simulate [OR]", 0.5)
+        progress.message("half [way]")
+        progress("Simulate [OR]", 1.0)
+    written = stream.getvalue().splitlines()
+    assert written[:2] == ["Simulate [OR] ...", "half [way]"]
+    assert len(written) == 3
+    assert written[2].startswith("Simulate [OR]: done in ")
+
+
+def test_a_task_that_does_not_call_is_reported_regularly(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lines, "LINE_EVERY_S", FAST_S)
+    stream = io.StringIO()
+    with ProgressDisplay(stream) as progress:
+        progress("Simulate", 0.25)
+        _wait_for(r"Simulate: 25 % after \d+ s", 1, stream)
+
+
+def test_a_task_of_unknown_extent_is_reported_while_nothing_else_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lines, "LINE_EVERY_S", FAST_S)
+    stream = io.StringIO()
+    with ProgressDisplay(stream) as progress:
+        with stage(progress, "Compile"):
+            _wait_for(r"Compile: after \d+ s", 2, stream)
+        with stage(progress, "Draw"):
+            _wait_for(r"Draw: after \d+ s", 2, stream)
+    written = stream.getvalue().splitlines()
+    assert written[0] == "Compile ..."
+    assert not any(line.startswith("Compile") for line in written[written.index("Draw ...") :])
+
+
+def test_bars_are_drawn_on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TERM", "xterm")
+    stream = Terminal()
+    with ProgressDisplay(stream) as progress:
+        with stage(progress, "Analyse [it]"):
+            progress("Simulate [OR]", 0.5)
+        progress("Simulate [OR]", 1.0)
+        progress.message("a [line]")
+    assert "Simulate [OR]" in stream.getvalue()
+    assert "Analyse [it]" in stream.getvalue()
+    assert "a [line]" in stream.getvalue()
+    assert "100%" in stream.getvalue()
+
+
+def test_a_failed_stage_is_not_reported_as_done() -> None:
+    calls: list[tuple[str, float | None]] = []
+    with pytest.raises(KeyError), stage(lambda *call: calls.append(call), "Draw"):
+        raise KeyError
+    assert calls == [("Draw", None)]
+
+
+def test_a_prefix_stands_before_every_task() -> None:
+    calls: list[tuple[str, float | None]] = []
+    prefixed(lambda *call: calls.append(call), "Bench")("time the solvers", 0.5)
+    assert calls == [("Bench: time the solvers", 0.5)]
+
+
+def test_silence_is_silence(capsys: pytest.CaptureFixture[str]) -> None:
+    silent("x", 1.0)
+    assert capsys.readouterr() == ("", "")
+
+
+def test_many_threads_lose_no_line() -> None:
+    stream, count = io.StringIO(), 20
+
+    def work(name: str) -> None:
+        progress(name, None)
+        progress(name, 1.0)
+
+    with ProgressDisplay(stream) as progress:
+        threads = [threading.Thread(target=work, args=(f"t{i}",)) for i in range(count)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    written = stream.getvalue().splitlines()
+    assert sum(line.endswith(" ...") for line in written) == count
+    assert sum(": done in " in line for line in written) == count
+
+
+def _wait_for(line: str, times: int, stream: io.StringIO) -> None:
+    """Wait until `stream` holds what matches `line` so many times; fail where it does not come."""
+    end = time.monotonic() + LONGEST_S
+    while len(re.findall(line, stream.getvalue())) < times:
+        assert time.monotonic() < end, stream.getvalue()
+        time.sleep(0.01)
