@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from srbval.models.run import Run
 from srbval.recordings.from_run import recording_from_run
-from srbval.scene import DefectKind
 from srbval.signal import Spectrum
 from srbval.validation.pipeline import SIMULATED_BAND_HZ, process
 
@@ -51,9 +50,8 @@ class Measures:
 def measure(run: Run) -> Measures:
     """Measure a run that went well; through the pipeline of every recording where that is defined."""
     ratio = smooth_mean(run.cage_rad_s) / (2 * math.pi * run.scene.shaft_hz)
-    kind = run.scene.defect.kind
-    share = {DefectKind.OUTER: ratio, DefectKind.INNER: 1 - ratio}.get(kind)
-    defect_hz = None if share is None else run.rolling_elements * share * run.scene.shaft_hz
+    order = run.scene.defect.kind.passing_order(run.rolling_elements, ratio)
+    defect_hz = None if order is None else order * run.scene.shaft_hz
     floor, pattern = None, None
     if run.seconds >= LEAST_SECONDS:
         processed = process(recording_from_run(run), band_hz=SIMULATED_BAND_HZ)

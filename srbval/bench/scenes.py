@@ -6,14 +6,15 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from srbval.bearing import RACE_DEFECTS, Fault
 from srbval.errors import ConfigurationError
 from srbval.scene import Scene, paper_scene
 
 PAPER_STEP_S = 1 / 61440  # Table 4
 OUTPUT_RATE_HZ = 20480.0  # the rig's sampling rate, section 3.2
 CONTACTS: dict[str, dict[str, Any]] = {"play0": {}, "interference": {"roller_fit": "printed"}}
-DEFECTS = {"healthy": "none", "outer": "outer", "inner": "inner"}
-SCENES = tuple(f"{contact}-{state}" for contact in CONTACTS for state in DEFECTS)
+STATES = (Fault.HEALTHY, *RACE_DEFECTS)
+SCENES = tuple(f"{contact}-{state}" for contact in CONTACTS for state in STATES)
 
 
 def bench_scene(
@@ -36,7 +37,7 @@ def bench_scene(
         settle_s=settle_s,
         output_rate_hz=output_rate_hz(step_s),
         contact=CONTACTS[reading] | (contact or {}),
-        defect={"kind": DEFECTS[state]},
+        defect={"kind": state},
         solver={"name": solver, "step_s": step_s},
     )
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.bearing import Fault
 from srbval.campaign.case import Case
 from srbval.campaign.data_card import data_card
 from srbval.campaign.export_settings import ExportSettings
@@ -21,7 +22,6 @@ from srbval.storage.whole_file import whole_file
 
 FloatArray = NDArray[np.float64]
 
-STATES = ("none", "outer", "inner", "roller")
 # Labels of a segment: unit and what they are. Without a defect, height is 0 and so is extent; without added noise the
 # ratio is infinite.
 LABELS = {
@@ -137,9 +137,10 @@ def _label(attributes: dict[str, Any], index: int) -> dict[str, float]:
 
     scene = json.loads(str(attributes["scene"]))
     defect = scene["defect"]
-    there = defect["kind"] != "none"
+    fault = Fault(defect["kind"])
+    there = fault is not Fault.HEALTHY
     return {
-        "state": float(STATES.index(defect["kind"])),
+        "state": float(list(Fault).index(fault)),
         "shaft_speed_hz": float(attributes["shaft_speed_hz"]),
         "radial_n": float(attributes["radial_n"]),
         "axial_n": float(attributes["axial_n"]),

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from srbval.bearing import load_bearing
+from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
 from srbval.campaign.noise import WHITE, Colour, add_noise, colour_of
 from srbval.errors import NumericsError
 from srbval.models.run import RunStatus
@@ -19,7 +19,6 @@ from srbval.recordings.recording import Recording
 from srbval.scene import paper_scene
 from srbval.validation.analyse import analyse
 
-LINE_OF = {"outer": "BPFO", "inner": "BPFI"}
 RATIOS_DB = (20.0, 15.0, 10.0, 5.0, 0.0, -5.0, -10.0)
 SECONDS = 2.0
 DRAWS = 4
@@ -62,37 +61,38 @@ def noise_study(
     """
     colours = [colour_of(noise) for noise in noises]
     rows: list[NoiseRow] = []
-    for number, (state, line) in enumerate(LINE_OF.items()):
-        record = _record(state, seconds)
-        bare = _row(record, line, None, None, [0])
+    for number, fault in enumerate(RACE_DEFECTS):
+        record = _record(fault, seconds)
+        bare = _row(record, fault, None, None, [0])
         rows.append(bare)
         for part, colour in enumerate(colours):
             for step, ratio in enumerate(ratios_db):
-                progress(
-                    "detection under noise", (number + (part + step / len(ratios_db)) / len(colours)) / len(LINE_OF)
-                )
-                rows.append(_row(record, line, colour, ratio, range(draws)))
+                share = (number + (part + step / len(ratios_db)) / len(colours)) / len(RACE_DEFECTS)
+                progress("detection under noise", share)
+                rows.append(_row(record, fault, colour, ratio, range(draws)))
     progress("detection under noise", 1.0)
     return rows
 
 
-def _record(state: str, seconds: float) -> Recording:
-    run = simulate(paper_scene(defect={"kind": state}, duration_s=seconds))
+def _record(fault: Fault, seconds: float) -> Recording:
+    run = simulate(paper_scene(defect={"kind": fault}, duration_s=seconds))
     if run.status is not RunStatus.OK:
-        raise NumericsError(f"noise study: the {state} run failed ({run.status}): {run.reason}")
+        raise NumericsError(f"noise study: the {fault} run failed ({run.status}): {run.reason}")
     return recording_from_run(run)
 
 
-def _row(record: Recording, name: str, colour: Colour | None, snr_db: float | None, draws: Sequence[int]) -> NoiseRow:
-    true_hz = analyse(record, bearing=load_bearing(record.bearing or "")).line(name).found_hz
+def _row(
+    record: Recording, fault: Fault, colour: Colour | None, snr_db: float | None, draws: Sequence[int]
+) -> NoiseRow:
+    true_hz = analyse(record, bearing=load_bearing(record.bearing or "")).line_of(fault).found_hz
     heights, found_hz = [], []
-    for line in _lines(record, name, colour, snr_db, draws):
+    for line in _lines(record, fault, colour, snr_db, draws):
         heights.append(line.snr or 0.0)
         if line.detected and line.found_hz is not None:
             found_hz.append(line.found_hz)
     return NoiseRow(
         state=record.state.value if record.state else "",
-        line=name,
+        line=fault.line or "",
         colour=colour.name if colour else "none",
         snr_db=snr_db,
         draws=len(heights),
@@ -103,7 +103,7 @@ def _row(record: Recording, name: str, colour: Colour | None, snr_db: float | No
 
 
 def _lines(
-    record: Recording, name: str, colour: Colour | None, snr_db: float | None, draws: Sequence[int]
+    record: Recording, fault: Fault, colour: Colour | None, snr_db: float | None, draws: Sequence[int]
 ) -> Iterator[Any]:
     for draw in draws:
         noisy = record
@@ -114,4 +114,4 @@ def _lines(
                 for axis, samples in record.channels.items()
             }
             noisy = replace(record, channels=channels)
-        yield analyse(noisy, bearing=load_bearing(record.bearing or "")).line(name)
+        yield analyse(noisy, bearing=load_bearing(record.bearing or "")).line_of(fault)

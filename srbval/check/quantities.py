@@ -9,15 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from srbval.bearing import load_bearing
+from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
 from srbval.check.runs import Progress, Values, balance, printed, read_line, run_side_by_side, taken_from, with_defect
-from srbval.recordings import State, load_recording
+from srbval.recordings import load_recording
 from srbval.recordings.registry import find_recording
-from srbval.scene import DefectKind, Scene
+from srbval.scene import Scene
 from srbval.validation.analyse import analyse
 
 RIG_RPM = 877.0  # nominal motor speed of those open excerpts that are nearest to the paper's
-LINE_OF = {State.OUTER: "BPFO", State.INNER: "BPFI"}
 LOWER_RUNGS = ("impulse", "planar", "line")
 
 
@@ -35,11 +34,11 @@ def statics(base: Scene, _: Progress) -> Values:
 
 def runs(base: Scene, progress: Progress) -> Values:
     """The paper's scene without and with a defect on either race, and the printed fit: what Table 6 rests on."""
-    outer = with_defect(base, DefectKind.OUTER)
+    outer = with_defect(base, Fault.OUTER)
     scenes = {
-        "healthy": with_defect(base, DefectKind.NONE),
+        "healthy": with_defect(base, Fault.HEALTHY),
         "outer": outer,
-        "inner": with_defect(base, DefectKind.INNER),
+        "inner": with_defect(base, Fault.INNER),
         "outer_printed": printed(outer),
     }
     done = run_side_by_side(scenes, progress)
@@ -55,7 +54,7 @@ def runs(base: Scene, progress: Progress) -> Values:
 
 def ladder(base: Scene, progress: Progress) -> Values:
     """The lower rungs that vibrate, on the outer-race scene."""
-    outer = with_defect(base, DefectKind.OUTER)
+    outer = with_defect(base, Fault.OUTER)
     done = run_side_by_side({model: replace(outer, model=model) for model in LOWER_RUNGS}, progress)
     return {f"read_bpfo_hz_{model}": read_line(run, "BPFO") for model, run in done.items()}
 
@@ -63,12 +62,12 @@ def ladder(base: Scene, progress: Progress) -> Values:
 def rig(base: Scene, _: Progress) -> Values:
     """Lines of the rig's own recordings, where they are registered: the pipeline on measured vibration."""
     bearing, found = load_bearing(base.bearing), dict[str, float | None]()
-    for state, line in LINE_OF.items():
+    for state in RACE_DEFECTS:
         entry = find_recording(state=state, nominal_rpm=RIG_RPM)
         found[f"rig_order_{state.value}"] = None
         if entry is not None:
             analysis = analyse(load_recording(entry.file), bearing=bearing)
-            hz = analysis.line(line).found_hz
+            hz = analysis.line_of(state).found_hz
             found[f"rig_order_{state.value}"] = float("nan") if hz is None else hz / analysis.speed.value_hz
     return found
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
-from srbval.bearing import load_bearing
+from srbval.bearing import Fault, load_bearing
 from srbval.bench.measures import measure
 from srbval.errors import ConfigurationError
 from srbval.models.full.equilibrium import equilibrium_state
@@ -18,7 +18,7 @@ from srbval.models.run import Run, RunStatus
 from srbval.models.run_statistics import RunStatistics
 from srbval.models.simulate import simulate, static_share
 from srbval.recordings.from_run import recording_from_run
-from srbval.scene import DefectKind, RollerFit, Scene
+from srbval.scene import RollerFit, Scene
 from srbval.validation.analyse import analyse
 
 Values = Mapping[str, float | None]
@@ -33,7 +33,7 @@ def printed(base: Scene) -> Scene:
     return replace(base, contact=replace(base.contact, roller_fit=RollerFit.PRINTED))
 
 
-def with_defect(base: Scene, kind: DefectKind) -> Scene:
+def with_defect(base: Scene, kind: Fault) -> Scene:
     """The same, `SECONDS` long, with a defect of that kind."""
     return replace(base, defect=replace(base.defect, kind=kind), duration_s=SECONDS)
 

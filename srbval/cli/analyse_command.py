@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from srbval.bearing import known_bearings, load_bearing
+from srbval.bearing import DEFECTS, known_bearings, load_bearing
 from srbval.cli.data_settings import settings_of
 from srbval.cli.output import print_json, print_table
 from srbval.errors import ConfigurationError, DataError
@@ -19,7 +19,7 @@ from srbval.validation.pipeline import SQUARED_UNIT
 
 COLUMNS = ("line", "harmonic", "kinematic Hz", "found Hz", "± 95 %", "deviation %", "line/noise", "false alarm",
            "detected")  # fmt: skip
-LINES_OF = {"outer": ("BPFO",), "inner": ("BPFI",), "roller": ("2xBSF",), "cage": ("FTF",)}
+LINE_OF_PART = {**{fault.value: fault.line or "" for fault in DEFECTS}, "cage": "FTF"}
 
 
 def run(options: argparse.Namespace) -> int:
@@ -68,7 +68,7 @@ def _bearing_of(recording: Recording) -> str:
 def _selected(result: Analysis, defect: str | None) -> dict[str, object]:
     document = result.to_dict()
     if defect is not None:
-        document["lines"] = [line for line in document["lines"] if line["name"].startswith(LINES_OF[defect])]
+        document["lines"] = [line for line in document["lines"] if line["name"].startswith(LINE_OF_PART[defect])]
     return document
 
 
@@ -82,7 +82,7 @@ def _print(result: Analysis, defect: str | None) -> None:
     print(f"looked for in {result.search}")
     print(f"lines from the squared envelope, {SQUARED_UNIT} (1 = {shown.scale:.4g} {recording.unit})")
     print(f"{shown.tracking.why}\n")
-    wanted = LINES_OF[defect] if defect else ("",)
+    wanted = LINE_OF_PART[defect] if defect else ""
     lines = [line for line in result.lines if line.name.startswith(wanted)]
     print_table(
         COLUMNS,

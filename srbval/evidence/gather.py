@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from srbval.bearing import DEFAULT_BEARING, Bearing, load_bearing
+from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
 from srbval.errors import ConfigurationError, NumericsError
 from srbval.evidence.other_rigs_in_background import BackgroundReading
 from srbval.models.run import Run
-from srbval.recordings import Origin, Recording, State
+from srbval.recordings import Origin, Recording
 from srbval.recordings.from_run import recording_from_run
 from srbval.recordings.registry import RegisteredRecording, listing, rig_recordings
 from srbval.recordings.stand_in import write_stand_in
@@ -48,9 +48,9 @@ class Evidence:
     printed: Table6
     cases: tuple[Case, ...]
     runs: Mapping[str, Run]
-    paper: Mapping[State, Analysis]
-    beside_rig: Mapping[State, Analysis]
-    rig: Mapping[State, Analysis]
+    paper: Mapping[Fault, Analysis]
+    beside_rig: Mapping[Fault, Analysis]
+    rig: Mapping[Fault, Analysis]
     rows: tuple[Comparison, ...]
     sums: tuple[SumRule, ...]
     variations: tuple[Variation, ...]
@@ -66,7 +66,7 @@ class Evidence:
         return tuple(row for cell in self.matrix.cells if cell.point in self.matrix.kept for row in cell.comparisons)
 
     @property
-    def measured_states(self) -> tuple[State, ...]:
+    def measured_states(self) -> tuple[Fault, ...]:
         """States for which the rig side is a measured recording."""
         return tuple(s for s in self.rig if self.rig[s].recording.origin is Origin.MEASURED)
 
@@ -141,14 +141,14 @@ def gather(
     )
 
 
-def _model_of(state: State, model: ModelSide | str) -> ModelSide:
+def _model_of(state: Fault, model: ModelSide | str) -> ModelSide:
     """Figures cannot do without the model's run."""
     if isinstance(model, str):
         raise NumericsError(f"the model's run beside the {state} recording failed: {model}")
     return model
 
 
-def choose_rig_recordings(printed: Table6) -> dict[State, RegisteredRecording]:
+def choose_rig_recordings(printed: Table6) -> dict[Fault, RegisteredRecording]:
     """The registered rig recordings to hold the model against: one nominal speed, the paper's load, no axial load.
 
     The speed with most of the three states wins, then the one nearest to the paper's 727 rpm; of several records of
@@ -163,7 +163,7 @@ def choose_rig_recordings(printed: Table6) -> dict[State, RegisteredRecording]:
         and r.state in PAPER_STATES
         and (r.seconds or 0) >= SHORTEST_S
     ]
-    by_speed: dict[float, dict[State, RegisteredRecording]] = {}
+    by_speed: dict[float, dict[Fault, RegisteredRecording]] = {}
     for entry in sorted(usable, key=lambda entry: -(entry.seconds or 0)):
         if entry.nominal_rpm is not None and entry.state is not None:
             by_speed.setdefault(entry.nominal_rpm, {}).setdefault(entry.state, entry)
@@ -173,7 +173,7 @@ def choose_rig_recordings(printed: Table6) -> dict[State, RegisteredRecording]:
     return {state: by_speed[best][state] for state in PAPER_STATES if state in by_speed[best]}
 
 
-def _stand_ins(states: set[State], printed: Table6, folder: Path) -> dict[State, Recording]:
+def _stand_ins(states: set[Fault], printed: Table6, folder: Path) -> dict[Fault, Recording]:
     folder.mkdir(parents=True, exist_ok=True)
     made = {
         state: write_stand_in(

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.bearing import Fault
 from srbval.models.prescribed import Prescribed
-from srbval.scene import Defect, DefectKind
+from srbval.scene import Defect
 
 FloatArray = NDArray[np.float64]
 
@@ -42,10 +43,10 @@ def passages(
     numbers = np.arange(np.ceil(phase[0]), np.floor(phase[-1]) + 1)
     wander = np.zeros(len(numbers)) if jitter is None else np.cumsum(jitter[: len(numbers)])
     time_s = np.interp(numbers + wander, phase, grid)
-    if defect.kind is DefectKind.ROLLER:
+    if defect.kind is Fault.ROLLER:
         race = numbers.astype(np.int64) % 2
     else:
-        race = np.full(len(numbers), int(defect.kind is DefectKind.INNER))
+        race = np.full(len(numbers), int(defect.kind is Fault.INNER))
     return Passages(time_s=time_s, race=race)
 
 
@@ -55,8 +56,8 @@ def _phase(
     """Number of passages so far, rising; whole at each one. A roller's defect meets the outer race at even ones."""
     fixed = defect.angle_rad + zone_rad
     per_turn = rolling_elements / (2 * np.pi)
-    if defect.kind is DefectKind.OUTER:
+    if defect.kind is Fault.OUTER:
         return (motion.cage_rad(time_s) - fixed) * per_turn
-    if defect.kind is DefectKind.INNER:
+    if defect.kind is Fault.INNER:
         return (fixed + motion.shaft_rad(time_s) - motion.cage_rad(time_s)) * per_turn
     return -(motion.spun_rad(time_s) + defect.angle_rad) / np.pi

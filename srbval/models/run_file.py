@@ -125,6 +125,8 @@ def write_run(run: Run, path: Path) -> None:
 def scene_dict(scene: Any) -> dict[str, Any]:
     """A scene as plain values (tables as dictionaries, enums as text), SI."""
     table = dataclasses.asdict(scene)
+    for defect in (table["defect"], *table["further_defects"]):
+        defect["kind"] = defect["kind"].scene_word
     plain: dict[str, Any] = json.loads(json.dumps(table, default=_plain))
     return plain
 
@@ -135,13 +137,12 @@ def _plain(value: object) -> str:
 
 def _attributes(run: RunSummary) -> dict[str, Any]:
     scene = run.scene
-    kind = scene.defect.kind.value
     return {
         "srbval_kind": "run",
-        "name": f"{scene.model} model, {kind} defect, {scene.shaft_hz * 60:.6g} rpm",
+        "name": f"{scene.model} model, {scene.defect.kind.scene_word} defect, {scene.shaft_hz * 60:.6g} rpm",
         "unit": "m/s2",
         "bearing": scene.bearing,
-        "state": "healthy" if kind == "none" else kind,
+        "state": scene.defect.kind.value,
         "shaft_speed_hz": scene.shaft_hz,
         "radial_n": scene.load.radial_n,
         "axial_n": scene.load.axial_n,

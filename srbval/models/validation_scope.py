@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from srbval.bearing import DEFAULT_BEARING, Bearing, load_bearing
+from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
 from srbval.errors import SrbvalError
-from srbval.scene import DefectKind, Scene
+from srbval.scene import Scene
 
 AMPLITUDES = "amplitudes and the noise floor"
 
@@ -21,7 +21,7 @@ def not_validated(scene: Scene) -> tuple[str, ...]:
         if bearing is not None and bearing.geometry is None:
             found.append("everything but where lines lie: the bearing has no [geometry], so load zone, pulses and "
                          "resonance are assumed")  # fmt: skip
-    if any(defect.kind is DefectKind.ROLLER for defect in scene.defects):
+    if any(defect.kind is Fault.ROLLER for defect in scene.defects):
         found.append("a defect on a roller")
     if scene.load.axial_n or (scene.load_profile is not None and any(scene.load_profile.axial_n)):
         found.append("axial load")

@@ -9,12 +9,13 @@ from functools import cache
 from importlib import resources
 from pathlib import Path
 
+from srbval.bearing import Fault
 from srbval.bench.ladder.cases import Case
 from srbval.bench.ladder.questions import Question
 from srbval.bench.ladder.table import Calibration, Entry, load_calibration
 from srbval.plan.corners import AXES, SAME, corners, known_values, largest_error_pct
 from srbval.plan.margins import Key, margins
-from srbval.scene import DefectKind, Scene, paper_scene
+from srbval.scene import Scene, paper_scene
 
 SHIPPED = "calibration.json"
 # What a calibration scene has in common with the paper's: everything but these, which are the table's axes or do not
@@ -56,11 +57,11 @@ def neighbours(calibration: Calibration, scene: Scene) -> Neighbours:
     """The corners of the cell of the calibration grid that holds `scene`, clamped to the grid where it lies outside."""
     outside = [*_unlike(calibration, scene)]
     case = Case(
-        kind=scene.defect.kind.value,
+        kind=scene.defect.kind.scene_word,
         fit=scene.contact.roller_fit.value,
         rpm=60 * scene.shaft_hz,
         radial_kn=scene.mean_radial_n / 1e3,
-        height_mm=0.0 if scene.defect.kind is DefectKind.NONE else scene.defect.height_m * 1e3,
+        height_mm=0.0 if scene.defect.kind is Fault.HEALTHY else scene.defect.height_m * 1e3,
     )
     same = [e for e in calibration.entries if (e.case.kind, e.case.fit) == (case.kind, case.fit)]
     if not same:
@@ -75,7 +76,7 @@ def neighbours(calibration: Calibration, scene: Scene) -> Neighbours:
 
 
 def _unmeasured(case: Case) -> str:
-    if case.kind == DefectKind.ROLLER:
+    if case.kind == Fault.ROLLER:
         return "defects on rollers were not measured: no question reads their line, and the line rung has none"
     return f"no scene with defect {case.kind} and roller fit {case.fit} was measured"
 
@@ -94,7 +95,7 @@ def _unlike(calibration: Calibration, scene: Scene) -> list[str]:
         load=replace(scene.load, radial_n=paper.load.radial_n),
         contact=replace(scene.contact, roller_fit=paper.contact.roller_fit),
         defect=paper.defect
-        if scene.defect.kind is DefectKind.ROLLER  # said in a word of its own
+        if scene.defect.kind is Fault.ROLLER  # said in a word of its own
         else replace(scene.defect, kind=paper.defect.kind, height_m=paper.defect.height_m),
     )
     found = list(_differences("", vars(like), vars(paper)))

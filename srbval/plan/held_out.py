@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from srbval.bearing import Fault
 from srbval.bench.ladder.cases import Case
 from srbval.bench.ladder.measure import measure_cases
 from srbval.bench.ladder.questions import MEANING, Question, asked_of
@@ -14,7 +15,6 @@ from srbval.bench.ladder.table import Calibration, Entry
 from srbval.bench.progress import Progress, silent
 from srbval.models.ladder import rung_of
 from srbval.plan.plan import make_plan
-from srbval.scene import DefectKind
 
 # Tolerances at which each prediction is put to the test.
 TOLERANCES_PCT = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
@@ -82,7 +82,7 @@ def check_cases(
 def checks_of(entry: Entry, calibration: Calibration) -> Iterable[Check]:
     """Every prediction for the scene of a measured entry."""
     scene = entry.case.scene("full", seconds=calibration.seconds)
-    for question in asked_of(DefectKind(entry.case.kind)):
+    for question in asked_of(Fault(entry.case.kind)):
         if entry.reference.get(question) is None:
             continue
         plans = [

@@ -5,16 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from srbval.models.run import Run
-from srbval.recordings.recording import Origin, Recording, ShaftSpeed, SpeedSource, State
+from srbval.recordings.recording import Origin, Recording, ShaftSpeed, SpeedSource
 from srbval.recordings.speed import profile_signal
-from srbval.scene import DefectKind
-
-STATES = {
-    DefectKind.NONE: State.HEALTHY,
-    DefectKind.OUTER: State.OUTER,
-    DefectKind.INNER: State.INNER,
-    DefectKind.ROLLER: State.ROLLER,
-}
 
 
 def recording_from_run(run: Run) -> Recording:
@@ -25,7 +17,7 @@ def recording_from_run(run: Run) -> Recording:
     scene = run.scene
     course = scene.speed_profile
     return Recording(
-        name=f"{scene.model} model, {scene.defect.kind.value} defect, {scene.shaft_hz * 60:.6g} rpm",
+        name=f"{scene.model} model, {scene.defect.kind.scene_word} defect, {scene.shaft_hz * 60:.6g} rpm",
         origin=Origin.SIMULATED,
         channels={a: np.ascontiguousarray(run.acceleration_m_s2[:, i]) for i, a in enumerate("xyz")},
         axes=("x", "y"),
@@ -36,7 +28,7 @@ def recording_from_run(run: Run) -> Recording:
         if course is None
         else profile_signal(np.array(course.time_s), np.array(course.speed_rad_s), run.seconds),
         bearing=scene.bearing,
-        state=STATES[scene.defect.kind],
+        state=scene.defect.kind,
         radial_n=scene.load.radial_n,
         axial_n=scene.load.axial_n,
         notes=(f"not validated: {'; '.join(run.not_validated)}",),

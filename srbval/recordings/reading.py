@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSignal, State
+from srbval.bearing import Fault
+from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSignal
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -22,7 +23,7 @@ class Channel:
     unit: str | None = None
     bearing: str | None = None
     band_hz: tuple[float, float] | None = None
-    state: State | None = None
+    state: Fault | None = None
     variable: str | None = None
 
 

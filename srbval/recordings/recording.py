@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.bearing import Fault
 from srbval.errors import DataError
 
 FloatArray = NDArray[np.float64]
@@ -20,15 +21,6 @@ class Origin(enum.StrEnum):
     MEASURED = "measured"
     SIMULATED = "simulated"
     STAND_IN = "stand-in"
-
-
-class State(enum.StrEnum):
-    """Health state of the bearing, as the file or its data set declares it."""
-
-    HEALTHY = "healthy"
-    OUTER = "outer"
-    INNER = "inner"
-    ROLLER = "roller"
 
 
 class SpeedSource(enum.StrEnum):
@@ -87,7 +79,7 @@ class Recording:
     speed: ShaftSpeed | None = None
     speed_signal: SpeedSignal | None = None
     bearing: str | None = None
-    state: State | None = None
+    state: Fault | None = None
     radial_n: float | None = None
     axial_n: float | None = None
     nominal_rpm: float | None = None

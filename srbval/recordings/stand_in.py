@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.bearing import DEFAULT_BEARING, FaultOrders, load_bearing
+from srbval.bearing import DEFAULT_BEARING, Fault, FaultOrders, load_bearing
 from srbval.errors import ConfigurationError
 from srbval.recordings.load import load_recording
-from srbval.recordings.recording import Recording, State
+from srbval.recordings.recording import Recording
 from srbval.storage.own_hdf5 import Variable, write_own_hdf5
 
 FS_HZ = 20480.0  # the rig's
@@ -41,7 +41,7 @@ FloatArray = NDArray[np.float64]
 def write_stand_in(
     path: str | Path,
     *,
-    state: State,
+    state: Fault,
     shaft_hz: float,
     seconds: float,
     seed: int,
@@ -57,14 +57,14 @@ def write_stand_in(
         raise ConfigurationError(f"stand-in of {seconds} s: it must last 0.1 to 600 s.")
     rng = np.random.default_rng(seed)
     turns = _shaft_turns(round(seconds * FS_HZ), shaft_hz, rng)
-    signal = vibration(State(state), load_bearing(bearing).orders, turns, rng)
+    signal = vibration(Fault(state), load_bearing(bearing).orders, turns, rng)
     mean_hz = float(turns[-1] - turns[0]) * FS_HZ / (len(turns) - 1)
     attributes: dict[str, float | str] = {
         "srbval_kind": "stand-in",
-        "name": f"SYNTHETIC STAND-IN {State(state).value} {shaft_hz * 60:.4g} rpm seed {seed}",
+        "name": f"SYNTHETIC STAND-IN {Fault(state).value} {shaft_hz * 60:.4g} rpm seed {seed}",
         "unit": "m/s2",
         "bearing": bearing,
-        "state": State(state).value,
+        "state": Fault(state).value,
         "shaft_speed_hz": mean_hz,
         "band_low_hz": BAND_HZ[0],
         "band_high_hz": BAND_HZ[1],
@@ -75,12 +75,12 @@ def write_stand_in(
     return load_recording(path)
 
 
-def vibration(state: State, orders: FaultOrders, turns: FloatArray, rng: np.random.Generator) -> FloatArray:
+def vibration(state: Fault, orders: FaultOrders, turns: FloatArray, rng: np.random.Generator) -> FloatArray:
     """Acceleration [m/s2], shape of `turns` (shaft turns at each sample), of a bearing in `state`."""
     noise = rng.normal(0, NOISE_M_S2, len(turns))
     rattle = _ring_through(rng.normal(0, 1, len(turns)))
     signal = noise + rattle * (RATTLE_M_S2 / np.std(rattle))
-    if state is not State.HEALTHY:
+    if state is not Fault.HEALTHY:
         at, strength = _impacts(state, orders, turns, rng)
         _add_impacts(signal, at, strength * IMPACT_M_S2)
     return signal
@@ -99,11 +99,10 @@ def _shaft_turns(n: int, shaft_hz: float, rng: np.random.Generator) -> FloatArra
 
 
 def _impacts(
-    state: State, orders: FaultOrders, turns: FloatArray, rng: np.random.Generator
+    state: Fault, orders: FaultOrders, turns: FloatArray, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
     """Impact times [samples, fractional] and relative strengths."""
-    order = {State.OUTER: orders.bpfo, State.INNER: orders.bpfi, State.ROLLER: 2 * orders.bsf}[state]
-    carrier = {State.OUTER: 0.0, State.INNER: 1.0, State.ROLLER: orders.ftf}[state]
+    order, carrier = state.line_order(orders), state.sideband_order(orders)
     count = math.ceil(turns[-1] * order * (1 + 10 * SLIP_JITTER)) + 2
     gaps = rng.normal(1, SLIP_JITTER, count) / order
     at_turns = rng.uniform(0, 1 / order) + np.cumsum(gaps)

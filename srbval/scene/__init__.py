@@ -2,7 +2,7 @@
 
 from srbval.scene.bodies import Bodies, Housing
 from srbval.scene.contact import Contact, RollerFit
-from srbval.scene.defect import Defect, DefectKind, DefectShape
+from srbval.scene.defect import Defect, DefectShape
 from srbval.scene.load import Load, LoadPath
 from srbval.scene.profile import LoadProfile, SpeedProfile
 from srbval.scene.read import load_scene, paper_scene
@@ -12,7 +12,6 @@ __all__ = [
     "Bodies",
     "Contact",
     "Defect",
-    "DefectKind",
     "DefectShape",
     "Housing",
     "Load",

@@ -5,17 +5,9 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass
 
+from srbval.bearing import Fault
 from srbval.config.strict import quantity
 from srbval.errors import ConfigurationError
-
-
-class DefectKind(enum.StrEnum):
-    """Where the localized defect is."""
-
-    NONE = "none"
-    OUTER = "outer"
-    INNER = "inner"
-    ROLLER = "roller"
 
 
 class DefectShape(enum.StrEnum):
@@ -37,7 +29,7 @@ class Defect:
     or 2, `circle` 1 to 3, `roller` counts from 1 and matters for a roller's defect only.
     """
 
-    kind: DefectKind
+    kind: Fault
     points: int
     height_m: float = quantity("length")
     angle_rad: float = quantity("angle")
@@ -58,7 +50,7 @@ class Defect:
             raise ConfigurationError(f"defect height_m = {self.height_m} must lie within -1 mm and 1 mm.")
         if self.extent_m is not None and not 0 < self.extent_m <= 0.05:
             raise ConfigurationError(f"defect extent_m = {self.extent_m} must be above 0 and at most 50 mm.")
-        if self.extent_m is None and (self.kind is DefectKind.ROLLER or self.refinement > 1):
+        if self.extent_m is None and (self.kind is Fault.ROLLER or self.refinement > 1):
             raise ConfigurationError(
                 "a defect on a roller, or one with finer points, needs an extent, for example extent = '2 mm'."
             )

@@ -9,12 +9,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from srbval.bearing import Fault
 from srbval.config.strict import quantity
 from srbval.errors import ConfigurationError
 from srbval.scene.bodies import Bodies, Housing
 from srbval.scene.checks import not_negative, positive
 from srbval.scene.contact import Contact
-from srbval.scene.defect import Defect, DefectKind
+from srbval.scene.defect import Defect
 from srbval.scene.load import Load
 from srbval.scene.profile import LoadProfile, SpeedProfile
 
@@ -105,7 +106,7 @@ class Scene:
     @property
     def defects(self) -> tuple[Defect, ...]:
         """All defects that are there."""
-        return tuple(d for d in (self.defect, *self.further_defects) if d.kind is not DefectKind.NONE)
+        return tuple(d for d in (self.defect, *self.further_defects) if d.kind is not Fault.HEALTHY)
 
     @property
     def outputs_per_detail(self) -> int:

@@ -6,7 +6,7 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
-from srbval.bearing import Bearing
+from srbval.bearing import Bearing, Fault
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.recording import Recording, ShaftSpeed
 from srbval.signal import BandFilter
@@ -47,6 +47,10 @@ class Analysis:
             if (line.name, line.harmonic) == (name, harmonic):
                 return line
         raise KeyError(f"{name}, harmonic {harmonic}")
+
+    def line_of(self, fault: Fault) -> Line:
+        """The first harmonic of a fault's line."""
+        return self.line(fault.line or "")
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON: SI units, None where there is nothing to say; without the arrays."""

@@ -9,11 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from srbval.recordings import State
+from srbval.bearing import Fault
 from srbval.scene import Scene, paper_scene
 
-PAPER_STATES = (State.HEALTHY, State.OUTER, State.INNER)
-DEFECT_OF = {State.HEALTHY: "none", State.OUTER: "outer", State.INNER: "inner", State.ROLLER: "roller"}
+PAPER_STATES = (Fault.HEALTHY, Fault.OUTER, Fault.INNER)
 VARIATION_SECONDS = 4.0  # the mean cage speed of so long a run repeats to about 1e-5
 STEP_FACTOR = 2
 SMOOTH_FRICTION = "0.5 m/s"  # far above every sliding speed in the contacts: no sticking at all
@@ -25,7 +24,7 @@ class Case:
 
     id: str
     purpose: str
-    state: State
+    state: Fault
     scene: Scene
 
 
@@ -36,7 +35,7 @@ def paper_cases(seconds: float) -> list[Case]:
             id=f"paper-{state}",
             purpose="the paper's scene",
             state=state,
-            scene=paper_scene(duration_s=seconds, defect={"kind": DEFECT_OF[state]}),
+            scene=paper_scene(duration_s=seconds, defect={"kind": state}),
         )
         for state in PAPER_STATES
     ]
@@ -47,16 +46,16 @@ def variation_cases(seconds: float) -> list[Case]:
     duration = min(seconds, VARIATION_SECONDS)
     step = paper_scene().solver.step_s / STEP_FACTOR
     return [
-        _variation("half-step", "numerics: half the step", State.OUTER, duration, solver={"step_s": step}),
-        _variation("smooth-friction", f"input: critical velocity {SMOOTH_FRICTION} instead of 1 mm/s", State.OUTER,
+        _variation("half-step", "numerics: half the step", Fault.OUTER, duration, solver={"step_s": step}),
+        _variation("smooth-friction", f"input: critical velocity {SMOOTH_FRICTION} instead of 1 mm/s", Fault.OUTER,
                    duration, contact={"critical_velocity": SMOOTH_FRICTION}),
-        _variation("interference-outer", "input: roller diameter as printed, 40.1 mm", State.OUTER,
+        _variation("interference-outer", "input: roller diameter as printed, 40.1 mm", Fault.OUTER,
                    duration, contact={"roller_fit": "printed"}),
-        _variation("interference-inner", "input: roller diameter as printed, 40.1 mm", State.INNER,
+        _variation("interference-inner", "input: roller diameter as printed, 40.1 mm", Fault.INNER,
                    duration, contact={"roller_fit": "printed"}),
     ]  # fmt: skip
 
 
-def _variation(name: str, purpose: str, state: State, seconds: float, **changes: Any) -> Case:
-    scene = paper_scene(duration_s=seconds, defect={"kind": DEFECT_OF[state]}, **changes)
+def _variation(name: str, purpose: str, state: Fault, seconds: float, **changes: Any) -> Case:
+    scene = paper_scene(duration_s=seconds, defect={"kind": state}, **changes)
     return Case(id=name, purpose=purpose, state=state, scene=scene)

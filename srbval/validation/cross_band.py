@@ -7,11 +7,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from srbval.bearing import RACE_DEFECTS, Fault
 from srbval.errors import SrbvalError
-from srbval.recordings import State
 from srbval.validation.analyse import Analysis, analyse
-
-LINE_OF = {State.OUTER: "BPFO", State.INNER: "BPFI"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,7 +19,7 @@ class CrossBand:
     `kinematic_hz` is what `deviation_pct` counts from; `why` says why a record has no reading in a band.
     """
 
-    state: State
+    state: Fault
     origin: str
     file: str
     band_hz: tuple[float, float]
@@ -41,21 +39,21 @@ class CrossBand:
         return dataclasses.asdict(self) | {"state": self.state.value}
 
 
-def cross_bands(model: Mapping[State, Analysis], rig: Mapping[State, Analysis]) -> tuple[CrossBand, ...]:
+def cross_bands(model: Mapping[Fault, Analysis], rig: Mapping[Fault, Analysis]) -> tuple[CrossBand, ...]:
     """Model and rig, outer and inner race, each in both sides' bands, its own band first.
 
     Both bands were fixed before these records were looked at, so neither costs a trial.
     """
     return tuple(
         row
-        for state in LINE_OF
+        for state in RACE_DEFECTS
         if state in model and state in rig
         for side, other in ((model[state], rig[state]), (rig[state], model[state]))
         for row in _both(state, side, other)
     )
 
 
-def _both(state: State, side: Analysis, other: Analysis) -> Iterator[CrossBand]:
+def _both(state: Fault, side: Analysis, other: Analysis) -> Iterator[CrossBand]:
     yield _row(state, side, side.processed.band_hz, own=True)
     band_hz = other.processed.band_hz
     if band_hz == side.processed.band_hz:
@@ -68,7 +66,7 @@ def _both(state: State, side: Analysis, other: Analysis) -> Iterator[CrossBand]:
     yield _row(state, crossed, band_hz, own=False)
 
 
-def _empty(state: State, side: Analysis, band_hz: tuple[float, float]) -> CrossBand:
+def _empty(state: Fault, side: Analysis, band_hz: tuple[float, float]) -> CrossBand:
     recording = side.recording
     return CrossBand(
         state=state,
@@ -76,12 +74,12 @@ def _empty(state: State, side: Analysis, band_hz: tuple[float, float]) -> CrossB
         file=recording.file or recording.name,
         band_hz=band_hz,
         own=False,
-        line=LINE_OF[state],
+        line=state.line or "",
     )
 
 
-def _row(state: State, analysis: Analysis, band_hz: tuple[float, float], *, own: bool) -> CrossBand:
-    line = analysis.line(LINE_OF[state])
+def _row(state: Fault, analysis: Analysis, band_hz: tuple[float, float], *, own: bool) -> CrossBand:
+    line = analysis.line_of(state)
     return dataclasses.replace(
         _empty(state, analysis, band_hz),
         own=own,

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.bearing import Fault
 from srbval.validation.analyse import Analysis
 from srbval.validation.spectrum_shape import angle_between, halves
 
@@ -60,9 +61,9 @@ class Sensitivity:
 NOTHING_KNOWN = Sensitivity()
 
 
-def shape_of(analysis: Analysis, line: str) -> NDArray[np.float64] | None:
-    """The halves of a record about a line of it, None where the line or the bins are out of reach."""
-    found = analysis.line(line).found_hz
+def shape_of(analysis: Analysis, fault: Fault) -> NDArray[np.float64] | None:
+    """The halves of a record about a fault's line, None where the line or the bins are out of reach."""
+    found = analysis.line_of(fault).found_hz
     return None if found is None else halves(analysis, found)
 
 

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from srbval.recordings.recording import Origin, State
+from srbval.bearing import Fault
+from srbval.recordings.recording import Origin
 from srbval.signal.interval import NORMAL_95
 from srbval.validation.analyse import Analysis
 from srbval.validation.lines import Line
@@ -23,8 +24,6 @@ CALLING_RATIO = 2.0
 # that pass under the load (varying compliance, Sunnersjo 1978, J. Sound Vib. 58, 363), not a train of strikes. The
 # healthy model at 997 rpm has 0.2 of a line half as deep as its mean, measured outer-race faults 0.48 and more.
 STRUCK = 1 / 3
-STATE_OF = {"BPFO": State.OUTER, "BPFI": State.INNER, "2xBSF": State.ROLLER}
-PART = {State.OUTER: "outer-race", State.INNER: "inner-race", State.ROLLER: "rolling-element"}
 
 
 class Basis(enum.StrEnum):
@@ -46,8 +45,8 @@ class FaultCall:
 
     basis: Basis
     sentence: str
-    indicated: State | None = None
-    called: State | None = None
+    indicated: Fault | None = None
+    called: Fault | None = None
     line: str | None = None
     ratio: float | None = None
     ratio_ci95: tuple[float, float] | None = None
@@ -72,9 +71,9 @@ def call_fault(analysis: Analysis, baseline: Analysis | None = None) -> FaultCal
         return FaultCall(basis=Basis.NOT_MEASURED, sentence="No fault is called on a record that is not measured.")
     if baseline is not None and baseline.processed.band_hz != analysis.processed.band_hz:
         raise ValueError(f"bands differ: {analysis.processed.band_hz}, {baseline.processed.band_hz}.")
-    lines = [x for x in analysis.lines if x.harmonic == 1 and x.name in STATE_OF and x.detected]
+    lines = [x for x in analysis.lines if x.harmonic == 1 and Fault.of_line(x.name) and x.detected]
     lines.sort(key=lambda x: x.depth or 0.0, reverse=True)
-    if recording.state is State.HEALTHY:
+    if recording.state is Fault.HEALTHY:
         return _declared_healthy(analysis, lines)
     return _alone(analysis, lines) if baseline is None else _compared(analysis, lines, baseline)
 
@@ -90,6 +89,17 @@ def like_a_fault(analysis: Analysis, line: Line) -> bool:
     return line.name != "BPFO" or not second or second[0] >= STRUCK * (line.depth or 0.0)
 
 
+def _fault_of(line: Line) -> Fault:
+    fault = Fault.of_line(line.name)
+    assert fault is not None, "only lines of faults are compared"
+    return fault
+
+
+def _part(fault: Fault) -> str:
+    """``outer-race``, before a noun."""
+    return fault.label.replace(" ", "-")
+
+
 def _declared_healthy(analysis: Analysis, lines: list[Line]) -> FaultCall:
     """Its lines are the baseline; one like a fault's is no call either, but a reason to doubt the label."""
     deepest = next((x for x in lines if like_a_fault(analysis, x)), None)
@@ -99,11 +109,11 @@ def _declared_healthy(analysis: Analysis, lines: list[Line]) -> FaultCall:
             basis=Basis.DECLARED_HEALTHY,
             sentence=f"No fault is called: the record is declared healthy and {shown}; it is a baseline.",
         )
-    state = STATE_OF[deepest.name]
+    state = _fault_of(deepest)
     return FaultCall(
         basis=Basis.DECLARED_HEALTHY,
         sentence=f"Doubtful: the record is declared healthy, but its {deepest.name} line is like an "
-        f"{PART[state]} fault's. Check the label before using it as a baseline.",
+        f"{_part(state)} fault's. Check the label before using it as a baseline.",
         indicated=state,
         line=deepest.name,
     )
@@ -111,8 +121,8 @@ def _declared_healthy(analysis: Analysis, lines: list[Line]) -> FaultCall:
 
 def _alone(analysis: Analysis, lines: list[Line]) -> FaultCall:
     deep = [x for x in lines if like_a_fault(analysis, x)]
-    shown = STATE_OF[deep[0].name] if deep else None
-    points = f"The {deep[0].name} line points to an {PART[STATE_OF[deep[0].name]]} fault, but " if deep else ""
+    shown = _fault_of(deep[0]) if deep else None
+    points = f"The {deep[0].name} line points to an {_part(shown)} fault, but " if shown else ""
     sentence = (
         f"{points}no healthy record of this rig at the same speed and load is registered: "
         "a line alone cannot tell a fault from the healthy bearing's own lines."
@@ -138,13 +148,13 @@ def _compared(analysis: Analysis, lines: list[Line], baseline: Analysis) -> Faul
             baseline=baseline.recording.file,
         )
     line, ratio, ci95 = risen[0]
-    state = STATE_OF[line.name]
+    state = _fault_of(line)
     others = [f"{x.name} {r:.3g} times" for x, r, _ in risen[1:]]
     also = f" (also risen, less deep: {', '.join(others)})" if others else ""
     return FaultCall(
         basis=Basis.BASELINE,
         sentence=f"Against the healthy record {name} the {line.name} line stands {ratio:.3g} times as high "
-        f"(95 %: {ci95[0]:.3g} to {ci95[1]:.3g}): {PART[state]} fault{also}.",
+        f"(95 %: {ci95[0]:.3g} to {ci95[1]:.3g}): {_part(state)} fault{also}.",
         indicated=state,
         called=state,
         line=line.name,

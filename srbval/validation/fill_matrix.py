@@ -7,11 +7,9 @@ import threading
 from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
-from srbval.bearing import Bearing
+from srbval.bearing import DEFECTS, Bearing, Fault
 from srbval.errors import SrbvalError
-from srbval.recordings import State
 from srbval.recordings.registry import RegisteredRecording, load_entry
-from srbval.validation import quantities
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.comparison import ComparisonVerdict
 from srbval.validation.effects import Sensitivity
@@ -19,9 +17,6 @@ from srbval.validation.fault_call import call_fault
 from srbval.validation.matrix import BASELINE, NOT_DETECTED, Cell, Matrix, Point, Sides, rig_grid
 from srbval.validation.model_side import ModelSide
 from srbval.validation.quantity_comparison import Kind, QuantityComparison, compare
-
-# The line a cell is about; the healthy bearing's is its baseline, not a fault.
-LINE_OF = {State.HEALTHY: "BPFO", **quantities.LINE_OF}
 
 Beside = Callable[[Analysis], ModelSide | str]
 
@@ -55,10 +50,10 @@ def build_matrix(
         point, entry = item
         baseline = baselines[point[1:]]
         try:
-            rig = baseline.healthy() if point[0] is State.HEALTHY else analyse(load_entry(entry), bearing=bearing)
+            rig = baseline.healthy() if point[0] is Fault.HEALTHY else analyse(load_entry(entry), bearing=bearing)
             assert rig is not None, "the point's healthy record is this one"
             kept = point in keep
-            model = beside(rig) if kept or point[0] in quantities.LINE_OF else None
+            model = beside(rig) if kept or point[0] in DEFECTS else None
             cell = _cell(point, rig, _without_error(baseline.healthy), model, known)
         except SrbvalError as error:
             return point, str(error), None
@@ -82,7 +77,7 @@ class _Baseline:
     def __init__(
         self, chosen: Mapping[Point, RegisteredRecording], place: tuple[float, float, float], bearing: Bearing
     ) -> None:
-        self._entry, self._bearing = chosen.get((State.HEALTHY, *place)), bearing
+        self._entry, self._bearing = chosen.get((Fault.HEALTHY, *place)), bearing
         self._waiting = sum(point[1:] == place for point in chosen)
         self._lock = threading.Lock()
         self._analysis: Analysis | None = None
@@ -121,7 +116,8 @@ def _cell(
     point: Point, analysis: Analysis, healthy: Analysis | None, model: ModelSide | str | None, known: Sensitivity
 ) -> Cell:
     state, radial_kn, axial_kn, nominal_rpm = point
-    line = analysis.line(LINE_OF[state])
+    # A healthy bearing's line is its baseline, not a fault.
+    line = analysis.line_of(Fault.OUTER if state is Fault.HEALTHY else state)
     rows: tuple[QuantityComparison, ...] = ()
     if line.detected and isinstance(model, ModelSide):
         rows = compare(state, analysis, model.analysis, known, model_order=model.line_order)
@@ -150,15 +146,15 @@ def _cell(
         error_pct=None if frequency is None else frequency.error,
         uncertainty_pct=None if frequency is None else frequency.uncertainty,
         verdict=_verdict(line.detected, state, frequency),
-        call=call_fault(analysis, None if state is State.HEALTHY else healthy),
+        call=call_fault(analysis, None if state is Fault.HEALTHY else healthy),
         comparisons=rows,
         remark=model if isinstance(model, str) else "",
     )
 
 
-def _verdict(detected: bool, state: State, frequency: QuantityComparison | None) -> str:
+def _verdict(detected: bool, state: Fault, frequency: QuantityComparison | None) -> str:
     if not detected:
         return NOT_DETECTED
-    if state is State.HEALTHY:
+    if state is Fault.HEALTHY:
         return BASELINE
     return (ComparisonVerdict.INSUFFICIENT if frequency is None else frequency.verdict).value

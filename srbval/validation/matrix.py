@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from srbval.recordings import State
+from srbval.bearing import Fault
 from srbval.recordings.datasets.description import Grid, dataset
 from srbval.recordings.registry.verbs import RIG_DATASETS
 from srbval.validation.analyse import Analysis
@@ -21,7 +21,7 @@ from srbval.validation.quantity_comparison import QuantityComparison
 # Verdicts of cells that hold no comparison.
 NOT_DETECTED, BASELINE = "line not detected", "baseline"
 
-Point = tuple[State, float, float, float]  # state, radial kN, axial kN, nominal motor rpm
+Point = tuple[Fault, float, float, float]  # state, radial kN, axial kN, nominal motor rpm
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,7 +34,7 @@ class Cell:
     the healthy record of the same point.
     """
 
-    state: State
+    state: Fault
     radial_kn: float
     axial_kn: float
     nominal_rpm: float

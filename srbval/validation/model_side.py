@@ -8,14 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from srbval.bearing import Bearing
+from srbval.bearing import Bearing, Fault
 from srbval.errors import SrbvalError
 from srbval.models.run import Run
-from srbval.recordings import State
 from srbval.recordings.from_run import recording_from_run
 from srbval.scene import paper_scene
 from srbval.validation.analyse import Analysis, analyse
-from srbval.validation.cases import DEFECT_OF, Case
+from srbval.validation.cases import Case
 from srbval.validation.run_cases import Progress, run_cases
 
 # Length of a run in shaft turns. At 858 rpm levels of runs begun differently differ by up to 1.9 dB after 14 turns,
@@ -23,7 +22,7 @@ from srbval.validation.run_cases import Progress, run_cases
 # 6 dB, and a rig record of 2 s holds 29.
 TURNS = 30.0
 # Rollers' speeds are kept where a roller's is asked for.
-DETAIL_HZ = {State.HEALTHY: 0.0, State.OUTER: 0.0, State.INNER: 0.0, State.ROLLER: 1024.0}
+DETAIL_HZ = {Fault.ROLLER: 1024.0}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -50,7 +49,7 @@ def model_beside(rig: Analysis, *, progress: Progress | None = None) -> ModelSid
 
 def case_beside(rig: Analysis) -> Case:
     """`TURNS` turns of the shaft at the recording's measured speed and its load, with the defect of its state."""
-    recording, state = rig.recording, rig.recording.state or State.HEALTHY
+    recording, state = rig.recording, rig.recording.state or Fault.HEALTHY
     return Case(
         id=f"beside-{recording.name}",
         purpose="at the recording's own speed and load",
@@ -59,8 +58,8 @@ def case_beside(rig: Analysis) -> Case:
             duration_s=TURNS / rig.speed.value_hz,
             shaft_speed_rad_s=2 * math.pi * rig.speed.value_hz,
             load={"radial_n": recording.radial_n or 0.0, "axial_n": recording.axial_n or 0.0},
-            defect={"kind": DEFECT_OF[state]},
-            detail_rate_hz=DETAIL_HZ[state],
+            defect={"kind": state},
+            detail_rate_hz=DETAIL_HZ.get(state, 0.0),
         ),
     )
 
@@ -68,22 +67,21 @@ def case_beside(rig: Analysis) -> Case:
 def read_run(case: Case, run: Run, bearing: Bearing) -> ModelSide:
     """Analyse a run. A roller's line is looked for about the roller's own turning, which contacts decide, not pitch."""
     order = line_order(run, case.state, bearing)
-    if case.state is State.ROLLER and order is not None:
+    if case.state is Fault.ROLLER and order is not None:
         bearing = dataclasses.replace(bearing, orders=dataclasses.replace(bearing.orders, bsf=order / 2))
     return ModelSide(
         case=case, run=run, analysis=analyse(recording_from_run(run), bearing=bearing), line_order=order
     )  # fmt: skip
 
 
-def line_order(run: Run, state: State, bearing: Bearing) -> float | None:
+def line_order(run: Run, state: Fault, bearing: Bearing) -> float | None:
     """The line of `state` in orders of the shaft, by the run's mean speeds of cage or roller; None for a healthy one.
 
     A roller strikes both races in a turn about its own axis, seen from its slot, which turns with the cage and leans by
     the bearing's tilt. None too where the run kept no rollers' speeds.
     """
-    if state is not State.ROLLER:
-        ratio = {State.OUTER: run.cage_ratio, State.INNER: 1 - run.cage_ratio}.get(state)
-        return None if ratio is None else run.rolling_elements * ratio
+    if state is not Fault.ROLLER:
+        return state.passing_order(run.rolling_elements, run.cage_ratio)
     if not run.spin_rad_s.size or bearing.geometry is None:
         return None
     defect = run.scene.defect

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from srbval.bearing import load_bearing
+from srbval.bearing import DEFECTS, Fault, load_bearing
 from srbval.errors import SrbvalError
-from srbval.recordings import Origin, State
+from srbval.recordings import Origin
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import RegisteredRecording, Status, each_once, healthy_baseline, load_entry
 from srbval.recordings.registry.verbs import RIG_DATASETS
@@ -21,7 +21,6 @@ from srbval.validation.fault_call import FaultCall, call_fault, like_a_fault
 from srbval.validation.lines import Line
 from srbval.validation.speed_and_slip import to_cage_of
 
-LINE_OF = {State.OUTER: "BPFO", State.INNER: "BPFI", State.ROLLER: "2xBSF"}
 RACES = ("BPFO", "BPFI")
 Baselines = dict[tuple[str, str], Analysis]  # by file and bearing
 
@@ -40,7 +39,7 @@ class OtherRecord:
 
     dataset: str
     file: str
-    state: State | None
+    state: Fault | None
     shaft_hz: float | None = None
     shaft_ci95_hz: float | None = None
     speed_source: str | None = None
@@ -129,7 +128,7 @@ def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...],
 
 def _with_line(record: OtherRecord, analysis: Analysis, call: FaultCall) -> OtherRecord:
     line = _line(analysis, record.state)
-    tells = line.detected and line.name in RACES and record.state in LINE_OF
+    tells = line.detected and line.name in RACES and record.state in DEFECTS
     to_cage = to_cage_of(line.name, analysis.bearing) if tells else None
     return dataclasses.replace(
         record,
@@ -152,14 +151,14 @@ def _with_line(record: OtherRecord, analysis: Analysis, call: FaultCall) -> Othe
     )
 
 
-def _line(analysis: Analysis, state: State | None) -> Line:
-    if state in LINE_OF:
-        return analysis.line(LINE_OF[state])
+def _line(analysis: Analysis, state: Fault | None) -> Line:
+    if state in DEFECTS:
+        return analysis.line_of(state)
     return max((analysis.line(n) for n in RACES), key=lambda x: (x.detected, x.depth or 0.0))
 
 
-def _shown(analysis: Analysis, line: Line, state: State | None) -> bool:
-    if state not in LINE_OF:
+def _shown(analysis: Analysis, line: Line, state: Fault | None) -> bool:
+    if state not in DEFECTS:
         return any(like_a_fault(analysis, analysis.line(name)) for name in RACES)
     races = [x for n in RACES if (x := analysis.line(n)).detected and n != line.name]
     return line.detected and all((x.depth or 0.0) < (line.depth or 0.0) for x in races)

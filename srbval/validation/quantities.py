@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from srbval.recordings import State
+from srbval.bearing import Fault
 from srbval.signal.comb import LEAST_SNR
 from srbval.signal.interval import NORMAL_95
 from srbval.validation.analyse import Analysis
 from srbval.validation.lines import Line
 
-LINE_OF = {State.OUTER: "BPFO", State.INNER: "BPFI", State.ROLLER: "2xBSF"}
-SIDEBAND_OF = {State.INNER: "fr", State.ROLLER: "FTF"}
 HARMONICS = (2, 3, 4, 5)
 _DB = 20 / math.log(10)
 
@@ -33,10 +31,10 @@ class Quantity:
     least: float = -math.inf
 
 
-def quantities(analysis: Analysis, state: State) -> tuple[Quantity, ...]:
+def quantities(analysis: Analysis, state: Fault) -> tuple[Quantity, ...]:
     """The quantities that `state`'s line gives in a record; those out of its reach are left out."""
-    name = LINE_OF[state]
-    first = analysis.line(name)
+    first = analysis.line_of(state)
+    name = first.name
     if first.found_hz is None or not first.depth:
         return ()
     shaft = analysis.speed.value_hz
@@ -51,8 +49,8 @@ def quantities(analysis: Analysis, state: State) -> tuple[Quantity, ...]:
     ]
     for number in HARMONICS:
         found += _level(harmonic_name(name, number), first, _lines(analysis, name, number))
-    if state in SIDEBAND_OF:
-        beside = SIDEBAND_OF[state]
+    if state.sidebands is not None:
+        beside = state.sidebands
         sides = [*_lines(analysis, f"{name}-{beside}", 1), *_lines(analysis, f"{name}+{beside}", 1)]
         found += _level(f"{name} sidebands", first, sides)
     return tuple(found)

@@ -13,12 +13,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from srbval.recordings import State
+from srbval.bearing import DEFECTS, Fault
 from srbval.validation import spectrum_shape
 from srbval.validation.analyse import Analysis
 from srbval.validation.comparison import ComparisonVerdict
 from srbval.validation.effects import Effect, Sensitivity, ShapeEffect, shape_of
-from srbval.validation.quantities import LINE_OF, Quantity, quantities
+from srbval.validation.quantities import Quantity, quantities
 
 DATA_PARTS = ("rig reading", "rig speed")
 MODEL_READING = "model reading"
@@ -89,17 +89,17 @@ class QuantityComparison:
 
 
 def compare(
-    state: State, rig: Analysis, model: Analysis, known: Sensitivity, *, model_order: float | None = None
+    state: Fault, rig: Analysis, model: Analysis, known: Sensitivity, *, model_order: float | None = None
 ) -> tuple[QuantityComparison, ...]:
     """Every quantity of `state`'s fault that both sides can show.
 
     `model_order` is the model's line in orders of the shaft where the run tells it without a reading (from its cage's
     or its roller's speed). What numerics and inputs do, `known` from runs at one speed and load, is carried over.
     """
-    if state not in LINE_OF:
+    if state not in DEFECTS:
         return ()
     theirs = {q.name: q for q in quantities(model, state)}
-    line = LINE_OF[state]
+    line = state.line or ""
     if model_order is not None:
         theirs[line] = Quantity(name=line, unit="order", value=model_order, ci95=0.0, present=True)
     speed = 100 * rig.speed.ci95_hz / rig.speed.value_hz
@@ -111,7 +111,7 @@ def compare(
 
 
 def _rows(
-    state: State, model: Quantity, rig: Quantity, effects: Sequence[Effect], speed_pct: float
+    state: Fault, model: Quantity, rig: Quantity, effects: Sequence[Effect], speed_pct: float
 ) -> list[QuantityComparison]:
     sidebands = "sidebands" in rig.name
     kind = Kind.FREQUENCY if rig.unit == "order" else Kind.SIDEBANDS if sidebands else Kind.PATTERN
@@ -120,7 +120,7 @@ def _rows(
 
 
 def _row(
-    kind: Kind, state: State, model: Quantity, rig: Quantity, effects: Sequence[Effect], speed_pct: float
+    kind: Kind, state: Fault, model: Quantity, rig: Quantity, effects: Sequence[Effect], speed_pct: float
 ) -> QuantityComparison:
     relative = kind is Kind.FREQUENCY
     scale = 100 / rig.value if relative else 1.0
@@ -168,15 +168,14 @@ def _presence(level: QuantityComparison, model: Quantity, rig: Quantity) -> Quan
 
 
 def _shape(
-    state: State, rig: Analysis, model: Analysis, effects: Sequence[ShapeEffect]
+    state: Fault, rig: Analysis, model: Analysis, effects: Sequence[ShapeEffect]
 ) -> tuple[QuantityComparison, ...]:
     """The model's angle with the record beside that of the record's halves with each other, which is the best there is.
 
     The effect of a term is what it does to the model's angle with this very record.
     """
-    line = LINE_OF[state]
-    own, theirs = shape_of(rig, line), shape_of(model, line)
-    if own is None or theirs is None or not rig.line(line).detected:
+    own, theirs = shape_of(rig, state), shape_of(model, state)
+    if own is None or theirs is None or not rig.line_of(state).detected:
         return ()
     within, between = spectrum_shape.angle_within(own), spectrum_shape.angle_between(own, theirs)
     parts = {MODEL_READING: between.ci95, "rig reading": within.ci95}

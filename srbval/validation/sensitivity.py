@@ -15,14 +15,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.bearing import DEFAULT_BEARING, load_bearing
+from srbval.bearing import DEFAULT_BEARING, DEFECTS, Fault, load_bearing
 from srbval.config.strict import read_toml
-from srbval.recordings import State
 from srbval.scene import paper_scene
-from srbval.validation.cases import DEFECT_OF, Case
+from srbval.validation.cases import Case
 from srbval.validation.effects import Effect, Sensitivity, ShapeEffect, shape_of
 from srbval.validation.model_side import DETAIL_HZ, ModelSide, read_run
-from srbval.validation.quantities import LINE_OF, Quantity, quantities
+from srbval.validation.quantities import Quantity, quantities
 from srbval.validation.run_cases import Progress, run_cases
 from srbval.validation.speed_and_slip import published_speeds
 
@@ -52,8 +51,8 @@ def terms() -> tuple[Term, ...]:
 
 def measure(*, seconds: float = SECONDS, jobs: int | None = None, progress: Progress | None = None) -> Sensitivity:
     """Run every term on every fault at the rig's speed and take the changes; raises what runs and analyses raise."""
-    found: dict[tuple[str, State], tuple[Quantity, ...]] = {}
-    shapes: dict[tuple[str, State], NDArray[np.float64] | None] = {}
+    found: dict[tuple[str, Fault], tuple[Quantity, ...]] = {}
+    shapes: dict[tuple[str, Fault], NDArray[np.float64] | None] = {}
     listed, bearing = terms(), load_bearing(DEFAULT_BEARING)
     with tempfile.TemporaryDirectory() as folder:
         files = {t.name: _bearing_file(t, Path(folder)) for t in listed}
@@ -62,10 +61,10 @@ def measure(*, seconds: float = SECONDS, jobs: int | None = None, progress: Prog
         for case in cases:
             side = read_run(case, runs[case.id], bearing)
             found[case.purpose, case.state] = _by_run(quantities(side.analysis, case.state), side)
-            shapes[case.purpose, case.state] = shape_of(side.analysis, LINE_OF[case.state])
+            shapes[case.purpose, case.state] = shape_of(side.analysis, case.state)
     return Sensitivity(
-        effects=tuple(effect for state in LINE_OF for effect in _effects(listed, found, state)),
-        shapes=tuple(effect for state in LINE_OF for effect in _shape_effects(listed, shapes, state)),
+        effects=tuple(effect for state in DEFECTS for effect in _effects(listed, found, state)),
+        shapes=tuple(effect for state in DEFECTS for effect in _shape_effects(listed, shapes, state)),
     )
 
 
@@ -76,7 +75,7 @@ def _by_run(read: tuple[Quantity, ...], side: ModelSide) -> tuple[Quantity, ...]
 
 
 def _shape_effects(
-    listed: Sequence[Term], shapes: Mapping[tuple[str, State], NDArray[np.float64] | None], state: State
+    listed: Sequence[Term], shapes: Mapping[tuple[str, Fault], NDArray[np.float64] | None], state: Fault
 ) -> Iterator[ShapeEffect]:
     """One of each term; repeats of an ensemble share its name, and the largest counts."""
     base = shapes[BASE, state]
@@ -95,12 +94,14 @@ def _shape_effects(
 
 def _cases(listed: Sequence[Term], files: Mapping[str, str], seconds: float) -> Iterator[Case]:
     speeds = {m.state: m.mean_rpm for m in published_speeds().means if m.nominal_rpm == NOMINAL_RPM}
-    for state in LINE_OF:
+    for state in DEFECTS:
         for term in (Term(name=BASE, kind="", source=""), *listed):
-            defect = {"kind": DEFECT_OF[state], **term.changes.get("defect", {})}
+            defect = {"kind": state, **term.changes.get("defect", {})}
             changes = {**term.changes, "defect": defect, "bearing": files.get(term.name, DEFAULT_BEARING)}
             shaft = 2 * math.pi * speeds[state] / 60 * term.relative_speed
-            scene = paper_scene(duration_s=seconds, shaft_speed_rad_s=shaft, detail_rate_hz=DETAIL_HZ[state], **changes)
+            scene = paper_scene(
+                duration_s=seconds, shaft_speed_rad_s=shaft, detail_rate_hz=DETAIL_HZ.get(state, 0.0), **changes
+            )
             yield Case(id=f"{state}-{term.name}", purpose=term.name, state=state, scene=scene)
 
 
@@ -120,7 +121,7 @@ def _bearing_file(term: Term, folder: Path) -> str:
 
 
 def _effects(
-    listed: Sequence[Term], found: Mapping[tuple[str, State], tuple[Quantity, ...]], state: State
+    listed: Sequence[Term], found: Mapping[tuple[str, Fault], tuple[Quantity, ...]], state: Fault
 ) -> Iterator[Effect]:
     for base in found[BASE, state]:
         ensembles: dict[str, list[float]] = {}
@@ -137,7 +138,7 @@ def _effects(
             yield _effect(dataclasses.replace(first, name=name), state, base, _interval(values))
 
 
-def _effect(term: Term, state: State, base: Quantity, bound: float) -> Effect:
+def _effect(term: Term, state: Fault, base: Quantity, bound: float) -> Effect:
     return Effect(
         term=term.name,
         kind=term.kind,

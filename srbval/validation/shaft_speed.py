@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.bearing import Fault
 from srbval.recordings.recording import ShaftSpeed, SpeedSource
 from srbval.signal import Periodogram
 from srbval.signal.cramer_rao import frequency_error_hz
@@ -75,7 +76,7 @@ def estimate_speed(record: Periodogram, lines: tuple[Line, ...], nominal: ShaftS
 
 def deepest(lines: tuple[Line, ...]) -> Line | None:
     """The deepest detected race or roller line, None without one."""
-    fault = [x for x in lines if x.detected and x.harmonic == 1 and x.name in ("BPFO", "BPFI", "2xBSF")]
+    fault = [x for x in lines if x.detected and x.harmonic == 1 and Fault.of_line(x.name)]
     return max(fault, key=lambda x: x.depth or 0.0, default=None)
 
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from srbval.bearing import Bearing
-from srbval.recordings import Origin, State
+from srbval.bearing import RACE_DEFECTS, Bearing, Fault
+from srbval.recordings import Origin
 from srbval.recordings.datasets.description import PublishedSpeeds, dataset
 from srbval.validation.comparison import deviation_pct
 from srbval.validation.matrix import Cell
@@ -18,7 +18,6 @@ from srbval.validation.published import Table6
 
 # The paper reads its lines from spectra of 10 s: half a bin of 0.1 Hz is the least that its values can be off.
 PRINTED_CI95_HZ = 0.05
-RACE = {State.OUTER: "BPFO", State.INNER: "BPFI"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,7 +96,7 @@ def to_cage_of(line: str, bearing: Bearing) -> float:
 def matrix_rows(cells: Iterable[Cell], bearing: Bearing) -> Iterator[SpeedAndSlip]:
     """The race line of each faulted record of the rig that shows it, counted from the record's nominal speed."""
     for cell in cells:
-        if cell.state not in RACE or not cell.detected or cell.rig_hz is None:
+        if cell.state not in RACE_DEFECTS or not cell.detected or cell.rig_hz is None:
             continue
         yield take_apart(
             record=Path(cell.file).stem,
@@ -115,12 +114,12 @@ def matrix_rows(cells: Iterable[Cell], bearing: Bearing) -> Iterator[SpeedAndSli
 
 def table6_rows(printed: Table6, bearing: Bearing) -> Iterator[SpeedAndSlip]:
     """The paper's rig lines, with the shaft speed each state had by the published means of the same rig."""
-    for state, line in RACE.items():
+    for state in RACE_DEFECTS:
         rpm, ci95 = published_rpm(state, float(printed.motor_rpm))
         yield take_apart(
-            record=f"Table 6, rig, {line}",
+            record=f"Table 6, rig, {state.line}",
             origin="published",
-            line=line,
+            line=state.line or "",
             bearing=bearing,
             found_hz=printed.of(state.value).rig_hz,
             found_ci95_hz=PRINTED_CI95_HZ,
@@ -138,7 +137,7 @@ def published_speeds() -> PublishedSpeeds:
     return speeds
 
 
-def published_rpm(state: State, motor_rpm: float) -> tuple[float, float]:
+def published_rpm(state: Fault, motor_rpm: float) -> tuple[float, float]:
     """Shaft speed of a state at a motor speed [rpm] by straight line between the published means; 95 % half width.
 
     What the shaft lags behind the motor changes between the two published speeds; half that change is taken

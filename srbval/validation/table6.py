@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
+from srbval.bearing import RACE_DEFECTS, Fault
 from srbval.errors import DataError
 from srbval.models.run import Run
-from srbval.recordings import State
 from srbval.validation.analyse import Analysis
 from srbval.validation.comparison import Comparison, RigSource
 from srbval.validation.effects import Effect
@@ -15,25 +15,23 @@ from srbval.validation.lines import Line
 from srbval.validation.published import Table6
 from srbval.validation.sum_rule import SumRule, sum_rule
 
-LINE_OF = {State.OUTER: "BPFO", State.INNER: "BPFI"}
 
-
-def published_rows(printed: Table6, paper: Mapping[State, Analysis], runs: Mapping[str, Run]) -> Iterator[Comparison]:
+def published_rows(printed: Table6, paper: Mapping[Fault, Analysis], runs: Mapping[str, Run]) -> Iterator[Comparison]:
     """Our model at the paper's speed beside the paper's model and rig, against the printed kinematic frequency.
 
     The paper gives its rig values no uncertainty and no measured speed, so these rows cannot be resolved.
     """
-    for state, line in LINE_OF.items():
+    for state in RACE_DEFECTS:
         row = printed.of(state.value)
-        read = found_line(paper[state], line)
+        read = found_line(paper[state], state)
         yield Comparison(
             defect=state.value,
-            line=line,
+            line=read.name,
             shaft_rpm=printed.shaft_rpm,
             kinematic_hz=row.kinematic_hz,
             model_hz=_found(read),
             model_ci95_hz=_ci95(read),
-            model_cage_hz=cage_line_hz(runs[f"paper-{state}"], line),
+            model_cage_hz=cage_line_hz(runs[f"paper-{state}"], state),
             rig_hz=row.rig_hz,
             rig_source=RigSource.PUBLISHED,
             paper_model_hz=row.model_hz,
@@ -44,22 +42,22 @@ def published_rows(printed: Table6, paper: Mapping[State, Analysis], runs: Mappi
 
 
 def measured_rows(
-    rig: Mapping[State, Analysis],
-    runs: Mapping[State, Run],
+    rig: Mapping[Fault, Analysis],
+    runs: Mapping[Fault, Run],
     effects: Sequence[Effect],
 ) -> Iterator[Comparison]:
     """Our model at each recording's measured speed beside that recording; states without a found line are left out.
 
     The model's line is its mean cage speed's, free of a reading's noise; `effects` tell what numerics and inputs do.
     """
-    for state, line in LINE_OF.items():
-        if state not in rig or not found_line(rig[state], line).detected:
+    for state in RACE_DEFECTS:
+        if state not in rig or not found_line(rig[state], state).detected:
             continue
-        read, speed = found_line(rig[state], line), rig[state].speed
-        model_hz = cage_line_hz(runs[state], line)
+        read, speed = found_line(rig[state], state), rig[state].speed
+        model_hz = cage_line_hz(runs[state], state)
         yield Comparison(
             defect=state.value,
-            line=line,
+            line=read.name,
             shaft_rpm=60 * speed.value_hz,
             kinematic_hz=read.kinematic_hz,
             model_hz=model_hz,
@@ -72,13 +70,13 @@ def measured_rows(
             uncertainty_parts_pct={
                 "rig reading": 100 * _ci95(read) / _found(read),
                 "rig speed": 100 * speed.ci95_hz / speed.value_hz,
-                **_effect_parts(line, effects),
+                **_effect_parts(read.name, effects),
             },
         )
 
 
 def sum_rules(
-    printed: Table6, paper: Mapping[State, Analysis], runs: Mapping[str, Run], rig: Mapping[State, Analysis]
+    printed: Table6, paper: Mapping[Fault, Analysis], runs: Mapping[str, Run], rig: Mapping[Fault, Analysis]
 ) -> Iterator[SumRule]:
     """BPFO + BPFI of every pair there is: printed kinematic, paper's model, paper's rig, our model, the recordings.
 
@@ -86,7 +84,7 @@ def sum_rules(
     """
     outer, inner = printed.of("outer"), printed.of("inner")
     shaft_hz = printed.shaft_rpm / 60
-    rollers = paper[State.OUTER].bearing.rolling_elements
+    rollers = paper[Fault.OUTER].bearing.rolling_elements
     for source, origin, bpfo, bpfi in (
         ("kinematic, as printed", "published", outer.kinematic_hz, inner.kinematic_hz),
         ("paper's model", "published", outer.model_hz, inner.model_hz),
@@ -94,32 +92,32 @@ def sum_rules(
     ):
         yield sum_rule(source, origin, rollers, bpfo_hz=bpfo, bpfi_hz=bpfi,
                        outer_shaft_hz=shaft_hz, inner_shaft_hz=shaft_hz)  # fmt: skip
-    cage = {state: runs[f"paper-{state}"].cage_ratio for state in LINE_OF}
-    slip = rollers * (cage[State.OUTER] - cage[State.INNER])
+    cage = {state: runs[f"paper-{state}"].cage_ratio for state in RACE_DEFECTS}
+    slip = rollers * (cage[Fault.OUTER] - cage[Fault.INNER])
     yield _read_pair("our model, two runs", "simulated", rollers, paper, slip)
-    if all(s in rig and found_line(rig[s], n).detected for s, n in LINE_OF.items()):
-        rpm = rig[State.OUTER].recording.nominal_rpm
+    if all(s in rig and found_line(rig[s], s).detected for s in RACE_DEFECTS):
+        rpm = rig[Fault.OUTER].recording.nominal_rpm
         yield _read_pair(f"rig recordings, {rpm:g} rpm nominal", "measured", rollers, rig)
 
 
-def found_line(analysis: Analysis, name: str) -> Line:
+def found_line(analysis: Analysis, fault: Fault) -> Line:
     """First harmonic of a line; `DataError` where it lies outside the record's reach."""
-    line = analysis.line(name)
+    line = analysis.line_of(fault)
     if line.found_hz is None:
-        raise DataError(f"{analysis.recording.name}: {name} cannot be read; the record is too short.")
+        raise DataError(f"{analysis.recording.name}: {fault.line} cannot be read; the record is too short.")
     return line
 
 
-def cage_line_hz(run: Run, line: str) -> float:
+def cage_line_hz(run: Run, fault: Fault) -> float:
     """A race line from the run's own mean cage speed [Hz]."""
-    return run.bpfo_hz if line == "BPFO" else run.bpfi_hz
+    return run.bpfo_hz if fault is Fault.OUTER else run.bpfi_hz
 
 
 def _read_pair(
-    source: str, origin: str, rollers: int, sides: Mapping[State, Analysis], slip_difference: float = 0.0
+    source: str, origin: str, rollers: int, sides: Mapping[Fault, Analysis], slip_difference: float = 0.0
 ) -> SumRule:
-    outer, inner = sides[State.OUTER], sides[State.INNER]
-    bpfo, bpfi = found_line(outer, "BPFO"), found_line(inner, "BPFI")
+    outer, inner = sides[Fault.OUTER], sides[Fault.INNER]
+    bpfo, bpfi = found_line(outer, Fault.OUTER), found_line(inner, Fault.INNER)
     return sum_rule(
         source,
         origin,

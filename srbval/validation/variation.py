@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from srbval.bearing import Fault
 from srbval.models.run import Run
-from srbval.recordings import State
 from srbval.validation.cases import Case
 from srbval.validation.comparison import deviation_pct
 from srbval.validation.effects import Effect, Sensitivity
@@ -55,16 +55,16 @@ def as_sensitivity(variations: Iterable[Variation], base: Run) -> Sensitivity:
                 kind=v.purpose.partition(": ")[0],
                 source="the report's own runs",
                 defect=defect.value,
-                quantity=line,
+                quantity=defect.line or "",
                 unit="order",
                 base=base_hz / shaft_hz,
                 bound=abs(pct) / 100 * base_hz / shaft_hz,
             )
             for v in variations
-            if v.state == State.OUTER.value
-            for defect, line, base_hz, pct in (
-                (State.OUTER, "BPFO", base.bpfo_hz, v.bpfo_change_pct),
-                (State.INNER, "BPFI", base.bpfi_hz, v.bpfi_change_pct),
+            if v.state == Fault.OUTER.value
+            for defect, base_hz, pct in (
+                (Fault.OUTER, base.bpfo_hz, v.bpfo_change_pct),
+                (Fault.INNER, base.bpfi_hz, v.bpfi_change_pct),
             )
         )
     )

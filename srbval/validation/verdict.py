@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from srbval.recordings.recording import Origin, Recording, ShaftSpeed, SpeedSource, State
+from srbval.bearing import Fault
+from srbval.recordings.recording import Origin, Recording, ShaftSpeed, SpeedSource
 from srbval.validation.lines import Line
 
 # A defect that is struck once a period modulates the squared envelope by about its mean and more. Lines below
 # this share occur in healthy bearings and as by-lines of other faults.
 SHALLOW = 0.5
-
-_PART = {"BPFO": "outer race", "BPFI": "inner race", "2xBSF": "rolling element"}
 
 
 def verdict(lines: tuple[Line, ...], recording: Recording, speed: ShaftSpeed) -> str:
@@ -21,7 +20,7 @@ def verdict(lines: tuple[Line, ...], recording: Recording, speed: ShaftSpeed) ->
     """
     if recording.origin is Origin.STAND_IN:
         return "No verdict: this file is a synthetic stand-in, not a measurement."
-    parts = [line for line in lines if line.name in _PART and line.harmonic == 1]
+    parts = [line for line in lines if Fault.of_line(line.name) and line.harmonic == 1]
     detected = sorted((line for line in parts if line.detected), key=_strength, reverse=True)
     sentences = [_found(detected, speed) if detected else _nothing(parts)]
     if detected:
@@ -37,11 +36,16 @@ def _strength(line: Line) -> float:
 
 def _found(detected: list[Line], speed: ShaftSpeed) -> str:
     first, *others = detected
-    text = f"{first.name} ({_PART[first.name]}) line detected: {_numbers(first)}"
+    text = f"{_name(first)} line detected: {_numbers(first)}"
     if speed.source is SpeedSource.NOMINAL:
         text += " of a speed that is only nominal"
-    weaker = ", ".join(f"{line.name} ({_PART[line.name]}), {_numbers(line)}" for line in others)
+    weaker = ", ".join(f"{_name(line)}, {_numbers(line)}" for line in others)
     return text + (f"; weaker: {weaker}" if others else "") + "."
+
+
+def _name(line: Line) -> str:
+    fault = Fault.of_line(line.name)
+    return line.name if fault is None else f"{line.name} ({fault.label})"
 
 
 def _numbers(line: Line) -> str:
@@ -59,7 +63,7 @@ def _nothing(parts: list[Line]) -> str:
 
 
 def _caution(detected: list[Line], recording: Recording) -> str:
-    if recording.state is State.HEALTHY:
+    if recording.state is Fault.HEALTHY:
         return (
             "The recording is declared healthy: the line is its baseline, not a fault (rollers passing under "
             "load give one)."

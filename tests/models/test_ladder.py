@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from srbval.bearing import load_bearing
+from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models.ladder import MODELS, RUNGS, rung_of
 from srbval.models.run import Run, RunStatus
@@ -21,10 +21,9 @@ from srbval.validation.analyse import Analysis, analyse
 
 SECONDS = 1.0  # twelve revolutions
 LINE_TOLERANCE = 0.005  # slip moves the lines by 0.25 %, a record of a second tells them to 0.1 %
-LINE_OF = {"outer": "BPFO", "inner": "BPFI"}
 
 
-def scene_of(model: str, kind: str, **changes: object) -> Scene:
+def scene_of(model: str, kind: Fault, **changes: object) -> Scene:
     return paper_scene(model=model, duration_s=SECONDS, defect={"kind": kind}, **changes)
 
 
@@ -36,7 +35,7 @@ def model(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture(scope="module")
 def runs(model: str) -> dict[str, Run]:
-    return {kind: simulate(scene_of(model, kind)) for kind in LINE_OF}
+    return {kind: simulate(scene_of(model, kind)) for kind in RACE_DEFECTS}
 
 
 @pytest.fixture(scope="module")
@@ -65,19 +64,19 @@ class TestEveryRung:
             else:
                 assert np.isnan(values).all()
 
-    @pytest.mark.parametrize("kind", LINE_OF)
-    def test_its_fault_line_is_where_the_defect_puts_it(self, kind: str, analyses: dict[str, Analysis]) -> None:
-        line = analyses[kind].line(LINE_OF[kind])
+    @pytest.mark.parametrize("kind", RACE_DEFECTS)
+    def test_its_fault_line_is_where_the_defect_puts_it(self, kind: Fault, analyses: dict[str, Analysis]) -> None:
+        line = analyses[kind].line_of(kind)
         assert line.detected
         assert line.found_hz == pytest.approx(line.kinematic_hz, rel=LINE_TOLERANCE)
-        other = analyses[kind].line(LINE_OF["inner" if kind == "outer" else "outer"])
+        other = analyses[kind].line_of(Fault.INNER if kind is Fault.OUTER else Fault.OUTER)
         assert not other.detected
 
-    @pytest.mark.parametrize("kind", LINE_OF)
+    @pytest.mark.parametrize("kind", RACE_DEFECTS)
     def test_its_line_is_that_of_its_own_cage(
-        self, kind: str, runs: dict[str, Run], analyses: dict[str, Analysis]
+        self, kind: Fault, runs: dict[str, Run], analyses: dict[str, Analysis]
     ) -> None:
-        run, line = runs[kind], analyses[kind].line(LINE_OF[kind])
+        run, line = runs[kind], analyses[kind].line_of(kind)
         own_hz = run.bpfo_hz if kind == "outer" else run.bpfi_hz
         assert line.found_hz == pytest.approx(own_hz, abs=2 / SECONDS)
         assert run.bpfo_hz + run.bpfi_hz == pytest.approx(run.rolling_elements * run.scene.shaft_hz, rel=1e-12)

@@ -6,8 +6,7 @@ import re
 
 import pytest
 
-from srbval.bearing import known_bearings, load_bearing
-from srbval.recordings import State
+from srbval.bearing import Fault, known_bearings, load_bearing
 from srbval.recordings.datasets.description import data_manifest_folder, dataset, known_datasets
 
 ORDER_TOLERANCE = 2e-3  # published orders are rounded, and some come from slightly other dimensions
@@ -45,8 +44,8 @@ def test_published_tachometer_means() -> None:
     assert speeds is not None
     means = {(m.state, m.nominal_rpm): m.mean_rpm for m in speeds.means}
     assert len(means) == 8
-    assert means[State.OUTER, 877.0] == 858.940
-    assert means[State.INNER, 353.0] == 335.770
+    assert means[Fault.OUTER, 877.0] == 858.940
+    assert means[Fault.INNER, 353.0] == 335.770
 
 
 def test_rig_grid_is_the_papers_table_5() -> None:

@@ -8,15 +8,16 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
+from srbval.bearing import Fault
 from srbval.errors import DataError
-from srbval.recordings import SpeedSource, State, load_recording
+from srbval.recordings import SpeedSource, load_recording
 
 from . import files
 
 
 def test_cwru_number_alone_says_rate_label_and_end(tmp_path: Path) -> None:
     r = load_recording(files.cwru(tmp_path / "131.mat", "131", rpm=1773))
-    assert (r.channel, r.bearing, r.fs_hz, r.state) == ("DE", "skf-6205", 12000.0, State.OUTER)
+    assert (r.channel, r.bearing, r.fs_hz, r.state) == ("DE", "skf-6205", 12000.0, Fault.OUTER)
     assert r.speed is not None
     assert (r.speed.source, r.speed.value_hz * 60) == (SpeedSource.STATED, pytest.approx(1773))
     assert r.nominal_rpm == 1772
@@ -26,14 +27,14 @@ def test_cwru_number_alone_says_rate_label_and_end(tmp_path: Path) -> None:
 def test_cwru_fan_end_fault_takes_the_fan_end_bearing(tmp_path: Path) -> None:
     path = files.cwru(tmp_path / "270_IR021_0_12kFE.mat", "270")
     r = load_recording(path)
-    assert (r.channel, r.bearing, r.state) == ("FE", "skf-6203", State.INNER)
+    assert (r.channel, r.bearing, r.state) == ("FE", "skf-6203", Fault.INNER)
     other = load_recording(path, channel="DE")
     assert (other.bearing, other.state) == ("skf-6205", None)
 
 
 def test_cwru_healthy_record_is_48_khz(tmp_path: Path) -> None:
     r = load_recording(files.cwru(tmp_path / "97_Normal_0_48kDE.mat", "097"))
-    assert (r.fs_hz, r.state, r.band_hz) == (48000.0, State.HEALTHY, (500.0, 10000.0))
+    assert (r.fs_hz, r.state, r.band_hz) == (48000.0, Fault.HEALTHY, (500.0, 10000.0))
 
 
 def test_cwru_name_against_list_is_refused(tmp_path: Path) -> None:
@@ -45,7 +46,7 @@ def test_cwru_name_against_list_is_refused(tmp_path: Path) -> None:
 def test_cwru_without_rpm_falls_back_to_nominal(tmp_path: Path) -> None:
     r = load_recording(files.cwru(tmp_path / "3001_IR028_0_12kDE.mat", "056", rpm=None, ends=("DE",)))
     assert r.speed is not None
-    assert (r.speed.source, r.state) == (SpeedSource.NOMINAL, State.INNER)
+    assert (r.speed.source, r.state) == (SpeedSource.NOMINAL, Fault.INNER)
     assert r.speed.ci95_hz == pytest.approx(0.015 * 1797 / 60)
 
 
@@ -64,7 +65,7 @@ def test_cwru_two_records_in_one_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize("load", [25.0, "25"])
 def test_mfpt_struct(tmp_path: Path, load: object) -> None:
     r = load_recording(files.mfpt(tmp_path / "OuterRaceFault_vload_1.mat", load))
-    assert (r.state, r.bearing, r.fs_hz, r.unit) == (State.OUTER, "mfpt-nice", 48828.0, "m/s2")
+    assert (r.state, r.bearing, r.fs_hz, r.unit) == (Fault.OUTER, "mfpt-nice", 48828.0, "m/s2")
     assert r.radial_n == pytest.approx(25 * 4.4482216)
     assert r.speed is not None
     assert (r.speed.source, r.speed.value_hz) == (SpeedSource.NOMINAL, pytest.approx(25.0))
@@ -116,15 +117,15 @@ def test_real_traps(recordings_dir: Path, name: str, fs_hz: float, rpm: float, c
 @pytest.mark.parametrize(
     ("name", "rpm", "state"),
     [
-        ("04_500_S1_OR_F1_R1.mat", 500, State.OUTER),
-        ("11_500_S1_IR_F3_R1.mat", 500, State.INNER),
-        ("15_350_S1_RE_F2_R3.mat", 350, State.ROLLER),
-        ("01_500_S1_EE_F0_R1.mat", 500, State.HEALTHY),
-        ("07_200_S1_RE_F0_R1.mat", 200, State.HEALTHY),  # before the fault was milled
+        ("04_500_S1_OR_F1_R1.mat", 500, Fault.OUTER),
+        ("11_500_S1_IR_F3_R1.mat", 500, Fault.INNER),
+        ("15_350_S1_RE_F2_R3.mat", 350, Fault.ROLLER),
+        ("01_500_S1_EE_F0_R1.mat", 500, Fault.HEALTHY),
+        ("07_200_S1_RE_F0_R1.mat", 200, Fault.HEALTHY),  # before the fault was milled
         ("101_200_S1_ORRE_F2_R1.mat", 200, None),  # two faults at once
     ],
 )
-def test_upm_citef_needs_no_option(tmp_path: Path, name: str, rpm: float, state: State | None) -> None:
+def test_upm_citef_needs_no_option(tmp_path: Path, name: str, rpm: float, state: Fault | None) -> None:
     values = {"Fs": 40000.0, **{f"Rod_{i}": 1.9 + 0.1 * files.vibration(seed=i)[:, None] for i in (3, 2, 1)}}
     savemat(tmp_path / name, values)
     r = load_recording(tmp_path / name)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from srbval.bearing import load_bearing
+from srbval.bearing import Fault, load_bearing
 from srbval.errors import ConfigurationError, DataError
-from srbval.recordings import Origin, SpeedSource, State, load_recording, write_stand_in
+from srbval.recordings import Origin, SpeedSource, load_recording, write_stand_in
 from srbval.recordings.stand_in import FS_HZ
 
 from . import files
@@ -33,7 +33,7 @@ def run_file(path: Path, **attributes: object) -> Path:
 def test_run_becomes_a_simulated_recording_with_two_axes(tmp_path: Path) -> None:
     r = load_recording(run_file(tmp_path / "run.h5"))
     assert (r.origin, r.axes, r.channel, r.unit) == (Origin.SIMULATED, ("x", "y"), None, "m/s2")
-    assert (r.fs_hz, r.state, r.bearing, r.radial_n) == (61440.0, State.OUTER, "skf-22240", 124800.0)
+    assert (r.fs_hz, r.state, r.bearing, r.radial_n) == (61440.0, Fault.OUTER, "skf-22240", 124800.0)
     assert r.speed is not None
     assert (r.speed.value_hz, r.speed.source) == (11.8333, SpeedSource.PRESCRIBED)
     np.testing.assert_array_equal(r.channels["z"], files.vibration(seed=2))
@@ -57,8 +57,8 @@ def test_run_that_cannot_be_read(tmp_path: Path, attributes: dict[str, object], 
 
 
 def test_stand_in_is_stamped_and_never_measured(tmp_path: Path) -> None:
-    r = write_stand_in(tmp_path / "s.h5", state=State.OUTER, shaft_hz=SHAFT_HZ, seconds=1, seed=1)
-    assert (r.origin, r.state, r.fs_hz, r.samples) == (Origin.STAND_IN, State.OUTER, FS_HZ, 20480)
+    r = write_stand_in(tmp_path / "s.h5", state=Fault.OUTER, shaft_hz=SHAFT_HZ, seconds=1, seed=1)
+    assert (r.origin, r.state, r.fs_hz, r.samples) == (Origin.STAND_IN, Fault.OUTER, FS_HZ, 20480)
     assert "SYNTHETIC STAND-IN" in r.name
     assert r.speed is not None
     assert r.speed.value_hz == pytest.approx(SHAFT_HZ, rel=0.01)
@@ -66,7 +66,7 @@ def test_stand_in_is_stamped_and_never_measured(tmp_path: Path) -> None:
 
 def test_stand_in_repeats_with_its_seed_only(tmp_path: Path) -> None:
     first, again, other = (
-        write_stand_in(tmp_path / f"{i}.h5", state=State.INNER, shaft_hz=SHAFT_HZ, seconds=0.5, seed=seed)
+        write_stand_in(tmp_path / f"{i}.h5", state=Fault.INNER, shaft_hz=SHAFT_HZ, seconds=0.5, seed=seed)
         for i, seed in enumerate((5, 5, 6))
     )
     np.testing.assert_array_equal(first.channels["acceleration"], again.channels["acceleration"])
@@ -74,8 +74,8 @@ def test_stand_in_repeats_with_its_seed_only(tmp_path: Path) -> None:
     assert (tmp_path / "0.h5").read_bytes() == (tmp_path / "1.h5").read_bytes()
 
 
-@pytest.mark.parametrize("state", list(State))
-def test_stand_in_shows_its_fault_line_and_no_other(tmp_path: Path, state: State) -> None:
+@pytest.mark.parametrize("state", list(Fault))
+def test_stand_in_shows_its_fault_line_and_no_other(tmp_path: Path, state: Fault) -> None:
     """Highest line near each kinematic line of the squared envelope, over the local median."""
     from scipy.signal import butter, hilbert, sosfiltfilt
 
@@ -88,9 +88,9 @@ def test_stand_in_shows_its_fault_line_and_no_other(tmp_path: Path, state: State
     lines = load_bearing("skf-22240").orders.at(r.speed.value_hz)
     snr = {}
     for fault, at in (
-        (State.OUTER, lines.bpfo_hz),
-        (State.INNER, lines.bpfi_hz),
-        (State.ROLLER, 2 * lines.bsf_hz),
+        (Fault.OUTER, lines.bpfo_hz),
+        (Fault.INNER, lines.bpfi_hz),
+        (Fault.ROLLER, 2 * lines.bsf_hz),
     ):
         near = np.abs(hz - at) < 0.005 * at
         snr[fault] = spectrum[near].max() / np.median(spectrum[np.abs(hz - at) < 20])
@@ -99,7 +99,7 @@ def test_stand_in_shows_its_fault_line_and_no_other(tmp_path: Path, state: State
 
 
 def test_stand_in_opens_in_xarray_with_names_and_units(tmp_path: Path) -> None:
-    write_stand_in(tmp_path / "s.h5", state=State.HEALTHY, shaft_hz=SHAFT_HZ, seconds=0.5, seed=1)
+    write_stand_in(tmp_path / "s.h5", state=Fault.HEALTHY, shaft_hz=SHAFT_HZ, seconds=0.5, seed=1)
     with xr.open_dataset(tmp_path / "s.h5", engine="h5netcdf") as data:
         variable = data["acceleration_m_s2"]
         assert variable.dims == ("time_s",)
@@ -112,6 +112,6 @@ def test_impossible_stand_in_leaves_nothing(tmp_path: Path) -> None:
         with pytest.raises(ConfigurationError):
             write_stand_in(
                 tmp_path / "s.h5",
-                **{"state": State.OUTER, "shaft_hz": 10.0, "seconds": 1.0, "seed": 1} | wrong,
+                **{"state": Fault.OUTER, "shaft_hz": 10.0, "seconds": 1.0, "seed": 1} | wrong,
             )
     assert list(tmp_path.iterdir()) == []

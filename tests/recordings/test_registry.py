@@ -12,8 +12,9 @@ from pathlib import Path
 
 import pytest
 
+from srbval.bearing import Fault
 from srbval.errors import ConfigurationError, DataError
-from srbval.recordings import Origin, State, write_stand_in
+from srbval.recordings import Origin, write_stand_in
 from srbval.recordings.registry import Status, add, fetch, find_recording, listing, rig_recordings, verbs, verify
 from srbval.recordings.registry.manifest import looked_at_path, manifest_path, read_manifest, update_manifest
 from srbval.recordings.settings import Settings
@@ -40,7 +41,7 @@ def folder(tmp_path: Path) -> Path:
     files.excerpt(folder / "OR_353rpm_x.mat", condition="OR", rpm_nominal=353)
     files.rig_v5(folder / "below" / "IR_727rpm_124.8kN_0kN.mat", files.rig_signals())
     files.cwru(folder / "105.mat", "105")
-    write_stand_in(folder / "s.h5", state=State.INNER, shaft_hz=14.3, seconds=0.2, seed=1)
+    write_stand_in(folder / "s.h5", state=Fault.INNER, shaft_hz=14.3, seconds=0.2, seed=1)
     (folder / "README.md").write_text("Recordings of a rig, two of them.\n")
     return folder
 
@@ -55,7 +56,7 @@ def test_add_describes_every_file_and_drops_none(folder: Path) -> None:
     found = by_name(result.recordings)
     assert len(found) == 5
     rig = found["IR_727rpm_124.8kN_0kN.mat"]
-    assert (rig.dataset, rig.state, rig.radial_kn, rig.axial_kn) == ("torino-full", State.INNER, 124.8, 0.0)
+    assert (rig.dataset, rig.state, rig.radial_kn, rig.axial_kn) == ("torino-full", Fault.INNER, 124.8, 0.0)
     assert (rig.nominal_rpm, rig.fs_hz, rig.seconds) == (727.0, 20480.0, pytest.approx(0.2))
     assert (found["s.h5"].origin, found["s.h5"].dataset) == (Origin.STAND_IN, None)
     assert found["README.md"].status is Status.UNREADABLE
@@ -143,17 +144,17 @@ def test_coverage_names_what_is_missing(folder: Path) -> None:
     assert len(grids["torino-full"].points) == 160
     assert len(grids["torino-full"].missing) == 159
     there = [p for p in grids["torino-excerpts"].points if p.files]
-    assert [(p.state, p.nominal_rpm) for p in there] == [(State.OUTER, 353.0)]
+    assert [(p.state, p.nominal_rpm) for p in there] == [(Fault.OUTER, 353.0)]
 
 
 def test_rig_look_up(folder: Path) -> None:
     assert rig_recordings() == ()
     add(folder)
     assert [Path(r.file).name for r in rig_recordings()] == ["IR_727rpm_124.8kN_0kN.mat", "OR_353rpm_x.mat"]
-    found = find_recording(state=State.OUTER, nominal_rpm=353)
+    found = find_recording(state=Fault.OUTER, nominal_rpm=353)
     assert found is not None
     assert found.dataset == "torino-excerpts"
-    assert find_recording(state=State.HEALTHY, nominal_rpm=353) is None
+    assert find_recording(state=Fault.HEALTHY, nominal_rpm=353) is None
 
 
 def test_environment_folder_is_there_without_add(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from srbval.bearing import Fault
 from srbval.errors import DataError
-from srbval.recordings import Origin, SpeedSource, State, load_recording
+from srbval.recordings import Origin, SpeedSource, load_recording
 
 from . import files
 
@@ -23,7 +24,7 @@ both_formats = pytest.mark.parametrize("write", [files.rig_v5, files.rig_v73])
 def test_excerpt_needs_no_option(tmp_path: Path) -> None:
     r = load_recording(files.excerpt(tmp_path / "OR_877rpm_sample.mat"))
     assert (r.origin, r.dataset, r.channel) == (Origin.MEASURED, "torino-excerpts", "sensor_4")
-    assert (r.unit, r.fs_hz, r.bearing, r.state) == ("m/s2", 20480.0, "skf-22240", State.OUTER)
+    assert (r.unit, r.fs_hz, r.bearing, r.state) == ("m/s2", 20480.0, "skf-22240", Fault.OUTER)
     assert (r.radial_n, r.axial_n, r.nominal_rpm) == (124800.0, 0.0, 877.0)
     assert r.band_hz == (1400.0, 2800.0)
     assert r.speed is not None
@@ -34,14 +35,14 @@ def test_excerpt_needs_no_option(tmp_path: Path) -> None:
 
 def test_renamed_excerpt_is_told_by_its_content(tmp_path: Path) -> None:
     r = load_recording(files.excerpt(tmp_path / "unnamed.bin", condition="Roller", rpm_nominal=353))
-    assert (r.dataset, r.state, r.nominal_rpm) == ("torino-excerpts", State.ROLLER, 353.0)
+    assert (r.dataset, r.state, r.nominal_rpm) == ("torino-excerpts", Fault.ROLLER, 353.0)
 
 
 @both_formats
 def test_full_layout_needs_no_option(tmp_path: Path, write: Writer) -> None:
     r = load_recording(write(tmp_path / FULL_NAME, files.rig_signals()))
     assert (r.dataset, r.channel, r.unit, r.fs_hz) == ("torino-full", "sensor_4", "m/s2", 20480.0)
-    assert (r.state, r.bearing, r.nominal_rpm) == (State.INNER, "skf-22240", 727.0)
+    assert (r.state, r.bearing, r.nominal_rpm) == (Fault.INNER, "skf-22240", 727.0)
     assert (r.radial_n, r.axial_n) == (124800.0, 49000.0)
     np.testing.assert_allclose(r.channels["sensor_4"], 4 * files.vibration(seed=3), rtol=1e-15)
     assert list(r.channels) == ["sensor_1", "sensor_2", "sensor_3", "sensor_4"]
@@ -146,14 +147,14 @@ def test_same_layout_from_another_rig_is_not_taken_for_this_one(tmp_path: Path) 
 @pytest.mark.parametrize(
     ("name", "state", "mean_rpm"),
     [  # the tachometer means published by the data set's author, to 0.001 rpm
-        ("H_353rpm", State.HEALTHY, 338.790),
-        ("H_877rpm", State.HEALTHY, 858.489),
-        ("IR_877rpm", State.INNER, 854.888),
-        ("OR_877rpm", State.OUTER, 858.940),
-        ("Roller_877rpm", State.ROLLER, 858.125),
+        ("H_353rpm", Fault.HEALTHY, 338.790),
+        ("H_877rpm", Fault.HEALTHY, 858.489),
+        ("IR_877rpm", Fault.INNER, 854.888),
+        ("OR_877rpm", Fault.OUTER, 858.940),
+        ("Roller_877rpm", Fault.ROLLER, 858.125),
     ],
 )
-def test_measured_excerpts(recordings_dir: Path, name: str, state: State, mean_rpm: float) -> None:
+def test_measured_excerpts(recordings_dir: Path, name: str, state: Fault, mean_rpm: float) -> None:
     r = load_recording(recordings_dir / "torino" / f"{name}_sample.mat")
     assert (r.state, r.unit, r.fs_hz, r.seconds) == (state, "m/s2", 20480.0, 2.0)
     assert (r.radial_n, r.axial_n, r.bearing) == (124800.0, 0.0, "skf-22240")

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
+from srbval.bearing import Fault
 from srbval.cli.main import main
 from srbval.errors import ConfigurationError, DataError
-from srbval.recordings import State, load_recording
+from srbval.recordings import load_recording
 from srbval.recordings.registry import Status, add, load_entry, load_registered, rig_recordings, verify
 from srbval.recordings.settings import Settings
 
@@ -82,9 +83,9 @@ def test_rig_layout_that_differs_is_mapped_once(tmp_path: Path) -> None:
         load_recording(path)
     add(tmp_path, settings=Settings(channel="Signal_6[1]"))
     (entry,) = rig_recordings()
-    assert (entry.state, entry.nominal_rpm, entry.channel) == (State.INNER, 727.0, "Signal_6[1]")
+    assert (entry.state, entry.nominal_rpm, entry.channel) == (Fault.INNER, 727.0, "Signal_6[1]")
     recording = load_entry(entry)
-    assert (recording.bearing, recording.state, recording.unit) == ("skf-22240", State.INNER, "m/s2")
+    assert (recording.bearing, recording.state, recording.unit) == ("skf-22240", Fault.INNER, "m/s2")
     np.testing.assert_allclose(recording.channels["Signal_6[1]"], 4 * files.vibration(seed=3))
 
 

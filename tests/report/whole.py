@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from scipy.io import savemat
 
+from srbval.bearing import Fault
 from srbval.evidence.gather import Evidence
-from srbval.recordings import State
 from srbval.report import Report
 from srbval.report.content import assemble
 from srbval.report.write import write_report
@@ -32,7 +32,7 @@ def hostile_file(folder: Path) -> Path:
 
 def write_hostile(evidence: Evidence, folder: Path) -> tuple[Report, dict[str, Path]]:
     """The report of `evidence` with every text that a recording may bring replaced by a hostile one, and its files."""
-    refused = OtherRecord(dataset="cwru", file=HOSTILE, state=State.OUTER, refused=HOSTILE)
+    refused = OtherRecord(dataset="cwru", file=HOSTILE, state=Fault.OUTER, refused=HOSTILE)
     changed = dataclasses.replace(
         evidence,
         rig={state: _renamed(analysis) for state, analysis in evidence.rig.items()},

@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from srbval.bearing import Fault
 from srbval.errors import ConfigurationError, DataError
-from srbval.scene import DefectKind, SpeedProfile, load_scene, paper_scene
+from srbval.scene import SpeedProfile, load_scene, paper_scene
 
 
 def test_defaults_are_table_4() -> None:
@@ -29,7 +30,7 @@ def test_a_file_lies_over_the_paper(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text('shaft_speed = "858 rpm"\n[load]\nradial = "62.4 kN"\n[defect]\nkind = "inner"\n')
     scene = load_scene(path)
-    assert (scene.load.radial_n, scene.defect.kind, scene.load.axial_n) == (62_400, DefectKind.INNER, 0.0)
+    assert (scene.load.radial_n, scene.defect.kind, scene.load.axial_n) == (62_400, Fault.INNER, 0.0)
     assert load_scene(path, {"load": {"radial_n": 1.0}}).load.radial_n == 1.0
 
 

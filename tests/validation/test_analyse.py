@@ -4,9 +4,9 @@ import json
 import numpy as np
 import pytest
 
-from srbval.bearing import load_bearing
+from srbval.bearing import Fault, load_bearing
 from srbval.errors import ConfigurationError, DataError
-from srbval.recordings.recording import Origin, Recording, ShaftSpeed, SpeedSource, State
+from srbval.recordings.recording import Origin, Recording, ShaftSpeed, SpeedSource
 from srbval.validation.analyse import analyse
 
 FS_HZ = 20_480.0
@@ -220,7 +220,7 @@ def test_closure_says_why_it_is_missing(outer):
 
 
 def test_healthy_recording_keeps_its_line_as_a_baseline(outer):
-    healthy = dataclasses.replace(outer.recording, state=State.HEALTHY)
+    healthy = dataclasses.replace(outer.recording, state=Fault.HEALTHY)
     assert "declared healthy" in analyse(healthy, bearing=BEARING).verdict
 
 

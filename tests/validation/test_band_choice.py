@@ -3,9 +3,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from srbval.bearing import Fault
 from srbval.cli import main
 from srbval.errors import ConfigurationError
-from srbval.recordings import State
 from srbval.signal import BandFilter
 from srbval.signal.comb import FALSE_ALARM
 from srbval.validation.analyse import analyse
@@ -71,12 +71,12 @@ def test_who_chose_the_band_is_said():
 def test_each_side_is_read_in_the_other_s_band():
     model = analyse(OUTER, bearing=BEARING, band_hz=(500.0, 1500.0))
     rig = analyse(OUTER, bearing=BEARING)
-    rows = cross_bands({State.OUTER: model}, {State.OUTER: rig})
+    rows = cross_bands({Fault.OUTER: model}, {Fault.OUTER: rig})
     assert [(r.band_hz[0], r.own) for r in rows] == [(500, True), (1400, False), (1400, True), (500, False)]
     assert rows[1].snr == pytest.approx(rig.line("BPFO").snr)
     too_high = analyse(OUTER, bearing=BEARING, band_hz=(9000.0, 9900.0))
     slow = dataclasses.replace(rig, recording=dataclasses.replace(rig.recording, fs_hz=10_000.0))
-    assert "Nyquist" in cross_bands({State.OUTER: too_high}, {State.OUTER: slow})[3].why
+    assert "Nyquist" in cross_bands({Fault.OUTER: too_high}, {Fault.OUTER: slow})[3].why
 
 
 def test_the_filter_is_named_in_the_output_and_the_brick_wall_finds_the_same_line():

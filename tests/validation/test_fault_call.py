@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from srbval.bearing import load_bearing
-from srbval.recordings import State, load_recording
+from srbval.bearing import Fault, load_bearing
+from srbval.recordings import load_recording
 from srbval.recordings.registry import add, healthy_baseline
 from srbval.validation.analyse import analyse
 from srbval.validation.fault_call import Basis, call_fault
@@ -18,7 +18,7 @@ from tests.validation.test_shaft_speed import BEARING, record
 
 
 def healthy():
-    return dataclasses.replace(record(shaft_hz=25.0, fault=False, seed=9), state=State.HEALTHY, name="healthy one")
+    return dataclasses.replace(record(shaft_hz=25.0, fault=False, seed=9), state=Fault.HEALTHY, name="healthy one")
 
 
 @functools.cache
@@ -33,13 +33,13 @@ def healthy_analysis():
 
 def test_line_alone_cannot_tell() -> None:
     call = call_fault(faulted_analysis())
-    assert (call.basis, call.indicated, call.called) == (Basis.LINE_ALONE, State.INNER, None)
+    assert (call.basis, call.indicated, call.called) == (Basis.LINE_ALONE, Fault.INNER, None)
     assert "a line alone cannot tell" in call.sentence
 
 
 def test_fault_stands_above_the_healthy_record() -> None:
     call = call_fault(faulted_analysis(), healthy_analysis())
-    assert (call.basis, call.called, call.line) == (Basis.BASELINE, State.INNER, "BPFI")
+    assert (call.basis, call.called, call.line) == (Basis.BASELINE, Fault.INNER, "BPFI")
     assert call.ratio is not None
     assert call.ratio_ci95 is not None
     assert 2 < call.ratio_ci95[0] < call.ratio < call.ratio_ci95[1]
@@ -47,13 +47,13 @@ def test_fault_stands_above_the_healthy_record() -> None:
 
 def test_the_same_line_in_the_healthy_record_is_no_fault() -> None:
     """A baseline with the very same line: whatever the line's depth, nothing has risen."""
-    baseline = dataclasses.replace(record(shaft_hz=25.0, seed=3), state=State.HEALTHY)
+    baseline = dataclasses.replace(record(shaft_hz=25.0, seed=3), state=Fault.HEALTHY)
     call = call_fault(faulted_analysis(), analyse(baseline, bearing=BEARING))
     assert (call.basis, call.called) == (Basis.BASELINE, None)
 
 
 def test_declared_healthy_is_the_baseline_itself() -> None:
-    baseline = dataclasses.replace(record(shaft_hz=25.0), state=State.HEALTHY)
+    baseline = dataclasses.replace(record(shaft_hz=25.0), state=Fault.HEALTHY)
     assert call_fault(analyse(baseline, bearing=BEARING)).basis is Basis.DECLARED_HEALTHY
 
 
@@ -61,11 +61,11 @@ def test_scale_free_where_the_unit_is_unknown() -> None:
     quiet = healthy()
     loud = dataclasses.replace(quiet, unit="unknown", channels={"x": 1000 * quiet.channels["x"]})
     faulted = dataclasses.replace(record(shaft_hz=25.0), unit="unknown")
-    assert call_fault(analyse(faulted, bearing=BEARING), analyse(loud, bearing=BEARING)).called is State.INNER
+    assert call_fault(analyse(faulted, bearing=BEARING), analyse(loud, bearing=BEARING)).called is Fault.INNER
 
 
-@pytest.mark.parametrize(("second", "indicated"), [(0.12, None), (0.3, State.OUTER), (None, State.OUTER)])
-def test_a_smooth_outer_race_line_is_rollers_passing_under_load(second: float | None, indicated: State | None) -> None:
+@pytest.mark.parametrize(("second", "indicated"), [(0.12, None), (0.3, Fault.OUTER), (None, Fault.OUTER)])
+def test_a_smooth_outer_race_line_is_rollers_passing_under_load(second: float | None, indicated: Fault | None) -> None:
     """Strikes have harmonics; varying compliance of a healthy bearing next to none."""
     analysis = faulted_analysis()
     depths = {("BPFO", 1): 0.6, ("BPFO", 2): second}
@@ -100,8 +100,8 @@ def test_baseline_is_the_healthy_record_of_the_same_speed_and_load(tmp_path: Pat
 
 
 @pytest.mark.recordings
-@pytest.mark.parametrize(("name", "called"), [("OR", State.OUTER), ("IR", State.INNER), ("H", None)])
-def test_rig_excerpts(recordings_dir: Path, name: str, called: State | None) -> None:
+@pytest.mark.parametrize(("name", "called"), [("OR", Fault.OUTER), ("IR", Fault.INNER), ("H", None)])
+def test_rig_excerpts(recordings_dir: Path, name: str, called: Fault | None) -> None:
     bearing = load_bearing("skf-22240")
     baseline = analyse(load_recording(recordings_dir / "torino" / "H_877rpm_sample.mat"), bearing=bearing)
     result = analyse(load_recording(recordings_dir / "torino" / f"{name}_877rpm_sample.mat"), bearing=bearing)
@@ -109,9 +109,9 @@ def test_rig_excerpts(recordings_dir: Path, name: str, called: State | None) -> 
 
 
 def test_healthy_label_on_a_deep_line_is_doubted() -> None:
-    mislabelled = dataclasses.replace(record(shaft_hz=25.0), state=State.HEALTHY)
+    mislabelled = dataclasses.replace(record(shaft_hz=25.0), state=Fault.HEALTHY)
     call = call_fault(analyse(mislabelled, bearing=BEARING))
-    assert (call.indicated, call.called, call.line) == (State.INNER, None, "BPFI")
+    assert (call.indicated, call.called, call.line) == (Fault.INNER, None, "BPFI")
     assert call.sentence.startswith("Doubtful: the record is declared healthy, but its BPFI line is like an inner-race")
     quiet = call_fault(analyse(healthy(), bearing=BEARING))
     assert (quiet.indicated, quiet.called) == (None, None)

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from srbval.bearing import load_bearing
+from srbval.bearing import DEFECTS, Fault, load_bearing
 from srbval.models.simulate import simulate
-from srbval.recordings import Origin, Recording, State, load_recording
+from srbval.recordings import Origin, Recording, load_recording
 from srbval.recordings.from_run import recording_from_run
 from srbval.scene import paper_scene
 from srbval.validation.analyse import Analysis, analyse
-from srbval.validation.fault_call import STATE_OF, call_fault
+from srbval.validation.fault_call import call_fault
 from srbval.validation.pipeline import SIMULATED_BAND_HZ
 
 RIG = load_bearing("skf-22240")
@@ -28,7 +28,7 @@ def unlabelled(recording: Recording) -> Recording:
 
 def nothing_reported(result: Analysis, baseline: Analysis | None = None) -> None:
     """Race and roller lines were all within reach, and none of them makes a fault, neither called nor pointed to."""
-    assert all(result.line(name).found_hz is not None for name in STATE_OF)
+    assert all(result.line_of(fault).found_hz is not None for fault in DEFECTS)
     call = call_fault(result, baseline)
     assert (call.indicated, call.called) == (None, None)
     assert "points to" not in call.sentence
@@ -57,7 +57,7 @@ def test_healthy_record_indicates_no_fault_without_its_label(
     if not name.startswith("uestc"):
         assert recording.bearing == bearing
     nothing_reported(analyse(unlabelled(recording), bearing=load_bearing(bearing)))
-    if recording.state is State.HEALTHY:
+    if recording.state is Fault.HEALTHY:
         labelled = call_fault(analyse(recording, bearing=load_bearing(bearing)))
         assert labelled.sentence.startswith("No fault is called")
 
@@ -100,7 +100,7 @@ def test_healthy_model_shows_no_fault(rpm: float, fit: str) -> None:
 def test_the_same_rule_tells_the_model_s_fault() -> None:
     healthy = model(710.0, "play", "0.05 s")
     call = call_fault(model(710.0, "play", "0.05 s", defect="outer"), healthy)
-    assert call.called is State.OUTER
+    assert call.called is Fault.OUTER
 
 
 def model(rpm: float, fit: str, settle: str, defect: str = "none") -> Analysis:

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from srbval.bearing import load_bearing
-from srbval.recordings import Origin, State
+from srbval.bearing import Fault, load_bearing
+from srbval.recordings import Origin
 from srbval.recordings.registry import add, rig_recordings
 from srbval.recordings.stand_in import vibration
 from srbval.report.blocks import Paragraph
@@ -33,7 +33,7 @@ from tests.recordings import files
 BEARING = load_bearing("skf-22240")
 FS_HZ, SECONDS, RPM = 20480.0, 2.0, 858.0
 CAGE = 0.432
-CODES = {"H": State.HEALTHY, "OR": State.OUTER, "IR": State.INNER}
+CODES = {"H": Fault.HEALTHY, "OR": Fault.OUTER, "IR": Fault.INNER}
 
 
 def rig_file(folder: Path, code: str, rpm: float = 877, shaft_rpm: float = RPM) -> None:
@@ -49,14 +49,14 @@ def rig_file(folder: Path, code: str, rpm: float = 877, shaft_rpm: float = RPM) 
 def another_impulse_model(rig: Analysis) -> ModelSide:
     """A stand-in for the model's run: the impulse model once more, other noise, the cage a little too fast."""
     recording = rig.recording
-    state = recording.state or State.HEALTHY
+    state = recording.state or Fault.HEALTHY
     turns = np.arange(int(FS_HZ * SECONDS)) * rig.speed.value_hz / FS_HZ
     orders = dataclasses.replace(BEARING.orders, bpfo=19 * CAGE, bpfi=19 * (1 - CAGE))
     made = dataclasses.replace(
         recording, origin=Origin.SIMULATED, band_hz=recording.band_hz,
         channels={"x": vibration(state, orders, turns, np.random.default_rng(99))}, channel="x",
     )  # fmt: skip
-    order = {State.OUTER: 19 * CAGE, State.INNER: 19 * (1 - CAGE)}.get(state)
+    order = {Fault.OUTER: 19 * CAGE, Fault.INNER: 19 * (1 - CAGE)}.get(state)
     analysis = analyse(made, bearing=BEARING, speed=rig.speed)
     return ModelSide(case=None, run=None, analysis=analysis, line_order=order)  # type: ignore[arg-type]
 
@@ -88,8 +88,8 @@ def test_cells_hold_what_was_measured_and_the_rest_is_empty(folder: Path) -> Non
     matrix = made(folder)
     assert matrix.size == 160
     assert {(c.state, c.nominal_rpm, c.radial_kn) for c in matrix.cells} == {(s, 877.0, 124.8) for s in CODES.values()}
-    assert matrix.at((State.OUTER, 124.8, 0.0, 353.0)) is None
-    outer = matrix.at((State.OUTER, 124.8, 0.0, 877.0))
+    assert matrix.at((Fault.OUTER, 124.8, 0.0, 353.0)) is None
+    outer = matrix.at((Fault.OUTER, 124.8, 0.0, 877.0))
     assert outer is not None
     assert outer.detected
     assert outer.speed_source == "tachometer"
@@ -109,9 +109,9 @@ def test_a_registered_record_is_a_comparison_of_every_quantity(folder: Path, tmp
     new = [c for c in after.cells if c not in before.cells and c.nominal_rpm == 727.0]
     assert {c.state for c in new} == set(CODES.values())
     kinds = {c.state: {row.kind for row in c.comparisons} for c in new}
-    assert kinds[State.INNER] == set(Kind)
-    assert kinds[State.OUTER] == {Kind.FREQUENCY, Kind.PATTERN, Kind.SHAPE}
-    assert kinds[State.HEALTHY] == set()
+    assert kinds[Fault.INNER] == set(Kind)
+    assert kinds[Fault.OUTER] == {Kind.FREQUENCY, Kind.PATTERN, Kind.SHAPE}
+    assert kinds[Fault.HEALTHY] == set()
     counted = [{b.kind: b.pairs for b in biases(pairs(m.cells))} for m in (before, after)]
     assert set(counted[1]) == set(Kind)
     assert all(counted[1][kind] > counted[0][kind] for kind in Kind)
@@ -123,8 +123,8 @@ def test_bias_is_the_planted_one_and_like_spectra_are_told_as_like(folder: Path)
     cells = made(folder).cells
     frequency = {c.state: c.error_pct for c in cells if c.comparisons}
     kinematic = BEARING.orders
-    assert frequency[State.OUTER] == pytest.approx(100 * (19 * CAGE / kinematic.bpfo - 1), abs=0.06)
-    assert frequency[State.INNER] == pytest.approx(100 * (19 * (1 - CAGE) / kinematic.bpfi - 1), abs=0.06)
+    assert frequency[Fault.OUTER] == pytest.approx(100 * (19 * CAGE / kinematic.bpfo - 1), abs=0.06)
+    assert frequency[Fault.INNER] == pytest.approx(100 * (19 * (1 - CAGE) / kinematic.bpfi - 1), abs=0.06)
     shapes = [row for c in cells for row in c.comparisons if row.kind is Kind.SHAPE]
     assert len(shapes) == 2
     assert all(abs(row.error) < math.hypot(*row.parts.values()) for row in shapes)
@@ -139,20 +139,20 @@ def test_healthy_cells_are_baselines_and_cost_no_run(folder: Path) -> None:
         asked.append(rig.recording.state)
         return another_impulse_model(rig)
 
-    healthy = made(folder, beside).at((State.HEALTHY, 124.8, 0.0, 877.0))
+    healthy = made(folder, beside).at((Fault.HEALTHY, 124.8, 0.0, 877.0))
     assert healthy is not None
     assert (healthy.verdict in (BASELINE, NOT_DETECTED), healthy.model_hz) == (True, None)
-    assert State.HEALTHY not in asked
-    kept = made(folder, beside, keep={(State.HEALTHY, 124.8, 0.0, 877.0)}).kept
-    assert State.HEALTHY in asked
-    assert {point[0] for point in kept} == {State.HEALTHY}
+    assert Fault.HEALTHY not in asked
+    kept = made(folder, beside, keep={(Fault.HEALTHY, 124.8, 0.0, 877.0)}).kept
+    assert Fault.HEALTHY in asked
+    assert {point[0] for point in kept} == {Fault.HEALTHY}
 
 
 def test_faults_are_called_against_the_healthy_cell(folder: Path) -> None:
     calls = {c.state: c.call for c in made(folder).cells}
-    assert (calls[State.OUTER].basis, calls[State.OUTER].called) == (Basis.BASELINE, State.OUTER)
-    assert calls[State.INNER].called is State.INNER
-    assert calls[State.HEALTHY].called is None
+    assert (calls[Fault.OUTER].basis, calls[Fault.OUTER].called) == (Basis.BASELINE, Fault.OUTER)
+    assert calls[Fault.INNER].called is Fault.INNER
+    assert calls[Fault.HEALTHY].called is None
 
 
 def test_without_a_healthy_record_a_line_alone_cannot_tell(tmp_path: Path) -> None:
@@ -163,7 +163,7 @@ def test_without_a_healthy_record_a_line_alone_cannot_tell(tmp_path: Path) -> No
 
 def test_failed_model_run_leaves_the_models_side_empty(folder: Path) -> None:
     matrix = made(folder, lambda _: "the load was lost")
-    faults = [c for c in matrix.cells if c.state is not State.HEALTHY]
+    faults = [c for c in matrix.cells if c.state is not Fault.HEALTHY]
     assert all(c.model_hz is None and c.error_pct is None and c.remark == "the load was lost" for c in faults)
     assert {c.verdict for c in faults} <= {"insufficient data", NOT_DETECTED}
 
@@ -176,7 +176,7 @@ def test_damaged_healthy_record_is_listed_and_is_no_baseline(tmp_path: Path) -> 
     matrix = build_matrix(
         rig_recordings(), bearing=BEARING, beside=another_impulse_model, known=NOTHING_KNOWN, jobs=2
     )  # fmt: skip
-    assert [c.state for c in matrix.cells] == [State.OUTER]
+    assert [c.state for c in matrix.cells] == [Fault.OUTER]
     assert matrix.cells[0].call.basis is Basis.LINE_ALONE
 
 
@@ -201,7 +201,7 @@ def test_empty_matrix_says_so(tmp_path: Path) -> None:
 
 def test_other_rigs_are_read_apart_from_the_rig(folder: Path) -> None:
     (record,) = read_other_rigs(add(folder).recordings)
-    assert (record.dataset, record.state, record.line, record.diagnosable) == ("cwru", State.INNER, "BPFI", True)
+    assert (record.dataset, record.state, record.line, record.diagnosable) == ("cwru", Fault.INNER, "BPFI", True)
     assert (record.detected, record.shown) == (False, False)  # the made file holds noise
     evidence = SimpleNamespace(other_rigs=(record,))
     (section,) = other_rigs_section(evidence)  # type: ignore[arg-type]
@@ -217,7 +217,7 @@ def test_open_recordings_show_their_faults(recordings_dir: Path) -> None:
     """Race faults by their published grade, in a band chosen on no record; healthy ones show none; near kinematics."""
     registered = [r for name in ("cwru", "mfpt", "hit_sm") for r in add(recordings_dir / name).recordings]
     records = [r for r in read_other_rigs(registered) if not r.refused]
-    races = [r for r in records if r.line in ("BPFO", "BPFI") and r.state not in (None, State.HEALTHY)]
+    races = [r for r in records if r.line in ("BPFO", "BPFI") and r.state not in (None, Fault.HEALTHY)]
     assert len(races) >= 30
     plain = [r for r in races if (r.plain_grade or "").startswith("Y")]
     assert len(plain) >= 8
@@ -226,7 +226,7 @@ def test_open_recordings_show_their_faults(recordings_dir: Path) -> None:
     assert sum(not r.shown for r in graded) <= 1
     held = [r for r in races if r.diagnosable is not False and not (r.plain_grade or "").startswith("N")]
     assert sum(r.shown for r in held) >= 0.95 * len(held)
-    assert not [r.file for r in records if r.state is State.HEALTHY and (r.shown or r.call is None or r.call.indicated)]
+    assert not [r.file for r in records if r.state is Fault.HEALTHY and (r.shown or r.call is None or r.call.indicated)]
     near = [abs(r.deviation_pct or 9) <= 0.5 for r in held if r.shown and r.speed_source != "nominal"]
     assert sum(near) >= 0.95 * len(near)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from srbval.recordings import State
+from srbval.bearing import Fault
 from srbval.validation.other_rigs import _shown
 from tests.validation.test_fault_call import faulted_analysis
 
@@ -18,7 +18,7 @@ def test_a_healthy_record_s_deepest_line_does_not_hide_another_that_is_like_a_fa
         for x in analysis.lines
     )
     both = dataclasses.replace(analysis, lines=lines)
-    assert _shown(both, both.line("BPFO"), State.HEALTHY)
+    assert _shown(both, both.line("BPFO"), Fault.HEALTHY)
     smooth = tuple(dataclasses.replace(x, depth=None, detected=False) if x.name == "BPFI" else x for x in lines)
     alone = dataclasses.replace(analysis, lines=smooth)
-    assert not _shown(alone, alone.line("BPFO"), State.HEALTHY)
+    assert not _shown(alone, alone.line("BPFO"), Fault.HEALTHY)

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from srbval.recordings import State
+from srbval.bearing import Fault
 from srbval.validation.comparison import ComparisonVerdict
 from srbval.validation.effects import Effect, Sensitivity
 from srbval.validation.lines import Line
@@ -39,11 +39,11 @@ def analysis(depth_second=0.5, detected=True, found_hz=108.2):
 
 
 def rows(model, rig, effects=(EFFECT,)):
-    return {r.quantity: r for r in compare(State.INNER, rig, model, Sensitivity(effects=effects))}
+    return {r.quantity: r for r in compare(Fault.INNER, rig, model, Sensitivity(effects=effects))}
 
 
 def test_quantities_are_the_order_and_levels_over_the_first_harmonic():
-    order, second, sides = quantities(analysis(), State.INNER)
+    order, second, sides = quantities(analysis(), Fault.INNER)
     assert (order.name, order.value) == ("BPFI", pytest.approx(10.82))
     assert (second.name, second.value) == ("2xBPFI", pytest.approx(20 * math.log10(0.5)))
     assert (sides.name, sides.value) == ("BPFI sidebands", pytest.approx(20 * math.log10(0.3)))
@@ -102,6 +102,6 @@ def test_missing_sidebands_count_where_they_would_have_shown(model, verdict):
 
 def test_the_run_s_own_speed_gives_the_model_s_line():
     known = Sensitivity(effects=(EFFECT,))
-    row = compare(State.INNER, analysis(), analysis(found_hz=107.0), known, model_order=10.83)[0]
+    row = compare(Fault.INNER, analysis(), analysis(found_hz=107.0), known, model_order=10.83)[0]
     assert (row.quantity, row.model, row.parts["model reading"]) == ("BPFI", 10.83, 0.0)
-    assert compare(State.HEALTHY, analysis(), analysis(), known) == ()
+    assert compare(Fault.HEALTHY, analysis(), analysis(), known) == ()

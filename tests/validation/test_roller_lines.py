@@ -9,9 +9,8 @@ import math
 
 import numpy as np
 
-from srbval.bearing import load_bearing
+from srbval.bearing import Fault, load_bearing
 from srbval.models.simulate import simulate
-from srbval.recordings import State
 from srbval.scene import paper_scene
 from srbval.signal import Periodogram, read_comb
 from srbval.validation.cases import Case
@@ -56,7 +55,7 @@ def test_the_model_s_roller_and_cage_are_read_from_its_vibration() -> None:
         detail_rate_hz=1024.0,
     )  # fmt: skip
     run = simulate(scene)
-    side = read_run(Case(id="r", purpose="test", state=State.ROLLER, scene=scene), run, BEARING)
+    side = read_run(Case(id="r", purpose="test", state=Fault.ROLLER, scene=scene), run, BEARING)
     line, shaft_hz = side.analysis.line("2xBSF"), scene.shaft_hz
     assert side.line_order is not None
     assert line.detected

@@ -4,8 +4,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from srbval.bearing import load_bearing
-from srbval.recordings import State
+from srbval.bearing import Fault, load_bearing
 from srbval.scene import paper_scene
 from srbval.validation import sensitivity
 from srbval.validation.effects import ShapeEffect
@@ -34,7 +33,7 @@ def test_every_term_makes_a_scene_and_a_bearing(tmp_path):
     changed = load_bearing(files["pitch radius half a printed digit off"])
     assert changed.geometry.pitch_radius_m == pytest.approx(141.815e-3)
     assert changed.geometry.raceway_radius_m == pytest.approx(164e-3)
-    speeds = {c.scene.shaft_speed_rad_s for c in cases if c.state is State.OUTER}
+    speeds = {c.scene.shaft_speed_rad_s for c in cases if c.state is Fault.OUTER}
     assert max(speeds) / min(speeds) == pytest.approx(1.001)
 
 
@@ -54,8 +53,8 @@ def test_a_change_is_its_bound_and_repeats_give_one_interval():
         Term(name="b", kind="numerics", source="s", ensemble="starts"),
         Term(name="c", kind="numerics", source="s", ensemble="starts"),
     )
-    found = {(n, State.OUTER): line(v) for n, v in ((BASE, 8.0), ("a", 7.9), ("b", 8.1), ("c", 7.9))}
-    single, repeats = sensitivity._effects(listed, found, State.OUTER)
+    found = {(n, Fault.OUTER): line(v) for n, v in ((BASE, 8.0), ("a", 7.9), ("b", 8.1), ("c", 7.9))}
+    single, repeats = sensitivity._effects(listed, found, Fault.OUTER)
     assert (single.term, single.bound) == ("a", pytest.approx(0.1))
     assert single.bound_pct == pytest.approx(1.25)
     assert (repeats.term, repeats.bound) == ("starts", pytest.approx(4.3027 * 0.1, rel=1e-3))

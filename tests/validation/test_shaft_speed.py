@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from srbval.bearing import load_bearing
-from srbval.recordings import Origin, Recording, SpeedSource, State, load_recording
+from srbval.bearing import Fault, load_bearing
+from srbval.recordings import Origin, Recording, SpeedSource, load_recording
 from srbval.recordings.speed import nominal_speed
 from srbval.validation import shaft_speed
 from srbval.validation.analyse import analyse
@@ -45,7 +45,7 @@ def record(*, shaft_hz: float, slip: float = 0.0, seed: int = 0, fault: bool = T
         unit="m/s2",
         channel="x",
         bearing="skf-6205",
-        state=State.INNER,
+        state=Fault.INNER,
         nominal_rpm=1500.0,
         speed=nominal_speed(1500.0, 1.5),
         band_hz=(2000.0, 5000.0),

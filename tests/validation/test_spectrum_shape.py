@@ -6,8 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from srbval.bearing import load_bearing
-from srbval.recordings import State
+from srbval.bearing import Fault, load_bearing
 from srbval.recordings.stand_in import vibration
 from srbval.validation.analyse import analyse
 from srbval.validation.pipeline import process
@@ -43,18 +42,18 @@ def shape(state, seed, line="BPFI", **changes):
 
 @pytest.fixture(scope="module")
 def inner():
-    return shape(State.INNER, 1)
+    return shape(Fault.INNER, 1)
 
 
 def test_gain_and_speed_fall_out(inner):
     assert inner.shape == (2, HARMONICS * BINS)
-    louder, faster = shape(State.INNER, 1, gain=100.0), shape(State.INNER, 1, faster=1.03)
+    louder, faster = shape(Fault.INNER, 1, gain=100.0), shape(Fault.INNER, 1, faster=1.03)
     assert angle_between(inner, louder).degrees == pytest.approx(angle_between(inner, inner).degrees, abs=1e-3)
     assert angle_between(inner, faster).degrees < angle_within(inner).degrees + angle_within(inner).ci95
 
 
 def test_another_fault_has_another_shape(inner):
-    same, other = shape(State.INNER, 2), shape(State.OUTER, 3, line="BPFO")
+    same, other = shape(Fault.INNER, 2), shape(Fault.OUTER, 3, line="BPFO")
     within, alike, unlike = angle_within(inner), angle_between(inner, same), angle_between(inner, other)
     assert abs(alike.degrees - within.degrees) < within.ci95
     assert unlike.degrees - alike.degrees > unlike.ci95 + alike.ci95
@@ -63,7 +62,7 @@ def test_another_fault_has_another_shape(inner):
 def test_intervals_hold_over_noise_and_slip():
     """Halves against each other, many records: their mean lies in the stated interval of 95 in 100 of them."""
     line_hz = BEARING.orders.bpfi * SHAFT_HZ
-    records = (SimpleNamespace(processed=process(made(State.INNER, seed))) for seed in range(REPEATS))
+    records = (SimpleNamespace(processed=process(made(Fault.INNER, seed))) for seed in range(REPEATS))
     angles = [angle_within(halves(record, line_hz)) for record in records]
     mean = np.mean([a.degrees for a in angles])
     assert sum(abs(a.degrees - mean) <= a.ci95 for a in angles) >= LEAST_HELD
@@ -77,7 +76,7 @@ def test_unrelated_spectra_are_told_as_unrelated():
 
 
 def test_fewer_harmonics_where_the_band_ends_and_none_where_the_record_is_too_short():
-    analysis = analysed(State.INNER, 1)
+    analysis = analysed(Fault.INNER, 1)
     line = analysis.line("BPFI").found_hz
     narrow = dataclasses.replace(analysis, processed=dataclasses.replace(analysis.processed, band_hz=(1400.0, 1900.0)))
     assert halves(narrow, line).shape[1] == 2 * BINS

@@ -6,8 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from srbval.bearing import load_bearing
-from srbval.recordings import State
+from srbval.bearing import Fault, load_bearing
 from srbval.validation.published import table6
 from srbval.validation.speed_and_slip import matrix_rows, one_speed_reading, published_rpm, table6_rows, take_apart
 
@@ -34,9 +33,9 @@ def test_effects_are_recovered(line: str, speed: float, cage: float) -> None:
 
 
 def test_published_speeds_are_met_and_joined_by_a_line() -> None:
-    assert published_rpm(State.OUTER, 877.0)[0] == pytest.approx(858.940)
-    assert published_rpm(State.INNER, 353.0)[0] == pytest.approx(335.770)
-    rpm, ci95 = published_rpm(State.INNER, 727.0)
+    assert published_rpm(Fault.OUTER, 877.0)[0] == pytest.approx(858.940)
+    assert published_rpm(Fault.INNER, 353.0)[0] == pytest.approx(335.770)
+    rpm, ci95 = published_rpm(Fault.INNER, 727.0)
     assert rpm == pytest.approx(706.3, abs=0.05)
     assert 1 < ci95 < 4
 
@@ -53,9 +52,9 @@ def test_the_papers_minus_one_per_cent_is_no_slip() -> None:
     assert cage > 0.5
 
 
-def cell(state: State, *, detected: bool = True) -> SimpleNamespace:
+def cell(state: Fault, *, detected: bool = True) -> SimpleNamespace:
     """What `matrix_rows` reads of a cell: 2 % slower shaft, cage as kinematics has it."""
-    line = {State.OUTER: "BPFO", State.INNER: "BPFI"}.get(state, "2xBSF")
+    line = {Fault.OUTER: "BPFO", Fault.INNER: "BPFI"}.get(state, "2xBSF")
     order = {"BPFO": BEARING.orders.bpfo, "BPFI": BEARING.orders.bpfi}.get(line, 0.0)
     return SimpleNamespace(
         state=state, detected=detected, line=line, file=f"/somewhere/{state}_353rpm.mat", nominal_rpm=353.0,
@@ -65,7 +64,7 @@ def cell(state: State, *, detected: bool = True) -> SimpleNamespace:
 
 
 def test_every_faulted_record_of_the_rig_is_taken_apart() -> None:
-    cells = [cell(State.HEALTHY), cell(State.OUTER), cell(State.INNER), cell(State.OUTER, detected=False)]
+    cells = [cell(Fault.HEALTHY), cell(Fault.OUTER), cell(Fault.INNER), cell(Fault.OUTER, detected=False)]
     rows = list(matrix_rows(cells, BEARING))  # type: ignore[arg-type]
     assert [(r.record, r.line, r.origin) for r in rows] == [
         ("outer_353rpm", "BPFO", "measured"),

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from srbval.bearing import load_bearing
+from srbval.bearing import Fault, load_bearing
 from srbval.models.run import Run
-from srbval.recordings import State
 from srbval.recordings.from_run import recording_from_run
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.cases import paper_cases
@@ -27,12 +26,12 @@ def runs() -> dict[str, Run]:
 
 
 @pytest.fixture(scope="module")
-def paper(runs: dict[str, Run]) -> dict[State, Analysis]:
+def paper(runs: dict[str, Run]) -> dict[Fault, Analysis]:
     bearing = load_bearing("skf-22240")
     return {c.state: analyse(recording_from_run(runs[c.id]), bearing=bearing) for c in paper_cases(SECONDS)}
 
 
-def test_lines(runs: dict[str, Run], paper: dict[State, Analysis]) -> None:
+def test_lines(runs: dict[str, Run], paper: dict[Fault, Analysis]) -> None:
     rows = list(published_rows(table6(), paper, runs))
     assert [row.line for row in rows] == ["BPFO", "BPFI"]
     for row in rows:
@@ -41,13 +40,13 @@ def test_lines(runs: dict[str, Run], paper: dict[State, Analysis]) -> None:
 
 
 def test_the_sum_of_both_runs_closes_once_their_slip_is_taken_off(
-    runs: dict[str, Run], paper: dict[State, Analysis]
+    runs: dict[str, Run], paper: dict[Fault, Analysis]
 ) -> None:
     (ours,) = [s for s in sum_rules(table6(), paper, runs, {}) if s.origin == "simulated"]
     assert ours.closed is True
     assert abs(ours.slip_difference) < 0.01
 
 
-def test_the_healthy_model_shows_no_fault_line(paper: dict[State, Analysis]) -> None:
-    healthy = paper[State.HEALTHY]
+def test_the_healthy_model_shows_no_fault_line(paper: dict[Fault, Analysis]) -> None:
+    healthy = paper[Fault.HEALTHY]
     assert not any(line.detected for line in healthy.lines if line.name in ("BPFO", "BPFI"))

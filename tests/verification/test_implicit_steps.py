@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from srbval.scene import DefectKind
+from srbval.bearing import Fault
 from tests.verification.cases import CASES, disturbed
 from tests.verification.harness import (
     PAPER_STEP_S,
@@ -67,7 +67,7 @@ def rolled(world: World, y: FloatArray, seconds: float) -> FloatArray:
 def leapfrog(before: float, weights: tuple[float, ...], gamma: float, share: float) -> Stepper:
     def step(model: Parameters, world: World, y: FloatArray, t: float, h: float, ahead: FloatArray) -> FloatArray:
         half, mid = Layout(y).half, flown(y, before * h)
-        damaged = any(d.kind is DefectKind.ROLLER for d in world.scene.defects)
+        damaged = any(d.kind is Fault.ROLLER for d in world.scene.defects)
         mid = rolled(world, mid, h / 2) if damaged else mid
         mid[half:] += ahead
         mid = mid if damaged else rolled(world, mid, h)  # nothing asks where they stand

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from srbval.bearing import SphericalRollerGeometry
-from srbval.scene import Defect, DefectKind, DefectShape, LoadPath, RollerFit, Scene
+from srbval.bearing import Fault, SphericalRollerGeometry
+from srbval.scene import Defect, DefectShape, LoadPath, RollerFit, Scene
 from tests.verification.harness import Layout
 
 FloatArray = NDArray[np.float64]
@@ -252,7 +252,7 @@ class World:
         height, slots, reach = np.zeros(len(j)), self.slots(y)[j], self.g.raceway_radius_m
         x, across, along = (np.einsum("ij,ij->i", arm, slots[:, :, k]) for k in range(3))
         for d in self.scene.defects:
-            if d.kind is not DefectKind.ROLLER:
+            if d.kind is not Fault.ROLLER:
                 continue
             own = (d.row - 1) * self.g.rollers_per_row + d.roller - 1
             place, gap = (reach * np.sin(p * self.g.tilt_rad) for p in (P[d.circle - 1] - 1, P[2] - 1))

@@ -9,13 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from srbval.scene import DefectKind, Scene, paper_scene
+from srbval.bearing import Fault
+from srbval.scene import Scene, paper_scene
 
 RPM = (353.0, 710.0, 997.0)  # the rig's range, without its slowest speeds
 RADIAL_KN = (62.4, 124.8)  # Table 5
 HEIGHT_MM = (0.1, 0.2)
 FITS = ("play", "printed")
-KINDS = (DefectKind.NONE, DefectKind.OUTER, DefectKind.INNER)
+KINDS = (Fault.HEALTHY, Fault.OUTER, Fault.INNER)
 RANGES = ((RPM[0], RPM[-1]), (RADIAL_KN[0], RADIAL_KN[-1]), (HEIGHT_MM[0], HEIGHT_MM[-1]))
 BETWEEN_SEED, HELD_OUT_SEED = 1, 5
 
@@ -33,12 +34,12 @@ class Case:
     @property
     def name(self) -> str:
         """A short name."""
-        height = "" if self.kind == DefectKind.NONE else f" {self.height_mm:g} mm"
+        height = "" if Fault(self.kind) is Fault.HEALTHY else f" {self.height_mm:g} mm"
         return f"{self.kind}{height}, {self.fit}, {self.rpm:g} rpm, {self.radial_kn:g} kN"
 
     def scene(self, model: str, *, seconds: float, finer: int = 1) -> Scene:
         """The scene for a model, with `finer` times as many steps as by default."""
-        defect = {} if self.kind == DefectKind.NONE else {"height_m": self.height_mm / 1e3}
+        defect = {} if Fault(self.kind) is Fault.HEALTHY else {"height_m": self.height_mm / 1e3}
         return paper_scene(
             model=model,
             duration_s=seconds,
@@ -57,17 +58,17 @@ class Case:
 def grid() -> list[Case]:
     """Every calibration scene."""
     return [
-        Case(kind=kind.value, fit=fit, rpm=rpm, radial_kn=load, height_mm=height)
+        Case(kind=kind.scene_word, fit=fit, rpm=rpm, radial_kn=load, height_mm=height)
         for kind, fit, rpm, load in itertools.product(KINDS, FITS, RPM, RADIAL_KN)
-        for height in ((0.0,) if kind is DefectKind.NONE else HEIGHT_MM)
+        for height in ((0.0,) if kind is Fault.HEALTHY else HEIGHT_MM)
     ]
 
 
 def quick_grid() -> list[Case]:
     """Two scenes, for a first look."""
     return [
-        Case(kind=kind.value, fit="play", rpm=710.0, radial_kn=124.8, height_mm=0.2)
-        for kind in (DefectKind.OUTER, DefectKind.INNER)
+        Case(kind=kind.scene_word, fit="play", rpm=710.0, radial_kn=124.8, height_mm=0.2)
+        for kind in (Fault.OUTER, Fault.INNER)
     ]
 
 
@@ -95,8 +96,8 @@ def drawn(seed: int, *, power: int) -> list[Case]:
         for rpm, load, height in qmc.scale(unit, low, high).tolist():
             found.append(
                 Case(
-                    kind=kind.value, fit=fit, rpm=round(rpm), radial_kn=round(load, 1),
-                    height_mm=0.0 if kind is DefectKind.NONE else round(height, 3),
+                    kind=kind.scene_word, fit=fit, rpm=round(rpm), radial_kn=round(load, 1),
+                    height_mm=0.0 if kind is Fault.HEALTHY else round(height, 3),
                 )
             )  # fmt: skip
     return found

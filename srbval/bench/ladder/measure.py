@@ -11,7 +11,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import srbval
-from srbval.bearing import load_bearing
+from srbval.bearing import Fault, load_bearing
 from srbval.bench.calibration import calibrate
 from srbval.bench.ladder.cases import Case, quick_grid
 from srbval.bench.ladder.questions import Answer, Question, answers, asked_of, error_pct
@@ -23,7 +23,7 @@ from srbval.bench.timing import attempt
 from srbval.models.kernel_cache import precompile
 from srbval.models.ladder import MODELS
 from srbval.models.precompile import load_kernels
-from srbval.scene import DefectKind, Scene, paper_scene
+from srbval.scene import Scene, paper_scene
 
 SECONDS = 2.0  # eleven revolutions at the slowest speed
 READ_BY = (
@@ -118,7 +118,7 @@ def measure_case(case: Case, *, models: Sequence[str], seconds: float, folder: P
     """One scene on every rung."""
     right = answer(case.scene("full", seconds=seconds, finer=REFINEMENT), folder)
     rungs = {model: answer(case.scene(model, seconds=seconds), folder) for model in models}
-    asked = asked_of(DefectKind(case.kind))
+    asked = asked_of(Fault(case.kind))
     return Entry(
         case=case,
         reference={q: right.answers.get(q) for q in asked},

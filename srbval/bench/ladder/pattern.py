@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from srbval.bearing import load_bearing
-from srbval.bench.ladder.questions import LINE_OF, line_heights
+from srbval.bench.ladder.questions import line_heights
 from srbval.errors import NumericsError
 from srbval.models.planar.pulse import Pulse, pulse_of
 from srbval.models.run import Run, RunStatus
@@ -55,7 +55,7 @@ def harmonic_heights(run: Run, band_hz: tuple[float, float]) -> list[float]:
     """Heights of the first `HARMONICS` of the run's fault line, demodulated from a band, over the first one's."""
     bearing = load_bearing(run.scene.bearing)
     found = analyse(recording_from_run(run), bearing=bearing, band_hz=band_hz)
-    line = found.line(LINE_OF[run.scene.defect.kind])
+    line = found.line_of(run.scene.defect.kind)
     first = line.found_hz if line.found_hz is not None else line.kinematic_hz
     heights = line_heights(
         found.processed.envelope, found.processed.fs_hz, [k * first for k in range(1, HARMONICS + 1)]

@@ -14,12 +14,11 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from srbval.bearing import Bearing
+from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.bench.measures import measure, smooth_mean
 from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.recordings.from_run import recording_from_run
-from srbval.scene import DefectKind
 from srbval.signal import rotate_axes
 from srbval.validation.analyse import Analysis, analyse
 
@@ -31,7 +30,6 @@ HARMONICS = 5
 PADDING = 4  # times the record's length
 REACH = 1.0  # resolutions either side of a line in which its top is looked for
 FAINT = 0.05  # sidebands are compared with the reference's strongest, or this share of the line if that is fainter
-LINE_OF = {DefectKind.OUTER: "BPFO", DefectKind.INNER: "BPFI"}
 
 
 class Question(enum.StrEnum):
@@ -86,9 +84,9 @@ MEANING: Mapping[Question, Meaning] = {
 }
 
 
-def asked_of(kind: DefectKind) -> tuple[Question, ...]:
+def asked_of(kind: Fault) -> tuple[Question, ...]:
     """The questions that make sense for a defect: a healthy bearing has no line with harmonics and sidebands."""
-    empty = (Question.HARMONICS, Question.SIDEBANDS) if kind is DefectKind.NONE else ()
+    empty = (Question.HARMONICS, Question.SIDEBANDS) if kind is Fault.HEALTHY else ()
     return tuple(q for q in Question if q not in empty)
 
 
@@ -116,13 +114,15 @@ def answers(run: Run, bearing: Bearing) -> dict[Question, Answer | None]:
 
 def _line_of_cage(run: Run, ratio: float) -> Answer | None:
     """BPFO or BPFI, by the defect; BPFO of a healthy bearing; None for a defect on a roller."""
-    share = {DefectKind.INNER: 1 - ratio, DefectKind.ROLLER: None}.get(run.scene.defect.kind, ratio)
-    return None if share is None else (share * run.rolling_elements * run.scene.shaft_hz,)
+    kind = run.scene.defect.kind
+    passed = Fault.OUTER if kind is Fault.HEALTHY else kind
+    order = passed.passing_order(run.rolling_elements, ratio)
+    return None if order is None else (order * run.scene.shaft_hz,)
 
 
 def _of_line(run: Run, analysis: Analysis) -> dict[Question, Answer | None]:
-    name = LINE_OF.get(run.scene.defect.kind)
-    line = None if name is None else analysis.line(name)
+    kind = run.scene.defect.kind
+    line = analysis.line_of(kind) if kind in RACE_DEFECTS else None
     if line is None or not line.detected or line.found_hz is None:
         return {}
     spacing, first = run.scene.shaft_hz, line.found_hz

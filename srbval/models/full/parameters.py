@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.bearing import SphericalRollerGeometry
+from srbval.bearing import Fault, SphericalRollerGeometry
 from srbval.bearing.geometry import CIRCLES
 from srbval.errors import ConfigurationError
 from srbval.models.full.bodies import outer_ring_mass_kg, roller_body
@@ -40,7 +40,7 @@ from srbval.models.full.point_cloud import (
     window_half_count,
 )
 from srbval.models.full.search_kernel import LONE
-from srbval.scene import Defect, DefectKind, DefectShape, LoadPath, RollerFit, Scene
+from srbval.scene import Defect, DefectShape, LoadPath, RollerFit, Scene
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -198,7 +198,7 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
     )  # fmt: skip
     both = [
         candidate_windows(own, _rows(scene, own, kind), count, half)
-        for kind, own in zip((DefectKind.OUTER, DefectKind.INNER), circles, strict=True)
+        for kind, own in zip((Fault.OUTER, Fault.INNER), circles, strict=True)
     ]
     windows = max(len(race.highest) for race in both) + int(np.count_nonzero(_damaged(scene, geometry)))
     width = max(race.points.shape[2] for race in both)
@@ -243,7 +243,7 @@ def _own_stretch(window_of: IntArray, plain: int) -> tuple[float, float]:
     return float(places[(widest + 1) % len(places)]) + width / 2, width / 2 + 1.0
 
 
-def _rows(scene: Scene, circles: Sequence[Circle], kind: DefectKind) -> list[list[CirclePoints]]:
+def _rows(scene: Scene, circles: Sequence[Circle], kind: Fault) -> list[list[CirclePoints]]:
     """Points of each circle of both rows of a race, with its defects."""
     own = [d for d in scene.defects if d.kind is kind]
     n, zone = scene.contact.points_per_circle, scene.load.zone_rad
@@ -286,7 +286,7 @@ def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArr
             float(d.shape is DefectShape.COSINE),
         )
         for d in scene.defects
-        if d.kind is DefectKind.ROLLER
+        if d.kind is Fault.ROLLER
     ]
     return np.array(rows, dtype=np.float64).reshape(-1, 6)
 
@@ -294,7 +294,7 @@ def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArr
 def _damaged(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
     sizes = np.zeros(2 * geometry.rollers_per_row)
     for defect in scene.defects:
-        if defect.kind is DefectKind.ROLLER:
+        if defect.kind is Fault.ROLLER:
             sizes[_roller_index(defect, geometry)] += abs(defect.height_m)
     return sizes
 

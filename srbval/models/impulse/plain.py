@@ -12,10 +12,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.bearing import Fault
 from srbval.models.passages import passages
 from srbval.models.prescribed import Prescribed, refuse_axial
 from srbval.models.run_statistics import RunStatistics
-from srbval.scene import Defect, DefectKind
+from srbval.scene import Defect
 
 FloatArray = NDArray[np.float64]
 
@@ -46,9 +47,9 @@ def plain_force(stats: RunStatistics, samples: int) -> FloatArray:
 
 def _where(defect: Defect, motion: Prescribed, elements: int, time_s: FloatArray) -> FloatArray:
     """Angle around the bearing at which the defect is at each time [rad]."""
-    if defect.kind is DefectKind.ROLLER:
+    if defect.kind is Fault.ROLLER:
         return motion.cage_rad(time_s) + (defect.roller - 1) * 2 * math.pi / elements
-    turned = motion.shaft_rad(time_s) if defect.kind is DefectKind.INNER else np.zeros(time_s.shape)
+    turned = motion.shaft_rad(time_s) if defect.kind is Fault.INNER else np.zeros(time_s.shape)
     return motion.scene.load.zone_rad + defect.angle_rad + turned
 
 

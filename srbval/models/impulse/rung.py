@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.bearing import Fault
 from srbval.models.chunk import COLUMNS, Chunk
 from srbval.models.impulse.plain import plain_force
 from srbval.models.passages import passages
@@ -15,7 +16,7 @@ from srbval.models.planar.rung import NUDGE_M, PlanarRing, make_ring
 from srbval.models.prescribed import Prescribed
 from srbval.models.run_statistics import RunStatistics
 from srbval.models.simulate import chunks
-from srbval.scene import DefectKind, Scene
+from srbval.scene import Scene
 
 FloatArray = NDArray[np.float64]
 
@@ -71,9 +72,9 @@ def _pulses(ring: PlanarRing, number: int, balance_m: FloatArray, samples: int) 
 def _where(ring: PlanarRing, number: int, time_s: FloatArray) -> FloatArray:
     """Angle around the bearing at which the defect is at each time [rad]."""
     defect, zone = ring.scene.defects[number], ring.scene.load.zone_rad
-    if defect.kind is DefectKind.ROLLER:
+    if defect.kind is Fault.ROLLER:
         return ring.motion.cage_rad(time_s) + (defect.roller - 1) * 2 * np.pi / ring.rollers
-    turned = ring.motion.shaft_rad(time_s) if defect.kind is DefectKind.INNER else np.zeros(time_s.shape)
+    turned = ring.motion.shaft_rad(time_s) if defect.kind is Fault.INNER else np.zeros(time_s.shape)
     return zone + defect.angle_rad + turned
 
 

@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.bearing import SphericalRollerGeometry
+from srbval.bearing import Fault, SphericalRollerGeometry
 from srbval.bearing.geometry import CIRCLES
 from srbval.errors import ConfigurationError
 from srbval.models.full.parameters import Parameters, make_parameters, roller_diameter_m
 from srbval.models.full.point_cloud import inner_circle, outer_circle
 from srbval.models.patch import Patch, patches
-from srbval.scene import Defect, DefectKind, Scene
+from srbval.scene import Defect, Scene
 
 FloatArray = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ DENSER = 4  # points for each of the scene's, near a defect
 
 def line_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Parameters:
     """Assemble the kernel parameters; `ConfigurationError` for a defect on a roller."""
-    if any(d.kind is DefectKind.ROLLER for d in scene.defects):
+    if any(d.kind is Fault.ROLLER for d in scene.defects):
         raise ConfigurationError("a defect on a roller: the line model has none; use --model full.")
     model = make_parameters(_denser(scene), geometry)
     for race, circle in enumerate((outer_circle, inner_circle)):

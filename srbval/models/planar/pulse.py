@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.bearing import load_bearing
+from srbval.bearing import RACE_DEFECTS, load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models.planar.rung import make_ring
 from srbval.models.run_statistics import RunStatistics
-from srbval.scene import DefectKind, Scene
+from srbval.scene import Scene
 
 FloatArray = NDArray[np.float64]
 
@@ -43,8 +43,8 @@ class Pulse:
 
 def pulse_of(scene: Scene) -> Pulse:
     """The pulse of the scene's first defect, on a race; `ConfigurationError` where there is none."""
-    if scene.defect.kind not in (DefectKind.OUTER, DefectKind.INNER):
-        raise ConfigurationError(f"defect {scene.defect.kind.value}: only a race's defect has a pulse length.")
+    if scene.defect.kind not in RACE_DEFECTS:
+        raise ConfigurationError(f"defect {scene.defect.kind.scene_word}: only a race's defect has a pulse length.")
     ring = make_ring(RunStatistics(scene=scene, bearing=load_bearing(scene.bearing)))
     zone = np.array([math.cos(scene.load.zone_rad), math.sin(scene.load.zone_rad)])
     at = (-float(ring.balance_m() @ zone) - ring.bump_start_m) / ring.bump_step_m

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.bearing import Fault
 from srbval.models.chunk import COLUMNS, Chunk
 from srbval.models.full.bodies import outer_ring_mass_kg
 from srbval.models.full.parameters import STANDARD_GRAVITY
@@ -19,16 +20,16 @@ from srbval.models.planar.tables import Bump, Plain, bump_table, plain_table
 from srbval.models.prescribed import Prescribed, refuse_axial
 from srbval.models.run_statistics import RunStatistics
 from srbval.models.simulate import chunks
-from srbval.scene import DefectKind, LoadPath, Scene
+from srbval.scene import LoadPath, Scene
 
 FloatArray = NDArray[np.float64]
 
 LONGEST_STEP_S = 1 / 40_000  # a fifth of a radian of the ring's highest mode, 40 steps over the shortest bump
 KINDS = {
-    (DefectKind.OUTER, 0): 0.0,
-    (DefectKind.INNER, 1): 1.0,
-    (DefectKind.ROLLER, 0): 2.0,
-    (DefectKind.ROLLER, 1): 3.0,
+    (Fault.OUTER, 0): 0.0,
+    (Fault.INNER, 1): 1.0,
+    (Fault.ROLLER, 0): 2.0,
+    (Fault.ROLLER, 1): 3.0,
 }
 BALANCE_STEPS = 60
 NUDGE_M = 1e-8
@@ -116,7 +117,7 @@ def make_ring(stats: RunStatistics) -> PlanarRing:
         for race in races_of(defect):
             table = bump_table(slot, plain, defect, race=race)
             patch = (slot.outer, slot.inner)[race][defect.circle - 1]
-            fixed = defect.angle_rad + (0.0 if defect.kind is DefectKind.ROLLER else scene.load.zone_rad)
+            fixed = defect.angle_rad + (0.0 if defect.kind is Fault.ROLLER else scene.load.zone_rad)
             radius = slot.outer_excess_m + geometry.raceway_radius_m - geometry.roller_centre_distance_m
             rows.append(
                 [KINDS[defect.kind, race], fixed, defect.roller - 1, patch.race_radius_m, table.place_m, radius]

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.bearing import Bearing, SphericalRollerGeometry
+from srbval.bearing import Bearing, Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full.parameters import roller_diameter_m
 from srbval.models.patch import Patch, Piece, patches, piece
-from srbval.scene import Defect, DefectKind, Scene
+from srbval.scene import Defect, Scene
 
 FloatArray = NDArray[np.float64]
 
@@ -139,4 +139,4 @@ def geometry_of(bearing: Bearing, model: str) -> SphericalRollerGeometry:
 
 def races_of(defect: Defect) -> tuple[int, ...]:
     """Which races a defect is met at: its own, or both for a roller's."""
-    return {DefectKind.OUTER: (0,), DefectKind.INNER: (1,), DefectKind.ROLLER: (0, 1)}.get(defect.kind, ())
+    return {Fault.OUTER: (0,), Fault.INNER: (1,), Fault.ROLLER: (0, 1)}.get(defect.kind, ())

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import re
 
+from srbval.bearing import Fault
 from srbval.errors import DataError
 from srbval.recordings.datasets.description import DatasetDescription, RecordRange
 from srbval.recordings.datasets.variables import match_groups, state_of
 from srbval.recordings.raw import RawFile, as_signal
 from srbval.recordings.reading import Channel, Reading
-from srbval.recordings.recording import ShaftSpeed, State
+from srbval.recordings.recording import ShaftSpeed
 from srbval.recordings.speed import nominal_speed, stated_speed
 
 _SIGNAL = re.compile(r"X(\d+)_(DE|FE|BA)_time")
@@ -72,7 +73,7 @@ def _channels(
         array = raw.array(variable)
         if array is None:
             continue
-        here = state if rule.name == end or state is State.HEALTHY else None
+        here = state if rule.name == end or state is Fault.HEALTHY else None
         samples = as_signal(array, f"{raw.path}: {variable}")
         channels[rule.name] = Channel(
             samples=samples, unit=rule.unit, bearing=rule.bearing, state=here, variable=variable

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import srbval
+from srbval.bearing import Fault
 from srbval.config.strict import build, read_toml
 from srbval.errors import ConfigurationError, DataError
-from srbval.recordings.recording import State
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,7 +77,7 @@ class LabelRule:
     """State of the bearing for file labels that match `label`."""
 
     label: str
-    state: State
+    state: Fault
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,7 +107,7 @@ class PublishedOrders:
 class PublishedSpeed:
     """A published mean shaft speed [rpm] of the record of one state at one nominal motor speed."""
 
-    state: State
+    state: Fault
     nominal_rpm: float
     mean_rpm: float
 
@@ -181,7 +181,7 @@ class Grid:
     """Operating points of a set: every state at every load case and nominal speed."""
 
     source: str
-    states: tuple[State, ...]
+    states: tuple[Fault, ...]
     radial_kn: tuple[float, ...]
     axial_kn: tuple[float, ...]
     nominal_rpm: tuple[float, ...]

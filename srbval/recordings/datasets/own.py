@@ -7,11 +7,12 @@ import re
 
 import numpy as np
 
+from srbval.bearing import Fault
 from srbval.errors import DataError
 from srbval.recordings.plain_text import plain_text
 from srbval.recordings.raw import RawFile, as_signal
 from srbval.recordings.reading import Channel, Reading
-from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSignal, SpeedSource, State
+from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSignal, SpeedSource
 from srbval.recordings.speed import profile_signal
 
 KIND_ATTRIBUTE = "srbval_kind"
@@ -84,14 +85,14 @@ def _bearing(raw: RawFile) -> str | None:
     return text if text and re.fullmatch(r"[\w .+-]{1,80}", text) and not text.endswith(".toml") else None
 
 
-def _state(raw: RawFile) -> State | None:
+def _state(raw: RawFile) -> Fault | None:
     text = raw.text("state")
     if text is None:
         return None
     try:
-        return State(text)
+        return Fault(text)
     except ValueError:
-        raise DataError(f"{raw.path}: state {text!r} is not one of {', '.join(State)}.") from None
+        raise DataError(f"{raw.path}: state {text!r} is not one of {', '.join(Fault)}.") from None
 
 
 def _band(raw: RawFile) -> tuple[float, float] | None:

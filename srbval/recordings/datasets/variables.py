@@ -7,11 +7,12 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.bearing import Fault
 from srbval.errors import DataError
 from srbval.recordings.datasets.description import ChannelRule, DatasetDescription, MatchRule, SpeedRule
 from srbval.recordings.raw import RawFile, as_signal
 from srbval.recordings.reading import Channel, Reading
-from srbval.recordings.recording import ShaftSpeed, SpeedSignal, State
+from srbval.recordings.recording import ShaftSpeed, SpeedSignal
 from srbval.recordings.speed import RPM_PER_HZ, nominal_speed, stated_speed, tachometer_speed
 
 N_PER_KN = 1e3
@@ -75,13 +76,13 @@ def _inside(raw: RawFile, rule: MatchRule) -> dict[str, str]:
     return ({"label": label} if label else {}) | ({"rpm": str(rpm)} if rpm else {})
 
 
-def state_of(label: str | None, description: DatasetDescription) -> State | None:
+def state_of(label: str | None, description: DatasetDescription) -> Fault | None:
     """State for a label of the file's name or of the file, by the description's table."""
     rules = description.labels if label is not None else ()
     return next((r.state for r in rules if re.search(r.label, label or "", re.IGNORECASE)), None)
 
 
-def _channels(raw: RawFile, description: DatasetDescription, state: State | None) -> dict[str, Channel]:
+def _channels(raw: RawFile, description: DatasetDescription, state: Fault | None) -> dict[str, Channel]:
     channels: dict[str, Channel] = {}
     for rule in description.channels:
         for name in raw.variables:
@@ -95,7 +96,7 @@ def _channels(raw: RawFile, description: DatasetDescription, state: State | None
     return channels
 
 
-def _channel(raw: RawFile, rule: ChannelRule, variable: str, state: State | None) -> Channel:
+def _channel(raw: RawFile, rule: ChannelRule, variable: str, state: Fault | None) -> Channel:
     array = raw.variables[variable]
     assert not isinstance(array, str)
     if max(array.shape) != array.size:

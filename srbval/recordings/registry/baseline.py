@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from srbval.bearing import Fault
 from srbval.recordings.datasets.description import known_datasets
-from srbval.recordings.recording import Recording, State
+from srbval.recordings.recording import Recording
 from srbval.recordings.registry.entry import RegisteredRecording, Status
 from srbval.recordings.registry.verbs import RIG_DATASETS, listing
 
@@ -32,7 +33,7 @@ def _alike(entry: RegisteredRecording, recording: Recording) -> bool:
     here = os.path.abspath(recording.file or "")
     return (
         entry.status is Status.OK
-        and entry.state is State.HEALTHY
+        and entry.state is Fault.HEALTHY
         and entry.file != here
         and entry.sha256 != recording.sha256
         and _rig(entry.dataset, entry.file) == _rig(recording.dataset, here)

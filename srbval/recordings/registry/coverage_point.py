@@ -6,14 +6,14 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
-from srbval.recordings.recording import State
+from srbval.bearing import Fault
 
 
 @dataclass(frozen=True, kw_only=True)
 class GridPoint:
     """One operating point [kN, rpm] and the registered files that are there for it."""
 
-    state: State
+    state: Fault
     radial_kn: float
     axial_kn: float
     nominal_rpm: float

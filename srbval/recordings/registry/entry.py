@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from srbval.recordings.recording import Origin, State
+from srbval.bearing import Fault
+from srbval.recordings.recording import Origin
 from srbval.recordings.registry.coverage_point import Coverage
 from srbval.recordings.settings import Settings
 
@@ -42,7 +43,7 @@ class RegisteredRecording:
     format: str | None = None
     origin: Origin | None = None
     dataset: str | None = None
-    state: State | None = None
+    state: Fault | None = None
     radial_kn: float | None = None
     axial_kn: float | None = None
     nominal_rpm: float | None = None
@@ -68,7 +69,7 @@ class RegisteredRecording:
             **values
             | {
                 "status": Status(values["status"]),
-                "state": None if state is None else State(state),
+                "state": None if state is None else Fault(state),
                 "origin": None if origin is None else Origin(origin),
                 "channels": tuple(values.get("channels", ())),
                 "settings": None if settings is None else Settings(**settings),

@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from srbval.bearing import Fault
 from srbval.errors import DataError
 from srbval.recordings.load import sha256_of
-from srbval.recordings.recording import State
 from srbval.recordings.registry.coverage import coverage
 from srbval.recordings.registry.entry import Listing, RegisteredRecording, Status
 from srbval.recordings.registry.home import recordings_folder
@@ -90,7 +90,7 @@ def verify(*, progress: Progress | None = None) -> Listing:
     return _listing(checked)
 
 
-def rig_recordings(*, state: State | None = None, nominal_rpm: float | None = None) -> tuple[RegisteredRecording, ...]:
+def rig_recordings(*, state: Fault | None = None, nominal_rpm: float | None = None) -> tuple[RegisteredRecording, ...]:
     """Usable recordings of the rig by state and nominal motor speed [rpm], full recordings first, each content once."""
     found = [
         r
@@ -104,7 +104,7 @@ def rig_recordings(*, state: State | None = None, nominal_rpm: float | None = No
 
 
 def find_recording(
-    *, state: State, nominal_rpm: float, radial_kn: float = 124.8, axial_kn: float = 0.0
+    *, state: Fault, nominal_rpm: float, radial_kn: float = 124.8, axial_kn: float = 0.0
 ) -> RegisteredRecording | None:
     """The rig recording at one operating point [rpm, kN], or None; the longest if there are several."""
     found = rig_recordings(state=state, nominal_rpm=nominal_rpm)

@@ -8,9 +8,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from srbval.bearing import Fault
 from srbval.bench.kept import CAMPAIGN_SCALE, NOISE_STUDY, READING, SENSITIVITY, SPEED_ACCURACY, STABILITY, Kept, newest
 from srbval.evidence.gather import Evidence
-from srbval.recordings import State
 from srbval.report.blocks import Command, KeyValues, Listing, Paragraph
 from srbval.report.content.band_figure import band_figure
 from srbval.report.content.band_section import band_section
@@ -100,12 +100,12 @@ def _figures_section(evidence: Evidence, folder: Path) -> Section:
             band_figure(model.analyses, rig.analyses, folder),
             figure_11,
             figure_12,
-            peaks_table("12", State.OUTER, model.analyses[State.OUTER], rig.analyses[State.OUTER]),
+            peaks_table("12", Fault.OUTER, model.analyses[Fault.OUTER], rig.analyses[Fault.OUTER]),
             figure_13,
-            peaks_table("13", State.INNER, model.analyses[State.INNER], rig.analyses[State.INNER]),
+            peaks_table("13", Fault.INNER, model.analyses[Fault.INNER], rig.analyses[Fault.INNER]),
             sideband_remark(evidence),
             figure_14,
-            checks_table(rig.scalogram_window(State.OUTER)),
+            checks_table(rig.scalogram_window(Fault.OUTER)),
         ),
     )
 

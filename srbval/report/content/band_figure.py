@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.recordings import Origin, State
+from srbval.bearing import Fault
+from srbval.recordings import Origin
 from srbval.report.blocks import Explore, Figure, FigureGrid
-from srbval.report.content.names import BADGE, STATE_NAME
+from srbval.report.content.names import BADGE
 from srbval.report.figures.band import band_panel
 from srbval.validation.analyse import Analysis
 
@@ -20,7 +21,7 @@ RANGE_DB = 75.0  # shown below the highest level
 Levels = tuple[FloatArray, dict[str, FloatArray]]
 
 
-def band_figure(model: Mapping[State, Analysis], rig: Mapping[State, Analysis], folder: Path) -> FigureGrid:
+def band_figure(model: Mapping[Fault, Analysis], rig: Mapping[Fault, Analysis], folder: Path) -> FigureGrid:
     """Two panels on the same axes."""
     sides = {"model": model, "rig": rig}
     levels = {name: _levels(side) for name, side in sides.items()}
@@ -37,7 +38,7 @@ def band_figure(model: Mapping[State, Analysis], rig: Mapping[State, Analysis], 
     )  # fmt: skip
 
 
-def _levels(side: Mapping[State, Analysis]) -> Levels:
+def _levels(side: Mapping[Fault, Analysis]) -> Levels:
     from scipy.signal import welch
 
     found: dict[str, FloatArray] = {}
@@ -45,22 +46,22 @@ def _levels(side: Mapping[State, Analysis]) -> Levels:
     for state, analysis in side.items():
         shown = analysis.processed
         frequency, power = welch(shown.samples, shown.fs_hz, nperseg=round(shown.fs_hz / SEGMENT_HZ))
-        found[STATE_NAME[state]] = 10 * np.log10(np.maximum(power[1:], np.finfo(float).tiny))
+        found[state.label] = 10 * np.log10(np.maximum(power[1:], np.finfo(float).tiny))
     return frequency[1:], found
 
 
 def _panel(
     name: str,
     letter: str,
-    side: Mapping[State, Analysis],
+    side: Mapping[Fault, Analysis],
     levels: Levels,
     limits_db: tuple[float, float],
     reach_hz: float,
     folder: Path,
 ) -> Figure:
-    analysis = side[State.OUTER]
+    analysis = side[Fault.OUTER]
     frequency, states = levels
-    synthetic = [STATE_NAME[s] for s, a in side.items() if a.recording.origin is Origin.STAND_IN]
+    synthetic = [s.label for s, a in side.items() if a.recording.origin is Origin.STAND_IN]
     origin = Origin.STAND_IN if synthetic else analysis.recording.origin
     band = analysis.processed.band_hz
     files = band_panel(

@@ -10,14 +10,14 @@ from srbval.evidence.gather import Evidence
 from srbval.recordings import Origin
 from srbval.report.badges import Badge
 from srbval.report.blocks import Figure, FigureGrid, Paragraph
-from srbval.report.content.names import SIDE_NAME, STATE_NAME, badge_of
+from srbval.report.content.names import SIDE_NAME, badge_of
 from srbval.report.figures.kurtogram import kurtogram_panel
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table, Value
 from srbval.signal import Kurtogram
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.band_choice import band_kurtogram
-from srbval.validation.cross_band import LINE_OF, CrossBand
+from srbval.validation.cross_band import RACE_DEFECTS, CrossBand
 
 ORIGIN_NAME = {"simulated": "model", "measured": "rig", "stand-in": "stand-in"}
 TOP_HZ = 10_240.0  # both sides to the rig's Nyquist frequency
@@ -25,7 +25,7 @@ TOP_HZ = 10_240.0  # both sides to the rig's Nyquist frequency
 
 def band_section(evidence: Evidence, crossed: tuple[CrossBand, ...], folder: Path) -> Section:
     """Kurtograms beside the bands used, and the table of crossed bands."""
-    shown = [side[s] for s in LINE_OF for side in (evidence.beside_rig, evidence.rig)]
+    shown = [side[s] for s in RACE_DEFECTS for side in (evidence.beside_rig, evidence.rig)]
     pictures = [(a, band_kurtogram(a.recording, a.bearing, a.speed)) for a in shown]
     return Section(
         id="bands",
@@ -34,8 +34,8 @@ def band_section(evidence: Evidence, crossed: tuple[CrossBand, ...], folder: Pat
             Paragraph(
                 "Lines are read from the **squared envelope**, Figures 11 to 13 show the envelope (modulus) as the "
                 "paper does; "
-                f"both of {evidence.paper[next(iter(LINE_OF))].processed.chain} for the model, of "
-                f"{evidence.rig[next(iter(LINE_OF))].processed.chain} for the rig, in standard deviations of the "
+                f"both of {evidence.paper[next(iter(RACE_DEFECTS))].processed.chain} for the model, of "
+                f"{evidence.rig[next(iter(RACE_DEFECTS))].processed.chain} for the rig, in standard deviations of the "
                 "record. The bands are the paper's, fixed before any of these records was looked at, so they cost no "
                 "trial. A band chosen on the record that is then judged (`srbval analyse --auto-band`) counts every "
                 "band tried in its false-alarm probabilities."
@@ -56,24 +56,23 @@ def impulsive_remarks(pictures: Sequence[tuple[Analysis, Kurtogram]]) -> tuple[P
 
 def _two_combs(analysis: Analysis, picture: Kurtogram) -> str:
     state = analysis.recording.state
-    if state not in LINE_OF:
+    if state not in RACE_DEFECTS:
         return ""
-    name = LINE_OF[state]
     other = analyse(
         analysis.recording, bearing=analysis.bearing, speed=analysis.speed, band_hz=within_nyquist(picture, analysis)
     )
-    ours, theirs = analysis.line(name), other.line(name)
+    ours, theirs = analysis.line_of(state), other.line_of(state)
     if not (ours.detected and theirs.detected) or ours.found_hz is None or theirs.found_hz is None:
         return ""
     if abs(ours.found_hz - theirs.found_hz) <= math.hypot(ours.ci95_hz or 0.0, theirs.ci95_hz or 0.0):
         return ""
     return (
-        f"**Two combs in one record.** {STATE_NAME[state].capitalize()}: {name} reads {_comb(analysis, name)} in the "
-        f"band used, but {_comb(other, name)} in the most impulsive one. The difference is neither noise nor speed, "
-        "which is the same in both: the harmonics of either band agree with its own first. Two sets of rollers whose "
-        "cages turn differently would make it: the two rows of a double-row bearing with a cage each, or another "
-        "bearing on the shaft. Which it is, and which comb is the tested row's, the record does not tell: an order "
-        "read in one band is that band's."
+        f"**Two combs in one record.** {state.label.capitalize()}: {ours.name} reads {_comb(analysis, ours.name)} in "
+        f"the band used, but {_comb(other, theirs.name)} in the most impulsive one. The difference is neither noise "
+        "nor speed, which is the same in both: the harmonics of either band agree with its own first. Two sets of "
+        "rollers whose cages turn differently would make it: the two rows of a double-row bearing with a cage each, "
+        "or another bearing on the shaft. Which it is, and which comb is the tested row's, the record does not tell: "
+        "an order read in one band is that band's."
     )
 
 
@@ -115,7 +114,7 @@ def _kurtograms(pictures: Sequence[tuple[Analysis, Kurtogram]], folder: Path) ->
 
 def _panel(name: str, letter: str, analysis: Analysis, picture: Kurtogram, folder: Path) -> Figure:
     recording, band_hz = analysis.recording, analysis.processed.band_hz
-    state = STATE_NAME[recording.state] if recording.state else "state not stated"
+    state = recording.state.label if recording.state else "state not stated"
     best = picture.best_hz
     files = kurtogram_panel(
         folder, name, picture=picture, band_hz=band_hz, origin=recording.origin.value, letter=letter, title=state,
@@ -141,7 +140,7 @@ def _table(evidence: Evidence, crossed: tuple[CrossBand, ...]) -> Table:
     }
     rows: list[list[Cell | Value]] = [
         [
-            Cell(value=STATE_NAME[row.state], badge=badges[row.origin]),
+            Cell(value=row.state.label, badge=badges[row.origin]),
             f"{row.band_hz[0]:g} to {row.band_hz[1]:g}{'' if row.own else ' (the other side’s)'}",
             row.line,
             Cell(value=row.found_hz, ci95=row.ci95_hz),

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.bearing import Fault
 from srbval.bearing.geometry import CIRCLES, SphericalRollerGeometry
 from srbval.evidence.gather import Evidence
 from srbval.models.full.parameters import make_parameters
@@ -20,7 +21,7 @@ from srbval.report.blocks import Block, Figure, FigureGrid, Paragraph
 from srbval.report.figures.geometry import axial_section, defect_cloud, whole_bearing
 from srbval.report.figures.load_zone import load_zone
 from srbval.report.model import Section
-from srbval.scene import Defect, DefectKind, Scene
+from srbval.scene import Defect, Scene
 
 # The forces of every roller are kept in a short run of their own: some passages of the load zone are enough.
 LOAD_SECONDS, LOAD_SNAPSHOTS_HZ = 0.5, 160.0
@@ -113,7 +114,7 @@ def _load_zone(scene: Scene, slots: NDArray[np.float64], folder: Path) -> Figure
 
 def _watched(scene: Scene) -> Scene:
     every = max(1, round(scene.output_rate_hz / LOAD_SNAPSHOTS_HZ))
-    healthy = replace(scene.defect, kind=DefectKind.NONE)
+    healthy = replace(scene.defect, kind=Fault.HEALTHY)
     return replace(scene, defect=healthy, duration_s=LOAD_SECONDS, detail_rate_hz=scene.output_rate_hz / every)
 
 

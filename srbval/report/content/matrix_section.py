@@ -11,7 +11,7 @@ import numpy as np
 from srbval.evidence.gather import Evidence
 from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Callout, Figure, FigureGrid, Listing, Paragraph
-from srbval.report.content.names import FETCH_COMMAND, STATE_CODE
+from srbval.report.content.names import FETCH_COMMAND
 from srbval.report.content.quantity_blocks import bias_blocks
 from srbval.report.figures.matrix import HeatMap, heat_map
 from srbval.report.inline import literal
@@ -101,12 +101,12 @@ def _map(
             limits=limits,
             colours=colours,
         ),
-        rows=[f"{STATE_CODE[state]}  {radial:g}/{axial:g}" for state, radial, axial in rows],
+        rows=[f"{state.code}  {radial:g}/{axial:g}" for state, radial, axial in rows],
         columns=[f"{rpm:g}" for rpm in grid.nominal_rpm],
         groups=len(loads),
     )
     said = "; ".join(
-        f"{STATE_CODE[c.state]} {c.radial_kn:g}/{c.axial_kn:g} kN {c.nominal_rpm:g} rpm: {text(c)}"
+        f"{c.state.code} {c.radial_kn:g}/{c.axial_kn:g} kN {c.nominal_rpm:g} rpm: {text(c)}"
         for c in matrix.cells
     )
     return Figure(id=f"matrix-{kind}", caption=caption, file=files.picture, data=files.data, badge=Badge.MEASURED,
@@ -141,7 +141,7 @@ def _table(matrix: Matrix) -> Table:
 
 def _remarks(matrix: Matrix) -> tuple[str, ...]:
     return tuple(
-        f"{STATE_CODE[c.state]} {c.nominal_rpm:g} rpm, no model line: {literal(c.remark)}"
+        f"{c.state.code} {c.nominal_rpm:g} rpm, no model line: {literal(c.remark)}"
         for c in matrix.cells
         if c.remark
     )
@@ -162,7 +162,7 @@ def _row(c: Cell) -> list[TableCell | Value]:
 
 
 def _name(c: Cell) -> str:
-    return f"{STATE_CODE[c.state]}, {c.radial_kn:g}/{c.axial_kn:g}, {c.nominal_rpm:g}"
+    return f"{c.state.code}, {c.radial_kn:g}/{c.axial_kn:g}, {c.nominal_rpm:g}"
 
 
 def _call(c: Cell) -> str:
@@ -173,7 +173,7 @@ def _call(c: Cell) -> str:
     if c.call.called is None:
         return "none: no line has risen"
     low, high = c.call.ratio_ci95 or (math.nan, math.nan)
-    state = STATE_CODE[c.call.called]
+    state = c.call.called.code
     return f"{state}: {c.call.line} {c.call.ratio:.3g} times the healthy (95 %: {low:.3g} to {high:.3g})"
 
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from srbval.recordings import Origin, State
+from srbval.recordings import Origin
 from srbval.report.badges import Badge
 from srbval.validation.analyse import Analysis
 
-STATE_NAME = {State.HEALTHY: "healthy", State.OUTER: "outer race", State.INNER: "inner race"}
-STATE_CODE = {State.HEALTHY: "H", State.OUTER: "OR", State.INNER: "IR", State.ROLLER: "B"}
 BADGE = {
     Origin.MEASURED: Badge.MEASURED,
     Origin.SIMULATED: Badge.SIMULATED,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from srbval.bearing import DEFECTS
 from srbval.evidence.gather import Evidence
 from srbval.recordings.datasets.description import dataset
 from srbval.report.badges import Tone
@@ -12,7 +13,7 @@ from srbval.report.inline import literal
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table, Value
 from srbval.validation.fault_call import Basis
-from srbval.validation.other_rigs import LINE_OF, RACES, OtherRecord
+from srbval.validation.other_rigs import RACES, OtherRecord
 
 NEAR_PCT = 0.5
 
@@ -40,8 +41,8 @@ def _intro(records: Sequence[OtherRecord], read: Sequence[OtherRecord]) -> Parag
 
 
 def _summary(read: Sequence[OtherRecord]) -> list[Paragraph]:
-    faults = [r for r in read if r.line in RACES and r.state in LINE_OF]
-    healthy = [r for r in read if r.state not in LINE_OF]
+    faults = [r for r in read if r.line in RACES and r.state in DEFECTS]
+    healthy = [r for r in read if r.state not in DEFECTS]
     called = [r for r in healthy if r.call is not None and r.call.called is not None]
     wrong = [r for r in healthy if r.shown]
     graded = {d.source for r in read if (d := dataset(r.dataset).diagnosability)}
@@ -155,7 +156,7 @@ def _table(read: Sequence[OtherRecord]) -> Table:
 
 
 def _row(r: OtherRecord) -> list[Cell | Value]:
-    healthy = r.state not in LINE_OF
+    healthy = r.state not in DEFECTS
     good = r.shown != healthy
     return [
         Cell(value=r.file, note=r.dataset),

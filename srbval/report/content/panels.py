@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.recordings import Origin, State
+from srbval.bearing import Fault
+from srbval.recordings import Origin
 from srbval.report.blocks import Explore, Figure, FigureGrid
-from srbval.report.content.names import SIDE_NAME, STATE_NAME, badge_of, rpm_of
+from srbval.report.content.names import SIDE_NAME, badge_of, rpm_of
 from srbval.report.content.scalogram_checks import Window, choose_transform
 from srbval.report.figures import acceleration_panel, envelope_spectrum_panel, fault_cursors, scalogram_panel
 from srbval.report.inline import literal
@@ -26,8 +27,7 @@ FloatArray = NDArray[np.float64]
 WINDOW_S = (0.3, 0.5)  # shown in Figures 11 and 14: two to three shaft turns, clear of the filter's ends
 SPECTRUM_HZ = 600.0  # Figures 12 and 13
 SCALOGRAM_HZ = (40.0, 1000.0)  # Figure 14: from below the race lines to their high harmonics
-LINE_OF = {State.OUTER: "BPFO", State.INNER: "BPFI"}
-PAIRS = {State.HEALTHY: "ab", State.OUTER: "cd", State.INNER: "ef"}
+PAIRS = {Fault.HEALTHY: "ab", Fault.OUTER: "cd", Fault.INNER: "ef"}
 COLOUR_QUANTILE = 0.995  # top of the shared colour scale, so that one burst does not darken all the rest
 HEAD_ROOM, LABEL_ROOM = 1.12, 1.4  # above the highest value on a shared axis, for the marks of found lines
 
@@ -36,21 +36,21 @@ HEAD_ROOM, LABEL_ROOM = 1.12, 1.4  # above the highest value on a shared axis, f
 class Side:
     """One column of the figures: its analyses by state."""
 
-    analyses: Mapping[State, Analysis]
+    analyses: Mapping[Fault, Analysis]
 
-    def scaled(self, state: State) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def scaled(self, state: Fault) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Time [s], band-passed acceleration and envelope in standard deviations of the former."""
         shown = self.analyses[state].processed
         spread = float(np.std(shown.filtered))
         time = np.arange(len(shown.filtered)) / shown.fs_hz
         return time, shown.filtered / spread, shown.envelope / spread
 
-    def spectrum(self, state: State) -> tuple[FloatArray, FloatArray]:
+    def spectrum(self, state: Fault) -> tuple[FloatArray, FloatArray]:
         """Frequency [Hz] and envelope amplitude in standard deviations of the band-passed signal."""
         shown = self.analyses[state].processed
         return shown.spectrum.frequency_hz, shown.spectrum.amplitude / float(np.std(shown.filtered))
 
-    def scalogram(self, state: State) -> Scalogram:
+    def scalogram(self, state: Fault) -> Scalogram:
         """Wavelet transform of the envelope in the window, in the same unit; its ends are hatched in the picture."""
         time, _, strength = self.scaled(state)
         part = strength[_inside(time)]
@@ -59,7 +59,7 @@ class Side:
             part - part.mean(), self.analyses[state].processed.fs_hz, range_hz=SCALOGRAM_HZ, rows=ROWS, columns=COLUMNS
         )
 
-    def scalogram_window(self, state: State) -> Window:
+    def scalogram_window(self, state: Fault) -> Window:
         """Samples in the window, their rate and the rows' range: what a transform is tried on."""
         inside = _inside(self.scaled(state)[0])
         return int(np.count_nonzero(inside)), self.analyses[state].processed.fs_hz, SCALOGRAM_HZ
@@ -69,8 +69,8 @@ def figures_11_to_14(model: Side, rig: Side, folder: Path) -> list[FigureGrid]:
     """The sixteen panels; (a, c, e) model, (b, d, f) rig."""
     return [
         _figure_11(model, rig, folder),
-        _spectrum_figure("12", State.OUTER, model, rig, folder),
-        _spectrum_figure("13", State.INNER, model, rig, folder),
+        _spectrum_figure("12", Fault.OUTER, model, rig, folder),
+        _spectrum_figure("13", Fault.INNER, model, rig, folder),
         _figure_14(model, rig, folder),
     ]
 
@@ -79,7 +79,7 @@ def model_alone(model: Side, folder: Path) -> list[FigureGrid]:
     """The model's panels at the paper's own speed, with no rig recording beside them."""
     spectra = [
         _spectrum_panel(f"fig{n}a-paper-speed", f"{n}a", state, model, model, folder)
-        for n, state in (("12", State.OUTER), ("13", State.INNER))
+        for n, state in (("12", Fault.OUTER), ("13", Fault.INNER))
     ]
     limit = _largest(abs(model.scaled(s)[1][_inside(model.scaled(s)[0])]) for s in PAIRS)
     time = [
@@ -106,16 +106,16 @@ def _figure_11(model: Side, rig: Side, folder: Path) -> FigureGrid:
         columns=2,
         label="Figure 11",
         caption="Acceleration and its envelope, band-passed, in standard deviations of the band-passed record. "
-        "Left the model, right the rig side; all panels on the same axes. " + _again(model, rig, State.HEALTHY),
+        "Left the model, right the rig side; all panels on the same axes. " + _again(model, rig, Fault.HEALTHY),
     )
 
 
 def _acceleration_panel(
-    name: str, letter: str, state: State, side: Side, limit: float, folder: Path
+    name: str, letter: str, state: Fault, side: Side, limit: float, folder: Path
 ) -> Figure:  # fmt: skip
     analysis = side.analyses[state]
     time, signal, strength = side.scaled(state)
-    line = LINE_OF.get(state)
+    line = state.line
     period = None if line is None else 1 / analysis.line(line).kinematic_hz
     files = acceleration_panel(
         folder, name, time_s=time, acceleration=signal, envelope=strength,
@@ -130,7 +130,7 @@ def _acceleration_panel(
     )  # fmt: skip
 
 
-def _spectrum_figure(number: str, state: State, model: Side, rig: Side, folder: Path) -> FigureGrid:
+def _spectrum_figure(number: str, state: Fault, model: Side, rig: Side, folder: Path) -> FigureGrid:
     panels = [
         _spectrum_panel(f"fig{number}{letter}", f"{number}{letter}", state, side, other, folder)
         for side, other, letter in ((model, rig, "a"), (rig, model, "b"))
@@ -139,21 +139,21 @@ def _spectrum_figure(number: str, state: State, model: Side, rig: Side, folder: 
         figures=tuple(panels),
         columns=1,
         label=f"Figure {number}",
-        caption=f"Envelope spectra, {STATE_NAME[state]} defect, on the same axes, with the healthy bearing of the "
+        caption=f"Envelope spectra, {state.label} defect, on the same axes, with the healthy bearing of the "
         "same side dashed. Green: kinematic fault lines and their sidebands (fr: shaft speed), in Hz and shaft orders; "
         "triangles: lines that were read and detected. " + _again(model, rig, state),
     )
 
 
-def _spectrum_panel(name: str, letter: str, state: State, side: Side, other: Side, folder: Path) -> Figure:
+def _spectrum_panel(name: str, letter: str, state: Fault, side: Side, other: Side, folder: Path) -> Figure:
     analysis = side.analyses[state]
-    line = LINE_OF[state]
+    line = state.line or ""
     shaft_hz = analysis.speed.value_hz
     frequency, amplitude = side.spectrum(state)
     top = _largest(_below(*s.spectrum(state)) for s in (side, other)) * LABEL_ROOM / HEAD_ROOM
     cursors = fault_cursors(
         line, analysis.line(line).kinematic_hz, f_max_hz=SPECTRUM_HZ, sideband_hz=shaft_hz,
-        sidebands=2 if state is State.INNER else 0,
+        sidebands=2 if state is Fault.INNER else 0,
     )  # fmt: skip
     peaks = [
         (n.found_hz, _height_at(n.found_hz, frequency, amplitude))
@@ -163,7 +163,7 @@ def _spectrum_panel(name: str, letter: str, state: State, side: Side, other: Sid
     files = envelope_spectrum_panel(
         folder, name, frequency_hz=frequency, amplitude=amplitude, shaft_hz=shaft_hz,
         origin=analysis.recording.origin.value, cursors=cursors, peaks=peaks,
-        healthy=side.spectrum(State.HEALTHY), letter=letter[-1], title=_title(analysis, state),
+        healthy=side.spectrum(Fault.HEALTHY), letter=letter[-1], title=_title(analysis, state),
         f_max_hz=SPECTRUM_HZ, y_limits=(0.0, top),
     )  # fmt: skip
     resolution = analysis.processed.spectrum.resolution_hz
@@ -178,7 +178,7 @@ def _spectrum_panel(name: str, letter: str, state: State, side: Side, other: Sid
             x="frequency_hz",
             x_label="Frequency, Hz",
             y_label="Envelope amplitude, std. dev.",
-            curves={"amplitude": STATE_NAME[state], "healthy_amplitude": "healthy"},
+            curves={"amplitude": state.label, "healthy_amplitude": "healthy"},
             marks=tuple((c.name, c.frequency_hz) for c in cursors),
             x_per_order=shaft_hz,
         ),
@@ -203,17 +203,17 @@ def _figure_14(model: Side, rig: Side, folder: Path) -> FigureGrid:
 
 
 def _scalogram_panel(
-    letter: str, state: State, side: Side, image: Scalogram, top: float, folder: Path
+    letter: str, state: Fault, side: Side, image: Scalogram, top: float, folder: Path
 ) -> Figure:  # fmt: skip
     analysis = side.analyses[state]
-    line = LINE_OF.get(state)
+    line = state.line
     expected = None if line is None else analysis.line(line).kinematic_hz
     files = scalogram_panel(
         folder, f"fig14{letter}", time_s=image.time_s + WINDOW_S[0],
         frequency_hz=image.frequency_hz, magnitude=image.amplitude, limits=(0.0, top),
         origin=analysis.recording.origin.value, letter=letter, title=_title(analysis, state),
         window_s=WINDOW_S, edge_s=image.edge_s, record_s=WINDOW_S,
-        period_s=1 / analysis.speed.value_hz if state is State.INNER else None,
+        period_s=1 / analysis.speed.value_hz if state is Fault.INNER else None,
         period_name="1/fr", line_hz=expected, line_name=line or "",
     )  # fmt: skip
     return _figure(
@@ -232,24 +232,23 @@ def _figure(
     )  # fmt: skip
 
 
-def _again(model: Side, rig: Side, state: State) -> str:
+def _again(model: Side, rig: Side, state: Fault) -> str:
     """The commands that make a pair of panels again."""
     own, other = model.analyses[state], rig.analyses[state].recording
-    defect = {State.HEALTHY: "none", State.OUTER: "outer", State.INNER: "inner"}[state]
     file = Path(other.file).name if other.file and other.origin is Origin.MEASURED else ""
     named = f"; rig: `srbval analyse` {literal(file)}" if file else ""
     return (
-        f"Once more, model: `srbval simulate --defect {defect} --rpm {rpm_of(own):.4f} --seconds "
+        f"Once more, model: `srbval simulate --defect {state.scene_word} --rpm {rpm_of(own):.4f} --seconds "
         f"{own.recording.seconds:.4g} -o run.h5`, then `srbval analyse run.h5`{named}."
     )
 
 
-def _title(analysis: Analysis, state: State) -> str:
-    return f"{STATE_NAME[state]}, {rpm_of(analysis):.4g} rpm"
+def _title(analysis: Analysis, state: Fault) -> str:
+    return f"{state.label}, {rpm_of(analysis):.4g} rpm"
 
 
-def _who(analysis: Analysis, state: State) -> str:
-    what = "healthy bearing" if state is State.HEALTHY else f"{STATE_NAME[state]} defect"
+def _who(analysis: Analysis, state: Fault) -> str:
+    what = "healthy bearing" if state is Fault.HEALTHY else f"{state.label} defect"
     return f"{SIDE_NAME[analysis.recording.origin]}, {what}, shaft {rpm_of(analysis):.2f} rpm ({analysis.speed.source})"
 
 

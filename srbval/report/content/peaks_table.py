@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from srbval.recordings import State
-from srbval.report.content.names import BADGE, STATE_NAME
+from srbval.bearing import Fault
+from srbval.report.content.names import BADGE
 from srbval.report.table import Cell, Column, Table, Value
 from srbval.validation.analyse import Analysis
 from srbval.validation.lines import Line
-from srbval.validation.table6 import LINE_OF
 
 
-def peaks_table(number: str, state: State, model: Analysis, rig: Analysis) -> Table:
+def peaks_table(number: str, state: Fault, model: Analysis, rig: Analysis) -> Table:
     """One row a line of the state's family; a dash where it was not detected."""
-    name = LINE_OF[state]
+    name = state.line or ""
     rows = [_row(line, model, rig) for line in model.lines if line.name.startswith(name)]
     return Table(
         id=f"peaks-{number}",
         label=f"Peaks of Figure {number}",
-        caption=f"{name}, its harmonics and its sidebands at the shaft speed (fr), {STATE_NAME[state]} defect: "
+        caption=f"{name}, its harmonics and its sidebands at the shaft speed (fr), {state.label} defect: "
         "frequency found with its 95 % half width, shaft order, and power over the local noise.",
         columns=(
             Column(title="Line"),

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from srbval.recordings import State
+from srbval.bearing import Fault
 from srbval.report.badges import Tone
 from srbval.report.blocks import Block, Figure, FigureGrid, Paragraph
-from srbval.report.content.names import STATE_CODE
 from srbval.report.figures.agreement import agreement_plot
 from srbval.report.table import Cell, Column, Table
 from srbval.validation.bias import LEVELS, Pair, biases, pairs
@@ -50,7 +49,7 @@ def _table(rows: Sequence[QuantityComparison]) -> Table:
         ),
         rows=[
             [
-                STATE_CODE[State(row.defect)],
+                Fault(row.defect).code,
                 row.quantity,
                 row.model,
                 row.rig,
@@ -98,7 +97,7 @@ def _cells_table(cells: Sequence[MatrixCell]) -> Table:
         ),
         rows=[
             [
-                f"{STATE_CODE[c.state]}, {c.radial_kn:g}/{c.axial_kn:g}, {c.nominal_rpm:g}",
+                f"{c.state.code}, {c.radial_kn:g}/{c.axial_kn:g}, {c.nominal_rpm:g}",
                 c.line,
                 *(_told(c, kind) for kind in (Kind.FREQUENCY, Kind.PATTERN, Kind.PRESENCE, Kind.SIDEBANDS, Kind.SHAPE)),
             ]

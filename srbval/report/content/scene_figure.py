@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+from srbval.bearing import Fault
 from srbval.evidence.gather import Evidence
-from srbval.recordings import State
 from srbval.report.badges import Badge
 from srbval.report.blocks import Figure
-from srbval.report.content.names import STATE_CODE
 from srbval.report.figures import Deviation, bearing_scene, deviation_plot
 from srbval.validation.comparison import Comparison, RigSource, deviation_pct
 
@@ -27,7 +26,7 @@ def scene_figure(evidence: Evidence, folder: Path) -> Figure:
         pitch_radius_m=geometry.pitch_radius_m, roller_diameter_m=geometry.roller_diameter_m,
         rollers=geometry.rollers_per_row, outer_diameter_m=geometry.outer_diameter_m,
         load_text=f"{load.radial_n / 1e3:g} kN", load_angle_rad=load.direction_rad,
-        defect=defect.kind.value, defect_angle_rad=load.zone_rad + defect.angle_rad,
+        defect=defect.kind.scene_word, defect_angle_rad=load.zone_rad + defect.angle_rad,
         sensor_angle_rad=SENSOR_RAD, first_roller_rad=0.0, title="One row, seen along the shaft",
     )  # fmt: skip
     return Figure(
@@ -55,7 +54,7 @@ def table6_figure(evidence: Evidence, folder: Path) -> Figure:
 
 
 def _points(row: Comparison) -> list[Deviation]:
-    group = f"{STATE_CODE[State(row.defect)]} at {row.shaft_rpm:.0f} rpm"
+    group = f"{Fault(row.defect).code} at {row.shaft_rpm:.0f} rpm"
     ours = Deviation(group=group, source="our model", kind="simulated", deviation_pct=row.model_deviation_pct,
                      ci95_pct=100 * row.model_ci95_hz / row.kinematic_hz or None)  # fmt: skip
     if row.rig_source is RigSource.MEASURED and row.rig_ci95_hz is not None:

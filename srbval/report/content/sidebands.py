@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from srbval.bearing import Fault
 from srbval.evidence.gather import Evidence
-from srbval.recordings import State
 from srbval.report.blocks import Paragraph
 from srbval.report.content.names import SIDE_NAME
 from srbval.validation.analyse import Analysis
@@ -14,7 +14,7 @@ from srbval.validation.analyse import Analysis
 def sideband_remark(evidence: Evidence) -> Paragraph:
     """Heights of the sidebands at one and two shaft speeds beside the line's own, model and rig."""
     height_mm = evidence.runs["paper-inner"].scene.defect.height_m * 1e3
-    sides = (evidence.beside_rig[State.INNER], evidence.rig[State.INNER])
+    sides = (evidence.beside_rig[Fault.INNER], evidence.rig[Fault.INNER])
     texts = [f"{SIDE_NAME[a.recording.origin]}: {_heights(a)}" for a in sides]
     return Paragraph(
         "**Sidebands of the inner-race line**, as shares of the line itself, mean of both sides: "

@@ -8,7 +8,7 @@ from srbval.evidence.gather import Evidence
 from srbval.recordings import Origin
 from srbval.report.badges import Tone
 from srbval.report.blocks import Block, Callout, Listing, Paragraph
-from srbval.report.content.names import FETCH_COMMAND, STATE_NAME, badge_of, rpm_of
+from srbval.report.content.names import FETCH_COMMAND, badge_of, rpm_of
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table, Value
 from srbval.validation.analyse import Analysis
@@ -65,7 +65,7 @@ def _row(group: str, analysis: Analysis) -> list[Cell | Value]:
     recording = analysis.recording
     name = Path(recording.file).name if recording.file else "model run"
     low, high = analysis.processed.band_hz
-    state = STATE_NAME[recording.state] if recording.state else "not stated"
+    state = recording.state.label if recording.state else "not stated"
     ci95 = 60 * analysis.speed.ci95_hz or None
     return [
         Cell(value=name, badge=badge_of(analysis)),
@@ -88,7 +88,7 @@ def finding(analysis: Analysis) -> str:
 
 
 def _warning(evidence: Evidence) -> list[Block]:
-    synthetic = [STATE_NAME[s] for s, a in evidence.rig.items() if a.recording.origin is Origin.STAND_IN]
+    synthetic = [s.label for s, a in evidence.rig.items() if a.recording.origin is Origin.STAND_IN]
     if not synthetic:
         return []
     return [

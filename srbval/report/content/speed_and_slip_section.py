@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from srbval.bearing import Fault
 from srbval.evidence.gather import Evidence
-from srbval.recordings import State
 from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Callout, Paragraph
 from srbval.report.inline import literal
@@ -94,7 +94,7 @@ def _speeds() -> Table:
     means = {(m.state, m.nominal_rpm): m.mean_rpm for m in speeds.means}
     nominal = sorted({m.nominal_rpm for m in speeds.means})
     rows: list[list[Value]] = [
-        [state.value, *(x for n in nominal for x in (means[state, n], _from_outer(means, state, n)))] for state in State
+        [state.value, *(x for n in nominal for x in (means[state, n], _from_outer(means, state, n)))] for state in Fault
     ]
     columns = [Column(title="State")]
     for n in nominal:
@@ -110,8 +110,8 @@ def _speeds() -> Table:
     )
 
 
-def _from_outer(means: dict[tuple[State, float], float], state: State, nominal_rpm: float) -> float:
-    return deviation_pct(means[state, nominal_rpm], means[State.OUTER, nominal_rpm])
+def _from_outer(means: dict[tuple[Fault, float], float], state: Fault, nominal_rpm: float) -> float:
+    return deviation_pct(means[state, nominal_rpm], means[Fault.OUTER, nominal_rpm])
 
 
 def _statement(evidence: Evidence) -> Callout:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from srbval.bearing import Fault
 from srbval.evidence.gather import Evidence
-from srbval.recordings import State
 from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Callout, Figure, Paragraph
-from srbval.report.content.names import FETCH_COMMAND, STATE_CODE
+from srbval.report.content.names import FETCH_COMMAND
 from srbval.report.content.quantity_blocks import quantity_blocks
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table, Value
@@ -25,7 +25,7 @@ def table6_section(evidence: Evidence, picture: Figure) -> Section:
     measured = [row for row in evidence.rows if row.rig_source is RigSource.MEASURED]
     blocks: list[Block] = [_published_table(published, evidence.printed.shaft_rpm), picture]
     if measured:
-        rpm = evidence.rig[State.OUTER].recording.nominal_rpm
+        rpm = evidence.rig[Fault.OUTER].recording.nominal_rpm
         blocks += [_measured_table(measured, rpm or 0.0), _parts_table(measured), _how_to_read()]
         blocks += quantity_blocks(evidence.comparisons)
     else:
@@ -43,7 +43,7 @@ def table6_section(evidence: Evidence, picture: Figure) -> Section:
 def _published_table(rows: list[Comparison], shaft_rpm: float) -> Table:
     table: list[list[Cell | Value]] = [
         [
-            f"{STATE_CODE[State(row.defect)]} ({row.line})",
+            f"{Fault(row.defect).code} ({row.line})",
             Cell(value=row.kinematic_hz, badge=Badge.PUBLISHED),
             _with_deviation(row.paper_model_hz, row.paper_model_printed_pct, row.kinematic_hz),
             _with_deviation(row.paper_rig_hz, row.paper_rig_printed_pct, row.kinematic_hz),
@@ -91,7 +91,7 @@ def _with_deviation(value: float | None, printed_pct: float | None, kinematic: f
 def _measured_table(rows: list[Comparison], nominal_rpm: float) -> Table:
     table: list[list[Cell | Value]] = [
         [
-            f"{STATE_CODE[State(row.defect)]} ({row.line})",
+            f"{Fault(row.defect).code} ({row.line})",
             row.shaft_rpm,
             Cell(value=row.kinematic_hz, badge=Badge.COMPUTED),
             Cell(value=row.rig_hz, ci95=row.rig_ci95_hz, badge=Badge.MEASURED),

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from srbval.bearing import SphericalRollerGeometry
+from srbval.bearing import Fault, SphericalRollerGeometry
 from srbval.models.full.parameters import roller_diameter_m
-from srbval.scene import DefectKind, Scene
+from srbval.scene import Scene
 
 P = (0.5, 1.0, 1.5)
 
@@ -58,7 +58,7 @@ def clouds(scene: Scene, g: SphericalRollerGeometry) -> dict[str, np.ndarray]:
                     normal = (c, s)
                 lift = np.zeros(n)
                 d = scene.defect
-                if d.kind is DefectKind(kind) and (d.row, d.circle) == (row, circle):
+                if d.kind is Fault(kind) and (d.row, d.circle) == (row, circle):
                     middle = scene.load.zone_rad + d.angle_rad
                     first = round(middle / (2 * np.pi) * n - (d.points - 1) / 2)
                     lift[[(first + i) % n for i in range(d.points)]] = d.height_m
