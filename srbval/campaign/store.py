@@ -16,7 +16,7 @@ from srbval.campaign.case import Case, version
 from srbval.campaign.settings import Campaign
 from srbval.campaign.task import Outcome
 from srbval.errors import ConfigurationError, DataError
-from srbval.storage.strict_json import strict, write_json
+from srbval.storage.strict_json import json_value, write_json
 from srbval.storage.whole_file import whole_file
 
 ABOUT, PLAN, JOURNAL, TABLE, CASES = "campaign.json", "plan.jsonl", "journal.jsonl", "results.csv", "cases"
@@ -45,7 +45,7 @@ class Store:
         self.clear_parts()
         try:
             with whole_file(self.folder / PLAN) as part, part.open("w", encoding="utf-8") as stream:
-                stream.writelines(json.dumps(strict(case.to_dict())) + "\n" for case in cases)
+                stream.writelines(json.dumps(json_value(case.to_dict())) + "\n" for case in cases)
             about = {"name": campaign.name, "title": campaign.title, "cases": len(cases), "version": version()}
             write_json(self.folder / ABOUT, about)
         except OSError as error:
@@ -114,7 +114,7 @@ class Store:
     def _note(self, entry: dict[str, Any]) -> None:
         """Append a line; a full disk must not end the campaign, so one that cannot be written is let go."""
         stamp = {"at_utc": datetime.now(UTC).isoformat(timespec="milliseconds")}
-        line = "\n" + json.dumps(strict(entry | stamp))  # a line cut off before does not spoil this one
+        line = "\n" + json.dumps(json_value(entry | stamp))  # a line cut off before does not spoil this one
         try:
             with (self.folder / JOURNAL).open("a", encoding="utf-8") as stream:
                 stream.write(line)

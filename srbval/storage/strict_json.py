@@ -1,7 +1,21 @@
-"""Strict JSON: numbers as numbers, null instead of NaN or Infinity, whole files or none."""
+"""Strict JSON: numbers as numbers, null instead of NaN or Infinity, whole files or none.
+
+A dataclass is written as an object of its fields, in their order, without any method of its own. Two class
+attributes change what is written of it::
+
+    @dataclass(frozen=True)
+    class Check:
+        JSON_PROPERTIES: ClassVar = ("ok",)  # computed properties, written after the fields
+        JSON_OMITTED: ClassVar = ("run",)  # fields that are not written
+        ...
+
+A class whose JSON object has another shape than its fields has a method ``to_dict()`` that returns a mapping; its
+values may be anything that can be written, other dataclasses included.
+"""
 
 from __future__ import annotations
 
+import dataclasses
 import enum
 import json
 import math
@@ -15,34 +29,46 @@ import numpy as np
 from srbval.storage.whole_file import whole_file
 
 
-def strict(value: Any) -> Any:
+def json_value(value: Any) -> Any:
     """Turn `value` into what JSON knows.
 
-    NumPy scalars and arrays, enums, paths, dates and tuples are converted; a number that is not finite
-    becomes None. Raises TypeError for anything else, so that no object is ever written as its repr.
+    Dataclasses, mappings, NumPy scalars and arrays, enums, paths, dates and tuples are converted; a number that is
+    not finite becomes None. Raises TypeError for anything else, so that no object is ever written as its repr.
     """
     if isinstance(value, enum.Enum):
-        return strict(value.value)
+        return json_value(value.value)
+    if isinstance(value, np.ndarray | np.generic):
+        return json_value(value.tolist())
     if value is None or isinstance(value, str | bool | int):
         return value
     if isinstance(value, float):
-        return float(value) if math.isfinite(value) else None
-    if isinstance(value, np.ndarray | np.generic):
-        return strict(value.tolist())
+        return value if math.isfinite(value) else None
     if isinstance(value, Path):
         return value.as_posix()
     if isinstance(value, datetime):
         return value.isoformat()
     if isinstance(value, Mapping):
-        return {_key(key): strict(item) for key, item in value.items()}
+        return {_key(key): json_value(item) for key, item in value.items()}
     if isinstance(value, tuple | list):
-        return [strict(item) for item in value]
-    raise TypeError(f"{type(value).__name__} has no place in a JSON file.")
+        return [json_value(item) for item in value]
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return json_object(value)
+    raise TypeError(f"{type(value).__name__} cannot be written as JSON.")
+
+
+def json_object(instance: Any) -> dict[str, Any]:
+    """The JSON object of a dataclass; see the module's text for what it holds."""
+    if hasattr(instance, "to_dict"):
+        return {_key(key): json_value(item) for key, item in instance.to_dict().items()}
+    kind = type(instance)
+    omitted = getattr(kind, "JSON_OMITTED", ())
+    names = [field.name for field in dataclasses.fields(instance) if field.name not in omitted]
+    return {name: json_value(getattr(instance, name)) for name in (*names, *getattr(kind, "JSON_PROPERTIES", ()))}
 
 
 def strict_json(value: Any) -> str:
-    """One JSON document, two blanks of indent, keys in the order given, a newline at the end."""
-    return json.dumps(strict(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    """One JSON document, indented by two spaces, keys in the order given, a newline at the end."""
+    return json.dumps(json_value(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def write_json(path: Path, value: Any) -> None:
@@ -54,6 +80,8 @@ def write_json(path: Path, value: Any) -> None:
 
 
 def _key(key: Any) -> str:
-    if not isinstance(key, str):
+    """The text of a key: a string, or an enum member whose value is one."""
+    text = key.value if isinstance(key, enum.Enum) else key
+    if not isinstance(text, str):
         raise TypeError(f"JSON key {key!r} must be text.")
-    return str(key)
+    return str(text)
