@@ -19,6 +19,7 @@ import time
 from functools import cache
 from pathlib import Path
 
+from srbval.storage.cache import KERNELS, cache_folder
 from srbval.storage.own_package import child_environment
 
 WITHOUT_KERNELS = ("kinematic", "impulse")
@@ -30,13 +31,10 @@ _lock = threading.RLock()
 @cache
 def kernel_cache_folder() -> Path:
     """Folder of the compiled kernels of exactly this version of all kernel sources."""
-    import platformdirs
-
     digest = hashlib.sha256()
     for source in sorted(Path(__file__).parent.rglob("*.py")):
         digest.update(source.read_bytes())
-    base = os.environ.get("NUMBA_CACHE_DIR") or platformdirs.user_cache_dir("srbval")
-    return Path(base) / "kernels" / digest.hexdigest()[:16]
+    return cache_folder(KERNELS) / digest.hexdigest()[:16]
 
 
 def is_compiled(model: str) -> bool:

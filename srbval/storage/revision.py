@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import subprocess
-from pathlib import Path
 
-import srbval
+from srbval.storage.own_package import package_folder
 
 
 def git_revision() -> str | None:
     """Short revision, marked where the tree was changed since; None for an installed copy."""
-    root = Path(srbval.__file__).resolve().parents[1]
+    root = package_folder().parent
     if not (root / ".git").exists():
         return None
     try:

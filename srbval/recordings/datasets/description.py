@@ -7,10 +7,10 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-import srbval
 from srbval.bearing import Fault
 from srbval.config.strict import build, read_toml
-from srbval.errors import ConfigurationError, DataError
+from srbval.errors import ConfigurationError
+from srbval.storage.own_package import shipped_folder
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -227,12 +227,8 @@ class DatasetDescription:
 
 
 def data_manifest_folder() -> Path:
-    """The folder of the descriptions: inside an installed package, beside it in a source checkout."""
-    package = Path(srbval.__file__).resolve().parent
-    for folder in (package / "data_manifest", package.parent / "data_manifest"):
-        if folder.is_dir():
-            return folder
-    raise DataError(f"data_manifest is missing beside {package}; install srbval again.")
+    """The folder of the descriptions."""
+    return shipped_folder("data_manifest")
 
 
 @functools.cache

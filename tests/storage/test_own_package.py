@@ -1,0 +1,51 @@
+"""The package finds itself, what is shipped with it, and itself again in a child process."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import srbval
+from srbval.errors import DataError
+from srbval.storage.own_package import child_environment, package_folder, shipped_folder
+from srbval.storage.revision import git_revision
+
+HERE = Path(srbval.__file__).parent
+
+
+def test_the_package_folder() -> None:
+    assert package_folder() == HERE
+
+
+@pytest.mark.parametrize("name", ["data_manifest", "reports"])
+def test_what_is_shipped_is_found(name: str) -> None:
+    assert any(shipped_folder(name).iterdir())
+
+
+def test_what_is_missing_is_a_data_error() -> None:
+    with pytest.raises(DataError, match="incomplete"):
+        shipped_folder("no_such_folder")
+
+
+def test_a_child_process_imports_this_very_package(tmp_path: Path) -> None:
+    found = subprocess.run(
+        [sys.executable, "-P", "-c", "import srbval; print(srbval.__file__)"],
+        env=os.environ | child_environment(), cwd=tmp_path, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert Path(found.stdout.strip()).parent == HERE
+
+
+@pytest.mark.skipif(not (HERE.parent / ".git").exists(), reason="not a git checkout")
+def test_the_revision_of_a_checkout() -> None:
+    revision = git_revision()
+    assert revision is not None
+    assert len(revision.removesuffix("-dirty")) >= 12  # `git describe --abbrev=12`
+
+
+def test_an_installed_copy_has_no_revision(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("srbval.storage.revision.package_folder", lambda: tmp_path / "srbval")
+    assert git_revision() is None
