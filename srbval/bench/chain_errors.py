@@ -8,9 +8,14 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from srbval.signal.bandpass import bandpass, end_s
-from srbval.signal.envelope import squared_envelope
-from srbval.signal.one_pass import analytic_signal, butterworth_gain, squared_envelope_one_pass
+from srbval.signal import (
+    analytic_signal,
+    bandpass,
+    butterworth_gain,
+    end_s,
+    squared_envelope,
+    squared_envelope_one_pass,
+)
 
 FloatArray = NDArray[np.float64]
 

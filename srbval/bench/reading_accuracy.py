@@ -17,8 +17,7 @@ from srbval.bench.reading_records import (
     periodogram_of,
     read_record,
 )
-from srbval.signal.interval import NORMAL_95
-from srbval.signal.phasors import Phasors
+from srbval.signal import NORMAL_95, Phasors
 
 FloatArray = NDArray[np.float64]
 

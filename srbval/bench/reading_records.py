@@ -7,8 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.signal import LineReading, Periodogram, read_comb
-from srbval.signal.cramer_rao import frequency_error_hz
+from srbval.signal import LineReading, Periodogram, frequency_error_hz, read_comb
 
 FloatArray = NDArray[np.float64]
 

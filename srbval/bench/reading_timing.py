@@ -9,9 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from srbval.signal.bandpass import bandpass
-from srbval.signal.morlet import morlet_scalogram
-from srbval.signal.one_pass import envelope_spectrum_one_pass
+from srbval.signal import bandpass, envelope_spectrum_one_pass, morlet_scalogram
 
 FS_HZ, SECONDS = 20_480.0, 30.0
 BAND_HZ = (1400.0, 2800.0)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.signal.interval import SlipInterval, slip_interval
-from srbval.signal.wander import RATIOS, modes_of, weigh
+from srbval.signal.slip import RATIOS, modes_of, weigh
 
 FloatArray = NDArray[np.float64]
 

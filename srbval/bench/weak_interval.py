@@ -25,10 +25,10 @@ from srbval.bench.reading_records import (
     periodogram_of,
     read_record,
 )
-from srbval.signal.interval import NORMAL_95, slip_interval
+from srbval.signal import NORMAL_95, Phasors
+from srbval.signal.interval import slip_interval
 from srbval.signal.phase_posterior import posterior
-from srbval.signal.phasors import Phasors
-from srbval.signal.wander import noise_error_hz, weak_sums
+from srbval.signal.slip import noise_error_hz, weak_sums
 
 FloatArray = NDArray[np.float64]
 Comb = tuple[tuple[float, ...], float]  # amplitudes, line-to-noise ratio of the first [dB]
@@ -60,7 +60,7 @@ def drawn(cell: Cell) -> FloatArray:
             continue
         number = np.arange(1, 6, dtype=np.float64)
         reduced = periodogram_of(record)
-        noise = np.array([reduced.noise_about(h * LINE_HZ, h * HALF_SHARE * LINE_HZ).mean_power for h in number])
+        noise = np.array([reduced.noise_near(h * LINE_HZ, h * HALF_SHARE * LINE_HZ).mean_power for h in number])
         phasors = Phasors.of(reduced.samples, reduced.fs_hz, number * reading.found_hz)
         sums = weak_sums(phasors, number, noise, shortest_block_s=BLOCK_S)
         if sums is not None:

@@ -1,4 +1,4 @@
-"""Zero-phase band-pass, and the samples it spoils at both ends."""
+"""Zero-phase band-pass filter, and the samples that it spoils at both ends of a record."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ FloatArray = NDArray[np.float64]
 # Order of the Butterworth prototype; the two-way pass doubles the slope. The paper does not state its own.
 ORDER = 4
 
-# A two-way filter has to guess what lies beyond the record; on noise the guess spoils the envelope by tens
-# of per cent over the first milliseconds and is gone well before this, and before this many periods of the band's
-# width: its slowest pole decays with pi width sin(pi / 8), to 1e-6 in 11.5 of them.
+# A two-way filter has to extrapolate the record beyond its ends. On noise the extrapolation spoils the envelope by
+# tens of per cent over the first milliseconds. The error has decayed before this time, and before this many periods
+# of the bandwidth: the slowest pole decays at pi x bandwidth x sin(pi / 8), to 1e-6 within 11.5 of them.
 END_S, END_PERIODS = 0.05, 12.0
 
 
 def end_s(band_hz: tuple[float, float]) -> float:
-    """What is dropped at each end of a record filtered to `band_hz` [s]."""
+    """Time dropped at each end of a record that was filtered to `band_hz` [s]."""
     return max(END_S, END_PERIODS / (band_hz[1] - band_hz[0]))
 
 
@@ -43,8 +43,8 @@ def check_band(band_hz: tuple[float, float], fs_hz: float) -> None:
 def bandpass(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float], *, order: int = ORDER) -> FloatArray:
     """Butterworth band-pass without phase shift (forward and backward, second-order sections), [n].
 
-    The gain is the squared Butterworth magnitude, 1/2 at both edges of `band_hz`. The ends are not trusted:
-    see `drop_ends`. Raises `ConfigurationError` for an impossible band, `DataError` for a record too short.
+    The gain is the squared Butterworth magnitude, 1/2 at both edges of `band_hz`. The ends are unreliable: see
+    `drop_ends`. Raises `ConfigurationError` for an impossible band, `DataError` for a record that is too short.
     """
     check_band(band_hz, fs_hz)
     sections = scipy.signal.butter(order, band_hz, btype="bandpass", fs=fs_hz, output="sos")

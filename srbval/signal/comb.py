@@ -1,4 +1,4 @@
-"""Reading the frequency of a fault line by a joint fit of its harmonics and sidebands."""
+"""Frequency of a fault line by a joint fit of its harmonics and sidebands."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.signal.false_alarm import evidence, false_alarm, likely_ratio
+from srbval.signal.false_alarm import false_alarm, neg_log_p, true_noise_ratio
 from srbval.signal.joint_fit import Components, JointFit, fit
 from srbval.signal.periodogram import Noise, Periodogram
 
 FloatArray = NDArray[np.float64]
 
-# Harmonics fitted together, where the record reaches that far.
+# Harmonics fitted together, as far as they lie below the limit of the record.
 HARMONICS = 5
 # A line counts as detected when noise would show it less often than this ...
 FALSE_ALARM = 1e-3
-# ... and its first harmonic is this many times the local noise in the squared envelope spectrum, which parts
+# ... and its first harmonic is this many times the local noise in the squared envelope spectrum, which separates
 # the records that Smith & Randall (2015, Mech. Syst. Signal Process. 64-65, 100) call diagnosable from the
 # rest.
 LEAST_SNR = 10.0
-# A peak this much below a line within a few bins of it is that line's own flank (side lobes of a record
-# without window: 1/(pi k)^2 at k bins).
-FLANK_BINS, FLANK_SHARE = 4.0, 0.1
+# A peak this much below a line within a few bins of it is a side lobe of that line (of a record without window:
+# 1/(pi k)^2 at k bins).
+SIDE_LOBE_BINS, SIDE_LOBE_SHARE = 4.0, 0.1
 # Candidates per bin of the highest harmonic.
 _OVERSAMPLING = 8
 
@@ -34,13 +34,13 @@ class LineReading:
     """One line (or comb of lines) as found.
 
     `found_hz` is the fundamental, `ci95_hz` the half width of its 95 % interval without the uncertainty of
-    the shaft speed; `snr` the power of each harmonic over the local mean noise power of a bin;
-    `false_alarm` the chance of at least this much from noise alone anywhere in the window; `isolated` is
-    False where the peak is the flank of a far stronger line or of one outside the window. `depth` is
+    the shaft speed; `snr` the power of each harmonic over the local mean noise power in a bin;
+    `false_alarm` the probability of at least this much from noise alone anywhere in the window; `isolated` is
+    False where the peak is a side lobe of a far stronger line or of one outside the window. `depth` is
     the first harmonic's amplitude over the record's mean. `sideband_hz` and `sideband_ci95_hz` are the
-    spacing of the sidebands fitted with the line, None where none stood out. `resolution_hz` is one over the record's
-    duration, `noise_ci95_hz` what noise alone leaves uncertain (Cramer-Rao). A line is always *found*:
-    whether it is there is for `detected` to say.
+    spacing of the sidebands fitted with the line and its 95 % half width, None where no sideband stood out.
+    `resolution_hz` is one over the record's duration, `noise_ci95_hz` the interval from noise alone (Cramer-Rao). Some
+    peak is always *found*: whether it is a line is said by `detected`.
     """
 
     found_hz: float
@@ -57,7 +57,7 @@ class LineReading:
 
     @property
     def detected(self) -> bool:
-        """Whether the line is there: improbable as noise, strong enough, and not another line's flank."""
+        """Whether it is a line: improbable as noise, strong enough, and no side lobe of another line."""
         return self.isolated and self.false_alarm < FALSE_ALARM and self.snr[0] > LEAST_SNR
 
 
@@ -70,14 +70,14 @@ def read_comb(
     sideband_hz: float = 0.0,
     shortest_block_s: float | None = 0.0,
 ) -> LineReading | None:
-    """Fit ``f, 2f, ... Hf``, and where they show ``hf - s`` and ``hf + s``, within `half_window_hz` of `expected_hz`.
+    """Fit ``f, 2f, ... Hf``, and visible sidebands ``hf - s``, ``hf + s``, within `half_window_hz` of `expected_hz`.
 
-    The place is that of the most evidence in the harmonics together; from there line and spacing s, begun at
-    `sideband_hz` (zero: no sidebands), are fitted by maximum likelihood for lines of unknown amplitude and phase
-    (Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20, 591), and the line's course of phase is followed for slip
-    (`follow`), unless `shortest_block_s` is None. Harmonics beyond ``record.limit_hz`` are left out; shaft harmonics
-    count as nothing. The uncertainty joins noise and the line's own wander. None where even the fundamental lies out
-    of reach, its whole window is masked, or nothing peaks inside it.
+    The fit starts at the highest `neg_log_p` of all harmonics together; from there the line and the spacing s, which
+    starts at `sideband_hz` (zero: no sidebands), are fitted by maximum likelihood for lines of unknown amplitude and
+    phase (Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20, 591), and the line's phase is tracked for slip
+    (`track_slip`), unless `shortest_block_s` is None. Harmonics beyond ``record.limit_hz`` are left out; masked shaft
+    harmonics do not count. The uncertainty combines noise and slip. None where even the fundamental lies beyond the
+    limit, its whole window is masked, or no peak lies inside it.
     """
     used = min(harmonics, math.floor(record.limit_hz / (expected_hz + half_window_hz)))
     if used < 1:
@@ -86,43 +86,42 @@ def read_comb(
     candidates = _candidates(record, expected_hz, half_window_hz, used)
     if np.all(record.masked(candidates)):
         return None
-    noise = [record.noise_about(h * expected_hz, h * half_window_hz) for h in number]
+    noise = [record.noise_near(h * expected_hz, h * half_window_hz) for h in number]
     bins = np.array([n.bins for n in noise], dtype=np.float64)
     ratios = np.column_stack([_ratio(record, h * candidates, n) for h, n in zip(number, noise, strict=True)])
-    score = evidence(ratios, bins).sum(axis=1)
-    best = _highest_peak(candidates, score)
+    best = _highest_peak(candidates, neg_log_p(ratios, bins).sum(axis=1))
     if best is None:
         return None
-    # Evidence, wary of noise that is only estimated, flattens a strong line's top; its power does not.
-    highest = _worth(_snr(record, best, noise), bins)
+    # neg_log_p, which allows for noise that is only estimated, flattens the top of a strong line; its power does not.
+    highest = _totals(_snr(record, best, noise), bins)
     near = np.abs(candidates - best) <= record.bin_hz
     best = float(candidates[near][np.argmax(ratios[near].sum(axis=1))])
     components = Components.of(record, best, used, sideband_hz, noise)
     result = fit(record, best, components, sideband_hz, shortest_block_s=shortest_block_s)
     snr = _snr(record, result.found_hz, noise)
-    # The chance is that of the highest evidence in the window, which the fit's own place may fall short of.
-    seen = np.count_nonzero([~record.masked(h * candidates) for h in number], axis=0)
-    share = np.bincount(seen, minlength=used + 1) / candidates.size
-    chance = false_alarm(*max(_worth(snr, bins), highest), share, half_window_hz, record.seconds)
-    return _reading(record, result, snr, expected_hz, half_window_hz, chance, noise[0])
+    # The probability is that of the highest value in the window, which the fitted frequency may fall short of.
+    visible = np.count_nonzero([~record.masked(h * candidates) for h in number], axis=0)
+    share = np.bincount(visible, minlength=used + 1) / candidates.size
+    probability = false_alarm(*max(_totals(snr, bins), highest), share, half_window_hz, record.seconds)
+    return _reading(record, result, snr, expected_hz, half_window_hz, probability, noise[0])
 
 
 def peak_snr(record: Periodogram, expected_hz: float, half_window_hz: float) -> float | None:
     """Power over noise of the highest peak within `half_window_hz`; None where `read_comb` would give None.
 
-    To ask whether a line stands there at all, without a fit of its frequency.
+    Tells whether there is a line at all, without fitting its frequency.
     """
     candidates = _candidates(record, expected_hz, half_window_hz, 1)
     if expected_hz + half_window_hz > record.limit_hz or np.all(record.masked(candidates)):
         return None
-    noise = record.noise_about(expected_hz, half_window_hz)
+    noise = record.noise_near(expected_hz, half_window_hz)
     best = _highest_peak(candidates, _ratio(record, candidates, noise))
     return None if best is None else float(_snr(record, best, [noise])[0])
 
 
-def _worth(snr: FloatArray, bins: FloatArray) -> tuple[float, float]:
-    """Evidence of all harmonics together, and their ratio to the noise as it likely is where noise shows as much."""
-    return float(evidence(snr, bins).sum()), float(likely_ratio(snr, bins).sum())
+def _totals(snr: FloatArray, bins: FloatArray) -> tuple[float, float]:
+    """`neg_log_p` of all harmonics together, and the sum of their ratios to the true noise (`true_noise_ratio`)."""
+    return float(neg_log_p(snr, bins).sum()), float(true_noise_ratio(snr, bins).sum())
 
 
 def _reading(
@@ -131,7 +130,7 @@ def _reading(
     snr: FloatArray,
     expected_hz: float,
     half_window_hz: float,
-    chance: float,
+    probability: float,
     noise: Noise,
 ) -> LineReading:
     inside = abs(result.found_hz - expected_hz) < half_window_hz
@@ -139,7 +138,7 @@ def _reading(
         found_hz=result.found_hz,
         ci95_hz=min(result.ci95_hz, half_window_hz),
         snr=tuple(snr.tolist()),
-        false_alarm=chance,
+        false_alarm=probability,
         half_window_hz=half_window_hz,
         depth=record.depth_at(result.found_hz),
         isolated=inside and _isolated(record, result.found_hz, noise, float(snr[0])),
@@ -157,8 +156,9 @@ def _highest_peak(candidates: FloatArray, score: FloatArray) -> float | None:
 
 
 def _isolated(record: Periodogram, found_hz: float, noise: Noise, snr: float) -> bool:
-    around = found_hz + np.linspace(-FLANK_BINS, FLANK_BINS, 8 * round(FLANK_BINS) + 1) * record.bin_hz
-    return snr >= FLANK_SHARE * float(np.max(_ratio(record, around, noise)))
+    offsets = np.linspace(-SIDE_LOBE_BINS, SIDE_LOBE_BINS, 8 * round(SIDE_LOBE_BINS) + 1)
+    around = found_hz + offsets * record.bin_hz
+    return snr >= SIDE_LOBE_SHARE * float(np.max(_ratio(record, around, noise)))
 
 
 def _candidates(record: Periodogram, expected_hz: float, half_window_hz: float, used: int) -> FloatArray:
@@ -172,7 +172,7 @@ def _ratio(record: Periodogram, frequency_hz: FloatArray, noise: Noise) -> Float
 
 
 def _snr(record: Periodogram, found_hz: float, noise: list[Noise]) -> FloatArray:
-    """Power over noise of each harmonic of `found_hz`, from the sums themselves."""
+    """Power over noise of each harmonic of `found_hz`, from the Fourier sums themselves."""
     at = np.arange(1, len(noise) + 1, dtype=np.float64) * found_hz
     power = record.exact_power_at(at) / np.array([n.mean_power for n in noise])
     return np.where(record.masked(at), 0.0, power)

@@ -1,4 +1,4 @@
-"""From the recorded axes to one signal of zero mean and unit spread."""
+"""From the recorded axes to one signal of zero mean and unit standard deviation."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ FloatArray = NDArray[np.float64]
 # Direction of the rig's accelerometers, from the first radial axis towards the second [rad].
 SENSOR_ANGLE_RAD = math.pi / 4
 
-# A spread this small beside the signal's own size is rounding, not vibration.
+# A standard deviation this small relative to the signal's largest value is rounding, not vibration.
 _CONSTANT = 1e-12
 
 
 def rotate_axes(first: FloatArray, second: FloatArray, angle_rad: float = SENSOR_ANGLE_RAD) -> FloatArray:
     """Project two perpendicular radial axes, each [n], onto a sensor at `angle_rad` from the first.
 
-    The angle counts from the first axis towards the second, so +45 degrees weighs both with +1/sqrt(2)
+    The angle counts from the first axis towards the second, so +45 degrees weights both with +1/sqrt(2)
     (Giraudo et al. 2025, Sensors 25, 2419, sect. 5).
     """
     if first.shape != second.shape:
@@ -32,7 +32,7 @@ def rotate_axes(first: FloatArray, second: FloatArray, angle_rad: float = SENSOR
 def normalise(samples: FloatArray) -> FloatArray:
     """Subtract the mean and divide by the standard deviation; the result is dimensionless, [n].
 
-    A constant, empty or non-finite signal has no spread to scale by and is a `DataError`.
+    Raises `DataError` for a constant, empty or non-finite signal, which has no standard deviation to divide by.
     """
     if samples.size == 0 or not np.all(np.isfinite(samples)):
         raise DataError("the signal is empty or holds values that are not finite; check the recording.")

@@ -1,30 +1,60 @@
-"""Hilbert envelope of a band-passed signal: the paper's chain, which `one_pass` is held against."""
+"""Envelope of a band: in two steps as in the paper (filter, then Hilbert transform), and in one pass.
+
+In one pass only the bins of the band itself are transformed back. The two-step chain is the reference that the one-pass
+chain is compared with.
+"""
 
 from __future__ import annotations
+
+import enum
+import math
 
 import numpy as np
 import scipy.fft
 import scipy.signal
 from numpy.typing import NDArray
 
+from srbval.errors import DataError
+from srbval.signal.bandpass import ORDER, check_band, end_s
+from srbval.signal.spectrum import Spectrum, amplitude_spectrum
+
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+# The closed-form gain is cut off where it has fallen to this value.
+_LEAST_GAIN = 1e-5
+
+
+class BandFilter(enum.StrEnum):
+    """Band-pass filters of the one-pass chain; both without phase shift."""
+
+    BUTTERWORTH = "butterworth"  # squared magnitude of the two-way filter, 1/2 at both edges
+    BRICK_WALL = "brick-wall"  # 1 inside the band, 0 outside; rings as 1/t from either end of the record
+
+    @property
+    def label(self) -> str:
+        """Description for captions."""
+        if self is BandFilter.BUTTERWORTH:
+            return f"Butterworth of order {ORDER}, forward and backward (closed form)"
+        return "brick wall"
 
 
 def squared_envelope(samples: FloatArray, *, fade: int = 0) -> FloatArray:
-    """Squared modulus of the analytic signal, [n], in the unit of `samples` squared.
+    """Squared modulus of the analytic signal of band-passed `samples`, [n], in their unit squared.
 
-    Its spectrum ends at the width of the signal's band, so it aliases nothing; lines are read from it
+    Its spectrum ends at the bandwidth of the signal, so nothing is aliased; lines are read from it
     (Randall & Antoni 2011, Mech. Syst. Signal Process. 25, 485). Not for signals that were not band-passed. A filtered
-    record is cut off at both ends, and the Hilbert kernel carries that 1/t inwards: some 1e-3 of the largest value
-    50 ms from the ends. With `fade` samples brought smoothly to zero at each end first, none of it is left beyond them.
+    record is cut off at both ends, and the Hilbert kernel carries that inwards as 1/t: some 1e-3 of the largest value
+    50 ms from the ends. With `fade`, that many samples at each end are first brought smoothly to zero, which removes
+    the effect beyond them.
     """
-    faded = samples * _fading(samples.size, fade) if fade else samples
+    faded = samples * _taper(samples.size, fade) if fade else samples
     length = scipy.fft.next_fast_len(samples.size)
     analytic = scipy.signal.hilbert(faded, N=length)[: samples.size]
     return analytic.real**2 + analytic.imag**2
 
 
-def _fading(size: int, fade: int) -> FloatArray:
+def _taper(size: int, fade: int) -> FloatArray:
     rise = np.sin(np.pi / 2 * (np.arange(fade) + 0.5) / fade) ** 2
     return np.concatenate((rise, np.ones(size - 2 * fade), rise[::-1]))
 
@@ -32,3 +62,114 @@ def _fading(size: int, fade: int) -> FloatArray:
 def envelope(samples: FloatArray) -> FloatArray:
     """Modulus of the analytic signal, [n], in the unit of `samples`: the paper's envelope."""
     return np.sqrt(squared_envelope(samples))
+
+
+def analytic_signal(
+    samples: FloatArray,
+    fs_hz: float,
+    band_hz: tuple[float, float],
+    *,
+    band_filter: BandFilter = BandFilter.BUTTERWORTH,
+) -> ComplexArray:
+    """Band-passed `samples` [n] with their Hilbert transform as imaginary part, [n] at the full rate.
+
+    The real part is `bandpass`, the modulus is the envelope. A modulus is not band-limited and therefore needs the
+    full rate. The record is taken as periodic: drop the ends (`end_s`). Filter and Hilbert transform are one kernel
+    here, which decays with the filter; the Hilbert transform of a record that was filtered before sees the filter's
+    ringing cut off at both ends, and its kernel carries that far inwards as 1/t. Raises `ConfigurationError` for an
+    impossible band.
+    """
+    lines, first, length = _band_lines(samples, fs_hz, band_hz, band_filter)
+    whole = np.zeros(length, dtype=np.complex128)
+    whole[first : first + lines.size] = lines
+    analytic: ComplexArray = scipy.fft.ifft(whole, overwrite_x=True)[: samples.size]
+    return analytic
+
+
+def squared_envelope_one_pass(
+    samples: FloatArray,
+    fs_hz: float,
+    band_hz: tuple[float, float],
+    *,
+    band_filter: BandFilter = BandFilter.BUTTERWORTH,
+) -> tuple[FloatArray, float]:
+    """Squared envelope of `samples` [n] in `band_hz`, in their unit squared, and its lower sampling rate [Hz].
+
+    One real transform; the bins of the band times the filter's gain; one transform back at a rate just above twice
+    the bandwidth that is left, so that the square is free of aliases. As in `analytic_signal` the ends are not dropped.
+    Raises `ConfigurationError` for an impossible band.
+    """
+    lines, _, length = _band_lines(samples, fs_hz, band_hz, band_filter)
+    reduced = scipy.fft.next_fast_len(2 * lines.size)
+    whole = np.zeros(reduced, dtype=np.complex128)
+    np.multiply(lines, reduced / length, out=whole[: lines.size])
+    analytic = scipy.fft.ifft(whole, overwrite_x=True)[: math.floor(samples.size * reduced / length)]
+    return analytic.real**2 + analytic.imag**2, fs_hz * reduced / length
+
+
+def envelope_spectrum_one_pass(
+    samples: FloatArray,
+    fs_hz: float,
+    band_hz: tuple[float, float],
+    *,
+    band_filter: BandFilter = BandFilter.BUTTERWORTH,
+) -> Spectrum:
+    """Amplitude spectrum of the squared envelope, ends dropped, in the unit of `samples` squared.
+
+    It ends at the bandwidth, above which the squared envelope has no content. `DataError` for a record no longer than
+    its ends.
+    """
+    square, rate = squared_envelope_one_pass(samples, fs_hz, band_hz, band_filter=band_filter)
+    end = math.ceil(end_s(band_hz) * rate)
+    if square.size <= 2 * end + 1:
+        raise DataError(f"{samples.size / fs_hz:.3g} s are lost to the filter's ends; use a longer recording.")
+    return amplitude_spectrum(square[end : square.size - end], rate)
+
+
+def butterworth_gain(frequency_hz: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> FloatArray:
+    """Gain of the two-way digital Butterworth band-pass (bilinear transform), 1/2 at both edges, in closed form."""
+    warped = np.tan(np.pi * frequency_hz / fs_hz)
+    low, high = _warped_edges(band_hz, fs_hz)
+    with np.errstate(divide="ignore"):
+        prototype = (warped - low * high / warped) / (high - low)
+    gain: FloatArray = 1 / (1 + _power(prototype * prototype, ORDER))
+    return gain
+
+
+def _warped_edges(band_hz: tuple[float, float], fs_hz: float) -> tuple[float, float]:
+    """Edges of the band after the bilinear transform, tan(pi f / fs)."""
+    return math.tan(math.pi * band_hz[0] / fs_hz), math.tan(math.pi * band_hz[1] / fs_hz)
+
+
+def _power(values: FloatArray, exponent: int) -> FloatArray:
+    """`values` to a whole power, by squaring: numpy's own power takes as long as a transform."""
+    if exponent == 1:
+        return values
+    half = _power(values * values, exponent // 2)
+    return half * values if exponent % 2 else half
+
+
+def _band_lines(
+    samples: FloatArray, fs_hz: float, band_hz: tuple[float, float], band_filter: BandFilter
+) -> tuple[ComplexArray, int, int]:
+    """Spectral lines of the analytic signal inside the band, the bin number of the first, the padded length."""
+    check_band(band_hz, fs_hz)
+    length = scipy.fft.next_fast_len(samples.size, real=True)
+    lines = scipy.fft.rfft(samples, n=length)
+    low, high = _reach(band_hz, fs_hz, band_filter)
+    first, last = math.ceil(low * length / fs_hz), min(math.floor(high * length / fs_hz), lines.size - 1)
+    inside = 2 * lines[first : last + 1]
+    if band_filter is BandFilter.BUTTERWORTH:
+        inside *= butterworth_gain(np.arange(first, last + 1) * (fs_hz / length), fs_hz, band_hz)
+    return inside, first, length
+
+
+def _reach(band_hz: tuple[float, float], fs_hz: float, band_filter: BandFilter) -> tuple[float, float]:
+    """Frequencies where the gain has fallen to `_LEAST_GAIN` [Hz]."""
+    if band_filter is BandFilter.BRICK_WALL:
+        return band_hz
+    far = (1 / _LEAST_GAIN - 1) ** (1 / (2 * ORDER))
+    low, high = _warped_edges(band_hz, fs_hz)
+    half = far * (high - low) / 2
+    root = math.sqrt(half**2 + low * high)
+    return math.atan(root - half) * fs_hz / math.pi, math.atan(root + half) * fs_hz / math.pi

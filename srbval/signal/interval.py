@@ -1,12 +1,12 @@
-"""How wide an interval must be where slip may add to noise: a calibrated table, read and applied."""
+"""Uncertainty of a line's frequency: the Cramer-Rao bound of noise, and a calibrated table where slip may add to it."""
 
 from __future__ import annotations
 
 import functools
+import importlib.resources
 import math
 import tomllib
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import scipy.special
@@ -16,13 +16,23 @@ NORMAL_95 = 1.959964
 WEAK_SNR = 10.0
 
 
+def frequency_error_hz(information: float, seconds: float) -> float:
+    """Least standard error of the frequency of a steady tone of unknown amplitude and phase in noise [Hz].
+
+    It is ``sqrt(6 / information) / (2 pi T)``, Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20, 591. `information` is
+    the tone's peak over its noise's mean power, both in a periodogram of the whole record; of several tones that move
+    with the frequency, the sum of these, each times the square of how far it moves. Infinite where there is none.
+    """
+    return math.sqrt(6 / information) / (2 * math.pi * seconds) if information > 0 else math.inf
+
+
 @dataclass(frozen=True, kw_only=True)
 class SlipInterval:
-    """The table: `floor` noise errors up to `start`, from there `factor` times the spread, between its knots linear.
+    """The table: `floor` standard errors up to `start`, from there `factor` times the spread, interpolated linearly.
 
     `log_spread` are the knots, rising, of the weighted mean of log(1 + ratio of walk to noise). A weak line's credible
-    interval is stretched by two factors, `weak_factor` after the chance `weak_steady` that nothing slips and
-    `wide_factor` after its width in those of noise alone, `wide`.
+    interval is multiplied by two factors: `weak_factor` as a function of the probability `weak_steady` that nothing
+    slips, and `wide_factor` as a function of its width over that of noise alone, `wide`.
     """
 
     floor: float
@@ -43,8 +53,9 @@ class SlipInterval:
 
 @functools.cache
 def slip_interval() -> SlipInterval:
-    """The table this version was calibrated with."""
-    table = tomllib.loads(Path(__file__).with_name("slip_interval.toml").read_text(encoding="utf-8"))
+    """The table that this version was calibrated with (`slip_interval.toml`)."""
+    file = importlib.resources.files("srbval.signal") / "slip_interval.toml"
+    table = tomllib.loads(file.read_text(encoding="utf-8"))
     return SlipInterval(
         floor=table["floor"],
         start=table["start"],
@@ -58,25 +69,26 @@ def slip_interval() -> SlipInterval:
 
 
 def walk_share(log_spread: float) -> float:
-    """From none to one: how far the residuals show a walk beside the noise."""
+    """From 0 to 1: how clearly the residuals show a random walk besides the noise."""
     return -math.expm1(-(max(log_spread - slip_interval().start, 0.0) ** 2))
 
 
 def half_width(log_spread: float, blocks: int, snr: float) -> float:
-    """95 % half width in noise errors, for a spread told from `blocks` phases of a line `snr` times its noise.
+    """95 % half width in standard errors from noise, for a spread estimated from `blocks` phases of a line.
 
-    The table is for many blocks of a strong line, and noise alone needs no more. The walk's share is widened as
-    Student's t asks for few blocks, and for a weak line, whose phases scatter by more than to first order (simulated).
+    `snr` is the line's power over its noise. The table is for many blocks of a strong line, and noise alone needs no
+    more. The walk's share is widened by Student's t for few blocks, and for a weak line, whose phases scatter by more
+    than to first order (simulated).
     """
     student = float(scipy.special.stdtrit(blocks - 2, 0.975)) / NORMAL_95
-    wider = student * (1 + WEAK_SNR / snr) - 1
-    return slip_interval().half_width(log_spread) * (1 + walk_share(log_spread) * wider)
+    widening = student * (1 + WEAK_SNR / snr) - 1
+    return slip_interval().half_width(log_spread) * (1 + walk_share(log_spread) * widening)
 
 
 def weak_factor(steady: float, wide: float) -> float:
-    """How many times its credible interval a weak line needs to be covered.
+    """Factor by which the credible interval of a weak line must be widened to cover 95 %.
 
-    `steady` is the chance that nothing slips, `wide` the interval's width over that of noise alone.
+    `steady` is the probability that nothing slips, `wide` the interval's width over that of noise alone.
     """
     table = slip_interval()
     by_steady = np.interp(steady, table.weak_steady, np.log(table.weak_factor))

@@ -1,4 +1,4 @@
-"""Fit of a line's frequency and its sidebands' spacing to all their components at once."""
+"""Joint fit of a line's frequency and the spacing of its sidebands to all harmonics and sidebands at once."""
 
 from __future__ import annotations
 
@@ -7,24 +7,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.signal.cramer_rao import frequency_error_hz
-from srbval.signal.interval import NORMAL_95
+from srbval.signal.interval import NORMAL_95, frequency_error_hz
 from srbval.signal.periodogram import Noise, Periodogram
 from srbval.signal.phasors import Phasors
-from srbval.signal.wander import follow
+from srbval.signal.slip import track_slip
 
 FloatArray = NDArray[np.float64]
 
-# A sideband this far above the noise is taken to be there.
-SHOWN_SNR = 12.0
-# Sidebands belong to the first harmonics: those of higher ones meet the next line's.
+# A sideband this far above the noise is taken as present.
+SIDEBAND_SNR = 12.0
+# Sidebands are fitted with the first harmonics only: those of higher ones overlap with other lines.
 SIDEBAND_HARMONICS = 3
 _STEPS = 6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Components:
-    """Lines at ``number f + side s``, each [c], with their mean noise power in a bin and what they rise above it."""
+    """Lines at ``number f + side s``, each [c], with their mean noise power in a bin and their power over it."""
 
     number: FloatArray
     side: FloatArray
@@ -35,35 +34,35 @@ class Components:
     def of(
         cls, record: Periodogram, line_hz: float, harmonics: int, sideband_hz: float, noise: list[Noise]
     ) -> Components:
-        """The unmasked harmonics of `line_hz`, and the sidebands that stand out on both sides of one."""
-        places = [(h, 0) for h in range(1, harmonics + 1)]
+        """The unmasked harmonics of `line_hz`, and the sidebands on either side that stand out of the noise."""
+        terms = [(h, 0) for h in range(1, harmonics + 1)]
         if sideband_hz > 0:
             pairs = [(h, k) for h in range(1, min(harmonics, SIDEBAND_HARMONICS) + 1) for k in (-1, 1)]
-            places += [(h, k) for h, k in pairs if h * line_hz + k * sideband_hz < record.limit_hz]
-        number, side = np.array(places, dtype=np.float64).T
-        power = np.array([noise[h - 1].mean_power for h, _ in places])
+            terms += [(h, k) for h, k in pairs if h * line_hz + k * sideband_hz < record.limit_hz]
+        number, side = np.array(terms, dtype=np.float64).T
+        power = np.array([noise[h - 1].mean_power for h, _ in terms])
         at = number * line_hz + side * sideband_hz
         snr = np.where(record.masked(at), 0.0, record.power_at(at) / power)
-        shown = (side == 0) & (snr > 0) | (side != 0) & (snr > SHOWN_SNR)
-        if not np.any(shown):
-            shown[0] = True
-        return cls(number=number, side=side, noise_power=power, snr=snr).where(shown)
+        present = (side == 0) & (snr > 0) | (side != 0) & (snr > SIDEBAND_SNR)
+        if not np.any(present):
+            present[0] = True
+        return cls(number=number, side=side, noise_power=power, snr=snr).selected(present)
 
-    def where(self, kept: NDArray[np.bool_]) -> Components:
-        """Those that are `kept`."""
+    def selected(self, mask: NDArray[np.bool_]) -> Components:
+        """Those that `mask` [c] selects."""
         return Components(
-            number=self.number[kept], side=self.side[kept], noise_power=self.noise_power[kept], snr=self.snr[kept]
+            number=self.number[mask], side=self.side[mask], noise_power=self.noise_power[mask], snr=self.snr[mask]
         )
 
     @property
-    def has_sides(self) -> bool:
-        """Whether sidebands are among them, so that their spacing can be told."""
+    def has_sidebands(self) -> bool:
+        """Whether sidebands are among them, so that their spacing can be fitted."""
         return bool(np.any(self.side != 0))
 
 
 @dataclass(frozen=True, kw_only=True)
 class JointFit:
-    """`found_hz`, the place of most power, with its 95 % half width; spacing None without sidebands."""
+    """Frequency of the highest power, `found_hz`, with its 95 % half width; spacing None without sidebands."""
 
     found_hz: float
     ci95_hz: float
@@ -75,60 +74,59 @@ class JointFit:
 def fit(
     record: Periodogram, start_hz: float, components: Components, sideband_hz: float, *, shortest_block_s: float | None
 ) -> JointFit:
-    """Line and spacing that gather most power over noise, from a start within half a bin of the highest harmonic.
+    """Line and spacing of the highest power over noise, from a start within half a bin of the highest harmonic.
 
-    Where sidebands take part, both are free; `follow` then widens the interval by what
-    slip may have done. A line too weak to be followed, or with `shortest_block_s` None, keeps the Cramer-Rao interval.
+    Where sidebands take part, both are free; `track_slip` then widens the interval by what slip may have done. A line
+    too weak to be tracked, or with `shortest_block_s` None, keeps the Cramer-Rao interval.
     """
     phasors = Phasors.of(record.samples, record.fs_hz, components.number * start_hz + components.side * sideband_hz)
-    shift = _climb(phasors, components, _directions(components))
+    shift = _maximise(phasors, components, _directions(components))
     shift = np.concatenate((shift, np.zeros(2 - shift.size)))
-    moved = phasors.moved(components.number * shift[0] + components.side * shift[1])
-    components = replace(components, snr=moved.power() / components.noise_power)
+    shifted = phasors.shifted(components.number * shift[0] + components.side * shift[1])
+    components = replace(components, snr=shifted.power() / components.noise_power)
     sigma = _cramer_rao_hz(components, phasors.seconds)
     found = start_hz + float(shift[0])
     ci95 = noise_ci = NORMAL_95 * sigma[0]
     if shortest_block_s is not None:
-        course = follow(
-            moved, components.number, components.noise_power, line_hz=found, shortest_block_s=shortest_block_s
+        slip = track_slip(
+            shifted, components.number, components.noise_power, line_hz=found, shortest_block_s=shortest_block_s
         )
-        if course is not None:
-            found, ci95 = found + course.shift_hz, course.ci95_hz
-    spacing = sideband_hz + float(shift[1]) if components.has_sides else None
+        if slip is not None:
+            found, ci95 = found + slip.shift_hz, slip.ci95_hz
+    spacing = sideband_hz + float(shift[1]) if components.has_sidebands else None
     if spacing is not None:
-        spacing = _without_lines(record, start_hz + float(shift[0]), components, spacing)
+        spacing = _spacing_without_lines(record, start_hz + float(shift[0]), components, spacing)
     return JointFit(
         found_hz=found, ci95_hz=ci95, noise_ci95_hz=noise_ci, sideband_hz=spacing,
         sideband_ci95_hz=None if spacing is None else NORMAL_95 * sigma[1],
     )  # fmt: skip
 
 
-def _without_lines(record: Periodogram, line_hz: float, components: Components, spacing_hz: float) -> float:
-    """The spacing once more, with the lines themselves taken out of the record.
+def _spacing_without_lines(record: Periodogram, line_hz: float, components: Components, spacing_hz: float) -> float:
+    """The spacing fitted again, with the lines themselves subtracted from the record.
 
     A line many times as strong as its sidebands lies only some tens of bins from them: without a window its side lobes
-    would pull at theirs by 3 r / (pi^2 d) bins, r times as strong in amplitude and d bins away.
+    would shift them by 3 r / (pi^2 d) bins, r times as strong in amplitude and d bins away.
     """
-    own = components.where(components.side == 0)
-    turn = 2 * np.pi * line_hz * (np.arange(record.samples.size) - (record.samples.size - 1) / 2) / record.fs_hz
-    waves = np.column_stack([wave(number * turn) for number in own.number for wave in (np.cos, np.sin)])
+    harmonics = components.selected(components.side == 0)
+    phase = 2 * np.pi * line_hz * (np.arange(record.samples.size) - (record.samples.size - 1) / 2) / record.fs_hz
+    waves = np.column_stack([wave(number * phase) for number in harmonics.number for wave in (np.cos, np.sin)])
     rest = record.samples - waves @ np.linalg.solve(waves.T @ waves, waves.T @ record.samples)
-    sides = components.where(components.side != 0)
-    places = sides.number * line_hz + sides.side * spacing_hz
-    phasors = Phasors.of(rest, record.fs_hz, places)
-    sides = replace(sides, snr=phasors.power() / sides.noise_power)
-    return spacing_hz + float(_climb(phasors, sides, sides.side[:, None])[0])
+    sidebands = components.selected(components.side != 0)
+    phasors = Phasors.of(rest, record.fs_hz, sidebands.number * line_hz + sidebands.side * spacing_hz)
+    sidebands = replace(sidebands, snr=phasors.power() / sidebands.noise_power)
+    return spacing_hz + float(_maximise(phasors, sidebands, sidebands.side[:, None])[0])
 
 
 def _directions(components: Components) -> FloatArray:
     """How each component moves with the line and the spacing, [c, 1 or 2]."""
-    columns = (components.number, components.side)[: 2 if components.has_sides else 1]
+    columns = (components.number, components.side)[: 2 if components.has_sidebands else 1]
     return np.column_stack(columns)
 
 
-def _climb(phasors: Phasors, components: Components, directions: FloatArray) -> FloatArray:
-    """Newton steps on the weighed sum of powers: the shifts along `directions`, [c, 1 or 2] [Hz], [1 or 2]."""
-    # What rises little above the noise tells little: weigh by the share of each power that is line.
+def _maximise(phasors: Phasors, components: Components, directions: FloatArray) -> FloatArray:
+    """Newton steps on the weighted sum of powers: the shifts along `directions` [c, 1 or 2] in Hz, [1 or 2]."""
+    # Components that rise little above the noise carry little information: weight by the line's share of the power.
     weight = np.maximum(components.snr - 1, 0.05) / np.maximum(components.snr, 1.05) / components.noise_power
     longest = 0.25 / (phasors.seconds * np.abs(directions).max(axis=0))
     shift = np.zeros(directions.shape[1])
@@ -141,7 +139,7 @@ def _climb(phasors: Phasors, components: Components, directions: FloatArray) -> 
 
 
 def _step(gradient: FloatArray, hessian: FloatArray, longest: FloatArray) -> FloatArray:
-    """Newton's step to the top; where the sum is not yet hollow downwards, as far uphill as is allowed."""
+    """Newton's step to the maximum; where the sum is not yet concave, the longest allowed step uphill."""
     if np.all(np.linalg.eigvalsh(hessian) < 0):
         return np.asarray(-np.linalg.solve(hessian, gradient), dtype=np.float64)
     return np.sign(gradient) * longest
@@ -149,11 +147,11 @@ def _step(gradient: FloatArray, hessian: FloatArray, longest: FloatArray) -> Flo
 
 def _derivatives(phasors: Phasors, by_hz: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Slope and curvature of each component's power over its own frequency [1/Hz, 1/Hz2]."""
-    moved = phasors.moved(by_hz)
+    shifted = phasors.shifted(by_hz)
     time = phasors.time_s
-    total = moved.sums.sum(axis=1)
-    first = -2j * np.pi * (moved.sums @ time + moved.moments.sum(axis=1))
-    second = (-2j * np.pi) ** 2 * (moved.sums @ time**2 + 2 * (moved.moments @ time))
+    total = shifted.sums.sum(axis=1)
+    first = -2j * np.pi * (shifted.sums @ time + shifted.moments.sum(axis=1))
+    second = (-2j * np.pi) ** 2 * (shifted.sums @ time**2 + 2 * (shifted.moments @ time))
     slope = 2 * (np.conj(total) * first).real
     curvature: FloatArray = 2 * (np.abs(first) ** 2 + (np.conj(total) * second).real)
     return slope, curvature

@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 
 # The highest edge, as a share of the Nyquist frequency: a band must lie below it.
 _TOP = 0.99
-# Independent samples of an envelope below which its kurtosis says nothing.
+# Independent samples of an envelope below which its kurtosis means nothing.
 LEAST_SAMPLES = 64
 
 
@@ -42,7 +42,7 @@ class Kurtogram:
 
     @property
     def size(self) -> int:
-        """Bands tried."""
+        """Number of bands."""
         return int(self.kurtosis.size)
 
 
@@ -52,7 +52,7 @@ def kurtogram(samples: FloatArray, fs_hz: float, *, least_width_hz: float) -> Ku
     Bands of Nyquist / 2, 3, 4, 6, 8, 12, ... side by side, no narrower than `least_width_hz`, the lowest of each width
     left out (it begins at zero) (Antoni 2007, Mech. Syst. Signal Process. 21, 108). Bands are cut sharply in the
     frequency domain, not by a tree of short filters, and 50 ms are dropped at each end. Raises `ConfigurationError`
-    where no band is that wide or the record is too short to know its kurtosis.
+    where no band is that wide or the record is too short to estimate a kurtosis.
     """
     nyquist = fs_hz / 2
     parts = [p for k in range(1, 16) for p in (2**k, 3 * 2 ** (k - 1)) if nyquist / p >= least_width_hz]
@@ -83,13 +83,13 @@ def kurtogram(samples: FloatArray, fs_hz: float, *, least_width_hz: float) -> Ku
 def _kurtosis(
     lines: NDArray[np.complex128], bin_hz: float, band_hz: tuple[float, float], seconds: float
 ) -> tuple[float, int]:
-    """Kurtosis of the complex envelope of one band less 2, the Gaussian's; independent samples it comes from."""
-    kept = lines[math.ceil(band_hz[0] / bin_hz) : math.floor(band_hz[1] / bin_hz)]
+    """Kurtosis of the complex envelope of one band less 2, the Gaussian's, and its number of independent samples."""
+    inside = lines[math.ceil(band_hz[0] / bin_hz) : math.floor(band_hz[1] / bin_hz)]
     # Twice as many samples as are independent, so that the square is sampled without aliases.
-    reduced = scipy.fft.next_fast_len(2 * kept.size)
+    reduced = scipy.fft.next_fast_len(2 * inside.size)
     rate = reduced * bin_hz
     end, count = math.ceil(END_S * rate), math.floor(seconds * rate)
-    envelope = scipy.fft.ifft(kept, n=reduced)[end : count - end]
+    envelope = scipy.fft.ifft(inside, n=reduced)[end : count - end]
     if envelope.size < 2 * LEAST_SAMPLES:
         raise ConfigurationError(
             f"kurtogram: {seconds:.3g} s hold too few samples of a band of {band_hz[1] - band_hz[0]:.4g} Hz; use a "

@@ -1,4 +1,4 @@
-"""Order tracking: a record brought from even steps of time to even steps of shaft angle."""
+"""Order tracking: a record resampled from even steps of time to even steps of shaft angle."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from srbval.errors import DataError
 
 FloatArray = NDArray[np.float64]
 
-# Parts of the record whose mean speeds tell its drift: shorter ones would tell the tachometer's noise.
+# Parts of the record whose mean speeds give its drift: shorter ones would show the tachometer's noise.
 DRIFT_PARTS = 8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ShaftCourse:
-    """How far the shaft has turned: `turns` [k] at `time_s` [k] from the record's start, some once a turn.
+class ShaftAngle:
+    """Angle of the shaft over time: `turns` [k] at `time_s` [k] from the record's start, about one knot per turn.
 
-    Between the knots a cubic spline; so what a tachometer shows within a turn (its disc's own errors, noise) is not
+    Between the knots a cubic spline; so what a tachometer shows within a turn (errors of its disc, noise) is not
     followed, a ramp is.
     """
 
@@ -28,22 +28,22 @@ class ShaftCourse:
     turns: FloatArray
 
     @classmethod
-    def of(cls, speed_hz: FloatArray, rate_hz: float) -> ShaftCourse:
-        """Course of an evenly sampled speed signal [Hz], by the trapezoidal rule; direction does not matter.
+    def from_speed(cls, speed_hz: FloatArray, rate_hz: float) -> ShaftAngle:
+        """Integral of an evenly sampled speed signal [Hz], by the trapezoidal rule, whichever way the shaft turns.
 
         Raises `DataError` where the shaft stands still, turns back, or turns fewer than three times.
         """
         speed = speed_hz if float(np.mean(speed_hz)) >= 0 else -speed_hz
         turned = np.concatenate(([0.0], np.cumsum((speed[1:] + speed[:-1]) / (2 * rate_hz))))
         knots = max(2, math.floor(turned[-1]) + 1)
-        place = np.linspace(0, speed.size - 1, knots)
-        turns = np.interp(place, np.arange(speed.size), turned)
+        index = np.linspace(0, speed.size - 1, knots)
+        turns = np.interp(index, np.arange(speed.size), turned)
         if knots < 4 or not np.all(np.diff(turns) > 0):
             raise DataError(
                 f"the speed signal turns {turned[-1]:.3g} times and {speed.min():.3g} Hz at its slowest: order "
                 "tracking needs three turns and a shaft that never stops; cut the record or give a mean --rpm."
             )
-        return cls(time_s=place / rate_hz, turns=turns)
+        return cls(time_s=index / rate_hz, turns=turns)
 
     def drift_bins(self, order: float) -> float:
         """How many bins of the whole record a line of `order` moves: highest less lowest of `DRIFT_PARTS` means."""
@@ -51,27 +51,28 @@ class ShaftCourse:
         means = np.diff(np.interp(marks, self.time_s, self.turns)) / np.diff(marks)
         return float((means.max() - means.min()) * order * self.time_s[-1])
 
-    def even_angle(self, samples: FloatArray, fs_hz: float, start_s: float, mean_hz: float) -> FloatArray:
-        """`samples` [n], the first at `start_s`, at even shaft angles, as many a turn as ``fs_hz / mean_hz``.
+    def resample(self, samples: FloatArray, fs_hz: float, start_s: float, mean_hz: float) -> FloatArray:
+        """`samples` [n], the first at `start_s`, at even shaft angles, ``fs_hz / mean_hz`` of them per turn.
 
         Read as a record at `fs_hz` the shaft turns at exactly `mean_hz` in it and a line of order k stands at
-        ``k mean_hz``. Cubic splines: for lines below a fifth of `fs_hz` (true to 1e-3; a tenth, 1e-4). Not for the raw
-        vibration: resonances stand still in time, so demodulate first. Beyond the speed signal its end speeds hold.
+        ``k mean_hz``. Cubic splines: for lines below a fifth of `fs_hz` (error 1e-3; below a tenth, 1e-4). Not for the
+        raw vibration: resonances stay put in time, so demodulate first. Outside the speed signal the shaft goes on at
+        the speed of its first or last knot interval.
         """
         from scipy.interpolate import CubicSpline
 
         at_s = start_s + np.arange(samples.size) / fs_hz
-        knots_s, turns = _covering(self.time_s, self.turns, at_s[0], at_s[-1])
+        knots_s, turns = _extended(self.time_s, self.turns, at_s[0], at_s[-1])
         first, last = CubicSpline(knots_s, turns)(at_s[[0, -1]])
         count = math.floor((last - first) * fs_hz / mean_hz) + 1
         wanted = first + np.arange(count) * (mean_hz / fs_hz)
-        moments_s = CubicSpline(turns, knots_s)(wanted)
-        even: FloatArray = CubicSpline(at_s, samples)(np.clip(moments_s, at_s[0], at_s[-1]))
+        instants_s = CubicSpline(turns, knots_s)(wanted)
+        even: FloatArray = CubicSpline(at_s, samples)(np.clip(instants_s, at_s[0], at_s[-1]))
         return even
 
 
-def _covering(time_s: FloatArray, turns: FloatArray, first_s: float, last_s: float) -> tuple[FloatArray, FloatArray]:
-    """The course, a knot added at either end where the record reaches beyond it, at the end's own speed."""
+def _extended(time_s: FloatArray, turns: FloatArray, first_s: float, last_s: float) -> tuple[FloatArray, FloatArray]:
+    """The knots, with one more at either end where the record reaches beyond them, at the speed of that end."""
     rate = np.diff(turns) / np.diff(time_s)
     if first_s < time_s[0]:
         turns = np.concatenate(([turns[0] - rate[0] * (time_s[0] - first_s)], turns))

@@ -1,4 +1,4 @@
-"""Power over frequency on a fine grid, and the noise about a line."""
+"""Power over frequency on a fine grid, and the noise near a line."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ FloatArray = NDArray[np.float64]
 
 # Points per independent bin of the padded transform.
 PADDING = 8
-# Independent bins that the local noise is taken from, where the record has that many; odd, so that one is the median.
+# Independent bins that the local noise is estimated from, and the least number; odd, so that one is the median.
 NOISE_BINS, LEAST_NOISE_BINS = 65, 9
-# Half width of the zone about a shaft harmonic that is neither line nor noise, in independent bins.
+# Half width of the zone around a shaft harmonic that is neither line nor noise, in independent bins.
 MASK_BINS = 1.5
 # Reduced sampling rate in units of the highest frequency of interest: flat to there after the filter.
 _RATE = 4.0
@@ -43,7 +43,7 @@ class Periodogram:
     `samples` and `fs_hz` are the record at a rate reduced to what `limit_hz` needs, its `mean` removed;
     `power` is |sum x exp(-i w t)|^2 on the grid of step `step_hz` from zero up. `masks_hz`, [m, 2], are the
     zones that count neither as line nor as noise: the shaft's harmonics and what `masking` adds. There is no
-    window: a strong line's side lobes lift its neighbours' noise.
+    window: a strong line's side lobes raise the noise of its neighbours.
     """
 
     samples: FloatArray
@@ -101,15 +101,15 @@ class Periodogram:
         """Whether each frequency lies in a masked zone."""
         if self.masks_hz.size == 0:
             return np.zeros(np.shape(frequency_hz), dtype=bool)
-        place = np.searchsorted(self.masks_hz[:, 0], frequency_hz) - 1
-        return (place >= 0) & (frequency_hz <= self.masks_hz[np.maximum(place, 0), 1])
+        zone = np.searchsorted(self.masks_hz[:, 0], frequency_hz) - 1
+        return (zone >= 0) & (frequency_hz <= self.masks_hz[np.maximum(zone, 0), 1])
 
     def power_at(self, frequency_hz: FloatArray) -> FloatArray:
         """Power at any frequency, interpolated on the fine grid (within two per cent at a line's top)."""
         return np.interp(frequency_hz, np.arange(self.power.size) * self.step_hz, self.power)
 
     def exact_power_at(self, frequency_hz: FloatArray) -> FloatArray:
-        """Power from the sum itself; for a handful of frequencies."""
+        """Power from the Fourier sum itself; for a handful of frequencies."""
         return Phasors.of(self.samples, self.fs_hz, frequency_hz).power()
 
     def depth_at(self, frequency_hz: float) -> float:
@@ -117,21 +117,21 @@ class Periodogram:
         power = float(self.exact_power_at(np.array([frequency_hz]))[0])
         return 2 * math.sqrt(power) / self.samples.size / abs(self.mean) if self.mean else math.inf
 
-    def noise_about(self, centre_hz: float, half_window_hz: float) -> Noise:
-        """Mean noise power about `centre_hz`, from the bins nearest outside the window and off the masks.
+    def noise_near(self, centre_hz: float, half_window_hz: float) -> Noise:
+        """Mean noise power near `centre_hz`, from the nearest bins outside the window and outside the masks.
 
         The mean is the median over ln 2, so that other lines among the neighbours do not count. Raises
-        `DataError` where fewer than nine bins are left: the record is too short to know its noise there.
+        `DataError` where fewer than nine bins are left: the record is too short to estimate its noise there.
         """
         nearest = self._nearest_bins(centre_hz, half_window_hz)
         if nearest.size < LEAST_NOISE_BINS:
-            raise DataError(f"too few bins about {centre_hz:.4g} Hz to know the noise; use a longer record.")
+            raise DataError(f"too few bins near {centre_hz:.4g} Hz to estimate the noise; use a longer record.")
         power = self.power[nearest[: nearest.size - 1 + nearest.size % 2] * PADDING]
         mean = float(np.median(power)) / math.log(2)
         return Noise(mean_power=max(mean, float(np.finfo(float).tiny)), bins=power.size)
 
     def _nearest_bins(self, centre_hz: float, half_window_hz: float) -> NDArray[np.int64]:
-        """The `NOISE_BINS` usable bins nearest to a frequency, nearest first; looks no wider than it must."""
+        """The `NOISE_BINS` usable bins nearest to a frequency, nearest first; searches no wider than it must."""
         spacing = PADDING * self.step_hz
         last = min(math.floor(self.power.size / PADDING), math.ceil(_FLAT_SHARE * self.fs_hz / spacing))
         reach = half_window_hz / spacing + 2 * NOISE_BINS
@@ -141,7 +141,7 @@ class Periodogram:
             frequency = bins.astype(np.float64) * spacing
             distance = np.abs(frequency - centre_hz)
             usable = (distance > half_window_hz + self.bin_hz) & ~self.masked(frequency)
-            # Beyond `reach` nothing was looked at, so only what lies nearer is known to be nearest.
+            # Nothing was searched beyond `reach`, so only bins within it are known to be the nearest.
             usable &= distance < reach * spacing
             everything = low == 2 and high >= last
             if np.count_nonzero(usable) >= NOISE_BINS or everything:

@@ -1,4 +1,4 @@
-"""A record demodulated at given frequencies and summed in blocks: all that a local fit needs of it."""
+"""A record demodulated at given frequencies and summed in blocks: all that a local fit needs."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-# Blocks a record is summed in. Their own width costs a line within a bin of its place less than 2e-4 of its power.
+# Blocks that a record is summed in. A line within a bin of its frequency loses less than 2e-4 of its power in them.
 BLOCKS = 96
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Phasors:
-    """Sums over blocks of the record turned back at `frequency_hz` [c]: `sums`, [c, blocks].
+    """Sums over blocks of the record demodulated at `frequency_hz` [c]: `sums`, [c, blocks].
 
-    `time_s`, [blocks], are the blocks' middles counted from the record's middle, so that neither amplitude nor
-    phase of a line pulls at its frequency; `moments` [c, blocks] are the same sums with each sample times its
+    `time_s`, [blocks], are the blocks' middles counted from the record's middle, so that a line's frequency does not
+    correlate with its amplitude and phase; `moments` [c, blocks] are the same sums with each sample times its
     distance in time from its block's middle; `seconds` is the whole record's duration.
     """
 
@@ -33,12 +33,12 @@ class Phasors:
 
     @classmethod
     def of(cls, samples: FloatArray, fs_hz: float, frequency_hz: FloatArray, blocks: int = BLOCKS) -> Phasors:
-        """Demodulate `samples` [n]; records shorter than `blocks` samples get a block a sample."""
+        """Demodulate `samples` [n]; records shorter than `blocks` samples get one block per sample."""
         bounds = np.linspace(0, samples.size, min(blocks, samples.size) + 1).astype(int)
         middle = (samples.size - 1) / 2
         longest = int(np.diff(bounds).max())
-        # Within a block the turn starts from its first sample: one short table of turns serves every block.
-        # Real products: the record is real, and to make it complex would cost more than all else.
+        # Within a block the phase starts at its first sample: one short table of phases serves every block.
+        # Real products: the record is real, and making it complex would cost more than everything else.
         within = np.arange(longest)
         angle = 2 * np.pi * np.outer(frequency_hz / fs_hz, within)
         cosine, sine = np.cos(angle), np.sin(angle)
@@ -59,18 +59,18 @@ class Phasors:
             seconds=samples.size / fs_hz,
         )
 
-    def moved(self, by_hz: FloatArray) -> Phasors:
-        """The same turned back at `by_hz` [c] higher frequencies; for moves well within a block's bin."""
-        turn = np.exp(-2j * np.pi * by_hz[:, None] * self.time_s)
+    def shifted(self, by_hz: FloatArray) -> Phasors:
+        """The same demodulated at `by_hz` [c] higher frequencies; for shifts well within a block's bin."""
+        rotation = np.exp(-2j * np.pi * by_hz[:, None] * self.time_s)
         return Phasors(
-            frequency_hz=self.frequency_hz + by_hz, sums=self.sums * turn, moments=self.moments * turn,
+            frequency_hz=self.frequency_hz + by_hz, sums=self.sums * rotation, moments=self.moments * rotation,
             time_s=self.time_s, seconds=self.seconds,
         )  # fmt: skip
 
-    def of_components(self, kept: NDArray[np.bool_]) -> Phasors:
-        """Those of the frequencies that are `kept`."""
+    def selected(self, mask: NDArray[np.bool_]) -> Phasors:
+        """Those of the frequencies that `mask` [c] selects."""
         return dataclasses.replace(
-            self, frequency_hz=self.frequency_hz[kept], sums=self.sums[kept], moments=self.moments[kept]
+            self, frequency_hz=self.frequency_hz[mask], sums=self.sums[mask], moments=self.moments[mask]
         )
 
     def power(self) -> FloatArray:
@@ -78,6 +78,6 @@ class Phasors:
         return np.abs(self.sums.sum(axis=1)) ** 2
 
     def in_blocks(self, blocks: int) -> ComplexArray:
-        """The sums in fewer blocks, [c, blocks]; `blocks` should divide the number there is."""
+        """The sums in fewer blocks, [c, blocks]; `blocks` should divide the present number."""
         bounds = np.linspace(0, self.sums.shape[1], blocks + 1).astype(int)[:-1]
         return np.add.reduceat(self.sums, bounds, axis=1)

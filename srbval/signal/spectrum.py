@@ -35,8 +35,8 @@ class Spectrum:
 def amplitude_spectrum(samples: FloatArray, fs_hz: float) -> Spectrum:
     """Spectrum of `samples` [n] about its mean; a sine of amplitude a on a bin reads a.
 
-    No window, so that the resolution is the record's own; padded to a fast length. Of the envelope of a
-    carrier A modulated with depth m the line reads A m, of the squared envelope 2 A^2 m.
+    No window, so that the resolution is the record's own; padded to a fast length. For a carrier A modulated with
+    depth m the line reads A m in the spectrum of the envelope and 2 A^2 m in that of the squared envelope.
     """
     length = scipy.fft.next_fast_len(samples.size, real=True)
     lines = np.abs(scipy.fft.rfft(samples - samples.mean(), n=length)) * (2 / samples.size)

@@ -66,7 +66,7 @@ class Analysis:
             "resolution_hz": 1 / self.processed.seconds,
             "chain": {
                 "filter": self.processed.band_filter.value,
-                "filter_in_words": self.processed.band_filter.in_words,
+                "filter_in_words": self.processed.band_filter.label,
                 "ends_dropped_s": self.processed.end_s,
                 "read_from": "squared envelope",
                 "unit": SQUARED_UNIT,

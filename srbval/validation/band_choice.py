@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 from srbval.bearing import Bearing
 from srbval.recordings.recording import Recording, ShaftSpeed
-from srbval.signal import Kurtogram, kurtogram, normalise
-from srbval.signal.comb import FALSE_ALARM
+from srbval.signal import FALSE_ALARM, Kurtogram, kurtogram, normalise
 from srbval.validation.lines import Line
 from srbval.validation.pipeline import choose_band, one_signal
 

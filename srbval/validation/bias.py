@@ -11,7 +11,7 @@ import statistics
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from srbval.signal.interval import NORMAL_95
+from srbval.signal import NORMAL_95
 from srbval.validation.comparison import deviation_pct
 from srbval.validation.matrix import Cell
 from srbval.validation.quantity_comparison import Kind, QuantityComparison

@@ -12,7 +12,7 @@ import numpy as np
 
 from srbval.bearing import Fault
 from srbval.recordings.recording import Origin
-from srbval.signal.interval import NORMAL_95
+from srbval.signal import NORMAL_95
 from srbval.validation.analyse import Analysis
 from srbval.validation.lines import Line
 from srbval.validation.verdict import SHALLOW

@@ -8,8 +8,7 @@ from typing import Any
 
 from srbval.bearing import Bearing
 from srbval.recordings.recording import ShaftSpeed
-from srbval.signal import LineReading, Periodogram, read_comb
-from srbval.signal.comb import LEAST_SNR, peak_snr
+from srbval.signal import LEAST_SNR, LineReading, Periodogram, peak_snr, read_comb
 from srbval.validation.families import Family, Found, families_of, find_families
 
 RACES = ("BPFO", "BPFI")

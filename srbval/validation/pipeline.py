@@ -12,7 +12,7 @@ from srbval.errors import ConfigurationError
 from srbval.recordings.recording import Origin, Recording
 from srbval.signal import (
     BandFilter,
-    ShaftCourse,
+    ShaftAngle,
     Spectrum,
     amplitude_spectrum,
     analytic_signal,
@@ -44,7 +44,7 @@ class Tracking:
 
     why: str
     drift_bins: float | None = None
-    course: ShaftCourse | None = None
+    course: ShaftAngle | None = None
     mean_hz: float = 0.0
 
     @property
@@ -108,7 +108,7 @@ class Processed:
     def chain(self) -> str:
         """Filter, band and envelope in a few words."""
         low, high = self.band_hz
-        return f"{low:g} to {high:g} Hz, {self.band_filter.in_words}; {self.end_s:.3g} s dropped at each end"
+        return f"{low:g} to {high:g} Hz, {self.band_filter.label}; {self.end_s:.3g} s dropped at each end"
 
 
 def process(
@@ -148,7 +148,7 @@ def tracked(samples: FloatArray, fs_hz: float, start_s: float, tracking: Trackin
     """`samples` [n], the first at `start_s`, at even shaft angles where `tracking` has a course, else as they are."""
     if tracking.course is None:
         return samples
-    return tracking.course.even_angle(samples, fs_hz, start_s, tracking.mean_hz)
+    return tracking.course.resample(samples, fs_hz, start_s, tracking.mean_hz)
 
 
 def choose_band(recording: Recording, band_hz: tuple[float, float] | None) -> tuple[float, float]:

@@ -6,8 +6,7 @@ import math
 from dataclasses import dataclass
 
 from srbval.bearing import Fault
-from srbval.signal.comb import LEAST_SNR
-from srbval.signal.interval import NORMAL_95
+from srbval.signal import LEAST_SNR, NORMAL_95
 from srbval.validation.analyse import Analysis
 from srbval.validation.lines import Line
 

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from srbval.bearing import Fault
 from srbval.recordings.recording import ShaftSpeed, SpeedSource
-from srbval.signal import Periodogram
-from srbval.signal.cramer_rao import frequency_error_hz
+from srbval.signal import Periodogram, frequency_error_hz
 from srbval.validation.lines import Line
 
 FloatArray = NDArray[np.float64]
@@ -96,7 +95,7 @@ def _search(record: Periodogram, line_hz: float, nominal_hz: float, half_hz: flo
         if min(places[0], places[-1]) < 3 * record.bin_hz or max(places[0], places[-1]) > record.limit_hz:
             continue
         centre = float(term.at(line_hz, nominal_hz))
-        snr = record.power_at(places) / record.noise_about(centre, abs(term.order) * half_hz).mean_power
+        snr = record.power_at(places) / record.noise_near(centre, abs(term.order) * half_hz).mean_power
         evidence = NOISE_WORTH * np.log1p(snr / NOISE_WORTH)
         score += np.minimum(evidence, LARGEST_EVIDENCE)
         used += 1
@@ -143,7 +142,7 @@ def _place(record: Periodogram, about_hz: float) -> tuple[float, float] | None:
     first = math.floor((about_hz - reach) / record.step_hz)
     power = record.power[first : math.ceil((about_hz + reach) / record.step_hz) + 1]
     top = int(np.argmax(power))
-    snr = float(power[top]) / record.noise_about(about_hz, 3 * reach).mean_power
+    snr = float(power[top]) / record.noise_near(about_hz, 3 * reach).mean_power
     if top in (0, power.size - 1) or snr < SHOWN_SNR:
         return None
     left, middle, right = np.log(power[top - 1 : top + 2])  # a parabola through the logs: within 0.01 bins of the peak

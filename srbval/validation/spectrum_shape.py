@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.signal.interval import NORMAL_95
+from srbval.signal import NORMAL_95
 from srbval.validation.analyse import Analysis
 from srbval.validation.speed_search import USABLE_SHARE
 

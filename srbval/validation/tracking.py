@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from srbval.bearing import Bearing
 from srbval.recordings.recording import Recording, ShaftSpeed, SpeedSource
-from srbval.signal import ShaftCourse
+from srbval.signal import ShaftAngle
 from srbval.validation.pipeline import Tracking
 
 # A line that moves by more than this many bins in the record is smeared over them.
@@ -25,7 +25,7 @@ def choose_tracking(recording: Recording, bearing: Bearing, speed: ShaftSpeed) -
         return Tracking(why="no order tracking: the speed used comes without its course")
     if signal.values_hz.size / signal.rate_hz < LEAST_COVER * recording.seconds:
         return Tracking(why="no order tracking: the speed signal is shorter than the record")
-    course = ShaftCourse.of(signal.values_hz, signal.rate_hz)
+    course = ShaftAngle.from_speed(signal.values_hz, signal.rate_hz)
     bins = course.drift_bins(max(bearing.orders.bpfo, bearing.orders.bpfi))
     if bins <= MOST_BINS:
         return Tracking(

@@ -2,9 +2,7 @@ import numpy as np
 import pytest
 
 from srbval.bench.chain_errors import AGREEMENT, BANDS_HZ, FS_HZ, chain_errors
-from srbval.signal.bandpass import bandpass
-from srbval.signal.envelope import envelope
-from srbval.signal.one_pass import analytic_signal
+from srbval.signal import analytic_signal, bandpass, envelope
 
 LARGEST = 1e-4  # of the largest squared envelope
 SAMPLES = 102_400

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from srbval.bench.reading import ReadingSettings, run_reading_bench
-from srbval.signal.false_alarm import evidence, false_alarm, likely_ratio, upcrossings
+from srbval.signal.false_alarm import false_alarm, neg_log_p, true_noise_ratio, upcrossings
 
 BINS = 65
 ONE, FIVE = np.eye(2)[1], np.eye(6)[5]  # all lines of the comb are seen in all of the window
@@ -16,23 +16,23 @@ LOWEST_MEAN, HIGHEST_MEAN = 0.625, 1.2
 RISES, RISE_SCATTER = 1500, 0.15
 
 
-def test_evidence_is_the_exact_tail_of_a_line_over_a_median_of_its_neighbours():
+def test_neg_log_p_is_the_exact_tail_of_a_line_over_a_median_of_its_neighbours():
     rng = np.random.default_rng(1)
     mean = np.median(rng.exponential(size=(DRAWS, BINS)), axis=1) / np.log(2)
     ratio = rng.exponential(size=DRAWS) / mean
     for level in (2.0, 6.0):
-        chance = np.exp(-evidence(np.array([level]), np.array([BINS]))[0])
+        chance = np.exp(-neg_log_p(np.array([level]), np.array([BINS]))[0])
         assert 1 / TAIL_FACTOR < np.mean(ratio > level) / chance < TAIL_FACTOR
     # The mistake of taking the mean noise for known: at 12 times the noise twice too sure.
-    assert np.exp(-evidence(np.array([12.0]), np.array([BINS]))[0]) > 2 * np.exp(-12.0)
+    assert np.exp(-neg_log_p(np.array([12.0]), np.array([BINS]))[0]) > 2 * np.exp(-12.0)
 
 
-def test_likely_ratio_is_the_slope_of_evidence_and_that_of_known_noise_with_many_bins():
+def test_true_noise_ratio_is_the_slope_of_neg_log_p_and_that_of_known_noise_with_many_bins():
     ratio, bins, step = 9.0, np.array([BINS]), 1e-5
-    above, below = (evidence(np.array([ratio * (1 + side * step)]), bins)[0] for side in (1, -1))
-    assert likely_ratio(np.array([ratio]), bins)[0] == pytest.approx((above - below) / (2 * step), rel=1e-6)
-    assert likely_ratio(np.array([ratio]), np.array([100_001]))[0] == pytest.approx(ratio, rel=1e-3)
-    assert likely_ratio(np.array([ratio]), np.array([9]))[0] < 0.7 * ratio
+    above, below = (neg_log_p(np.array([ratio * (1 + side * step)]), bins)[0] for side in (1, -1))
+    assert true_noise_ratio(np.array([ratio]), bins)[0] == pytest.approx((above - below) / (2 * step), rel=1e-6)
+    assert true_noise_ratio(np.array([ratio]), np.array([100_001]))[0] == pytest.approx(ratio, rel=1e-3)
+    assert true_noise_ratio(np.array([ratio]), np.array([9]))[0] < 0.7 * ratio
 
 
 def test_comb_rises_as_often_as_a_count_of_drawn_spectra():
@@ -59,7 +59,7 @@ def test_one_line_rises_as_often_as_rice_says():
     assert false_alarm(level, level, ONE, half_hz, seconds) == pytest.approx(1 - np.exp(-expected), rel=1e-9)
 
 
-def test_no_evidence_is_a_certain_false_alarm_and_strong_evidence_does_not_underflow_to_nonsense():
+def test_a_zero_neg_log_p_is_a_certain_false_alarm_and_a_large_one_does_not_underflow():
     assert false_alarm(0.0, 0.0, FIVE, 1.0, 10.0) == 1.0
     assert 0.0 <= false_alarm(1e4, 1e4, FIVE, 1.0, 10.0) < 1e-300
 

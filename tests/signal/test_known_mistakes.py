@@ -11,12 +11,12 @@ from srbval.signal import (
     amplitude_spectrum,
     analytic_signal,
     bandpass,
+    butterworth_gain,
     end_s,
     envelope,
     read_comb,
     squared_envelope,
 )
-from srbval.signal.one_pass import butterworth_gain
 from srbval.validation import families
 from srbval.validation.pipeline import process
 from tests.signal.test_comb import FS_HZ as COMB_FS_HZ

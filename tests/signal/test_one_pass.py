@@ -3,12 +3,14 @@ import pytest
 import scipy.fft
 
 from srbval.errors import ConfigurationError, DataError
-from srbval.signal import bandpass, envelope, squared_envelope
-from srbval.signal.one_pass import (
+from srbval.signal import (
     BandFilter,
     analytic_signal,
+    bandpass,
     butterworth_gain,
+    envelope,
     envelope_spectrum_one_pass,
+    squared_envelope,
     squared_envelope_one_pass,
 )
 

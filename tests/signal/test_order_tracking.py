@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from srbval.errors import DataError
-from srbval.signal import ShaftCourse, amplitude_spectrum
+from srbval.signal import ShaftAngle, amplitude_spectrum
 
 FS_HZ, SECONDS, SLOW_HZ, FAST_HZ, ORDER = 4000.0, 10.0, 10.0, 14.0, 8.18
 TIME_S = np.arange(round(FS_HZ * SECONDS)) / FS_HZ
@@ -28,17 +28,17 @@ CHIRP = np.cos(2 * np.pi * ORDER * turns_at(TIME_S))
 def test_a_line_that_follows_the_shaft_becomes_one_line_at_the_mean_speed(rate_hz, noise_hz):
     smeared = amplitude_spectrum(CHIRP, FS_HZ)
     assert smeared.amplitude.max() < 0.2, "without tracking the line is spread over hundreds of bins"
-    course = ShaftCourse.of(tachometer(rate_hz, noise_hz), rate_hz)
-    even = amplitude_spectrum(course.even_angle(CHIRP, FS_HZ, 0.0, MEAN_HZ), FS_HZ)
+    course = ShaftAngle.from_speed(tachometer(rate_hz, noise_hz), rate_hz)
+    even = amplitude_spectrum(course.resample(CHIRP, FS_HZ, 0.0, MEAN_HZ), FS_HZ)
     assert even.amplitude.max() > LEAST_OF_A_TONE
     assert even.frequency_hz[np.argmax(even.amplitude)] == pytest.approx(ORDER * MEAN_HZ, abs=even.resolution_hz)
 
 
 def test_a_part_of_the_record_keeps_its_place_on_the_shaft():
     """The ends a filter spoils are dropped first: what is left begins later and still turns at the given mean."""
-    course = ShaftCourse.of(tachometer(4000.0), 4000.0)
+    course = ShaftAngle.from_speed(tachometer(4000.0), 4000.0)
     skip = 8000
-    even = course.even_angle(CHIRP[skip:-skip], FS_HZ, skip / FS_HZ, MEAN_HZ)
+    even = course.resample(CHIRP[skip:-skip], FS_HZ, skip / FS_HZ, MEAN_HZ)
     phase = 2 * np.pi * ORDER * (turns_at(TIME_S[skip]) + np.arange(even.size) * MEAN_HZ / FS_HZ)
     np.testing.assert_allclose(even, np.cos(phase), atol=2e-3)
 
@@ -46,16 +46,16 @@ def test_a_part_of_the_record_keeps_its_place_on_the_shaft():
 def test_drift_is_counted_in_bins_of_the_line():
     # Means of eighths differ by 7/8 of the ramp.
     expected = 7 / 8 * (FAST_HZ - SLOW_HZ) * ORDER * SECONDS
-    assert ShaftCourse.of(tachometer(4000.0), 4000.0).drift_bins(ORDER) == pytest.approx(expected, rel=0.01)
-    assert ShaftCourse.of(np.full(4000, 12.0), 400.0).drift_bins(ORDER) == pytest.approx(0.0, abs=1e-9)
+    assert ShaftAngle.from_speed(tachometer(4000.0), 4000.0).drift_bins(ORDER) == pytest.approx(expected, rel=0.01)
+    assert ShaftAngle.from_speed(np.full(4000, 12.0), 400.0).drift_bins(ORDER) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_direction_of_rotation_does_not_matter():
-    course = ShaftCourse.of(-tachometer(400.0), 400.0)
+    course = ShaftAngle.from_speed(-tachometer(400.0), 400.0)
     assert course.turns[-1] == pytest.approx(turns_at(SECONDS), rel=1e-3)
 
 
 @pytest.mark.parametrize("speed", [np.zeros(100), np.linspace(-1, 10, 1000), np.full(100, 0.5)])
 def test_a_shaft_that_stops_or_hardly_turns_is_refused(speed):
     with pytest.raises(DataError, match="order tracking"):
-        ShaftCourse.of(speed, 100.0)
+        ShaftAngle.from_speed(speed, 100.0)

@@ -29,14 +29,14 @@ def test_noise_mean_is_that_of_the_bins_and_ignores_lines_among_them():
     rng = np.random.default_rng(4)
     samples = rng.standard_normal(40_000)
     time_s = np.arange(samples.size) / FS_HZ
-    clean = record_of(samples).noise_about(200.0, 2.0).mean_power
+    clean = record_of(samples).noise_near(200.0, 2.0).mean_power
     lines = samples + sum(0.1 * np.cos(2 * np.pi * f * time_s) for f in (195.3, 206.1, 209.0))
     reduced = record_of(samples)
     # White noise of unit variance at the full rate keeps its density, so its variance falls with the rate.
     expected = reduced.samples.size * reduced.fs_hz / FS_HZ
     assert clean == pytest.approx(expected, rel=NOISE_SCATTER)
     # Three lines of a hundred times the noise would raise the plain mean of 64 bins about fivefold.
-    assert record_of(lines).noise_about(200.0, 2.0).mean_power < 2 * clean
+    assert record_of(lines).noise_near(200.0, 2.0).mean_power < 2 * clean
 
 
 def test_shaft_harmonics_are_masked_and_wider_with_an_uncertain_speed():
@@ -56,4 +56,4 @@ def test_overlapping_masks_are_joined():
 def test_too_short_a_record_to_know_its_noise_is_refused():
     record = record_of(np.random.default_rng(7).standard_normal(400), limit_hz=100.0)
     with pytest.raises(DataError, match="longer record"):
-        record.noise_about(50.0, 60.0)
+        record.noise_near(50.0, 60.0)

@@ -54,7 +54,7 @@ def test_recursion_is_the_sum_over_all_courses():
     rng = np.random.default_rng(4)
     amplitude, turn, step_rad2 = np.array([[1.2 + 0.3j, 0.5j]]), np.array([0.3]), np.array([0.2])
     seen = sums(rng, (1.2, 0.5))[:, :3]
-    agreement = phase_posterior._agreement(seen, NUMBER, amplitude)
+    agreement = phase_posterior._block_likelihood(seen, NUMBER, amplitude)
     steps = phase_posterior._steps(step_rad2, turn)
     told = phase_posterior._forward(agreement, steps, np.zeros(1, dtype=np.int64))[0]
     circle = np.arange(CIRCLE) * 2 * np.pi / CIRCLE
@@ -70,8 +70,8 @@ def test_recursion_is_the_sum_over_all_courses():
 def test_a_steady_line_is_as_likely_as_the_recursion_without_steps_says():
     seen = sums(np.random.default_rng(5), (1.0, 0.6))
     turn = np.array([0.0])
-    steady = phase_posterior._steady(seen, NUMBER, turn)[0]
+    steady = phase_posterior._steady_likelihood(seen, NUMBER, turn)[0]
     best = (seen.sum(axis=1) / BLOCKS)[None]
     still = phase_posterior._steps(np.zeros(1), turn)
-    agreement = phase_posterior._agreement(seen, NUMBER, best)
+    agreement = phase_posterior._block_likelihood(seen, NUMBER, best)
     assert steady == pytest.approx(phase_posterior._forward(agreement, still, np.zeros(1, dtype=int))[0], abs=1e-3)

@@ -6,8 +6,7 @@ import pytest
 from srbval.bearing import Fault
 from srbval.cli import main
 from srbval.errors import ConfigurationError
-from srbval.signal import BandFilter
-from srbval.signal.comb import FALSE_ALARM
+from srbval.signal import FALSE_ALARM, BandFilter
 from srbval.validation.analyse import analyse
 from srbval.validation.band_choice import declared_band, with_trials
 from srbval.validation.cross_band import cross_bands

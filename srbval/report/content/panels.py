@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.bearing import Fault
+from srbval.bench.scalogram_check import TRANSFORMS
 from srbval.recordings import Origin
 from srbval.report.blocks import Explore, Figure, FigureGrid
 from srbval.report.content.names import SIDE_NAME, badge_of, rpm_of
@@ -19,7 +20,6 @@ from srbval.report.figures import acceleration_panel, envelope_spectrum_panel, f
 from srbval.report.inline import literal
 from srbval.signal import Scalogram
 from srbval.signal.scalogram import COLUMNS, ROWS
-from srbval.signal.scalogram_check import TRANSFORMS
 from srbval.validation.analyse import Analysis
 
 FloatArray = NDArray[np.float64]

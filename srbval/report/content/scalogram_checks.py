@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import functools
 
+from srbval.bench.scalogram_check import LARGEST_ERROR, TRANSFORMS, ScalogramCheck, check_scalogram
 from srbval.report.table import Column, Table
-from srbval.signal.scalogram_check import LARGEST_ERROR, TRANSFORMS, ScalogramCheck, check_scalogram
 
 # Rows that the transforms which do not draw the figure are tried at; the figure's own is tried at all of its rows.
 _FEW_ROWS, _ONE_PLACE = 24, (0.4137,)

@@ -1,9 +1,8 @@
 import numpy as np
 import pytest
 
-from srbval.signal import wander
-from srbval.signal.phasors import Phasors
-from srbval.signal.wander import follow
+from srbval.signal import Phasors, slip
+from srbval.signal.slip import track_slip
 
 FS_HZ, SECONDS, LINE_HZ = 1000.0, 30.0, 90.0
 ONE = np.array([1.0])
@@ -19,7 +18,7 @@ def wandering(rng, walk_rad2_s, noise=0.05):
 
 def followed(samples, line_hz=LINE_HZ, noise=0.05, **options):
     phasors = Phasors.of(samples, FS_HZ, np.array([line_hz]))
-    return follow(phasors, ONE, ONE * noise**2 * samples.size, line_hz=line_hz, **options)
+    return track_slip(phasors, ONE, ONE * noise**2 * samples.size, line_hz=line_hz, **options)
 
 
 @pytest.mark.parametrize("walk_rad2_s", [0.01, 0.1])
@@ -69,5 +68,5 @@ def test_noise_that_is_higher_at_the_line_than_beside_it_is_no_wander(monkeypatc
 
     known, told_too_little = mean_ci(0.3), mean_ci(0.16)
     assert told_too_little < 1.5 * known
-    monkeypatch.setattr(wander, "CLEARLY", np.inf)
+    monkeypatch.setattr(slip, "EXCESS_MARGIN", np.inf)
     assert mean_ci(0.16) > 2 * told_too_little
