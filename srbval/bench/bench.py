@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from srbval.bench.calibration import calibrate
@@ -23,6 +22,7 @@ from srbval.bench.work_precision import with_accuracy
 from srbval.errors import ConfigurationError
 from srbval.models.solvers import SOLVERS
 from srbval.scene import paper_scene
+from srbval.storage.content_store import ContentStore
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,13 +56,13 @@ def run_bench(
     solvers: Sequence[str] = SOLVERS,
     settings: Settings = FULL,
     processes: bool = True,
-    folder: Path | None = None,
+    store: ContentStore | None = None,
     accuracy: bool = True,
     progress: Progress = silent,
 ) -> BenchResult:
     """Time `solvers` on `scenes` and, for `accuracy`, hold them against converged references.
 
-    `processes` adds compile time, start-up and memory; references are kept in `folder`, the user's cache by default.
+    `processes` adds compile time, start-up and memory; references are in the store, the user's cache by default.
     Timed parts run one after the other on one core; the machine should have nothing else to do. Raises
     `ConfigurationError` for an unknown scene or solver; a failed run is a row with its status.
     """
@@ -77,7 +77,7 @@ def run_bench(
     found: dict[str, Reference] = {}
     paths: list[Trajectory] = []
     if accuracy:
-        found = references(scenes, settings, folder=folder, progress=progress)
+        found = references(scenes, settings, store=store, progress=progress)
         rows = with_accuracy(rows, found, settings, progress)
         paths = trajectories(scenes, solvers, settings, progress)
     return BenchResult(

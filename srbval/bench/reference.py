@@ -5,18 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from pathlib import Path
 from typing import Any
 
 from srbval.bench.batch import Measured, measure_all
 from srbval.bench.errors import Errors, errors_against, plain_or_nulls
 from srbval.bench.measures import Measures
 from srbval.bench.progress import Progress, silent
-from srbval.bench.reference_store import load_reference, reference_folder, reference_key, save_reference
-from srbval.bench.scenes import PAPER_STEP_S, bench_scene
+from srbval.bench.scenes import PAPER_STEP_S, bench_scene, scene_content
 from srbval.bench.settings import Settings
 from srbval.bench.timing import time_scene
 from srbval.scene import Scene, paper_scene
+from srbval.storage.content_store import ContentStore
 
 FINEST, COARSEST = 6, 1  # powers of two below the paper's step
 SHARE_OF_CHECK = 1.5  # the run at twice the step costs half as much again
@@ -61,21 +60,26 @@ def reference_solver() -> str:
     return paper_scene().solver.name
 
 
+def reference_store() -> ContentStore:
+    """Where references are stored: the user's cache."""
+    return ContentStore(kind="reference", computed_by=__name__)
+
+
 def references(
     scenes: Sequence[str],
     settings: Settings,
     *,
     solver: str | None = None,
-    folder: Path | None = None,
+    store: ContentStore | None = None,
     progress: Progress = silent,
 ) -> dict[str, Reference]:
-    """The reference of each scene: the finest one already in `folder`, else the finest that the budget affords.
+    """The reference of each scene: the finest one in the store, else the finest that the time budget allows.
 
-    `folder` is below the user's cache unless given. A reference whose runs failed says so and is not kept.
+    A reference whose runs failed says so and is not stored.
     """
     solver = solver or reference_solver()
-    folder = folder or reference_folder()
-    found = {name: _stored(name, solver, settings, folder) for name in scenes}
+    store = store or reference_store()
+    found = {name: _stored(name, solver, settings, store) for name in scenes}
     missing = [name for name, reference in found.items() if reference is None]
     pairs = {name: _pair(name, solver, settings) for name in missing}
     runs = {(name, i): scene for name, pair in pairs.items() for i, scene in enumerate(pair)}
@@ -83,7 +87,7 @@ def references(
     for name in missing:
         reference = _reference(name, measured[name, 0], measured[name, 1])
         if reference.measures is not None:
-            save_reference(folder, reference_key(measured[name, 0].scene), reference.to_dict())
+            store.save(scene_content(measured[name, 0].scene), reference.to_dict())
         found[name] = reference
     return {name: reference for name, reference in found.items() if reference is not None}
 
@@ -95,9 +99,9 @@ def _scene(name: str, solver: str, settings: Settings, power: int) -> Scene:
     )  # fmt: skip
 
 
-def _stored(name: str, solver: str, settings: Settings, folder: Path) -> Reference | None:
+def _stored(name: str, solver: str, settings: Settings, store: ContentStore) -> Reference | None:
     for power in range(FINEST, COARSEST - 1, -1):
-        table = load_reference(folder, reference_key(_scene(name, solver, settings, power)))
+        table = store.load(scene_content(_scene(name, solver, settings, power)))
         if table is not None:
             return from_dict(table)
     return None

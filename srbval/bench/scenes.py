@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Sequence
 from typing import Any
 
-from srbval.bearing import RACE_DEFECTS, Fault
+from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
 from srbval.errors import ConfigurationError
+from srbval.models.run_file import scene_dict
 from srbval.scene import Scene, paper_scene
 
 PAPER_STEP_S = 1 / 61440  # Table 4
@@ -40,6 +42,11 @@ def bench_scene(
         defect={"kind": state},
         solver={"name": solver, "step_s": step_s},
     )
+
+
+def scene_content(scene: Scene) -> str:
+    """Everything that a scene and its bearing say, as text: what a result that is computed from it is keyed by."""
+    return json.dumps(scene_dict(scene), sort_keys=True) + repr(load_bearing(scene.bearing))
 
 
 def output_rate_hz(step_s: float) -> float:

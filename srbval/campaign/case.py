@@ -2,28 +2,18 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from functools import cache
-from pathlib import Path
 from typing import Any
 
-import srbval
-from srbval.bearing import load_bearing
+from srbval.bench.scenes import scene_content
 from srbval.campaign.quantities import Output
-from srbval.models.kernel_cache import kernel_cache_folder
-from srbval.models.run_file import scene_dict
 from srbval.scene import Scene
+from srbval.storage.content_store import content_key
+from srbval.storage.content_version import content_version
 
-# Sources beside the models' that decide what a result file holds.
-MEASURED_BY = (
-    "bearing/*.py", "signal/*.py", "validation/*.py", "recordings/from_run.py", "bench/measures.py",
-    "campaign/quantities.py", "campaign/case_file.py", "scene/*.py",
-)  # fmt: skip
-
-
+COMPUTED_BY = "srbval.campaign.work"
 GUESSED_S = 2e-5  # of wall time for one of the full model's right-hand sides, on a slow machine
 
 
@@ -58,30 +48,14 @@ class Case:
 
 def case_key(scene: Scene, outputs: Sequence[Output]) -> str:
     """Name of a result: the scene, the bearing's data, the outputs, the version of all that makes and measures it."""
-    content = json.dumps(scene_dict(scene), sort_keys=True) + _bearing(scene.bearing)
-    return _digest(f"{version()} {' '.join(sorted(outputs))} {content}")
+    return content_key(f"{' '.join(sorted(outputs))} {scene_content(scene)}", computed_by=COMPUTED_BY)
 
 
 def refused_key(point: Mapping[str, Any], reason: str) -> str:
     """Name of the result of a case of which no scene could be made."""
-    return _digest(f"{version()} {json.dumps(point, sort_keys=True, default=str)} {reason}")
+    return content_key(f"{json.dumps(point, sort_keys=True, default=str)} {reason}", computed_by=COMPUTED_BY)
 
 
-@cache
 def version() -> str:
-    """Content of the models' kernels and of what measures their runs."""
-    package = Path(srbval.__file__).parent
-    digest = hashlib.sha256(kernel_cache_folder().name.encode())
-    for pattern in MEASURED_BY:
-        for source in sorted(package.glob(pattern)):
-            digest.update(source.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-@cache
-def _bearing(name: str) -> str:
-    return repr(load_bearing(name))
-
-
-def _digest(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()[:32]
+    """Version of everything that runs a case and measures it."""
+    return content_version(COMPUTED_BY)

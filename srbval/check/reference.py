@@ -11,9 +11,10 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import srbval
+from srbval import __version__
 from srbval.config.strict import build
 from srbval.errors import ConfigurationError, DataError
+from srbval.storage.own_package import shipped_folder
 from srbval.storage.revision import git_revision
 from srbval.storage.strict_json import write_json
 from srbval.storage.whole_file import whole_file
@@ -48,11 +49,7 @@ class Reference:
 
 def reference_path() -> Path:
     """The reference results of this version: in the repository, or in the installed package."""
-    package = Path(srbval.__file__).resolve().parent
-    found = [folder / FILE for folder in (package.parent / "reports", package / "reports") if (folder / FILE).is_file()]
-    if not found:
-        raise DataError(f"{package / 'reports' / FILE}: no such file; this installation lacks it. Install srbval anew.")
-    return found[0]
+    return shipped_folder("reports") / FILE
 
 
 def read_reference(path: Path) -> dict[str, Reference]:
@@ -84,7 +81,7 @@ def write_reference(path: Path, quantities: Mapping[str, Reference]) -> None:
     table = csv.DictWriter(text, fieldnames=list(rows[0]), lineterminator="\n")
     table.writeheader()
     table.writerows(rows)
-    origin: dict[str, Any] = {"srbval": srbval.__version__, "git_revision": git_revision()}
+    origin: dict[str, Any] = {"srbval": __version__, "git_revision": git_revision()}
     write_json(path, {"schema_version": SCHEMA_VERSION, "kind": KIND, **origin, "quantities": rows})
     with whole_file(path.with_suffix(".csv")) as part:
         part.write_text(text.getvalue(), encoding="utf-8")

@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import Any
 
 from srbval.bench.bench import BenchResult, run_bench
-from srbval.bench.kept import SPEED_ACCURACY
 from srbval.bench.machine import Machine
 from srbval.bench.scenes import SCENES
 from srbval.bench.settings import FULL, QUICK
@@ -21,6 +20,7 @@ from srbval.cli.tasks import Tasks
 from srbval.models.solvers import SOLVERS
 from srbval.report.progress import Progress
 from srbval.storage.revision import git_revision
+from srbval.storage.stored_result import SPEED_ACCURACY
 
 VERDICT = {True: "met", False: "NOT MET", None: "not measured"}
 COST_COLUMNS = {

@@ -6,11 +6,9 @@ import argparse
 from functools import partial
 from pathlib import Path
 
-from srbval.bench.kept import HELD_OUT
 from srbval.bench.ladder.cases import between, grid, held_out, quick_grid
-from srbval.bench.ladder.measure import SECONDS, measure_ladder
+from srbval.bench.ladder.measure import SECONDS, answer_store, measure_ladder
 from srbval.bench.ladder.summary import summary
-from srbval.bench.reference_store import reference_folder
 from srbval.cli.measured import keep_and_print, this_machine
 from srbval.cli.output import print_columns, print_json
 from srbval.cli.tasks import Tasks
@@ -19,6 +17,7 @@ from srbval.plan.calibrated import shipped_calibration
 from srbval.plan.held_out import check_cases, tallies
 from srbval.report.progress import Progress
 from srbval.storage.revision import git_revision
+from srbval.storage.stored_result import HELD_OUT
 
 LADDER_COLUMNS = {
     "question": "question",
@@ -53,7 +52,7 @@ def run_ladder(options: argparse.Namespace) -> int:
             [] if options.quick else between(),
             seconds=options.seconds or SECONDS,
             jobs=options.jobs,
-            folder=reference_folder(),
+            store=answer_store(),
             progress=Tasks(progress, "Bench"),
         )
     if options.output:
@@ -76,7 +75,7 @@ def _held_out(options: argparse.Namespace) -> int:
             held_out(),
             shipped_calibration(),
             jobs=options.jobs,
-            folder=reference_folder(),
+            store=answer_store(),
             progress=Tasks(progress, "Bench"),
         )
     rows = [tally.to_dict() for tally in tallies(checks)]

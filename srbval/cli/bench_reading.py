@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 from dataclasses import asdict
 
-from srbval.bench.kept import READING
 from srbval.bench.machine import usable_cores
 from srbval.bench.reading import QUICK_READING, ReadingBench, ReadingSettings, run_reading_bench
 from srbval.cli.measured import keep_and_print, this_machine
@@ -13,6 +12,7 @@ from srbval.cli.output import print_table
 from srbval.cli.tasks import Tasks
 from srbval.report.progress import Progress
 from srbval.storage.revision import git_revision
+from srbval.storage.stored_result import READING
 
 
 def run_reading(options: argparse.Namespace) -> int:

@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from srbval.bench.kept import SENSITIVITY
 from srbval.cli.measured import keep_and_print, this_machine
 from srbval.cli.output import print_table
 from srbval.report.progress import Progress
 from srbval.report.simulation_progress import SimulationProgress
 from srbval.storage.revision import git_revision
+from srbval.storage.stored_result import SENSITIVITY
 from srbval.validation.sensitivity import SECONDS, measure
 
 SHORT_SECONDS = 1.0

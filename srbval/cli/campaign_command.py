@@ -106,10 +106,10 @@ def _export(options: argparse.Namespace) -> int:
 
 
 def _noise(options: argparse.Namespace) -> int:
-    from srbval.bench.kept import NOISE_STUDY
     from srbval.campaign.noise_study import noise_study
     from srbval.cli.tasks import Tasks
     from srbval.report.progress import Progress
+    from srbval.storage.stored_result import NOISE_STUDY
 
     with Progress() as progress:
         rows = noise_study(noises=options.noise, seconds=options.seconds, progress=Tasks(progress, "campaign"))
@@ -121,9 +121,9 @@ def _noise(options: argparse.Namespace) -> int:
 
 
 def _scale(options: argparse.Namespace) -> int:
-    from srbval.bench.kept import CAMPAIGN_SCALE
     from srbval.campaign.engines.choose import choose_engine
     from srbval.campaign.scale import measure_scale, reckoned
+    from srbval.storage.stored_result import CAMPAIGN_SCALE
 
     found = measure_scale(options.cases, choose_engine(options.engine))
     rows = reckoned(found)
@@ -134,14 +134,14 @@ def _scale(options: argparse.Namespace) -> int:
 
 
 def _keep(kind: str, result: dict[str, Any], more: str, options: argparse.Namespace) -> int:
-    from srbval.bench.kept import COMMAND, keep, stamped
     from srbval.cli.measured import this_machine
     from srbval.storage.revision import git_revision
+    from srbval.storage.stored_result import COMMAND, stamped, store_result
 
     content = stamped(
         kind, {"machine": this_machine(), **result}, command=f"{COMMAND[kind]} {more}", revision=git_revision()
     )
-    path = keep(content, Path(options.output) if options.output else None)
+    path = store_result(content, Path(options.output) if options.output else None)
     if options.json:
         print_json({**content, "file": path})
     else:

@@ -8,9 +8,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from srbval.bench.kept import keep, stamped
 from srbval.bench.machine import processor_name, usable_cores
 from srbval.cli.output import own_command, print_json
+from srbval.storage.stored_result import stamped, store_result
 
 
 def keep_and_print(
@@ -28,7 +28,7 @@ def keep_and_print(
     """
     content = stamped(kind, result, command=own_command(), revision=revision)
     if options.output or whole:
-        path = keep(content, Path(options.output) if options.output else None)
+        path = store_result(content, Path(options.output) if options.output else None)
         print(f"kept: {path}", file=sys.stderr)
     if options.json:
         print_json(content)

@@ -8,7 +8,6 @@ from dataclasses import replace
 from itertools import groupby
 from typing import Any
 
-from srbval.bench.kept import STABILITY
 from srbval.cli.measured import keep_and_print
 from srbval.cli.output import print_table
 from srbval.cli.tasks import Tasks
@@ -16,6 +15,7 @@ from srbval.report.progress import Progress
 from srbval.stability.grid import FULL, QUICK, Grid
 from srbval.stability.stability import StabilityResult, run_stability
 from srbval.storage.revision import git_revision
+from srbval.storage.stored_result import STABILITY
 
 SOUND, UNSOUND = 0, 1
 

@@ -20,7 +20,8 @@ from functools import cache
 from pathlib import Path
 
 from srbval.storage.cache import KERNELS, cache_folder
-from srbval.storage.own_package import child_environment
+from srbval.storage.content_version import content_version
+from srbval.storage.own_package import child_environment, package_folder
 
 WITHOUT_KERNELS = ("kinematic", "impulse")
 
@@ -30,11 +31,11 @@ _lock = threading.RLock()
 
 @cache
 def kernel_cache_folder() -> Path:
-    """Folder of the compiled kernels of exactly this version of all kernel sources."""
-    digest = hashlib.sha256()
-    for source in sorted(Path(__file__).parent.rglob("*.py")):
-        digest.update(source.read_bytes())
-    return cache_folder(KERNELS) / digest.hexdigest()[:16]
+    """Folder of the compiled kernels of exactly this version of the kernels' sources, and of all that these import."""
+    package = package_folder()
+    sources = (package / "models").rglob("*_kernel.py")
+    modules = (".".join(source.relative_to(package.parent).with_suffix("").parts) for source in sources)
+    return cache_folder(KERNELS) / content_version(*sorted(modules))
 
 
 def is_compiled(model: str) -> bool:

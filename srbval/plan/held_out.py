@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 from srbval.bearing import Fault
@@ -15,6 +14,7 @@ from srbval.bench.ladder.table import Calibration, Entry
 from srbval.bench.progress import Progress, silent
 from srbval.models.ladder import rung_of
 from srbval.plan.plan import make_plan
+from srbval.storage.content_store import ContentStore
 
 # Tolerances at which each prediction is put to the test.
 TOLERANCES_PCT = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
@@ -66,15 +66,15 @@ def check_cases(
     calibration: Calibration,
     *,
     jobs: int | None = None,
-    folder: Path | None = None,
+    store: ContentStore | None = None,
     progress: Progress = silent,
 ) -> list[Check]:
     """Every prediction for every one of `cases`, measured; the reference must have an answer to measure against.
 
-    `jobs`, `folder`: see `measure_cases`.
+    `jobs`, `store`: see `measure_cases`.
     """
     entries = measure_cases(
-        cases, models=calibration.models, seconds=calibration.seconds, jobs=jobs, folder=folder, progress=progress
+        cases, models=calibration.models, seconds=calibration.seconds, jobs=jobs, store=store, progress=progress
     )
     return [check for entry in entries for check in checks_of(entry, calibration)]
 

@@ -6,7 +6,6 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from srbval.bench.kept import SENSITIVITY, newest
 from srbval.evidence.gather import Evidence, gather
 from srbval.models.kernel_cache import is_compiled, precompile
 from srbval.report.content import assemble
@@ -14,6 +13,7 @@ from srbval.report.pdf import require_typst
 from srbval.report.progress import Progress
 from srbval.report.simulation_progress import SimulationProgress
 from srbval.report.write import FORMATS, write_report
+from srbval.storage.stored_result import SENSITIVITY, newest_result
 from srbval.validation.effects import Sensitivity, sensitivity_of
 
 
@@ -72,5 +72,5 @@ def make_report(
 
 def _stored_sensitivity() -> Sensitivity:
     """What numerics and inputs do to the compared quantities, as last measured; empty where it never was."""
-    kept = newest(SENSITIVITY)
+    kept = newest_result(SENSITIVITY)
     return sensitivity_of(kept.content) if kept else Sensitivity()

@@ -1,21 +1,21 @@
-"""What is kept of a run of the map, and where it is kept, so that an interrupted map goes on."""
+"""What is stored of a run of the map, so that an interrupted map continues where it was."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
-from pathlib import Path
 from typing import Any
 
 from srbval.bench.batch import run_all
 from srbval.bench.measures import band_rms, smooth_mean
 from srbval.bench.progress import Progress
-from srbval.bench.reference_store import load_reference, reference_key, save_reference
+from srbval.bench.scenes import scene_content
 from srbval.bench.timing import Attempt
 from srbval.models.run import Run
 from srbval.scene import Scene
 from srbval.stability.grid import Case, Grid
+from srbval.storage.content_store import ContentStore
 from srbval.validation.pipeline import SIMULATED_BAND_HZ
 
 
@@ -44,24 +44,22 @@ class Outcome:
         return self.status == "ok"
 
 
-def store_folder() -> Path:
-    """Where outcomes are kept: below the user's cache."""
-    import platformdirs
-
-    return Path(platformdirs.user_cache_dir("srbval")) / "stability"
+def outcome_store() -> ContentStore:
+    """Where outcomes are stored: the user's cache."""
+    return ContentStore(kind="stability", computed_by=__name__)
 
 
 def outcomes(
-    grid: Grid, cases: tuple[Case, ...], *, task: str, folder: Path, jobs: int | None, progress: Progress
+    grid: Grid, cases: tuple[Case, ...], *, task: str, store: ContentStore, jobs: int | None, progress: Progress
 ) -> dict[Case, Outcome]:
-    """The outcome of every case: kept from an earlier time, or run now and kept in `folder` as soon as it is there."""
+    """The outcome of every case: from `store`, or run now and stored as soon as the run has ended."""
     scenes = {case: grid.scene(case) for case in cases}
-    found = {case: _stored(folder, scene) for case, scene in scenes.items()}
+    found = {case: _stored(store, scene) for case, scene in scenes.items()}
     missing = {case: scene for case, scene in scenes.items() if found[case] is None}
 
     def read(case: Case, tried: Attempt, wall_s: float) -> Outcome:
         outcome = outcome_of(tried, wall_s)
-        save_reference(folder, reference_key(scenes[case]), asdict(outcome))
+        store.save(scene_content(scenes[case]), asdict(outcome))
         return outcome
 
     fresh: Mapping[Case, Outcome] = (
@@ -91,8 +89,8 @@ def _figures(run: Run) -> dict[str, float]:
     }
 
 
-def _stored(folder: Path, scene: Scene) -> Outcome | None:
-    table: dict[str, Any] | None = load_reference(folder, reference_key(scene))
+def _stored(store: ContentStore, scene: Scene) -> Outcome | None:
+    table: dict[str, Any] | None = store.load(scene_content(scene))
     names = {field.name for field in fields(Outcome)}
     if table is None or set(table) != names:
         return None

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from srbval.bearing import load_bearing
@@ -14,10 +13,11 @@ from srbval.bench.progress import Progress, silent
 from srbval.stability.cell import NO_REFERENCE, UNLIKE, StabilityCell
 from srbval.stability.claims import Claim, claims
 from srbval.stability.grid import FULL, Case, Grid, Group
-from srbval.stability.outcome import Outcome, outcomes, store_folder
+from srbval.stability.outcome import Outcome, outcome_store, outcomes
 from srbval.stability.planted import Planted, planted_in
 from srbval.stability.predict import Limits, predict
 from srbval.stability.reference import StabilityReference, reference_cases, reference_of
+from srbval.storage.content_store import ContentStore
 
 PREDICTING, CONVERGING, MAPPING = "step limits of linear theory", "converged runs", "runs of the map"
 
@@ -68,22 +68,22 @@ class StabilityResult:
 
 
 def run_stability(
-    grid: Grid = FULL, *, folder: Path | None = None, jobs: int | None = None, progress: Progress = silent
+    grid: Grid = FULL, *, store: ContentStore | None = None, jobs: int | None = None, progress: Progress = silent
 ) -> StabilityResult:
     """Run every cell of `grid`, hold each against its converged run, predict each step limit.
 
-    Runs go side by side, `jobs` at a time (default: one a usable core); each that has ended is kept in `folder`, below
-    the user's cache by default, so that a map goes on where it was interrupted. A failed run is a cell with its
-    status. Raises `ConfigurationError` for an unknown scene or solver.
+    `jobs` runs go at a time (default: one per usable core); each that has ended is in the store, by default in the
+    user's cache, so that an interrupted map continues where it was. A failed run is a cell with its status. Raises
+    `ConfigurationError` for an unknown scene or solver.
     """
-    load, calibration, folder = load_average(), calibrate(), folder or store_folder()
+    load, calibration, store = load_average(), calibrate(), store or outcome_store()
     limits = _limits(grid, progress)
     pairs = reference_cases(grid)
     both = tuple(case for pair in pairs.values() for case in pair)
-    converged = outcomes(grid, both, task=CONVERGING, folder=folder, jobs=jobs, progress=progress)
+    converged = outcomes(grid, both, task=CONVERGING, store=store, jobs=jobs, progress=progress)
     references = {group: reference_of(pair, converged) for group, pair in pairs.items()}
     cases = tuple(grid.cases)
-    found = outcomes(grid, cases, task=MAPPING, folder=folder, jobs=jobs, progress=progress)
+    found = outcomes(grid, cases, task=MAPPING, store=store, jobs=jobs, progress=progress)
     cells = _cells(grid, cases, found, references, limits)
     return StabilityResult(
         machine=describe_machine(calibration, calibrate(), load),

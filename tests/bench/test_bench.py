@@ -15,7 +15,7 @@ from srbval.bench import bench, processes
 from srbval.bench.bench import BenchResult, run_bench, step_sizes
 from srbval.bench.measures import Measures
 from srbval.bench.processes import Processes
-from srbval.bench.reference import reference_solver, references
+from srbval.bench.reference import reference_solver, reference_store, references
 from srbval.bench.row import row_of
 from srbval.bench.scenes import SCENES, bench_scene, output_rate_hz
 from srbval.bench.settings import QUICK, Settings
@@ -28,6 +28,7 @@ from srbval.bench.work_precision import with_accuracy
 from srbval.cli import bench_command, main
 from srbval.errors import ConfigurationError
 from srbval.scene import RollerFit
+from srbval.storage.content_store import ContentStore
 
 TINY = Settings(
     timing_s=0.002, timing_settle_s=0.0, repeats=1, accuracy_s=0.01, accuracy_settle_s=0.0, memory_s=0.01, starts=1,
@@ -40,10 +41,20 @@ ROW_KEYS = ("scene", "model", "solver", "dt_s", "wall_per_simulated_s", "cage_er
             "status", "pareto")  # fmt: skip
 
 
+def stored_in(folder: Path) -> ContentStore:
+    return replace(reference_store(), folder=folder)
+
+
 @pytest.fixture(scope="module")
 def result(tmp_path_factory: pytest.TempPathFactory) -> BenchResult:
     folder = tmp_path_factory.mktemp("references")
-    return run_bench(scenes=("play0-outer",), solvers=("ode2", "ode4"), settings=TINY, processes=False, folder=folder)
+    return run_bench(
+        scenes=("play0-outer",),
+        solvers=("ode2", "ode4"),
+        settings=TINY,
+        processes=False,
+        store=stored_in(folder),
+    )
 
 
 def test_scenes_are_what_their_names_say() -> None:
@@ -85,18 +96,18 @@ def test_touch_costs(result: BenchResult) -> None:
 
 
 def test_reference_is_kept_and_said_to_be(tmp_path: Path) -> None:
-    first = references(["play0-outer"], TINY, folder=tmp_path)["play0-outer"]
-    again = references(["play0-outer"], TINY, folder=tmp_path)["play0-outer"]
+    first = references(["play0-outer"], TINY, store=stored_in(tmp_path))["play0-outer"]
+    again = references(["play0-outer"], TINY, store=stored_in(tmp_path))["play0-outer"]
     assert (first.cached, again.cached) == (False, True)
     assert again.to_dict() | {"cached": False} == first.to_dict()
     (kept,) = tmp_path.iterdir()
     kept.write_text("half a fi")
-    assert not references(["play0-outer"], TINY, folder=tmp_path)["play0-outer"].cached
+    assert not references(["play0-outer"], TINY, store=stored_in(tmp_path))["play0-outer"].cached
 
 
 def test_failed_reference_is_said_and_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("srbval.bench.reference.reference_solver", lambda: "ode9")
-    found = references(["play0-outer"], TINY, folder=tmp_path)["play0-outer"]
+    found = references(["play0-outer"], TINY, store=stored_in(tmp_path))["play0-outer"]
     assert (found.status, found.measures) == ("refused", None)
     assert found.to_dict()["cage_ratio"] is None
     assert not list(tmp_path.iterdir())
@@ -108,7 +119,7 @@ def test_failed_run_stays_a_row(tmp_path: Path) -> None:
     scene = bench_scene("play0-outer", solver="ode1", step_s=1 / 20480, seconds=0.002, settle_s=0.0)
     unknown = bench_scene("play0-outer", solver="ode9", seconds=0.002, settle_s=0.0)
     rows = [row_of("play0-outer", time_scene(s, 1), 0.05) for s in (scene, unknown)]
-    found = references(["play0-outer"], TINY, folder=tmp_path)
+    found = references(["play0-outer"], TINY, store=stored_in(tmp_path))
     thrown, refused = with_accuracy(rows, found, settings)
     assert not thrown.ok
     assert thrown.reason
@@ -121,7 +132,7 @@ def test_failed_run_stays_a_row(tmp_path: Path) -> None:
 
 def test_reference_is_not_held_against_itself(tmp_path: Path) -> None:
     """Its error would be zero, and the best on the chart."""
-    found = references(["play0-outer"], TINY, folder=tmp_path)
+    found = references(["play0-outer"], TINY, store=stored_in(tmp_path))
     itself = bench_scene("play0-outer", solver=reference_solver(), step_s=1 / 122880, seconds=0.002, settle_s=0.0)
     (row,) = with_accuracy([row_of("play0-outer", time_scene(itself, 1), 0.05)], found, TINY)
     assert row.ok
@@ -204,7 +215,7 @@ def test_command(
 ) -> None:
     monkeypatch.setattr(bench_command, "QUICK", TINY)
     monkeypatch.setattr(bench, "measure_processes", lambda *_: APART)
-    monkeypatch.setattr("srbval.bench.reference.reference_folder", lambda: tmp_path)
+    monkeypatch.setattr("srbval.storage.content_store.cache_folder", lambda kind: tmp_path / kind)
     code = main(["bench", "--quick", "--scenes", "play0-healthy", "--solvers", "ode4", *extra])
     said = capsys.readouterr()
     assert code == 0

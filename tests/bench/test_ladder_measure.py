@@ -9,7 +9,7 @@ import pytest
 
 from srbval.bearing import load_bearing
 from srbval.bench.ladder.cases import quick_grid
-from srbval.bench.ladder.measure import measure_cases
+from srbval.bench.ladder.measure import answer_store, measure_cases
 from srbval.bench.ladder.questions import Question, answers
 from srbval.models.simulate import simulate
 from srbval.scene import paper_scene
@@ -21,7 +21,14 @@ SECONDS = 0.5
 def test_answers_are_kept_and_found_again(tmp_path: Path) -> None:
     case = replace(quick_grid()[0], fit="printed")
     first, second = (
-        measure_cases([case], models=("kinematic", "line"), seconds=SECONDS, jobs=1, folder=tmp_path) for _ in range(2)
+        measure_cases(
+            [case],
+            models=("kinematic", "line"),
+            seconds=SECONDS,
+            jobs=1,
+            store=replace(answer_store(), folder=tmp_path),
+        )
+        for _ in range(2)
     )
     assert len(list(tmp_path.glob("ladder-*.json"))) == 3
     assert first == second, "costs too: nothing ran twice"

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from srbval.bench.kept import CAMPAIGN_SCALE, NOISE_STUDY, Kept, keep, stamped
 from srbval.campaign.engines.processes import LocalProcesses
 from srbval.campaign.noise_study import noise_study
 from srbval.campaign.planning import plan_cases
@@ -14,14 +13,15 @@ from srbval.campaign.scale import Scale, measure_scale, reckoned, tiny
 from srbval.report.blocks import Callout
 from srbval.report.content.campaign_section import campaign_section
 from srbval.report.table import Table
+from srbval.storage.stored_result import CAMPAIGN_SCALE, NOISE_STUDY, StoredResult, stamped, store_result
 
 MACHINE = {"processor": "none", "usable_cores": 1}
 LIMIT_BYTES = 300e6  # of the coordinating process, with ten thousand cases
 
 
-def kept(kind: str, result: dict[str, object], folder: Path) -> Kept:
+def kept(kind: str, result: dict[str, object], folder: Path) -> StoredResult:
     content = stamped(kind, {"machine": MACHINE, **result}, command="a test", revision=None)
-    return Kept(path=keep(content, folder / f"{kind}.json"), content=content)
+    return StoredResult(path=store_result(content, folder / f"{kind}.json"), content=content)
 
 
 @pytest.mark.slow

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from srbval.bench.kept import READING, newest
 from srbval.cli.measured import keep_and_print, this_machine
+from srbval.storage.stored_result import READING, newest_result
 
 
 def measured(output: Path | None, *, as_json: bool, whole: bool) -> None:
@@ -19,8 +19,8 @@ def measured(output: Path | None, *, as_json: bool, whole: bool) -> None:
 
 @pytest.fixture(autouse=True)
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setattr("srbval.bench.kept.cache_folder", lambda: tmp_path / "cache")
-    return tmp_path / "cache"
+    monkeypatch.setattr("srbval.storage.stored_result.cache_folder", lambda kind: tmp_path / kind)
+    return tmp_path / "results"
 
 
 def test_a_whole_result_is_kept_for_the_report_and_shown(cache: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -28,7 +28,7 @@ def test_a_whole_result_is_kept_for_the_report_and_shown(cache: Path, capsys: py
     said = capsys.readouterr()
     assert said.out == "shown\n"
     assert said.err == f"kept: {cache / 'reading.json'}\n"
-    kept = newest(READING)
+    kept = newest_result(READING)
     assert kept is not None
     assert kept.path == cache / "reading.json"
     assert kept.content["machine"]["usable_cores"] >= 1

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import pytest
 
-from srbval.bench.kept import COMMAND, HELD_OUT, newest
 from srbval.bench.ladder.cases import FITS, KINDS, RANGES, between, grid, held_out
+from srbval.bench.ladder.measure import answer_store
 from srbval.bench.ladder.questions import Question
-from srbval.bench.reference_store import reference_folder
 from srbval.plan.calibrated import shipped_calibration
 from srbval.plan.held_out import TOLERANCES_PCT, Check, check_cases, checks_of, tallies
+from srbval.storage.stored_result import COMMAND, HELD_OUT, newest_result
 
 SCENES = 12
 GOOD_SHARE = 11 / 12
@@ -68,7 +68,7 @@ def test_what_is_counted() -> None:
 
 def test_the_stored_result_keeps_what_is_asked_for() -> None:
     """The whole draw, run by ``srbval bench --ladder --held-out``."""
-    kept = newest(HELD_OUT)
+    kept = newest_result(HELD_OUT)
     if kept is None:
         pytest.skip(f"no stored result; {COMMAND[HELD_OUT]} makes one")
     assert {c["scene"] for c in kept.content["checks"]} <= {case.name for case in held_out()}
@@ -85,7 +85,7 @@ def test_the_stored_result_keeps_what_is_asked_for() -> None:
 @pytest.mark.slow
 def test_a_few_of_them_measured_anew() -> None:
     table = shipped_calibration()
-    checks = check_cases(held_out()[::8], table, folder=reference_folder())
+    checks = check_cases(held_out()[::8], table, store=answer_store())
     assert checks
     assert all(c.within_twice for c in checks), [c for c in checks if not c.within_twice]
     assert not [c for c in checks if c.broken_pct]

@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-from srbval.bench.kept import Kept
 from srbval.bench.scenes import PAPER_STEP_S
 from srbval.report.blocks import Callout, Figure, Listing
 from srbval.report.content.chain_blocks import chain_table
@@ -17,6 +16,7 @@ from srbval.report.content.speed_accuracy_section import speed_accuracy_section
 from srbval.report.content.stability_section import stability_section
 from srbval.report.table import Table
 from srbval.scene import paper_scene
+from srbval.storage.stored_result import StoredResult
 
 STEPS, RPM = (61440, 30720, 7680), (127.0, 3000.0)
 ORIGIN = {"made_utc": "2026-01-01T00:00:00+00:00", "git_revision": "abc", "command": "srbval stability",
@@ -34,7 +34,7 @@ def cell(solver: str, velocity: float, steps: int, rpm: float) -> dict[str, Any]
 
 
 @pytest.fixture
-def stability() -> Kept:
+def stability() -> StoredResult:
     cells = [cell(*c) for c in itertools.product(("ode1", "imex2"), (0.001, 0.5), STEPS, RPM)]
     grid = {
         "scenes": ["play0-outer"], "solvers": ["ode1", "imex2"], "steps_per_s": list(STEPS), "rpm": list(RPM),
@@ -49,7 +49,7 @@ def stability() -> Kept:
         "planted": [{"caught": True}, {"caught": False}],
         "references": [{"own_cage_error": 1e-6, "own_load_error": 1e-2, "status": "ok"}],
     }  # fmt: skip
-    return Kept(path=Path("stability.json"), content=content)
+    return StoredResult(path=Path("stability.json"), content=content)
 
 
 def run(solver: str, steps: int, status: str, **changes: Any) -> dict[str, Any]:
@@ -63,7 +63,7 @@ def run(solver: str, steps: int, status: str, **changes: Any) -> dict[str, Any]:
 
 
 @pytest.fixture
-def speed_accuracy() -> Kept:
+def speed_accuracy() -> StoredResult:
     default = paper_scene().solver
     content = ORIGIN | {
         "runs": [
@@ -77,7 +77,7 @@ def speed_accuracy() -> Kept:
         "targets": [{"name": "cage", "value": 1.0, "limit": 2.0, "unit": "1", "met": True},
                     {"name": "floor", "value": None, "limit": 2.0, "unit": "1", "met": None}],
     }  # fmt: skip
-    return Kept(path=Path("speed_accuracy.json"), content=content)
+    return StoredResult(path=Path("speed_accuracy.json"), content=content)
 
 
 @pytest.mark.parametrize(
@@ -89,7 +89,7 @@ def test_without_a_result_the_section_says_how_to_make_one(section: Any, command
     assert f"`{command}`" in only.text
 
 
-def test_the_map_shows_every_status(stability: Kept, tmp_path: Path) -> None:
+def test_the_map_shows_every_status(stability: StoredResult, tmp_path: Path) -> None:
     blocks = stability_section(stability, tmp_path).blocks
     (figure,) = [b for b in blocks if isinstance(b, Figure)]
     text = figure.file.read_text(encoding="utf-8")
@@ -100,7 +100,7 @@ def test_the_map_shows_every_status(stability: Kept, tmp_path: Path) -> None:
     assert len(figure.data.read_text(encoding="utf-8").splitlines()) == 1 + 24
 
 
-def test_what_was_not_caught_is_counted(stability: Kept, tmp_path: Path) -> None:
+def test_what_was_not_caught_is_counted(stability: StoredResult, tmp_path: Path) -> None:
     listing = [b for b in stability_section(stability, tmp_path).blocks if isinstance(b, Listing)][-1]
     text = " ".join(listing.items)
     assert "8 runs passed their own tests and are unlike" in text
@@ -108,13 +108,13 @@ def test_what_was_not_caught_is_counted(stability: Kept, tmp_path: Path) -> None
     assert "1 of 2 caught" in text
 
 
-def test_limits_stand_beside_what_was_seen(stability: Kept, tmp_path: Path) -> None:
+def test_limits_stand_beside_what_was_seen(stability: StoredResult, tmp_path: Path) -> None:
     (table,) = [b for b in stability_section(stability, tmp_path).blocks if isinstance(b, Table)]
     first = [c.value for c in table.cells[0]]
     assert first == ["ode1, 1 mm/s", 61440.0, 61440.0, pytest.approx(1e4), pytest.approx(1e8)]
 
 
-def test_failed_runs_are_in_chart_and_table(speed_accuracy: Kept, tmp_path: Path) -> None:
+def test_failed_runs_are_in_chart_and_table(speed_accuracy: StoredResult, tmp_path: Path) -> None:
     blocks = speed_accuracy_section(speed_accuracy, tmp_path).blocks
     (figure,) = [b for b in blocks if isinstance(b, Figure)]
     assert "ode1 at 1/61440 s failed (load-lost)" in figure.alt
@@ -132,7 +132,7 @@ def test_failed_runs_are_in_chart_and_table(speed_accuracy: Kept, tmp_path: Path
     assert [row[-1].value for row in tables["speed-accuracy-targets"].cells] == ["met", "not measured"]
 
 
-def test_both_say_who_measured_when(stability: Kept, speed_accuracy: Kept, tmp_path: Path) -> None:
+def test_both_say_who_measured_when(stability: StoredResult, speed_accuracy: StoredResult, tmp_path: Path) -> None:
     for section in (stability_section(stability, tmp_path), speed_accuracy_section(speed_accuracy, tmp_path)):
         text = json.dumps([getattr(b, "text", "") for b in section.blocks])
         assert "A & <B>" in text

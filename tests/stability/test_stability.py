@@ -15,6 +15,7 @@ from srbval.errors import ConfigurationError
 from srbval.scene import paper_scene
 from srbval.stability import outcome as outcome_module
 from srbval.stability.grid import FULL, Grid
+from srbval.stability.outcome import outcome_store
 from srbval.stability.planted import PLANTED, PLANTED_RPM
 from srbval.stability.stability import StabilityResult, run_stability
 
@@ -33,7 +34,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def result(folder: Path) -> StabilityResult:
-    return run_stability(PLANTED_GRID, folder=folder)
+    return run_stability(PLANTED_GRID, store=replace(outcome_store(), folder=folder))
 
 
 def test_every_planted_failure_is_caught_by_the_run_itself(result: StabilityResult) -> None:
@@ -67,7 +68,7 @@ def test_what_was_run_is_not_run_again(result: StabilityResult, folder: Path, mo
         raise AssertionError("a kept run was made again")
 
     monkeypatch.setattr(outcome_module, "run_all", refuse)
-    again = run_stability(PLANTED_GRID, folder=folder)
+    again = run_stability(PLANTED_GRID, store=replace(outcome_store(), folder=folder))
     assert [c.to_dict() for c in again.cells] == [c.to_dict() for c in result.cells]
 
 
@@ -76,7 +77,7 @@ def test_an_interrupted_map_goes_on(result: StabilityResult, folder: Path, tmp_p
     for path in kept[: len(kept) // 2]:
         (tmp_path / path.name).write_bytes(path.read_bytes())
     (tmp_path / kept[-1].name).write_text("{}", encoding="utf-8")
-    again = run_stability(PLANTED_GRID, folder=tmp_path)
+    again = run_stability(PLANTED_GRID, store=replace(outcome_store(), folder=tmp_path))
     assert [c.status for c in again.cells] == [c.status for c in result.cells]
     assert len(list(tmp_path.glob("*.json"))) == len(kept)
 

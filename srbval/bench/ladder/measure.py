@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
-from functools import cache
 from multiprocessing import get_context
-from pathlib import Path
 
-import srbval
 from srbval.bearing import Fault, load_bearing
 from srbval.bench.calibration import calibrate
 from srbval.bench.ladder.cases import Case, quick_grid
@@ -18,21 +14,15 @@ from srbval.bench.ladder.questions import Answer, Question, answers, asked_of, e
 from srbval.bench.ladder.table import Calibration, Entry, RungEntry
 from srbval.bench.machine import describe_machine, load_average, usable_cores
 from srbval.bench.progress import Progress, silent
-from srbval.bench.reference_store import load_reference, reference_key, save_reference
+from srbval.bench.scenes import scene_content
 from srbval.bench.timing import attempt
 from srbval.models.kernel_cache import precompile
 from srbval.models.ladder import MODELS
 from srbval.models.precompile import load_kernels
 from srbval.scene import Scene, paper_scene
+from srbval.storage.content_store import ContentStore
 
 SECONDS = 2.0  # eleven revolutions at the slowest speed
-READ_BY = (
-    "bench/ladder/measure.py",
-    "bench/ladder/questions.py",
-    "validation/analyse.py",
-    "validation/lines.py",
-    "bench/timing.py",
-)
 WARM_UP_S = 0.01
 REFINEMENT = 2  # of the reference's step
 
@@ -46,6 +36,11 @@ class Answered:
     answers: dict[Question, Answer | None]
 
 
+def answer_store() -> ContentStore:
+    """Where answers are stored: the user's cache."""
+    return ContentStore(kind="ladder", computed_by=__name__)
+
+
 def measure_ladder(
     cases: Sequence[Case],
     between: Sequence[Case] = (),
@@ -53,16 +48,16 @@ def measure_ladder(
     models: Sequence[str] = MODELS,
     seconds: float = SECONDS,
     jobs: int | None = None,
-    folder: Path | None = None,
+    store: ContentStore | None = None,
     progress: Progress = silent,
 ) -> Calibration:
     """Errors and costs of `models` on the grid's `cases` and those `between`, the full model at half its step right.
 
-    `jobs`, `folder`: see `measure_cases`.
+    `jobs`, `store`: see `measure_cases`.
     """
     load, machine = load_average(), calibrate()
     entries = measure_cases(
-        [*cases, *between], models=models, seconds=seconds, jobs=jobs, folder=folder, progress=progress
+        [*cases, *between], models=models, seconds=seconds, jobs=jobs, store=store, progress=progress
     )
     default = paper_scene().solver
     return Calibration(
@@ -82,13 +77,12 @@ def measure_cases(
     models: Sequence[str],
     seconds: float,
     jobs: int | None = None,
-    folder: Path | None = None,
+    store: ContentStore | None = None,
     progress: Progress = silent,
 ) -> list[Entry]:
-    """Every one of `cases` on every rung, in `jobs` processes (default: one a usable core).
+    """Every one of `cases` on every rung, in `jobs` processes (default: one per usable core).
 
-    Answers are kept in `folder`, where one is given, under names that change with the models and with what reads them:
-    a measurement that was cut off goes on from there.
+    With a `store`, each answer is stored as soon as it is there: an interrupted measurement continues from these.
     """
     task = "climb the ladder"
     for model in models:
@@ -96,7 +90,7 @@ def measure_cases(
     with ProcessPoolExecutor(
         jobs or usable_cores(), mp_context=get_context("spawn"), initializer=_warm_up, initargs=(tuple(models),)
     ) as pool:
-        found = [pool.submit(measure_case, case, models=models, seconds=seconds, folder=folder) for case in cases]
+        found = [pool.submit(measure_case, case, models=models, seconds=seconds, store=store) for case in cases]
         try:
             for done, future in enumerate(as_completed(found), start=1):
                 future.result()
@@ -114,10 +108,10 @@ def _warm_up(models: Sequence[str]) -> None:
         attempt(quick_grid()[0].scene(model, seconds=WARM_UP_S))
 
 
-def measure_case(case: Case, *, models: Sequence[str], seconds: float, folder: Path | None = None) -> Entry:
+def measure_case(case: Case, *, models: Sequence[str], seconds: float, store: ContentStore | None = None) -> Entry:
     """One scene on every rung."""
-    right = answer(case.scene("full", seconds=seconds, finer=REFINEMENT), folder)
-    rungs = {model: answer(case.scene(model, seconds=seconds), folder) for model in models}
+    right = answer(case.scene("full", seconds=seconds, finer=REFINEMENT), store)
+    rungs = {model: answer(case.scene(model, seconds=seconds), store) for model in models}
     asked = asked_of(Fault(case.kind))
     return Entry(
         case=case,
@@ -134,13 +128,12 @@ def measure_case(case: Case, *, models: Sequence[str], seconds: float, folder: P
     )
 
 
-def answer(scene: Scene, folder: Path | None = None) -> Answered:
-    """Run a scene and read its answers, or fetch them from `folder`."""
-    key = f"ladder-{_reading()}-{reference_key(scene)}"
-    kept = None if folder is None else load_reference(folder, key)
-    if kept is not None:
-        found = {Question(q): None if a is None else tuple(a) for q, a in kept["answers"].items()}
-        return Answered(status=kept["status"], wall_per_simulated_s=kept["wall_per_simulated_s"], answers=found)
+def answer(scene: Scene, store: ContentStore | None = None) -> Answered:
+    """Run a scene and read its answers, or fetch them from `store`."""
+    stored = None if store is None else store.load(scene_content(scene))
+    if stored is not None:
+        found = {Question(q): None if a is None else tuple(a) for q, a in stored["answers"].items()}
+        return Answered(status=stored["status"], wall_per_simulated_s=stored["wall_per_simulated_s"], answers=found)
     tried = attempt(scene)
     good = tried.ok and tried.run is not None
     fresh = Answered(
@@ -148,20 +141,10 @@ def answer(scene: Scene, folder: Path | None = None) -> Answered:
         wall_per_simulated_s=None if tried.run is None else tried.run.wall_s / (tried.run.seconds + scene.settle_s),
         answers=answers(tried.run, load_bearing(scene.bearing)) if good and tried.run is not None else {},
     )
-    if folder is not None:
+    if store is not None:
         table = {q.value: a for q, a in fresh.answers.items()}
-        save_reference(
-            folder,
-            key,
+        store.save(
+            scene_content(scene),
             {"status": fresh.status, "wall_per_simulated_s": fresh.wall_per_simulated_s, "answers": table},
         )
     return fresh
-
-
-@cache
-def _reading() -> str:
-    """Version of what reads answers from a run, beyond what every reference depends on."""
-    package, digest = Path(srbval.__file__).parent, hashlib.sha256()
-    for name in READ_BY:
-        digest.update((package / name).read_bytes())
-    return digest.hexdigest()[:8]

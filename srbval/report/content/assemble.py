@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import Fault
-from srbval.bench.kept import CAMPAIGN_SCALE, NOISE_STUDY, READING, SENSITIVITY, SPEED_ACCURACY, STABILITY, Kept, newest
 from srbval.evidence.gather import Evidence
 from srbval.report.blocks import Command, KeyValues, Listing, Paragraph
 from srbval.report.content.band_figure import band_figure
@@ -38,6 +37,16 @@ from srbval.report.content.sum_rule_section import sum_rule_section
 from srbval.report.content.table6_section import table6_section
 from srbval.report.content.verdict_box import verdict_box
 from srbval.report.model import Report, Section
+from srbval.storage.stored_result import (
+    CAMPAIGN_SCALE,
+    NOISE_STUDY,
+    READING,
+    SENSITIVITY,
+    SPEED_ACCURACY,
+    STABILITY,
+    StoredResult,
+    newest_result,
+)
 from srbval.validation.bias import biases, pairs
 from srbval.validation.cross_band import CrossBand, cross_bands
 
@@ -49,7 +58,7 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
     origin = provenance(evidence, command)
     crossed = cross_bands(evidence.beside_rig, evidence.rig)
     kinds = (SPEED_ACCURACY, STABILITY, NOISE_STUDY, CAMPAIGN_SCALE, READING, SENSITIVITY)
-    kept = {kind: newest(kind) for kind in kinds}
+    kept = {kind: newest_result(kind) for kind in kinds}
     return Report(
         title="Simulated against measured: SKF 22240 spherical roller bearing",
         subtitle="The bundled multibody model beside Giraudo et al. (Sensors 25, 2419, 2025) and recordings of its rig",
@@ -175,7 +184,7 @@ def _provenance_section(origin: dict[str, Any]) -> Section:
 
 
 def _data(
-    evidence: Evidence, origin: dict[str, Any], kept: Mapping[str, Kept | None], crossed: tuple[CrossBand, ...]
+    evidence: Evidence, origin: dict[str, Any], kept: Mapping[str, StoredResult | None], crossed: tuple[CrossBand, ...]
 ) -> dict[str, Any]:
     """What becomes ``report.json``; `figures` is filled from the tree by the writer."""
     measured, mapped = kept[SPEED_ACCURACY], kept[STABILITY]
@@ -214,5 +223,5 @@ def _data(
     }
 
 
-def _content(kept: Kept | None) -> dict[str, Any]:
+def _content(kept: StoredResult | None) -> dict[str, Any]:
     return kept.content if kept else {}

@@ -5,18 +5,18 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from srbval.bench.kept import CAMPAIGN_SCALE, NOISE_STUDY, Kept
 from srbval.report.badges import Badge
 from srbval.report.blocks import Block, Paragraph
 from srbval.report.content.kept_result import missing, origin_of
 from srbval.report.inline import literal
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table
+from srbval.storage.stored_result import CAMPAIGN_SCALE, NOISE_STUDY, StoredResult
 
 WORKERS = "workers_before_the_coordinator_is_full"
 
 
-def campaign_section(noise: Kept | None, scale: Kept | None) -> Section:
+def campaign_section(noise: StoredResult | None, scale: StoredResult | None) -> Section:
     """The study of noise and the table of scale; what is missing is said."""
     return Section(
         id="campaigns",
@@ -28,7 +28,7 @@ def campaign_section(noise: Kept | None, scale: Kept | None) -> Section:
     )
 
 
-def _noise(kept: Kept) -> tuple[Block, ...]:
+def _noise(kept: StoredResult) -> tuple[Block, ...]:
     rows = kept.content["rows"]
     ratios = sorted({r["snr_db"] for r in rows}, key=lambda r: -math.inf if r is None else -r)
     cells = {(r["state"], r["colour"], r["snr_db"]): _found(r) for r in rows}
@@ -76,7 +76,7 @@ def _reading(rows: list[dict[str, Any]]) -> str:
     return "Every draw finds the fault line, " + "; ".join(parts) + "."
 
 
-def _scale(kept: Kept) -> tuple[Block, ...]:
+def _scale(kept: StoredResult) -> tuple[Block, ...]:
     measured = kept.content["measured"]
     reckoned = kept.content["reckoned"]
     table = Table(

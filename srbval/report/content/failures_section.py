@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from srbval.bench.kept import SPEED_ACCURACY, STABILITY, Kept
 from srbval.evidence.gather import Evidence
 from srbval.models.run import RunStatus
 from srbval.report.badges import Tone
 from srbval.report.blocks import Block, Callout, Listing, Paragraph
 from srbval.report.inline import literal
 from srbval.report.model import Section
+from srbval.storage.stored_result import SPEED_ACCURACY, STABILITY, StoredResult
 from srbval.validation.matrix import NOT_DETECTED
 
 
-def failures_section(evidence: Evidence, kept: Mapping[str, Kept | None]) -> Section:
+def failures_section(evidence: Evidence, kept: Mapping[str, StoredResult | None]) -> Section:
     """One line a failure; those of stored results by their number, since their sections name each."""
     items = [*_runs(evidence), *_records(evidence), *_stored(kept)]
     blocks: tuple[Block, ...] = (
@@ -48,7 +48,7 @@ def _records(evidence: Evidence) -> list[str]:
     return items
 
 
-def _stored(kept: Mapping[str, Kept | None]) -> list[str]:
+def _stored(kept: Mapping[str, StoredResult | None]) -> list[str]:
     items = []
     if measured := kept.get(SPEED_ACCURACY):
         runs = measured.content["runs"]

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from srbval.bench.kept import HELD_OUT, newest
 from srbval.report.blocks import Block, Paragraph
 from srbval.report.content.kept_result import missing, origin_of
 from srbval.report.table import Column, Table
+from srbval.storage.stored_result import HELD_OUT, newest_result
 
 
 def held_out_blocks() -> tuple[Block, ...]:
     """What it says in words, its origin, a row a question; a note in their place where there is none."""
-    kept = newest(HELD_OUT)
+    kept = newest_result(HELD_OUT)
     if kept is None:
         return (missing(HELD_OUT),)
     rows = kept.content["tallies"]

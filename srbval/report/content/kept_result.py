@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from srbval.bench.kept import COMMAND, Kept
 from srbval.report.badges import Tone
 from srbval.report.blocks import Callout, Paragraph
+from srbval.storage.stored_result import COMMAND, StoredResult
 
 
-def origin_of(kept: Kept) -> Paragraph:
+def origin_of(kept: StoredResult) -> Paragraph:
     """Machine, date, revision and command of a stored result."""
     origin = kept.origin
     processor = str(origin["processor"]).replace("*", " ")

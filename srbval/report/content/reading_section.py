@@ -4,24 +4,24 @@ from __future__ import annotations
 
 from typing import Any
 
-from srbval.bench.kept import READING, Kept
 from srbval.report.blocks import Block, Paragraph
 from srbval.report.content.chain_blocks import chain_table
 from srbval.report.content.kept_result import missing, origin_of
 from srbval.report.model import Section
 from srbval.report.table import Column, Table
+from srbval.storage.stored_result import READING, StoredResult
 
 # A line this far above the noise is strong: what is asked of an error is asked from here on.
 STRONG_DB = 16.0
 
 
-def reading_section(kept: Kept | None) -> Section:
+def reading_section(kept: StoredResult | None) -> Section:
     """Error against the Cramer-Rao bound, coverage of the stated intervals, false alarms; or how to measure them."""
     blocks = _blocks(kept) if kept else (missing(READING),)
     return Section(id="reading", title="How well a frequency is read", blocks=blocks)
 
 
-def _blocks(kept: Kept) -> tuple[Block, ...]:
+def _blocks(kept: StoredResult) -> tuple[Block, ...]:
     content = kept.content
     return (
         origin_of(kept),

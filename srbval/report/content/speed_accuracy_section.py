@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from srbval.bench.kept import SPEED_ACCURACY, Kept
 from srbval.bench.scenes import PAPER_STEP_S
 from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Figure, Paragraph
@@ -17,6 +16,7 @@ from srbval.report.inline import literal
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table, Value
 from srbval.scene import paper_scene
+from srbval.storage.stored_result import SPEED_ACCURACY, StoredResult
 
 Row = Mapping[str, Any]
 PANELS = {
@@ -27,13 +27,13 @@ PANELS = {
 PAPER_SOLVER = "ode4"
 
 
-def speed_accuracy_section(kept: Kept | None, folder: Path) -> Section:
+def speed_accuracy_section(kept: StoredResult | None, folder: Path) -> Section:
     """Charts, the rows that matter, the targets; a remark where nothing is stored."""
     blocks: list[Block] = [missing(SPEED_ACCURACY)] if kept is None else _blocks(kept, folder)
     return Section(id="speed-accuracy", title="Speed against accuracy", blocks=tuple(blocks))
 
 
-def _blocks(kept: Kept, folder: Path) -> list[Block]:
+def _blocks(kept: StoredResult, folder: Path) -> list[Block]:
     content = kept.content
     rows = content["runs"]
     scenes = list(dict.fromkeys(row["scene"] for row in rows))

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from srbval.bench.kept import STABILITY, Kept
 from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Callout, Figure, Listing, Paragraph
 from srbval.report.content.kept_result import missing, origin_of
@@ -16,17 +15,18 @@ from srbval.report.inline import literal
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table
 from srbval.scene import paper_scene
+from srbval.storage.stored_result import STABILITY, StoredResult
 
 Row = Mapping[str, Any]
 
 
-def stability_section(kept: Kept | None, folder: Path) -> Section:
+def stability_section(kept: StoredResult | None, folder: Path) -> Section:
     """Claims, map, table of limits and what the runs themselves did not see; a remark where nothing is stored."""
     blocks: list[Block] = [missing(STABILITY)] if kept is None else _blocks(kept, folder)
     return Section(id="stability", title="Stability: where each method fails", blocks=tuple(blocks))
 
 
-def _blocks(kept: Kept, folder: Path) -> list[Block]:
+def _blocks(kept: StoredResult, folder: Path) -> list[Block]:
     content = kept.content
     return [
         _intro(content),

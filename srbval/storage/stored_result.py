@@ -1,6 +1,6 @@
-"""Results of long commands, kept as JSON files for the report: in the repository, and newer ones in the user's cache.
+"""Results of long commands, stored as JSON files for the report: in the repository, newer ones in the user's cache.
 
-A file says which machine made it, when, from which revision and by which command.
+A file says on which machine it was made, when, from which revision and by which command.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-import srbval
+from srbval.storage.cache import cache_folder
+from srbval.storage.own_package import shipped_folder
 from srbval.storage.strict_json import write_json
 
 SPEED_ACCURACY, STABILITY = "speed_accuracy", "stability"
@@ -29,10 +30,11 @@ COMMAND = {
     HELD_OUT: "srbval bench --ladder --held-out",
 }
 SCHEMA_VERSION = 1
+RESULTS = "results"  # kind of content of the cache
 
 
 @dataclass(frozen=True, kw_only=True)
-class Kept:
+class StoredResult:
     """A result file: where it lies and what is in it."""
 
     path: Path
@@ -45,7 +47,7 @@ class Kept:
 
     @property
     def origin(self) -> dict[str, Any]:
-        """Date, revision, command and processor, for the report."""
+        """Date, revision, command and machine, as the report states them."""
         machine = self.content.get("machine", {})
         return {
             "made_utc": self.made_utc,
@@ -58,7 +60,7 @@ class Kept:
 
 
 def stamped(kind: str, result: Mapping[str, Any], *, command: str, revision: str | None) -> dict[str, Any]:
-    """`result` with its kind, date, the revision that was read when it began and the command that made it."""
+    """`result` with its kind, the date, the `command` that made it and the `revision` read when that began."""
     return {
         "schema_version": SCHEMA_VERSION,
         "kind": kind,
@@ -69,33 +71,25 @@ def stamped(kind: str, result: Mapping[str, Any], *, command: str, revision: str
     }
 
 
-def keep(content: Mapping[str, Any], path: Path | None = None) -> Path:
+def store_result(content: Mapping[str, Any], path: Path | None = None) -> Path:
     """Write a stamped result to `path`, by default to the user's cache; `DataError` where that cannot be written."""
-    path = path or cache_folder() / f"{content['kind']}.json"
+    path = path or cache_folder(RESULTS) / f"{content['kind']}.json"
     write_json(path, content)
     return path
 
 
-def newest(kind: str) -> Kept | None:
-    """The newest result of this kind that there is, in the cache, the repository or the installed package."""
-    package = Path(srbval.__file__).resolve().parent
-    folders = (cache_folder(), package.parent / "reports", package / "reports")
-    found = [kept for folder in folders if (kept := _read(folder / f"{kind}.json", kind)) is not None]
-    return max(found, key=lambda kept: kept.made_utc, default=None)
+def newest_result(kind: str) -> StoredResult | None:
+    """The newest result of this kind in the user's cache, the repository or the installed package."""
+    folders = (cache_folder(RESULTS), shipped_folder("reports"))
+    found = [result for folder in folders if (result := _read(folder / f"{kind}.json", kind)) is not None]
+    return max(found, key=lambda result: result.made_utc, default=None)
 
 
-def cache_folder() -> Path:
-    """Where results are kept that no place was named for."""
-    import platformdirs
-
-    return Path(platformdirs.user_cache_dir("srbval")) / "results"
-
-
-def _read(path: Path, kind: str) -> Kept | None:
+def _read(path: Path, kind: str) -> StoredResult | None:
     """A result file; None where there is none, or none that this version can read."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
     fits = isinstance(content, dict) and content.get("kind") == kind and content.get("schema_version") == SCHEMA_VERSION
-    return Kept(path=path, content=content) if fits and "made_utc" in content else None
+    return StoredResult(path=path, content=content) if fits and "made_utc" in content else None

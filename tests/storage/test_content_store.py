@@ -1,0 +1,36 @@
+"""Results stored under what they were computed from."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from srbval.storage import content_store
+from srbval.storage.content_store import ContentStore
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> ContentStore:
+    return ContentStore(kind="answer", computed_by="srbval.errors", folder=tmp_path)
+
+
+def test_what_was_saved_is_loaded(store: ContentStore) -> None:
+    assert store.load("a scene") is None
+    store.save("a scene", {"value": 1.5, "missing": math.nan})
+    assert store.load("a scene") == {"value": 1.5, "missing": None}
+    assert store.load("another scene") is None
+
+
+def test_another_version_of_the_code_finds_nothing(store: ContentStore, monkeypatch: pytest.MonkeyPatch) -> None:
+    store.save("a scene", {"value": 1})
+    monkeypatch.setattr(content_store, "content_version", lambda _: "another")
+    assert store.load("a scene") is None
+
+
+def test_a_damaged_file_is_no_result(store: ContentStore) -> None:
+    store.save("a scene", {"value": 1})
+    (path,) = store.folder.iterdir()
+    path.write_text("{", encoding="utf-8")
+    assert store.load("a scene") is None
