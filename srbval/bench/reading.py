@@ -7,25 +7,29 @@ import functools
 import multiprocessing
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from srbval.bench.chain_errors import ChainError, chain_errors
 from srbval.bench.reading_accuracy import Accuracy, cells_of, summary, trials_of
 from srbval.bench.reading_false_alarms import NOISES, FalseAlarms, chances_of, rates_of
 from srbval.bench.reading_timing import Timing, timings
+from srbval.bench.scalogram_check import ScalogramCheck, scalogram_checks
+from srbval.progress import Progress, silent
 
 # Records a task is made of; each has a seed of its own, so that results do not depend on who does it.
 _TASK = 50
 _NOISE_SEED = 1_000_000
 
 Piece = TypeVar("Piece")
-Told = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReadingSettings:
-    """How many records each figure takes; jitter and line-to-noise ratios to try."""
+    """How many records each figure takes; jitter and line-to-noise ratios to try.
+
+    `timed`: also what is not Monte-Carlo, the wall times and the errors of the envelope chain and the transforms.
+    """
 
     trials: int = 1000
     noise_records: int = 60_000
@@ -46,42 +50,37 @@ class ReadingBench:
     false_alarms: tuple[FalseAlarms, ...]
     timings: tuple[Timing, ...]
     chains: tuple[ChainError, ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON."""
-        return asdict(self)
+    transforms: tuple[ScalogramCheck, ...]
 
 
 def run_reading_bench(
-    settings: ReadingSettings, *, seed: int = 0, jobs: int = 1, progress: Told | None = None
+    settings: ReadingSettings, *, seed: int = 0, jobs: int = 1, progress: Progress = silent
 ) -> ReadingBench:
-    """Run all cells in `jobs` processes; deterministic but for the timings, which come first and alone.
-
-    `progress` is told a task and its share.
-    """
-    told = progress or _untold
+    """Run all cells in `jobs` processes; deterministic but for the timings, which come first and alone."""
     timed = timings() if settings.timed else ()
     chains = chain_errors() if settings.timed else ()
+    transforms = scalogram_checks() if settings.timed else ()
     cells = cells_of(settings.seconds, settings.snr_db, settings.jitter)
     read = _in_pieces(
         [functools.partial(trials_of, cell) for cell in cells],
         settings.trials,
         [(seed, index) for index in range(len(cells))],
         jobs,
-        functools.partial(told, "reading accuracy"),
+        functools.partial(progress, "reading accuracy"),
     )
     noise = _in_pieces(
         [functools.partial(chances_of, noise) for noise in NOISES],
         settings.noise_records,
         [(seed, _NOISE_SEED + index) for index in range(len(NOISES))],
         jobs,
-        functools.partial(told, "false alarms"),
+        functools.partial(progress, "false alarms"),
     )
     return ReadingBench(
         accuracy=tuple(summary(cell, trials) for cell, trials in zip(cells, read, strict=True)),
         false_alarms=tuple(row for name, chances in zip(NOISES, noise, strict=True) for row in rates_of(name, chances)),
         timings=timed,
         chains=chains,
+        transforms=transforms,
     )
 
 
@@ -90,7 +89,7 @@ def _in_pieces(
     count: int,
     seeds: Sequence[tuple[int, ...]],
     jobs: int,
-    told: Callable[[float], None],
+    report: Callable[[float], None],
 ) -> list[list[Piece]]:
     """`count` results of each work, made in pieces of `_TASK` with seeds of their own."""
     sizes = [min(_TASK, count - done) for done in range(0, count, _TASK)]
@@ -103,7 +102,7 @@ def _in_pieces(
     with _mapped(jobs) as mapped:
         for index, piece in enumerate(mapped(_do, tasks)):
             results[index // len(sizes)] += piece
-            told((index + 1) / len(tasks))
+            report((index + 1) / len(tasks))
     return results
 
 
@@ -120,7 +119,3 @@ def _mapped(jobs: int) -> Iterator[Callable[..., Iterable[Any]]]:
 def _do(task: tuple[Callable[[int, Sequence[int]], list[Piece]], int, Sequence[int]]) -> list[Piece]:
     work, size, seed = task
     return work(size, seed)
-
-
-def _untold(_task: str, _share: float) -> None:
-    """No one asked to be told."""

@@ -13,6 +13,7 @@ from srbval.cli.tasks import Tasks
 from srbval.report.progress import Progress
 from srbval.storage.revision import git_revision
 from srbval.storage.stored_result import READING
+from srbval.storage.strict_json import json_object
 
 
 def run_reading(options: argparse.Namespace) -> int:
@@ -24,14 +25,14 @@ def run_reading(options: argparse.Namespace) -> int:
             jobs=options.jobs or usable_cores(),
             progress=Tasks(progress, "Bench"),
         )
-    measured = {"machine": this_machine(), **result.to_dict()}
+    measured = {"machine": this_machine(), **json_object(result)}
     whole = not options.quick
     keep_and_print(READING, measured, options, revision=revision, whole=whole, show=lambda: _print(result))
     return 0
 
 
 def _print(result: ReadingBench) -> None:
-    for rows in (result.accuracy, result.false_alarms, result.timings, result.chains):
+    for rows in (result.accuracy, result.false_alarms, result.timings, result.chains, result.transforms):
         if not rows:
             continue
         tables = [asdict(row) for row in rows]

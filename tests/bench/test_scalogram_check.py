@@ -15,7 +15,6 @@ SAMPLES = 10_240
 TONE = 1e-5
 # pywt's nearest-point sampling of the wavelet, as a share of the row's peak (half a sample aside).
 IMPULSE_BELOW_015, IMPULSE_ABOVE = 0.025, 0.065
-WINDOW = {"samples": 4097, "fs_hz": 20_480.0, "range_hz": (40.0, 1000.0)}  # Figure 14's
 FEW = {"rows": 8, "places": (0.4137,)}
 # The closed form is exact but for the instants that its columns are averaged over.
 CLOSED_FORM_ERROR = 1e-3
@@ -66,7 +65,7 @@ def test_range_beyond_the_record_names_what_it_allows(range_hz):
 
 
 def test_the_closed_form_passes_at_every_row_of_the_figure():
-    check = check_scalogram("closed-form Morlet", **WINDOW)
+    check = check_scalogram("closed-form Morlet")
     assert check.passed
     assert check.impulse_error < CLOSED_FORM_ERROR
     assert check.tone_error < CLOSED_FORM_ERROR
@@ -74,7 +73,7 @@ def test_the_closed_form_passes_at_every_row_of_the_figure():
 
 def test_pywt_as_it_comes_does_not():
     """The mistake of drawing impulses with an integer-indexed wavelet: the lowest rows are wrong by their own size."""
-    check = check_scalogram("pywt.cwt as it comes", **WINDOW, **FEW)
+    check = check_scalogram("pywt.cwt as it comes", **FEW)
     assert not check.passed
     assert check.impulse_error > PYWT_IMPULSE_ERROR
     assert check.tone_error > PYWT_TONE_ERROR
@@ -83,7 +82,7 @@ def test_pywt_as_it_comes_does_not():
 @pytest.mark.parametrize("kind", ["late", "low", "stepped"])
 def test_a_planted_error_is_caught(kind, monkeypatch):
     monkeypatch.setitem(TRANSFORMS, kind, functools.partial(planted, kind=kind))
-    assert not check_scalogram(kind, **WINDOW).passed
+    assert not check_scalogram(kind).passed
 
 
 def planted(samples, fs_hz, *, kind, **options):
