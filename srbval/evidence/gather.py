@@ -23,11 +23,10 @@ from srbval.validation.matrix import Matrix
 from srbval.validation.model_side import ModelSide, model_beside
 from srbval.validation.other_rigs import OtherRecord
 from srbval.validation.published import Table6, table6
-from srbval.validation.quantity_comparison import QuantityComparison
 from srbval.validation.run_cases import Progress, run_cases
 from srbval.validation.speed_and_slip import SpeedAndSlip, matrix_rows, table6_rows
 from srbval.validation.sum_rule import SumRule
-from srbval.validation.table6 import measured_rows, published_rows, sum_rules
+from srbval.validation.table6 import Table6Row, measured_rows, published_rows, sum_rules
 from srbval.validation.variation import Variation, as_sensitivity, variation
 
 SHORTEST_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
@@ -51,7 +50,7 @@ class Evidence:
     paper: Mapping[Fault, Analysis]
     beside_rig: Mapping[Fault, Analysis]
     rig: Mapping[Fault, Analysis]
-    rows: tuple[Comparison, ...]
+    rows: tuple[Table6Row, ...]
     sums: tuple[SumRule, ...]
     variations: tuple[Variation, ...]
     known: Sensitivity
@@ -61,7 +60,7 @@ class Evidence:
     slips: tuple[SpeedAndSlip, ...]
 
     @property
-    def comparisons(self) -> tuple[QuantityComparison, ...]:
+    def comparisons(self) -> tuple[Comparison, ...]:
         """Every quantity of the recordings that stand in the figures."""
         return tuple(row for cell in self.matrix.cells if cell.point in self.matrix.kept for row in cell.comparisons)
 

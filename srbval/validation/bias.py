@@ -12,11 +12,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from srbval.signal import NORMAL_95
+from srbval.validation.compared_quantities import KINDS, Kind
 from srbval.validation.comparison import deviation_pct
-from srbval.validation.matrix import Cell
-from srbval.validation.quantity_comparison import Kind, QuantityComparison
+from srbval.validation.matrix import MatrixCell
 
-LEVELS = (Kind.PATTERN, Kind.SIDEBANDS)
+KIND = {kind.name: kind for kind in KINDS}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,7 +26,7 @@ class Pair:
     Line frequencies are deviations from kinematics at the record's own speed.
     """
 
-    kind: Kind
+    kind: str
     name: str
     model: float
     rig: float
@@ -39,7 +39,7 @@ class Pair:
 class Bias:
     """Bias and scatter (one standard deviation, net of the data's) of one kind; scatter None below three pairs."""
 
-    kind: Kind
+    kind: str
     unit: str
     pairs: int
     bias: float
@@ -47,39 +47,35 @@ class Bias:
     data_scatter: float
 
 
-def pairs(cells: Iterable[Cell]) -> tuple[Pair, ...]:
+def pairs(cells: Iterable[MatrixCell]) -> tuple[Pair, ...]:
     """Every comparison of every cell that both sides can show; whether sidebands show is compared wherever read."""
     return tuple(
         Pair(
-            kind=row.kind,
+            kind=kind.name,
             name=f"{cell.state} {cell.nominal_rpm:g} rpm, {cell.radial_kn:g}/{cell.axial_kn:g} kN: {row.quantity}",
-            model=_shown(row, row.model, cell),
-            rig=_shown(row, row.rig, cell),
+            model=_shown(kind, row.model.value, cell),
+            rig=_shown(kind, row.rig.value, cell),
             error=row.error,
             data_ci95=row.data_ci95,
             unit=row.error_unit,
         )
         for cell in cells
         for row in cell.comparisons
-        if _counts(row)
+        if (kind := KIND[row.kind]).yes_or_no or row.both_present
     )
 
 
-def _shown(row: QuantityComparison, value: float, cell: Cell) -> float:
+def _shown(kind: Kind, value: float, cell: MatrixCell) -> float:
     """The value itself; of a line's order its deviation from kinematics [%]."""
-    return deviation_pct(value * cell.shaft_rpm / 60, cell.kinematic_hz) if row.kind is Kind.FREQUENCY else value
-
-
-def _counts(row: QuantityComparison) -> bool:
-    return row.kind is Kind.PRESENCE or (row.model_present and row.rig_present)
+    return deviation_pct(value * cell.shaft_rpm / 60, cell.line.kinematic_hz) if kind.relative else value
 
 
 def biases(found: Sequence[Pair]) -> tuple[Bias, ...]:
-    """One row a kind that has pairs."""
-    return tuple(_bias(kind, own) for kind in Kind if (own := [p for p in found if p.kind is kind]))
+    """One row per kind that has pairs."""
+    return tuple(_bias(kind, own) for kind in KIND if (own := [p for p in found if p.kind == kind]))
 
 
-def _bias(kind: Kind, own: Sequence[Pair]) -> Bias:
+def _bias(kind: str, own: Sequence[Pair]) -> Bias:
     errors = [pair.error for pair in own]
     data = math.sqrt(statistics.fmean((pair.data_ci95 / NORMAL_95) ** 2 for pair in own))
     scatter = math.sqrt(max(statistics.variance(errors) - data**2, 0.0)) if len(errors) > 2 else None

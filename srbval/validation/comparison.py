@@ -1,24 +1,25 @@
-"""One comparison of a simulated line with a measured or published one: a row of Table 6.
+"""One comparison of the model with the rig: one quantity of one fault, whatever it is read from.
 
-After ASME V&V 20 (2009): comparison error E = S - D, validation uncertainty U from numerics, inputs and data.
-Where |E| exceeds U the model's error is resolved; otherwise it is lost in the uncertainty.
+After ASME V&V 20 (2009): comparison error E = S - D, validation uncertainty U from numerics, inputs and data as a root
+of squares. Where |E| exceeds U the model's error is resolved; otherwise it is lost in the uncertainty.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import enum
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 
-class RigSource(enum.StrEnum):
-    """Where a rig value comes from."""
+from srbval.bearing import Fault
+from srbval.validation.lines import Line
 
-    MEASURED = "measured"
-    PUBLISHED = "published"
+RIG_READING, RIG_SPEED, MODEL_READING = "rig reading", "rig speed", "model reading"
+DATA_PARTS = (RIG_READING, RIG_SPEED)
 
 
 class ComparisonVerdict(enum.StrEnum):
@@ -30,74 +31,95 @@ class ComparisonVerdict(enum.StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Comparison:
-    """A row of Table 6. Frequencies [Hz], intervals 95 % half widths, deviations and uncertainties [%].
+class QuantityValue:
+    """One quantity of one side, with the 95 % half width of its reading; None where the source states none.
 
-    `kinematic_hz` is printed at the paper's speed, computed at the rig recordings'. `*_deviation_pct` are
-    recomputed from the frequencies; `*_printed_pct` are the paper's. `rig_shaft_rpm` is the measured speed,
-    None where the paper gives none. `uncertainty_parts_pct` lists what `validation_uncertainty_pct` combines.
+    `line` is the fault's line that it was read from, `present` whether what is read stands out of the noise, `least`
+    the value from which it would. `halves` are the spectra that a spectrum's shape is compared by, [2, bins].
     """
 
-    defect: str
-    line: str
-    shaft_rpm: float
-    kinematic_hz: float
-    model_hz: float
-    model_ci95_hz: float
-    model_cage_hz: float
-    rig_hz: float
-    rig_source: RigSource
-    rig_ci95_hz: float | None = None
-    rig_shaft_rpm: float | None = None
-    paper_model_hz: float | None = None
-    paper_rig_hz: float | None = None
-    paper_model_printed_pct: float | None = None
-    paper_rig_printed_pct: float | None = None
-    uncertainty_parts_pct: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    value: float
+    ci95: float | None = 0.0
+    present: bool = True
+    least: float = -math.inf
+    line: Line | None = None
+    halves: NDArray[np.float64] | None = field(default=None, repr=False, compare=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """Model and rig in `unit`, `error` and the 95 % `parts` of its uncertainty in `error_unit`.
+
+    Where one side is not `present` its level is the noise's and nothing is compared. `verdict_override` is the verdict
+    on a quantity that is yes or no, which has no uncertainty.
+    """
+
+    kind: str
+    fault: Fault
+    quantity: str
+    unit: str
+    error_unit: str
+    record: str
+    model: QuantityValue
+    rig: QuantityValue
+    error: float
+    parts: Mapping[str, float]
+    verdict_override: ComparisonVerdict | None = None
 
     @property
-    def model_deviation_pct(self) -> float:
-        """Model from kinematic [%]."""
-        return deviation_pct(self.model_hz, self.kinematic_hz)
+    def uncertainty(self) -> float | None:
+        """Validation uncertainty; None where no term of numerics or inputs is known."""
+        terms = set(self.parts) - {MODEL_READING, *DATA_PARTS}
+        return math.hypot(*self.parts.values()) if terms else None
 
     @property
-    def rig_deviation_pct(self) -> float:
-        """Rig from kinematic [%]."""
-        return deviation_pct(self.rig_hz, self.kinematic_hz)
+    def data_ci95(self) -> float:
+        """The data's own share of it."""
+        return math.hypot(*(self.parts.get(part, 0.0) for part in DATA_PARTS))
 
     @property
-    def comparison_error_pct(self) -> float:
-        """E = S - D, relative to D [%]."""
-        return deviation_pct(self.model_hz, self.rig_hz)
+    def dominant(self) -> str:
+        """The largest part; empty where there are none."""
+        return max(self.parts, key=lambda name: self.parts[name], default="")
 
     @property
-    def validation_uncertainty_pct(self) -> float | None:
-        """Root sum of squares of the parts; None where the data state no uncertainty of their own [%]."""
-        if self.rig_ci95_hz is None or not self.uncertainty_parts_pct:
-            return None
-        return math.sqrt(sum(part**2 for part in self.uncertainty_parts_pct.values()))
+    def both_present(self) -> bool:
+        """Whether both sides show what is compared."""
+        return self.model.present and self.rig.present
 
     @property
     def verdict(self) -> ComparisonVerdict:
-        """Whether the error stands out of the uncertainty."""
-        uncertainty = self.validation_uncertainty_pct
-        if uncertainty is None:
+        """What error and uncertainty allow to be said."""
+        if self.verdict_override is not None:
+            return self.verdict_override
+        uncertainty = self.uncertainty
+        if uncertainty is None or self.rig.ci95 is None or not self.both_present:
             return ComparisonVerdict.INSUFFICIENT
-        resolved = abs(self.comparison_error_pct) > uncertainty
+        resolved = abs(self.error) > uncertainty
         return ComparisonVerdict.RESOLVED if resolved else ComparisonVerdict.NOT_RESOLVED
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for ``report.json``."""
-        names = (
-            "model_deviation_pct", "rig_deviation_pct", "comparison_error_pct", "validation_uncertainty_pct",
-        )  # fmt: skip
-        computed = {name: getattr(self, name) for name in names}
-        recomputed = {
-            f"{who}_recomputed_pct": None if hz is None else deviation_pct(hz, self.kinematic_hz)
-            for who, hz in (("paper_model", self.paper_model_hz), ("paper_rig", self.paper_rig_hz))
+        return {
+            "record": self.record,
+            "kind": self.kind,
+            "state": self.fault.value,
+            "defect": self.fault.value,
+            "quantity": self.quantity,
+            "unit": self.unit,
+            "scene": "paper",
+            "error_unit": self.error_unit,
+            "model": self.model.value,
+            "rig": self.rig.value,
+            "model_present": self.model.present,
+            "rig_present": self.rig.present,
+            "error": self.error,
+            "parts": dict(self.parts),
+            "uncertainty": self.uncertainty,
+            "dominant": self.dominant,
+            "verdict": self.verdict.value,
+            "verdict_override": self.verdict_override and self.verdict_override.value,
         }
-        plain = dataclasses.asdict(self) | {"rig_source": self.rig_source.value}
-        return plain | computed | recomputed | {"verdict": self.verdict.value}
 
 
 def deviation_pct(value: float, reference: float) -> float:

@@ -9,9 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.bearing import Fault
-from srbval.validation.analyse import Analysis
-from srbval.validation.spectrum_shape import angle_between, halves
+from srbval.validation.spectrum_shape import angle_between
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +33,7 @@ class Effect:
 
 @dataclass(frozen=True, kw_only=True)
 class ShapeEffect:
-    """A term's run and the base run as spectra of one defect (see `spectrum_shape.halves`), [2, bins] each."""
+    """A term's run and the base run as spectra of one defect (see `spectrum_shape.halves_of`), [2, bins] each."""
 
     term: str
     kind: str
@@ -44,7 +42,7 @@ class ShapeEffect:
     base: Sequence[Sequence[float]]
     varied: Sequence[Sequence[float]]
 
-    def bound_beside(self, rig: NDArray[np.float64]) -> float:
+    def bound_with(self, rig: NDArray[np.float64]) -> float:
         """What the term does to the model's angle with a record's halves, [2, bins] [degrees]."""
         angles = [angle_between(rig, np.asarray(x)).degrees for x in (self.base, self.varied)]
         return abs(angles[1] - angles[0])
@@ -59,12 +57,6 @@ class Sensitivity:
 
 
 NOTHING_KNOWN = Sensitivity()
-
-
-def shape_of(analysis: Analysis, fault: Fault) -> NDArray[np.float64] | None:
-    """The halves of a record about a fault's line, None where the line or the bins are out of reach."""
-    found = analysis.line_of(fault).found_hz
-    return None if found is None else halves(analysis, found)
 
 
 def sensitivity_of(stored: Mapping[str, Any]) -> Sensitivity:

@@ -11,12 +11,12 @@ from srbval.bearing import DEFECTS, Bearing, Fault
 from srbval.errors import SrbvalError
 from srbval.recordings.registry import RegisteredRecording, load_entry
 from srbval.validation.analyse import Analysis, analyse
-from srbval.validation.comparison import ComparisonVerdict
+from srbval.validation.compared_quantities import compare
+from srbval.validation.comparison import Comparison
 from srbval.validation.effects import Sensitivity
 from srbval.validation.fault_call import call_fault
-from srbval.validation.matrix import BASELINE, NOT_DETECTED, Cell, Matrix, Point, Sides, rig_grid
+from srbval.validation.matrix import Matrix, MatrixCell, Point, Sides, rig_grid
 from srbval.validation.model_side import ModelSide
-from srbval.validation.quantity_comparison import Kind, QuantityComparison, compare
 
 Beside = Callable[[Analysis], ModelSide | str]
 
@@ -46,7 +46,7 @@ def build_matrix(
     ordered = sorted(chosen.items(), key=lambda item: (item[0][3], item[0][1:3], item[0][0]))
     baselines = {point[1:]: _Baseline(chosen, point[1:], bearing) for point in chosen}
 
-    def one(item: tuple[Point, RegisteredRecording]) -> tuple[Point, Cell | str, Sides | None]:
+    def one(item: tuple[Point, RegisteredRecording]) -> tuple[Point, MatrixCell | str, Sides | None]:
         point, entry = item
         baseline = baselines[point[1:]]
         try:
@@ -65,7 +65,7 @@ def build_matrix(
         results = sorted(pool.map(one, ordered), key=lambda result: result[0])
     return Matrix(
         grid=rig_grid(),
-        cells=tuple(cell for _, cell, _ in results if isinstance(cell, Cell)),
+        cells=tuple(cell for _, cell, _ in results if isinstance(cell, MatrixCell)),
         unusable=tuple((chosen[point].file, why) for point, why, _ in results if isinstance(why, str)),
         kept={point: sides for point, _, sides in results if sides is not None},
     )
@@ -114,47 +114,24 @@ def point_of(entry: RegisteredRecording) -> Point | None:
 
 def _cell(
     point: Point, analysis: Analysis, healthy: Analysis | None, model: ModelSide | str | None, known: Sensitivity
-) -> Cell:
+) -> MatrixCell:
     state, radial_kn, axial_kn, nominal_rpm = point
     # A healthy bearing's line is its baseline, not a fault.
     line = analysis.line_of(Fault.OUTER if state is Fault.HEALTHY else state)
-    rows: tuple[QuantityComparison, ...] = ()
+    rows: tuple[Comparison, ...] = ()
     if line.detected and isinstance(model, ModelSide):
         rows = compare(state, analysis, model.analysis, known, model_order=model.line_order)
-    frequency = next((row for row in rows if row.kind is Kind.FREQUENCY), None)
-    shaft_hz = analysis.speed.value_hz
-    model_hz = shaft_hz * model.line_order if isinstance(model, ModelSide) and model.line_order else None
-    return Cell(
+    model_order = model.line_order if isinstance(model, ModelSide) else None
+    return MatrixCell(
         state=state,
         radial_kn=radial_kn,
         axial_kn=axial_kn,
         nominal_rpm=nominal_rpm,
         file=analysis.recording.file or analysis.recording.name,
-        shaft_rpm=60 * analysis.speed.value_hz,
-        speed_ci95_rpm=60 * analysis.speed.ci95_hz,
-        speed_source=analysis.speed.source.value,
-        line=line.name,
-        kinematic_hz=line.kinematic_hz,
-        rig_hz=line.found_hz,
-        rig_ci95_hz=line.ci95_hz,
-        snr=line.snr,
-        depth=line.depth,
-        detected=line.detected,
-        deviation_pct=line.deviation_pct if line.detected else None,
-        deviation_ci95_pct=line.deviation_ci95_pct if line.detected else None,
-        model_hz=model_hz,
-        error_pct=None if frequency is None else frequency.error,
-        uncertainty_pct=None if frequency is None else frequency.uncertainty,
-        verdict=_verdict(line.detected, state, frequency),
+        speed=analysis.speed,
+        line=line,
+        model_hz=analysis.speed.value_hz * model_order if model_order else None,
         call=call_fault(analysis, None if state is Fault.HEALTHY else healthy),
         comparisons=rows,
         remark=model if isinstance(model, str) else "",
     )
-
-
-def _verdict(detected: bool, state: Fault, frequency: QuantityComparison | None) -> str:
-    if not detected:
-        return NOT_DETECTED
-    if state is Fault.HEALTHY:
-        return BASELINE
-    return (ComparisonVerdict.INSUFFICIENT if frequency is None else frequency.verdict).value

@@ -48,6 +48,22 @@ class Line:
     half_snr: float | None = None
     double_snr: float | None = None
 
+    @property
+    def detected_deviation_pct(self) -> float | None:
+        """The deviation from kinematics where the line was detected [%]."""
+        return self.deviation_pct if self.detected else None
+
+
+LINE_KEYS = (
+    "kinematic_hz", "found_hz", "ci95_hz", "deviation_pct", "deviation_ci95_pct", "snr", "depth", "detected",
+)  # fmt: skip
+
+
+def line_entry(line: Line | None) -> dict[str, Any]:
+    """A line as an entry of ``report.json`` states it: its name and main values, null where there is none."""
+    values = {key: getattr(line, key, None) for key in LINE_KEYS}
+    return {"line": line and line.name} | values | {"detected": line is not None and line.detected}
+
 
 def read_lines(record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, scale: float = 1.0) -> tuple[Line, ...]:
     """All lines of `bearing` in `record`, a periodogram of the squared envelope, about `scale` times kinematic.

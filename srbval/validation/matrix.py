@@ -1,22 +1,24 @@
-"""The validation matrix: every registered record of the rig, one cell an operating point of Table 5.
+"""The validation matrix: every registered record of the rig, one cell per operating point of Table 5.
 
 A record that is registered is a cell, and a cell of a fault is a comparison of every quantity: nothing else lists them.
 """
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from srbval.bearing import Fault
+from srbval.recordings import ShaftSpeed
 from srbval.recordings.datasets.description import Grid, dataset
 from srbval.recordings.registry.verbs import RIG_DATASETS
 from srbval.validation.analyse import Analysis
+from srbval.validation.compared_quantities import FREQUENCY
+from srbval.validation.comparison import Comparison, ComparisonVerdict
 from srbval.validation.fault_call import FaultCall
+from srbval.validation.lines import Line, line_entry
 from srbval.validation.model_side import ModelSide
-from srbval.validation.quantity_comparison import QuantityComparison
 
 # Verdicts of cells that hold no comparison.
 NOT_DETECTED, BASELINE = "line not detected", "baseline"
@@ -25,13 +27,12 @@ Point = tuple[Fault, float, float, float]  # state, radial kN, axial kN, nominal
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cell:
-    """One record [kN, rpm, Hz, %], the line of its state, the model's beside it, and what may be said.
+class MatrixCell:
+    """One record [kN, rpm], its shaft speed, the line of its state, the model's, and what may be said.
 
-    `deviation_pct` is the rig's from kinematics at the measured speed; `comparisons` hold every quantity of the fault
-    that both sides show, and `error_pct`, `uncertainty_pct` and `verdict` are the line frequency's of them; `model_hz`
-    is None where the cell is no fault's or the model's run failed (`remark` says why). `call` is the fault call against
-    the healthy record of the same point.
+    `comparisons` hold every quantity of the fault that both sides show; error, uncertainty and verdict of the cell are
+    those of the line frequency. `model_hz` is the model's line at the same speed, None where the cell is no fault's or
+    the model's run failed (`remark` says why). `call` is the fault call against the healthy record of the same point.
     """
 
     state: Fault
@@ -39,24 +40,11 @@ class Cell:
     axial_kn: float
     nominal_rpm: float
     file: str
-    shaft_rpm: float
-    speed_ci95_rpm: float
-    speed_source: str
-    line: str
-    kinematic_hz: float
-    rig_hz: float | None
-    rig_ci95_hz: float | None
-    snr: float | None
-    depth: float | None
-    detected: bool
-    deviation_pct: float | None
-    deviation_ci95_pct: float | None
+    speed: ShaftSpeed
+    line: Line
     model_hz: float | None
-    error_pct: float | None
-    uncertainty_pct: float | None
-    verdict: str
     call: FaultCall
-    comparisons: tuple[QuantityComparison, ...] = ()
+    comparisons: tuple[Comparison, ...] = ()
     remark: str = ""
 
     @property
@@ -64,11 +52,60 @@ class Cell:
         """State, radial and axial load [kN], nominal motor speed [rpm]."""
         return self.state, self.radial_kn, self.axial_kn, self.nominal_rpm
 
+    @property
+    def shaft_rpm(self) -> float:
+        """Mean shaft speed [rpm]."""
+        return 60 * self.speed.value_hz
+
+    @property
+    def frequency(self) -> Comparison | None:
+        """The comparison of the line's frequency."""
+        return next((row for row in self.comparisons if row.kind == FREQUENCY.name), None)
+
+    @property
+    def error_pct(self) -> float | None:
+        """Its comparison error [%]."""
+        return None if self.frequency is None else self.frequency.error
+
+    @property
+    def uncertainty_pct(self) -> float | None:
+        """Its validation uncertainty [%]."""
+        return None if self.frequency is None else self.frequency.uncertainty
+
+    @property
+    def verdict(self) -> str:
+        """What may be said of the model at this point."""
+        if not self.line.detected:
+            return NOT_DETECTED
+        if self.state is Fault.HEALTHY:
+            return BASELINE
+        return (ComparisonVerdict.INSUFFICIENT if self.frequency is None else self.frequency.verdict).value
+
     def to_dict(self) -> dict[str, Any]:
-        """Plain values for ``report.json``."""
-        compared = [row.to_dict() for row in self.comparisons]
-        told = {"state": self.state.value, "call": self.call.to_dict(), "comparisons": compared}
-        return dataclasses.asdict(self) | told
+        """Plain values for ``report.json``; the deviation from kinematics is null where the line is not detected."""
+        line = self.line
+        return {
+            "state": self.state.value,
+            "radial_kn": self.radial_kn,
+            "axial_kn": self.axial_kn,
+            "nominal_rpm": self.nominal_rpm,
+            "file": self.file,
+            "shaft_rpm": self.shaft_rpm,
+            "speed_ci95_rpm": 60 * self.speed.ci95_hz,
+            "speed_source": self.speed.source.value,
+            **line_entry(line),
+            "rig_hz": line.found_hz,
+            "rig_ci95_hz": line.ci95_hz,
+            "deviation_pct": line.detected_deviation_pct,
+            "deviation_ci95_pct": line.deviation_ci95_pct if line.detected else None,
+            "model_hz": self.model_hz,
+            "error_pct": self.error_pct,
+            "uncertainty_pct": self.uncertainty_pct,
+            "verdict": self.verdict,
+            "call": self.call.to_dict(),
+            "comparisons": [row.to_dict() for row in self.comparisons],
+            "remark": self.remark,
+        }
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -87,11 +124,11 @@ class Matrix:
     """
 
     grid: Grid
-    cells: tuple[Cell, ...] = ()
+    cells: tuple[MatrixCell, ...] = ()
     unusable: tuple[tuple[str, str], ...] = ()
     kept: Mapping[Point, Sides] = field(default_factory=dict)
 
-    def at(self, point: Point) -> Cell | None:
+    def at(self, point: Point) -> MatrixCell | None:
         """The cell of one operating point, None where nothing was measured."""
         return next((c for c in self.cells if c.point == point), None)
 

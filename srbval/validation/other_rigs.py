@@ -12,16 +12,15 @@ from typing import Any
 
 from srbval.bearing import DEFECTS, Fault, load_bearing
 from srbval.errors import SrbvalError
-from srbval.recordings import Origin
+from srbval.recordings import Origin, ShaftSpeed
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import RegisteredRecording, Status, each_once, healthy_baseline, load_entry
 from srbval.recordings.registry.verbs import RIG_DATASETS
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.fault_call import FaultCall, call_fault, like_a_fault
-from srbval.validation.lines import Line
+from srbval.validation.lines import RACES, Line, line_entry
 from srbval.validation.speed_and_slip import to_cage_of
 
-RACES = ("BPFO", "BPFI")
 Baselines = dict[tuple[str, str], Analysis]  # by file and bearing
 
 
@@ -40,17 +39,8 @@ class OtherRecord:
     dataset: str
     file: str
     state: Fault | None
-    shaft_hz: float | None = None
-    shaft_ci95_hz: float | None = None
-    speed_source: str | None = None
-    line: str | None = None
-    kinematic_hz: float | None = None
-    found_hz: float | None = None
-    deviation_pct: float | None = None
-    deviation_ci95_pct: float | None = None
-    snr: float | None = None
-    depth: float | None = None
-    detected: bool = False
+    speed: ShaftSpeed | None = None
+    line: Line | None = None
     shown: bool = False
     grade: str | None = None
     plain_grade: str | None = None
@@ -68,8 +58,25 @@ class OtherRecord:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for ``report.json``."""
-        call = None if self.call is None else self.call.to_dict()
-        return dataclasses.asdict(self) | {"call": call, "diagnosable": self.diagnosable}
+        return {
+            "dataset": self.dataset,
+            "file": self.file,
+            "state": self.state and self.state.value,
+            "shaft_hz": self.speed and self.speed.value_hz,
+            "shaft_ci95_hz": self.speed and self.speed.ci95_hz,
+            "speed_source": self.speed and self.speed.source.value,
+            **line_entry(self.line),
+            "shown": self.shown,
+            "grade": self.grade,
+            "plain_grade": self.plain_grade,
+            "radial_n": self.radial_n,
+            "cage_pct": self.cage_pct,
+            "cage_ci95_pct": self.cage_ci95_pct,
+            "call": self.call and self.call.to_dict(),
+            "caution": self.caution,
+            "refused": self.refused,
+            "diagnosable": self.diagnosable,
+        }
 
 
 def read_other_rigs(registered: Sequence[RegisteredRecording], *, jobs: int | None = None) -> tuple[OtherRecord, ...]:
@@ -135,17 +142,8 @@ def _with_line(record: OtherRecord, analysis: Analysis, call: FaultCall) -> Othe
         radial_n=analysis.recording.radial_n,
         cage_pct=None if to_cage is None else to_cage * (line.deviation_pct or 0.0),
         cage_ci95_pct=None if to_cage is None else abs(to_cage) * (line.deviation_ci95_pct or 0.0),
-        shaft_hz=analysis.speed.value_hz,
-        shaft_ci95_hz=analysis.speed.ci95_hz,
-        speed_source=analysis.speed.source.value,
-        line=line.name,
-        kinematic_hz=line.kinematic_hz,
-        found_hz=line.found_hz,
-        deviation_pct=line.deviation_pct,
-        deviation_ci95_pct=line.deviation_ci95_pct,
-        snr=line.snr,
-        depth=line.depth,
-        detected=line.detected,
+        speed=analysis.speed,
+        line=line,
         shown=_shown(analysis, line, record.state),
         call=call,
     )

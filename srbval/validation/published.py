@@ -10,7 +10,7 @@ from srbval.config.strict import build, read_toml
 
 
 @dataclass(frozen=True, kw_only=True)
-class Table6Row:
+class PrintedRow:
     """One row of Table 6: frequencies [Hz] and deviations as printed [%]."""
 
     defect: str
@@ -30,9 +30,9 @@ class Table6:
     shaft_rpm: float
     motor_rpm: int
     radial_kn: float
-    row: tuple[Table6Row, ...]
+    row: tuple[PrintedRow, ...]
 
-    def of(self, defect: str) -> Table6Row:
+    def of(self, defect: str) -> PrintedRow:
         """The row of a defect (``outer`` or ``inner``)."""
         return next(row for row in self.row if row.defect == defect)
 

@@ -1,86 +1,77 @@
-"""What one analysed record says of a fault: line frequency, harmonic pattern and sidebands."""
+"""How one analysed record's value of a compared quantity is read: line order, levels, shape of the spectrum."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
 
 from srbval.bearing import Fault
 from srbval.signal import LEAST_SNR, NORMAL_95
 from srbval.validation.analyse import Analysis
+from srbval.validation.comparison import QuantityValue
 from srbval.validation.lines import Line
+from srbval.validation.spectrum_shape import angle_within, halves_of
 
-HARMONICS = (2, 3, 4, 5)
+Read = Callable[[Analysis, Fault], QuantityValue | None]
+
 _DB = 20 / math.log(10)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Quantity:
-    """One number of a record: `value` in `unit` with its reading's 95 % half width, and whether its line stands out.
+def line_order(analysis: Analysis, fault: Fault) -> QuantityValue | None:
+    """The fault's line in orders of the shaft."""
+    line, shaft_hz = analysis.line_of(fault), analysis.speed.value_hz
+    if line.found_hz is None or not line.depth:
+        return None
+    return QuantityValue(
+        value=line.found_hz / shaft_hz, ci95=(line.ci95_hz or 0.0) / shaft_hz, present=line.detected, line=line
+    )
 
-    Frequencies are orders of the shaft; levels are of the squared envelope, in dB over the first harmonic, and
-    `least` is the level from which a line would stand out of this record's noise.
+
+def harmonic_level(number: int) -> Read:
+    """Level of a harmonic over the first [dB]."""
+
+    def read(analysis: Analysis, fault: Fault) -> QuantityValue | None:
+        return _level(analysis, fault, (fault.line,), number)
+
+    return read
+
+
+def sideband_level(analysis: Analysis, fault: Fault) -> QuantityValue | None:
+    """Mean level of the sidebands next to the line over it [dB]; None for a fault without sidebands."""
+    if fault.sidebands is None:
+        return None
+    return _level(analysis, fault, (f"{fault.line}-{fault.sidebands}", f"{fault.line}+{fault.sidebands}"), 1)
+
+
+def spectrum_shape(analysis: Analysis, fault: Fault) -> QuantityValue | None:
+    """Angle of the spectra of a record's halves with each other [degrees], see `srbval.validation.spectrum_shape`."""
+    halves = halves_of(analysis, fault)
+    if halves is None:
+        return None
+    within = angle_within(halves)
+    line = analysis.line_of(fault)
+    return QuantityValue(value=within.degrees, ci95=within.ci95, present=within.related, line=line, halves=halves)
+
+
+def _level(analysis: Analysis, fault: Fault, names: tuple[str | None, ...], harmonic: int) -> QuantityValue | None:
+    """Mean level of lines over the first harmonic [dB]; Rayleigh's scatter of an amplitude in noise is its interval.
+
+    None where they are out of the record's reach.
     """
-
-    name: str
-    unit: str
-    value: float
-    ci95: float
-    present: bool
-    least: float = -math.inf
-
-
-def quantities(analysis: Analysis, state: Fault) -> tuple[Quantity, ...]:
-    """The quantities that `state`'s line gives in a record; those out of its reach are left out."""
-    first = analysis.line_of(state)
-    name = first.name
-    if first.found_hz is None or not first.depth:
-        return ()
-    shaft = analysis.speed.value_hz
-    found = [
-        Quantity(
-            name=name,
-            unit="order",
-            value=first.found_hz / shaft,
-            ci95=(first.ci95_hz or 0.0) / shaft,
-            present=first.detected,
-        )
-    ]
-    for number in HARMONICS:
-        found += _level(harmonic_name(name, number), first, _lines(analysis, name, number))
-    if state.sidebands is not None:
-        beside = state.sidebands
-        sides = [*_lines(analysis, f"{name}-{beside}", 1), *_lines(analysis, f"{name}+{beside}", 1)]
-        found += _level(f"{name} sidebands", first, sides)
-    return tuple(found)
-
-
-def harmonic_name(line: str, number: int) -> str:
-    """``2xBPFO``; ``2 x 2xBSF`` where the line itself is a multiple."""
-    return f"{number} x {line}" if line[0].isdigit() else f"{number}x{line}"
-
-
-def _lines(analysis: Analysis, name: str, harmonic: int) -> list[Line]:
-    return [x for x in analysis.lines if (x.name, x.harmonic) == (name, harmonic) and x.depth]
-
-
-def _level(name: str, first: Line, lines: list[Line]) -> list[Quantity]:
-    """Mean level of `lines` over the first; Rayleigh's scatter of an amplitude in noise gives its interval."""
-    if not lines:
-        return []
+    first = analysis.line_of(fault)
+    lines = [x for name in names for x in analysis.lines if (x.name, x.harmonic) == (name, harmonic) and x.depth]
+    if first.found_hz is None or not first.depth or not lines:
+        return None
     depth = sum(line.depth or 0.0 for line in lines) / len(lines)
     spread = math.hypot(*(_scatter_db(line) / len(lines) for line in lines), _scatter_db(first))
     least = max((line.depth or 0.0) * math.sqrt(LEAST_SNR / max(line.snr or 0.0, 0.5)) for line in lines)
-    return [
-        Quantity(
-            name=name,
-            unit="dB",
-            value=_DB * math.log(depth / (first.depth or 1.0)),
-            ci95=NORMAL_95 * spread,
-            present=first.detected and all(line.detected for line in lines),
-            least=_DB * math.log(least / (first.depth or 1.0)),
-        )
-    ]
+    return QuantityValue(
+        value=_DB * math.log(depth / first.depth),
+        ci95=NORMAL_95 * spread,
+        present=first.detected and all(line.detected for line in lines),
+        least=_DB * math.log(least / first.depth),
+        line=first,
+    )
 
 
 def _scatter_db(line: Line) -> float:

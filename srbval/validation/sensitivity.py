@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import statistics
 import tempfile
@@ -19,15 +18,19 @@ from srbval.bearing import DEFAULT_BEARING, DEFECTS, Fault, load_bearing
 from srbval.config.strict import read_toml
 from srbval.scene import paper_scene
 from srbval.validation.cases import Case
-from srbval.validation.effects import Effect, Sensitivity, ShapeEffect, shape_of
+from srbval.validation.compared_quantities import COMPARED, own_effects, value_of_model
+from srbval.validation.effects import Effect, Sensitivity, ShapeEffect
 from srbval.validation.model_side import DETAIL_HZ, ModelSide, read_run
-from srbval.validation.quantities import Quantity, quantities
 from srbval.validation.run_cases import Progress, run_cases
+from srbval.validation.spectrum_shape import halves_of
 from srbval.validation.speed_and_slip import published_speeds
 
 BASE = "base"
+ROWS = tuple(row for row in COMPARED if row.sensitivity is own_effects)  # whose value a term changes
 NOMINAL_RPM = 877.0  # the rig's speed that recordings of both faults are open for
 SECONDS = 3.0
+
+Values = Mapping[str, float]  # of the compared quantities, by name
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +54,7 @@ def terms() -> tuple[Term, ...]:
 
 def measure(*, seconds: float = SECONDS, jobs: int | None = None, progress: Progress | None = None) -> Sensitivity:
     """Run every term on every fault at the rig's speed and take the changes; raises what runs and analyses raise."""
-    found: dict[tuple[str, Fault], tuple[Quantity, ...]] = {}
+    found: dict[tuple[str, Fault], Values] = {}
     shapes: dict[tuple[str, Fault], NDArray[np.float64] | None] = {}
     listed, bearing = terms(), load_bearing(DEFAULT_BEARING)
     with tempfile.TemporaryDirectory() as folder:
@@ -60,18 +63,21 @@ def measure(*, seconds: float = SECONDS, jobs: int | None = None, progress: Prog
         runs = run_cases(cases, jobs=jobs, progress=progress)
         for case in cases:
             side = read_run(case, runs[case.id], bearing)
-            found[case.purpose, case.state] = _by_run(quantities(side.analysis, case.state), side)
-            shapes[case.purpose, case.state] = shape_of(side.analysis, case.state)
+            found[case.purpose, case.state] = _values(side, case.state)
+            shapes[case.purpose, case.state] = halves_of(side.analysis, case.state)
     return Sensitivity(
         effects=tuple(effect for state in DEFECTS for effect in _effects(listed, found, state)),
         shapes=tuple(effect for state in DEFECTS for effect in _shape_effects(listed, shapes, state)),
     )
 
 
-def _by_run(read: tuple[Quantity, ...], side: ModelSide) -> tuple[Quantity, ...]:
-    """The line's order from the run's own speeds: a change in it is not lost in the reading's noise."""
-    line = dataclasses.replace(read[0], value=side.line_order, ci95=0.0) if read and side.line_order else None
-    return read if line is None else (line, *read[1:])
+def _values(side: ModelSide, fault: Fault) -> Values:
+    """Values of the compared quantities by name, the line's order from the run's own speeds where it gives one.
+
+    A change in it is then not lost in the reading's noise.
+    """
+    read = {row.name_of(fault): value_of_model(row, side.analysis, fault, side.line_order) for row in ROWS}
+    return {name: value.value for name, value in read.items() if value is not None}
 
 
 def _shape_effects(
@@ -120,35 +126,38 @@ def _bearing_file(term: Term, folder: Path) -> str:
     return str(path)
 
 
-def _effects(
-    listed: Sequence[Term], found: Mapping[tuple[str, Fault], tuple[Quantity, ...]], state: Fault
-) -> Iterator[Effect]:
-    for base in found[BASE, state]:
-        ensembles: dict[str, list[float]] = {}
-        for term in listed:
-            value = _value(found[term.name, state], base.name)
-            if value is None:
-                continue
-            if term.ensemble:
-                ensembles.setdefault(term.ensemble, [base.value]).append(value)
-            else:
-                yield _effect(term, state, base, abs(value - base.value))
-        for name, values in ensembles.items():
-            first = next(t for t in listed if t.ensemble == name)
-            yield _effect(dataclasses.replace(first, name=name), state, base, _interval(values))
+def _effects(listed: Sequence[Term], found: Mapping[tuple[str, Fault], Values], state: Fault) -> Iterator[Effect]:
+    for row in ROWS:
+        quantity = row.name_of(state)
+        base = found[BASE, state].get(quantity)
+        if base is None:
+            continue
+        for term, bound in _bounds(listed, base, {t.name: found[t.name, state].get(quantity) for t in listed}):
+            yield Effect(
+                term=term.ensemble or term.name,
+                kind=term.kind,
+                source=term.source,
+                defect=state.value,
+                quantity=quantity,
+                unit=row.unit,
+                base=base,
+                bound=bound,
+            )
 
 
-def _effect(term: Term, state: Fault, base: Quantity, bound: float) -> Effect:
-    return Effect(
-        term=term.name,
-        kind=term.kind,
-        source=term.source,
-        defect=state.value,
-        quantity=base.name,
-        unit=base.unit,
-        base=base.value,
-        bound=bound,
-    )
+def _bounds(listed: Sequence[Term], base: float, values: Mapping[str, float | None]) -> Iterator[tuple[Term, float]]:
+    """Each single term's change from the base, then the interval of every ensemble, by its first term."""
+    ensembles: dict[str, list[float]] = {}
+    for term in listed:
+        value = values[term.name]
+        if value is None:
+            continue
+        if term.ensemble:
+            ensembles.setdefault(term.ensemble, [base]).append(value)
+        else:
+            yield term, abs(value - base)
+    for name, members in ensembles.items():
+        yield next(t for t in listed if t.ensemble == name), _interval(members)
 
 
 def _interval(values: Sequence[float]) -> float:
@@ -156,7 +165,3 @@ def _interval(values: Sequence[float]) -> float:
     import scipy.special
 
     return float(scipy.special.stdtrit(len(values) - 1, 0.975)) * statistics.stdev(values)
-
-
-def _value(found: Sequence[Quantity], name: str) -> float | None:
-    return next((q.value for q in found if q.name == name), None)

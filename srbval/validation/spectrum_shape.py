@@ -16,13 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.bearing import Fault
 from srbval.signal import NORMAL_95
 from srbval.validation.analyse import Analysis
 from srbval.validation.speed_search import USABLE_SHARE
 
 FloatArray = NDArray[np.float64]
 
-NAME, UNIT = "spectrum shape", "degrees"
 HARMONICS, LEAST_HARMONICS = 5, 2
 # Bins from one harmonic to the next: sidebands at the shaft's or the cage's speed fall in bins of their own.
 BINS = 24
@@ -40,6 +40,12 @@ class Angle:
     def related(self) -> bool:
         """Whether the spectra are more alike than unrelated ones."""
         return self.degrees + self.ci95 < 90
+
+
+def halves_of(analysis: Analysis, fault: Fault) -> FloatArray | None:
+    """The halves of a record about a fault's line, None where the line or the bins are out of reach."""
+    found_hz = analysis.line_of(fault).found_hz
+    return None if found_hz is None else halves(analysis, found_hz)
 
 
 def halves(analysis: Analysis, line_hz: float) -> FloatArray | None:

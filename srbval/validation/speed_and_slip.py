@@ -13,7 +13,7 @@ from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.recordings import Origin
 from srbval.recordings.datasets.description import PublishedSpeeds, dataset
 from srbval.validation.comparison import deviation_pct
-from srbval.validation.matrix import Cell
+from srbval.validation.matrix import MatrixCell
 from srbval.validation.published import Table6
 
 # The paper reads its lines from spectra of 10 s: half a bin of 0.1 Hz is the least that its values can be off.
@@ -93,22 +93,22 @@ def to_cage_of(line: str, bearing: Bearing) -> float:
     return {"BPFO": 1.0, "BPFI": -bearing.orders.bpfi / bearing.orders.bpfo}[line]
 
 
-def matrix_rows(cells: Iterable[Cell], bearing: Bearing) -> Iterator[SpeedAndSlip]:
+def matrix_rows(cells: Iterable[MatrixCell], bearing: Bearing) -> Iterator[SpeedAndSlip]:
     """The race line of each faulted record of the rig that shows it, counted from the record's nominal speed."""
     for cell in cells:
-        if cell.state not in RACE_DEFECTS or not cell.detected or cell.rig_hz is None:
+        if cell.state not in RACE_DEFECTS or not cell.line.detected or cell.line.found_hz is None:
             continue
         yield take_apart(
             record=Path(cell.file).stem,
             origin=Origin.MEASURED.value,
-            line=cell.line,
+            line=cell.line.name,
             bearing=bearing,
-            found_hz=cell.rig_hz,
-            found_ci95_hz=cell.rig_ci95_hz or 0.0,
+            found_hz=cell.line.found_hz,
+            found_ci95_hz=cell.line.ci95_hz or 0.0,
             reference_rpm=cell.nominal_rpm,
             shaft_rpm=cell.shaft_rpm,
-            shaft_ci95_rpm=cell.speed_ci95_rpm,
-            speed_source=cell.speed_source,
+            shaft_ci95_rpm=60 * cell.speed.ci95_hz,
+            speed_source=cell.speed.source.value,
         )
 
 

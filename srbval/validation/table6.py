@@ -2,42 +2,126 @@
 
 from __future__ import annotations
 
+import enum
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 from srbval.bearing import RACE_DEFECTS, Fault
 from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.validation.analyse import Analysis
-from srbval.validation.comparison import Comparison, RigSource
+from srbval.validation.compared_quantities import FREQUENCY
+from srbval.validation.comparison import RIG_READING, RIG_SPEED, Comparison, QuantityValue, deviation_pct
 from srbval.validation.effects import Effect
 from srbval.validation.lines import Line
-from srbval.validation.published import Table6
+from srbval.validation.published import PrintedRow, Table6
 from srbval.validation.sum_rule import SumRule, sum_rule
 
 
-def published_rows(printed: Table6, paper: Mapping[Fault, Analysis], runs: Mapping[str, Run]) -> Iterator[Comparison]:
+class RigSource(enum.StrEnum):
+    """Where a rig value comes from."""
+
+    MEASURED = "measured"
+    PUBLISHED = "published"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table6Row:
+    """A row of Table 6: our model's line against a rig's, frequencies [Hz] with deviations [%].
+
+    The kinematic frequency is printed at the paper's speed, computed at the rig recordings'. `model_cage_hz` is the
+    model's line by its mean cage speed; `printed` is the paper's own row, None beside a measured recording.
+    """
+
+    comparison: Comparison
+    rig_source: RigSource
+    shaft_rpm: float
+    model_cage_hz: float
+    printed: PrintedRow | None = None
+
+    @property
+    def line(self) -> Line:
+        """The rig's line."""
+        line = self.comparison.rig.line
+        assert line is not None, "a row is about a line"
+        return line
+
+    @property
+    def model_deviation_pct(self) -> float:
+        """Model from kinematic [%]."""
+        return deviation_pct(self.comparison.model.value, self.line.kinematic_hz)
+
+    @property
+    def rig_deviation_pct(self) -> float:
+        """Rig from kinematic [%]."""
+        return deviation_pct(self.comparison.rig.value, self.line.kinematic_hz)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for ``report.json``; `*_recomputed_pct` follow from the frequencies the paper prints."""
+        made, printed, kinematic_hz = self.comparison, self.printed, self.line.kinematic_hz
+        return {
+            "defect": made.fault.value,
+            "line": self.line.name,
+            "shaft_rpm": self.shaft_rpm,
+            "kinematic_hz": kinematic_hz,
+            "model_hz": made.model.value,
+            "model_ci95_hz": made.model.ci95,
+            "model_cage_hz": self.model_cage_hz,
+            "rig_hz": made.rig.value,
+            "rig_source": self.rig_source.value,
+            "rig_ci95_hz": made.rig.ci95,
+            "rig_shaft_rpm": None if printed else self.shaft_rpm,
+            "paper_model_hz": printed and printed.model_hz,
+            "paper_rig_hz": printed and printed.rig_hz,
+            "paper_model_printed_pct": printed and printed.model_printed_pct,
+            "paper_rig_printed_pct": printed and printed.rig_printed_pct,
+            "uncertainty_parts_pct": dict(made.parts),
+            "model_deviation_pct": self.model_deviation_pct,
+            "rig_deviation_pct": self.rig_deviation_pct,
+            "comparison_error_pct": made.error,
+            "validation_uncertainty_pct": made.uncertainty,
+            "paper_model_recomputed_pct": printed and deviation_pct(printed.model_hz, kinematic_hz),
+            "paper_rig_recomputed_pct": printed and deviation_pct(printed.rig_hz, kinematic_hz),
+            "verdict": made.verdict.value,
+        }
+
+
+def line_comparison(
+    fault: Fault, record: str, model: QuantityValue, rig: QuantityValue, parts: Mapping[str, float]
+) -> Comparison:
+    """The comparison of a line's frequencies [Hz]; parts of its uncertainty [%]."""
+    return Comparison(
+        kind=FREQUENCY.name,
+        fault=fault,
+        quantity=fault.line or "",
+        unit="Hz",
+        error_unit=FREQUENCY.error_unit,
+        record=record,
+        model=model,
+        rig=rig,
+        error=deviation_pct(model.value, rig.value),
+        parts=parts,
+    )
+
+
+def published_rows(printed: Table6, paper: Mapping[Fault, Analysis], runs: Mapping[str, Run]) -> Iterator[Table6Row]:
     """Our model at the paper's speed beside the paper's model and rig, against the printed kinematic frequency.
 
     The paper gives its rig values no uncertainty and no measured speed, so these rows cannot be resolved.
     """
-    for state in RACE_DEFECTS:
-        row = printed.of(state.value)
-        read = found_line(paper[state], state)
-        yield Comparison(
-            defect=state.value,
-            line=read.name,
-            shaft_rpm=printed.shaft_rpm,
-            kinematic_hz=row.kinematic_hz,
-            model_hz=_found(read),
-            model_ci95_hz=_ci95(read),
-            model_cage_hz=cage_line_hz(runs[f"paper-{state}"], state),
-            rig_hz=row.rig_hz,
+    for fault in RACE_DEFECTS:
+        row, read = printed.of(fault.value), found_line(paper[fault], fault)
+        theirs = Line(name=row.line, harmonic=1, kinematic_hz=row.kinematic_hz, found_hz=row.rig_hz)
+        model = QuantityValue(value=_found(read), ci95=_ci95(read), line=read)
+        rig = QuantityValue(value=row.rig_hz, ci95=None, line=theirs)
+        yield Table6Row(
+            comparison=line_comparison(fault, printed.table, model, rig, {}),
             rig_source=RigSource.PUBLISHED,
-            paper_model_hz=row.model_hz,
-            paper_rig_hz=row.rig_hz,
-            paper_model_printed_pct=row.model_printed_pct,
-            paper_rig_printed_pct=row.rig_printed_pct,
+            shaft_rpm=printed.shaft_rpm,
+            model_cage_hz=cage_line_hz(runs[f"paper-{fault}"], fault),
+            printed=row,
         )
 
 
@@ -45,33 +129,29 @@ def measured_rows(
     rig: Mapping[Fault, Analysis],
     runs: Mapping[Fault, Run],
     effects: Sequence[Effect],
-) -> Iterator[Comparison]:
+) -> Iterator[Table6Row]:
     """Our model at each recording's measured speed beside that recording; states without a found line are left out.
 
     The model's line is its mean cage speed's, free of a reading's noise; `effects` tell what numerics and inputs do.
     """
-    for state in RACE_DEFECTS:
-        if state not in rig or not found_line(rig[state], state).detected:
+    for fault in RACE_DEFECTS:
+        if fault not in rig or not found_line(rig[fault], fault).detected:
             continue
-        read, speed = found_line(rig[state], state), rig[state].speed
-        model_hz = cage_line_hz(runs[state], state)
-        yield Comparison(
-            defect=state.value,
-            line=read.name,
-            shaft_rpm=60 * speed.value_hz,
-            kinematic_hz=read.kinematic_hz,
-            model_hz=model_hz,
-            model_ci95_hz=0.0,
-            model_cage_hz=model_hz,
-            rig_hz=_found(read),
-            rig_ci95_hz=_ci95(read),
+        read, speed = found_line(rig[fault], fault), rig[fault].speed
+        model_hz = cage_line_hz(runs[fault], fault)
+        parts = {
+            RIG_READING: 100 * _ci95(read) / _found(read),
+            RIG_SPEED: 100 * speed.ci95_hz / speed.value_hz,
+            **{f"{e.kind}: {e.term}": e.bound_pct for e in effects if e.quantity == read.name},
+        }
+        own = QuantityValue(value=_found(read), ci95=_ci95(read), line=read)
+        recording = rig[fault].recording
+        made = line_comparison(fault, recording.file or recording.name, QuantityValue(value=model_hz), own, parts)
+        yield Table6Row(
+            comparison=made,
             rig_source=RigSource.MEASURED,
-            rig_shaft_rpm=60 * speed.value_hz,
-            uncertainty_parts_pct={
-                "rig reading": 100 * _ci95(read) / _found(read),
-                "rig speed": 100 * speed.ci95_hz / speed.value_hz,
-                **_effect_parts(read.name, effects),
-            },
+            shaft_rpm=60 * speed.value_hz,
+            model_cage_hz=model_hz,
         )
 
 
@@ -134,10 +214,6 @@ def _read_pair(
 def _order_ci95(analysis: Analysis, line: Line) -> float:
     relative = math.hypot(_ci95(line) / _found(line), analysis.speed.ci95_hz / analysis.speed.value_hz)
     return relative * _found(line) / analysis.speed.value_hz
-
-
-def _effect_parts(line: str, effects: Sequence[Effect]) -> dict[str, float]:
-    return {f"{e.kind}: {e.term}": e.bound_pct for e in effects if e.quantity == line}
 
 
 def _found(line: Line) -> float:

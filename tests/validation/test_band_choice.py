@@ -72,7 +72,7 @@ def test_each_side_is_read_in_the_other_s_band():
     rig = analyse(OUTER, bearing=BEARING)
     rows = cross_bands({Fault.OUTER: model}, {Fault.OUTER: rig})
     assert [(r.band_hz[0], r.own) for r in rows] == [(500, True), (1400, False), (1400, True), (500, False)]
-    assert rows[1].snr == pytest.approx(rig.line("BPFO").snr)
+    assert rows[1].line.snr == pytest.approx(rig.line("BPFO").snr)
     too_high = analyse(OUTER, bearing=BEARING, band_hz=(9000.0, 9900.0))
     slow = dataclasses.replace(rig, recording=dataclasses.replace(rig.recording, fs_hz=10_000.0))
     assert "Nyquist" in cross_bands({Fault.OUTER: too_high}, {Fault.OUTER: slow})[3].why

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from srbval.validation.bias import Pair, biases
-from srbval.validation.quantity_comparison import Kind
+from srbval.validation.compared_quantities import FREQUENCY, PATTERN
 
 
 def drawn(kind, bias, scatter, data, count=4000):
@@ -14,14 +14,14 @@ def drawn(kind, bias, scatter, data, count=4000):
 
 
 def test_scatter_of_the_data_is_not_the_model_s():
-    (row,) = biases(drawn(Kind.PATTERN, bias=-2.0, scatter=1.5, data=1.0))
+    (row,) = biases(drawn(PATTERN.name, bias=-2.0, scatter=1.5, data=1.0))
     assert row.bias == pytest.approx(-2.0, abs=0.1)
     assert row.scatter == pytest.approx(1.5, rel=0.05)
     assert row.data_scatter == pytest.approx(1.0, rel=1e-4)
 
 
 def test_a_perfect_model_has_no_scatter_of_its_own_and_two_pairs_tell_none():
-    (row,) = biases(drawn(Kind.FREQUENCY, bias=0.0, scatter=0.0, data=1.0))
+    (row,) = biases(drawn(FREQUENCY.name, bias=0.0, scatter=0.0, data=1.0))
     assert row.scatter < 0.3
-    assert biases(drawn(Kind.FREQUENCY, bias=1.0, scatter=0.0, data=0.0, count=2))[0].scatter is None
+    assert biases(drawn(FREQUENCY.name, bias=1.0, scatter=0.0, data=0.0, count=2))[0].scatter is None
     assert biases([]) == ()

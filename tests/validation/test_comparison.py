@@ -1,41 +1,41 @@
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 
-from srbval.validation.comparison import Comparison, ComparisonVerdict, RigSource
+from srbval.bearing import Fault
+from srbval.validation.comparison import ComparisonVerdict, QuantityValue
+from srbval.validation.lines import Line
 from srbval.validation.sum_rule import sum_rule
+from srbval.validation.table6 import RigSource, Table6Row, line_comparison
 
-ROW = Comparison(
-    defect="outer",
-    line="BPFO",
-    shaft_rpm=858.0,
-    kinematic_hz=100.0,
-    model_hz=100.3,
-    model_ci95_hz=0.01,
-    model_cage_hz=100.3,
-    rig_hz=100.1,
-    rig_ci95_hz=0.02,
-    rig_source=RigSource.MEASURED,
-    uncertainty_parts_pct={"a": 0.03, "b": 0.04},
-)
+LINE = Line(name="BPFO", harmonic=1, kinematic_hz=100.0, found_hz=100.1)
+
+
+def row(model_hz: float = 100.3, rig_ci95_hz: float | None = 0.02) -> Table6Row:
+    made = line_comparison(
+        Fault.OUTER,
+        "record",
+        QuantityValue(value=model_hz, ci95=0.01),
+        QuantityValue(value=100.1, ci95=rig_ci95_hz, line=LINE),
+        {"a": 0.03, "b": 0.04},
+    )
+    return Table6Row(comparison=made, rig_source=RigSource.MEASURED, shaft_rpm=858.0, model_cage_hz=model_hz)
 
 
 def test_error_is_model_minus_rig() -> None:
-    assert ROW.comparison_error_pct == pytest.approx(100 * 0.2 / 100.1)
-    assert ROW.model_deviation_pct == pytest.approx(0.3)
-    assert ROW.rig_deviation_pct == pytest.approx(0.1)
+    assert row().comparison.error == pytest.approx(100 * 0.2 / 100.1)
+    assert row().model_deviation_pct == pytest.approx(0.3)
+    assert row().rig_deviation_pct == pytest.approx(0.1)
 
 
 def test_uncertainty_is_the_root_sum_of_squares() -> None:
-    assert ROW.validation_uncertainty_pct == pytest.approx(0.05)
+    assert row().comparison.uncertainty == pytest.approx(0.05)
 
 
 def test_verdicts() -> None:
-    assert ROW.verdict is ComparisonVerdict.RESOLVED
-    assert replace(ROW, model_hz=100.14).verdict is ComparisonVerdict.NOT_RESOLVED
-    assert replace(ROW, rig_ci95_hz=None).verdict is ComparisonVerdict.INSUFFICIENT
+    assert row().comparison.verdict is ComparisonVerdict.RESOLVED
+    assert row(model_hz=100.14).comparison.verdict is ComparisonVerdict.NOT_RESOLVED
+    assert row(rig_ci95_hz=None).comparison.verdict is ComparisonVerdict.INSUFFICIENT
 
 
 def test_the_sum_is_blind_to_slip_and_sees_speed() -> None:

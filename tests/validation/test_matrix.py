@@ -13,7 +13,7 @@ import pytest
 from scipy.io import savemat
 
 from srbval.bearing import Fault, load_bearing
-from srbval.recordings import Origin
+from srbval.recordings import Origin, SpeedSource
 from srbval.recordings.registry import add, rig_recordings
 from srbval.recordings.stand_in import vibration
 from srbval.report.blocks import Paragraph
@@ -21,13 +21,14 @@ from srbval.report.content.matrix_section import matrix_section
 from srbval.report.content.other_rigs_section import other_rigs_section
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.bias import biases, pairs
+from srbval.validation.compared_quantities import FREQUENCY, KINDS, PATTERN, PRESENCE, SHAPE
 from srbval.validation.effects import NOTHING_KNOWN, Effect, Sensitivity
 from srbval.validation.fault_call import Basis
 from srbval.validation.fill_matrix import build_matrix
+from srbval.validation.lines import RACES
 from srbval.validation.matrix import BASELINE, NOT_DETECTED, Matrix
 from srbval.validation.model_side import ModelSide
 from srbval.validation.other_rigs import read_other_rigs
-from srbval.validation.quantity_comparison import Kind
 from tests.recordings import files
 
 BEARING = load_bearing("skf-22240")
@@ -91,13 +92,13 @@ def test_cells_hold_what_was_measured_and_the_rest_is_empty(folder: Path) -> Non
     assert matrix.at((Fault.OUTER, 124.8, 0.0, 353.0)) is None
     outer = matrix.at((Fault.OUTER, 124.8, 0.0, 877.0))
     assert outer is not None
-    assert outer.detected
-    assert outer.speed_source == "tachometer"
+    assert outer.line.detected
+    assert outer.speed.source is SpeedSource.TACHOMETER
     assert outer.model_hz == pytest.approx(19 * CAGE * outer.shaft_rpm / 60)
-    assert outer.error_pct == pytest.approx(100 * (outer.model_hz / outer.rig_hz - 1))
+    assert outer.error_pct == pytest.approx(100 * (outer.model_hz / outer.line.found_hz - 1))
     assert outer.uncertainty_pct is not None
     assert outer.uncertainty_pct > 0.09  # the known term's
-    assert abs(outer.deviation_pct or 9) < 0.3
+    assert abs(outer.line.deviation_pct or 9) < 0.3
 
 
 def test_a_registered_record_is_a_comparison_of_every_quantity(folder: Path, tmp_path: Path) -> None:
@@ -109,13 +110,13 @@ def test_a_registered_record_is_a_comparison_of_every_quantity(folder: Path, tmp
     new = [c for c in after.cells if c not in before.cells and c.nominal_rpm == 727.0]
     assert {c.state for c in new} == set(CODES.values())
     kinds = {c.state: {row.kind for row in c.comparisons} for c in new}
-    assert kinds[Fault.INNER] == set(Kind)
-    assert kinds[Fault.OUTER] == {Kind.FREQUENCY, Kind.PATTERN, Kind.SHAPE}
+    assert kinds[Fault.INNER] == {kind.name for kind in KINDS}
+    assert kinds[Fault.OUTER] == {FREQUENCY.name, PATTERN.name, SHAPE.name}
     assert kinds[Fault.HEALTHY] == set()
     counted = [{b.kind: b.pairs for b in biases(pairs(m.cells))} for m in (before, after)]
-    assert set(counted[1]) == set(Kind)
-    assert all(counted[1][kind] > counted[0][kind] for kind in Kind)
-    assert counted[1][Kind.FREQUENCY] == 4
+    assert set(counted[1]) == {kind.name for kind in KINDS}
+    assert all(counted[1][kind] > counted[0][kind] for kind in counted[1])
+    assert counted[1][FREQUENCY.name] == 4
 
 
 def test_bias_is_the_planted_one_and_like_spectra_are_told_as_like(folder: Path) -> None:
@@ -125,11 +126,11 @@ def test_bias_is_the_planted_one_and_like_spectra_are_told_as_like(folder: Path)
     kinematic = BEARING.orders
     assert frequency[Fault.OUTER] == pytest.approx(100 * (19 * CAGE / kinematic.bpfo - 1), abs=0.06)
     assert frequency[Fault.INNER] == pytest.approx(100 * (19 * (1 - CAGE) / kinematic.bpfi - 1), abs=0.06)
-    shapes = [row for c in cells for row in c.comparisons if row.kind is Kind.SHAPE]
+    shapes = [row for c in cells for row in c.comparisons if row.kind == SHAPE.name]
     assert len(shapes) == 2
     assert all(abs(row.error) < math.hypot(*row.parts.values()) for row in shapes)
-    shown = [row for c in cells for row in c.comparisons if row.kind is Kind.PRESENCE]
-    assert [(row.model, row.rig) for row in shown] == [(1.0, 1.0)]
+    shown = [row for c in cells for row in c.comparisons if row.kind == PRESENCE.name]
+    assert [(row.model.value, row.rig.value) for row in shown] == [(1.0, 1.0)]
 
 
 def test_healthy_cells_are_baselines_and_cost_no_run(folder: Path) -> None:
@@ -201,8 +202,8 @@ def test_empty_matrix_says_so(tmp_path: Path) -> None:
 
 def test_other_rigs_are_read_apart_from_the_rig(folder: Path) -> None:
     (record,) = read_other_rigs(add(folder).recordings)
-    assert (record.dataset, record.state, record.line, record.diagnosable) == ("cwru", Fault.INNER, "BPFI", True)
-    assert (record.detected, record.shown) == (False, False)  # the made file holds noise
+    assert (record.dataset, record.state, record.line.name, record.diagnosable) == ("cwru", Fault.INNER, "BPFI", True)
+    assert (record.line.detected, record.shown) == (False, False)  # the made file holds noise
     evidence = SimpleNamespace(other_rigs=(record,))
     (section,) = other_rigs_section(evidence)  # type: ignore[arg-type]
     assert "0 of 1 race faults graded diagnosable (not " in section.blocks[2].text  # type: ignore[union-attr]
@@ -217,7 +218,7 @@ def test_open_recordings_show_their_faults(recordings_dir: Path) -> None:
     """Race faults by their published grade, in a band chosen on no record; healthy ones show none; near kinematics."""
     registered = [r for name in ("cwru", "mfpt", "hit_sm") for r in add(recordings_dir / name).recordings]
     records = [r for r in read_other_rigs(registered) if not r.refused]
-    races = [r for r in records if r.line in ("BPFO", "BPFI") and r.state not in (None, Fault.HEALTHY)]
+    races = [r for r in records if r.line.name in RACES and r.state not in (None, Fault.HEALTHY)]
     assert len(races) >= 30
     plain = [r for r in races if (r.plain_grade or "").startswith("Y")]
     assert len(plain) >= 8
@@ -227,7 +228,9 @@ def test_open_recordings_show_their_faults(recordings_dir: Path) -> None:
     held = [r for r in races if r.diagnosable is not False and not (r.plain_grade or "").startswith("N")]
     assert sum(r.shown for r in held) >= 0.95 * len(held)
     assert not [r.file for r in records if r.state is Fault.HEALTHY and (r.shown or r.call is None or r.call.indicated)]
-    near = [abs(r.deviation_pct or 9) <= 0.5 for r in held if r.shown and r.speed_source != "nominal"]
+    near = [
+        abs(r.line.deviation_pct or 9) <= 0.5 for r in held if r.shown and r.speed.source is not SpeedSource.NOMINAL
+    ]
     assert sum(near) >= 0.95 * len(near)
 
 
@@ -236,7 +239,9 @@ def test_open_recordings_show_their_faults(recordings_dir: Path) -> None:
 def test_light_load_lets_the_cage_slip(recordings_dir: Path) -> None:
     """MFPT: inner and outer records agree on a cage that lags, least at the highest load."""
     records = [r for r in read_other_rigs(add(recordings_dir / "mfpt").recordings) if r.cage_pct is not None]
-    loads = {race: sorted((r.radial_n, r.cage_pct) for r in records if r.line == race) for race in ("BPFO", "BPFI")}
+    loads = {
+        race: sorted((r.radial_n, r.cage_pct) for r in records if r.line.name == race) for race in ("BPFO", "BPFI")
+    }
     for race in loads.values():
         assert all(cage < 0 for _, cage in race)
         assert race[0][1] == min(cage for _, cage in race)

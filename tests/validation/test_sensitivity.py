@@ -8,13 +8,12 @@ from srbval.bearing import Fault, load_bearing
 from srbval.scene import paper_scene
 from srbval.validation import sensitivity
 from srbval.validation.effects import ShapeEffect
-from srbval.validation.quantities import Quantity
 from srbval.validation.sensitivity import BASE, Term, terms
 from srbval.validation.spectrum_shape import angle_between
 
 
 def line(value):
-    return (Quantity(name="BPFO", unit="order", value=value, ci95=0.0, present=True),)
+    return {"BPFO": value}
 
 
 def test_every_kind_of_term_that_a_validation_needs_is_in_the_table():
@@ -61,9 +60,10 @@ def test_a_change_is_its_bound_and_repeats_give_one_interval():
 
 
 def test_the_line_of_a_run_is_by_its_own_speeds():
-    side = SimpleNamespace(line_order=10.0)
-    assert sensitivity._by_run(line(9.0), side)[0].value == pytest.approx(10.0)
-    assert sensitivity._by_run((), side) == ()
+    read = SimpleNamespace(found_hz=90.0, ci95_hz=0.1, depth=1.0, detected=True)
+    analysis = SimpleNamespace(line_of=lambda _: read, lines=(), speed=SimpleNamespace(value_hz=10.0))
+    assert sensitivity._values(SimpleNamespace(line_order=10.0, analysis=analysis), Fault.OUTER) == line(10.0)
+    assert sensitivity._values(SimpleNamespace(line_order=None, analysis=analysis), Fault.OUTER) == line(9.0)
 
 
 def test_what_a_term_does_to_the_shape_is_told_beside_a_record():
@@ -75,5 +75,5 @@ def test_what_a_term_does_to_the_shape_is_told_beside_a_record():
         term="t", kind="input", source="s", defect="outer", base=near.tolist(), varied=far.tolist()
     )  # fmt: skip
     turned = angle_between(rig, far).degrees - angle_between(rig, near).degrees
-    assert effect.bound_beside(rig) == pytest.approx(turned)
-    assert dataclasses.replace(effect, varied=effect.base).bound_beside(rig) == 0
+    assert effect.bound_with(rig) == pytest.approx(turned)
+    assert dataclasses.replace(effect, varied=effect.base).bound_with(rig) == 0

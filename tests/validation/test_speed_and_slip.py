@@ -7,6 +7,8 @@ from types import SimpleNamespace
 import pytest
 
 from srbval.bearing import Fault, load_bearing
+from srbval.recordings import ShaftSpeed, SpeedSource
+from srbval.validation.lines import Line
 from srbval.validation.published import table6
 from srbval.validation.speed_and_slip import matrix_rows, one_speed_reading, published_rpm, table6_rows, take_apart
 
@@ -52,18 +54,19 @@ def test_the_papers_minus_one_per_cent_is_no_slip() -> None:
     assert cage > 0.5
 
 
-def cell(state: Fault, *, detected: bool = True) -> SimpleNamespace:
+def cell(fault: Fault, *, detected: bool = True) -> SimpleNamespace:
     """What `matrix_rows` reads of a cell: 2 % slower shaft, cage as kinematics has it."""
-    line = {Fault.OUTER: "BPFO", Fault.INNER: "BPFI"}.get(state, "2xBSF")
-    order = {"BPFO": BEARING.orders.bpfo, "BPFI": BEARING.orders.bpfi}.get(line, 0.0)
+    shaft_hz = 0.98 * 353 / 60
+    found_hz = 0.0 if fault is Fault.HEALTHY else fault.line_order(BEARING.orders) * shaft_hz
     return SimpleNamespace(
-        state=state, detected=detected, line=line, file=f"/somewhere/{state}_353rpm.mat", nominal_rpm=353.0,
-        shaft_rpm=0.98 * 353, speed_ci95_rpm=0.05, speed_source="tachometer",
-        rig_hz=order * 0.98 * 353 / 60, rig_ci95_hz=0.01,
+        state=fault, file=f"/somewhere/{fault}_353rpm.mat", nominal_rpm=353.0, shaft_rpm=60 * shaft_hz,
+        speed=ShaftSpeed(value_hz=shaft_hz, ci95_hz=0.05 / 60, source=SpeedSource.TACHOMETER),
+        line=Line(name=fault.line or "2xBSF", harmonic=1, kinematic_hz=found_hz, found_hz=found_hz, ci95_hz=0.01,
+                  detected=detected),
     )  # fmt: skip
 
 
-def test_every_faulted_record_of_the_rig_is_taken_apart() -> None:
+def test_every_faulted_record_of_the_rig_is_split_into_speed_and_slip() -> None:
     cells = [cell(Fault.HEALTHY), cell(Fault.OUTER), cell(Fault.INNER), cell(Fault.OUTER, detected=False)]
     rows = list(matrix_rows(cells, BEARING))  # type: ignore[arg-type]
     assert [(r.record, r.line, r.origin) for r in rows] == [

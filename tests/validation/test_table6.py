@@ -33,10 +33,10 @@ def paper(runs: dict[str, Run]) -> dict[Fault, Analysis]:
 
 def test_lines(runs: dict[str, Run], paper: dict[Fault, Analysis]) -> None:
     rows = list(published_rows(table6(), paper, runs))
-    assert [row.line for row in rows] == ["BPFO", "BPFI"]
+    assert [row.line.name for row in rows] == ["BPFO", "BPFI"]
     for row in rows:
         assert abs(row.model_deviation_pct) < FROM_KINEMATIC_PCT
-        assert row.model_hz == pytest.approx(row.model_cage_hz, rel=FROM_CAGE)
+        assert row.comparison.model.value == pytest.approx(row.model_cage_hz, rel=FROM_CAGE)
 
 
 def test_the_sum_of_both_runs_closes_once_their_slip_is_taken_off(

@@ -142,12 +142,12 @@ def _table(evidence: Evidence, crossed: tuple[CrossBand, ...]) -> Table:
         [
             Cell(value=row.state.label, badge=badges[row.origin]),
             f"{row.band_hz[0]:g} to {row.band_hz[1]:g}{'' if row.own else ' (the other side’s)'}",
-            row.line,
-            Cell(value=row.found_hz, ci95=row.ci95_hz),
-            row.deviation_pct,
-            row.snr,
-            row.depth,
-            "yes" if row.detected else row.why or "no",
+            row.line.name,
+            Cell(value=row.line.found_hz, ci95=row.line.ci95_hz),
+            row.line.deviation_pct,
+            row.line.snr,
+            row.line.depth,
+            "yes" if row.line.detected else row.why or "no",
         ]
         for row in crossed
     ]
@@ -174,8 +174,8 @@ def _reading(crossed: tuple[CrossBand, ...]) -> Paragraph:
     texts = []
     for origin in dict.fromkeys(row.origin for row in crossed):
         other = [row for row in crossed if row.origin == origin and not row.own]
-        found = " and ".join(row.line for row in other if row.detected)
-        lost = " and ".join(row.line for row in other if not row.detected)
+        found = " and ".join(row.line.name for row in other if row.line.detected)
+        lost = " and ".join(row.line.name for row in other if not row.line.detected)
         said = "; ".join(part for part in (found and f"still shows {found}", lost and f"does not show {lost}") if part)
         if said:
             texts.append(f"In the other side’s band the {ORIGIN_NAME[origin]} side {said}.")

@@ -16,11 +16,10 @@ from srbval.report.content.quantity_blocks import bias_blocks
 from srbval.report.figures.matrix import HeatMap, heat_map
 from srbval.report.inline import literal
 from srbval.report.model import Section
-from srbval.report.table import Cell as TableCell
-from srbval.report.table import Column, Table, Value
+from srbval.report.table import Cell, Column, Table, Value
 from srbval.validation.comparison import ComparisonVerdict
 from srbval.validation.fault_call import Basis
-from srbval.validation.matrix import Cell, Matrix
+from srbval.validation.matrix import Matrix, MatrixCell
 
 DEVIATION_LIMIT_PCT = 0.5
 SNR_LIMITS = (0.0, 3.0)  # powers of ten
@@ -58,10 +57,10 @@ def _maps(matrix: Matrix, folder: Path) -> FigureGrid:
     drawn = (
         ("deviation", "Deviation of the rig's line from kinematics at the measured speed",
          "Deviation, %", (-DEVIATION_LIMIT_PCT, DEVIATION_LIMIT_PCT), "RdBu_r",
-         lambda c: c.deviation_pct, lambda c: "n.d." if c.deviation_pct is None else f"{c.deviation_pct:+.2f}"),
+         lambda c: c.line.detected_deviation_pct, _deviation_text),
         ("detectability", "Detectability: the first harmonic's power over the local noise (n.d.: below detection)",
          "Line over noise, powers of ten", SNR_LIMITS, "Blues",
-         lambda c: math.log10(max(c.snr or 0.0, 1.0)), lambda c: f"{c.snr or 0:.0f}" if c.detected else "n.d."),
+         lambda c: math.log10(max(c.line.snr or 0.0, 1.0)), _snr_text),
         ("verdict", "Model minus rig, %: green agrees within U, pink is resolved (dot: baseline or no model line)",
          "", (-1.6, 1.6), "PiYG",
          lambda c: VERDICT_LEVEL.get(c.verdict), _verdict_text),
@@ -83,8 +82,8 @@ def _map(
     label: str,
     limits: tuple[float, float],
     colours: str,
-    value: Callable[[Cell], float | None],
-    text: Callable[[Cell], str],
+    value: Callable[[MatrixCell], float | None],
+    text: Callable[[MatrixCell], str],
 ) -> Figure:
     grid = matrix.grid
     loads = list(zip(grid.radial_kn, grid.axial_kn, strict=True))
@@ -113,8 +112,16 @@ def _map(
                   alt=f"Map of {matrix.size} operating points, {len(matrix.cells)} filled. {said}.")  # fmt: skip
 
 
-def _verdict_text(cell: Cell) -> str:
-    return "n.d." if not cell.detected else "·" if cell.error_pct is None else f"{cell.error_pct:+.2f}"
+def _verdict_text(cell: MatrixCell) -> str:
+    return "n.d." if not cell.line.detected else "·" if cell.error_pct is None else f"{cell.error_pct:+.2f}"
+
+
+def _snr_text(cell: MatrixCell) -> str:
+    return f"{cell.line.snr or 0:.0f}" if cell.line.detected else "n.d."
+
+
+def _deviation_text(cell: MatrixCell) -> str:
+    return "n.d." if cell.line.detected_deviation_pct is None else f"{cell.line.detected_deviation_pct:+.2f}"
 
 
 def _table(matrix: Matrix) -> Table:
@@ -147,25 +154,27 @@ def _remarks(matrix: Matrix) -> tuple[str, ...]:
     )
 
 
-def _row(c: Cell) -> list[TableCell | Value]:
+def _row(c: MatrixCell) -> list[Cell | Value]:
     return [
         _name(c),
-        TableCell(value=c.shaft_rpm, ci95=c.speed_ci95_rpm, note=c.speed_source),
-        c.line,
-        TableCell(value=c.rig_hz, ci95=c.rig_ci95_hz, badge=Badge.MEASURED) if c.detected else None,
-        c.snr,
-        TableCell(value=c.deviation_pct, ci95=c.deviation_ci95_pct),
-        TableCell(value=c.error_pct, ci95=c.uncertainty_pct),
+        Cell(value=c.shaft_rpm, ci95=60 * c.speed.ci95_hz, note=c.speed.source.value),
+        c.line.name,
+        Cell(value=c.line.found_hz, ci95=c.line.ci95_hz, badge=Badge.MEASURED) if c.line.detected else None,
+        c.line.snr,
+        Cell(
+            value=c.line.detected_deviation_pct, ci95=c.line.deviation_ci95_pct if c.line.detected else None
+        ),
+        Cell(value=c.error_pct, ci95=c.uncertainty_pct),
         c.verdict,
         _call(c),
     ]
 
 
-def _name(c: Cell) -> str:
+def _name(c: MatrixCell) -> str:
     return f"{c.state.code}, {c.radial_kn:g}/{c.axial_kn:g}, {c.nominal_rpm:g}"
 
 
-def _call(c: Cell) -> str:
+def _call(c: MatrixCell) -> str:
     if c.call.basis is Basis.DECLARED_HEALTHY:
         return "none: baseline"
     if c.call.basis is Basis.LINE_ALONE:

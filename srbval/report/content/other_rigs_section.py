@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from srbval.bearing import DEFECTS
 from srbval.evidence.gather import Evidence
+from srbval.recordings import SpeedSource
 from srbval.recordings.datasets.description import dataset
 from srbval.report.badges import Tone
 from srbval.report.blocks import Block, Paragraph
@@ -13,7 +14,8 @@ from srbval.report.inline import literal
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table, Value
 from srbval.validation.fault_call import Basis
-from srbval.validation.other_rigs import RACES, OtherRecord
+from srbval.validation.lines import RACES
+from srbval.validation.other_rigs import OtherRecord
 
 NEAR_PCT = 0.5
 
@@ -41,7 +43,7 @@ def _intro(records: Sequence[OtherRecord], read: Sequence[OtherRecord]) -> Parag
 
 
 def _summary(read: Sequence[OtherRecord]) -> list[Paragraph]:
-    faults = [r for r in read if r.line in RACES and r.state in DEFECTS]
+    faults = [r for r in read if r.line is not None and r.line.name in RACES and r.state in DEFECTS]
     healthy = [r for r in read if r.state not in DEFECTS]
     called = [r for r in healthy if r.call is not None and r.call.called is not None]
     wrong = [r for r in healthy if r.shown]
@@ -49,7 +51,7 @@ def _summary(read: Sequence[OtherRecord]) -> list[Paragraph]:
     texts = [
         f"**Right line shown** (and no deeper one of the other race): {_shares(faults)}. Of {len(healthy)} healthy "
         f"records {len(wrong)} show a race line like a fault's, and a fault is called on {len(called)}.",
-        _deviations([r for r in faults if r.shown and r.speed_source != "nominal"]),
+        _deviations([r for r in faults if r.shown and not _nominal(r)]),
         *_slip_by_load(faults),
         *_against_baseline(faults),
     ]
@@ -97,9 +99,16 @@ def _against_baseline(faults: Sequence[OtherRecord]) -> list[str]:
     return [" ".join(texts)] if texts else []
 
 
+def _nominal(record: OtherRecord) -> bool:
+    return record.speed is not None and record.speed.source is SpeedSource.NOMINAL
+
+
 def _deviations(known: Sequence[OtherRecord]) -> str:
-    beyond = [r for r in known if abs(r.deviation_pct or 0) > NEAR_PCT]
-    listed = ", ".join(f"{literal(r.file)} ({r.deviation_pct:+.2f} ± {r.deviation_ci95_pct:.2f} %)" for r in beyond)
+    lines = [(r, r.line) for r in known if r.line is not None and abs(r.line.deviation_pct or 0) > NEAR_PCT]
+    beyond = [record for record, _ in lines]
+    listed = ", ".join(
+        f"{literal(r.file)} ({line.deviation_pct:+.2f} ± {line.deviation_ci95_pct:.2f} %)" for r, line in lines
+    )
     return (
         f"Where the speed is measured or estimated, {len(known) - len(beyond)} of {len(known)} shown lines lie within "
         f"{NEAR_PCT:g} % of kinematics"
@@ -116,7 +125,8 @@ def _slip_by_load(faults: Sequence[OtherRecord]) -> list[str]:
         loaded.sort(key=lambda r: (r.radial_n or 0.0, r.file))
         if len({r.radial_n for r in loaded}) > 1:
             said = ", ".join(
-                f"{r.cage_pct:+.2f} ± {r.cage_ci95_pct:.2f} % at {r.radial_n:.0f} N ({r.line})" for r in loaded
+                f"{r.cage_pct:+.2f} ± {r.cage_ci95_pct:.2f} % at {r.radial_n:.0f} N ({r.line and r.line.name})"
+                for r in loaded
             )
             texts.append(
                 f"{dataset(name).title}: its radial loads are stated, and each line by itself gives the cage's "
@@ -156,18 +166,21 @@ def _table(read: Sequence[OtherRecord]) -> Table:
 
 
 def _row(r: OtherRecord) -> list[Cell | Value]:
+    line, speed = r.line, r.speed
+    assert line is not None, "only records that were read have a row"
+    assert speed is not None, "only records that were read have a row"
     healthy = r.state not in DEFECTS
     good = r.shown != healthy
     return [
         Cell(value=r.file, note=r.dataset),
         None if r.state is None else r.state.value,
-        Cell(value=r.shaft_hz, ci95=r.shaft_ci95_hz, note=r.speed_source or ""),
-        r.line,
-        r.kinematic_hz,
-        r.found_hz if r.detected else None,
-        Cell(value=r.deviation_pct if r.detected else None, ci95=r.deviation_ci95_pct),
-        r.snr,
-        r.depth,
+        Cell(value=speed.value_hz, ci95=speed.ci95_hz, note=speed.source.value),
+        line.name,
+        line.kinematic_hz,
+        line.found_hz if line.detected else None,
+        Cell(value=line.detected_deviation_pct, ci95=line.deviation_ci95_pct),
+        line.snr,
+        line.depth,
         Cell(value=r.shown, tone=Tone.GOOD if good else Tone.NEUTRAL if r.diagnosable is False else Tone.WARNING),
         _grades(r),
     ]

@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from srbval.bearing import Fault
 from srbval.report.badges import Tone
 from srbval.report.blocks import Block, Figure, FigureGrid, Paragraph
 from srbval.report.figures.agreement import agreement_plot
 from srbval.report.table import Cell, Column, Table
-from srbval.validation.bias import LEVELS, Pair, biases, pairs
-from srbval.validation.comparison import ComparisonVerdict
-from srbval.validation.matrix import Cell as MatrixCell
+from srbval.validation.bias import Pair, biases, pairs
+from srbval.validation.compared_quantities import KINDS, PRESENCE, Kind
+from srbval.validation.comparison import Comparison, ComparisonVerdict
+from srbval.validation.matrix import MatrixCell
 from srbval.validation.model_side import TURNS
-from srbval.validation.quantity_comparison import Kind, QuantityComparison
 from srbval.validation.sensitivity import NOMINAL_RPM
 
 TONE = {
@@ -24,12 +23,12 @@ TONE = {
 }
 
 
-def quantity_blocks(rows: Sequence[QuantityComparison]) -> tuple[Block, ...]:
+def quantity_blocks(rows: Sequence[Comparison]) -> tuple[Block, ...]:
     """Nothing without rows."""
     return (_table(rows), _remark()) if rows else ()
 
 
-def _table(rows: Sequence[QuantityComparison]) -> Table:
+def _table(rows: Sequence[Comparison]) -> Table:
     return Table(
         id="quantities",
         label="Every quantity at the rig's speed",
@@ -49,10 +48,10 @@ def _table(rows: Sequence[QuantityComparison]) -> Table:
         ),
         rows=[
             [
-                Fault(row.defect).code,
+                row.fault.code,
                 row.quantity,
-                row.model,
-                row.rig,
+                row.model.value,
+                row.rig.value,
                 row.unit,
                 row.error,
                 row.uncertainty,
@@ -89,17 +88,13 @@ def _cells_table(cells: Sequence[MatrixCell]) -> Table:
         columns=(
             Column(title="State, loads kN, motor rpm"),
             Column(title="Line"),
-            Column(title="Frequency, %"),
-            Column(title="Harmonics, dB"),
-            Column(title="Sidebands, model / rig"),
-            Column(title="Sideband level, dB"),
-            Column(title="Spectrum shape, degrees"),
+            *(Column(title=kind.heading) for kind in KINDS),
         ),
         rows=[
             [
                 f"{c.state.code}, {c.radial_kn:g}/{c.axial_kn:g}, {c.nominal_rpm:g}",
-                c.line,
-                *(_told(c, kind) for kind in (Kind.FREQUENCY, Kind.PATTERN, Kind.PRESENCE, Kind.SIDEBANDS, Kind.SHAPE)),
+                c.line.name,
+                *(_entry(c, kind) for kind in KINDS),
             ]
             for c in compared
         ],
@@ -107,11 +102,12 @@ def _cells_table(cells: Sequence[MatrixCell]) -> Table:
     )
 
 
-def _told(cell: MatrixCell, kind: Kind) -> str:
-    rows = [row for row in cell.comparisons if row.kind is kind]
-    if kind is Kind.PRESENCE:
-        return "; ".join(f"{_yes(row.model)} / {_yes(row.rig)}, {row.verdict.value}" for row in rows) or "none expected"
-    shown = [row for row in rows if row.model_present and row.rig_present]
+def _entry(cell: MatrixCell, kind: Kind) -> str:
+    rows = [row for row in cell.comparisons if row.kind == kind.name]
+    if kind.yes_or_no:
+        texts = (f"{_yes(row.model.value)} / {_yes(row.rig.value)}, {row.verdict.value}" for row in rows)
+        return "; ".join(texts) or "none expected"
+    shown = [row for row in rows if row.both_present]
     if not shown:
         return "not on both sides" if rows else ""
     if len(shown) == 1:
@@ -125,7 +121,7 @@ def _yes(value: float) -> str:
     return "yes" if value else "no"
 
 
-def _error(row: QuantityComparison) -> str:
+def _error(row: Comparison) -> str:
     if row.uncertainty is None:
         return f"{row.error:+.2g}"
     resolved = ", resolved" if row.verdict is ComparisonVerdict.RESOLVED else ""
@@ -154,7 +150,7 @@ def _bias_table(found: Sequence[Pair]) -> Table:
             Column(title="Scatter, net", format=".3g"),
             Column(title="Scatter of the data", format=".3g"),
         ),
-        rows=[[row.kind.value, row.pairs, row.unit, row.bias, row.scatter, row.data_scatter] for row in biases(found)],
+        rows=[[row.kind, row.pairs, row.unit, row.bias, row.scatter, row.data_scatter] for row in biases(found)],
         notes=(
             "Amplitude: not validated, as in the paper. "
             + _presence(found)
@@ -166,7 +162,7 @@ def _bias_table(found: Sequence[Pair]) -> Table:
 
 def _presence(found: Sequence[Pair]) -> str:
     """Sidebands shown by both, one or none, in words: a plot of yes and no says no more."""
-    sides = [(bool(p.model), bool(p.rig)) for p in found if p.kind is Kind.PRESENCE]
+    sides = [(bool(p.model), bool(p.rig)) for p in found if p.kind == PRESENCE.name]
     names = {
         (True, True): "both",
         (True, False): "the model only",
@@ -178,13 +174,10 @@ def _presence(found: Sequence[Pair]) -> str:
 
 
 def _agreement(found: Sequence[Pair], folder: Path) -> FigureGrid:
-    groups = {
-        "order": ("line's deviation from kinematics, %", [p for p in found if p.kind is Kind.FREQUENCY]),
-        "level": ("level over the first harmonic, dB", [p for p in found if p.kind in LEVELS]),
-        "shape": ("angle with the rig's spectrum, degrees", [p for p in found if p.kind is Kind.SHAPE]),
-    }
     figures = []
-    for name, (label, own) in groups.items():
+    for name, label in dict.fromkeys((kind.plot, kind.axis) for kind in KINDS if kind.plot):
+        kinds = {kind.name for kind in KINDS if kind.plot == name}
+        own = [p for p in found if p.kind in kinds]
         if own:
             files = agreement_plot(folder, f"agreement-{name}", pairs=own, label=label)
             figures.append(

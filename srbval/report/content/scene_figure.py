@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from srbval.bearing import Fault
 from srbval.evidence.gather import Evidence
 from srbval.report.badges import Badge
 from srbval.report.blocks import Figure
 from srbval.report.figures import Deviation, bearing_scene, deviation_plot
-from srbval.validation.comparison import Comparison, RigSource, deviation_pct
+from srbval.validation.comparison import deviation_pct
+from srbval.validation.table6 import RigSource, Table6Row
 
 SENSOR_RAD = math.pi / 4
 
@@ -53,19 +53,20 @@ def table6_figure(evidence: Evidence, folder: Path) -> Figure:
     )  # fmt: skip
 
 
-def _points(row: Comparison) -> list[Deviation]:
-    group = f"{Fault(row.defect).code} at {row.shaft_rpm:.0f} rpm"
+def _points(row: Table6Row) -> list[Deviation]:
+    group = f"{row.comparison.fault.code} at {row.shaft_rpm:.0f} rpm"
     ours = Deviation(group=group, source="our model", kind="simulated", deviation_pct=row.model_deviation_pct,
-                     ci95_pct=100 * row.model_ci95_hz / row.kinematic_hz or None)  # fmt: skip
-    if row.rig_source is RigSource.MEASURED and row.rig_ci95_hz is not None:
+                     ci95_pct=100 * (row.comparison.model.ci95 or 0.0) / row.line.kinematic_hz or None)  # fmt: skip
+    rig_ci95_hz = row.comparison.rig.ci95
+    if row.rig_source is RigSource.MEASURED and rig_ci95_hz is not None:
         rig = Deviation(group=group, source="rig, measured", kind="measured", deviation_pct=row.rig_deviation_pct,
-                        ci95_pct=100 * row.rig_ci95_hz / row.kinematic_hz)  # fmt: skip
+                        ci95_pct=100 * rig_ci95_hz / row.line.kinematic_hz)  # fmt: skip
         return [ours, rig]
     found = [
         ours,
         Deviation(group=group, source="paper's rig", kind="published", deviation_pct=row.rig_deviation_pct),
     ]
-    if row.paper_model_hz is not None:
-        pct = deviation_pct(row.paper_model_hz, row.kinematic_hz)
+    if row.printed is not None:
+        pct = deviation_pct(row.printed.model_hz, row.line.kinematic_hz)
         found.append(Deviation(group=group, source="paper's model", kind="published", deviation_pct=pct))
     return found

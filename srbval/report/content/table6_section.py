@@ -10,7 +10,9 @@ from srbval.report.content.names import FETCH_COMMAND
 from srbval.report.content.quantity_blocks import quantity_blocks
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table, Value
-from srbval.validation.comparison import Comparison, ComparisonVerdict, RigSource, deviation_pct
+from srbval.validation.comparison import ComparisonVerdict, deviation_pct
+from srbval.validation.published import PrintedRow
+from srbval.validation.table6 import RigSource, Table6Row
 
 TONE = {
     ComparisonVerdict.RESOLVED: Tone.WARNING,
@@ -40,16 +42,16 @@ def table6_section(evidence: Evidence, picture: Figure) -> Section:
     return Section(id="table-6", title="Table 6: fault frequencies", blocks=tuple(blocks))
 
 
-def _published_table(rows: list[Comparison], shaft_rpm: float) -> Table:
+def _published_table(rows: list[Table6Row], shaft_rpm: float) -> Table:
     table: list[list[Cell | Value]] = [
         [
-            f"{Fault(row.defect).code} ({row.line})",
-            Cell(value=row.kinematic_hz, badge=Badge.PUBLISHED),
-            _with_deviation(row.paper_model_hz, row.paper_model_printed_pct, row.kinematic_hz),
-            _with_deviation(row.paper_rig_hz, row.paper_rig_printed_pct, row.kinematic_hz),
+            f"{row.comparison.fault.code} ({row.line.name})",
+            Cell(value=row.line.kinematic_hz, badge=Badge.PUBLISHED),
+            _with_deviation(row.printed, "model"),
+            _with_deviation(row.printed, "rig"),
             Cell(
-                value=row.model_hz,
-                ci95=row.model_ci95_hz,
+                value=row.comparison.model.value,
+                ci95=row.comparison.model.ci95,
                 badge=Badge.SIMULATED,
                 note=f"{row.model_deviation_pct:+.3f} %",
             ),
@@ -81,24 +83,28 @@ def _published_table(rows: list[Comparison], shaft_rpm: float) -> Table:
     )
 
 
-def _with_deviation(value: float | None, printed_pct: float | None, kinematic: float) -> Cell:
-    if value is None or printed_pct is None:
+def _with_deviation(row: PrintedRow | None, side: str) -> Cell:
+    """The paper's value for its model or its rig."""
+    if row is None:
         return Cell(value=None)
-    recomputed = deviation_pct(value, kinematic)
+    value, printed_pct = (
+        (row.model_hz, row.model_printed_pct) if side == "model" else (row.rig_hz, row.rig_printed_pct)
+    )
+    recomputed = deviation_pct(value, row.kinematic_hz)
     return Cell(value=value, badge=Badge.PUBLISHED, note=f"{recomputed:+.3f} % (printed {printed_pct:+g} %)")
 
 
-def _measured_table(rows: list[Comparison], nominal_rpm: float) -> Table:
+def _measured_table(rows: list[Table6Row], nominal_rpm: float) -> Table:
     table: list[list[Cell | Value]] = [
         [
-            f"{Fault(row.defect).code} ({row.line})",
+            f"{row.comparison.fault.code} ({row.line.name})",
             row.shaft_rpm,
-            Cell(value=row.kinematic_hz, badge=Badge.COMPUTED),
-            Cell(value=row.rig_hz, ci95=row.rig_ci95_hz, badge=Badge.MEASURED),
-            Cell(value=row.model_hz, badge=Badge.SIMULATED),
-            row.comparison_error_pct,
-            row.validation_uncertainty_pct,
-            Cell(value=row.verdict.value, tone=TONE[row.verdict]),
+            Cell(value=row.line.kinematic_hz, badge=Badge.COMPUTED),
+            Cell(value=row.comparison.rig.value, ci95=row.comparison.rig.ci95, badge=Badge.MEASURED),
+            Cell(value=row.comparison.model.value, badge=Badge.SIMULATED),
+            row.comparison.error,
+            row.comparison.uncertainty,
+            Cell(value=row.comparison.verdict.value, tone=TONE[row.comparison.verdict]),
         ]
         for row in rows
     ]
@@ -120,14 +126,14 @@ def _measured_table(rows: list[Comparison], nominal_rpm: float) -> Table:
     )
 
 
-def _parts_table(rows: list[Comparison]) -> Table:
-    names = list(rows[0].uncertainty_parts_pct)
+def _parts_table(rows: list[Table6Row]) -> Table:
+    names = list(rows[0].comparison.parts)
     return Table(
         id="uncertainty-parts",
         label="What U is made of",
         caption="Parts of the validation uncertainty, 95 % half widths; U is the root of their sum of squares.",
-        columns=(Column(title="Part"), *(Column(title=row.line, unit="%", format=".3f") for row in rows)),
-        rows=[[name, *(row.uncertainty_parts_pct[name] for row in rows)] for name in names],
+        columns=(Column(title="Part"), *(Column(title=row.line.name, unit="%", format=".3f") for row in rows)),
+        rows=[[name, *(row.comparison.parts[name] for row in rows)] for name in names],
         notes=(
             "Not included: the defects' shape (the rig's are drilled pits, the model's are raised points). "
             "`srbval bench --sensitivity` measures the terms of numerics and inputs.",

@@ -6,7 +6,8 @@ from srbval.evidence.gather import Evidence
 from srbval.report.badges import Tone
 from srbval.report.content.names import FETCH_COMMAND
 from srbval.report.model import VerdictBox
-from srbval.validation.comparison import Comparison, ComparisonVerdict, RigSource
+from srbval.validation.comparison import ComparisonVerdict
+from srbval.validation.table6 import RigSource, Table6Row
 
 # The paper's own largest deviation of its model from kinematics is 0.22 %; this leaves it its rounding.
 TABLE6_LIMIT_PCT = 0.25
@@ -20,29 +21,29 @@ def verdict_box(evidence: Evidence) -> VerdictBox:
     headline = (
         f"The model's race lines lie {'within' if within else 'not within'} {TABLE6_LIMIT_PCT} % of the paper's "
         "kinematic "
-        f"frequencies ({_list(published, 'model_deviation_pct')})."
+        f"frequencies ({_list(published, [r.model_deviation_pct for r in published])})."
     )
     points = [_words(), *_measured_points(measured), *_sum_points(evidence), _limits()]
     tone = Tone.BAD if not within else Tone.GOOD if measured else Tone.WARNING
     return VerdictBox(tone=tone, headline=headline, points=tuple(points))
 
 
-def _measured_points(rows: list[Comparison]) -> list[str]:
+def _measured_points(rows: list[Table6Row]) -> list[str]:
     if not rows:
         return [
             "**No measured recording took part.** The rig panels show a synthetic stand-in and enter no verdict; "
             f"`{FETCH_COMMAND}` brings real recordings of this rig."
         ]
-    resolved = [r.line for r in rows if r.verdict is ComparisonVerdict.RESOLVED]
+    resolved = [r.line.name for r in rows if r.comparison.verdict is ComparisonVerdict.RESOLVED]
     said = (
         f"resolved for {' and '.join(resolved)}: the model's error stands out of the uncertainty"
         if resolved
         else "not resolved: it is no larger than the validation uncertainty "
-        f"({', '.join(f'{r.line} {r.validation_uncertainty_pct:.2f} %' for r in rows)})"
+        f"({', '.join(f'{r.line.name} {r.comparison.uncertainty:.2f} %' for r in rows)})"
     )
     return [
         f"Against the rig's **measured** recordings, at their tachometer speed, the model is off by "
-        f"{_list(rows, 'comparison_error_pct')}; {said}."
+        f"{_list(rows, [r.comparison.error for r in rows])}; {said}."
     ]
 
 
@@ -71,5 +72,5 @@ def _limits() -> str:
     return "What is compared is where the fault lines lie, not how strong they are: amplitudes are not validated here."
 
 
-def _list(rows: list[Comparison], name: str) -> str:
-    return ", ".join(f"{row.line} {getattr(row, name):+.2f} %" for row in rows)
+def _list(rows: list[Table6Row], values_pct: list[float]) -> str:
+    return ", ".join(f"{row.line.name} {value:+.2f} %" for row, value in zip(rows, values_pct, strict=True))

@@ -1,0 +1,241 @@
+"""What is compared between model and rig, as a table: a new compared quantity is a new row of `COMPARED`.
+
+Amplitudes are not compared: neither the sensor's path nor the contact's damping is modelled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+from srbval.bearing import DEFECTS, Fault
+from srbval.validation.analyse import Analysis
+from srbval.validation.comparison import (
+    MODEL_READING,
+    RIG_READING,
+    RIG_SPEED,
+    Comparison,
+    ComparisonVerdict,
+    QuantityValue,
+)
+from srbval.validation.effects import Sensitivity
+from srbval.validation.quantities import Read, harmonic_level, line_order, sideband_level, spectrum_shape
+from srbval.validation.spectrum_shape import angle_between
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kind:
+    """A kind of quantity: one bias and one scatter, one column of the matrix, and the plot it is drawn in.
+
+    Errors of a `relative` kind are per cent of the rig's value, those of the others differences; `yes_or_no` kinds
+    count whether or not both sides show something. Kinds of one `plot` (its name) share it and its `axis`.
+    """
+
+    name: str
+    heading: str
+    error_unit: str
+    relative: bool = False
+    yes_or_no: bool = False
+    plot: str = ""
+    axis: str = ""
+
+
+LEVEL_AXIS = "level over the first harmonic, dB"
+FREQUENCY = Kind(
+    name="line frequency",
+    heading="Frequency, %",
+    error_unit="%",
+    relative=True,
+    plot="order",
+    axis="line's deviation from kinematics, %",
+)
+PATTERN = Kind(name="harmonic pattern", heading="Harmonics, dB", error_unit="dB", plot="level", axis=LEVEL_AXIS)
+PRESENCE = Kind(
+    name="sideband presence", heading="Sidebands, model / rig", error_unit="yes or no", yes_or_no=True
+)  # fmt: skip
+SIDEBANDS = Kind(name="sideband level", heading="Sideband level, dB", error_unit="dB", plot="level", axis=LEVEL_AXIS)
+SHAPE = Kind(
+    name="spectrum shape",
+    heading="Spectrum shape, degrees",
+    error_unit="degrees",
+    plot="shape",
+    axis="angle with the rig's spectrum, degrees",
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sides:
+    """Both sides' values of one quantity, and what is known beside them.
+
+    `effects` are the bounds of what terms of numerics and inputs do to the quantity; `speed_pct` is the 95 % half width
+    of the record's shaft speed [%].
+    """
+
+    fault: Fault
+    quantity: str
+    model: QuantityValue
+    rig: QuantityValue
+    effects: Mapping[str, float]
+    speed_pct: float
+    record: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class ComparedQuantity:
+    """One row: the quantity's name (with ``{line}`` for the fault's), unit, how it is read and how it is compared.
+
+    `sensitivity` gives the 95 % bounds of what each term of numerics and inputs does to it, in `unit`; `from_run` is
+    set where the model's run itself gives the value, free of a reading's noise.
+    """
+
+    kind: Kind
+    name: str
+    unit: str
+    read: Read
+    sensitivity: Callable[[Sensitivity, Fault, str, QuantityValue], dict[str, float]]
+    compare: Callable[[ComparedQuantity, Sides], Comparison | None]
+    from_run: bool = False
+
+    def name_of(self, fault: Fault) -> str:
+        """The quantity's name for a fault; a multiple of a line that is one itself reads ``2 x 2xBSF``."""
+        line = fault.line or ""
+        return self.name.replace("x{line}", " x {line}" if line[:1].isdigit() else "x{line}").format(line=line)
+
+    def made(self, sides: Sides, *, error: float, parts: Mapping[str, float]) -> Comparison:
+        """The comparison of both sides with this error and these parts of its uncertainty."""
+        return Comparison(
+            kind=self.kind.name,
+            fault=sides.fault,
+            quantity=sides.quantity,
+            unit=self.unit,
+            error_unit=self.kind.error_unit,
+            record=sides.record,
+            model=sides.model,
+            rig=sides.rig,
+            error=error,
+            parts=parts,
+        )
+
+
+def own_effects(known: Sensitivity, fault: Fault, quantity: str, _: QuantityValue) -> dict[str, float]:
+    """Bounds of the terms that were measured on this very quantity."""
+    return {f"{e.kind}: {e.term}": e.bound for e in known.effects if (e.defect, e.quantity) == (fault.value, quantity)}
+
+
+def shape_effects(known: Sensitivity, fault: Fault, _: str, rig: QuantityValue) -> dict[str, float]:
+    """What each term does to the model's angle with this very record; of an ensemble the largest counts."""
+    bounds: dict[str, float] = {}
+    for effect in known.shapes:
+        if effect.defect == fault.value and rig.halves is not None:
+            name = f"{effect.kind}: {effect.term}"
+            bounds[name] = max(effect.bound_with(rig.halves), bounds.get(name, 0.0))
+    return bounds
+
+
+def no_effects(*_: object) -> dict[str, float]:
+    """For quantities without an uncertainty."""
+    return {}
+
+
+def difference(row: ComparedQuantity, sides: Sides) -> Comparison:
+    """Model less rig; relative kinds in per cent of the rig's value, and with the uncertainty of its shaft speed."""
+    model, rig = sides.model, sides.rig
+    scale = 100 / rig.value if row.kind.relative else 1.0
+    parts = {MODEL_READING: scale * (model.ci95 or 0.0), RIG_READING: scale * (rig.ci95 or 0.0)}
+    if row.kind.relative:
+        parts[RIG_SPEED] = sides.speed_pct
+    parts |= {term: scale * bound for term, bound in sides.effects.items()}
+    return row.made(sides, error=scale * (model.value - rig.value), parts=parts)
+
+
+def presence(row: ComparedQuantity, sides: Sides) -> Comparison:
+    """Yes or no on either side. A difference counts where the side without would have shown the other's level."""
+    both = (sides.model, sides.rig)
+    missing = [quiet for quiet, other in (both, both[::-1]) if other.present and not quiet.present]
+    if not missing:
+        verdict = ComparisonVerdict.NOT_RESOLVED
+    else:
+        shown = max(q.value - (q.ci95 or 0.0) for q in both if q.present)
+        verdict = ComparisonVerdict.RESOLVED if missing[0].least < shown else ComparisonVerdict.INSUFFICIENT
+    model, rig = (replace(side, value=float(side.present)) for side in both)
+    made = row.made(replace(sides, model=model, rig=rig), error=model.value - rig.value, parts={})
+    return replace(made, verdict_override=verdict)
+
+
+def shape_angle(row: ComparedQuantity, sides: Sides) -> Comparison | None:
+    """The model's angle with the record less that of the record's halves with each other, the best there is.
+
+    None where the record's line was not detected.
+    """
+    rig, model = sides.rig, sides.model
+    if rig.halves is None or model.halves is None or rig.line is None or not rig.line.detected:
+        return None
+    between = angle_between(rig.halves, model.halves)
+    parts = {MODEL_READING: between.ci95, RIG_READING: rig.ci95 or 0.0, **sides.effects}
+    theirs = QuantityValue(value=between.degrees, ci95=between.ci95, line=model.line)
+    shown = replace(sides, model=theirs, rig=replace(rig, halves=None))
+    return row.made(shown, error=between.degrees - rig.value, parts=parts)
+
+
+COMPARED: tuple[ComparedQuantity, ...] = (
+    ComparedQuantity(
+        kind=FREQUENCY, name="{line}", unit="order",
+        read=line_order, sensitivity=own_effects, compare=difference, from_run=True,
+    ),
+    *(
+        ComparedQuantity(
+            kind=PATTERN, name=f"{number}x{{line}}", unit="dB",
+            read=harmonic_level(number), sensitivity=own_effects, compare=difference,
+        )
+        for number in (2, 3, 4, 5)
+    ),
+    ComparedQuantity(
+        kind=PRESENCE, name="{line} sidebands: shown", unit="1: yes",
+        read=sideband_level, sensitivity=no_effects, compare=presence,
+    ),
+    ComparedQuantity(
+        kind=SIDEBANDS, name="{line} sidebands", unit="dB",
+        read=sideband_level, sensitivity=own_effects, compare=difference,
+    ),
+    ComparedQuantity(
+        kind=SHAPE, name="spectrum shape", unit="degrees",
+        read=spectrum_shape, sensitivity=shape_effects, compare=shape_angle,
+    ),
+)  # fmt: skip
+KINDS: tuple[Kind, ...] = tuple(dict.fromkeys(row.kind for row in COMPARED))
+
+
+def compare(
+    fault: Fault, rig: Analysis, model: Analysis, known: Sensitivity, *, model_order: float | None = None
+) -> tuple[Comparison, ...]:
+    """Every quantity of a fault that both sides can show; none for a healthy bearing.
+
+    `model_order` is the model's line in orders of the shaft where the run gives it without a reading (from the speed of
+    its cage or its roller). What numerics and inputs do, `known` from runs at one speed and load, is carried over.
+    """
+    rows = []
+    for row in COMPARED if fault in DEFECTS else ():
+        theirs, own = value_of_model(row, model, fault, model_order), row.read(rig, fault)
+        if theirs is None or own is None:
+            continue
+        name = row.name_of(fault)
+        sides = Sides(
+            fault=fault,
+            quantity=name,
+            model=theirs,
+            rig=own,
+            effects=row.sensitivity(known, fault, name, own),
+            speed_pct=100 * rig.speed.ci95_hz / rig.speed.value_hz,
+            record=rig.recording.file or rig.recording.name,
+        )
+        rows.append(row.compare(row, sides))
+    return tuple(made for made in rows if made is not None)
+
+
+def value_of_model(
+    row: ComparedQuantity, analysis: Analysis, fault: Fault, order: float | None
+) -> QuantityValue | None:
+    """The model's value: as its run gives it where the row says so and the run does, else as read."""
+    if row.from_run and order is not None:
+        return QuantityValue(value=order, line=analysis.line_of(fault))
+    return row.read(analysis, fault)
