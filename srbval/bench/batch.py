@@ -11,8 +11,8 @@ from typing import Any, TypeVar
 
 from srbval.bench.machine import usable_cores
 from srbval.bench.measures import Measures, measure
-from srbval.bench.progress import Progress, silent
 from srbval.bench.timing import Attempt, attempt, right_hand_sides_per_step
+from srbval.progress import Progress, silent
 from srbval.scene import Scene
 
 Key = TypeVar("Key", bound=Hashable)
@@ -87,8 +87,7 @@ def run_all(
 
     def one(key: Key) -> Result:
         scene, started = scenes[key], time.perf_counter()
-        whole = scene.settle_s + scene.duration_s
-        tried = attempt(scene, progress=lambda done: shares.done(key, done / whole))
+        tried = attempt(scene, progress=lambda _, fraction: shares.done(key, fraction or 0.0))
         shares.done(key, 1.0)
         return read(key, tried, time.perf_counter() - started)
 

@@ -10,7 +10,6 @@ from typing import Any
 from srbval.bench.calibration import calibrate
 from srbval.bench.machine import Machine, describe_machine, load_average
 from srbval.bench.processes import Processes, measure_processes
-from srbval.bench.progress import Progress, silent
 from srbval.bench.reference import Reference, references
 from srbval.bench.row import BenchRun
 from srbval.bench.scenes import PAPER_STEP_S, SCENES, check_scenes
@@ -21,6 +20,7 @@ from srbval.bench.trajectory import Trajectory, trajectories
 from srbval.bench.work_precision import with_accuracy
 from srbval.errors import ConfigurationError
 from srbval.models.solvers import SOLVERS
+from srbval.progress import Progress, silent
 from srbval.scene import paper_scene
 from srbval.storage.content_store import ContentStore
 

@@ -12,9 +12,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from srbval.bench.progress import Progress, silent
 from srbval.bench.settings import Settings
 from srbval.errors import NumericsError
+from srbval.progress import Progress, silent
 from srbval.storage.own_package import child_environment
 
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")

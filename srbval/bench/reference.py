@@ -10,10 +10,10 @@ from typing import Any
 from srbval.bench.batch import Measured, measure_all
 from srbval.bench.errors import Errors, errors_against, plain_or_nulls
 from srbval.bench.measures import Measures
-from srbval.bench.progress import Progress, silent
 from srbval.bench.scenes import PAPER_STEP_S, bench_scene, scene_content
 from srbval.bench.settings import Settings
 from srbval.bench.timing import time_scene
+from srbval.progress import Progress, silent
 from srbval.scene import Scene, paper_scene
 from srbval.storage.content_store import ContentStore
 

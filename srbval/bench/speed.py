@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from srbval.bench.progress import Progress, silent
 from srbval.bench.row import BenchRun, row_of
 from srbval.bench.scenes import CONTACTS, PAPER_STEP_S, bench_scene
 from srbval.bench.settings import Settings
 from srbval.bench.timing import Attempt, time_scene
 from srbval.bench.touching import Touching, count_touching
+from srbval.progress import Progress, silent
 from srbval.scene import paper_scene
 
 POINTS = (500, 1000, 2000, 4000)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -13,6 +12,7 @@ from srbval.errors import ConfigurationError, NumericsError
 from srbval.models.run import Run, RunStatus
 from srbval.models.simulate import simulate
 from srbval.models.solvers import METHODS
+from srbval.progress import Progress, silent
 from srbval.scene import Scene
 
 WARM_UP_S = 0.002
@@ -54,7 +54,7 @@ class Attempt:
         return self.status == RunStatus.OK.value
 
 
-def attempt(scene: Scene, *, progress: Callable[[float], None] | None = None) -> Attempt:
+def attempt(scene: Scene, *, progress: Progress = silent) -> Attempt:
     """Run `scene` once, without timing; a failure becomes a failed attempt."""
     try:
         run = simulate(scene, progress=progress)

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.bench.progress import Progress, silent
 from srbval.bench.reference import reference_solver
 from srbval.bench.scenes import PAPER_STEP_S, bench_scene
 from srbval.bench.settings import Settings
 from srbval.bench.timing import attempt
+from srbval.progress import Progress, silent
 
 FloatArray = NDArray[np.float64]
 REFERENCE_POWER = 6  # powers of two below the paper's step

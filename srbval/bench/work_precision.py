@@ -9,11 +9,11 @@ from dataclasses import replace
 from srbval.bench.batch import Measured, measure_all
 from srbval.bench.errors import errors_against
 from srbval.bench.pareto import with_pareto
-from srbval.bench.progress import Progress, silent
 from srbval.bench.reference import Reference
 from srbval.bench.row import BenchRun
 from srbval.bench.scenes import bench_scene
 from srbval.bench.settings import Settings
+from srbval.progress import Progress, silent
 
 
 def with_accuracy(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from statistics import median
 from typing import Any
@@ -14,6 +14,7 @@ from srbval.campaign.noise import WHITE, Colour, add_noise, colour_of
 from srbval.errors import NumericsError
 from srbval.models.run import RunStatus
 from srbval.models.simulate import simulate
+from srbval.progress import Progress, silent
 from srbval.recordings.from_run import recording_from_run
 from srbval.recordings.recording import Recording
 from srbval.scene import paper_scene
@@ -52,7 +53,7 @@ def noise_study(
     ratios_db: Sequence[float] = RATIOS_DB,
     seconds: float = SECONDS,
     draws: int = DRAWS,
-    progress: Callable[[str, float], None] = lambda *_: None,
+    progress: Progress = silent,
 ) -> list[NoiseRow]:
     """The paper's scene with each race defect, `seconds` long, under each of the `noises` (see `colour_of`).
 

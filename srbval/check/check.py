@@ -7,9 +7,10 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from srbval.check.quantities import GROUPS, Progress
+from srbval.check.quantities import GROUPS
 from srbval.check.reference import Reference, read_reference, reference_path
 from srbval.errors import ConfigurationError
+from srbval.progress import Progress, silent
 from srbval.scene import Scene, paper_scene
 
 
@@ -62,7 +63,7 @@ def run_check(
     *,
     base: Scene | None = None,
     groups: Collection[str] | None = None,
-    progress: Progress = lambda _, __: None,
+    progress: Progress = silent,
 ) -> CheckResult:
     """Compute the quantities of `groups` (all) from the scene `base` (the paper's), compare each with its reference.
 

@@ -10,7 +10,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
-from srbval.check.runs import Progress, Values, balance, printed, read_line, run_side_by_side, taken_from, with_defect
+from srbval.check.runs import Values, balance, printed, read_line, run_side_by_side, taken_from, with_defect
+from srbval.progress import Progress
 from srbval.recordings import load_recording
 from srbval.recordings.registry import find_recording
 from srbval.scene import Scene

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -17,12 +17,12 @@ from srbval.models.precompile import load_kernels
 from srbval.models.run import Run, RunStatus
 from srbval.models.run_statistics import RunStatistics
 from srbval.models.simulate import simulate, static_share
+from srbval.progress import Progress
 from srbval.recordings.from_run import recording_from_run
 from srbval.scene import RollerFit, Scene
 from srbval.validation.analyse import analyse
 
 Values = Mapping[str, float | None]
-Progress = Callable[[str, float], None]
 
 SECONDS = 2.0
 """Recorded: long enough to read a line to 0.05 Hz, short enough for a check to be made often."""
@@ -43,9 +43,8 @@ def run_side_by_side(scenes: Mapping[str, Scene], progress: Progress) -> dict[st
 
     def one(name: str) -> Run | None:
         scene = scenes[name]
-        whole_s = scene.settle_s + scene.duration_s
         try:
-            run = simulate(scene, progress=lambda done_s: progress(name, done_s / whole_s))
+            run = simulate(scene, progress=lambda _, fraction: progress(name, fraction))
         except ConfigurationError:  # the reference scenes are sound: then the model is not
             return None
         return run if run.status is RunStatus.OK else None

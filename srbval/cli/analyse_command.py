@@ -6,13 +6,14 @@ import argparse
 import sys
 
 from srbval.bearing import DEFECTS, known_bearings, load_bearing
-from srbval.cli.data_settings import settings_of
+from srbval.cli.data_command import recording_settings
 from srbval.cli.output import print_json, print_table
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings import Recording
 from srbval.recordings.registry import healthy_baseline, load_registered
 from srbval.recordings.settings import Settings
 from srbval.signal import BandFilter
+from srbval.storage.strict_json import json_object
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.fault_call import FaultCall, call_fault
 from srbval.validation.pipeline import SQUARED_UNIT
@@ -24,14 +25,14 @@ LINE_OF_PART = {**{fault.value: fault.line or "" for fault in DEFECTS}, "cage": 
 
 def run(options: argparse.Namespace) -> int:
     """Analyse a file and print its lines and verdict."""
-    recording = load_registered(options.file, settings_of(options))
+    recording = load_registered(options.file, recording_settings(options))
     bearing = load_bearing(options.bearing or _bearing_of(recording))
     band = (options.band[0], options.band[1]) if options.band else None
     chosen = BandFilter(options.filter)
     result = analyse(recording, bearing=bearing, band_hz=band, band_filter=chosen, choose_on_record=options.auto_band)
     call = _call(result)
     if options.json:
-        print_json(_selected(result, options.defect) | {"fault": call.to_dict()})
+        print_json(_selected(result, options.defect) | {"fault": call})
     else:
         _print(result, options.defect)
         print(call.sentence)
@@ -48,25 +49,21 @@ def _call(result: Analysis) -> FaultCall:
         healthy = None
     if healthy is None:
         return call_fault(result)
-    return call_fault(result, _same_band(healthy, result))
-
-
-def _same_band(healthy: Recording, result: Analysis) -> Analysis:
-    shown = result.processed
-    return analyse(healthy, bearing=result.bearing, band_hz=shown.band_hz, band_filter=shown.band_filter)
+    band, chosen = result.processed.band_hz, result.processed.band_filter
+    return call_fault(result, analyse(healthy, bearing=result.bearing, band_hz=band, band_filter=chosen))
 
 
 def _bearing_of(recording: Recording) -> str:
     if recording.bearing is None:
         raise ConfigurationError(
-            f"{recording.name}: neither the file nor its data set says which bearing it is; give --bearing: "
+            f"{recording.name}: neither the file nor its data set names the bearing; give --bearing: "
             f"{', '.join(known_bearings())} or a TOML file."
         )
     return recording.bearing
 
 
 def _selected(result: Analysis, defect: str | None) -> dict[str, object]:
-    document = result.to_dict()
+    document = json_object(result)
     if defect is not None:
         document["lines"] = [line for line in document["lines"] if line["name"].startswith(LINE_OF_PART[defect])]
     return document
@@ -79,7 +76,7 @@ def _print(result: Analysis, defect: str | None) -> None:
         f"{result.bearing.title}; shaft {speed.value_hz * 60:.3f} ± {speed.ci95_hz * 60:.3f} rpm ({speed.source.value})"
     )
     print(f"band {shown.chain}; {result.band.why}")
-    print(f"looked for in {result.search}")
+    print(f"lines searched in {result.search}")
     print(f"lines from the squared envelope, {SQUARED_UNIT} (1 = {shown.scale:.4g} {recording.unit})")
     print(f"{shown.tracking.why}\n")
     wanted = LINE_OF_PART[defect] if defect else ""

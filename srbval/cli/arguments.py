@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+from collections.abc import Callable
 from typing import Any, NoReturn
 
 from srbval import __version__
@@ -11,11 +12,31 @@ from srbval.errors import ConfigurationError
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser whose complaint is an ordinary `ConfigurationError` (exit code 2)."""
+    """An argument parser that reports wrong use as an ordinary `ConfigurationError` (exit code 2)."""
 
     def error(self, message: str) -> NoReturn:
         """Raise instead of exiting."""
         raise ConfigurationError(f"{message}. See: {self.prog} --help")
+
+    def flag(self, name: str, text: str) -> None:
+        """Add an option without a value."""
+        self.add_argument(name, action="store_true", help=text)
+
+    def option(self, name: str, metavar: str | tuple[str, ...], text: str, **more: Any) -> None:
+        """Add an option with one value, or with several (``nargs``)."""
+        self.add_argument(*name.split(), metavar=metavar, help=text, **more)
+
+    def command(self, commands: Any, name: str, text: str) -> Parser:
+        """Add a command or an action below this parser; each of them takes ``--json``."""
+        added: Parser = commands.add_parser(name, help=text, description=text)
+        # A command's own default must not replace the value given before its action: `srbval data --json list`.
+        default = argparse.SUPPRESS if self.prog.count(" ") else False
+        added.add_argument("--json", action="store_true", default=default, help="print one JSON document")
+        return added
+
+    def actions(self) -> Any:
+        """The actions of a command, one of which must be named."""
+        return self.add_subparsers(dest="action", metavar="ACTION", required=True, parser_class=Parser)
 
 
 def parser() -> Parser:
@@ -26,271 +47,216 @@ def parser() -> Parser:
     )
     top.add_argument("--version", action="version", version=f"srbval {__version__}")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", parser_class=Parser)
-    _kinematics(commands)
-    _simulate(commands)
-    _analyse(commands)
-    _data(commands)
-    _report(commands)
-    _bench(commands)
-    _stability(commands)
-    _plan(commands)
-    _campaign(commands)
-    _check(commands)
-    _command(commands, "doctor", "versions, threads, caches, extras: is this installation sound?")
+    for name, text, add_options in (
+        ("kinematics", "fault frequencies of a bearing at a shaft speed", _kinematics),
+        ("simulate", "run the bundled model on a scene", _simulate),
+        ("analyse", "read the fault lines of one recording or simulated run", _analyse),
+        ("data", "recordings on this machine: register, list, verify, download", _data),
+        ("report", "the main job: simulate, compare with paper and rig, write the report", _report),
+        ("bench", "speed against accuracy: the cost and the error of every solver", _bench),
+        (
+            "stability",
+            "where each solver fails, over step and speed, and the limit that linear theory predicts",
+            _stability,
+        ),
+        ("plan", "the simplest model that answers a question about a scene", _plan),
+        ("campaign", "many cases from one file, resumable, on this machine or a cluster", _campaign),
+        ("check", "compute the reference results again, each within its tolerance", _check),
+        ("doctor", "versions, threads, caches and extras of this installation", _doctor),
+    ):
+        command = top.command(commands, name, text)
+        command.set_defaults(run=_late(name))
+        add_options(command)
     return top
 
 
-def _command(commands: Any, name: str, text: str, module: str | None = None) -> Parser:
-    command: Parser = commands.add_parser(name, help=text, description=text)
-    command.add_argument("--json", action="store_true", help="print one JSON document")
-    command.set_defaults(run=_late(module or name))
-    return command
-
-
-def _late(module: str) -> Any:
-    """The command's function, imported only when it runs: `srbval --help` answers at once."""
+def _late(name: str) -> Callable[[argparse.Namespace], int]:
+    """The function of a command, imported only when it runs: `srbval --help` answers at once."""
 
     def run(options: argparse.Namespace) -> int:
-        code: int = importlib.import_module(f"srbval.cli.{module}_command").run(options)
+        code: int = importlib.import_module(f"srbval.cli.{name}_command").run(options)
         return code
 
     return run
 
 
-def _kinematics(commands: Any) -> None:
-    command = _command(commands, "kinematics", "fault frequencies of a bearing at a shaft speed")
-    command.add_argument(
-        "--bearing", default="skf-22240", metavar="B", help="known name or TOML file (default: %(default)s)"
-    )
-    command.add_argument("--rpm", type=_positive, default=710.0, metavar="R", help="shaft speed [rpm] (default: 710)")
+def _kinematics(command: Parser) -> None:
+    command.option("--bearing", "B", "known name or TOML file (default: %(default)s)", default="skf-22240")
+    command.option("--rpm", "R", "shaft speed [rpm] (default: 710)", type=_positive, default=710.0)
 
 
-def _simulate(commands: Any) -> None:
-    command = _command(commands, "simulate", "run the bundled model on a scene")
+def _simulate(command: Parser) -> None:
     _scene_options(command)
-    command.add_argument(
-        "--model",
-        metavar="NAME",
-        help="rung of the ladder: kinematic, impulse, planar, line, full; or auto (default: full)",
+    command.option(
+        "--model", "NAME", "rung of the ladder: kinematic, impulse, planar, line, full; or auto (default: full)"
     )
     _question_options(command, "for --model auto: ")
-    command.add_argument("-o", "--output", metavar="RUN.h5", help="write the signals to this HDF5 file")
+    command.option("-o --output", "RUN.h5", "write the signals to this HDF5 file")
 
 
-def _plan(commands: Any) -> None:
-    command = _command(commands, "plan", "the least model that answers a question on a scene")
+def _plan(command: Parser) -> None:
     _scene_options(command)
     _question_options(command)
-    command.add_argument("--calibration", metavar="FILE", help="table of srbval bench --ladder -o FILE (default: ours)")
-    command.add_argument("--reductions", action="store_true", help="try what the scene itself can do without")
+    command.option("--calibration", "FILE", "table written by srbval bench --ladder -o FILE (default: the one shipped)")
+    command.flag("--reductions", "try which parts of the full model this scene does not need")
     command.set_defaults(model=None)
 
 
 def _scene_options(command: Parser) -> None:
     command.add_argument("scene", nargs="?", metavar="SCENE.toml", help="scene file (default: the paper's scene)")
-    command.add_argument("--bearing", metavar="B", help="known name or TOML file (default: the scene's)")
-    command.add_argument("--defect", metavar="none|outer|inner|roller", help="where the defect is")
-    command.add_argument("--defect-height-mm", type=_number, metavar="MM", help="bump > 0, pit < 0")
-    command.add_argument("--rpm", type=_positive, metavar="R", help="shaft speed [rpm]")
-    command.add_argument("--radial-kn", type=_number, metavar="KN", help="radial load [kN]")
-    command.add_argument("--axial-kn", type=_number, metavar="KN", help="axial load [kN]")
-    command.add_argument("--seconds", type=_positive, metavar="S", help="recorded duration [s]")
-    command.add_argument("--solver", metavar="NAME", help="imex2 (default), imex1, ros2, ode1 to ode4 (the paper's)")
-    command.add_argument("--dt", type=_positive, metavar="S", help="solver step [s]")
-    command.add_argument("--seed", type=int, metavar="N", help="seed of everything random in the model")
+    command.option("--bearing", "B", "known name or TOML file (default: the scene's)")
+    command.option("--defect", "none|outer|inner|roller", "position of the defect")
+    command.option("--defect-height-mm", "MM", "bump > 0, pit < 0", type=_number)
+    command.option("--rpm", "R", "shaft speed [rpm]", type=_positive)
+    command.option("--radial-kn", "KN", "radial load [kN]", type=_number)
+    command.option("--axial-kn", "KN", "axial load [kN]", type=_number)
+    command.option("--seconds", "S", "recorded duration [s]", type=_positive)
+    command.option("--solver", "NAME", "imex2 (default), imex1, ros2, ode1 to ode4 (the paper's)")
+    command.option("--dt", "S", "solver step [s]", type=_positive)
+    command.option("--seed", "N", "seed of everything random in the model", type=int)
 
 
 def _question_options(command: Parser, when: str = "") -> None:
-    command.add_argument(
-        "--question",
-        default="lines",
-        metavar="Q",
-        help=f"{when}lines, harmonics, sidebands, noise-floor, slip or amplitude (default: %(default)s)",
-    )
-    command.add_argument(
-        "--tolerance", type=_number, default=0.5, metavar="PCT", help=f"{when}error allowed [%%] (default: %(default)s)"
-    )
+    questions = "lines, harmonics, sidebands, noise-floor, slip or amplitude"
+    command.option("--question", "Q", f"{when}{questions} (default: %(default)s)", default="lines")
+    command.option("--tolerance", "PCT", f"{when}allowed error [%%] (default: %(default)s)", type=_number, default=0.5)
 
 
-def _analyse(commands: Any) -> None:
-    command = _command(commands, "analyse", "one recording or simulated run through the one signal pipeline")
+def _analyse(command: Parser) -> None:
     command.add_argument("file", metavar="FILE")
-    command.add_argument(
-        "--bearing", metavar="B", help="known name or TOML file (default: what the file's data set says)"
-    )
-    _settings(command)
-    command.add_argument("--band", nargs=2, type=_number, metavar=("LO", "HI"), help="demodulation band [Hz]")
-    command.add_argument(
+    command.option("--bearing", "B", "known name or TOML file (default: the bearing of the file's data set)")
+    _recording_settings(command)
+    command.option("--band", ("LO", "HI"), "demodulation band [Hz]", nargs=2, type=_number)
+    command.flag(
         "--auto-band",
-        action="store_true",
-        help="take the most impulsive band of the record itself; every band tried counts in the false-alarm "
-        "probabilities",
+        "use the most impulsive band of the record itself; the false-alarm probabilities count every band tried",
     )
     command.add_argument(
         "--filter",
         choices=("butterworth", "brick-wall"),
         default="butterworth",
-        help="how the band is cut out (default: %(default)s)",
+        help="band-pass filter (default: %(default)s)",
     )
     command.add_argument(
         "--defect", choices=("outer", "inner", "roller", "cage"), help="print the lines of this part only"
     )
 
 
-def _settings(command: Parser) -> None:
-    """What a recording leaves open; read by `settings_of`."""
-    command.add_argument("--rpm", type=_positive, metavar="R", help="shaft speed [rpm]")
-    command.add_argument("--channel", metavar="C", help="channel to analyse")
-    command.add_argument("--fs", type=_positive, metavar="HZ", help="sampling rate [Hz], where the file does not say")
-    command.add_argument("--unit", metavar="U", help="unit of the samples, where the file does not say")
+def _recording_settings(command: Parser) -> None:
+    """What the file of a recording may leave open; read by `data_command.recording_settings`."""
+    command.option("--rpm", "R", "shaft speed [rpm]", type=_positive)
+    command.option("--channel", "C", "channel to analyse")
+    command.option("--fs", "HZ", "sampling rate [Hz], where the file does not state it", type=_positive)
+    command.option("--unit", "U", "unit of the samples, where the file does not state it")
 
 
-def _data(commands: Any) -> None:
-    command = _command(commands, "data", "recordings on this machine: register, list, verify, download")
-    actions = command.add_subparsers(dest="action", metavar="ACTION", required=True, parser_class=Parser)
-    for name, text, argument in (
-        ("add", "register a folder of recordings (nothing is copied)", "folder"),
-        ("list", "what is registered", None),
-        ("verify", "check every registered file against its hash", None),
-        ("fetch", "download an open data set, e.g. torino-excerpts", "name"),
-    ):
-        action = actions.add_parser(name, help=text, description=text)
-        action.add_argument("--json", action="store_true", default=argparse.SUPPRESS, help="print one JSON document")
-        if argument:
-            action.add_argument(argument, metavar=argument.upper())
-        if name == "add":
-            _settings(action)
-            action.add_argument("--repin", action="store_true", help="register anew: forget old hashes and options")
-        if name == "fetch":
-            action.add_argument("-o", "--output", metavar="DIR", help="where to put the files")
+def _data(command: Parser) -> None:
+    actions = command.actions()
+    add = command.command(actions, "add", "register a folder of recordings (nothing is copied)")
+    add.add_argument("folder", metavar="FOLDER")
+    _recording_settings(add)
+    add.flag("--repin", "register again: forget old hashes and options")
+    command.command(actions, "list", "what is registered")
+    command.command(actions, "verify", "check every registered file against its hash")
+    fetch = command.command(actions, "fetch", "download an open data set, e.g. torino-excerpts")
+    fetch.add_argument("name", metavar="NAME")
+    fetch.option("-o --output", "DIR", "folder for the files")
 
 
-def _report(commands: Any) -> None:
-    command = _command(commands, "report", "the main job: simulate, compare with paper and rig, write the report")
-    command.add_argument(
-        "-o",
-        "--output",
-        default="srbval-report",
-        metavar="DIR",
-        help="folder to write (default: %(default)s)",
+def _report(command: Parser) -> None:
+    command.option("-o --output", "DIR", "folder to write (default: %(default)s)", default="srbval-report")
+    command.option(
+        "--seconds", "S", "recorded duration of the paper's three runs (default: 10)", type=_positive, default=10.0
     )
-    command.add_argument(
-        "--seconds",
-        type=_positive,
-        default=10.0,
-        metavar="S",
-        help="recorded duration of the paper's three runs (default: 10)",
-    )
-    command.add_argument("--jobs", type=int, metavar="N", help="runs at a time (default: one per core)")
-    command.add_argument("--no-pdf", action="store_true", help="write HTML and JSON only")
+    command.option("--jobs", "N", "runs at a time (default: one per core)", type=int)
+    command.flag("--no-pdf", "write HTML and JSON only")
 
 
-def _bench(commands: Any) -> None:
-    command = _command(commands, "bench", "speed against accuracy: what each solver costs, and how wrong it is")
-    command.add_argument("--quick", action="store_true", help="short runs: a first look, no figures to quote")
-    command.add_argument("--scenes", nargs="+", metavar="NAME", help="such as play0-outer (default: all six)")
-    command.add_argument("--solvers", nargs="+", metavar="NAME", help="such as ode4 (default: all)")
-    command.add_argument("--seconds", type=_positive, metavar="S", help="duration of the runs compared (default: 4)")
-    command.add_argument(
-        "--reading", action="store_true", help="instead: how well frequencies are read, by simulation; signal timings"
-    )
-    command.add_argument(
-        "--sensitivity", action="store_true", help="instead: what numerics and open inputs do to each compared quantity"
-    )
-    command.add_argument("--speed-only", action="store_true", help="time the solvers, compare with no reference")
-    command.add_argument("--ladder", action="store_true", help="hold every model against the full one instead")
-    command.add_argument(
-        "--held-out", action="store_true", help="with --ladder: hold the planner's predictions against fresh scenes"
-    )
-    command.add_argument(
-        "-o", "--output", metavar="FILE", help="keep the result here (default: a whole run is kept for the report)"
-    )
-    command.add_argument("--jobs", type=int, metavar="N", help="--ladder, --reading: at a time (default: all cores)")
+def _bench(command: Parser) -> None:
+    command.flag("--quick", "short runs: a first impression, not for publication")
+    command.option("--scenes", "NAME", "such as play0-outer (default: all six)", nargs="+")
+    command.option("--solvers", "NAME", "such as ode4 (default: all)", nargs="+")
+    command.option("--seconds", "S", "duration of the runs compared (default: 4)", type=_positive)
+    command.flag("--reading", "instead: the accuracy of the frequency reading, by simulation, and its run time")
+    command.flag("--sensitivity", "instead: the effect of numerics and open inputs on each compared quantity")
+    command.flag("--speed-only", "time the solvers without comparing them with a reference")
+    command.flag("--ladder", "instead: compare every model with the full one")
+    command.flag("--held-out", "with --ladder: test the planner's predictions on scenes it was not calibrated with")
+    command.option("-o --output", "FILE", "store the result here (default: a complete run is stored for the report)")
+    command.option("--jobs", "N", "--ladder, --reading: runs at a time (default: one per core)", type=int)
 
 
-def _stability(commands: Any) -> None:
-    command = _command(
-        commands, "stability", "where each solver fails: step by speed, and the limit linear theory gives"
-    )
-    command.add_argument("--quick", action="store_true", help="a small part of the map, short runs")
-    command.add_argument("--scenes", nargs="+", metavar="NAME", help="such as interference-outer (default: both outer)")
-    command.add_argument("--solvers", nargs="+", metavar="NAME", help="such as ode4 (default: all)")
-    command.add_argument("--rpm", nargs="+", type=_positive, metavar="R", help="shaft speeds (default: 127 to 3000)")
-    command.add_argument(
-        "--critical-velocity", nargs="+", type=_positive, metavar="V", help="of friction [m/s] (default: 0.001 0.5)"
-    )
-    command.add_argument(
-        "--steps-per-s",
-        nargs="+",
-        type=int,
-        metavar="N",
-        help="steps as divisors of a second (default: 245760 to 7680)",
-    )
-    command.add_argument("--seconds", type=_positive, metavar="S", help="least duration of a run")
-    command.add_argument("--jobs", type=int, metavar="N", help="runs at a time (default: one per core)")
-    command.add_argument(
-        "-o", "--output", metavar="FILE", help="keep the result here (default: the whole map is kept for the report)"
-    )
+def _stability(command: Parser) -> None:
+    command.flag("--quick", "a small part of the map, short runs")
+    command.option("--scenes", "NAME", "such as interference-outer (default: both outer)", nargs="+")
+    command.option("--solvers", "NAME", "such as ode4 (default: all)", nargs="+")
+    command.option("--rpm", "R", "shaft speeds (default: 127 to 3000)", nargs="+", type=_positive)
+    command.option("--critical-velocity", "V", "of friction [m/s] (default: 0.001 0.5)", nargs="+", type=_positive)
+    command.option("--steps-per-s", "N", "steps as divisors of a second (default: 245760 to 7680)", nargs="+", type=int)
+    command.option("--seconds", "S", "least duration of a run", type=_positive)
+    command.option("--jobs", "N", "runs at a time (default: one per core)", type=int)
+    command.option("-o --output", "FILE", "store the result here (default: the complete map is stored for the report)")
 
 
-def _campaign(commands: Any) -> None:
-    command = _command(commands, "campaign", "many cases from one file, resumable, on this machine or a cluster")
-    actions = command.add_subparsers(dest="action", metavar="ACTION", required=True, parser_class=Parser)
-    run = _action(actions, "run", "run what has no result yet; the same command goes on after an interruption")
-    run.add_argument("campaign", metavar="FILE.toml|PRESET", help="campaign file, or table5, table5-smoke")
-    run.add_argument("-o", "--output", metavar="DIR", help="folder of the campaign (default: srbval-NAME)")
-    run.add_argument("--dry-run", action="store_true", help="print cases, models, time and disk expected; run nothing")
-    run.add_argument(
-        "--engine", default="auto", metavar="E", help="serial, local, dask or slurm (default: dask if installed)"
+def _campaign(command: Parser) -> None:
+    actions = command.actions()
+    _campaign_run(
+        command.command(actions, "run", "run what has no result yet; the same command resumes after an interruption")
     )
-    run.add_argument("--jobs", type=int, metavar="N", help="cases at a time (default: one per core)")
-    run.add_argument("--address", metavar="URL", help="of a Dask scheduler that is there already")
-    run.add_argument(
-        "--wait",
-        type=_positive,
-        metavar="S",
-        help="for a Dask worker where there is none [s] (default: 120; slurm 3600)",
-    )
-    run.add_argument(
-        "--limit-factor", type=_number, metavar="X", help="end a case after X times its planned time; 0: never"
-    )
-    run.add_argument("--least-limit", type=_positive, metavar="S", help="but not before this wall time [s]")
-    status = _action(actions, "status", "how far a campaign is; writes its results table anew")
+    status = command.command(actions, "status", "the progress of a campaign; rewrites its results table")
     status.add_argument("folder", metavar="DIR")
-    export = _action(actions, "export", "labelled segments for training, in one HDF5 with a data card")
-    export.add_argument("folder", metavar="DIR", help="campaign whose outputs hold the acceleration")
-    export.add_argument("-o", "--output", metavar="FILE.h5", required=True)
-    export.add_argument("--segment-seconds", type=_positive, default=1.0, metavar="S", help="default: 1")
-    export.add_argument(
-        "--snr-db", nargs="+", type=_number, default=[], metavar="DB", help="ratios of added noise (default: no noise)"
+    export = command.command(actions, "export", "labelled segments for training, in one HDF5 file with a data card")
+    export.add_argument("folder", metavar="DIR", help="campaign whose outputs include the acceleration")
+    export.option("-o --output", "FILE.h5", "file to write", required=True)
+    export.option("--segment-seconds", "S", "length of a segment (default: 1)", type=_positive, default=1.0)
+    export.option(
+        "--snr-db",
+        "DB",
+        "signal-to-noise ratios of added noise (default: no noise)",
+        nargs="+",
+        type=_number,
+        default=[],
     )
-    export.add_argument(
-        "--noise", default="white", metavar="white|RECORDING", help="white, or coloured as this recording is"
+    export.option("--noise", "white|RECORDING", "white, or coloured like this recording", default="white")
+    export.option("--seed", "N", "of the noise", type=int, default=0)
+    noise = command.command(actions, "noise", "how detection degrades with noise; stored for the report")
+    noise.option("--noise", "white|RECORDING", "colours of the noise", nargs="+", default=["white"])
+    noise.option("--seconds", "S", "duration of the runs (default: 2)", type=_positive, default=2.0)
+    scale = command.command(
+        actions, "scale", "the overhead of very many cases, measured with tiny ones; stored for the report"
     )
-    export.add_argument("--seed", type=int, default=0, metavar="N", help="of the noise")
-
-    noise = _action(actions, "noise", "how detection falls with noise; kept for the report")
-    noise.add_argument("--noise", nargs="+", default=["white"], metavar="white|RECORDING", help="colours of the noise")
-    noise.add_argument("--seconds", type=_positive, default=2.0, metavar="S", help="duration of the runs (default: 2)")
-    scale = _action(actions, "scale", "what very many cases cost, by tiny ones; kept for the report")
-    scale.add_argument("--cases", type=int, default=10_000, metavar="N", help="default: 10000")
-    scale.add_argument("--engine", default="auto", metavar="E", help="as for run")
+    scale.option("--cases", "N", "number of cases (default: 10000)", type=int, default=10_000)
+    scale.option("--engine", "E", "as for run", default="auto")
     for study in (noise, scale):
-        study.add_argument("-o", "--output", metavar="FILE", help="keep the result here (default: the user's cache)")
+        study.option("-o --output", "FILE", "store the result here (default: the user's cache)")
 
 
-def _check(commands: Any) -> None:
-    command = _command(commands, "check", "a fresh run against the reference results, each within its tolerance")
-    command.add_argument("--junit", metavar="FILE", help="write a JUnit report as well")
-    command.add_argument("--update", action="store_true", help="show what differs, then replace the reference results")
-    command.add_argument("--yes", action="store_true", help="with --update: replace without asking")
-    command.add_argument("--reference", metavar="FILE", help="reference file (default: the one of this version)")
+def _campaign_run(run: Parser) -> None:
+    run.add_argument("campaign", metavar="FILE.toml|PRESET", help="campaign file, or table5, table5-smoke")
+    run.option("-o --output", "DIR", "folder of the campaign (default: srbval-NAME)")
+    run.flag("--dry-run", "print the cases, their models and the expected time and disk space; run nothing")
+    run.option("--engine", "E", "serial, local, dask or slurm (default: dask if installed)", default="auto")
+    run.option("--jobs", "N", "cases at a time (default: one per core)", type=int)
+    run.option("--address", "URL", "of a Dask scheduler that is already running")
+    run.option("--wait", "S", "for a Dask worker when there is none [s] (default: 120; slurm 3600)", type=_positive)
+    run.option("--limit-factor", "X", "end a case after X times its expected time; 0: never", type=_number)
+    run.option("--least-limit", "S", "but not before this wall time [s]", type=_positive)
 
 
-def _action(actions: Any, name: str, text: str) -> Parser:
-    action: Parser = actions.add_parser(name, help=text, description=text)
-    action.add_argument("--json", action="store_true", default=argparse.SUPPRESS, help="print one JSON document")
-    return action
+def _check(command: Parser) -> None:
+    command.option("--junit", "FILE", "write a JUnit report as well")
+    command.flag("--update", "show what differs, then replace the reference results")
+    command.flag("--yes", "with --update: replace without asking")
+    command.option("--reference", "FILE", "reference file (default: the one of this version)")
+
+
+def _doctor(command: Parser) -> None:
+    command.add_argument(
+        "--clear-cache",
+        nargs="*",
+        metavar="KIND",
+        help="delete the cache, or only these kinds of content (kernels, ...)",
+    )
 
 
 def _number(text: str) -> float:

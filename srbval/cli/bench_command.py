@@ -1,27 +1,35 @@
-"""``srbval bench``: speed against accuracy."""
+"""``srbval bench``: speed against accuracy, and the studies that the report and the planner build on."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from srbval.bench.bench import BenchResult, run_bench
-from srbval.bench.machine import Machine
+from srbval.bench.ladder.cases import between, grid, held_out, quick_grid
+from srbval.bench.ladder.measure import SECONDS as LADDER_SECONDS
+from srbval.bench.ladder.measure import answer_store, measure_ladder
+from srbval.bench.ladder.summary import summary
+from srbval.bench.machine import Machine, usable_cores
+from srbval.bench.reading import QUICK_READING, ReadingBench, ReadingSettings, run_reading_bench
 from srbval.bench.scenes import SCENES
 from srbval.bench.settings import FULL, QUICK
-from srbval.cli.bench_ladder import run_ladder
-from srbval.cli.bench_reading import run_reading
-from srbval.cli.bench_sensitivity import run_sensitivity
-from srbval.cli.measured import keep_and_print
-from srbval.cli.output import print_columns
-from srbval.cli.tasks import Tasks
+from srbval.cli.measured import measure_and_print
+from srbval.cli.output import print_columns, print_json
+from srbval.errors import ConfigurationError
 from srbval.models.solvers import SOLVERS
-from srbval.report.progress import Progress
-from srbval.storage.revision import git_revision
-from srbval.storage.stored_result import SPEED_ACCURACY
+from srbval.plan.calibrated import shipped_calibration
+from srbval.plan.held_out import check_cases, tallies
+from srbval.progress import Progress, ProgressDisplay, prefixed
+from srbval.storage.stored_result import HELD_OUT, READING, SENSITIVITY, SPEED_ACCURACY
+from srbval.storage.strict_json import json_object
+from srbval.validation.sensitivity import SECONDS as SENSITIVITY_SECONDS
+from srbval.validation.sensitivity import measure as measure_sensitivity
 
+SHORT_SENSITIVITY_SECONDS = 1.0  # of a run with --quick [s]
 VERDICT = {True: "met", False: "NOT MET", None: "not measured"}
 COST_COLUMNS = {
     "scene": "scene",
@@ -79,56 +87,150 @@ TOUCH_COLUMNS = {
     "ns/touching point": "ns_per_point",
 }
 TARGET_COLUMNS = {"target": "name", "measured": "value", "limit": "limit", "unit": "unit", "": "verdict"}
+LADDER_COLUMNS = {
+    "question": "question",
+    "model": "model",
+    "scenes": "scenes",
+    "unanswered": "unanswered",
+    "median error [%]": "median_error_pct",
+    "worst error [%]": "worst_error_pct",
+    "wall s/s": "wall_per_simulated_s",
+    "cheaper than full": "cheaper_than_full",
+}
+HELD_OUT_COLUMNS = {
+    "question": "title",
+    "scenes": "scenes",
+    "within twice": "scenes_within_twice",
+    "predictions": "predictions",
+    "within": "within",
+    "within twice ": "within_twice",
+    "unanswered": "unanswered",
+    "called enough": "promises",
+    "and was not": "broken",
+}
+SENSITIVITY_COLUMNS = {name: name for name in ("defect", "quantity", "kind", "term", "base", "bound", "unit")}
 
 
 def run(options: argparse.Namespace) -> int:
-    """Measure and print; targets that are not met are said, they do not change the exit code."""
+    """Measure and print; targets that are not met are reported, they do not change the exit code."""
     if options.ladder:
-        return run_ladder(options)
+        return _held_out(options) if options.held_out else _ladder(options)
     if options.sensitivity:
-        return run_sensitivity(options)
+        return _sensitivity(options)
     if options.reading:
-        return run_reading(options)
+        return _reading(options)
     settings = QUICK if options.quick else FULL
     if options.seconds:
         settings = replace(settings, accuracy_s=options.seconds)
-    revision = git_revision()
-    with Progress() as progress:
-        result = run_bench(
+
+    def measure(progress: Progress) -> BenchResult:
+        return run_bench(
             scenes=tuple(options.scenes or SCENES),
             solvers=tuple(options.solvers or SOLVERS),
             settings=settings,
             accuracy=not options.speed_only,
-            progress=Tasks(progress, "Bench"),
+            progress=progress,
         )
-    whole = _complete(options)
-    keep_and_print(
-        SPEED_ACCURACY, result.to_dict(), options, revision=revision, whole=whole, show=lambda: _print(result)
+
+    part = options.quick or options.speed_only or options.scenes or options.solvers or options.seconds
+    measure_and_print(SPEED_ACCURACY, options, measure, complete=not part, show=_print)
+    return 0
+
+
+def _reading(options: argparse.Namespace) -> int:
+    """The accuracy of the frequency reading and what the signal chain costs."""
+    settings, jobs = QUICK_READING if options.quick else ReadingSettings(), options.jobs or usable_cores()
+    measure_and_print(
+        READING,
+        options,
+        lambda progress: run_reading_bench(settings, jobs=jobs, progress=progress),
+        complete=not options.quick,
+        show=_print_reading,
     )
     return 0
 
 
-def _complete(options: argparse.Namespace) -> bool:
-    """Is it the whole benchmark, so that the report may show it without being told?"""
-    return not (options.quick or options.speed_only or options.scenes or options.solvers or options.seconds)
+def _sensitivity(options: argparse.Namespace) -> int:
+    """The terms of the validation uncertainty, by runs of the model with every fault."""
+    seconds = options.seconds or (SHORT_SENSITIVITY_SECONDS if options.quick else SENSITIVITY_SECONDS)
+
+    def measure(progress: Progress) -> dict[str, Any]:
+        found = measure_sensitivity(seconds=seconds, jobs=options.jobs, progress=progress)
+        return {"seconds": seconds, **json_object(found)}
+
+    measure_and_print(
+        SENSITIVITY,
+        options,
+        measure,
+        complete=not options.quick,
+        show=lambda result: print_columns(SENSITIVITY_COLUMNS, result["effects"]),
+    )
+    return 0
+
+
+def _ladder(options: argparse.Namespace) -> int:
+    """The calibration table of the ladder of models; written only where ``-o`` names a file."""
+    with ProgressDisplay() as progress:
+        table = measure_ladder(
+            quick_grid() if options.quick else grid(),
+            [] if options.quick else between(),
+            seconds=options.seconds or LADDER_SECONDS,
+            jobs=options.jobs,
+            store=answer_store(),
+            progress=prefixed(progress, "Bench"),
+        )
+    if options.output:
+        table.save(Path(options.output))
+    rows = summary(table)
+    if options.json:
+        print_json(json_object(table) | {"ladder": rows})
+    else:
+        print(f"reference: {table.reference}; {len(table.entries)} scenes of {table.seconds:g} s")
+        print_columns(LADDER_COLUMNS, rows)
+    return 0
+
+
+def _held_out(options: argparse.Namespace) -> int:
+    """The planner's predictions tested on scenes that the shipped calibration does not hold."""
+    if options.seconds or options.quick:
+        raise ConfigurationError("--held-out runs its scenes as long as the calibration's: no --seconds, no --quick.")
+    calibration = shipped_calibration()
+
+    def measure(progress: Progress) -> dict[str, Any]:
+        checks = check_cases(held_out(), calibration, jobs=options.jobs, store=answer_store(), progress=progress)
+        return {
+            "seconds": calibration.seconds,
+            "reference": calibration.reference,
+            "tallies": [json_object(tally) for tally in tallies(checks)],
+            "checks": checks,
+        }
+
+    measure_and_print(
+        HELD_OUT,
+        options,
+        measure,
+        complete=True,
+        show=lambda result: print_columns(HELD_OUT_COLUMNS, result["tallies"]),
+    )
+    return 0
 
 
 def _print(result: BenchResult) -> None:
     _print_machine(result.machine)
-    rows = [_with_steps(run.to_dict()) for run in result.runs]
+    rows = [_with_steps(run) for run in result.runs]
     print_columns(COST_COLUMNS, rows)
     if result.references:
         _print_accuracy(result, rows)
-    print_columns(TOUCH_COLUMNS, [cost.to_dict() for cost in result.touch_costs])
-    print_columns(TARGET_COLUMNS, [t.to_dict() | {"verdict": VERDICT[t.met]} for t in result.targets])
+    print_columns(TOUCH_COLUMNS, [json_object(cost) for cost in result.touch_costs])
+    print_columns(TARGET_COLUMNS, [json_object(t) | {"verdict": VERDICT[t.met]} for t in result.targets])
 
 
 def _print_accuracy(result: BenchResult, rows: Sequence[Mapping[str, Any]]) -> None:
-    references = [_with_steps(reference.to_dict()) for reference in result.references.values()]
-    when = {True: "earlier, kept", False: "now"}
+    references = [_with_steps(reference) for reference in result.references.values()]
+    when = {True: "earlier, stored", False: "now"}
     print_columns(REFERENCE_COLUMNS, [table | {"when": when[table["cached"]]} for table in references])
     print_columns(ACCURACY_COLUMNS, [{**row, "on_front": _front(row)} for row in rows])
-    paths = [path.to_dict() for path in result.trajectories]
+    paths = [json_object(path) for path in result.trajectories]
     steps = ("coarse", "middle", "fine")
     print_columns(TRAJECTORY_COLUMNS, [path | dict(zip(steps, path["errors"], strict=True)) for path in paths])
 
@@ -137,7 +239,8 @@ def _front(row: Mapping[str, Any]) -> str:
     return ("front, within the reference's error" if row["reference_limited"] else "front") if row["pareto"] else ""
 
 
-def _with_steps(table: dict[str, Any]) -> dict[str, Any]:
+def _with_steps(measured: object) -> dict[str, Any]:
+    table = json_object(measured)
     return table | {"steps_per_s": round(1 / table["dt_s"])}
 
 
@@ -147,3 +250,10 @@ def _print_machine(machine: Machine) -> None:
     print(f"{machine.processor}, {machine.usable_cores} of {machine.cores} cores, load before and after: {load}")
     times = f"{calibration.seconds:.4f} s, afterwards {machine.calibration_after_s:.4f} s"
     print(f"calibration: {times} for 1e9 multiply-adds ({calibration.gflop_s:.1f} Gflop/s)")
+
+
+def _print_reading(result: ReadingBench) -> None:
+    for rows in (result.accuracy, result.false_alarms, result.timings, result.chains, result.transforms):
+        if rows:
+            tables = [json_object(row) for row in rows]
+            print_columns({name: name for name in tables[0]}, tables)

@@ -6,7 +6,6 @@ import argparse
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 
 from srbval.check.check import CheckResult, run_check
@@ -14,25 +13,25 @@ from srbval.check.junit import write_junit
 from srbval.check.reference import Reference, read_reference, reference_path, write_reference
 from srbval.check.update import Difference, differences, renewed
 from srbval.cli.output import print_json, print_table
-from srbval.cli.tasks import Tasks
-from srbval.report.progress import Progress
+from srbval.progress import ProgressDisplay, prefixed
+from srbval.storage.strict_json import json_object
 
 WITHIN, DRIFTED = 0, 1
 
 
 def run(options: argparse.Namespace) -> int:
-    """Check, and with ``--update`` show and replace; exit code 1 where anything is out of tolerance."""
+    """Check, and with ``--update`` replace the reference; exit code 1 where anything is out of tolerance."""
     path = Path(options.reference) if options.reference else reference_path()
     reference = read_reference(path)
     started = time.perf_counter()
-    with Progress() as progress:
-        result = run_check(reference, progress=Tasks(progress, "Check"))
+    with ProgressDisplay() as progress:
+        result = run_check(reference, progress=prefixed(progress, "Check"))
     if options.junit:
         write_junit(Path(options.junit), result, seconds=time.perf_counter() - started)
     if options.update:
         return _update(options, path, reference, result)
     if options.json:
-        print_json(result.to_dict(), status="ok" if result.ok else "drifted")
+        print_json(json_object(result), status="ok" if result.ok else "drifted")
     else:
         _show(result)
     return WITHIN if result.ok else DRIFTED
@@ -58,10 +57,7 @@ def _update(options: argparse.Namespace, path: Path, reference: dict[str, Refere
     if replaced:
         write_reference(path, new)
     if options.json:
-        print_json(
-            result.to_dict()
-            | {"reference": path, "replaced": replaced, "differences": [asdict(change) for change in changed]}
-        )
+        print_json(json_object(result) | {"reference": path, "replaced": replaced, "differences": changed})
     elif changed:
         print(f"{path}: replaced" if replaced else f"{path}: left as it was; give --yes to replace it")
     return WITHIN if replaced or result.ok else DRIFTED
@@ -76,7 +72,7 @@ def _show_differences(changed: Sequence[Difference], path: Path) -> None:
 
 
 def _agreed(path: Path) -> bool:
-    """Ask on a terminal; elsewhere nobody can agree."""
+    """Ask on a terminal; elsewhere the answer is no."""
     if not (sys.stdin.isatty() and sys.stderr.isatty()):
         return False
     print(f"replace {path}? [y/N] ", end="", file=sys.stderr, flush=True)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 
-from srbval.cli.data_settings import settings_of
 from srbval.cli.output import print_json, print_table
+from srbval.progress import ProgressDisplay
 from srbval.recordings.plain_text import plain_text
 from srbval.recordings.registry import (
     Coverage,
@@ -19,66 +19,68 @@ from srbval.recordings.registry import (
     listing,
     verify,
 )
-from srbval.report.progress import Progress
+from srbval.recordings.settings import Settings
+from srbval.storage.strict_json import json_object
 
 CHANGED = 1
+DAMAGED = (Status.CHANGED, Status.MISSING, Status.TRUNCATED)
 LONGEST_LINE = 4000
+# Title and attribute of the columns.
+COLUMNS = {
+    "file": "file",
+    "data set": "dataset",
+    "state": "state",
+    "radial kN": "radial_kn",
+    "axial kN": "axial_kn",
+    "rpm": "nominal_rpm",
+    "Hz": "fs_hz",
+    "s": "seconds",
+    "status": "status",
+}
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run one of the data commands; `verify` leaves with 1 where a file changed, is missing or truncated."""
-    result = _do(options)
+    """Run one of the actions; `verify` leaves with 1 where a file is changed, missing or truncated."""
+    result = _act(options)
     if options.json:
-        document = result.to_dict()
+        document = json_object(result)
         print_json(document, status=document["status"])
     else:
         _print(result)
-    bad = any(r.status in (Status.CHANGED, Status.MISSING, Status.TRUNCATED) for r in result.recordings)
-    return CHANGED if options.action == "verify" and bad else 0
+    damaged = any(r.status in DAMAGED for r in result.recordings)
+    return CHANGED if options.action == "verify" and damaged else 0
 
 
-def _do(options: argparse.Namespace) -> Listing:
+def recording_settings(options: argparse.Namespace) -> Settings:
+    """Settings from --channel, --fs, --unit and --rpm."""
+    return Settings(channel=options.channel, fs_hz=options.fs, unit=options.unit, rpm=options.rpm)
+
+
+def _act(options: argparse.Namespace) -> Listing:
     if options.action == "list":
         return listing()
-    with Progress() as progress:
-        task = progress.add({"add": "Register", "verify": "Verify", "fetch": "Download"}[options.action])
-
-        def shown(done: int, total: int, _file: str) -> None:
-            progress.update(task, done / max(total, 1))
-
+    with ProgressDisplay() as progress:
         if options.action == "add":
-            return add(options.folder, progress=shown, repin=options.repin, settings=settings_of(options))
+            settings = recording_settings(options)
+            return add(options.folder, progress=progress, repin=options.repin, settings=settings)
         if options.action == "verify":
-            return verify(progress=shown)
-        return fetch(options.name, options.output, progress=shown)
+            return verify(progress=progress)
+        return fetch(options.name, options.output, progress=progress)
 
 
 def _print(result: Listing) -> None:
-    rows = [
-        (
-            r.file,
-            r.dataset or "-",
-            r.state or "-",
-            r.radial_kn,
-            r.axial_kn,
-            r.nominal_rpm,
-            r.fs_hz,
-            r.seconds,
-            r.status,
-        )
-        for r in result.recordings
-    ]
-    print_table(("file", "data set", "state", "radial kN", "axial kN", "rpm", "Hz", "s", "status"), rows)
+    rows = [[getattr(recording, name) for name in COLUMNS.values()] for recording in result.recordings]
+    print_table(tuple(COLUMNS), rows)
     _print_reasons(result.recordings)
     for covered in result.coverage:
         _print_grid(covered)
     copies = len(rows) - len(each_once(result.recordings))
-    said = f" ({copies} with the content of another, which counts once)" if copies else ""
-    print(f"\n{len(rows)} files{said}; the register is {result.manifest}")
+    counted = f" ({copies} with the content of another, which counts once)" if copies else ""
+    print(f"\n{len(rows)} files{counted}; the register is {result.manifest}")
 
 
 def _print_reasons(recordings: Sequence[RegisteredRecording]) -> None:
-    """Why a file is not ok or what it leaves open, files of the same reason together, and how to settle it."""
+    """Why a file is not ok or what it leaves open, files of the same reason together, and the remedy."""
     by_reason: dict[str, list[str]] = {}
     for recording in recordings:
         if recording.reason:
@@ -87,20 +89,18 @@ def _print_reasons(recordings: Sequence[RegisteredRecording]) -> None:
         others = f" and {len(files) - 1} more" if len(files) > 1 else ""
         print(plain_text(f"{files[0]}{others}: {reason}", LONGEST_LINE))
     if any(r.status is Status.OK and r.reason for r in recordings):
-        print("What is to be settled: `srbval data add FILE|DIR OPTIONS` keeps it for these files.")
+        print("To state what a file leaves open: `srbval data add FILE|DIR OPTIONS`; it is stored for these files.")
 
 
 def _print_grid(covered: Coverage) -> None:
-    """State and load down, nominal speed across: how many usable files there are, a dot for none."""
+    """The number of usable files, state and load down, nominal speed across; a dot for none."""
     speeds = list(dict.fromkeys(p.nominal_rpm for p in covered.points))
     rows: dict[tuple[str, float, float], list[str]] = {}
     for point in covered.points:
         row = rows.setdefault((point.state.value, point.radial_kn, point.axial_kn), [])
         row.append(str(len(point.files)) if point.files else ".")
-    there = len(covered.points) - len(covered.missing)
-    print(
-        f"\n{covered.dataset}: {there} of {len(covered.points)} operating points there, {len(covered.missing)} missing"
-    )
+    points, missing = len(covered.points), len(covered.missing)
+    print(f"\n{covered.dataset}: {points - missing} of {points} operating points present, {missing} missing")
     print_table(
         ("state", "radial kN", "axial kN", *(f"{rpm:g} rpm" for rpm in speeds)),
         [(*point, *counts) for point, counts in rows.items()],

@@ -1,35 +1,47 @@
-"""``srbval doctor``: versions, threads, caches, extras."""
+"""``srbval doctor``: versions, threads, caches, extras; and the way to clear the cache."""
 
 from __future__ import annotations
 
 import argparse
 import os
 import platform
-from importlib import metadata, util
+from importlib import metadata
+from pathlib import Path
 from typing import Any
 
 from srbval import __version__
 from srbval.cli.output import print_json, print_table
-from srbval.recordings.datasets.description import data_manifest_folder
+from srbval.storage.cache import KERNELS, cache_folder, cache_use, clear_cache
+from srbval.storage.own_package import shipped_folder
 
-REQUIRED = (
-    "numpy",
-    "scipy",
-    "numba",
-    "pandas",
-    "PyWavelets",
-    "h5py",
-    "matplotlib",
-    "jinja2",
-    "rich",
-    "pooch",
-)
+REQUIRED = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib", "jinja2", "rich", "pooch")
 EXTRAS = {"typst": "pdf", "distributed": "cluster", "sphinx": "docs", "pytest": "test"}
+MEGABYTE = 1e6  # [bytes]
 
 
 def run(options: argparse.Namespace) -> int:
-    """Check the installation; exit code 0 when sound, 1 with problems."""
+    """Check the installation, and clear the cache where asked; exit code 0 when sound, 1 with problems."""
+    cleared = None if options.clear_cache is None else clear_cache(*options.clear_cache)
     problems: list[str] = []
+    facts = _versions(problems) | _places(problems)
+    cache = cache_use()
+    if options.json:
+        print_json(
+            {"ok": not problems, "problems": problems, "facts": facts, "cache": cache, "cleared": cleared},
+            status="problems" if problems else "ok",
+        )
+    else:
+        print_table(("what", "is"), list(facts.items()))
+        print()
+        rows = [(use.kind, use.files, f"{use.size_bytes / MEGABYTE:.1f}", use.folder) for use in cache]
+        print_table(("cache", "files", "MB", "folder"), rows)
+        for use in cleared or ():
+            print(f"deleted: {use.folder}, {use.files} files, {use.size_bytes / MEGABYTE:.1f} MB")
+        print("\n" + ("\n".join(f"problem: {p}" for p in problems) or "no problems found"))
+    return 1 if problems else 0
+
+
+def _versions(problems: list[str]) -> dict[str, Any]:
     facts: dict[str, Any] = {
         "srbval": __version__,
         "python": platform.python_version(),
@@ -41,17 +53,8 @@ def run(options: argparse.Namespace) -> int:
         if facts[name] is None:
             problems.append(f"{name} is not installed: pip install {name}")
     for name, extra in EXTRAS.items():
-        facts[name] = _version(name) if util.find_spec(name) else f'not installed (pip install "srbval[{extra}]")'
-    facts |= _places(problems)
-    if options.json:
-        print_json(
-            {"ok": not problems, "problems": problems, "facts": facts},
-            status="ok" if not problems else "problems",
-        )
-    else:
-        print_table(("what", "is"), list(facts.items()))
-        print("\n" + ("no problems found" if not problems else "\n".join(f"problem: {p}" for p in problems)))
-    return 1 if problems else 0
+        facts[name] = _version(name) or f'not installed (pip install "srbval[{extra}]")'
+    return facts
 
 
 def _version(name: str) -> str | None:
@@ -62,19 +65,16 @@ def _version(name: str) -> str | None:
 
 
 def _places(problems: list[str]) -> dict[str, str]:
-    from srbval.models.kernel_cache import kernel_cache_folder
-
-    store = kernel_cache_folder()
-    parent = next(p for p in (store, *store.parents) if p.exists())
-    if not os.access(parent, os.W_OK):
-        problems.append(f"compiled kernels cannot be kept: {parent} is not writable; set NUMBA_CACHE_DIR")
+    kernels = cache_folder(KERNELS)
+    existing = next(folder for folder in (kernels, *kernels.parents) if folder.exists())
+    if not os.access(existing, os.W_OK):
+        problems.append(f"compiled kernels cannot be stored: {existing} is not writable; set NUMBA_CACHE_DIR")
     recordings = os.environ.get("SRBVAL_RECORDINGS")
-    if recordings and not os.path.isdir(recordings):
-        problems.append(f"SRBVAL_RECORDINGS names {recordings}, which is no folder")
-    folder = data_manifest_folder()
+    if recordings and not Path(recordings).is_dir():
+        problems.append(f"SRBVAL_RECORDINGS names {recordings}, which is not a folder")
     return {
-        "kernel store": str(store),
-        "known data sets": str(folder),
+        "kernel cache": str(kernels),
+        "known data sets": str(shipped_folder("data_manifest")),
         "SRBVAL_RECORDINGS": recordings or "not set",
         "numba threads": os.environ.get("NUMBA_NUM_THREADS", "default (kernels use one)"),
     }

@@ -1,41 +1,52 @@
-"""What commands that measure have in common: the result is stamped, kept for the report, and printed."""
+"""What the measuring commands have in common: measure under a progress display, stamp, store and print."""
 
 from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from srbval.bench.machine import processor_name, usable_cores
 from srbval.cli.output import own_command, print_json
+from srbval.progress import Progress, ProgressDisplay, prefixed
+from srbval.storage.revision import git_revision
 from srbval.storage.stored_result import stamped, store_result
+from srbval.storage.strict_json import json_value
+
+Result = TypeVar("Result")
 
 
-def keep_and_print(
+def measure_and_print(
     kind: str,
-    result: Mapping[str, Any],
     options: argparse.Namespace,
+    measure: Callable[[Progress], Result],
     *,
-    revision: str | None,
-    whole: bool,
-    show: Callable[[], object],
-) -> None:
-    """Keep `result` where asked, or, if it is a `whole` one, for the report; then its JSON, or `show` prints it.
+    complete: bool,
+    show: Callable[[Result], object],
+) -> Result:
+    """Measure, store the result where asked or, if it is a `complete` one, for the report, and print it.
 
-    `revision` is the one that was read when measuring began.
+    `kind` is the kind of stored result. What `measure` returns is a mapping or a dataclass; `show` prints it where no
+    JSON is wanted. The revision of the program is the one at the beginning: measuring may take hours.
     """
-    content = stamped(kind, result, command=own_command(), revision=revision)
-    if options.output or whole:
+    revision = git_revision()
+    with ProgressDisplay() as progress:
+        result = measure(prefixed(progress, options.command.capitalize()))
+    document: dict[str, Any] = {"machine": this_machine()} | json_value(result)
+    content = stamped(kind, document, command=own_command(), revision=revision)
+    if options.output or complete:
         path = store_result(content, Path(options.output) if options.output else None)
-        print(f"kept: {path}", file=sys.stderr)
+        print(f"stored: {path}", file=sys.stderr)
+        content |= {"file": path}
     if options.json:
         print_json(content)
     else:
-        show()
+        show(result)
+    return result
 
 
 def this_machine() -> dict[str, Any]:
-    """Processor and usable cores, as kept results name them."""
+    """Processor and usable cores, as stored results name them."""
     return {"processor": processor_name(), "usable_cores": usable_cores()}

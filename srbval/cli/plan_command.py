@@ -1,4 +1,4 @@
-"""``srbval plan``: the least model that answers the scene."""
+"""``srbval plan``: the simplest model that answers a question about a scene."""
 
 from __future__ import annotations
 
@@ -6,20 +6,19 @@ import argparse
 import sys
 from pathlib import Path
 
-from srbval.bench.ladder.questions import Question
 from srbval.bench.ladder.table import load_calibration
 from srbval.cli.output import print_json, print_table
-from srbval.cli.scene_options import scene_of
-from srbval.errors import ConfigurationError
+from srbval.cli.scene_options import question_of, scene_of
 from srbval.plan.plan import Plan, make_plan
 from srbval.plan.reduction import Reduction
 from srbval.plan.reductions import find_reductions
+from srbval.storage.strict_json import json_object
 
 MET, NOT_MET = 0, 1
 
 
 def run(options: argparse.Namespace) -> int:
-    """Plan and print; exit code 1 where no rung, the full model included, keeps the tolerance."""
+    """Plan and print; exit code 1 where no model, the full one included, keeps the tolerance."""
     scene = scene_of(options)
     plan = make_plan(
         scene,
@@ -31,7 +30,7 @@ def run(options: argparse.Namespace) -> int:
     if options.reductions:
         found = find_reductions(scene, question=plan.question, tolerance_pct=plan.tolerance_pct)
     if options.json:
-        print_json(plan.to_dict() | {"reductions": [reduction.to_dict() for reduction in found]})
+        print_json(json_object(plan) | {"reductions": found})
     else:
         show(plan)
         if found:
@@ -39,14 +38,6 @@ def run(options: argparse.Namespace) -> int:
             rows = [(r.name, "yes" if r.taken else "no", r.difference_pct, r.why) for r in found]
             print_table(("reduction of the full model", "taken", "difference [%]", "why"), rows)
     return MET if plan.met else NOT_MET
-
-
-def question_of(name: str) -> Question:
-    """The question of that name; `ConfigurationError` for an unknown one."""
-    try:
-        return Question(name)
-    except ValueError as error:
-        raise ConfigurationError(f"question {name!r} is not known. Known: {', '.join(Question)}.") from error
 
 
 def show(plan: Plan) -> None:
@@ -58,6 +49,6 @@ def show(plan: Plan) -> None:
     print_table(("model", "error [%]", "wall [s]", "enough", "", "why"), rows)
     print(f"\nquestion: {plan.question.value}, tolerance {plan.tolerance_pct:g} %: {plan.chosen}")
     if not plan.met:
-        print("No rung keeps the tolerance, not even the full model: take a finer step or a wider tolerance.")
+        print("No model keeps the tolerance, not even the full one: choose a smaller step or a wider tolerance.")
     for reason in plan.outside:
         print(f"outside the calibration: {reason}", file=sys.stderr)

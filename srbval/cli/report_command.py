@@ -7,17 +7,16 @@ import time
 from pathlib import Path
 
 from srbval.cli.output import own_command, print_json
-from srbval.report.progress import Progress
+from srbval.progress import ProgressDisplay, stage
 
 
 def run(options: argparse.Namespace) -> int:
     """Simulate, analyse, compare, write; prints where the files are."""
     folder = Path(options.output)
     started = time.perf_counter()
-    with Progress() as progress:
-        progress.stage("Load the program")
-        from srbval.report.make import make_report
-
+    with ProgressDisplay() as progress:
+        with stage(progress, "Load the program"):
+            from srbval.report.make import make_report
         made = make_report(
             folder,
             seconds=options.seconds,
@@ -28,8 +27,7 @@ def run(options: argparse.Namespace) -> int:
         )
     summary = {kind: str(path) for kind, path in made.files.items()} | {"figures": str(folder / "figures")}
     if options.json:
-        rows = [row.to_dict() for row in made.evidence.rows]
-        print_json(summary | {"wall_s": time.perf_counter() - started, "table6": rows})
+        print_json(summary | {"wall_s": time.perf_counter() - started, "table6": made.evidence.rows})
     else:
         print("\n".join(summary.values()))
     return 0

@@ -1,4 +1,4 @@
-"""The scene of a command line: a file or the paper's scene, with options laid over it."""
+"""The scene and the question of a command line, the same in `srbval simulate` and `srbval plan`."""
 
 from __future__ import annotations
 
@@ -6,13 +6,23 @@ import argparse
 import math
 from typing import Any
 
+from srbval.bench.ladder.questions import Question
+from srbval.errors import ConfigurationError
 from srbval.scene import Scene, load_scene, paper_scene
 
 
 def scene_of(options: argparse.Namespace) -> Scene:
-    """The scene that the command line asks for; raises what reading it raises."""
+    """A scene file or the paper's scene, with the options applied to it; raises what reading it raises."""
     changes = _changes(options)
     return load_scene(options.scene, changes) if options.scene else paper_scene(**changes)
+
+
+def question_of(name: str) -> Question:
+    """The question of that name; `ConfigurationError` for an unknown one."""
+    try:
+        return Question(name)
+    except ValueError:
+        raise ConfigurationError(f"question {name!r} is not known. Known: {', '.join(Question)}.") from None
 
 
 def _changes(options: argparse.Namespace) -> dict[str, Any]:

@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import Any
 
 from srbval.cli.output import print_json, print_table
-from srbval.cli.plan_command import question_of
-from srbval.cli.scene_options import scene_of
+from srbval.cli.scene_options import question_of, scene_of
 from srbval.errors import DataError, NumericsError
 from srbval.models.ladder import AUTO, rung_of
 from srbval.models.run import RunStatus, RunSummary
 from srbval.plan.output import with_coarser_output
 from srbval.plan.plan import make_plan
-from srbval.report.progress import Progress
+from srbval.progress import ProgressDisplay
 from srbval.scene import Scene
+from srbval.storage.strict_json import json_object
 
 
 def run(options: argparse.Namespace) -> int:
@@ -41,7 +41,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _planned(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dict[str, Any]]:
-    """The scene with model and output chosen by the planner where it asks for that, and what is to be said of it."""
+    """The scene, its model and output rate chosen by the planner where it asks for that, and the plan for the JSON."""
     if scene.model != AUTO:
         return scene, {}
     plan = make_plan(scene, question=question_of(options.question), tolerance_pct=options.tolerance)
@@ -51,21 +51,16 @@ def _planned(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dict[str
         print(f"outside the calibration: {outside}", file=sys.stderr)
     chosen, reduction = with_coarser_output(replace(scene, model=plan.chosen), plan)
     print(f"{reduction.name}: {'taken' if reduction.taken else 'not taken'}: {reduction.why}", file=sys.stderr)
-    return chosen, {"plan": plan.to_dict(), "reductions": [reduction.to_dict()]}
+    return chosen, {"plan": json_object(plan), "reductions": [reduction]}
 
 
 def _simulate(scene: Scene, output: Path | None) -> RunSummary:
     from srbval.models.simulate import simulate, simulate_to_file
 
-    with Progress() as progress:
-        task = progress.add("Simulate", total=scene.settle_s + scene.duration_s)
-
-        def shown(done_s: float) -> None:
-            progress.update(task, done_s)
-
+    with ProgressDisplay() as progress:
         if output is None:
-            return simulate(scene, progress=shown)
-        return simulate_to_file(scene, output, progress=shown)
+            return simulate(scene, progress=progress)
+        return simulate_to_file(scene, output, progress=progress)
 
 
 def _summary(result: RunSummary, output: Path | None) -> dict[str, Any]:

@@ -8,47 +8,46 @@ from dataclasses import replace
 from itertools import groupby
 from typing import Any
 
-from srbval.cli.measured import keep_and_print
+from srbval.cli.measured import measure_and_print
 from srbval.cli.output import print_table
-from srbval.cli.tasks import Tasks
-from srbval.report.progress import Progress
 from srbval.stability.grid import FULL, QUICK, Grid
 from srbval.stability.stability import StabilityResult, run_stability
-from srbval.storage.revision import git_revision
 from srbval.storage.stored_result import STABILITY
+from srbval.storage.strict_json import json_object
 
 SOUND, UNSOUND = 0, 1
 
 
 def run(options: argparse.Namespace) -> int:
-    """Map and print; exit code 1 where a planted failure was missed or a converged run flagged."""
-    grid, revision = grid_of(options), git_revision()
-    with Progress() as progress:
-        result = run_stability(grid, jobs=options.jobs, progress=Tasks(progress, "Stability"))
-    whole = grid == FULL
-    keep_and_print(STABILITY, result.to_dict(), options, revision=revision, whole=whole, show=lambda: show(result))
+    """Map and print; exit code 1 where a planted failure was missed or a converged run was flagged."""
+    grid = grid_of(options)
+    result = measure_and_print(
+        STABILITY,
+        options,
+        lambda progress: run_stability(grid, jobs=options.jobs, progress=progress),
+        complete=grid == FULL,
+        show=show,
+    )
     return SOUND if result.sound else UNSOUND
 
 
 def grid_of(options: argparse.Namespace) -> Grid:
     """The grid that the command line asks for."""
-    changes: dict[str, Any] = {
-        "scenes": options.scenes,
-        "solvers": options.solvers,
-        "rpm": options.rpm,
-        "critical_velocity_m_s": options.critical_velocity,
-        "steps_per_s": options.steps_per_s,
-        "seconds": options.seconds,
+    names = {"critical_velocity_m_s": "critical_velocity"} | {
+        name: name for name in ("scenes", "solvers", "rpm", "steps_per_s", "seconds")
     }
+    values = {field: getattr(options, option) for field, option in names.items()}
     given: dict[str, Any] = {
-        name: tuple(value) if isinstance(value, list) else value for name, value in changes.items() if value is not None
+        field: tuple(value) if isinstance(value, list) else value
+        for field, value in values.items()
+        if value is not None
     }
     return replace(QUICK if options.quick else FULL, **given)
 
 
 def show(result: StabilityResult) -> None:
-    """Print the map, what was planted, and the claims."""
-    document = result.to_dict()
+    """Print the map, the planted failures, and the claims."""
+    document = json_object(result)
     key = ("scene", "critical_velocity_m_s", "solver")
     cells = sorted(document["cells"], key=lambda cell: [str(cell[name]) for name in key])
     speeds = [f"{rpm:g} rpm" for rpm in result.grid.rpm]
@@ -59,15 +58,14 @@ def show(result: StabilityResult) -> None:
             line = {c["rpm"]: c["status"] for c in block if round(1 / c["dt_s"]) == steps}
             rows.append((scene, velocity, solver, steps, *(line[rpm] for rpm in result.grid.rpm), _limit(block)))
     print_table(("scene", "v_c [m/s]", "solver", "1/dt [Hz]", *speeds, "predicted limit [Hz]"), rows)
-    _show_rest(result, document)
+    _show_rest(result, document["counts"])
 
 
-def _show_rest(result: StabilityResult, document: Mapping[str, Any]) -> None:
-    counts = document["counts"]
+def _show_rest(result: StabilityResult, counts: Mapping[str, Any]) -> None:
     print(
         f"\n{counts['ok']} of {counts['cells']} cells are ok; {counts['caught_by_the_run']} were caught by the runs "
         f"themselves, {counts['seen_by_comparison_only']} only by comparison with the converged run; "
-        f"{counts['flagged_with_cage_and_load_right']} were flagged although cage and load are right."
+        f"{counts['flagged_with_cage_and_load_right']} were flagged although cage speed and load are right."
     )
     caught = sum(p.caught for p in result.planted)
     flagged = sum(r.flagged for r in result.references)
@@ -79,7 +77,7 @@ def _show_rest(result: StabilityResult, document: Mapping[str, Any]) -> None:
 
 
 def _limit(cells: Sequence[Mapping[str, Any]]) -> str:
-    """Least predicted limits of a solver, whole and elastic, as divisors of a second."""
+    """The smallest predicted limits of a solver, of the whole system and the elastic one, as divisors of a second."""
     names = ("predicted_limit_dt_s", "predicted_elastic_limit_dt_s")
     least = (min((c[name] for c in cells if c[name] is not None), default=None) for name in names)
     return ", elastic ".join("none" if limit is None else f"{1 / limit:.3g}" for limit in least)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -10,6 +10,7 @@ from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
 from srbval.errors import ConfigurationError, NumericsError
 from srbval.evidence.other_rigs_in_background import BackgroundReading
 from srbval.models.run import Run
+from srbval.progress import Progress, silent, stage
 from srbval.recordings import Origin, Recording
 from srbval.recordings.from_run import recording_from_run
 from srbval.recordings.registry import RegisteredRecording, listing, rig_recordings
@@ -23,7 +24,7 @@ from srbval.validation.matrix import Matrix
 from srbval.validation.model_side import ModelSide, model_beside
 from srbval.validation.other_rigs import OtherRecord
 from srbval.validation.published import Table6, table6
-from srbval.validation.run_cases import Progress, run_cases
+from srbval.validation.run_cases import run_cases
 from srbval.validation.speed_and_slip import SpeedAndSlip, matrix_rows, table6_rows
 from srbval.validation.sum_rule import SumRule
 from srbval.validation.table6 import Table6Row, measured_rows, published_rows, sum_rules
@@ -75,15 +76,14 @@ def gather(
     seconds: float,
     stand_in_folder: Path,
     jobs: int | None = None,
-    progress: Progress | None = None,
-    stage: Callable[[str], None] = lambda _: None,
+    progress: Progress = silent,
     known: Sensitivity = NOTHING_KNOWN,
 ) -> Evidence:
     """Run the cases and analyse everything; the rig's recordings are those registered.
 
     `known` are the stored sensitivities, where there are any. `seconds` is the recorded duration of the paper's three
-    runs; `stand_in_folder` receives the stand-ins' files, where any are needed; `stage` is told what begins. Raises
-    what simulation and loading raise.
+    runs; `stand_in_folder` receives the stand-ins' files, where any are needed. Raises what simulation and
+    loading raise.
     """
     if seconds < SHORTEST_S:
         raise ConfigurationError(
@@ -92,11 +92,10 @@ def gather(
         )
     bearing = load_bearing(DEFAULT_BEARING)
     printed = table6()
-    stage("Look at the registered recordings")
-    registered = choose_rig_recordings(printed)
+    with stage(progress, "Look at the registered recordings"):
+        registered = choose_rig_recordings(printed)
     shown = {state: point for state, entry in registered.items() if (point := point_of(entry)) is not None}
     cases = [*paper_cases(seconds), *variation_cases(seconds)]
-    stage(f"Simulate {len(cases)} cases")
     runs = run_cases(cases, jobs=jobs, progress=progress)
     variations = tuple(
         variation(c, runs[c.id], runs[f"paper-{c.state}"]) for c in cases if not c.id.startswith("paper-")
@@ -104,12 +103,11 @@ def gather(
     if not known.effects:
         known = as_sensitivity(variations, runs["paper-outer"])
     others = BackgroundReading(listing().recordings, jobs=jobs)
-    stage("Fill the validation matrix, the model beside every record")
-    matrix = build_matrix(
-        rig_recordings(), bearing=bearing, beside=lambda rig: model_beside(rig, progress=progress), known=known,
-        keep=set(shown.values()), jobs=jobs,
-    )  # fmt: skip
-    stage("Analyse what figures show")
+    with stage(progress, "Fill the validation matrix, with a model run for every record"):
+        matrix = build_matrix(
+            rig_recordings(), bearing=bearing, beside=lambda rig: model_beside(rig, progress=progress), known=known,
+            keep=set(shown.values()), jobs=jobs,
+        )  # fmt: skip
     measured = {state: matrix.kept[point] for state, point in shown.items() if point in matrix.kept}
     beside_run = {state: _model_of(state, sides.model) for state, sides in measured.items()}
     measured_side = {state: sides.rig for state, sides in measured.items()}

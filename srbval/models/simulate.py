@@ -17,6 +17,7 @@ from srbval.models.kernel_cache import precompile
 from srbval.models.ladder import check_known, rung_of
 from srbval.models.run import EnergyFlow, FloatArray, Run, RunStatus, RunSummary
 from srbval.models.run_statistics import RunStatistics
+from srbval.progress import Progress, silent
 from srbval.scene import Scene
 
 if TYPE_CHECKING:
@@ -24,22 +25,21 @@ if TYPE_CHECKING:
     from srbval.models.full.steps import Steps
 
 CHUNK_S = 0.02  # simulated time between two reports of progress
-Progress = Callable[[float], None]
 MakeParameters = Callable[[Scene, SphericalRollerGeometry], "Parameters"]
 
 
-def simulate(scene: Scene, *, progress: Progress | None = None, make: MakeParameters | None = None) -> Run:
+def simulate(scene: Scene, *, progress: Progress = silent, make: MakeParameters | None = None) -> Run:
     """Run `scene` from static balance and keep its signals.
 
-    `progress` is told the simulated seconds done, settling included. `make` assembles other parameters than the full
-    model's for its equations of motion: for trying what can be left out.
+    `progress` gets the fraction of the task ``Simulate`` that is done, settling included. `make` assembles other
+    parameters than the full model's for its equations of motion: for trying what can be left out.
 
     Raises `ConfigurationError` for an unknown model or solver, a bearing without geometry, or a load that crushes the
     contacts. A failed run is returned, not raised: its `status` says so and its `reason` says what to do; one beyond
     recovery ends early, and its signals with it.
     """
     stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
-    chunks = list(_recorded(stats, progress or (lambda _: None), make))
+    chunks = list(_recorded(stats, progress, make))
     out = np.concatenate([chunk.out for chunk in chunks])
     return Run(
         **vars(stats.summary()),
@@ -49,7 +49,7 @@ def simulate(scene: Scene, *, progress: Progress | None = None, make: MakeParame
     )
 
 
-def simulate_to_file(scene: Scene, path: Path, *, progress: Progress | None = None) -> RunSummary:
+def simulate_to_file(scene: Scene, path: Path, *, progress: Progress = silent) -> RunSummary:
     """Run `scene` and write its signals to `path` as they come: memory does not grow with the duration.
 
     The file is there only if the run ended well; otherwise as `simulate`. Raises `DataError` where the place cannot be
@@ -59,7 +59,7 @@ def simulate_to_file(scene: Scene, path: Path, *, progress: Progress | None = No
 
     stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
     with RunWriter(path, scene) as writer:
-        for chunk in _recorded(stats, progress or (lambda _: None)):
+        for chunk in _recorded(stats, progress):
             writer.append(signals(chunk.out) | {"spin_rad_s": chunk.spin_rad_s, "load_n": chunk.load_n})
         summary = stats.summary()
         if summary.status is RunStatus.OK:
@@ -92,7 +92,7 @@ def _recorded(stats: RunStatistics, progress: Progress, make: MakeParameters | N
     whole = settle + scene.samples
     stretches = rung.run(stats, settle, whole) if make is None else full_model(stats, settle, whole, make=make)
     for first, steps in stretches:
-        progress((first + len(steps.out)) / scene.output_rate_hz)
+        progress("Simulate", (first + len(steps.out)) / whole)
         if first >= settle or stats.unfit(steps.out):
             stats.add(steps.out)
             yield steps

@@ -11,9 +11,9 @@ from srbval.bench.ladder.cases import Case
 from srbval.bench.ladder.measure import measure_cases
 from srbval.bench.ladder.questions import MEANING, Question, asked_of
 from srbval.bench.ladder.table import Calibration, Entry
-from srbval.bench.progress import Progress, silent
 from srbval.models.ladder import rung_of
 from srbval.plan.plan import make_plan
+from srbval.progress import Progress, silent
 from srbval.storage.content_store import ContentStore
 
 # Tolerances at which each prediction is put to the test.

@@ -8,10 +8,9 @@ from pathlib import Path
 
 from srbval.evidence.gather import Evidence, gather
 from srbval.models.kernel_cache import is_compiled, precompile
+from srbval.progress import Progress, silent, stage
 from srbval.report.content import assemble
 from srbval.report.pdf import require_typst
-from srbval.report.progress import Progress
-from srbval.report.simulation_progress import SimulationProgress
 from srbval.report.write import FORMATS, write_report
 from srbval.storage.stored_result import SENSITIVITY, newest_result
 from srbval.validation.effects import Sensitivity, sensitivity_of
@@ -32,12 +31,12 @@ def make_report(
     jobs: int | None = None,
     formats: tuple[str, ...] = FORMATS,
     command: str = "srbval report",
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Made:
     """Simulate, analyse, compare, and write ``report.*`` and ``figures/`` into `folder`.
 
     `seconds` is the recorded duration of the paper's three runs, `jobs` the runs at a time (default: one a core),
-    `command` what the report names to make it again; `progress`, already entered, shows how far it is.
+    `command` what the report names to make it again; `progress` gets what is being done.
 
     Raises `ConfigurationError` for a duration too short or a missing typst, `NumericsError` for a failed run,
     `DataError` for a folder that cannot be written.
@@ -47,26 +46,24 @@ def make_report(
     from threadpoolctl import threadpool_limits
 
     # Cases and records run side by side; threads of the libraries would only wait for each other.
-    shown = progress or Progress(silent=True)
     with tempfile.TemporaryDirectory(prefix="srbval-") as name, threadpool_limits(1):
         scratch = Path(name)
         if not is_compiled("full"):
-            shown.stage("Compile the model, once after installation")
-            precompile("full")
+            with stage(progress, "Compile the model, once after installation"):
+                precompile("full")
         evidence = gather(
             seconds=seconds,
             stand_in_folder=scratch,
             jobs=jobs,
-            progress=SimulationProgress(shown),
-            stage=shown.stage,
+            progress=progress,
             known=_stored_sensitivity(),
         )
-        shown.stage("Draw the figures")
         figures = scratch / "figures"
         figures.mkdir()
-        report = assemble(evidence, figures, command=command)
-        shown.stage("Write the report")
-        files = write_report(report, folder, formats)
+        with stage(progress, "Draw the figures"):
+            report = assemble(evidence, figures, command=command)
+        with stage(progress, "Write the report"):
+            files = write_report(report, folder, formats)
     return Made(evidence=evidence, files=files)
 
 

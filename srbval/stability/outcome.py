@@ -9,10 +9,10 @@ from typing import Any
 
 from srbval.bench.batch import run_all
 from srbval.bench.measures import band_rms, smooth_mean
-from srbval.bench.progress import Progress
 from srbval.bench.scenes import scene_content
 from srbval.bench.timing import Attempt
 from srbval.models.run import Run
+from srbval.progress import Progress
 from srbval.scene import Scene
 from srbval.stability.grid import Case, Grid
 from srbval.storage.content_store import ContentStore

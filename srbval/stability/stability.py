@@ -9,7 +9,7 @@ from typing import Any
 from srbval.bearing import load_bearing
 from srbval.bench.calibration import calibrate
 from srbval.bench.machine import Machine, describe_machine, load_average
-from srbval.bench.progress import Progress, silent
+from srbval.progress import Progress, silent
 from srbval.stability.cell import NO_REFERENCE, UNLIKE, StabilityCell
 from srbval.stability.claims import Claim, claims
 from srbval.stability.grid import FULL, Case, Grid, Group

@@ -11,11 +11,12 @@ import numpy as np
 from srbval.bearing import Bearing, Fault
 from srbval.errors import SrbvalError
 from srbval.models.run import Run
+from srbval.progress import Progress, silent
 from srbval.recordings.from_run import recording_from_run
 from srbval.scene import paper_scene
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.cases import Case
-from srbval.validation.run_cases import Progress, run_cases
+from srbval.validation.run_cases import run_cases
 
 # Length of a run in shaft turns. At 858 rpm levels of runs begun differently differ by up to 1.9 dB after 14 turns,
 # 2.2 after 29, 2.1 after 57 and 0.8 after 114, half of that below the fourth harmonic; what inputs leave open is 2 to
@@ -38,7 +39,7 @@ class ModelSide:
     line_order: float | None
 
 
-def model_beside(rig: Analysis, *, progress: Progress | None = None) -> ModelSide | str:
+def model_beside(rig: Analysis, *, progress: Progress = silent) -> ModelSide | str:
     """The paper's scene at the recording's speed and load with the defect of its state; the reason where it failed."""
     case = case_beside(rig)
     try:

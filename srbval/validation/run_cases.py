@@ -3,26 +3,25 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 from srbval.errors import ConfigurationError, NumericsError
 from srbval.models.precompile import load_kernels
 from srbval.models.run import Run, RunStatus
 from srbval.models.simulate import simulate
+from srbval.progress import Progress, silent
 from srbval.validation.cases import Case
-
-Progress = Callable[[Case, float], None]
 
 
 class Stopped(Exception):
     """Raised inside a run when another one failed or the user interrupted."""
 
 
-def run_cases(cases: Sequence[Case], *, jobs: int | None = None, progress: Progress | None = None) -> dict[str, Run]:
+def run_cases(cases: Sequence[Case], *, jobs: int | None = None, progress: Progress = silent) -> dict[str, Run]:
     """Run all `cases`, `jobs` at a time (default: one a core), the longest first.
 
-    `progress` gets a case and its simulated seconds, from several threads. Raises `NumericsError` naming the
+    `progress` gets one task per case, from several threads. Raises `NumericsError` naming the
     first failed case; the others are stopped.
     """
     if jobs is not None and jobs < 1:
@@ -30,11 +29,10 @@ def run_cases(cases: Sequence[Case], *, jobs: int | None = None, progress: Progr
     stop = False
 
     def one(case: Case) -> Run:
-        def report(done: float) -> None:
+        def report(_: str, fraction: float | None) -> None:
             if stop:
                 raise Stopped
-            if progress is not None:
-                progress(case, done)
+            progress(f"Simulate {case.id}", fraction)
 
         run = simulate(case.scene, progress=report)
         if run.status is not RunStatus.OK:

@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 
 from srbval.bearing import DEFAULT_BEARING, DEFECTS, Fault, load_bearing
 from srbval.config.strict import read_toml
+from srbval.progress import Progress, silent
 from srbval.scene import paper_scene
 from srbval.validation.cases import Case
 from srbval.validation.compared_quantities import COMPARED, own_effects, value_of_model
 from srbval.validation.effects import Effect, Sensitivity, ShapeEffect
 from srbval.validation.model_side import DETAIL_HZ, ModelSide, read_run
-from srbval.validation.run_cases import Progress, run_cases
+from srbval.validation.run_cases import run_cases
 from srbval.validation.spectrum_shape import halves_of
 from srbval.validation.speed_and_slip import published_speeds
 
@@ -52,7 +53,7 @@ def terms() -> tuple[Term, ...]:
     return tuple(Term(**row) for row in table["term"])
 
 
-def measure(*, seconds: float = SECONDS, jobs: int | None = None, progress: Progress | None = None) -> Sensitivity:
+def measure(*, seconds: float = SECONDS, jobs: int | None = None, progress: Progress = silent) -> Sensitivity:
     """Run every term on every fault at the rig's speed and take the changes; raises what runs and analyses raise."""
     found: dict[tuple[str, Fault], Values] = {}
     shapes: dict[tuple[str, Fault], NDArray[np.float64] | None] = {}

@@ -58,9 +58,9 @@ def test_the_same_scene_gives_the_same_run() -> None:
 
 
 def test_progress_reaches_the_end() -> None:
-    seen: list[float] = []
-    simulate(paper_scene(duration="0.05 s", settle="0.01 s"), progress=seen.append)
-    assert seen[-1] == pytest.approx(0.06, abs=1e-4)  # settling is rounded to a sample
+    seen: list[float | None] = []
+    simulate(paper_scene(duration="0.05 s", settle="0.01 s"), progress=lambda _, fraction: seen.append(fraction))
+    assert seen[-1] == 1.0
     assert seen == sorted(seen)
 
 

@@ -69,11 +69,11 @@ def server(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Server]:
 
 @pytest.mark.usefixtures("server")
 def test_all_files_with_progress_and_registered(tmp_path: Path) -> None:
-    told: list[tuple[int, int, str]] = []
-    result = fetch("torino-excerpts", tmp_path / "data", progress=lambda *step: told.append(step))
+    reported: list[tuple[str, float | None]] = []
+    result = fetch("torino-excerpts", tmp_path / "data", progress=lambda *call: reported.append(call))
     assert [r.status for r in result.recordings] == [Status.OK] * 3
     assert [Path(r.file).name for r in result.recordings] == list(NAMES)
-    assert told == [(0, 3, NAMES[0]), (1, 3, NAMES[1]), (2, 3, NAMES[2]), (3, 3, "torino-excerpts")]
+    assert reported == [("Download", part / 3) for part in range(4)]
 
 
 def test_broken_off_then_resumed_at_the_file_that_is_missing(server: Server, tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from srbval.cli.main import main
+from srbval.cli import main
 from srbval.recordings import load_recording
 from srbval.recordings.registry import Status, add
 from srbval.report.badges import Tone

@@ -10,7 +10,7 @@ import pytest
 from scipy.io import savemat
 
 from srbval.bearing import Fault
-from srbval.cli.main import main
+from srbval.cli import main
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings import load_recording
 from srbval.recordings.registry import Status, add, load_entry, load_registered, rig_recordings, verify

@@ -13,12 +13,12 @@ from srbval.bench.ladder.cases import Case, quick_grid
 from srbval.bench.ladder.questions import Answer, Question, answers, asked_of, error_pct
 from srbval.bench.ladder.table import Calibration, Entry, RungEntry
 from srbval.bench.machine import describe_machine, load_average, usable_cores
-from srbval.bench.progress import Progress, silent
 from srbval.bench.scenes import scene_content
 from srbval.bench.timing import attempt
 from srbval.models.kernel_cache import precompile
 from srbval.models.ladder import MODELS
 from srbval.models.precompile import load_kernels
+from srbval.progress import Progress, silent
 from srbval.scene import Scene, paper_scene
 from srbval.storage.content_store import ContentStore
 

@@ -6,30 +6,29 @@ import logging
 from pathlib import Path
 
 from srbval.errors import DataError
+from srbval.progress import Progress, silent
 from srbval.recordings.datasets.description import DatasetDescription, ExpectedFile, dataset, known_datasets
 from srbval.recordings.registry.entry import Listing
 from srbval.recordings.registry.home import home_folder
-from srbval.recordings.registry.verbs import Progress, add
+from srbval.recordings.registry.verbs import add
 
 TIMEOUT_S = 30
 
 
-def fetch(name: str, folder: str | Path | None = None, *, progress: Progress | None = None) -> Listing:
+def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = silent) -> Listing:
     """Download the open data set `name` into `folder` (default: below the home folder) and register it.
 
     Files that are there with the right SHA-256 are kept, so an interrupted download goes on where it
-    stopped. `progress` is told files done, files in all, file at hand. Raises `DataError` for a set that is
+    stopped. Raises `DataError` for a set that is
     restricted or has no pinned files, and without a network, each with the way out.
     """
     description = dataset(name)
     pinned = _pinned_files(description)
     target = Path(folder) if folder is not None else home_folder() / "recordings" / name
     for done, file in enumerate(pinned):
-        if progress is not None:
-            progress(done, len(pinned), file.name)
+        progress("Download", done / len(pinned))
         _retrieve(file, target, description)
-    if progress is not None:
-        progress(len(pinned), len(pinned), name)
+    progress("Download", 1.0)
     return add(target)
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from srbval.bearing import Fault
 from srbval.errors import DataError
+from srbval.progress import Progress, silent
 from srbval.recordings.load import sha256_of
 from srbval.recordings.registry.coverage import coverage
 from srbval.recordings.registry.entry import Listing, RegisteredRecording, Status
@@ -25,8 +26,6 @@ from srbval.recordings.registry.manifest import (
 from srbval.recordings.registry.once import each_once
 from srbval.recordings.settings import Settings
 
-Progress = Callable[[int, int, str], None]  # bytes done, bytes in all, file at hand
-
 MAX_WORKERS = 4
 RIG_DATASETS = ("torino-full", "torino-excerpts")  # the longer recordings first
 
@@ -34,7 +33,7 @@ RIG_DATASETS = ("torino-full", "torino-excerpts")  # the longer recordings first
 def add(
     folder: str | Path,
     *,
-    progress: Progress | None = None,
+    progress: Progress = silent,
     repin: bool = False,
     settings: Settings | None = None,
 ) -> Listing:
@@ -78,15 +77,14 @@ def listing() -> Listing:
     return _listing(_quick_look(entry) for entry in entries.values())
 
 
-def verify(*, progress: Progress | None = None) -> Listing:
+def verify(*, progress: Progress = silent) -> Listing:
     """All registered files, each hashed again and compared with its pin."""
     entries = _with_environment_folder(read_manifest())
     total, done, checked = sum(e.size_bytes for e in entries.values()), 0, []
     for entry in entries.values():
         checked.append(_verified(entry))
         done += entry.size_bytes
-        if progress is not None:
-            progress(done, total, entry.file)
+        progress("Verify", _fraction(done, total))
     return _listing(checked)
 
 
@@ -136,7 +134,7 @@ def _walk(folder: Path) -> Iterator[Path]:
 
 
 def _inspect(
-    files: list[Path], known: Entries, progress: Progress | None, settings: Settings | None = None
+    files: list[Path], known: Entries, progress: Progress, settings: Settings | None = None
 ) -> list[RegisteredRecording]:
     """Each file looked at; one whose size and time of change are those pinned is taken from `known`.
 
@@ -156,8 +154,7 @@ def _inspect(
         for entry, size in zip(pool.map(look, files), sizes, strict=True):
             seen.append(entry)
             done += size
-            if progress is not None:
-                progress(done, total, entry.file)
+            progress("Register", _fraction(done, total))
     return seen
 
 
@@ -167,6 +164,11 @@ def _as_settled_before(entry: RegisteredRecording, gone: list[RegisteredRecordin
     if before is None:
         return entry
     return inspect_file(Path(entry.file), entry.settings.over(before) if entry.settings else before)
+
+
+def _fraction(done: int, total: int) -> float:
+    """Of the bytes; files that are all empty count as done."""
+    return done / total if total else 1.0
 
 
 def _size(path: Path) -> int:
@@ -231,7 +233,7 @@ def _with_environment_folder(entries: Entries) -> Entries:
     if folder is None:
         return entries
     known = {**_looked_at_before(), **entries}
-    seen = {e.file: _against_pin(known.get(e.file), e) for e in _inspect(_files_under(folder), known, None)}
+    seen = {e.file: _against_pin(known.get(e.file), e) for e in _inspect(_files_under(folder), known, silent)}
     if any(key not in known for key in seen):
         with contextlib.suppress(DataError):  # a home that cannot be written costs time, not the recordings
             _remember({key: entry for key, entry in seen.items() if key not in entries})
