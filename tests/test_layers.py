@@ -1,10 +1,12 @@
-"""The layout is the pipeline: a folder imports only from folders above it in this list."""
+"""The layout is the pipeline: a room imports only from rooms above it in this list, and nothing in a circle."""
 
 from __future__ import annotations
 
 import ast
 import subprocess
 import sys
+from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -32,12 +34,38 @@ ORDER = (
     "cli",
 )
 PACKAGE = Path(srbval.__file__).parent
-FILES = sorted(p for p in PACKAGE.rglob("*.py") if p.parent not in (PACKAGE, PACKAGE / "docs"))
+SOURCES = {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(PACKAGE.rglob("*.py"))}
+FILES = [path for path in SOURCES if path.parent not in (PACKAGE, PACKAGE / "docs")]
+LONGEST_FUNCTION = 80  # lines; more does not fit on a screen. Kernels are compiled as a whole and may be longer.
+
+
+def module_name(path: Path) -> str:
+    """Dotted name of a file of the package."""
+    return ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__")
+
+
+MODULES = {module_name(path) for path in SOURCES}
+
+
+def imported(tree: ast.AST) -> Iterator[str]:
+    """Every module of the package that is imported anywhere in a file, within functions too, but not for types only."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            continue
+        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "srbval":
+            for alias in node.names:
+                inner = f"{node.module}.{alias.name}"
+                yield inner if inner in MODULES else node.module or ""
+        elif isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name.split(".")[0] == "srbval")
+        else:
+            yield from imported(node)
 
 
 def imported_rooms(path: Path) -> set[str]:
+    """Rooms that a file imports from, for types too."""
     rooms = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(SOURCES[path]):
         names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
         names += [a.name for a in node.names] if isinstance(node, ast.Import) else []
         rooms |= {n.split(".")[1] for n in names if n.startswith("srbval.")}
@@ -49,6 +77,36 @@ def test_imports_only_run_forward(path: Path) -> None:
     room = path.relative_to(PACKAGE).parts[0]
     later = {r for r in imported_rooms(path) if ORDER.index(r) > ORDER.index(room)}
     assert not later, f"{room} must not import {later}"
+
+
+def test_no_import_circle() -> None:
+    """Imports within functions count: they only hide a circle."""
+    graph = {module_name(path): set(imported(tree)) - {module_name(path)} for path, tree in SOURCES.items()}
+    del graph["srbval"]  # its names are loaded when they are used
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        pytest.fail(" -> ".join(error.args[1]))
+
+
+def test_nothing_imports_the_whole_package() -> None:
+    """`import srbval` needs no path and no name that a room does not offer itself; the version alone stands there."""
+    for path in FILES:
+        for node in ast.walk(SOURCES[path]):
+            if isinstance(node, ast.Import):
+                assert "srbval" not in [alias.name for alias in node.names], path
+            if isinstance(node, ast.ImportFrom) and node.module == "srbval":
+                assert {alias.name for alias in node.names} <= {"__version__", *ORDER}, path
+
+
+def test_no_function_is_too_long() -> None:
+    for path, tree in SOURCES.items():
+        if path.stem.endswith("_kernel"):
+            continue
+        for node in ast.walk(tree):
+            if isinstance(node, ast.FunctionDef):
+                length = (node.end_lineno or 0) - node.lineno + 1
+                assert length <= LONGEST_FUNCTION, f"{path.relative_to(PACKAGE)}: {node.name}: {length} lines"
 
 
 def test_signal_knows_only_arrays() -> None:

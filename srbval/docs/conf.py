@@ -45,10 +45,10 @@ def modules_of(room: str) -> list[str]:
 
 
 def reference(room: str) -> str:
-    """The reference of a room's modules. A package only gathers names: they are documented where they are made."""
+    """The reference of a room's modules. Names that a package gathers are documented where they are defined."""
     entries = []
     for name in modules_of(room):
-        members = "   :no-members:\n" if (PACKAGE.parent / Path(*name.split("."))).is_dir() else ""
+        members = "   :ignore-module-all:\n" if (PACKAGE.parent / Path(*name.split("."))).is_dir() else ""
         entries.append(f"## `{name}`\n\n```{{eval-rst}}\n.. automodule:: {name}\n{members}```\n")
     return "\n".join(entries)
 
