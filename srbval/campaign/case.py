@@ -1,10 +1,12 @@
-"""One case of a campaign: what it changes, the name of its result, what it should cost."""
+"""The cases of a campaign: as planned, as handed to a worker, as ended; and the keys of their results."""
 
 from __future__ import annotations
 
+import enum
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from srbval.bench.scenes import scene_content
@@ -14,16 +16,31 @@ from srbval.storage.content_store import content_key
 from srbval.storage.content_version import content_version
 
 COMPUTED_BY = "srbval.campaign.work"
-GUESSED_S = 2e-5  # of wall time for one of the full model's right-hand sides, on a slow machine
+GUESSED_S = 2e-5  # wall time of one right-hand side of the full model on a slow machine
+
+
+class Ending(enum.StrEnum):
+    """How a case ended. `OK`, `FAILED` and `REFUSED` are final; the others are tried again by the next run."""
+
+    OK = "ok"
+    FAILED = "failed"  # the numerics: the reason begins with the run's own status
+    REFUSED = "refused"  # no run could be started
+    CRASHED = "crashed"  # its process died, or the program has a bug
+    TIMED_OUT = "timed-out"  # it exceeded its time limit, so its process was ended
+    UNWRITTEN = "unwritten"  # the result could not be written
+
+
+FINAL = (Ending.OK, Ending.FAILED, Ending.REFUSED)
+RETRIED = (Ending.CRASHED, Ending.TIMED_OUT)  # endings with a result file that is removed for another try
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Case:
+class CampaignCase:
     """A case as planned.
 
-    `key` names its result; `point` is what it changes, by dotted key; `solver` the scene's; `weight` its cost in the
-    full model's right-hand sides; `expected_s` on the calibration's machine, None where that is unknown; `refused` says
-    why no scene could be made of it.
+    `key` names its result; `point` is what it changes in the base scene, by dotted key; `weight` is its cost in
+    right-hand sides of the full model; `expected_s` the wall time on the calibration's machine, None where unknown;
+    `refused` says why no scene could be made of the point.
     """
 
     index: int
@@ -38,21 +55,46 @@ class Case:
 
     @property
     def planned_s(self) -> float:
-        """`expected_s`, or a rough guess from the weight where that is unknown; the longest go first."""
+        """`expected_s`, or a rough guess from the weight where that is unknown; the longest cases run first."""
         return GUESSED_S * self.weight if self.expected_s is None else self.expected_s
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return asdict(self)
+
+@dataclass(frozen=True, kw_only=True)
+class CaseTask:
+    """What a worker needs to run a case.
+
+    The scene, the outputs wanted, where the result goes, and the limit of wall time, None for none.
+    """
+
+    key: str
+    scene: Scene
+    outputs: tuple[Output, ...]
+    path: Path
+    limit_s: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseOutcome:
+    """How a case ended; `wall_s` of the whole case, `simulation_s` of the simulation alone.
+
+    `found`: the result existed already and nothing was run.
+    """
+
+    key: str
+    ending: Ending
+    reason: str
+    wall_s: float = 0.0
+    simulation_s: float = 0.0
+    found: bool = False
 
 
 def case_key(scene: Scene, outputs: Sequence[Output]) -> str:
-    """Name of a result: the scene, the bearing's data, the outputs, the version of all that makes and measures it."""
+    """Key of a result: hash of the scene, the bearing's data, the outputs and the version of the code."""
     return content_key(f"{' '.join(sorted(outputs))} {scene_content(scene)}", computed_by=COMPUTED_BY)
 
 
 def refused_key(point: Mapping[str, Any], reason: str) -> str:
-    """Name of the result of a case of which no scene could be made."""
+    """Key of the result of a point of which no scene could be made."""
     return content_key(f"{json.dumps(point, sort_keys=True, default=str)} {reason}", computed_by=COMPUTED_BY)
 
 

@@ -1,4 +1,4 @@
-"""From a campaign to its cases: scenes checked, models chosen, results named, costs expected."""
+"""From a campaign to its cases: scenes checked, models chosen, keys of the results, expected costs."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import Any
 
 from srbval.bench.ladder.table import Calibration
 from srbval.bench.timing import right_hand_sides_per_step
-from srbval.campaign.case import Case, case_key, refused_key
+from srbval.campaign.case import CampaignCase, case_key, refused_key
 from srbval.campaign.quantities import Output
-from srbval.campaign.sampling import deep, points
+from srbval.campaign.sampling import nested, points
 from srbval.campaign.settings import Campaign
 from srbval.errors import DataError, SrbvalError
 from srbval.models.ladder import AUTO, rung_of
@@ -21,14 +21,17 @@ from srbval.plan.plan import make_plan
 from srbval.scene import Scene, paper_scene
 from srbval.scene.read import merge
 
-FILE_BYTES = 16_384  # of a result without signals
-VARIABLES = {Output.ACCELERATION: 4, Output.SIGNALS: 22}  # columns of 8-byte numbers, the time axis among them
-LESSER_WEIGHT = 1e-3  # of a lesser model's simulated second beside the full one's right-hand side, roughly
+FILE_BYTES = 16_384  # size of a result file without signals
+COLUMNS = {Output.ACCELERATION: 4, Output.SIGNALS: 22}  # of 8-byte numbers, the time axis included
+LESSER_WEIGHT = 1e-3  # cost of one output sample of a simpler model in right-hand sides of the full one, roughly
 
 
 @dataclass(frozen=True, kw_only=True)
-class Totals:
-    """A plan in a few numbers; `expected_s` on one core of the calibration's machine, None where unknown."""
+class PlanTotals:
+    """A plan in a few numbers; `different` counts cases of unlike content once each.
+
+    `expected_s` is wall time on one core of the calibration's machine, None where unknown.
+    """
 
     cases: int
     different: int
@@ -38,8 +41,8 @@ class Totals:
     expected_bytes: int
 
 
-def plan_cases(campaign: Campaign) -> list[Case]:
-    """All cases. A point of which no scene can be made is a case too, with the reason why.
+def plan_cases(campaign: Campaign) -> list[CampaignCase]:
+    """All cases. A point of which no scene can be made is a case too, with the reason.
 
     Raises `ConfigurationError` where axes contradict each other, and what `make_plan` raises without a calibration.
     """
@@ -48,19 +51,19 @@ def plan_cases(campaign: Campaign) -> list[Case]:
 
 def scene_of(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
     """The scene of a point, its model still as the campaign says; raises what reading a scene raises."""
-    return paper_scene(**merge(campaign.scene, deep(dict(point))))
+    return paper_scene(**merge(campaign.scene, nested(dict(point))))
 
 
-def final_scene(campaign: Campaign, case: Case) -> Scene:
+def final_scene(campaign: Campaign, case: CampaignCase) -> Scene:
     """The scene that a planned case runs."""
     return replace(scene_of(campaign, case.point), model=case.model)
 
 
-def totals(cases: Sequence[Case]) -> Totals:
+def totals(cases: Sequence[CampaignCase]) -> PlanTotals:
     """Add up a plan; cases of the same content count once in time and disk."""
     unique = list({case.key: case for case in cases}.values())
     known = [case.expected_s for case in unique if not case.refused]
-    return Totals(
+    return PlanTotals(
         cases=len(cases),
         different=len(unique),
         models=dict(Counter(case.model for case in cases if not case.refused)),
@@ -70,7 +73,7 @@ def totals(cases: Sequence[Case]) -> Totals:
     )
 
 
-def _cases(campaign: Campaign) -> Iterator[Case]:
+def _cases(campaign: Campaign) -> Iterator[CampaignCase]:
     for index, point in enumerate(points(campaign)):
         try:
             scene = scene_of(campaign, point)
@@ -82,12 +85,12 @@ def _cases(campaign: Campaign) -> Iterator[Case]:
         except DataError:
             raise
         except SrbvalError as error:
-            yield Case(
+            yield CampaignCase(
                 index=index, key=refused_key(point, str(error)), point=point, model="", solver="", weight=0.0,
                 expected_s=None, expected_bytes=FILE_BYTES, refused=str(error),
             )  # fmt: skip
             continue
-        yield Case(
+        yield CampaignCase(
             index=index,
             key=key,
             point=point,
@@ -100,13 +103,13 @@ def _cases(campaign: Campaign) -> Iterator[Case]:
 
 
 def expected_bytes(scene: Scene, outputs: Sequence[Output]) -> int:
-    """Size of a result file, but for its table of details."""
-    columns = max((VARIABLES.get(output, 0) for output in outputs), default=0)
+    """Size of a result file, without its detailed outputs."""
+    columns = max((COLUMNS.get(output, 0) for output in outputs), default=0)
     return FILE_BYTES + 8 * columns * scene.samples
 
 
 def _weight(scene: Scene) -> float:
-    """Right-hand sides of the full model; far less for a lesser one."""
+    """Cost in right-hand sides of the full model; far less for a simpler one."""
     seconds = scene.settle_s + scene.duration_s
     if rung_of(scene.model).own_solver:
         return LESSER_WEIGHT * seconds * scene.output_rate_hz

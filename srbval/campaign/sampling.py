@@ -12,7 +12,7 @@ from srbval.errors import ConfigurationError
 
 Point = dict[str, Any]  # by dotted key of a scene file
 
-_END = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+_NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 
 
 def points(campaign: Campaign) -> Iterator[Point]:
@@ -48,11 +48,11 @@ def block_points(block: Axes, seed: int) -> Iterator[Point]:
         for choice in combine(*values.values()):
             yield dict(zip(values, choice, strict=True))
         return
-    yield from _filled(block, seed)
+    yield from _space_filling(block, seed)
 
 
 def flat(table: Mapping[str, Any], prefix: str = "") -> Point:
-    """Tables within tables as dotted keys."""
+    """Nested tables as dotted keys."""
     found: Point = {}
     for key, value in table.items():
         inner = flat(value, f"{prefix}{key}.") if isinstance(value, Mapping) else {f"{prefix}{key}": value}
@@ -62,8 +62,8 @@ def flat(table: Mapping[str, Any], prefix: str = "") -> Point:
     return found
 
 
-def deep(point: Point) -> dict[str, Any]:
-    """Dotted keys as tables within tables."""
+def nested(point: Point) -> dict[str, Any]:
+    """Dotted keys as nested tables."""
     table: dict[str, Any] = {}
     for key, value in point.items():
         *outer, last = key.split(".")
@@ -76,7 +76,7 @@ def deep(point: Point) -> dict[str, Any]:
     return table
 
 
-def _filled(block: Axes, seed: int) -> Iterator[Point]:
+def _space_filling(block: Axes, seed: int) -> Iterator[Point]:
     """Points that fill the ranges: Latin hypercube, or scrambled Sobol (McKay et al. 1979; Sobol 1967, Owen 1998)."""
     from scipy.stats import qmc
 
@@ -100,7 +100,7 @@ def _filled(block: Axes, seed: int) -> Iterator[Point]:
 def _range(key: str, ends: object) -> tuple[float, float, str]:
     """Least value, largest value and their unit, empty for plain numbers."""
     if isinstance(ends, Sequence) and not isinstance(ends, str) and len(ends) == 2:
-        found = [_END.fullmatch(str(end)) for end in ends]
+        found = [_NUMBER_AND_UNIT.fullmatch(str(end)) for end in ends]
         if found[0] and found[1] and found[0][2] == found[1][2] and float(found[0][1]) < float(found[1][1]):
             return float(found[0][1]), float(found[1][1]), found[0][2]
     raise ConfigurationError(

@@ -1,4 +1,4 @@
-"""What a campaign of very many cases costs beside the simulations: measured with tiny cases, reckoned for more."""
+"""Overhead of a campaign of very many cases besides the simulations: measured with tiny cases, extrapolated."""
 
 from __future__ import annotations
 
@@ -9,22 +9,23 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bench.peak_memory import peak_bytes
+from srbval.campaign.campaign_folder import JOURNAL, PLAN
 from srbval.campaign.engines.engine import Engine
 from srbval.campaign.planning import plan_cases
 from srbval.campaign.run import run_campaign
 from srbval.campaign.settings import Campaign, campaign_of
-from srbval.campaign.store import JOURNAL, PLAN
+from srbval.progress import Progress, silent
 
-CASE_S = 5.0  # wall time of a real case on one core: 10 s of the full model, reckoned with
-RECKONED = ((10_000, 64), (1_000_000, 2000))
+CASE_S = 5.0  # assumed wall time of a real case on one core: 10 s of the full model
+EXTRAPOLATED = ((10_000, 64), (1_000_000, 2000))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Scale:
-    """What was measured: `planning_s`; `run_s` the whole run, planning included; `peak_bytes` of this process.
+class CampaignScale:
+    """What was measured: `planning_s`; `run_s` of the whole run, planning included.
 
-    `coordinator_s` is its processor time a case, `file_bytes` a result's size without signals; None where the system
-    does not tell.
+    `coordinator_s` is this process's CPU time per case; `peak_bytes` its peak memory and `base_bytes` that before the
+    campaign, None where the system does not tell; `file_bytes` is the size of a result without signals.
     """
 
     cases: int
@@ -39,8 +40,8 @@ class Scale:
     journal_bytes: int
     file_bytes: float
 
-    def reckon(self, cases: int, workers: int) -> dict[str, Any]:
-        """The same for `cases` real ones of `CASE_S` on `workers`, each part in proportion."""
+    def extrapolate(self, cases: int, workers: int) -> dict[str, Any]:
+        """The overhead of `cases` real ones of `CASE_S` on `workers`, each part in proportion to the cases."""
         share = cases / self.cases
         grown = None if self.peak_bytes is None or self.base_bytes is None else self.peak_bytes - self.base_bytes
         return {
@@ -59,12 +60,12 @@ class Scale:
         }
 
 
-def reckoned(found: Scale) -> list[dict[str, Any]]:
+def extrapolations(found: CampaignScale) -> list[dict[str, Any]]:
     """Ten thousand cases and a million, on clusters that fit them."""
-    return [found.reckon(cases, workers) for cases, workers in RECKONED]
+    return [found.extrapolate(cases, workers) for cases, workers in EXTRAPOLATED]
 
 
-def measure_scale(cases: int, engine: Engine) -> Scale:
+def measure_scale(cases: int, engine: Engine, *, progress: Progress = silent) -> CampaignScale:
     """Run `cases` tiny cases of the cheapest model in a temporary folder."""
     campaign = tiny(cases)
     base_bytes = peak_bytes()
@@ -73,11 +74,11 @@ def measure_scale(cases: int, engine: Engine) -> Scale:
     planning_s = time.perf_counter() - started
     with tempfile.TemporaryDirectory(prefix="srbval-scale-") as name:
         folder = Path(name)
-        busy, started = time.process_time(), time.perf_counter()
-        done = run_campaign(campaign, folder, engine=engine)
-        run_s, coordinator_s = time.perf_counter() - started, time.process_time() - busy
+        cpu_s, started = time.process_time(), time.perf_counter()
+        done = run_campaign(campaign, folder, engine=engine, progress=progress)
+        run_s, coordinator_s = time.perf_counter() - started, time.process_time() - cpu_s
         sizes = [path.stat().st_size for path in (folder / "cases").glob("*/*.h5")]
-        return Scale(
+        return CampaignScale(
             cases=done.cases,
             engine=done.engine,
             workers=done.workers,

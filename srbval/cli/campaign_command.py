@@ -8,19 +8,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from srbval.bench.noise_study import noise_study
 from srbval.campaign.engines.choose import choose_engine
-from srbval.campaign.export import export_campaign
-from srbval.campaign.export_settings import ExportSettings
-from srbval.campaign.noise_study import noise_study
+from srbval.campaign.export import ExportSettings, export_campaign
 from srbval.campaign.planning import plan_cases, totals
 from srbval.campaign.run import run_campaign
-from srbval.campaign.scale import measure_scale, reckoned
+from srbval.campaign.scale import extrapolations, measure_scale
 from srbval.campaign.settings import Campaign, load_campaign
 from srbval.campaign.status import campaign_status
-from srbval.cli.campaign_progress import CampaignProgress
 from srbval.cli.measured import measure_and_print
 from srbval.cli.output import print_columns, print_json, print_table
-from srbval.progress import Progress
+from srbval.progress import Progress, ProgressDisplay
 from srbval.storage.stored_result import CAMPAIGN_SCALE, NOISE_STUDY
 from srbval.storage.strict_json import json_object
 
@@ -34,7 +32,6 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-
     given = {"limit_factor": options.limit_factor, "least_limit_s": options.least_limit}
     campaign = replace(
         load_campaign(options.campaign), **{name: value for name, value in given.items() if value is not None}
@@ -43,8 +40,8 @@ def _run(options: argparse.Namespace) -> int:
     if options.dry_run:
         return _dry_run(campaign, engine.name, options)
     folder = Path(options.output or f"srbval-{campaign.name}")
-    with CampaignProgress() as shown:
-        done = run_campaign(campaign, folder, engine=engine, progress=shown.update, say=shown.say)
+    with ProgressDisplay() as progress:
+        done = run_campaign(campaign, folder, engine=engine, progress=progress, message=progress.message)
     if options.json:
         print_json(json_object(done) | {"folder": folder})
     else:
@@ -55,11 +52,10 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _dry_run(campaign: Campaign, engine: str, options: argparse.Namespace) -> int:
-
     cases = plan_cases(campaign)
     found = totals(cases)
     if options.json:
-        print_json({"name": campaign.name, "engine": engine, **vars(found), "planned": cases})
+        print_json({"name": campaign.name, "engine": engine, **json_object(found), "planned": cases})
         return DONE
     rows = [(c.index, c.model or "refused", c.expected_s, c.refused or _point(c.point)) for c in cases]
     print_table(("case", "model", "expected [s]", "values"), rows)
@@ -75,7 +71,6 @@ def _point(point: Mapping[str, Any]) -> str:
 
 
 def _status(options: argparse.Namespace) -> int:
-
     found = campaign_status(Path(options.folder))
     if options.json:
         print_json(json_object(found))
@@ -98,7 +93,6 @@ def _show_failures(failed: Sequence[Mapping[str, Any]]) -> None:
 
 
 def _export(options: argparse.Namespace) -> int:
-
     settings = ExportSettings(
         segment_s=options.segment_seconds, snr_db=tuple(options.snr_db), noise=options.noise, seed=options.seed
     )
@@ -120,9 +114,9 @@ def _noise(options: argparse.Namespace) -> int:
 
 
 def _scale(options: argparse.Namespace) -> int:
-    def measure(_: Progress) -> dict[str, Any]:
-        found = measure_scale(options.cases, choose_engine(options.engine))
-        return {"measured": vars(found), "reckoned": reckoned(found)}
+    def measure(progress: Progress) -> dict[str, Any]:
+        found = measure_scale(options.cases, choose_engine(options.engine), progress=progress)
+        return {"measured": vars(found), "reckoned": extrapolations(found)}
 
     def show(found: Mapping[str, Any]) -> None:
         print_table(("measured", "value"), list(found["measured"].items()))

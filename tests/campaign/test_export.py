@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 from scipy.signal import welch
 
-from srbval.campaign.engines.serial import Serial
-from srbval.campaign.export import export_campaign
-from srbval.campaign.export_settings import ExportSettings
-from srbval.campaign.noise import WHITE, Colour, add_noise, colour_of
+from srbval.bench.noise import WHITE, NoiseSpectrum, add_noise, noise_spectrum
+from srbval.campaign.engines.local import Serial
+from srbval.campaign.export import ExportSettings, export_campaign
 from srbval.campaign.run import run_campaign
 from srbval.cli import main
 from srbval.errors import ConfigurationError, DataError
@@ -67,9 +66,9 @@ def test_the_same_settings_give_the_same_samples(folder: Path, tmp_path: Path) -
 def test_noise_keeps_its_ratio_and_its_colour(snr_db: float) -> None:
     fs_hz, random = 10_000.0, np.random.default_rng(3)
     frequency = np.linspace(0, 2500, 200)
-    colour = Colour(name="test", frequency_hz=frequency, density=1 / (100 + frequency) ** 2)
+    colour = NoiseSpectrum(name="test", frequency_hz=frequency, density=1 / (100 + frequency) ** 2)
     samples = np.sin(2 * np.pi * 50 * np.arange(100_000) / fs_hz)
-    noise = add_noise(samples, fs_hz, snr_db=snr_db, colour=colour, random=random) - samples
+    noise = add_noise(samples, fs_hz, snr_db=snr_db, spectrum=colour, random=random) - samples
     # the ratio is set on the noise drawn, so it holds but for rounding
     assert 10 * np.log10(np.var(samples) / np.var(noise)) == pytest.approx(snr_db, abs=1e-6)
     at, density = welch(noise, fs_hz, nperseg=1000)
@@ -83,9 +82,9 @@ def test_noise_keeps_its_ratio_and_its_colour(snr_db: float) -> None:
 
 def test_noise_of_a_recording(folder: Path, tmp_path: Path) -> None:
     file = next(p for p in (folder / "cases").glob("*/*.h5") if "acceleration_y_m_s2" in h5py.File(p))
-    colour = colour_of(str(file))
+    colour = noise_spectrum(str(file))
     assert "simulated" in colour.name  # the card says what the noise was taken from
-    assert colour_of(WHITE).density is None
+    assert noise_spectrum(WHITE).density is None
     made = export_campaign(folder, tmp_path / "set.h5", ExportSettings(segment_s=2e-3, snr_db=(0.0,), noise=str(file)))
     assert made.segments == 8
 

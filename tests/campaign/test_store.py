@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
 import random
@@ -10,24 +11,26 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from srbval.campaign.campaign_folder import CampaignFolder
+from srbval.campaign.case import CaseOutcome, Ending
 from srbval.campaign.engines.choose import choose_engine
-from srbval.campaign.engines.engine import Job, Outcome
-from srbval.campaign.engines.serial import Serial
+from srbval.campaign.engines.engine import Job
+from srbval.campaign.engines.local import Serial
 from srbval.campaign.lock import folder_lock
 from srbval.campaign.run import run_campaign
 from srbval.campaign.settings import load_campaign
 from srbval.campaign.status import campaign_status
-from srbval.campaign.store import Store
-from srbval.campaign.task import Ending
 from srbval.errors import ConfigurationError, DataError
+from tests.campaign.scheduler import running_scheduler
 from tests.campaign.small import content, small
 
+FIRST_CASE_S = 120.0  # for a campaign to start its first case, kernels compiled, on a busy machine
 MANY = """\
 name = "many"
 outputs = ["summary", "statistics", "acceleration"]
@@ -76,10 +79,10 @@ def test_the_lock_of_a_dead_process_is_recognised(tmp_path: Path) -> None:
     )
     assert subprocess.run([sys.executable, "-c", code, str(tmp_path)], check=False).returncode == 9
     said: list[str] = []
-    run_campaign(small(axes=[]), tmp_path, engine=Serial(), say=said.append)
-    assert "was cut off (process" in said[0]
+    run_campaign(small(axes=[]), tmp_path, engine=Serial(), message=said.append)
+    assert "was killed (process" in said[0]
     said.clear()
-    run_campaign(small(axes=[]), tmp_path, engine=Serial(), say=said.append)
+    run_campaign(small(axes=[]), tmp_path, engine=Serial(), message=said.append)
     assert said == []
 
 
@@ -133,9 +136,9 @@ def test_one_result_too_large_for_the_disk(tmp_path: Path) -> None:
     """A real refusal to write: the operating system's limit on the size of a file."""
     code = (
         "import resource, signal, sys; from pathlib import Path\n"
-        "from srbval.campaign.engines.serial import Serial; from srbval.campaign.run import run_campaign\n"
+        "from srbval.campaign.engines.local import Serial; from srbval.campaign.run import run_campaign\n"
         "from tests.campaign.small import small\n"
-        "from srbval.campaign.engines import serial; serial.prepare = lambda scenes: None\n"
+        "from srbval.campaign.engines import local; local.prepare = lambda scenes: None\n"
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, 400_000))\n"
         "cases = [{'model': 'planar', 'duration': '2 s'}, {}, {'model': 'planar'}]\n"
@@ -214,14 +217,14 @@ def test_killed_at_random_moments(kills: int, tmp_path: Path) -> None:
 @pytest.mark.parametrize("engine", ["serial", "local", "dask"])
 def test_ctrl_c(engine: str, tmp_path: Path) -> None:
     """It reaches all processes of a terminal: one of them answers, in one line, and the same command goes on."""
-    if engine == "dask":
-        pytest.importorskip("distributed")
     file, folder = tmp_path / "many.toml", tmp_path / "run"
     file.write_text(MANY)
-    process = _start(file, folder, engine=engine, stderr=subprocess.PIPE)
-    _wait_for_cases(folder, process)
-    os.killpg(process.pid, signal.SIGINT)
-    said = process.communicate()[1].decode()
+    with contextlib.ExitStack() as stack:
+        address = stack.enter_context(running_scheduler(tmp_path)).address if engine == "dask" else None
+        process = _start(file, folder, engine=engine, address=address, stderr=subprocess.PIPE)
+        _wait_for_cases(folder, process)
+        os.killpg(process.pid, signal.SIGINT)
+        said = process.communicate()[1].decode()
     assert process.returncode == 130
     assert "KeyboardInterrupt" not in said
     assert "interrupted; nothing half-written was left behind" in said
@@ -236,7 +239,7 @@ def test_what_an_ended_process_was_writing_is_cleared(tmp_path: Path) -> None:
     class Interrupted:
         name, workers = "interrupted", 1
 
-        def run(self, job: Job) -> Iterator[Outcome]:
+        def run(self, job: Job) -> Generator[CaseOutcome]:
             part = job.folder / "cases" / "00" / ".00a.h5.x.part"
             part.parent.mkdir(parents=True)
             part.touch()
@@ -249,27 +252,29 @@ def test_what_an_ended_process_was_writing_is_cleared(tmp_path: Path) -> None:
 
 
 def _start(
-    file: Path, folder: Path, *, engine: str = "local", stderr: int = subprocess.DEVNULL
+    file: Path, folder: Path, *, engine: str = "local", address: str | None = None, stderr: int = subprocess.DEVNULL
 ) -> subprocess.Popen[bytes]:
-    command = [sys.executable, "-m", "srbval", "campaign", "run", str(file), "-o", str(folder)]
-    return subprocess.Popen(
-        [*command, "--engine", engine, "--jobs", "1" if engine == "serial" else "2"], start_new_session=True,
-        stdout=subprocess.DEVNULL, stderr=stderr,
-    )  # fmt: skip
+    command = [sys.executable, "-m", "srbval", "campaign", "run", str(file), "-o", str(folder), "--engine", engine]
+    options = ["--address", address] if address else ["--jobs", "1" if engine == "serial" else "2"]
+    return subprocess.Popen([*command, *options], start_new_session=True, stdout=subprocess.DEVNULL, stderr=stderr)
 
 
 def _wait_for_cases(folder: Path, process: subprocess.Popen[bytes]) -> None:
     """Wait until this start has handed out a case: before that there is nothing to lose."""
-    before = sum(1 for e in Store(folder).journal() if e["event"] == "begun")
-    for _ in range(600):
-        if process.poll() is not None or sum(1 for e in Store(folder).journal() if e["event"] == "begun") > before:
-            return
+    before = _started_cases(folder)
+    give_up_at = time.monotonic() + FIRST_CASE_S
+    while process.poll() is None and _started_cases(folder) == before:
+        assert time.monotonic() < give_up_at, "no case was started"
         time.sleep(0.05)
+
+
+def _started_cases(folder: Path) -> int:
+    return sum(1 for entry in CampaignFolder(folder).journal() if entry["event"] == "begun")
 
 
 def _span_s(folder: Path) -> float:
     """Wall time of the cases of an undisturbed run with two workers [s]."""
-    return sum(float(e["wall_s"]) for e in Store(folder).journal() if e["event"] == "ended") / 2
+    return sum(float(e["wall_s"]) for e in CampaignFolder(folder).journal() if e["event"] == "ended") / 2
 
 
 def _children(pid: int) -> list[int]:
@@ -288,7 +293,7 @@ def _assert_nothing_ran_twice(folder: Path) -> None:
     """No case is handed out after its result had landed, and none has two results."""
     landed: set[str] = set()
     runs: Counter[str] = Counter()
-    for entry in Store(folder).journal():
+    for entry in CampaignFolder(folder).journal():
         if entry["event"] == "begun":
             assert entry["key"] not in landed
         elif entry["ending"] == Ending.OK.value:

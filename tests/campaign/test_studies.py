@@ -6,14 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from srbval.campaign.engines.processes import LocalProcesses
-from srbval.campaign.noise_study import noise_study
+from srbval.bench.noise_study import noise_study
+from srbval.campaign.engines.local import LocalProcesses
 from srbval.campaign.planning import plan_cases
-from srbval.campaign.scale import Scale, measure_scale, reckoned, tiny
+from srbval.campaign.scale import CampaignScale, extrapolations, measure_scale, tiny
 from srbval.report.blocks import Callout
 from srbval.report.content.campaign_section import campaign_section
 from srbval.report.table import Table
 from srbval.storage.stored_result import CAMPAIGN_SCALE, NOISE_STUDY, StoredResult, stamped, store_result
+from srbval.storage.strict_json import json_value
 
 MACHINE = {"processor": "none", "usable_cores": 1}
 LIMIT_BYTES = 300e6  # of the coordinating process, with ten thousand cases
@@ -34,7 +35,7 @@ def test_detection_falls_with_noise(tmp_path: Path) -> None:
         assert little.found == little.draws == 2
         assert much.found == 0
         assert (little.line_snr or 0) > 5 * (much.line_snr or 0)
-    section = campaign_section(kept(NOISE_STUDY, {"rows": [row.to_dict() for row in rows]}, tmp_path), None)
+    section = campaign_section(kept(NOISE_STUDY, {"rows": json_value(rows)}, tmp_path), None)
     assert "outer race in white noise: down to **20 dB**" in str(section.blocks[1])
     assert sum(isinstance(block, Callout) for block in section.blocks) == 1
 
@@ -43,7 +44,7 @@ def test_scale_is_measured_and_reckoned(tmp_path: Path) -> None:
     found = measure_scale(40, LocalProcesses(2))
     assert (found.cases, found.engine) == (40, "local")
     assert found.planning_s < found.run_s
-    few, many = reckoned(found)
+    few, many = extrapolations(found)
     assert many["planning_s"] == pytest.approx(100 * few["planning_s"])
     assert many["files_a_folder"] == pytest.approx(1e6 / 256)
     content = {"measured": vars(found), "reckoned": [few, many]}
@@ -74,6 +75,6 @@ def test_ten_thousand_cases_stay_within_the_memory(tmp_path: Path) -> None:
 
     command = [sys.executable, "-m", "srbval", "campaign", "scale", "--cases", "10000", "--engine", "local", "--json"]
     done = subprocess.run([*command, "-o", str(tmp_path / "s.json")], capture_output=True, text=True, check=True)
-    measured = Scale(**json.loads(done.stdout)["measured"])
+    measured = CampaignScale(**json.loads(done.stdout)["measured"])
     assert measured.cases == 10_000
     assert measured.peak_bytes is None or measured.peak_bytes < LIMIT_BYTES

@@ -1,1 +1,1 @@
-"""Where cases run: in this process, in processes beside it, on a Dask cluster; one small interface for all."""
+"""Engines: where the cases of a campaign run, behind one interface."""

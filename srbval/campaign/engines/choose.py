@@ -16,11 +16,14 @@ INSTALL = 'pip install "srbval[cluster]"'
 def choose_engine(
     name: str = AUTO, *, jobs: int | None = None, address: str | None = None, wait_s: float | None = None
 ) -> Engine:
-    """The engine of that name: ``auto`` is Dask on this machine where it is installed, else processes.
+    """The engine of that name.
 
-    `jobs` workers, by default one a usable core; `address` of a Dask scheduler that is there already, with ``auto`` or
-    ``dask``; `wait_s` for a worker of a Dask cluster that has none [s], by default two minutes, an hour with ``slurm``.
-    Raises `ConfigurationError` for an unknown name, or one whose packages are missing.
+    ``serial`` runs in this process, ``local`` in processes of this machine, ``dask`` on the cluster of the scheduler at
+    `address`, ``slurm`` on jobs of its own. ``auto`` and ``dask`` are ``local`` where no `address` is given: a Dask
+    cluster on one machine would do the same, later.
+
+    `jobs` workers, by default one per usable core; `wait_s` is how long a cluster may have no worker [s], by default
+    two minutes, an hour with ``slurm``. Raises `ConfigurationError` for an unknown name, or missing packages.
     """
     if name not in NAMES:
         raise ConfigurationError(f"engine {name!r} is not known. Known: {', '.join(NAMES)}.")
@@ -28,29 +31,27 @@ def choose_engine(
         raise ConfigurationError(f"--jobs {jobs} must be at least 1.")
     if address is not None and name not in (AUTO, DASK):
         raise ConfigurationError(f"a scheduler's address needs --engine dask, not {name!r}.")
-    if name == AUTO:
-        name = DASK if address is not None or _installed("distributed") else LOCAL
     workers = jobs or usable_cores()
+    waiting = {} if wait_s is None else {"wait_s": wait_s}
     if name == SERIAL:
-        from srbval.campaign.engines.serial import Serial
+        from srbval.campaign.engines.local import Serial
 
         return Serial()
-    if name == LOCAL:
-        from srbval.campaign.engines.processes import LocalProcesses
-
-        return LocalProcesses(workers)
-    needed = "dask_jobqueue" if name == SLURM else "distributed"
-    if not _installed(needed):
-        raise ConfigurationError(f"engine {name!r} needs {needed.replace('_', '-')}: {INSTALL}")
-    from srbval.campaign.engines import dask_engine
-
-    waiting = {} if wait_s is None else {"wait_s": wait_s}
-    if name == SLURM:
-        return dask_engine.slurm(workers, **waiting)
     if address is not None:
-        return dask_engine.existing(address, **waiting)
-    return dask_engine.embedded(workers, **waiting)
+        _require("distributed", DASK)
+        from srbval.campaign.engines.dask_cluster import cluster_at
+
+        return cluster_at(address, **waiting)
+    if name == SLURM:
+        _require("dask_jobqueue", SLURM)
+        from srbval.campaign.engines.dask_cluster import slurm_cluster
+
+        return slurm_cluster(workers, **waiting)
+    from srbval.campaign.engines.local import LocalProcesses
+
+    return LocalProcesses(workers)
 
 
-def _installed(package: str) -> bool:
-    return util.find_spec(package) is not None
+def _require(package: str, engine: str) -> None:
+    if util.find_spec(package) is None:
+        raise ConfigurationError(f"engine {engine!r} needs {package.replace('_', '-')}: {INSTALL}")

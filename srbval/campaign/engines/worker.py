@@ -1,4 +1,4 @@
-"""The process of `processes`: reads requests from standard input, answers on what was standard output.
+"""The worker process of `local`: reads requests from standard input, answers on what was standard output.
 
 ``python -m srbval.campaign.engines.worker``; ends when its input ends, in the middle of a case if need be.
 """
@@ -16,25 +16,24 @@ from typing import IO, Any
 
 
 def main() -> None:
-    """Serve until the input ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the campaign's own process sees to that
+    """Answer until the input ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the campaign's own process handles Ctrl-C
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # whatever a library prints must not get between the answers
+    os.dup2(2, 1)  # what a library prints must not get between the answers
     requests: queue.Queue[tuple[str, Any]] = queue.Queue()
     threading.Thread(target=_read, args=(sys.stdin.buffer, requests), daemon=True).start()
-    from srbval.campaign.watch import run_watched
-    from srbval.campaign.work import prepare, ready
+    from srbval.campaign.work import load_modules, prepare, run_within_limit
 
-    ready(Path())
+    load_modules(Path())
 
     while True:
         kind, content = requests.get()
-        pickle.dump(prepare(content) if kind == "prepare" else run_watched(content), answers)
+        pickle.dump(prepare(content) if kind == "prepare" else run_within_limit(content), answers)
         answers.flush()
 
 
 def _read(stream: IO[bytes], requests: queue.Queue[tuple[str, Any]]) -> None:
-    """Pass requests on; when there are no more, whoever asked is gone: end at once."""
+    """Pass requests on; when the input ends, the asking process is gone: end at once."""
     try:
         while True:
             requests.put(pickle.load(stream))

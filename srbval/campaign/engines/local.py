@@ -1,6 +1,7 @@
-"""Processes on this machine, each watched by a thread that starts another when it dies.
+"""Engines of this machine: one case after the other in this process, or several worker processes.
 
-The standard pools give up all that is under way when one of their processes dies and do not say which case it was.
+Each worker process has a thread here that starts another when it dies. The standard pools, and pebble's too, give up
+everything that is running when a process dies at the wrong moment; the standard ones do not say whose case it was.
 """
 
 from __future__ import annotations
@@ -13,15 +14,37 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Generator
+from dataclasses import replace
 from typing import Any
 
-from srbval.campaign.engines.engine import ATTEMPTS, Job, Outcome, crashed
-from srbval.campaign.task import Task
+from srbval.campaign.case import CaseOutcome, CaseTask
+from srbval.campaign.engines.engine import ATTEMPTS, Job, crashed
+from srbval.campaign.work import prepare, run_case
 from srbval.errors import NumericsError
 from srbval.storage.own_package import child_environment
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+class Serial:
+    """In this process; cases that were running when the campaign was last killed run last, in another process."""
+
+    name = "serial"
+    workers = 1
+
+    def run(self, job: Job) -> Generator[CaseOutcome]:
+        """Outcomes in the order of the tasks, suspects last."""
+        prepare(job.precompiled)
+        suspected = []
+        for task in job.tasks:
+            if task.key in job.suspects:
+                suspected.append(task)
+                continue
+            job.started(task.key)
+            yield run_case(task)
+        if suspected:
+            yield from LocalProcesses(1).run(replace(job, precompiled=(), tasks=suspected, count=len(suspected)))
 
 
 class LocalProcesses:
@@ -32,41 +55,41 @@ class LocalProcesses:
     def __init__(self, workers: int) -> None:
         self.workers = workers
 
-    def run(self, job: Job) -> Iterator[Outcome]:
+    def run(self, job: Job) -> Generator[CaseOutcome]:
         """Outcomes as they come. A case whose process dies is tried again in a new one, `ATTEMPTS` times in all."""
-        shift = _Shift(job)
+        crew = _Crew(job)
         threads = [
-            threading.Thread(target=shift.work, args=(number,), name=f"srbval-worker-{number}", daemon=True)
-            for number in range(max(1, min(self.workers, len(job.tasks))))
+            threading.Thread(target=crew.keep_busy, args=(number,), name=f"srbval-worker-{number}", daemon=True)
+            for number in range(min(self.workers, job.count))
         ]
         try:
             for thread in threads:
                 thread.start()
-            for _ in range(len(job.tasks)):
-                outcome = shift.outcomes.get()
+            for _ in range(job.count):
+                outcome = crew.outcomes.get()
                 if isinstance(outcome, BaseException):
                     raise outcome
                 yield outcome
         finally:
-            shift.end()
+            crew.end()
             for thread in threads:
                 thread.join()
 
 
-class _Shift:
-    """What the threads share: tasks still to do, outcomes, the processes that run."""
+class _Crew:
+    """What the threads share: the tasks still to do, the outcomes, the running processes."""
 
     def __init__(self, job: Job) -> None:
         self._job = job
         self._tasks = iter(job.tasks)
         self._lock = threading.Lock()
-        self._running: set[Worker] = set()
+        self._running: set[_Worker] = set()
         self._prepared = threading.Event()
         self._over = False
-        self.outcomes: queue.Queue[Outcome | BaseException] = queue.Queue()
+        self.outcomes: queue.Queue[CaseOutcome | BaseException] = queue.Queue()
 
-    def work(self, number: int) -> None:
-        """A thread's life: keep one process busy; the first one compiles while the others wait."""
+    def keep_busy(self, number: int) -> None:
+        """What each thread does: keep one process busy; the first one compiles while the others wait."""
         try:
             worker = self._start()
             if number == 0:
@@ -81,7 +104,7 @@ class _Shift:
         except BaseException as error:
             self.outcomes.put(error)
         finally:
-            self._prepared.set()  # the others must not wait for what will never be
+            self._prepared.set()  # the others must not wait for a thread that has ended
 
     def end(self) -> None:
         """Kill what still runs."""
@@ -90,49 +113,48 @@ class _Shift:
             for worker in self._running:
                 worker.kill()
 
-    def _next(self) -> Task | None:
+    def _next(self) -> CaseTask | None:
         with self._lock:
             return None if self._over else next(self._tasks, None)
 
-    def _start(self) -> Worker:
+    def _start(self) -> _Worker:
         with self._lock:
             if self._over:
                 raise _OverError
-            worker = Worker()
+            worker = _Worker()
             self._running.add(worker)
             return worker
 
-    def _replace(self, worker: Worker) -> Worker:
+    def _replace(self, worker: _Worker) -> _Worker:
         worker.close()
         with self._lock:
             self._running.discard(worker)
         return self._start()
 
-    def _prepare(self, worker: Worker) -> Worker:
+    def _prepare(self, worker: _Worker) -> _Worker:
         for _ in range(ATTEMPTS):
             try:
-                worker.ask(("prepare", tuple(self._job.first)))
+                worker.ask(("prepare", tuple(self._job.precompiled)))
                 return worker
             except EOFError:
                 how = worker.death()
                 worker = self._replace(worker)
         raise NumericsError(f"a worker process died {ATTEMPTS} times while compiling ({how}). See: srbval doctor")
 
-    def _run(self, worker: Worker, task: Task) -> Worker:
-        for attempt in range(ATTEMPTS):
-            self._job.begun(task.key)
+    def _run(self, worker: _Worker, task: CaseTask) -> _Worker:
+        for _ in range(ATTEMPTS):
+            self._job.started(task.key)
             try:
                 self.outcomes.put(worker.ask(("run", task)))
                 return worker
             except EOFError:
                 how = worker.death()
                 worker = self._replace(worker)
-                if attempt + 1 == ATTEMPTS:
-                    self.outcomes.put(crashed(task.key, how))
+        self.outcomes.put(crashed(task.key, f"process died {ATTEMPTS} times ({how})"))
         return worker
 
 
-class Worker:
+class _Worker:
     """A process that answers one request at a time; it ends when its input does, so it never outlives this one."""
 
     def __init__(self) -> None:
@@ -144,7 +166,7 @@ class Worker:
         )
 
     def ask(self, request: tuple[str, Any]) -> Any:
-        """The answer to a request; `EOFError` where the process died over it."""
+        """The answer to a request; `EOFError` where the process died meanwhile."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         try:
