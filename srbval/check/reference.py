@@ -14,8 +14,7 @@ from typing import Any
 from srbval import __version__
 from srbval.config.strict import build
 from srbval.errors import ConfigurationError, DataError
-from srbval.storage.own_package import shipped_folder
-from srbval.storage.revision import git_revision
+from srbval.storage.own_package import git_revision, shipped_folder
 from srbval.storage.strict_json import write_json
 from srbval.storage.whole_file import whole_file
 

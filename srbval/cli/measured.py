@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from srbval.bench.machine import processor_name, usable_cores
 from srbval.cli.output import own_command, print_json
 from srbval.progress import Progress, ProgressDisplay, prefixed
-from srbval.storage.revision import git_revision
+from srbval.storage.own_package import git_revision
 from srbval.storage.stored_result import stamped, store_result
 from srbval.storage.strict_json import json_value
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.cli.output import print_json, print_table
-from srbval.cli.scene_options import question_of, scene_of
+from srbval.cli.plan_command import question_of, scene_of
 from srbval.errors import DataError, NumericsError
 from srbval.models.ladder import AUTO, rung_of
 from srbval.models.run import RunStatus, RunSummary

@@ -1,8 +1,9 @@
-"""Where this package lies, what is shipped with it, and how a child process finds the very same one."""
+"""Where this package lies, its revision, what is shipped with it, and how a child process finds the very same one."""
 
 from __future__ import annotations
 
 import os
+import subprocess
 from importlib.resources import files
 from pathlib import Path
 
@@ -30,3 +31,18 @@ def child_environment() -> dict[str, str]:
     """Environment variables with which a child process imports this very package, wherever it is started."""
     here = str(package_folder().parent)
     return {"PYTHONPATH": os.pathsep.join([here, *filter(None, [os.environ.get("PYTHONPATH")])])}
+
+
+def git_revision() -> str | None:
+    """Short git revision of the source tree, marked where it was changed since; None for an installed copy."""
+    root = package_folder().parent
+    if not (root / ".git").exists():
+        return None
+    try:
+        text = subprocess.run(
+            ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=12"],
+            capture_output=True, text=True, timeout=10, check=True,
+        ).stdout.strip()  # fmt: skip
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return text or None

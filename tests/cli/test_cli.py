@@ -81,6 +81,25 @@ def test_simulate_follows_the_plan(capsys: pytest.CaptureFixture[str]) -> None:
 def test_doctor(capsys: pytest.CaptureFixture[str]) -> None:
     code, found = ask(capsys, "doctor")
     assert (code, found["ok"], found["problems"]) == (0, True, [])
+    assert found["cleared"] is None
+
+
+def test_doctor_shows_and_clears_the_cache(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    kernels = tmp_path / "kernels"
+    kernels.mkdir()
+    (kernels / "one.nbc").write_bytes(bytes(7))
+    use = {"kind": "kernels", "folder": str(kernels), "files": 1, "size_bytes": 7}
+    _, found = ask(capsys, "doctor")
+    assert use in found["cache"]  # type: ignore[operator]
+    code, found = ask(capsys, "doctor", "--clear-cache", "kernels")
+    assert (code, found["cleared"]) == (0, [use])
+    assert use not in found["cache"]  # type: ignore[operator]
+    assert not kernels.exists()
+    code, found = ask(capsys, "doctor", "--clear-cache", "kernels")
+    assert (code, found["status"]) == (2, "failed")
 
 
 def test_data_add_list_verify(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 
 from srbval import __version__
 from srbval.evidence.gather import Evidence
-from srbval.storage.revision import git_revision
+from srbval.storage.own_package import git_revision
 
 PACKAGES = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib")
 
