@@ -36,10 +36,9 @@ def cache_folder(kind: str) -> Path:
 def cache_use() -> tuple[CacheUse, ...]:
     """What every kind of content occupies, by name; folders that an earlier version left behind are among them."""
     root = _root()
-    kinds = {path.name for path in root.iterdir() if path.is_dir()} if root.is_dir() else set()
-    if cache_folder(KERNELS).is_dir():
-        kinds.add(KERNELS)
-    return tuple(_use(kind) for kind in sorted(kinds))
+    names = {path.name for path in root.iterdir()} if root.is_dir() else set()
+    kinds = [kind for kind in sorted(names | {KERNELS}) if cache_folder(kind).is_dir()]
+    return tuple(_use(kind) for kind in kinds)
 
 
 def clear_cache(*kinds: str) -> tuple[CacheUse, ...]:

@@ -42,6 +42,14 @@ def test_kinds_lie_side_by_side_with_their_sizes(root: Path) -> None:
     assert used() == {"kernels": (1, 5), "results": (2, 30)}
 
 
+def test_kernels_of_another_place_are_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kernels = fill("kernels", 5)
+    monkeypatch.setenv(KERNEL_VARIABLE, str(tmp_path / "elsewhere"))
+    assert cache_use() == ()
+    assert clear_cache() == ()
+    assert kernels.is_dir()
+
+
 def test_kernels_go_where_numba_is_told_to_put_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(KERNEL_VARIABLE, str(tmp_path / "elsewhere"))
     assert fill("kernels", 5) == tmp_path / "elsewhere" / "kernels"
