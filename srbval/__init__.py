@@ -30,7 +30,7 @@ _HOME = {
     "ShaftSpeed": "srbval.recordings",
     "SpeedSource": "srbval.recordings",
     "load_recording": "srbval.recordings",
-    "recording_from_run": "srbval.recordings.from_run",
+    "recording_from_run": "srbval.recordings",
     "Spectrum": "srbval.signal",
     "Analysis": "srbval.validation.analyse",
     "analyse": "srbval.validation.analyse",
@@ -84,8 +84,7 @@ if TYPE_CHECKING:
     from srbval.models.run_file import write_run
     from srbval.models.simulate import simulate
     from srbval.plan.plan import make_plan
-    from srbval.recordings import Recording, ShaftSpeed, SpeedSource, load_recording
-    from srbval.recordings.from_run import recording_from_run
+    from srbval.recordings import Recording, ShaftSpeed, SpeedSource, load_recording, recording_from_run
     from srbval.report.make import make_report
     from srbval.scene import Scene, load_scene, paper_scene
     from srbval.signal import Spectrum

@@ -11,7 +11,7 @@ import scipy.fft
 from numpy.typing import NDArray
 
 from srbval.models.run import Run
-from srbval.recordings.from_run import recording_from_run
+from srbval.recordings import recording_from_run
 from srbval.signal import Spectrum
 from srbval.validation.pipeline import SIMULATED_BAND_HZ, process
 

@@ -14,8 +14,7 @@ from srbval.errors import NumericsError
 from srbval.models.run import RunStatus
 from srbval.models.simulate import simulate
 from srbval.progress import Progress, silent
-from srbval.recordings.from_run import recording_from_run
-from srbval.recordings.recording import Recording
+from srbval.recordings import Recording, recording_from_run
 from srbval.scene import paper_scene
 from srbval.validation.analyse import analyse
 from srbval.validation.lines import Line

@@ -82,7 +82,7 @@ def _statistics(run: Run) -> Iterator[CaseQuantity]:
 def _lines(run: Run) -> Iterator[CaseQuantity]:
     """First harmonics of the fault lines, read as in every recording; none where the record is too short."""
     from srbval.bearing import load_bearing
-    from srbval.recordings.from_run import recording_from_run
+    from srbval.recordings import recording_from_run
     from srbval.validation.analyse import analyse
 
     if (run.seconds - ENDS_S) * run.scene.shaft_hz < LEAST_REVOLUTIONS:

@@ -18,7 +18,7 @@ from srbval.models.run import Run, RunStatus
 from srbval.models.run_statistics import RunStatistics
 from srbval.models.simulate import simulate, static_share
 from srbval.progress import Progress
-from srbval.recordings.from_run import recording_from_run
+from srbval.recordings import recording_from_run
 from srbval.scene import RollerFit, Scene
 from srbval.validation.analyse import analyse
 

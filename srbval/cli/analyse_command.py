@@ -9,9 +9,8 @@ from srbval.bearing import DEFECTS, known_bearings, load_bearing
 from srbval.cli.data_command import recording_settings
 from srbval.cli.output import print_json, print_table
 from srbval.errors import ConfigurationError, DataError
-from srbval.recordings import Recording
+from srbval.recordings import Recording, RecordingSettings
 from srbval.recordings.registry import healthy_baseline, load_registered
-from srbval.recordings.settings import Settings
 from srbval.signal import BandFilter
 from srbval.storage.strict_json import json_object
 from srbval.validation.analyse import Analysis, analyse
@@ -43,7 +42,9 @@ def _call(result: Analysis) -> FaultCall:
     """Against the registered healthy record of the same rig, speed and load, where there is one."""
     try:
         entry = healthy_baseline(result.recording)
-        healthy = None if entry is None else load_registered(entry.file, Settings(channel=result.recording.channel))
+        healthy = (
+            None if entry is None else load_registered(entry.file, RecordingSettings(channel=result.recording.channel))
+        )
     except DataError as error:  # an unreadable register must not hide what the file itself shows
         print(f"srbval: no healthy baseline: {error}", file=sys.stderr)
         healthy = None

@@ -7,23 +7,23 @@ from collections.abc import Sequence
 
 from srbval.cli.output import print_json, print_table
 from srbval.progress import ProgressDisplay
-from srbval.recordings.plain_text import plain_text
+from srbval.recordings import RecordingSettings
+from srbval.recordings.raw import printable
 from srbval.recordings.registry import (
     Coverage,
-    Listing,
+    FileStatus,
     RegisteredRecording,
-    Status,
+    RegisterListing,
     add,
-    each_once,
     fetch,
     listing,
     verify,
+    without_copies,
 )
-from srbval.recordings.settings import Settings
 from srbval.storage.strict_json import json_object
 
 CHANGED = 1
-DAMAGED = (Status.CHANGED, Status.MISSING, Status.TRUNCATED)
+DAMAGED = (FileStatus.CHANGED, FileStatus.MISSING, FileStatus.TRUNCATED)
 LONGEST_LINE = 4000
 # Title and attribute of the columns.
 COLUMNS = {
@@ -51,12 +51,12 @@ def run(options: argparse.Namespace) -> int:
     return CHANGED if options.action == "verify" and damaged else 0
 
 
-def recording_settings(options: argparse.Namespace) -> Settings:
+def recording_settings(options: argparse.Namespace) -> RecordingSettings:
     """Settings from --channel, --fs, --unit and --rpm."""
-    return Settings(channel=options.channel, fs_hz=options.fs, unit=options.unit, rpm=options.rpm)
+    return RecordingSettings(channel=options.channel, fs_hz=options.fs, unit=options.unit, rpm=options.rpm)
 
 
-def _act(options: argparse.Namespace) -> Listing:
+def _act(options: argparse.Namespace) -> RegisterListing:
     if options.action == "list":
         return listing()
     with ProgressDisplay() as progress:
@@ -68,13 +68,13 @@ def _act(options: argparse.Namespace) -> Listing:
         return fetch(options.name, options.output, progress=progress)
 
 
-def _print(result: Listing) -> None:
+def _print(result: RegisterListing) -> None:
     rows = [[getattr(recording, name) for name in COLUMNS.values()] for recording in result.recordings]
     print_table(tuple(COLUMNS), rows)
     _print_reasons(result.recordings)
     for covered in result.coverage:
         _print_grid(covered)
-    copies = len(rows) - len(each_once(result.recordings))
+    copies = len(rows) - len(without_copies(result.recordings))
     counted = f" ({copies} with the content of another, which counts once)" if copies else ""
     print(f"\n{len(rows)} files{counted}; the register is {result.manifest}")
 
@@ -87,8 +87,8 @@ def _print_reasons(recordings: Sequence[RegisteredRecording]) -> None:
             by_reason.setdefault(recording.reason, []).append(recording.file)
     for reason, files in by_reason.items():
         others = f" and {len(files) - 1} more" if len(files) > 1 else ""
-        print(plain_text(f"{files[0]}{others}: {reason}", LONGEST_LINE))
-    if any(r.status is Status.OK and r.reason for r in recordings):
+        print(printable(f"{files[0]}{others}: {reason}", LONGEST_LINE))
+    if any(r.status is FileStatus.OK and r.reason for r in recordings):
         print("To state what a file leaves open: `srbval data add FILE|DIR OPTIONS`; it is stored for these files.")
 
 

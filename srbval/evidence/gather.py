@@ -11,10 +11,8 @@ from srbval.errors import ConfigurationError, NumericsError
 from srbval.evidence.other_rigs_in_background import BackgroundReading
 from srbval.models.run import Run
 from srbval.progress import Progress, silent, stage
-from srbval.recordings import Origin, Recording
-from srbval.recordings.from_run import recording_from_run
+from srbval.recordings import Origin, Recording, recording_from_run, write_stand_in
 from srbval.recordings.registry import RegisteredRecording, listing, rig_recordings
-from srbval.recordings.stand_in import write_stand_in
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.cases import PAPER_STATES, Case, paper_cases, variation_cases
 from srbval.validation.comparison import Comparison

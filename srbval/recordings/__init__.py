@@ -1,14 +1,23 @@
-"""Recordings: one `Recording` for a measured file, a simulated run and a stand-in; loaders; registry."""
+"""Recordings: one `Recording` for a measured file, a simulated run and a stand-in; loaders; register.
 
+Other rooms import the names below from here, those of the register from `srbval.recordings.registry`, anything else
+from its module.
+"""
+
+from srbval.recordings.from_run import recording_from_run
 from srbval.recordings.load import load_recording
-from srbval.recordings.recording import Origin, Recording, ShaftSpeed, SpeedSource
+from srbval.recordings.recording import Origin, Recording, ShaftSpeed, SpeedSignal, SpeedSource
+from srbval.recordings.settings import RecordingSettings
 from srbval.recordings.stand_in import write_stand_in
 
 __all__ = [
     "Origin",
     "Recording",
+    "RecordingSettings",
     "ShaftSpeed",
+    "SpeedSignal",
     "SpeedSource",
     "load_recording",
+    "recording_from_run",
     "write_stand_in",
 ]

@@ -1,4 +1,4 @@
-"""A simulated run as a recording: the same shape a measured file takes."""
+"""A simulated run as a recording: the same type as a measured file."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import numpy as np
 
 from srbval.models.run import Run
 from srbval.recordings.recording import Origin, Recording, ShaftSpeed, SpeedSource
-from srbval.recordings.speed import profile_signal
+from srbval.recordings.speed import RPM_PER_HZ, profile_signal
 
 
 def recording_from_run(run: Run) -> Recording:
     """The outer ring's acceleration with its radial axes x and y, to be rotated onto the sensor's direction.
 
-    Says nothing of the run's status: check that first, a failed run is no vibration.
+    Does not look at the run's status: check that first, a failed run is no vibration.
     """
     scene = run.scene
-    course = scene.speed_profile
+    profile = scene.speed_profile
     return Recording(
-        name=f"{scene.model} model, {scene.defect.kind.scene_word} defect, {scene.shaft_hz * 60:.6g} rpm",
+        name=f"{scene.model} model, {scene.defect.kind.scene_word} defect, {scene.shaft_hz * RPM_PER_HZ:.6g} rpm",
         origin=Origin.SIMULATED,
         channels={a: np.ascontiguousarray(run.acceleration_m_s2[:, i]) for i, a in enumerate("xyz")},
         axes=("x", "y"),
@@ -25,8 +25,8 @@ def recording_from_run(run: Run) -> Recording:
         unit="m/s2",
         speed=ShaftSpeed(value_hz=scene.shaft_hz, ci95_hz=0.0, source=SpeedSource.PRESCRIBED),
         speed_signal=None
-        if course is None
-        else profile_signal(np.array(course.time_s), np.array(course.speed_rad_s), run.seconds),
+        if profile is None
+        else profile_signal(np.array(profile.time_s), np.array(profile.speed_rad_s), run.seconds),
         bearing=scene.bearing,
         state=scene.defect.kind,
         radial_n=scene.load.radial_n,

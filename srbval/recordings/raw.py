@@ -1,9 +1,9 @@
-"""What a loader hands on: the named arrays and texts of a file, before anybody says what they mean."""
+"""Result of a loader: the named arrays and texts of a file, before anybody interprets them; and the loader's limits."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,8 +14,13 @@ from numpy.typing import NDArray
 from srbval.errors import DataError
 
 Value = NDArray[Any] | str
+TEXT = "text"  # format of text tables
 MAX_CODES = 64
-LARGEST = 1e100  # no vibration sample is; its square and its spectrum must not overflow
+LARGEST = 1e100  # above any vibration sample; its square and its spectrum must not overflow
+LONGEST_NAME = 80
+LONGEST_ERROR = 120  # characters quoted of another library's error message
+EXPANSION = 2  # times the file's own size: measured noise hardly compresses
+FREE_BYTES = 128 * 2**20  # small files may expand to this much in any case
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,15 +59,30 @@ class RawFile:
             return "".join(chr(code) for code in value.ravel(order="F"))
         return value if isinstance(value, str) else None
 
+    def signal(self, name: str) -> NDArray[np.float64]:
+        """The array called `name` as samples, see `as_signal`."""
+        return as_signal(self.variables[name], f"{self.path}: {name}")
 
-def as_signal(values: NDArray[Any], what: str) -> NDArray[np.float64]:
+
+@dataclass(frozen=True, kw_only=True)
+class FileFormat:
+    """A format with a loader: its name, how messages call it, whether the first bytes of a file show it."""
+
+    name: str
+    description: str
+    matches: Callable[[bytes], bool]
+    load: Callable[[Path], RawFile]
+
+
+def as_signal(values: Value, what: str) -> NDArray[np.float64]:
     """Samples as a contiguous float64 vector, shape [n], a read-only view where they are stored so.
 
-    NaN, infinity, absurdly large and complex values are refused.
+    NaN, infinity, absurdly large and complex values are refused; `what` names the samples in messages.
     """
-    if values.dtype.kind not in "fiu":
-        raise DataError(f"{what}: {values.dtype} values are not a vibration signal; real numbers are needed.")
-    if values.size and not _fit_to_square(values):
+    if isinstance(values, str) or values.dtype.kind not in "fiu":
+        kind = "text" if isinstance(values, str) else values.dtype
+        raise DataError(f"{what}: {kind} values are not a vibration signal; real numbers are needed.")
+    if values.size and not _within_limits(values):
         wrong = ~(np.abs(values.ravel()) < LARGEST)
         bad = int(np.flatnonzero(wrong)[0])
         raise DataError(
@@ -72,9 +92,44 @@ def as_signal(values: NDArray[Any], what: str) -> NDArray[np.float64]:
     return np.ascontiguousarray(values, dtype=np.float64).ravel()
 
 
-def _fit_to_square(values: NDArray[Any]) -> bool:
-    """Whether every sample is finite and its square no overflow; NaN makes either comparison false."""
+def _within_limits(values: NDArray[Any]) -> bool:
+    """Whether every sample is finite and its square does not overflow; NaN makes either comparison false."""
     if values.dtype.kind != "f":
         return True
     with np.errstate(invalid="ignore"):
         return float(values.min()) > -LARGEST and float(values.max()) < LARGEST
+
+
+def samples_down(values: NDArray[Any]) -> NDArray[Any]:
+    """A vector or matrix with the samples down and the channels across, shape [n, channels]."""
+    matrix = values.reshape(len(values), -1) if values.ndim != 2 else values
+    return matrix if matrix.shape[0] >= matrix.shape[1] else matrix.T
+
+
+def printable(text: str, longest: int = LONGEST_NAME) -> str:
+    """A name or label out of a file, which may hold anything: one line without control characters.
+
+    Cut after `longest` characters. Markup is left as it is: whoever writes HTML or a terminal's colours escapes it.
+    """
+    shown = "".join(c if c.isprintable() else "?" for c in text[: longest + 1])
+    return shown if len(shown) <= longest else shown[: longest - 1] + "…"
+
+
+def first_line(error: Exception, longest: int = LONGEST_ERROR) -> str:
+    """First line of another library's error message, or the name of the error."""
+    return str(error).split("\n", 1)[0][:longest] or type(error).__name__
+
+
+def largest_claim(path: Path) -> int:
+    """The most memory that the contents of this file may take [bytes]: a few bytes can claim terabytes."""
+    return EXPANSION * path.stat().st_size + FREE_BYTES
+
+
+def check_claim(path: Path, claimed_bytes: int, what: str) -> None:
+    """Refuse (`DataError`) an array whose claimed size is out of proportion to the file."""
+    limit = largest_claim(path)
+    if claimed_bytes > limit:
+        raise DataError(
+            f"{path}: {what} claims {claimed_bytes} bytes in a file of {path.stat().st_size}; the limit is "
+            f"{limit}. The file is damaged or not a recording."
+        )

@@ -1,4 +1,4 @@
-"""A file as a recogniser understood it, before the user's options settle what is still open."""
+"""Contents of a file as a recogniser understood them, before the user's settings decide what is still open."""
 
 from __future__ import annotations
 
@@ -11,12 +11,30 @@ from numpy.typing import NDArray
 from srbval.bearing import Fault
 from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSignal
 
+STANDARD_GRAVITY_M_S2 = 9.80665
+N_PER_KN = 1e3
+UNKNOWN = "unknown"
+
+# spelling in files and options -> unit of the stored samples and factor to it
+UNITS: dict[str, tuple[str, float]] = {
+    "m/s2": ("m/s2", 1.0),
+    "m/s^2": ("m/s2", 1.0),
+    "m/s²": ("m/s2", 1.0),
+    "m s-2": ("m/s2", 1.0),
+    "mm/s2": ("m/s2", 1e-3),
+    "g": ("m/s2", STANDARD_GRAVITY_M_S2),
+    "mg": ("m/s2", STANDARD_GRAVITY_M_S2 * 1e-3),
+    "V": ("V", 1.0),
+    "mV": ("V", 1e-3),
+    UNKNOWN: (UNKNOWN, 1.0),
+}
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Channel:
     """Samples of one channel as stored, float64, shape [n], their unit and the bearing they belong to.
 
-    `unit` is ``unknown`` where the data set is known to state none, None where the file should have said.
+    `unit` is ``unknown`` where the data set is known to state none, None where the file should have stated one.
     """
 
     samples: NDArray[np.float64]
@@ -26,12 +44,23 @@ class Channel:
     state: Fault | None = None
     variable: str | None = None
 
+    @property
+    def recording_unit(self) -> str:
+        """The unit in which a recording keeps the samples."""
+        unit = self.unit or UNKNOWN
+        return UNITS.get(unit, (unit, 1.0))[0]
+
+    def converted(self) -> NDArray[np.float64]:
+        """A copy of the samples in `recording_unit`: a view would keep the whole file in memory."""
+        factor = UNITS.get(self.unit or UNKNOWN, ("", 1.0))[1]
+        return np.array(self.samples) if factor == 1.0 else self.samples * factor
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Reading:
-    """What a file holds. `channel` is None where the file leaves the choice open, as is `fs_hz`.
+    """Contents of a file. `channel` is None where the file leaves the choice open, as is `fs_hz`.
 
-    `speed_problem` says why the speed found cannot be trusted; only one given by the user settles it.
+    `speed_problem` says why the speed found cannot be trusted; only one given by the user resolves it.
     """
 
     channels: Mapping[str, Channel]
@@ -48,8 +77,3 @@ class Reading:
     nominal_rpm: float | None = None
     name: str | None = None
     notes: tuple[str, ...] = field(default=())
-
-    @property
-    def samples(self) -> int:
-        """Samples of the longest channel."""
-        return max(len(c.samples) for c in self.channels.values())

@@ -1,4 +1,4 @@
-"""The one shape in which vibration enters the signal pipeline, whoever made it."""
+"""The one type in which vibration enters the signal pipeline, whatever its origin."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 
 
 class Origin(enum.StrEnum):
-    """Who made the signal. Nothing but `MEASURED` is ever shown or counted as measured."""
+    """Origin of the signal. Nothing but `MEASURED` is ever shown or counted as measured."""
 
     MEASURED = "measured"
     SIMULATED = "simulated"
@@ -38,8 +38,8 @@ class ShaftSpeed:
     """Mean shaft speed of a record.
 
     `ci95_hz` is the half width of a 95 % interval [Hz] of the mean. `spread_hz` is the standard deviation
-    through the record and `drift_hz` the change from its first to its last quarter, where the speed was
-    measured through it, else None.
+    over the record and `drift_hz` the change from its first to its last quarter, where the speed was
+    measured over the record, else None.
     """
 
     value_hz: float
@@ -51,7 +51,7 @@ class ShaftSpeed:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SpeedSignal:
-    """Shaft speed through a record: `values_hz` [k], evenly at `rate_hz`, the first with the first sample."""
+    """Shaft speed over a record: `values_hz` [k], evenly at `rate_hz`, the first with the first sample."""
 
     values_hz: FloatArray
     rate_hz: float
@@ -65,8 +65,8 @@ class Recording:
     stored here (``m/s2`` wherever the source states enough to convert, else the source's own, else
     ``unknown``). `channel` names the one to analyse; a simulated run names two radial axes in `axes`
     instead, to be rotated onto the sensor's direction. What the source does not say is None.
-    `speed_signal` is the course that `speed` is the mean of, where there is one.
-    `band_hz` is the demodulation band its data set declares. `notes` says what was read from where.
+    `speed_signal` is the signal whose mean is `speed`, where there is one.
+    `band_hz` is the demodulation band that its data set declares. `notes` say what was read from where.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Shaft speed from a tachometer signal, from a stated value, from a set point."""
+"""Shaft speed from a tachometer signal, from a stated value or from a set point."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Z95 = 1.96
 MIN_TACHOMETER_SAMPLES = 8
 MAX_BLOCKS = 8192
 PROFILE_STEP_S = 1e-3
-LIMIT_HZ = 2000.0  # no rolling bearing turns faster
+LIMIT_HZ = 2000.0  # above the speed of any rolling bearing
 
 
 def tachometer_speed(speed_hz: NDArray[np.float64]) -> ShaftSpeed:
@@ -33,7 +33,7 @@ def tachometer_speed(speed_hz: NDArray[np.float64]) -> ShaftSpeed:
         raise DataError(f"speed signal with a mean of {mean * RPM_PER_HZ:.6g} rpm is not a shaft speed.")
     quarter = speed_hz.size // 4
     drift = float(np.mean(speed_hz[-quarter:]) - np.mean(speed_hz[:quarter]))
-    sign = math.copysign(1.0, mean)  # direction of rotation does not matter to the fault lines
+    sign = math.copysign(1.0, mean)  # fault lines do not depend on the direction of rotation
     blocks = _block_means(speed_hz)
     half = Z95 * math.sqrt(float(np.var(blocks)) * correlated_samples(blocks) / blocks.size)
     return ShaftSpeed(
@@ -46,13 +46,13 @@ def tachometer_speed(speed_hz: NDArray[np.float64]) -> ShaftSpeed:
 
 
 def _block_means(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Means of equal blocks, at most `MAX_BLOCKS`: their mean has the same scatter, and they are fewer."""
+    """Means of at most `MAX_BLOCKS` equal blocks: their mean has the same scatter, and they are fewer."""
     length = -(-values.size // MAX_BLOCKS)
     return values[: values.size // length * length].reshape(-1, length).mean(axis=1)
 
 
 def correlated_samples(values: NDArray[np.float64]) -> float:
-    """How many successive samples count as one: 1 + 2 sum of the autocorrelation up to its first zero."""
+    """Samples per independent sample: 1 + 2 times the sum of the autocorrelation up to its first zero."""
     from scipy import fft
 
     centred = values - np.mean(values)
@@ -67,7 +67,7 @@ def correlated_samples(values: NDArray[np.float64]) -> float:
 
 
 def profile_signal(time_s: NDArray[np.float64], speed_rad_s: NDArray[np.float64], seconds: float) -> SpeedSignal:
-    """A prescribed speed, linear between its entries, sampled every `PROFILE_STEP_S` through `seconds`."""
+    """A prescribed speed, linear between its entries, sampled about every `PROFILE_STEP_S` over `seconds`."""
     count = math.ceil(seconds / PROFILE_STEP_S) + 1
     values = np.interp(np.linspace(0, seconds, count), time_s, speed_rad_s) / (2 * math.pi)
     return SpeedSignal(values_hz=values, rate_hz=(count - 1) / seconds)

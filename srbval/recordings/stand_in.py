@@ -1,4 +1,4 @@
-"""A synthetic stand-in for a rig recording that cannot be had: a seeded stochastic impulse model.
+"""A synthetic stand-in for a rig recording that is not available: a seeded stochastic impulse model.
 
 Impacts at the fault's kinematic order (McFadden & Smith, Model for the vibration produced by a single
 point defect in a rolling element bearing, J. Sound Vib. 96, 1984), their spacing a random walk of slip
@@ -27,11 +27,11 @@ RESONANCE_HZ = 2000.0
 DAMPING_RATIO = 0.03
 RING_S = 0.02  # the response has decayed to 5e-4 by then
 SLIP_JITTER = 0.005  # standard deviation of one impact spacing, relative
-SPEED_WANDER = 0.001  # standard deviation, relative
-WANDER_S = 0.5  # correlation time of the wander
+SPEED_FLUCTUATION = 0.001  # standard deviation, relative
+FLUCTUATION_S = 0.5  # correlation time of the speed fluctuation
 IMPACT_M_S2 = 4.0
 IMPACT_SPREAD = 0.2  # standard deviation of one impact's strength, relative
-RATTLE_M_S2 = 0.6  # RMS of the resonance under random excitation, in every state
+RATTLE_M_S2 = 0.6  # RMS of the resonance under random excitation, present in every state
 NOISE_M_S2 = 0.8
 LOAD_ZONE = 0.5  # load distribution factor of a bearing without play
 
@@ -78,7 +78,7 @@ def write_stand_in(
 def vibration(state: Fault, orders: FaultOrders, turns: FloatArray, rng: np.random.Generator) -> FloatArray:
     """Acceleration [m/s2], shape of `turns` (shaft turns at each sample), of a bearing in `state`."""
     noise = rng.normal(0, NOISE_M_S2, len(turns))
-    rattle = _ring_through(rng.normal(0, 1, len(turns)))
+    rattle = _resonance_response(rng.normal(0, 1, len(turns)))
     signal = noise + rattle * (RATTLE_M_S2 / np.std(rattle))
     if state is not Fault.HEALTHY:
         at, strength = _impacts(state, orders, turns, rng)
@@ -87,14 +87,14 @@ def vibration(state: Fault, orders: FaultOrders, turns: FloatArray, rng: np.rand
 
 
 def _shaft_turns(n: int, shaft_hz: float, rng: np.random.Generator) -> FloatArray:
-    """Turns of the shaft at each sample: a steady speed with a slow first-order random wander."""
+    """Turns of the shaft at each sample: a steady speed with a slow first-order random fluctuation."""
     from scipy.signal import lfilter
 
-    keep = math.exp(-1 / (WANDER_S * FS_HZ))
-    start = rng.normal(0, SPEED_WANDER)
-    kicks = rng.normal(0, SPEED_WANDER * math.sqrt(1 - keep**2), n)
-    wander, _ = lfilter([1.0], [1.0, -keep], kicks, zi=[keep * start])
-    speed_hz = shaft_hz * (1 + wander)
+    correlation = math.exp(-1 / (FLUCTUATION_S * FS_HZ))
+    start = rng.normal(0, SPEED_FLUCTUATION)
+    steps = rng.normal(0, SPEED_FLUCTUATION * math.sqrt(1 - correlation**2), n)
+    fluctuation, _ = lfilter([1.0], [1.0, -correlation], steps, zi=[correlation * start])
+    speed_hz = shaft_hz * (1 + fluctuation)
     return np.concatenate(([0.0], np.cumsum(speed_hz[:-1]))) / FS_HZ
 
 
@@ -134,7 +134,7 @@ def _add_impacts(signal: FloatArray, at: FloatArray, strength: FloatArray) -> No
     np.add.at(signal, index[inside], ringing[inside])
 
 
-def _ring_through(excitation: FloatArray) -> FloatArray:
+def _resonance_response(excitation: FloatArray) -> FloatArray:
     from scipy.signal import fftconvolve
 
     return fftconvolve(excitation, _response(np.arange(math.ceil(RING_S * FS_HZ)) / FS_HZ))[: len(excitation)]

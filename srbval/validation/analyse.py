@@ -8,7 +8,7 @@ from typing import Any
 
 from srbval.bearing import Bearing, Fault
 from srbval.errors import ConfigurationError, DataError
-from srbval.recordings.recording import Recording, ShaftSpeed
+from srbval.recordings import Recording, ShaftSpeed
 from srbval.signal import BandFilter
 from srbval.validation.band_choice import BandChoice, auto_band, declared_band, with_trials
 from srbval.validation.closure import Closure, close

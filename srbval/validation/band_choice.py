@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 
 from srbval.bearing import Bearing
-from srbval.recordings.recording import Recording, ShaftSpeed
+from srbval.recordings import Recording, ShaftSpeed
 from srbval.signal import FALSE_ALARM, Kurtogram, kurtogram, normalise
 from srbval.validation.lines import Line
 from srbval.validation.pipeline import choose_band, one_signal

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from srbval.bearing import Bearing
-from srbval.recordings.recording import ShaftSpeed
+from srbval.recordings import ShaftSpeed
 from srbval.validation.lines import Line
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from srbval.bearing import Bearing
-from srbval.recordings.recording import ShaftSpeed, SpeedSource
+from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import LineReading, Periodogram, read_comb
 
 # Half width of the search about the kinematic frequency, as a share of it: slip. Never wider, see `speed_search`.

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing import Fault
-from srbval.recordings.recording import Origin
+from srbval.recordings import Origin
 from srbval.signal import NORMAL_95
 from srbval.validation.analyse import Analysis
 from srbval.validation.lines import Line

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from srbval.bearing import Bearing
-from srbval.recordings.recording import ShaftSpeed
+from srbval.recordings import ShaftSpeed
 from srbval.signal import LEAST_SNR, LineReading, Periodogram, peak_snr, read_comb
 from srbval.validation.families import Family, Found, families_of, find_families
 

@@ -11,8 +11,8 @@ from typing import Any
 
 from srbval.bearing import Fault
 from srbval.recordings import ShaftSpeed
-from srbval.recordings.datasets.description import Grid, dataset
-from srbval.recordings.registry.verbs import RIG_DATASETS
+from srbval.recordings.datasets.description import OperatingGrid, dataset
+from srbval.recordings.registry import RIG_DATASETS
 from srbval.validation.analyse import Analysis
 from srbval.validation.compared_quantities import FREQUENCY
 from srbval.validation.comparison import Comparison, ComparisonVerdict
@@ -123,7 +123,7 @@ class Matrix:
     `kept` are the sides of the cells that were asked for: a full grid of them would not fit into memory.
     """
 
-    grid: Grid
+    grid: OperatingGrid
     cells: tuple[MatrixCell, ...] = ()
     unusable: tuple[tuple[str, str], ...] = ()
     kept: Mapping[Point, Sides] = field(default_factory=dict)
@@ -138,7 +138,7 @@ class Matrix:
         return len(self.grid.states) * len(self.grid.radial_kn) * len(self.grid.nominal_rpm)
 
 
-def rig_grid() -> Grid:
+def rig_grid() -> OperatingGrid:
     """The grid of Table 5."""
     grid = dataset(RIG_DATASETS[0]).grid
     assert grid is not None, "a test holds the rig's description to its grid"

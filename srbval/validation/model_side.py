@@ -12,7 +12,7 @@ from srbval.bearing import Bearing, Fault
 from srbval.errors import SrbvalError
 from srbval.models.run import Run
 from srbval.progress import Progress, silent
-from srbval.recordings.from_run import recording_from_run
+from srbval.recordings import recording_from_run
 from srbval.scene import paper_scene
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.cases import Case

@@ -14,8 +14,14 @@ from srbval.bearing import DEFECTS, Fault, load_bearing
 from srbval.errors import SrbvalError
 from srbval.recordings import Origin, ShaftSpeed
 from srbval.recordings.datasets.description import dataset
-from srbval.recordings.registry import RegisteredRecording, Status, each_once, healthy_baseline, load_entry
-from srbval.recordings.registry.verbs import RIG_DATASETS
+from srbval.recordings.registry import (
+    RIG_DATASETS,
+    FileStatus,
+    RegisteredRecording,
+    healthy_baseline,
+    load_entry,
+    without_copies,
+)
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.fault_call import FaultCall, call_fault, like_a_fault
 from srbval.validation.lines import RACES, Line, line_entry
@@ -93,12 +99,12 @@ def read_other_rigs(registered: Sequence[RegisteredRecording], *, jobs: int | No
 
 def usable(registered: Sequence[RegisteredRecording]) -> list[RegisteredRecording]:
     """Those of `registered` that are measured, whole, of a known set and not the rig's, each content once."""
-    return each_once(
+    return without_copies(
         r
         for r in registered
         if r.dataset is not None
         and r.dataset not in RIG_DATASETS
-        and r.status is Status.OK
+        and r.status is FileStatus.OK
         and r.origin is Origin.MEASURED
     )
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.errors import ConfigurationError
-from srbval.recordings.recording import Origin, Recording
+from srbval.recordings import Origin, Recording
 from srbval.signal import (
     BandFilter,
     ShaftAngle,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.bearing import Fault
-from srbval.recordings.recording import ShaftSpeed, SpeedSource
+from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import Periodogram, frequency_error_hz
 from srbval.validation.lines import Line
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from srbval.bearing import Bearing
-from srbval.recordings.recording import ShaftSpeed, SpeedSource
+from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import Periodogram
 from srbval.validation.band_choice import with_trials
 from srbval.validation.families import SLIP_WINDOW, highest_line_hz

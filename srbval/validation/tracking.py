@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from srbval.bearing import Bearing
-from srbval.recordings.recording import Recording, ShaftSpeed, SpeedSource
+from srbval.recordings import Recording, ShaftSpeed, SpeedSource
 from srbval.signal import ShaftAngle
 from srbval.validation.pipeline import Tracking
 

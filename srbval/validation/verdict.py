@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from srbval.bearing import Fault
-from srbval.recordings.recording import Origin, Recording, ShaftSpeed, SpeedSource
+from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
 from srbval.validation.lines import Line
 
 # A defect that is struck once a period modulates the squared envelope by about its mean and more. Lines below

@@ -14,8 +14,7 @@ from srbval.models.ladder import MODELS, RUNGS, rung_of
 from srbval.models.run import Run, RunStatus
 from srbval.models.run_file import write_run
 from srbval.models.simulate import simulate, simulate_to_file
-from srbval.recordings import load_recording
-from srbval.recordings.from_run import recording_from_run
+from srbval.recordings import load_recording, recording_from_run
 from srbval.scene import Scene, SpeedProfile, paper_scene
 from srbval.validation.analyse import Analysis, analyse
 

@@ -12,8 +12,7 @@ from srbval.models.health import HealthIndicators, assess
 from srbval.models.run import Run, RunStatus
 from srbval.models.run_file import write_run
 from srbval.models.simulate import simulate, simulate_to_file
-from srbval.recordings import Origin, load_recording
-from srbval.recordings.from_run import recording_from_run
+from srbval.recordings import Origin, load_recording, recording_from_run
 from srbval.scene import paper_scene
 
 # Coulomb friction on three circles that cannot all roll: 0.4314; the band is what play and defects change.

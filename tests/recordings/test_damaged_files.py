@@ -17,8 +17,8 @@ import pytest
 
 from srbval.errors import DataError
 from srbval.recordings import load_recording
-from srbval.recordings.registry import Status, add
-from srbval.recordings.registry.home import home_folder
+from srbval.recordings.registry import FileStatus, add
+from srbval.recordings.registry.manifest import home_folder
 
 from .damage import Damage
 
@@ -56,7 +56,7 @@ def test_damaged_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         made = sorted(p.name for p in work.iterdir())
         registered = add(work)
         assert len(registered.recordings) == len(made)
-        assert all(r.status is not Status.MISSING for r in registered.recordings)
+        assert all(r.status is not FileStatus.MISSING for r in registered.recordings)
         assert sorted(p.name for p in work.iterdir()) == made
         for path in work.iterdir():
             path.unlink()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-import importlib
 import threading
 from collections.abc import Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -14,7 +13,7 @@ import pytest
 
 from srbval.errors import DataError
 from srbval.recordings.datasets.description import ExpectedFile, dataset
-from srbval.recordings.registry import Status, fetch
+from srbval.recordings.registry import FileStatus, download, fetch
 
 from . import files
 
@@ -60,8 +59,7 @@ def server(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Server]:
             for name, body in contents.items()
         ),
     )
-    module = importlib.import_module("srbval.recordings.registry.fetch")  # the package names its function so too
-    monkeypatch.setattr(module, "dataset", lambda _: described)
+    monkeypatch.setattr(download, "dataset", lambda _: described)
     yield served
     served.http.shutdown()
     served.http.server_close()
@@ -71,7 +69,7 @@ def server(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Server]:
 def test_all_files_with_progress_and_registered(tmp_path: Path) -> None:
     reported: list[tuple[str, float | None]] = []
     result = fetch("torino-excerpts", tmp_path / "data", progress=lambda *call: reported.append(call))
-    assert [r.status for r in result.recordings] == [Status.OK] * 3
+    assert [r.status for r in result.recordings] == [FileStatus.OK] * 3
     assert [Path(r.file).name for r in result.recordings] == list(NAMES)
     assert reported == [("Download", part / 3) for part in range(4)]
 
@@ -83,7 +81,7 @@ def test_broken_off_then_resumed_at_the_file_that_is_missing(server: Server, tmp
     assert [p.name for p in (tmp_path / "data").iterdir()] == [NAMES[0]]  # no half a file
     server.broken = set()
     result = fetch("torino-excerpts", tmp_path / "data")
-    assert [r.status for r in result.recordings] == [Status.OK] * 3
+    assert [r.status for r in result.recordings] == [FileStatus.OK] * 3
     assert server.asked.count(NAMES[0]) == 1  # what was there was kept
 
 

@@ -15,7 +15,7 @@ from scipy.io import savemat
 
 from srbval.cli import main
 from srbval.recordings import load_recording
-from srbval.recordings.registry import Status, add
+from srbval.recordings.registry import FileStatus, add
 from srbval.report.badges import Tone
 from srbval.report.content.other_rigs_section import other_rigs_section
 from srbval.report.html import render_html
@@ -57,7 +57,7 @@ def test_loads_and_registers_under_a_plain_name(tmp_path: Path, nasty: str, caps
     assert recording.channel.isprintable()
     assert len(recording.channel) <= 80
     (entry,) = add(path).recordings
-    assert entry.status is Status.OK
+    assert entry.status is FileStatus.OK
     assert main(["data", "list"]) == 0
     assert "\x1b" not in capsys.readouterr().out
     assert main(["data", "list", "--json"]) == 0

@@ -14,10 +14,10 @@ import pytest
 
 from srbval.bearing import Fault
 from srbval.errors import ConfigurationError, DataError
-from srbval.recordings import Origin, write_stand_in
-from srbval.recordings.registry import Status, add, fetch, find_recording, listing, rig_recordings, verbs, verify
-from srbval.recordings.registry.manifest import looked_at_path, manifest_path, read_manifest, update_manifest
-from srbval.recordings.settings import Settings
+from srbval.recordings import Origin, RecordingSettings, write_stand_in
+from srbval.recordings.registry import FileStatus, add, fetch, find_recording, listing, register, rig_recordings, verify
+from srbval.recordings.registry.manifest import inspected_path, manifest_path, read_manifest, update_manifest
+from srbval.storage.strict_json import strict_json
 from srbval.storage.whole_file import whole_file
 from srbval.validation.other_rigs import usable
 
@@ -59,7 +59,7 @@ def test_add_describes_every_file_and_drops_none(folder: Path) -> None:
     assert (rig.dataset, rig.state, rig.radial_kn, rig.axial_kn) == ("torino-full", Fault.INNER, 124.8, 0.0)
     assert (rig.nominal_rpm, rig.fs_hz, rig.seconds) == (727.0, 20480.0, pytest.approx(0.2))
     assert (found["s.h5"].origin, found["s.h5"].dataset) == (Origin.STAND_IN, None)
-    assert found["README.md"].status is Status.UNREADABLE
+    assert found["README.md"].status is FileStatus.UNREADABLE
     assert "not a table of numbers" in found["README.md"].reason
     assert result.problems == ()  # a readme is no damaged recording
     assert reported[-1] == ("Register", 1.0)
@@ -68,14 +68,14 @@ def test_add_describes_every_file_and_drops_none(folder: Path) -> None:
 def test_what_a_file_leaves_open_is_said_with_the_option_that_settles_it(tmp_path: Path) -> None:
     (tmp_path / "two.csv").write_text("\n".join(f"{a:.3f},{a + 1:.3f}" for a in files.vibration(400)))
     (entry,) = add(tmp_path).recordings
-    assert entry.status is Status.OK
+    assert entry.status is FileStatus.OK
     assert entry.reason is not None
     assert "--channel col_1 | col_2" in entry.reason
     assert "--fs HZ" in entry.reason
 
 
 def test_json_has_the_interfaces_keys(folder: Path) -> None:
-    document = json.loads(json.dumps(add(folder).to_dict(), allow_nan=False))
+    document = json.loads(strict_json(add(folder)))
     assert {"schema_version", "status", "recordings", "manifest"} <= set(document)
     assert all(set(r) >= INTERFACE_KEYS for r in document["recordings"])
 
@@ -95,18 +95,18 @@ def test_changed_byte_is_caught_though_size_and_time_are_kept(folder: Path) -> N
     path.write_bytes(data)
     os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
     changed = by_name(verify().recordings)["105.mat"]
-    assert changed.status is Status.CHANGED
+    assert changed.status is FileStatus.CHANGED
     assert "when registered" in changed.reason
 
 
 def test_changed_file_keeps_its_pin_until_repinned(folder: Path) -> None:
     pinned = by_name(add(folder).recordings)["105.mat"]
     files.cwru(folder / "105.mat", "105", rpm=1700)
-    assert by_name(listing().recordings)["105.mat"].status is Status.CHANGED
+    assert by_name(listing().recordings)["105.mat"].status is FileStatus.CHANGED
     again = by_name(add(folder).recordings)["105.mat"]
-    assert (again.status, again.sha256) == (Status.CHANGED, pinned.sha256)
+    assert (again.status, again.sha256) == (FileStatus.CHANGED, pinned.sha256)
     anew = by_name(add(folder, repin=True).recordings)["105.mat"]
-    assert anew.status is Status.OK
+    assert anew.status is FileStatus.OK
     assert anew.sha256 != pinned.sha256
     assert verify().problems == ()
 
@@ -116,7 +116,7 @@ def test_restored_file_is_ok_again(folder: Path) -> None:
     path = folder / "105.mat"
     whole = path.read_bytes()
     path.write_bytes(whole[:-8])
-    assert by_name(add(folder).recordings)["105.mat"].status is Status.CHANGED
+    assert by_name(add(folder).recordings)["105.mat"].status is FileStatus.CHANGED
     path.write_bytes(whole)
     assert verify().problems == ()
 
@@ -128,14 +128,14 @@ def test_missing_and_truncated(folder: Path) -> None:
     path.write_bytes(path.read_bytes()[:1000])
     for result in (listing(), verify()):
         found = by_name(result.recordings)
-        assert (found["s.h5"].status, found["105.mat"].status) == (Status.MISSING, Status.TRUNCATED)
+        assert (found["s.h5"].status, found["105.mat"].status) == (FileStatus.MISSING, FileStatus.TRUNCATED)
         assert {Path(r.file).name for r in result.problems} == {"s.h5", "105.mat"}
 
 
 def test_excerpt_that_is_not_the_published_file(tmp_path: Path) -> None:
     files.excerpt(tmp_path / "OR_877rpm_sample.mat")
     entry = add(tmp_path).recordings[0]
-    assert entry.status is Status.CHANGED
+    assert entry.status is FileStatus.CHANGED
     assert "published 7c21237257b3" in (entry.reason or "")
 
 
@@ -163,7 +163,7 @@ def test_environment_folder_is_there_without_add(folder: Path, monkeypatch: pyte
     first = listing().recordings
     assert len(first) == 5
     assert read_manifest() == {}
-    monkeypatch.setattr(verbs, "inspect_file", None)  # not looked at again
+    monkeypatch.setattr(register, "inspect_file", None)  # not looked at again
     assert listing().recordings == first
     monkeypatch.delenv("SRBVAL_RECORDINGS")
     assert listing().recordings == ()
@@ -173,9 +173,9 @@ def test_environment_folder_that_changed(folder: Path, monkeypatch: pytest.Monke
     monkeypatch.setenv("SRBVAL_RECORDINGS", str(folder))
     listing()
     (folder / "README.md").write_text("Recordings of a rig, two or three of them.\n")
-    assert by_name(listing().recordings)["README.md"].status is Status.CHANGED
+    assert by_name(listing().recordings)["README.md"].status is FileStatus.CHANGED
     add(folder, repin=True)
-    assert by_name(listing().recordings)["README.md"].status is not Status.CHANGED
+    assert by_name(listing().recordings)["README.md"].status is not FileStatus.CHANGED
 
 
 def test_what_was_looked_at_and_cannot_be_read_is_looked_at_again(
@@ -183,13 +183,13 @@ def test_what_was_looked_at_and_cannot_be_read_is_looked_at_again(
 ) -> None:
     monkeypatch.setenv("SRBVAL_RECORDINGS", str(folder))
     first = listing().recordings
-    looked_at_path().write_text("{")
+    inspected_path().write_text("{")
     assert listing().recordings == first
-    assert len(read_manifest(looked_at_path())) == 5
+    assert len(read_manifest(inspected_path())) == 5
     (folder / "105.mat").unlink()
     (folder / "more.md").write_text("Not of the first look.\n")
     listing()
-    assert {Path(file).name for file in read_manifest(looked_at_path())} == {
+    assert {Path(file).name for file in read_manifest(inspected_path())} == {
         "more.md", "README.md", "s.h5", "OR_353rpm_x.mat", "IR_727rpm_124.8kN_0kN.mat",
     }  # fmt: skip
 
@@ -210,26 +210,28 @@ def test_a_copy_is_no_further_recording(folder: Path, tmp_path: Path) -> None:
 def test_a_folder_that_moved(more: bool, folder: Path, tmp_path: Path) -> None:
     """Its old entries go, what was settled stays; files that went for good stay missing."""
     add(folder)
-    add(folder / "below", settings=Settings(rpm=700.0))
+    add(folder / "below", settings=RecordingSettings(rpm=700.0))
     (folder / "105.mat").unlink()
     folder.rename(tmp_path / "moved")
-    add(tmp_path / "moved", settings=Settings(unit="g") if more else None)
+    add(tmp_path / "moved", settings=RecordingSettings(unit="g") if more else None)
     found = by_name(listing().recordings)
-    assert {name: r.status for name, r in found.items() if r.status is Status.MISSING} == {"105.mat": Status.MISSING}
+    assert {name: r.status for name, r in found.items() if r.status is FileStatus.MISSING} == {
+        "105.mat": FileStatus.MISSING
+    }
     assert len(listing().recordings) == 5
-    assert found["IR_727rpm_124.8kN_0kN.mat"].settings == Settings(rpm=700.0, unit="g" if more else None)
+    assert found["IR_727rpm_124.8kN_0kN.mat"].settings == RecordingSettings(rpm=700.0, unit="g" if more else None)
     assert Path(found["s.h5"].file).parent == tmp_path / "moved"
     (tmp_path / "moved").rename(folder)
     add(folder, repin=True)
     found = by_name(listing().recordings)
-    assert (len(found), found["105.mat"].status) == (5, Status.MISSING)
+    assert (len(found), found["105.mat"].status) == (5, FileStatus.MISSING)
     assert found["IR_727rpm_124.8kN_0kN.mat"].settings is None
 
 
 def test_copies_settled_differently_are_two_recordings(folder: Path, tmp_path: Path) -> None:
     shutil.copytree(folder / "below", tmp_path / "copy")
     add(folder / "below")
-    add(tmp_path / "copy", settings=Settings(rpm=700.0))
+    add(tmp_path / "copy", settings=RecordingSettings(rpm=700.0))
     assert len(rig_recordings()) == 2
 
 
@@ -346,14 +348,14 @@ def test_fetch_asks_for_all_eight_with_pinned_hashes(tmp_path: Path, monkeypatch
     assert len(asked) == len(result.recordings) == 8
     assert all("946782ab5a7625e7f3f5e7f2bc6c2c8c3cd7079d" in url and url.endswith(n) for n, (url, _) in asked.items())
     assert all(known.startswith("sha256:") and len(known) == 71 for _, known in asked.values())
-    assert all(r.status is Status.CHANGED for r in result.recordings)  # not the published bytes: caught
+    assert all(r.status is FileStatus.CHANGED for r in result.recordings)  # not the published bytes: caught
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes on this system")
 def test_named_pipe_in_the_folder_does_not_hang(folder: Path) -> None:
     os.mkfifo(folder / "pipe.mat")
     pipe = by_name(add(folder).recordings)["pipe.mat"]
-    assert (pipe.status, pipe.reason) == (Status.UNREADABLE, "not a regular file")
+    assert (pipe.status, pipe.reason) == (FileStatus.UNREADABLE, "not a regular file")
 
 
 @pytest.mark.recordings

@@ -33,7 +33,7 @@ def test_excerpt_needs_no_option(tmp_path: Path) -> None:
     np.testing.assert_array_equal(r.channels["sensor_4"], files.vibration())
 
 
-def test_renamed_excerpt_is_told_by_its_content(tmp_path: Path) -> None:
+def test_renamed_excerpt_is_recognised_by_its_content(tmp_path: Path) -> None:
     r = load_recording(files.excerpt(tmp_path / "unnamed.bin", condition="Roller", rpm_nominal=353))
     assert (r.dataset, r.state, r.nominal_rpm) == ("torino-excerpts", Fault.ROLLER, 353.0)
 

@@ -12,9 +12,8 @@ from scipy.io import savemat
 from srbval.bearing import Fault
 from srbval.cli import main
 from srbval.errors import ConfigurationError, DataError
-from srbval.recordings import load_recording
-from srbval.recordings.registry import Status, add, load_entry, load_registered, rig_recordings, verify
-from srbval.recordings.settings import Settings
+from srbval.recordings import RecordingSettings, load_recording
+from srbval.recordings.registry import FileStatus, add, load_entry, load_registered, rig_recordings, verify
 
 from . import files
 
@@ -42,9 +41,9 @@ def test_settled_once_and_kept(tmp_path: Path) -> None:
     path = two_columns(tmp_path / "two.npy")
     (open_,) = add(tmp_path).recordings
     assert "--channel data[1] | data[2]; no sampling rate: --fs HZ; no unit: --unit m/s2 |" in (open_.reason or "")
-    given = Settings(channel="data[2]", fs_hz=8000.0, unit="g")
+    given = RecordingSettings(channel="data[2]", fs_hz=8000.0, unit="g")
     (entry,) = add(path, settings=given).recordings
-    assert (entry.status, entry.reason, entry.channel, entry.fs_hz) == (Status.OK, None, "data[2]", 8000.0)
+    assert (entry.status, entry.reason, entry.channel, entry.fs_hz) == (FileStatus.OK, None, "data[2]", 8000.0)
     for again in (add(tmp_path), verify()):
         assert again.recordings[0].settings == given
     for recording in (load_registered(path), load_entry(verify().recordings[0])):
@@ -55,33 +54,33 @@ def test_settled_once_and_kept(tmp_path: Path) -> None:
 
 def test_later_options_go_over_kept_ones(tmp_path: Path) -> None:
     path = two_columns(tmp_path / "two.npy")
-    add(path, settings=Settings(channel="data[2]", fs_hz=8000.0, unit="g"))
-    add(path, settings=Settings(fs_hz=9000.0))
+    add(path, settings=RecordingSettings(channel="data[2]", fs_hz=8000.0, unit="g"))
+    add(path, settings=RecordingSettings(fs_hz=9000.0))
     assert load_registered(path).fs_hz == 9000.0
-    assert load_registered(path, Settings(channel="data[1]")).channel == "data[1]"
+    assert load_registered(path, RecordingSettings(channel="data[1]")).channel == "data[1]"
     assert add(path, repin=True).recordings[0].settings is None
 
 
 def test_option_that_one_file_of_a_folder_has_no_use_for(tmp_path: Path) -> None:
     two_columns(tmp_path / "two.npy")
     np.save(tmp_path / "one.npy", files.vibration())
-    found = add(tmp_path, settings=Settings(channel="data[2]", fs_hz=8000.0, unit="g")).recordings
+    found = add(tmp_path, settings=RecordingSettings(channel="data[2]", fs_hz=8000.0, unit="g")).recordings
     one, two = sorted(found, key=lambda r: r.file)
     assert (two.channel, two.reason) == ("data[2]", None)
-    assert (one.status, one.channel, one.fs_hz) == (Status.OK, "data", 8000.0)
+    assert (one.status, one.channel, one.fs_hz) == (FileStatus.OK, "data", 8000.0)
     assert "no channel 'data[2]'; it has data" in (one.reason or "")
 
 
 def test_impossible_settings_register_nothing(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match="furlong"):
-        add(two_columns(tmp_path / "two.npy"), settings=Settings(unit="furlong"))
+        add(two_columns(tmp_path / "two.npy"), settings=RecordingSettings(unit="furlong"))
 
 
 def test_rig_layout_that_differs_is_mapped_once(tmp_path: Path) -> None:
     path = split_sensors(tmp_path / "IR_727rpm_124.8kN_0kN.mat")
     with pytest.raises(DataError, match=r"which of 4 channels: --channel Signal_3\[1\] \| Signal_4\[1\]"):
         load_recording(path)
-    add(tmp_path, settings=Settings(channel="Signal_6[1]"))
+    add(tmp_path, settings=RecordingSettings(channel="Signal_6[1]"))
     (entry,) = rig_recordings()
     assert (entry.state, entry.nominal_rpm, entry.channel) == (Fault.INNER, 727.0, "Signal_6[1]")
     recording = load_entry(entry)

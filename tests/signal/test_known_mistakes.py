@@ -5,7 +5,7 @@ import pytest
 import scipy.fft
 import scipy.signal
 
-from srbval.recordings.recording import Origin, Recording, ShaftSpeed, SpeedSource
+from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
 from srbval.signal import (
     Periodogram,
     amplitude_spectrum,

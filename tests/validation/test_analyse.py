@@ -6,7 +6,7 @@ import pytest
 
 from srbval.bearing import Fault, load_bearing
 from srbval.errors import ConfigurationError, DataError
-from srbval.recordings.recording import Origin, Recording, ShaftSpeed, SpeedSource
+from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
 from srbval.validation.analyse import analyse
 
 FS_HZ = 20_480.0

@@ -10,8 +10,7 @@ import pytest
 
 from srbval.bearing import DEFECTS, Fault, load_bearing
 from srbval.models.simulate import simulate
-from srbval.recordings import Origin, Recording, load_recording
-from srbval.recordings.from_run import recording_from_run
+from srbval.recordings import Origin, Recording, load_recording, recording_from_run
 from srbval.scene import paper_scene
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.fault_call import call_fault

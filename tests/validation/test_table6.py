@@ -6,7 +6,7 @@ import pytest
 
 from srbval.bearing import Fault, load_bearing
 from srbval.models.run import Run
-from srbval.recordings.from_run import recording_from_run
+from srbval.recordings import recording_from_run
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.cases import paper_cases
 from srbval.validation.published import table6

@@ -5,9 +5,7 @@ import pytest
 
 from srbval.models.run_file import write_run
 from srbval.models.simulate import simulate
-from srbval.recordings import ShaftSpeed, SpeedSource, load_recording
-from srbval.recordings.from_run import recording_from_run
-from srbval.recordings.recording import SpeedSignal
+from srbval.recordings import ShaftSpeed, SpeedSignal, SpeedSource, load_recording, recording_from_run
 from srbval.recordings.speed import tachometer_speed
 from srbval.scene import SpeedProfile, paper_scene
 from srbval.validation.analyse import analyse

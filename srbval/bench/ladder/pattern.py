@@ -15,7 +15,7 @@ from srbval.errors import NumericsError
 from srbval.models.planar.pulse import Pulse, pulse_of
 from srbval.models.run import Run, RunStatus
 from srbval.models.simulate import simulate
-from srbval.recordings.from_run import recording_from_run
+from srbval.recordings import recording_from_run
 from srbval.scene import Scene
 from srbval.validation.analyse import analyse
 from srbval.validation.pipeline import SIMULATED_BAND_HZ

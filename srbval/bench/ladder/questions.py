@@ -18,7 +18,7 @@ from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.bench.measures import measure, smooth_mean
 from srbval.errors import DataError
 from srbval.models.run import Run
-from srbval.recordings.from_run import recording_from_run
+from srbval.recordings import recording_from_run
 from srbval.signal import rotate_axes
 from srbval.validation.analyse import Analysis, analyse
 

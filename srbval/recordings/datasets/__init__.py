@@ -1,1 +1,38 @@
-"""Known data sets: their descriptions (data) and the recognisers that apply them to a file."""
+"""Recognisers: from named variables to a `Reading`.
+
+A data set is described by a file in `data_manifest`; its `reader` names the recogniser that applies the description.
+A new layout is a module with a reader and its entry in `READERS`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from srbval.recordings.datasets.cwru import read_cwru
+from srbval.recordings.datasets.description import DatasetDescription, known_datasets
+from srbval.recordings.datasets.generic import read_generic
+from srbval.recordings.datasets.signal_structs import read_signal_structs
+from srbval.recordings.datasets.srbval_files import is_srbval_file, read_srbval_file
+from srbval.recordings.datasets.variables import read_variables
+from srbval.recordings.raw import RawFile
+from srbval.recordings.reading import Reading
+
+READERS: dict[str, Callable[[RawFile, DatasetDescription], Reading | None]] = {
+    "variables": read_variables,
+    "signal-structs": read_signal_structs,
+    "cwru": read_cwru,
+}
+
+
+def recognise(raw: RawFile) -> Reading:
+    """Files of this program first, then the first description that fits; any other file as plain named vectors.
+
+    Raises `DataError` where a file is of a known kind but damaged, or holds no vibration signal at all.
+    """
+    if is_srbval_file(raw):
+        return read_srbval_file(raw)
+    for description in known_datasets():
+        reading = READERS[description.reader](raw, description)
+        if reading is not None:
+            return reading
+    return read_generic(raw)

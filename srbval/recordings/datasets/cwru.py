@@ -1,7 +1,7 @@
 """Recogniser for the Case Western Reserve University records: ``X105_DE_time``, ``X105RPM``.
 
-The files state no sampling rate, label or unit. The record number in the variable names says all three,
-by the data set's own list (`records` of the description); the file's name, where it says the same
+The files state no sampling rate, label or unit. The record number in the variable names gives all three,
+from the data set's own list (`records` of the description); the file's name, where it states the same
 things, is checked against it.
 """
 
@@ -12,19 +12,16 @@ import re
 from srbval.bearing import Fault
 from srbval.errors import DataError
 from srbval.recordings.datasets.description import DatasetDescription, RecordRange
-from srbval.recordings.datasets.variables import match_groups, state_of
-from srbval.recordings.raw import RawFile, as_signal
+from srbval.recordings.raw import RawFile
 from srbval.recordings.reading import Channel, Reading
-from srbval.recordings.recording import ShaftSpeed
-from srbval.recordings.speed import nominal_speed, stated_speed
 
 _SIGNAL = re.compile(r"X(\d+)_(DE|FE|BA)_time")
 HZ_PER_KHZ = 1e3
 
 
 def read_cwru(raw: RawFile, description: DatasetDescription) -> Reading | None:
-    """Drive-end channel, or fan-end if the fault sits there; stray arrays and other records are left out."""
-    groups = match_groups(raw, description)
+    """Drive-end channel, or fan-end if the fault is there; stray arrays and other records are left out."""
+    groups = description.match.groups(raw)
     if groups is None:
         return None
     number = _record_number(raw, groups)
@@ -38,7 +35,7 @@ def read_cwru(raw: RawFile, description: DatasetDescription) -> Reading | None:
         channels=channels,
         channel=end.upper() if end.upper() in channels else next(iter(channels)),
         fs_hz=_rate(raw, groups, entry),
-        speed=_speed(raw, number, description, nominal_rpm),
+        speed=description.speed.speed(raw.number(f"X{number:03d}RPM"), nominal_rpm),
         nominal_rpm=nominal_rpm,
         notes=(
             f"record {number} by its variables' names",
@@ -49,7 +46,7 @@ def read_cwru(raw: RawFile, description: DatasetDescription) -> Reading | None:
 
 
 def _record_number(raw: RawFile, groups: dict[str, str]) -> int:
-    """The record whose signals the file holds; with several, the one its name gives."""
+    """The record whose signals the file holds; of several, the one in its name."""
     numbers = sorted({int(m[1]) for name in raw.variables if (m := _SIGNAL.fullmatch(name))})
     named = int(groups.get("record", -1))
     if len(numbers) == 1:
@@ -58,25 +55,22 @@ def _record_number(raw: RawFile, groups: dict[str, str]) -> int:
         return named
     raise DataError(
         f"{raw.path}: holds CWRU records {', '.join(map(str, numbers))} and its name gives none of them; "
-        "name the file after the record to read, for instance "
-        f"{numbers[0]}.mat."
+        f"name the file after the record to read, for instance {numbers[0]}.mat."
     )
 
 
 def _channels(
     raw: RawFile, number: int, end: str, label: str | None, description: DatasetDescription
 ) -> dict[str, Channel]:
-    state = state_of(label, description)
+    state = description.state_of(label)
     channels = {}
     for rule in description.channels:
         variable = f"X{number:03d}_{rule.name}_time"
-        array = raw.array(variable)
-        if array is None:
+        if raw.array(variable) is None:
             continue
         here = state if rule.name == end or state is Fault.HEALTHY else None
-        samples = as_signal(array, f"{raw.path}: {variable}")
         channels[rule.name] = Channel(
-            samples=samples, unit=rule.unit, bearing=rule.bearing, state=here, variable=variable
+            samples=raw.signal(variable), unit=rule.unit, bearing=rule.bearing, state=here, variable=variable
         )
     if not channels:
         raise DataError(f"{raw.path}: CWRU record {number} without a numeric signal.")
@@ -97,7 +91,7 @@ def _rate(raw: RawFile, groups: dict[str, str], entry: RecordRange | None) -> fl
 def _nominal_rpm(
     number: int, groups: dict[str, str], entry: RecordRange | None, description: DatasetDescription
 ) -> float | None:
-    """Set speed of the motor load, from the file's name or the record's place among its four loads."""
+    """Set speed of the motor load, from the file's name or the record's position among its four loads."""
     by_load = description.speed.nominal_rpm_by_load
     if "hp" in groups:
         load = int(groups["hp"])
@@ -106,10 +100,3 @@ def _nominal_rpm(
     else:
         return None
     return by_load[load] if load < len(by_load) else None
-
-
-def _speed(raw: RawFile, number: int, description: DatasetDescription, nominal_rpm: float | None) -> ShaftSpeed | None:
-    stated = raw.number(f"X{number:03d}RPM")
-    if stated is not None:
-        return stated_speed(stated, description.speed.stated_ci95_rpm)
-    return None if nominal_rpm is None else nominal_speed(nominal_rpm, description.speed.nominal_ci95_pct)

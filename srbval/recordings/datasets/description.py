@@ -1,4 +1,4 @@
-"""What is known about a data set, as `data_manifest/*.toml` states it."""
+"""Description of a published data set, as `data_manifest/*.toml` states it, and the rules to recognise its files."""
 
 from __future__ import annotations
 
@@ -10,15 +10,18 @@ from pathlib import Path
 from srbval.bearing import Fault
 from srbval.config.strict import build, read_toml
 from srbval.errors import ConfigurationError
+from srbval.recordings.raw import TEXT, RawFile
+from srbval.recordings.recording import ShaftSpeed
+from srbval.recordings.speed import nominal_speed, stated_speed
 from srbval.storage.own_package import shipped_folder
 
 
 @dataclass(frozen=True, kw_only=True)
 class MatchRule:
-    """How a file of the set is told: `file` is searched in its name, every `variables` pattern must be met.
+    """How a file of the set is recognised: `file` is searched in its name, every `variables` pattern must match one.
 
-    Named groups of `file` feed the record: ``label``, ``rpm``, ``radial_kn``, ``axial_kn``, ``rate_khz``,
-    ``end``, ``record``, ``hp``; `label_variable` and `nominal_rpm_variable` of the file go before them.
+    Named groups of `file` describe the record: ``label``, ``rpm``, ``radial_kn``, ``axial_kn``, ``rate_khz``,
+    ``end``, ``record``, ``hp``; `label_variable` and `nominal_rpm_variable` of the file take precedence over them.
     `columns` are the column counts of a text table, `vectors` the number of numeric vectors. Without
     `file_required` a renamed file is still recognised by its variables.
     """
@@ -31,12 +34,29 @@ class MatchRule:
     label_variable: str | None = None
     nominal_rpm_variable: str | None = None
 
+    def groups(self, raw: RawFile) -> dict[str, str] | None:
+        """What name and variables of a file of this set say of it (maybe nothing); None for any other file."""
+        found = re.search(self.file, raw.path.name, re.IGNORECASE) if self.file else None
+        if found is None and self.file_required:
+            return None
+        if self.columns and not (raw.format == TEXT and len(raw.variables) in self.columns):
+            return None
+        if not all(any(re.fullmatch(p, name) for name in raw.variables) for p in self.variables):
+            return None
+        arrays = [raw.array(name) for name in raw.variables]
+        if self.vectors is not None and sum(a is not None and a.size > 1 for a in arrays) != self.vectors:
+            return None
+        groups = {key: value for key, value in found.groupdict().items() if value is not None} if found else {}
+        label = raw.text(self.label_variable) if self.label_variable else None
+        rpm = raw.number(self.nominal_rpm_variable) if self.nominal_rpm_variable else None
+        return groups | ({"label": label} if label else {}) | ({"rpm": str(rpm)} if rpm else {})
+
 
 @dataclass(frozen=True, kw_only=True)
 class ChannelRule:
     """A channel: the pattern of its variable, its unit (``m/s2``, ``g``, ``V``, ``unknown``), its bearing.
 
-    Of several channels, the one marked `analyse` is taken; without a mark the user must choose.
+    Of several channels, the one marked `analyse` is analysed; without a mark the user must choose.
     """
 
     name: str
@@ -71,6 +91,12 @@ class SpeedRule:
     nominal_hz_variable: str | None = None
     nominal_ci95_pct: float = 1.5
 
+    def speed(self, stated_rpm: float | None, nominal_rpm: float | None) -> ShaftSpeed | None:
+        """The measured value that the file states, else its set point, else None."""
+        if stated_rpm is not None:
+            return stated_speed(stated_rpm, self.stated_ci95_rpm)
+        return None if nominal_rpm is None else nominal_speed(nominal_rpm, self.nominal_ci95_pct)
+
 
 @dataclass(frozen=True, kw_only=True)
 class LabelRule:
@@ -93,7 +119,7 @@ class BandRule:
 
 @dataclass(frozen=True, kw_only=True)
 class PublishedOrders:
-    """Fault orders somebody published for a bearing of the set, with where they stand."""
+    """Published fault orders of a bearing of the set, with their source."""
 
     bearing: str
     bpfo: float
@@ -123,7 +149,7 @@ class PublishedSpeeds:
 
 @dataclass(frozen=True, kw_only=True)
 class RecordRange:
-    """Records `first` to `last` of a numbered set (CWRU): label, fault end, sampling rate, what to know of them."""
+    """Records `first` to `last` of a numbered set (CWRU): label, end with the fault, sampling rate, a note."""
 
     first: int
     last: int
@@ -143,7 +169,7 @@ class GradedRecords:
 
 @dataclass(frozen=True, kw_only=True)
 class PublishedDiagnosability:
-    """How far a study could diagnose the faulted records of a numbered set; `source` says which and where.
+    """How well a study could diagnose the faulted records of a numbered set; `source` names the study.
 
     `grades` are the best of all its methods, `plain_envelope` those of a plain envelope spectrum alone.
     """
@@ -153,11 +179,11 @@ class PublishedDiagnosability:
     plain_envelope: tuple[GradedRecords, ...] = ()
 
     def of(self, file: str) -> str | None:
-        """The best grade of the record whose number begins the file's name, None where the study gives none."""
+        """The best grade of the record whose number the file's name starts with, None where the study gives none."""
         return _grade(self.grades, file)
 
     def of_plain(self, file: str) -> str | None:
-        """The same by the plain envelope."""
+        """The same for the plain envelope spectrum."""
         return _grade(self.plain_envelope, file)
 
 
@@ -177,7 +203,7 @@ class ExpectedFile:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Grid:
+class OperatingGrid:
     """Operating points of a set: every state at every load case and nominal speed."""
 
     source: str
@@ -191,7 +217,7 @@ class Grid:
 class DatasetDescription:
     """One data set. `reader` names the recogniser: ``variables``, ``signal-structs`` or ``cwru``.
 
-    `one_rig_a_folder`: the set mixes machines, and only files of one folder come from the same one.
+    `one_rig_a_folder`: the set mixes machines, and only files in the same folder come from the same one.
     """
 
     name: str
@@ -211,7 +237,7 @@ class DatasetDescription:
     published_speeds: PublishedSpeeds | None = None
     records: tuple[RecordRange, ...] = ()
     files: tuple[ExpectedFile, ...] = ()
-    grid: Grid | None = None
+    grid: OperatingGrid | None = None
     radial_kn: float | None = None
     axial_kn: float | None = None
     load_lbf_variable: str | None = None
@@ -220,10 +246,15 @@ class DatasetDescription:
     diagnosability: PublishedDiagnosability | None = None
 
     def band_hz(self, fs_hz: float, channel: str | None) -> tuple[float, float] | None:
-        """The declared band at this sampling rate, or None; a band of the channel's own comes first."""
+        """The declared band at this sampling rate, or None; a band of the channel itself takes precedence."""
         fitting = [b for b in self.bands if b.fs_hz in (None, fs_hz) and b.channel in (None, channel)]
         fitting.sort(key=lambda b: (b.channel is None, b.fs_hz is None))
         return (fitting[0].low_hz, fitting[0].high_hz) if fitting else None
+
+    def state_of(self, label: str | None) -> Fault | None:
+        """State of the bearing for a label of the file or of its name."""
+        rules = self.labels if label is not None else ()
+        return next((r.state for r in rules if re.search(r.label, label or "", re.IGNORECASE)), None)
 
 
 def data_manifest_folder() -> Path:

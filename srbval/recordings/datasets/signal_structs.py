@@ -1,8 +1,8 @@
-"""Recogniser for files with one struct a quantity: ``Signal_k`` with ``x_values`` and ``y_values``.
+"""Recogniser for files with one struct per quantity: ``Signal_k`` with ``x_values`` and ``y_values``.
 
 The layout of the rig's full recordings (an LMS Test.Lab export). Stored values are SI; the quantity's
 label names the display unit and its ``unit_transformation.factor`` leads from the stored to the display
-unit. A signal is told by its quantity, never by its number.
+unit. A signal is recognised by its quantity, never by its number.
 """
 
 from __future__ import annotations
@@ -15,13 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.errors import DataError
-from srbval.recordings.amplitude import STANDARD_GRAVITY_M_S2
 from srbval.recordings.datasets.description import DatasetDescription
-from srbval.recordings.datasets.variables import match_groups, state_of
-from srbval.recordings.raw import RawFile, as_signal
-from srbval.recordings.reading import Channel, Reading
+from srbval.recordings.raw import RawFile, as_signal, samples_down
+from srbval.recordings.reading import N_PER_KN, STANDARD_GRAVITY_M_S2, Channel, Reading
 from srbval.recordings.recording import ShaftSpeed, SpeedSignal
-from srbval.recordings.speed import RPM_PER_HZ, nominal_speed, tachometer_speed
+from srbval.recordings.speed import RPM_PER_HZ, tachometer_speed
 
 _STRUCT = re.compile(r"(Signal_?\d*)\.y_values\.values")
 FACTOR_TOLERANCE = 2e-3  # 0.1020 for 1/9.80665 is off by 3e-4
@@ -41,7 +39,7 @@ ROTATION = {
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Signal:
+class StructSignal:
     """One struct: the samples of each column in SI, shape [n], and their rate."""
 
     name: str
@@ -52,22 +50,22 @@ class Signal:
 def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Reading | None:
     """The accelerometers and the speed signal of the file; None if it has no such struct.
 
-    Other rigs export the same layout: only a file with the set's own name is taken for one of its
-    recordings, with its bearing and its choice of sensor. Of others both stay open. A recording of the set whose
-    sensors are laid out otherwise leaves the sensor open; the one the user chooses is the tested bearing's.
+    Other rigs export the same layout: only a file named as in this set is taken as one of its recordings, with its
+    bearing and its choice of sensor. For others both stay open. A recording of the set whose sensors are arranged
+    differently leaves the sensor open; the one the user chooses is that of the tested bearing.
     """
     names = [m[1] for variable in raw.variables if (m := _STRUCT.fullmatch(variable))]
     accelerations = [s for n in names if (s := _signal(raw, n, ACCELERATION))]
     if not accelerations:
         return None
-    groups = match_groups(raw, description) or {}
+    groups = description.match.groups(raw) or {}
     nominal_rpm = float(groups["rpm"]) if "rpm" in groups else None
     rotations = [s for n in names if (s := _signal(raw, n, ROTATION))]
-    speed, course, problem, note = _speed(rotations, nominal_rpm, description)
+    speed, speed_signal, problem, note = _speed(rotations, nominal_rpm, description)
     known = "label" in groups
     sensors, tested = _sensors(raw, accelerations, description if known else None)
     bearing = next(rule.bearing for rule in description.channels if rule.analyse) if known else None
-    state = state_of(groups.get("label"), description)
+    state = description.state_of(groups.get("label"))
     return Reading(
         dataset=description.name if known else None,
         channels={
@@ -79,16 +77,16 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
         channel=tested,
         fs_hz=accelerations[0].fs_hz,
         speed=speed,
-        speed_signal=course,
+        speed_signal=speed_signal,
         speed_problem=problem,
-        radial_n=float(groups["radial_kn"]) * 1e3 if "radial_kn" in groups else None,
-        axial_n=float(groups["axial_kn"]) * 1e3 if "axial_kn" in groups else None,
+        radial_n=float(groups["radial_kn"]) * N_PER_KN if "radial_kn" in groups else None,
+        axial_n=float(groups["axial_kn"]) * N_PER_KN if "axial_kn" in groups else None,
         nominal_rpm=nominal_rpm,
         notes=(f"acceleration from {accelerations[0].name}", note, *(description.notes if known else ())),
     )
 
 
-def _signal(raw: RawFile, name: str, labels: dict[str, dict[float, float]]) -> Signal | None:
+def _signal(raw: RawFile, name: str, labels: dict[str, dict[float, float]]) -> StructSignal | None:
     """The struct as a signal if its label is one of `labels`; sizes and factor are checked."""
     label = (raw.text(f"{name}.y_values.quantity.label") or "").strip()
     if label not in labels:
@@ -99,7 +97,7 @@ def _signal(raw: RawFile, name: str, labels: dict[str, dict[float, float]]) -> S
     increment = raw.number(f"{name}.x_values.increment")
     if increment is None or increment <= 0:
         raise DataError(f"{raw.path}: {name}.x_values.increment must be a positive time step in seconds.")
-    matrix = _upright(values)
+    matrix = samples_down(values)
     count = raw.number(f"{name}.x_values.number_of_values")
     if count is not None and int(count) != len(matrix):
         raise DataError(f"{raw.path}: {name} announces {count:.0f} values, holds {len(matrix)}: truncated.")
@@ -107,13 +105,7 @@ def _signal(raw: RawFile, name: str, labels: dict[str, dict[float, float]]) -> S
     factor = raw.number(f"{name}.y_values.quantity.unit_transformation.factor")
     to_si = _to_si(raw, name, label, factor, labels[label])
     in_si = tuple(columns) if to_si == 1 else tuple(column * to_si for column in columns)
-    return Signal(name=name, columns=in_si, fs_hz=round(1 / increment, 6))
-
-
-def _upright(values: NDArray[np.generic]) -> NDArray[np.generic]:
-    """Samples down, sensors across, shape [n, columns]."""
-    matrix = values.reshape(len(values), -1) if values.ndim != 2 else values
-    return matrix if matrix.shape[0] >= matrix.shape[1] else matrix.T
+    return StructSignal(name=name, columns=in_si, fs_hz=round(1 / increment, 6))
 
 
 def _to_si(raw: RawFile, name: str, label: str, factor: float | None, known: dict[float, float]) -> float:
@@ -128,9 +120,9 @@ def _to_si(raw: RawFile, name: str, label: str, factor: float | None, known: dic
 
 
 def _sensors(
-    raw: RawFile, signals: list[Signal], description: DatasetDescription | None
+    raw: RawFile, signals: list[StructSignal], description: DatasetDescription | None
 ) -> tuple[dict[str, NDArray[np.float64]], str | None]:
-    """Channels by sensor, and the one at the tested bearing where the description's own layout is met."""
+    """Channels by sensor, and the one at the tested bearing where the layout is that of the description."""
     rates = {s.fs_hz for s in signals}
     if len(rates) > 1:
         raise DataError(f"{raw.path}: acceleration signals at different rates, {sorted(rates)} Hz.")
@@ -143,16 +135,14 @@ def _sensors(
 
 
 def _speed(
-    signals: list[Signal], nominal_rpm: float | None, description: DatasetDescription
+    signals: list[StructSignal], nominal_rpm: float | None, description: DatasetDescription
 ) -> tuple[ShaftSpeed | None, SpeedSignal | None, str | None, str]:
-    """Speed of the record, its course, what is wrong with it if anything, and where it was read."""
+    """Speed of the record, its signal, what is wrong with it if anything, and where it was read."""
     vectors = [s for s in signals if len(s.columns) == 1]
     if len(vectors) > 1:
         return None, None, f"{len(vectors)} speed signals: {', '.join(s.name for s in vectors)}.", "speed left open"
     if not vectors:
-        ci95_pct = description.speed.nominal_ci95_pct
-        nominal = None if nominal_rpm is None else nominal_speed(nominal_rpm, ci95_pct)
-        return nominal, None, None, "no speed signal in the file"
+        return description.speed.speed(None, nominal_rpm), None, None, "no speed signal in the file"
     speed = tachometer_speed(vectors[0].columns[0])
     found_rpm = speed.value_hz * RPM_PER_HZ
     note = f"speed from {vectors[0].name}, {vectors[0].fs_hz:g} Hz"
@@ -160,5 +150,5 @@ def _speed(
         problem = f"{vectors[0].name} reads {found_rpm:.6g} rpm, the name says {nominal_rpm:g}: a wrong unit."
         return speed, None, problem, note
     # A copy: the file's own bytes are good only until the next file is read.
-    course = SpeedSignal(values_hz=np.array(vectors[0].columns[0]), rate_hz=vectors[0].fs_hz)
-    return speed, course, None, note
+    signal = SpeedSignal(values_hz=np.array(vectors[0].columns[0]), rate_hz=vectors[0].fs_hz)
+    return speed, signal, None, note

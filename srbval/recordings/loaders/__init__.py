@@ -1,1 +1,46 @@
-"""One loader a file format; each turns a file into a `RawFile` and interprets nothing."""
+"""File formats that can be read: one module per format, which turns a file into a `RawFile` and interprets nothing.
+
+A new format is a module with a `FORMAT` and its entry in `FORMATS`. A file's format is told by its first bytes, never
+by its name.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from srbval.errors import DataError
+from srbval.recordings.loaders import hdf5, matlab_v5, npy, text
+from srbval.recordings.raw import FileFormat
+
+HEAD_BYTES = 4096
+
+# The first that matches decides.
+FORMATS: tuple[FileFormat, ...] = (npy.FORMAT, hdf5.FORMAT, matlab_v5.FORMAT, text.FORMAT)
+
+
+def detect_format(path: Path) -> FileFormat:
+    """Format of the file at `path`; `DataError` for a file that is missing, empty or of no known format."""
+    head = _head(path)
+    if not head:
+        raise DataError(f"{path}: the file is empty (0 bytes). Copy or download it again.")
+    for candidate in FORMATS:
+        if candidate.matches(head):
+            return candidate
+    accepted = ", ".join(candidate.description for candidate in FORMATS)
+    raise DataError(f"{path}: starts with {head[:8]!r}, which is no known recording. Accepted: {accepted}.")
+
+
+def _head(path: Path) -> bytes:
+    try:
+        if path.is_dir():
+            raise DataError(f"{path}: is a folder, not a recording; `srbval data add {path}` registers it.")
+        if path.exists() and not path.is_file():
+            raise DataError(f"{path}: is not a regular file.")
+        with path.open("rb") as stream:
+            return stream.read(HEAD_BYTES)
+    except FileNotFoundError:
+        raise DataError(f"{path}: no such file. Check the path.") from None
+    except OSError as error:
+        raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
+    except ValueError as error:
+        raise DataError(f"{str(path)!r}: not a usable path ({error}).") from None

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from srbval.errors import DataError
-from srbval.recordings.loaders.limits import check_claim
-from srbval.recordings.raw import RawFile, Value
+from srbval.recordings.raw import FileFormat, RawFile, Value, check_claim, first_line
 
 MAX_DEPTH = 12
 MAX_DATASETS = 4096
 SKIPPED = ("#refs#", "#subsystem#")
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+SIGNATURE_OFFSETS = (0, 512, 1024, 2048)  # after a user block of one of these sizes
 
 
 def load_hdf5(path: Path) -> RawFile:
@@ -24,7 +25,7 @@ def load_hdf5(path: Path) -> RawFile:
     """
     import h5py
 
-    reader = _Reader(path)
+    reader = _Hdf5Reader(path)
     try:
         with h5py.File(path, "r") as file:
             reader.file = file
@@ -34,14 +35,13 @@ def load_hdf5(path: Path) -> RawFile:
     except DataError:
         raise
     except Exception as error:  # the one border where a hostile file meets foreign code
-        text = str(error).split("\n", 1)[0][:120] or type(error).__name__
-        raise DataError(f"{path}: truncated or damaged HDF5 file ({text}). Copy it again.") from None
+        raise DataError(f"{path}: truncated or damaged HDF5 file ({first_line(error)}). Copy it again.") from None
     known = {key: value for key, value in attributes.items() if value is not None}
-    kind = "MATLAB v7.3" if reader.matlab else "HDF5"
+    kind = "MATLAB v7.3" if reader.matlab else FORMAT.name
     return RawFile(path=path, format=kind, variables=reader.variables, attributes=known)
 
 
-class _Reader:
+class _Hdf5Reader:
     """Walks an open HDF5 file and collects `variables` under dotted names."""
 
     def __init__(self, path: Path) -> None:
@@ -117,3 +117,11 @@ def _plain(value: Any) -> float | str | None:
     if isinstance(value, str):
         return value
     return float(value) if isinstance(value, int | float | np.integer | np.floating) else None
+
+
+FORMAT = FileFormat(
+    name="HDF5",
+    description="HDF5 (MATLAB v7.3 included)",
+    matches=lambda head: any(head.startswith(SIGNATURE, at) for at in SIGNATURE_OFFSETS),
+    load=load_hdf5,
+)

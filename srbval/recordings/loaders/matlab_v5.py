@@ -1,4 +1,4 @@
-"""MATLAB v5 to v7 files, read with every size checked before it is believed.
+"""MATLAB v5 to v7 files, read with every size checked before it is used.
 
 Layout: MATLAB "MAT-File Format", MathWorks, chapter 1. An element is a tag (type, byte count) and its
 data, padded to 8 bytes; an array (type 14) holds elements again: flags, dimensions, name, then data or
@@ -21,10 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.errors import DataError
-from srbval.recordings.loaders.limits import check_claim, largest_claim
-from srbval.recordings.raw import RawFile, Value
+from srbval.recordings.raw import FileFormat, RawFile, Value, check_claim, largest_claim
 
 HEADER_BYTES = 128
+TITLE, VERSION_AND_ENDIAN = b"MATLAB 5.0", (b"\x00\x01IM", b"\x01\x00MI")  # the latter at bytes 124 to 127
 MI_MATRIX, MI_COMPRESSED = 14, 15
 CELL, STRUCT, OBJECT, CHAR = 1, 2, 3, 4
 NUMERIC_CLASSES = range(6, 16)
@@ -36,19 +36,19 @@ MAX_ELEMENTS = 100_000
 MAX_TEXT_BYTES = 65536
 
 
-def load_matlab_v5(path: Path, contents: memoryview | None = None) -> RawFile:
-    """Read every numeric array, text and (nested) struct field of a MATLAB v5 file (or of its `contents`).
+def load_matlab_v5(path: Path) -> RawFile:
+    """Read every numeric array, text and (nested) struct field of a MATLAB v5 file.
 
     Cells and structs of one element are unwrapped; of larger ones each element's index goes into its name.
     Complex parts, sparse arrays, function handles and Java objects are left out. Raises `DataError`
     whatever the damage.
     """
-    data = memoryview(path.read_bytes()) if contents is None else contents
-    reader = _Reader(path, ">" if bytes(data[126:128]) == b"MI" else "<")
+    data = memoryview(path.read_bytes())
+    reader = _MatlabReader(path, ">" if bytes(data[126:128]) == b"MI" else "<")
     if len(data) < HEADER_BYTES + 8:
         raise reader.damaged(f"{len(data)} bytes; its header alone has {HEADER_BYTES}")
     reader.top_level(data)
-    return RawFile(path=path, format="MATLAB v5", variables=reader.variables)
+    return RawFile(path=path, format=FORMAT.name, variables=reader.variables)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,7 +60,7 @@ class _Element:
     stop: int
 
 
-class _Reader:
+class _MatlabReader:
     """Walks the elements of one file into `variables`; allocates no more than the bytes that are there."""
 
     def __init__(self, path: Path, order: str) -> None:
@@ -193,3 +193,11 @@ class _Reader:
             raise self.damaged(f"{name!r} claims {claim} numbers in {element.stop - element.start} bytes")
         values = np.frombuffer(data, kind, math.prod(shape), element.start)
         return values.reshape(shape, order="F")
+
+
+FORMAT = FileFormat(
+    name="MATLAB v5",
+    description="MATLAB v5",
+    matches=lambda head: head.startswith(TITLE) or head[124:HEADER_BYTES] in VERSION_AND_ENDIAN,
+    load=load_matlab_v5,
+)

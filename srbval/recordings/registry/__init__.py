@@ -1,22 +1,26 @@
 """The user's register of recordings: which files there are, what they hold, whether they changed."""
 
-from srbval.recordings.registry.baseline import healthy_baseline
-from srbval.recordings.registry.coverage import Coverage, GridPoint, coverage
-from srbval.recordings.registry.entry import Listing, RegisteredRecording, Status
-from srbval.recordings.registry.fetch import fetch
-from srbval.recordings.registry.once import each_once
-from srbval.recordings.registry.stored import load_entry, load_registered
-from srbval.recordings.registry.verbs import add, find_recording, listing, rig_recordings, verify
+from srbval.recordings.registry.contents import Coverage, GridPoint, RegisterListing
+from srbval.recordings.registry.download import fetch
+from srbval.recordings.registry.entry import FileStatus, RegisteredRecording, without_copies
+from srbval.recordings.registry.lookup import (
+    RIG_DATASETS,
+    find_recording,
+    healthy_baseline,
+    load_entry,
+    load_registered,
+    rig_recordings,
+)
+from srbval.recordings.registry.register import add, listing, verify
 
 __all__ = [
+    "RIG_DATASETS",
     "Coverage",
+    "FileStatus",
     "GridPoint",
-    "Listing",
+    "RegisterListing",
     "RegisteredRecording",
-    "Status",
     "add",
-    "coverage",
-    "each_once",
     "fetch",
     "find_recording",
     "healthy_baseline",
@@ -25,4 +29,5 @@ __all__ = [
     "load_registered",
     "rig_recordings",
     "verify",
+    "without_copies",
 ]

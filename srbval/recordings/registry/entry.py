@@ -1,23 +1,20 @@
-"""One registered file, and a list of them as the `data` commands report it."""
+"""One registered file."""
 
 from __future__ import annotations
 
 import dataclasses
 import enum
+from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from srbval.bearing import Fault
 from srbval.recordings.recording import Origin
-from srbval.recordings.registry.coverage_point import Coverage
-from srbval.recordings.settings import Settings
-
-SCHEMA_VERSION = 1
+from srbval.recordings.settings import RecordingSettings
 
 
-class Status(enum.StrEnum):
-    """What a look at the file says, against what was pinned when it was registered."""
+class FileStatus(enum.StrEnum):
+    """State of a file compared with what was pinned when it was registered."""
 
     OK = "ok"
     CHANGED = "changed"
@@ -30,15 +27,15 @@ class Status(enum.StrEnum):
 class RegisteredRecording:
     """A file of the register. `sha256`, `size_bytes` and `mtime_ns` are those pinned at first use.
 
-    Loads in kN, `fs_hz` in Hz; what the file does not say is None. `reason` explains any status
-    but ok, and what an ok file leaves open. `settings` is what the user settled when registering it.
+    Loads in kN, `fs_hz` in Hz; what the file does not state is None. `reason` explains any status
+    but ok, and what an ok file leaves open. `settings` are those the user gave when registering it.
     """
 
     file: str
     sha256: str
     size_bytes: int
     mtime_ns: int
-    status: Status
+    status: FileStatus
     reason: str | None = None
     format: str | None = None
     origin: Origin | None = None
@@ -51,55 +48,35 @@ class RegisteredRecording:
     seconds: float | None = None
     channels: tuple[str, ...] = ()
     channel: str | None = None
-    settings: Settings | None = None
+    settings: RecordingSettings | None = None
 
-    def with_status(self, status: Status, reason: str | None = None) -> RegisteredRecording:
+    def with_status(self, status: FileStatus, reason: str | None = None) -> RegisteredRecording:
         """The same file with another status."""
         return dataclasses.replace(self, status=status, reason=reason)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON, the keys of the public interface among them."""
-        return dataclasses.asdict(self) | {"channels": list(self.channels)}
-
     @classmethod
-    def from_dict(cls, values: dict[str, Any]) -> RegisteredRecording:
-        """Rebuild from `to_dict`; raises what reading a manifest expects for anything else."""
+    def from_json(cls, values: dict[str, Any]) -> RegisteredRecording:
+        """Rebuild from its JSON object; raises `ValueError`, `KeyError` or `TypeError` for anything else."""
         state, origin, settings = values.get("state"), values.get("origin"), values.get("settings")
         return cls(
             **values
             | {
-                "status": Status(values["status"]),
+                "status": FileStatus(values["status"]),
                 "state": None if state is None else Fault(state),
                 "origin": None if origin is None else Origin(origin),
                 "channels": tuple(values.get("channels", ())),
-                "settings": None if settings is None else Settings(**settings),
+                "settings": None if settings is None else RecordingSettings(**settings),
             }
         )
 
 
-@dataclass(frozen=True, kw_only=True)
-class Listing:
-    """The register, or the part of it a command touched, and the grids of operating points it covers."""
+def without_copies(recordings: Iterable[RegisteredRecording]) -> list[RegisteredRecording]:
+    """The first of those of `recordings` with the same SHA-256: a copy, or the folder's other name, proves no more.
 
-    manifest: Path
-    recordings: tuple[RegisteredRecording, ...]
-    coverage: tuple[Coverage, ...] = ()
-
-    @property
-    def problems(self) -> tuple[RegisteredRecording, ...]:
-        """Recordings that are not ok; texts that never were one (a licence, a readme) do not count."""
-        return tuple(
-            r
-            for r in self.recordings
-            if r.status is not Status.OK and not (r.status is Status.UNREADABLE and r.format == "text")
-        )
-
-    def to_dict(self) -> dict[str, Any]:
-        """The JSON document of `srbval data`."""
-        return {
-            "schema_version": SCHEMA_VERSION,
-            "status": "problems" if self.problems else "ok",
-            "manifest": str(self.manifest),
-            "recordings": [r.to_dict() for r in self.recordings],
-            "coverage": [c.to_dict() for c in self.coverage],
-        }
+    Copies with different settings, such as another channel, are different recordings; so are files that could not be
+    hashed.
+    """
+    found: dict[object, RegisteredRecording] = {}
+    for recording in recordings:
+        found.setdefault((recording.sha256 or recording.file, recording.settings or None), recording)
+    return list(found.values())

@@ -4,19 +4,30 @@ from __future__ import annotations
 
 import contextlib
 import json
-import time
+import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import IO
 
 from srbval.errors import ConfigurationError, DataError
-from srbval.recordings.registry.entry import SCHEMA_VERSION, RegisteredRecording
-from srbval.recordings.registry.home import home_folder
+from srbval.recordings.registry.contents import SCHEMA_VERSION
+from srbval.recordings.registry.entry import RegisteredRecording
+from srbval.storage.strict_json import json_value
 from srbval.storage.whole_file import whole_file
 
+HOME_VARIABLE = "SRBVAL_HOME"
 LOCK_SECONDS = 30.0
 
 Entries = dict[str, RegisteredRecording]
+
+
+def home_folder() -> Path:
+    """The folder of the manifest and of downloads: ``$SRBVAL_HOME``, else the platform's folder for user data."""
+    set_by_user = os.environ.get(HOME_VARIABLE)
+    if set_by_user:
+        return Path(set_by_user).expanduser()
+    import platformdirs
+
+    return Path(platformdirs.user_data_dir("srbval"))
 
 
 def manifest_path() -> Path:
@@ -24,19 +35,19 @@ def manifest_path() -> Path:
     return home_folder() / "manifest.json"
 
 
-def looked_at_path() -> Path:
-    """Path of what is known of files that were looked at, but never registered; of the manifest's form."""
+def inspected_path() -> Path:
+    """Path of what is known of files that were inspected, but never registered; same layout as the manifest."""
     return home_folder() / "looked-at.json"
 
 
 def read_manifest(path: Path | None = None) -> Entries:
-    """Registered files by path, none without a manifest; `DataError` for one not understood."""
+    """Registered files by path, none without a manifest; `DataError` for a manifest that cannot be read."""
     path = path or manifest_path()
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
         if document["schema_version"] != SCHEMA_VERSION:
             raise DataError(f"{path}: schema {document['schema_version']} where {SCHEMA_VERSION} is read.")
-        entries = [RegisteredRecording.from_dict(values) for values in document["recordings"]]
+        entries = [RegisteredRecording.from_json(values) for values in document["recordings"]]
     except (FileNotFoundError, NotADirectoryError):
         return {}
     except OSError as error:
@@ -52,50 +63,33 @@ def update_manifest(change: Callable[[Entries], None], path: Path | None = None)
     """Apply `change` to the newest manifest under a lock and write it; returns the entries after it."""
     path = path or manifest_path()
     with _locked(path):
-        for left_over in path.parent.glob(f".{path.name}.*.part"):  # of a process killed while it wrote
-            left_over.unlink(missing_ok=True)
+        for part in path.parent.glob(f".{path.name}.*.part"):  # left by a process that was killed while it wrote
+            part.unlink(missing_ok=True)
         entries = read_manifest(path)
         change(entries)
-        document = {
-            "schema_version": SCHEMA_VERSION,
-            "recordings": [entries[key].to_dict() for key in sorted(entries)],
-        }
+        document = {"schema_version": SCHEMA_VERSION, "recordings": [entries[key] for key in sorted(entries)]}
         with whole_file(path) as part:
-            part.write_text(json.dumps(document, indent=1, allow_nan=False), encoding="utf-8")
+            part.write_text(json.dumps(json_value(document), indent=1, allow_nan=False), encoding="utf-8")
     return entries
 
 
 @contextlib.contextmanager
 def _locked(path: Path) -> Iterator[None]:
     """Hold the manifest's lock; the system releases it should the process die."""
+    import filelock
+
     lock = path.with_suffix(".lock")
     try:
         lock.parent.mkdir(parents=True, exist_ok=True)
-        stream = lock.open("a+b")
+        held = filelock.FileLock(lock, timeout=LOCK_SECONDS)
+        held.acquire()
+    except filelock.Timeout:
+        raise DataError(f"{lock}: held by another srbval for {LOCK_SECONDS:.0f} s. Try again later.") from None
     except OSError as error:
         raise DataError(
-            f"{lock}: cannot be written ({error.strerror}). Set SRBVAL_HOME to a folder of yours."
+            f"{lock}: cannot be written ({error.strerror}). Set SRBVAL_HOME to a folder that you may write."
         ) from None
-    with stream:
-        deadline = time.monotonic() + LOCK_SECONDS
-        while not _try_lock(stream):
-            if time.monotonic() > deadline:
-                raise DataError(f"{lock}: held by another srbval for {LOCK_SECONDS:.0f} s. Try again later.")
-            time.sleep(0.02)
+    try:
         yield
-
-
-def _try_lock(stream: IO[bytes]) -> bool:
-    try:
-        import fcntl
-    except ImportError:  # Windows
-        import msvcrt
-
-        lock = lambda: msvcrt.locking(stream.fileno(), msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]  # noqa: E731
-    else:
-        lock = lambda: fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)  # noqa: E731
-    try:
-        lock()
-    except OSError:
-        return False
-    return True
+    finally:
+        held.release()

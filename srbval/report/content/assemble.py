@@ -218,7 +218,7 @@ def _data(
         "crossed_bands": [row.to_dict() for row in crossed],
         "other_rigs": [record.to_dict() for record in evidence.other_rigs],
         "speed_and_slip": [row.to_dict() for row in evidence.slips],
-        "recordings": [entry.to_dict() for entry in evidence.registered],
+        "recordings": evidence.registered,
         "provenance": origin,
     }
 

@@ -8,27 +8,29 @@ from pathlib import Path
 from srbval.errors import DataError
 from srbval.progress import Progress, silent
 from srbval.recordings.datasets.description import DatasetDescription, ExpectedFile, dataset, known_datasets
-from srbval.recordings.registry.entry import Listing
-from srbval.recordings.registry.home import home_folder
-from srbval.recordings.registry.verbs import add
+from srbval.recordings.raw import first_line
+from srbval.recordings.registry.contents import RegisterListing
+from srbval.recordings.registry.manifest import home_folder
+from srbval.recordings.registry.register import add
 
 TIMEOUT_S = 30
+LONGEST_REASON = 160
 
 
-def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = silent) -> Listing:
+def fetch(name: str, folder: str | Path | None = None, *, progress: Progress = silent) -> RegisterListing:
     """Download the open data set `name` into `folder` (default: below the home folder) and register it.
 
-    Files that are there with the right SHA-256 are kept, so an interrupted download goes on where it
-    stopped. Raises `DataError` for a set that is
-    restricted or has no pinned files, and without a network, each with the way out.
+    Files that exist with the right SHA-256 are kept, so an interrupted download continues where it
+    stopped. `progress` is the share of the files. Raises `DataError` for a set that is restricted or has no pinned
+    files, and without a network, each with the remedy.
     """
     description = dataset(name)
     pinned = _pinned_files(description)
     target = Path(folder) if folder is not None else home_folder() / "recordings" / name
-    for done, file in enumerate(pinned):
-        progress("Download", done / len(pinned))
+    progress("Download", 0.0)
+    for done, file in enumerate(pinned, 1):
         _retrieve(file, target, description)
-    progress("Download", 1.0)
+        progress("Download", done / len(pinned))
     return add(target)
 
 
@@ -37,10 +39,10 @@ def _pinned_files(description: DatasetDescription) -> list[ExpectedFile]:
         raise DataError(f"{description.name}: no download; {description.licence}. {description.source}.")
     pinned = [file for file in description.files if file.url and file.sha256]
     if not pinned:
-        able = ", ".join(d.name for d in known_datasets() if any(f.url and f.sha256 for f in d.files))
+        downloadable = ", ".join(d.name for d in known_datasets() if any(f.url and f.sha256 for f in d.files))
         raise DataError(
             f"{description.name}: no pinned files to download. Get it from {description.url} and register "
-            f"its folder with `srbval data add DIR`. Downloadable: {able}."
+            f"its folder with `srbval data add DIR`. Downloadable: {downloadable}."
         )
     return pinned
 
@@ -57,9 +59,9 @@ def _retrieve(file: ExpectedFile, target: Path, description: DatasetDescription)
             path=target,
             downloader=pooch.HTTPDownloader(timeout=TIMEOUT_S),
         )
-    except Exception as error:  # the network and its libraries fail in many ways; the way out is the same
-        text = str(error).split("\n", 1)[0][:160] or type(error).__name__
+    except Exception as error:  # the network and its libraries fail in many ways; the remedy is the same
         raise DataError(
-            f"{file.name} could not be downloaded from {file.url} ({text}). Try again with a network, or get "
-            f"the files from {description.url} and register their folder with `srbval data add DIR`."
+            f"{file.name} could not be downloaded from {file.url} ({first_line(error, LONGEST_REASON)}). Try again "
+            f"with a network, or get the files from {description.url} and register their folder with "
+            "`srbval data add DIR`."
         ) from None

@@ -1,4 +1,4 @@
-"""Files this program writes: runs of the model and stand-ins (HDF5 with the attribute ``srbval_kind``)."""
+"""Files that this program writes: runs of the model and stand-ins (HDF5 with the attribute ``srbval_kind``)."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ import numpy as np
 
 from srbval.bearing import Fault
 from srbval.errors import DataError
-from srbval.recordings.plain_text import plain_text
-from srbval.recordings.raw import RawFile, as_signal
+from srbval.recordings.raw import RawFile, printable
 from srbval.recordings.reading import Channel, Reading
 from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSignal, SpeedSource
 from srbval.recordings.speed import profile_signal
@@ -22,13 +21,13 @@ RUN_AXES = ("x", "y")
 LONGEST_NOTE = 1000
 
 
-def is_own(raw: RawFile) -> bool:
+def is_srbval_file(raw: RawFile) -> bool:
     """Whether this program wrote the file."""
     return KIND_ATTRIBUTE in raw.attributes
 
 
-def read_own(raw: RawFile) -> Reading:
-    """A run (channels x, y, z; axes x and y) or a stand-in (one channel); m/s2, speed as prescribed."""
+def read_srbval_file(raw: RawFile) -> Reading:
+    """A run (channels x, y, z; axes x and y) or a stand-in (one channel), in m/s2, at the prescribed speed."""
     kind = raw.text(KIND_ATTRIBUTE)
     if kind not in ("run", "stand-in"):
         raise DataError(f"{raw.path}: srbval_kind is {kind!r}; this version reads 'run' and 'stand-in'.")
@@ -51,13 +50,13 @@ def read_own(raw: RawFile) -> Reading:
         radial_n=raw.number("radial_n"),
         axial_n=raw.number("axial_n"),
         nominal_rpm=raw.number("nominal_rpm"),
-        name=plain_text(raw.text("name") or "") or None,
+        name=printable(raw.text("name") or "") or None,
         notes=_notes(raw, kind),
     )
 
 
 def _notes(raw: RawFile, kind: str) -> tuple[str, ...]:
-    missing = plain_text(raw.text("not_validated") or "", LONGEST_NOTE)
+    missing = printable(raw.text("not_validated") or "", LONGEST_NOTE)
     return (f"{kind} written by srbval", *([f"not validated: {missing}"] if missing else []))
 
 
@@ -69,7 +68,7 @@ def _channels(raw: RawFile) -> dict[str, Channel]:
             continue
         name = variable.removesuffix(SUFFIX).removeprefix(PREFIX + "_") or PREFIX
         channels[name] = Channel(
-            samples=as_signal(array, f"{raw.path}: {variable}"),
+            samples=raw.signal(variable),
             unit="m/s2",
             bearing=_bearing(raw),
             state=_state(raw),
@@ -80,7 +79,7 @@ def _channels(raw: RawFile) -> dict[str, Channel]:
 
 
 def _bearing(raw: RawFile) -> str | None:
-    """The bearing's name; a path is none, so that no file sends the program to another one."""
+    """The bearing's name; a path is refused, so that no file makes the program open another one."""
     text = raw.text("bearing")
     return text if text and re.fullmatch(r"[\w .+-]{1,80}", text) and not text.endswith(".toml") else None
 
@@ -108,7 +107,7 @@ def _speed(raw: RawFile) -> ShaftSpeed | None:
 
 
 def _speed_signal(raw: RawFile, samples: int) -> SpeedSignal | None:
-    """The prescribed course of a run's scene, None for a constant speed."""
+    """The prescribed speed profile of a run's scene, None for a constant speed."""
     fs_hz = raw.number("fs_hz")
     try:
         profile = json.loads(raw.text("scene") or "{}").get("speed_profile")
@@ -116,4 +115,4 @@ def _speed_signal(raw: RawFile, samples: int) -> SpeedSignal | None:
             return None
         return profile_signal(np.array(profile["time_s"]), np.array(profile["speed_rad_s"]), samples / fs_hz)
     except (ValueError, TypeError, KeyError, AttributeError):
-        raise DataError(f"{raw.path}: the scene kept with the run cannot be read; simulate it again.") from None
+        raise DataError(f"{raw.path}: the scene stored with the run cannot be read; simulate it again.") from None

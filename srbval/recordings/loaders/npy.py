@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from srbval.errors import DataError
-from srbval.recordings.raw import RawFile
+from srbval.recordings.raw import FileFormat, RawFile, first_line
+
+SIGNATURE = b"\x93NUMPY"
 
 
 def load_npy(path: Path) -> RawFile:
@@ -15,9 +17,16 @@ def load_npy(path: Path) -> RawFile:
     try:
         values = np.load(path, mmap_mode="r", allow_pickle=False)
     except Exception as error:  # the one border where a hostile file meets foreign code
-        text = str(error).split("\n", 1)[0][:120] or type(error).__name__
-        raise DataError(f"{path}: truncated or unusable .npy file ({text}). Save plain numbers.") from None
+        raise DataError(f"{path}: truncated or unusable .npy file ({first_line(error)}). Save plain numbers.") from None
     if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiu":
         kind = getattr(values, "dtype", type(values).__name__)
         raise DataError(f"{path}: holds {kind} values; real numbers are needed.")
-    return RawFile(path=path, format="NumPy", variables={"data": values})
+    return RawFile(path=path, format=FORMAT.name, variables={"data": values})
+
+
+FORMAT = FileFormat(
+    name="NumPy",
+    description="NumPy .npy",
+    matches=lambda head: head.startswith(SIGNATURE),
+    load=load_npy,
+)

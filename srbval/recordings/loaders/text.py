@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.errors import DataError
-from srbval.recordings.raw import RawFile
+from srbval.recordings.raw import TEXT, FileFormat, RawFile, first_line
 
 MAX_COLUMNS = 64
 HEADER_LINES = 100
@@ -21,7 +21,7 @@ _WARNINGS = threading.Lock()  # catch_warnings changes the state of the whole pr
 _SETTING = re.compile(r"#\s*([A-Za-z_]\w*)\s*[=:]\s*(.+?)\s*")
 
 
-def load_ascii(path: Path) -> RawFile:
+def load_text(path: Path) -> RawFile:
     """Read the columns of a text table under their header's names, else ``col_1``, ``col_2``, ...
 
     Lines that begin with ``#`` are comments; ``# fs_hz = 20480`` among the first ones is kept as an
@@ -32,17 +32,17 @@ def load_ascii(path: Path) -> RawFile:
     names = [part.strip().strip('"') for part in (first.split(separator) if separator else first.split())]
     if not 1 <= len(names) <= MAX_COLUMNS:
         raise DataError(f"{path}: {len(names)} columns in the first line; a table has 1 to {MAX_COLUMNS}.")
-    titled = not all(_is_number(part) for part in names)
-    if titled and all(not _is_number(p) for p in names) and len(set(names)) != len(names):
+    has_header = not all(_is_number(part) for part in names)
+    if has_header and all(not _is_number(p) for p in names) and len(set(names)) != len(names):
         raise DataError(f"{path}: a text file whose first line, {first[:60]!r}, is no table of numbers.")
-    table = _table(path, separator, titled)
+    table = _table(path, separator, has_header)
     if len(table) == 0:
         raise DataError(f"{path}: a text file, but not a table of numbers (no line of them after the first).")
     if table.shape[1] != len(names):
         raise DataError(f"{path}: {len(names)} names for {table.shape[1]} columns of numbers.")
-    keys = names if titled else [f"col_{i + 1}" for i in range(len(names))]
+    keys = names if has_header else [f"col_{i + 1}" for i in range(len(names))]
     columns = {key: np.ascontiguousarray(table[:, i]) for i, key in enumerate(keys)}
-    return RawFile(path=path, format="text", variables=columns, attributes=settings)
+    return RawFile(path=path, format=TEXT, variables=columns, attributes=settings)
 
 
 def _first_line(path: Path) -> tuple[str, dict[str, float | str]]:
@@ -72,17 +72,24 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _table(path: Path, separator: str | None, titled: bool) -> NDArray[np.float64]:
+def _table(path: Path, separator: str | None, has_header: bool) -> NDArray[np.float64]:
     import pandas as pd
 
     try:
         with _WARNINGS, warnings.catch_warnings():
             warnings.simplefilter("ignore")
             frame = pd.read_csv(
-                path, sep=separator or r"\s+", header=0 if titled else None, comment="#", dtype=np.float64,
+                path, sep=separator or r"\s+", header=0 if has_header else None, comment="#", dtype=np.float64,
                 encoding="latin-1", skip_blank_lines=True, index_col=False,
             )  # fmt: skip
     except Exception as error:  # the one border where a hostile file meets foreign code
-        text = str(error).split("\n", 1)[0][:120] or type(error).__name__
-        raise DataError(f"{path}: a text file, but not a table of numbers ({text}).") from None
+        raise DataError(f"{path}: a text file, but not a table of numbers ({first_line(error)}).") from None
     return frame.to_numpy(dtype=np.float64)
+
+
+def _is_text(head: bytes) -> bool:
+    """Text has no control characters but white space; any 8-bit encoding will do."""
+    return not any(byte < 32 and byte not in b"\t\n\r\f" for byte in head)
+
+
+FORMAT = FileFormat(name=TEXT, description="a text table", matches=_is_text, load=load_text)

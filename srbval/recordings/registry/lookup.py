@@ -1,0 +1,102 @@
+"""Registered recordings for a purpose: the rig's, one operating point, the healthy baseline; loading with settings."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from pathlib import Path
+
+from srbval.bearing import Fault
+from srbval.errors import DataError
+from srbval.recordings.datasets.description import known_datasets
+from srbval.recordings.load import load_recording
+from srbval.recordings.reading import N_PER_KN
+from srbval.recordings.recording import Recording
+from srbval.recordings.registry.entry import FileStatus, RegisteredRecording, without_copies
+from srbval.recordings.registry.manifest import read_manifest
+from srbval.recordings.registry.register import listing
+from srbval.recordings.settings import RecordingSettings
+
+RIG_DATASETS = ("torino-full", "torino-excerpts")  # the longer recordings first
+
+
+def rig_recordings(*, state: Fault | None = None, nominal_rpm: float | None = None) -> tuple[RegisteredRecording, ...]:
+    """Usable recordings of the rig by state and nominal motor speed [rpm], full recordings first, each content once."""
+    found = [
+        r
+        for r in listing().recordings
+        if r.dataset in RIG_DATASETS
+        and r.status is FileStatus.OK
+        and state in (None, r.state)
+        and nominal_rpm in (None, r.nominal_rpm)
+    ]
+    return tuple(sorted(without_copies(found), key=lambda r: (RIG_DATASETS.index(r.dataset or ""), r.file)))
+
+
+def find_recording(
+    *, state: Fault, nominal_rpm: float, radial_kn: float = 124.8, axial_kn: float = 0.0
+) -> RegisteredRecording | None:
+    """The rig recording at one operating point [rpm, kN], or None; the longest if there are several."""
+    found = rig_recordings(state=state, nominal_rpm=nominal_rpm)
+    at_load = [r for r in found if (r.radial_kn, r.axial_kn) == (radial_kn, axial_kn)]
+    return max(at_load, key=lambda r: r.seconds or 0.0, default=None)
+
+
+def healthy_baseline(
+    recording: Recording, registered: tuple[RegisteredRecording, ...] | None = None
+) -> RegisteredRecording | None:
+    """The registered healthy record of the same rig, sensor, nominal speed, load and sampling rate, or None.
+
+    The baseline that a faulted record is compared with. `registered` saves listing the register again. Of several the
+    longest. A record without a data set or without a nominal speed has none: nothing says that another one is
+    comparable. Never the record itself.
+    """
+    if recording.dataset is None or recording.nominal_rpm is None or recording.file is None:
+        return None
+    candidates = listing().recordings if registered is None else registered
+    fitting = [entry for entry in candidates if _comparable(entry, recording)]
+    return max(fitting, key=lambda entry: entry.seconds or 0.0, default=None)
+
+
+def load_entry(entry: RegisteredRecording) -> Recording:
+    """A registered recording, read with its settings; raises what `load_recording` raises."""
+    return load_recording(entry.file, **dataclasses.asdict(entry.settings or RecordingSettings()))
+
+
+def load_registered(path: str | Path, settings: RecordingSettings | None = None) -> Recording:
+    """`load_recording` with `settings`, and with those of the register where these are not given.
+
+    A register that cannot be read counts as empty: the file itself can still be loaded.
+    """
+    try:
+        entry = read_manifest().get(os.path.abspath(path))
+    except DataError:
+        entry = None
+    stored = (entry.settings if entry is not None else None) or RecordingSettings()
+    return load_recording(path, **dataclasses.asdict((settings or RecordingSettings()).over(stored)))
+
+
+def _comparable(entry: RegisteredRecording, recording: Recording) -> bool:
+    file = os.path.abspath(recording.file or "")
+    return (
+        entry.status is FileStatus.OK
+        and entry.state is Fault.HEALTHY
+        and entry.file != file
+        and entry.sha256 != recording.sha256
+        and _rig(entry.dataset, entry.file) == _rig(recording.dataset, file)
+        and (entry.channel, entry.fs_hz) == (recording.channel, recording.fs_hz)
+        and entry.nominal_rpm == recording.nominal_rpm
+        and (_newton(entry.radial_kn), _newton(entry.axial_kn)) == (recording.radial_n, recording.axial_n)
+    )
+
+
+def _rig(dataset: str | None, file: str) -> tuple[str | None, str]:
+    """Identifies the machine of a record: the data set, and its folder where a set holds several rigs."""
+    if dataset in RIG_DATASETS:
+        return RIG_DATASETS[0], ""
+    per_folder = any(d.name == dataset and d.one_rig_a_folder for d in known_datasets())
+    return dataset, str(Path(file).parent) if per_folder else ""
+
+
+def _newton(load_kn: float | None) -> float | None:
+    return None if load_kn is None else load_kn * N_PER_KN

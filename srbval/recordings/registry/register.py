@@ -1,0 +1,240 @@
+"""The register itself: `srbval data add`, `list` and `verify`."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from srbval.errors import DataError
+from srbval.progress import Progress, silent
+from srbval.recordings.load import sha256_of
+from srbval.recordings.registry.contents import RegisterListing, coverage_of
+from srbval.recordings.registry.entry import FileStatus, RegisteredRecording
+from srbval.recordings.registry.inspect import inspect_file
+from srbval.recordings.registry.manifest import (
+    Entries,
+    inspected_path,
+    manifest_path,
+    read_manifest,
+    update_manifest,
+)
+from srbval.recordings.settings import RecordingSettings
+
+MAX_WORKERS = 4
+RECORDINGS_VARIABLE = "SRBVAL_RECORDINGS"
+
+
+def add(
+    folder: str | Path,
+    *,
+    progress: Progress = silent,
+    repin: bool = False,
+    settings: RecordingSettings | None = None,
+) -> RegisterListing:
+    """Register every file under `folder` (or one file); nothing is copied.
+
+    A file registered for the first time is pinned with its SHA-256; one that differs from its pin is reported as
+    changed and keeps the pin, unless `repin`. `settings` are stored for each of the files and used whenever one is
+    loaded; without any, those stored before stay (`repin` deletes them). A file that was registered elsewhere and no
+    longer exists there has moved: its old entry is removed, its settings stay (except with `repin`). Files that are no
+    recording stay in the list with a reason. `progress` is the share of the bytes.
+    Raises `DataError` for a folder that does not exist or a manifest that cannot be written.
+    """
+    files = _files_under(Path(folder))
+    registered = read_manifest()
+    known = {} if repin else registered
+    gone = [e for e in registered.values() if e.sha256 and not os.path.exists(e.file)]
+    found = _inspect(files, known, progress, settings)
+    if not repin:
+        found = [entry if entry.file in known else _with_former_settings(entry, gone) for entry in found]
+    present = {entry.sha256 for entry in found}
+    merged: Entries = {}
+
+    def change(entries: Entries) -> None:
+        for old in gone:
+            if old.sha256 in present:
+                entries.pop(old.file, None)
+        for entry in found:
+            entries[entry.file] = entry if repin else _against_pin(entries.get(entry.file), entry)
+            merged[entry.file] = entries[entry.file]
+
+    update_manifest(change)
+    return _listing(merged.values())
+
+
+def listing() -> RegisterListing:
+    """All registered files with their status from size and time of change, without hashing them.
+
+    Files of the folder that SRBVAL_RECORDINGS names are included whether registered or not.
+    """
+    entries = _with_environment_folder(read_manifest())
+    return _listing(entry if _unchanged(entry) else _verified(entry) for entry in entries.values())
+
+
+def verify(*, progress: Progress = silent) -> RegisterListing:
+    """All registered files, each hashed again and compared with its pin."""
+    entries = _with_environment_folder(read_manifest())
+    total, done, checked = sum(e.size_bytes for e in entries.values()), 0, []
+    for entry in entries.values():
+        checked.append(_verified(entry))
+        done += entry.size_bytes
+        progress("Verify", done / max(total, 1))
+    return _listing(checked)
+
+
+def recordings_folder() -> Path | None:
+    """The folder ``$SRBVAL_RECORDINGS`` names, used without being registered; `DataError` if it does not exist."""
+    set_by_user = os.environ.get(RECORDINGS_VARIABLE)
+    if not set_by_user:
+        return None
+    folder = Path(set_by_user).expanduser()
+    if not folder.is_dir():
+        raise DataError(f"{RECORDINGS_VARIABLE} is {set_by_user!r}, no folder. Correct it or unset it.")
+    return folder
+
+
+def _listing(entries: Iterable[RegisteredRecording]) -> RegisterListing:
+    recordings = tuple(sorted(entries, key=lambda e: e.file))
+    return RegisterListing(manifest=manifest_path(), recordings=recordings, coverage=coverage_of(recordings))
+
+
+def _files_under(folder: Path) -> list[Path]:
+    """Regular files below `folder`, sorted; hidden ones and links to folders are skipped."""
+    if folder.is_file():
+        return [Path(os.path.abspath(folder))]
+    if not folder.is_dir():
+        raise DataError(f"{folder}: no such folder. Check the path.")
+    found = sorted(_walk(Path(os.path.abspath(folder))))
+    if not found:
+        raise DataError(f"{folder}: holds no file. Name the folder that holds the recordings.")
+    return found
+
+
+def _walk(folder: Path) -> Iterator[Path]:
+    for parent, folders, names in os.walk(folder):
+        folders[:] = [name for name in folders if not name.startswith(".")]
+        yield from (Path(parent, name) for name in names if not name.startswith("."))
+
+
+def _inspect(
+    files: list[Path], known: Entries, progress: Progress, settings: RecordingSettings | None = None
+) -> list[RegisteredRecording]:
+    """Every file inspected; one whose size and time of change are those pinned is taken from `known`.
+
+    New `settings` override those stored for a file.
+    """
+    sizes = [_size(path) for path in files]
+    total, done, found = sum(sizes), 0, []
+
+    def inspect(path: Path) -> RegisteredRecording:
+        pinned = known.get(str(path))
+        stored = (pinned.settings if pinned is not None else None) or RecordingSettings()
+        if pinned is not None and not settings and _unchanged(pinned):
+            return pinned
+        return inspect_file(path, settings.over(stored) if settings else stored)
+
+    with ThreadPoolExecutor(min(MAX_WORKERS, os.cpu_count() or 1)) as pool:  # hashing and reading release the GIL
+        for entry, size in zip(pool.map(inspect, files), sizes, strict=True):
+            found.append(entry)
+            done += size
+            progress("Register", done / max(total, 1))
+    return found
+
+
+def _with_former_settings(entry: RegisteredRecording, gone: list[RegisteredRecording]) -> RegisteredRecording:
+    """`entry`, read with the settings of the same content at a path where it no longer exists."""
+    former = next((old.settings for old in gone if old.sha256 == entry.sha256 and old.settings), None)
+    if former is None:
+        return entry
+    return inspect_file(Path(entry.file), entry.settings.over(former) if entry.settings else former)
+
+
+def _size(path: Path) -> int:
+    try:
+        return path.stat().st_size
+    except OSError:
+        return 0
+
+
+def _unchanged(entry: RegisteredRecording) -> bool:
+    """Whether size and time of change are those pinned."""
+    try:
+        stat = Path(entry.file).stat()
+    except OSError:
+        return False
+    return (stat.st_size, stat.st_mtime_ns) == (entry.size_bytes, entry.mtime_ns)
+
+
+def _against_pin(pinned: RegisteredRecording | None, found: RegisteredRecording) -> RegisteredRecording:
+    """The entry for the register: the pin stays, and a file that differs from it is marked."""
+    if pinned is None or pinned.sha256 == found.sha256:
+        return found
+    return _changed(pinned, found.sha256)
+
+
+def _changed(pinned: RegisteredRecording, sha256: str) -> RegisteredRecording:
+    return pinned.with_status(
+        FileStatus.CHANGED,
+        f"SHA-256 was {pinned.sha256[:12]}... when registered and is {sha256[:12]}... now; restore the file, "
+        "or register it anew as changed on purpose (`srbval data add --repin`)",
+    )
+
+
+def _verified(entry: RegisteredRecording) -> RegisteredRecording:
+    path = Path(entry.file)
+    if not path.exists():
+        return entry.with_status(FileStatus.MISSING, "the file is no longer there")
+    size = _size(path)
+    if size < entry.size_bytes:
+        return entry.with_status(
+            FileStatus.TRUNCATED, f"{size} bytes where {entry.size_bytes} were registered; copy the file again"
+        )
+    if not entry.sha256:  # it could not even be hashed
+        return inspect_file(path, entry.settings)
+    try:
+        sha256 = sha256_of(path)
+    except DataError as error:
+        return entry.with_status(FileStatus.UNREADABLE, str(error))
+    if sha256 != entry.sha256:
+        return _changed(entry, sha256)
+    return inspect_file(path, entry.settings) if entry.status is FileStatus.CHANGED else entry
+
+
+def _with_environment_folder(entries: Entries) -> Entries:
+    """Add the files of SRBVAL_RECORDINGS, for as long as it names their folder.
+
+    The results of their inspection are stored apart from the register, so that they are not read again each time.
+    """
+    folder = recordings_folder()
+    if folder is None:
+        return entries
+    known = {**_inspected_before(), **entries}
+    found = {e.file: _against_pin(known.get(e.file), e) for e in _inspect(_files_under(folder), known, silent)}
+    if any(key not in known for key in found):
+        with contextlib.suppress(DataError):  # a home that cannot be written costs time, not the recordings
+            _store_inspected({key: entry for key, entry in found.items() if key not in entries})
+    return {**entries, **found}
+
+
+def _inspected_before() -> Entries:
+    """Entries of files that still exist; where they cannot be read, the files are inspected again."""
+    try:
+        return {key: entry for key, entry in read_manifest(inspected_path()).items() if os.path.exists(key)}
+    except DataError:
+        with contextlib.suppress(OSError):
+            inspected_path().unlink()
+        return {}
+
+
+def _store_inspected(found: Entries) -> None:
+    """Add the entries that were found, and remove those of files that no longer exist."""
+
+    def change(entries: Entries) -> None:
+        for key in [key for key in entries if not os.path.exists(key)]:
+            del entries[key]
+        entries.update(found)
+
+    update_manifest(change, inspected_path())
