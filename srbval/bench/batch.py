@@ -30,7 +30,7 @@ class Measured:
     wall_s: float
 
 
-class Stopped(Exception):
+class RunStopped(Exception):
     """Raised inside a run when another one broke or the user interrupted."""
 
 
@@ -46,7 +46,7 @@ class _Shares:
 
     def done(self, key: Hashable, share: float) -> None:
         if self.stop:
-            raise Stopped
+            raise RunStopped
         with self._lock:
             self._done[key] = share
             total = sum(self._weight.values())

@@ -10,10 +10,10 @@ from typing import Any
 from srbval.bench.calibration import calibrate
 from srbval.bench.machine import Machine, describe_machine, load_average
 from srbval.bench.processes import Processes, measure_processes
-from srbval.bench.reference import Reference, references
+from srbval.bench.reference import SceneReference, references
 from srbval.bench.row import BenchRun
 from srbval.bench.scenes import PAPER_STEP_S, SCENES, check_scenes
-from srbval.bench.settings import FULL, Settings
+from srbval.bench.settings import FULL, BenchSettings
 from srbval.bench.speed import TouchCost, speed_rows, touch_costs
 from srbval.bench.targets import Target, accuracy_targets, speed_targets
 from srbval.bench.trajectory import Trajectory, trajectories
@@ -30,7 +30,7 @@ class BenchResult:
     """Everything one benchmark measured; `references` and `trajectories` are empty where only speed was asked for."""
 
     machine: Machine
-    references: dict[str, Reference]
+    references: dict[str, SceneReference]
     runs: tuple[BenchRun, ...]
     trajectories: tuple[Trajectory, ...]
     touch_costs: tuple[TouchCost, ...]
@@ -38,15 +38,15 @@ class BenchResult:
     targets: tuple[Target, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values, ready for a JSON file."""
+        """What is written as JSON."""
         return {
-            "machine": self.machine.to_dict(),
-            "reference": {name: reference.to_dict() for name, reference in self.references.items()},
-            "runs": [run.to_dict() for run in self.runs],
-            "trajectories": [trajectory.to_dict() for trajectory in self.trajectories],
-            "touch_costs": [cost.to_dict() for cost in self.touch_costs],
-            "processes": None if self.processes is None else self.processes.to_dict(),
-            "targets": [target.to_dict() for target in self.targets],
+            "machine": self.machine,
+            "reference": self.references,
+            "runs": self.runs,
+            "trajectories": self.trajectories,
+            "touch_costs": self.touch_costs,
+            "processes": self.processes,
+            "targets": self.targets,
         }
 
 
@@ -54,13 +54,13 @@ def run_bench(
     *,
     scenes: Sequence[str] = SCENES,
     solvers: Sequence[str] = SOLVERS,
-    settings: Settings = FULL,
+    settings: BenchSettings = FULL,
     processes: bool = True,
     store: ContentStore | None = None,
     accuracy: bool = True,
     progress: Progress = silent,
 ) -> BenchResult:
-    """Time `solvers` on `scenes` and, for `accuracy`, hold them against converged references.
+    """Time `solvers` on `scenes` and, for `accuracy`, compare them with converged references.
 
     `processes` adds compile time, start-up and memory; references are in the store, the user's cache by default.
     Timed parts run one after the other on one core; the machine should have nothing else to do. Raises
@@ -73,8 +73,8 @@ def run_bench(
     steps = step_sizes(settings, accuracy=accuracy)
     rows = speed_rows(scenes, solvers, steps, settings, calibration.seconds, progress)
     costs = touch_costs("ode4" if "ode4" in solvers else solvers[0], settings, progress)
-    apart = measure_processes(settings, progress) if processes else None
-    found: dict[str, Reference] = {}
+    measured_processes = measure_processes(settings, progress) if processes else None
+    found: dict[str, SceneReference] = {}
     paths: list[Trajectory] = []
     if accuracy:
         found = references(scenes, settings, store=store, progress=progress)
@@ -86,12 +86,12 @@ def run_bench(
         runs=tuple(rows),
         trajectories=tuple(paths),
         touch_costs=tuple(costs),
-        processes=apart,
-        targets=(*speed_targets(rows, costs, apart), *(accuracy_targets(rows) if accuracy else ())),
+        processes=measured_processes,
+        targets=(*speed_targets(rows, costs, measured_processes), *(accuracy_targets(rows) if accuracy else ())),
     )
 
 
-def step_sizes(settings: Settings, *, accuracy: bool) -> list[float]:
+def step_sizes(settings: BenchSettings, *, accuracy: bool) -> list[float]:
     """The steps to run at, long to short: the study's, or the paper's alone, and a scene's default one [s]."""
     steps = [1 / n for n in settings.steps] if accuracy else [PAPER_STEP_S]
     default = paper_scene().solver.step_s

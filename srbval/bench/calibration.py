@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +33,7 @@ def multiply_adds(x: FloatArray, factor: float, summand: float, sweeps: int) -> 
 
 
 @dataclass(frozen=True, kw_only=True)
-class Calibration:
+class SpeedCalibration:
     """Best and median time of 1e9 multiply-adds on one core [s], and whether their sum was the right one."""
 
     seconds: float
@@ -42,17 +41,13 @@ class Calibration:
     gflop_s: float
     right: bool
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return asdict(self)
-
 
 def expected_sum(sweeps: int) -> float:
     """What `multiply_adds` returns from an array of `LENGTH` zeros: a geometric series."""
     return LENGTH * SUMMAND * -math.expm1(sweeps * math.log(FACTOR)) / (1 - FACTOR)
 
 
-def calibrate(repeats: int = REPEATS) -> Calibration:
+def calibrate(repeats: int = REPEATS) -> SpeedCalibration:
     """Time the kernel `repeats` times after a warm-up. Says nothing about memory or branches."""
     multiply_adds(np.zeros(LENGTH), FACTOR, SUMMAND, 1)
     times, right = [], True
@@ -62,6 +57,6 @@ def calibrate(repeats: int = REPEATS) -> Calibration:
         total = multiply_adds(x, FACTOR, SUMMAND, SWEEPS)
         times.append((time.perf_counter() - started) * UNIT / (SWEEPS * LENGTH))
         right = right and math.isclose(total, expected_sum(SWEEPS), rel_tol=1e-9)
-    return Calibration(
+    return SpeedCalibration(
         seconds=min(times), median_s=float(np.median(times)), gflop_s=2 * UNIT / min(times) / 1e9, right=right
     )

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import os
 import platform
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
-from typing import Any
 
 from srbval import __version__
-from srbval.bench.calibration import Calibration
+from srbval.bench.calibration import SpeedCalibration
 
 PACKAGES = ("numpy", "scipy", "numba", "llvmlite")
 
@@ -30,15 +29,11 @@ class Machine:
     versions: dict[str, str]
     load_before: float | None
     load_after: float | None
-    calibration: Calibration
+    calibration: SpeedCalibration
     calibration_after_s: float
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return asdict(self)
 
-
-def describe_machine(calibration: Calibration, after: Calibration, load_before: float | None) -> Machine:
+def describe_machine(calibration: SpeedCalibration, after: SpeedCalibration, load_before: float | None) -> Machine:
     """This machine now; `load_before` and `calibration` were read at the start."""
     versions = {"srbval": __version__, "python": platform.python_version()}
     return Machine(

@@ -8,11 +8,11 @@ import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from srbval.bench.settings import Settings
+from srbval.bench.settings import BenchSettings
 from srbval.errors import NumericsError
 from srbval.progress import Progress, silent
 from srbval.storage.own_package import child_environment
@@ -34,12 +34,8 @@ class Processes:
     peak_bytes: int | None
     memory_seconds: float
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return asdict(self)
 
-
-def measure_processes(settings: Settings, progress: Progress = silent) -> Processes:
+def measure_processes(settings: BenchSettings, progress: Progress = silent) -> Processes:
     """Start with an empty kernel store in a temporary folder, which the later processes find filled."""
     with tempfile.TemporaryDirectory(prefix="srbval-bench-") as folder:
         store = Path(folder)

@@ -10,11 +10,18 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from srbval.bench.chain_errors import ChainError, chain_errors
-from srbval.bench.reading_accuracy import Accuracy, cells_of, summary, trials_of
-from srbval.bench.reading_false_alarms import NOISES, FalseAlarms, chances_of, rates_of
-from srbval.bench.reading_timing import Timing, timings
+from srbval.bench.reading_trials import (
+    NOISES,
+    Accuracy,
+    FalseAlarms,
+    cells_of,
+    chances_of,
+    rates_of,
+    summary,
+    trials_of,
+)
 from srbval.bench.scalogram_check import ScalogramCheck, scalogram_checks
+from srbval.bench.signal_chain import ChainError, ChainTiming, chain_errors, timings
 from srbval.progress import Progress, silent
 
 # Records a task is made of; each has a seed of its own, so that results do not depend on who does it.
@@ -48,7 +55,7 @@ class ReadingBench:
 
     accuracy: tuple[Accuracy, ...]
     false_alarms: tuple[FalseAlarms, ...]
-    timings: tuple[Timing, ...]
+    timings: tuple[ChainTiming, ...]
     chains: tuple[ChainError, ...]
     transforms: tuple[ScalogramCheck, ...]
 

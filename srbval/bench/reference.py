@@ -8,10 +8,9 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from srbval.bench.batch import Measured, measure_all
-from srbval.bench.errors import Errors, errors_against, plain_or_nulls
-from srbval.bench.measures import Measures
+from srbval.bench.measures import MeasureErrors, Measures, errors_against, plain_or_nulls
 from srbval.bench.scenes import PAPER_STEP_S, bench_scene, scene_content
-from srbval.bench.settings import Settings
+from srbval.bench.settings import BenchSettings
 from srbval.bench.timing import time_scene
 from srbval.progress import Progress, silent
 from srbval.scene import Scene, paper_scene
@@ -22,7 +21,7 @@ SHARE_OF_CHECK = 1.5  # the run at twice the step costs half as much again
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reference:
+class SceneReference:
     """A converged run: its measures, and `own_errors`, how far the run at twice its step is from it.
 
     Where one of the two failed, `status` and `reason` say so and both are None. `wall_s` is what both took when they
@@ -35,13 +34,13 @@ class Reference:
     status: str
     reason: str
     measures: Measures | None
-    own_errors: Errors | None
+    own_errors: MeasureErrors | None
     wall_s: float
     cached: bool
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values."""
-        own = plain_or_nulls(self.own_errors, Errors)
+        own = plain_or_nulls(self.own_errors, MeasureErrors)
         return {
             "scene": self.scene,
             "solver": self.solver,
@@ -67,12 +66,12 @@ def reference_store() -> ContentStore:
 
 def references(
     scenes: Sequence[str],
-    settings: Settings,
+    settings: BenchSettings,
     *,
     solver: str | None = None,
     store: ContentStore | None = None,
     progress: Progress = silent,
-) -> dict[str, Reference]:
+) -> dict[str, SceneReference]:
     """The reference of each scene: the finest one in the store, else the finest that the time budget allows.
 
     A reference whose runs failed says so and is not stored.
@@ -92,14 +91,14 @@ def references(
     return {name: reference for name, reference in found.items() if reference is not None}
 
 
-def _scene(name: str, solver: str, settings: Settings, power: int) -> Scene:
+def _scene(name: str, solver: str, settings: BenchSettings, power: int) -> Scene:
     return bench_scene(
         name, solver=solver, step_s=PAPER_STEP_S / 2**power,
         seconds=settings.accuracy_s, settle_s=settings.accuracy_settle_s,
     )  # fmt: skip
 
 
-def _stored(name: str, solver: str, settings: Settings, store: ContentStore) -> Reference | None:
+def _stored(name: str, solver: str, settings: BenchSettings, store: ContentStore) -> SceneReference | None:
     for power in range(FINEST, COARSEST - 1, -1):
         table = store.load(scene_content(_scene(name, solver, settings, power)))
         if table is not None:
@@ -107,7 +106,7 @@ def _stored(name: str, solver: str, settings: Settings, store: ContentStore) -> 
     return None
 
 
-def _pair(name: str, solver: str, settings: Settings) -> tuple[Scene, Scene]:
+def _pair(name: str, solver: str, settings: BenchSettings) -> tuple[Scene, Scene]:
     """The reference's scene and the one at twice its step, as fine as the budget of wall time allows."""
     trial = time_scene(
         bench_scene(name, solver=solver, seconds=settings.timing_s, settle_s=settings.timing_settle_s), repeats=1
@@ -119,10 +118,10 @@ def _pair(name: str, solver: str, settings: Settings) -> tuple[Scene, Scene]:
     return _scene(name, solver, settings, power), _scene(name, solver, settings, power - 1)
 
 
-def _reference(name: str, fine: Measured, coarse: Measured) -> Reference:
+def _reference(name: str, fine: Measured, coarse: Measured) -> SceneReference:
     worse = coarse if fine.measures is not None else fine
     good = fine.measures is not None and coarse.measures is not None
-    return Reference(
+    return SceneReference(
         scene=name,
         solver=fine.scene.solver.name,
         dt_s=fine.scene.solver.step_s,
@@ -135,18 +134,18 @@ def _reference(name: str, fine: Measured, coarse: Measured) -> Reference:
     )
 
 
-def from_dict(table: dict[str, Any]) -> Reference:
+def from_dict(table: dict[str, Any]) -> SceneReference:
     """A stored reference."""
     harmonics = table["harmonics"]
     measures = {field.name: table[field.name] for field in fields(Measures)}
-    return Reference(
+    return SceneReference(
         scene=table["scene"],
         solver=table["solver"],
         dt_s=table["dt_s"],
         status=table["status"],
         reason=table["reason"],
         measures=Measures(**measures | {"harmonics": None if harmonics is None else tuple(harmonics)}),
-        own_errors=Errors(**{field.name: table[f"own_{field.name}"] for field in fields(Errors)}),
+        own_errors=MeasureErrors(**{field.name: table[f"own_{field.name}"] for field in fields(MeasureErrors)}),
         wall_s=table["wall_s"],
         cached=True,
     )

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from srbval.bench.errors import Errors, plain_or_nulls
-from srbval.bench.measures import Measures
-from srbval.bench.timing import Attempt, Timing, right_hand_sides_per_step
+from srbval.bench.measures import MeasureErrors, Measures, plain_or_nulls
+from srbval.bench.timing import Attempt, RunTiming, right_hand_sides_per_step
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,10 +26,10 @@ class BenchRun:
     status: str
     reason: str
     calibration_s: float
-    timing: Timing | None = None
+    timing: RunTiming | None = None
     measures: Measures | None = None
-    errors: Errors | None = None
-    reference_errors: Errors | None = None
+    errors: MeasureErrors | None = None
+    reference_errors: MeasureErrors | None = None
     pareto: bool = False
     pareto_band: bool = False
 
@@ -84,7 +83,7 @@ class BenchRun:
             "core_share": None if self.timing is None else self.timing.core_share,
             "rhs_per_simulated_s": self.rhs_per_simulated_s,
             "us_per_rhs": self.us_per_rhs,
-            **plain_or_nulls(self.errors, Errors),
+            **plain_or_nulls(self.errors, MeasureErrors),
             **plain_or_nulls(self.measures, Measures),
             "cage_error_bound": self.cage_error_bound,
             "reference_limited": self.reference_limited,

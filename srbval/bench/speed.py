@@ -1,4 +1,4 @@
-"""What each solver costs on each scene, and whether that is set by what touches or by what exists."""
+"""What each solver costs on each scene, and whether points in contact set that cost or all points that exist."""
 
 from __future__ import annotations
 
@@ -6,52 +6,52 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from srbval.bench.contact_counts import ContactCounts, count_contacts
 from srbval.bench.row import BenchRun, row_of
 from srbval.bench.scenes import CONTACTS, PAPER_STEP_S, bench_scene
-from srbval.bench.settings import Settings
+from srbval.bench.settings import BenchSettings
 from srbval.bench.timing import Attempt, time_scene
-from srbval.bench.touching import Touching, count_touching
 from srbval.progress import Progress, silent
 from srbval.scene import paper_scene
 
 POINTS = (500, 1000, 2000, 4000)
 HEALTHY = tuple(f"{contact}-healthy" for contact in CONTACTS)
-# What the bodies' own motion costs: a shaft that hardly turns, rollers too small to touch.
+# A shaft that hardly turns, rollers too small to touch: what the bodies' own motion costs.
 NOTHING_TOUCHES = "nothing-touches"
 SLOW_RAD_S, LOOSE_M = 1e-6, 3e-3
 
 
 @dataclass(frozen=True, kw_only=True)
 class TouchCost:
-    """Cost of a healthy scene beside what touches in it (`touching` None: the run failed).
+    """Cost of a healthy scene and what is in contact in it (`touching` None: the run failed).
 
-    `us_per_step` is the best wall time of one step, `ns_per_point` the same for one touching point.
+    `us_per_step` is the best wall time of one step, `ns_per_point` the same per point in contact.
     """
 
     scene: str
     solver: str
     points_per_circle: int
     us_per_step: float | None
-    touching: Touching | None
+    touching: ContactCounts | None
 
     @property
     def ns_per_point(self) -> float | None:
-        """Wall time of a step over the number of touching points [ns]; None where nothing touches."""
+        """Wall time of a step per point in contact [ns]; None where nothing is in contact."""
         return (
             None
             if self.us_per_step is None or not self.touching or not self.touching.points
             else 1e3 * self.us_per_step / self.touching.points
         )
 
-    def contact_us(self, apart_us: float) -> float | None:
-        """Wall time of a step beyond `apart_us`, over the number of touching roller-race pairs [us]."""
+    def contact_us(self, bodies_us: float) -> float | None:
+        """Wall time of a step beyond `bodies_us`, per roller-race pair in contact [us]."""
         if self.us_per_step is None or self.touching is None or not self.touching.contacts:
             return None
-        return (self.us_per_step - apart_us) / self.touching.contacts
+        return (self.us_per_step - bodies_us) / self.touching.contacts
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        counts = self.touching.to_dict() if self.touching else dict.fromkeys(("points", "contacts", "loaded_rollers"))
+        """What is written as JSON: flat, the counts named `touching_...`."""
+        counts = vars(self.touching) if self.touching else dict.fromkeys(("points", "contacts", "loaded_rollers"))
         return {
             "scene": self.scene,
             "solver": self.solver,
@@ -66,11 +66,11 @@ def speed_rows(
     scenes: Sequence[str],
     solvers: Sequence[str],
     steps_s: Sequence[float],
-    settings: Settings,
+    settings: BenchSettings,
     calibration_s: float,
     progress: Progress = silent,
 ) -> list[BenchRun]:
-    """Time every solver at every step on every scene, one after the other, each on one core."""
+    """Time every solver at every step on every scene, one after another, each on one core."""
     rows = []
     every = [(scene, solver, step) for scene in scenes for solver in solvers for step in steps_s]
     for number, (name, solver, step) in enumerate(every):
@@ -85,8 +85,8 @@ def speed_rows(
     return rows
 
 
-def touch_costs(solver: str, settings: Settings, progress: Progress = silent) -> list[TouchCost]:
-    """Cost against points per circle, K_c n_pc and C_c n_pc held, and of both readings of the healthy bearing."""
+def touch_costs(solver: str, settings: BenchSettings, progress: Progress = silent) -> list[TouchCost]:
+    """Cost against points per circle, K_c n_pc and C_c n_pc constant, and with both roller fits; healthy scenes."""
     cases = [(HEALTHY[0], points) for points in POINTS] + [(HEALTHY[1], POINTS[0]), (NOTHING_TOUCHES, POINTS[0])]
     costs = []
     for number, (name, points) in enumerate(cases):
@@ -96,7 +96,7 @@ def touch_costs(solver: str, settings: Settings, progress: Progress = silent) ->
     return costs
 
 
-def _touch_cost(name: str, points: int, solver: str, settings: Settings) -> TouchCost:
+def _touch_cost(name: str, points: int, solver: str, settings: BenchSettings) -> TouchCost:
     paper = paper_scene().contact
     fewer = paper.points_per_circle / points
     scene = bench_scene(
@@ -116,5 +116,5 @@ def _touch_cost(name: str, points: int, solver: str, settings: Settings) -> Touc
         solver=solver,
         points_per_circle=points,
         us_per_step=None if timed.timing is None else 1e6 * timed.timing.best * PAPER_STEP_S,
-        touching=count_touching(timed.run) if timed.ok and timed.run is not None else None,
+        touching=count_contacts(timed.run) if timed.ok and timed.run is not None else None,
     )

@@ -1,11 +1,11 @@
-"""What a benchmark's figures are held against. Met or not, each is shown."""
+"""The limits that a benchmark's figures should keep; each is shown, whether met or not."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
+from typing import ClassVar
 
 from srbval.bench.processes import Processes
 from srbval.bench.row import BenchRun
@@ -30,6 +30,8 @@ class Target:
     Without a value nothing was measured here or, `attempted`, the run that should have given it failed.
     """
 
+    JSON_PROPERTIES: ClassVar = ("met",)
+
     name: str
     value: float | None
     limit: float
@@ -43,10 +45,6 @@ class Target:
             return False if self.attempted else None
         return self.value <= self.limit
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return asdict(self) | {"met": self.met}
-
 
 def speed_targets(rows: Sequence[BenchRun], costs: Sequence[TouchCost], processes: Processes | None) -> list[Target]:
     """The speed figures of the full model, from what this run of the benchmark measured."""
@@ -59,7 +57,7 @@ def speed_targets(rows: Sequence[BenchRun], costs: Sequence[TouchCost], processe
         Target(name=f"time over touching points, growth from {POINTS[0]} to {POINTS[-1]} points per circle",
                value=points_growth(costs), limit=GROWTH_LIMIT, unit="1"),
         Target(name="contact time per touching roller and race, play0-healthy over interference-healthy",
-               value=healthy_row(costs), limit=GROWTH_LIMIT, unit="1"),
+               value=contact_cost_ratio(costs), limit=GROWTH_LIMIT, unit="1"),
         Target(name="compile, empty store", value=processes.compile_s if processes else None,
                limit=COMPILE_LIMIT_S, unit="s"),
         Target(name="second srbval simulate --seconds 0.1", value=processes.second_start_s if processes else None,
@@ -134,22 +132,22 @@ def _closest(rows: Sequence[BenchRun]) -> float | None:
 
 
 def points_growth(costs: Sequence[TouchCost]) -> float | None:
-    """Time per touching point at the most points over that at the fewest; above 1, what exists costs too."""
+    """Time per point in contact at the most points over that at the fewest; above 1, other points cost time too."""
     per_point = {c.points_per_circle: c.ns_per_point for c in costs if c.scene == HEALTHY[0]}
     few, many = per_point.get(POINTS[0]), per_point.get(POINTS[-1])
     return None if few is None or many is None else many / few
 
 
-def healthy_row(costs: Sequence[TouchCost]) -> float | None:
-    """Contact time per touching roller-race pair where few touch over that where all do; above 1, idle ones cost too.
+def contact_cost_ratio(costs: Sequence[TouchCost]) -> float | None:
+    """Contact time per pair in contact where few rollers are over that where all are; above 1, idle pairs cost too.
 
-    Contact time is what a step takes beyond the bodies' own motion, timed where nothing touches.
+    Contact time is what a step takes beyond the bodies' own motion, timed where nothing is in contact.
     """
     own = {c.scene: c for c in costs if c.points_per_circle == POINTS[0]}
-    apart_us = own[NOTHING_TOUCHES].us_per_step if NOTHING_TOUCHES in own else None
-    if apart_us is None or not set(HEALTHY) <= set(own):
+    bodies_us = own[NOTHING_TOUCHES].us_per_step if NOTHING_TOUCHES in own else None
+    if bodies_us is None or not set(HEALTHY) <= set(own):
         return None
-    some, every = (own[scene].contact_us(apart_us) for scene in HEALTHY)
+    some, every = (own[scene].contact_us(bodies_us) for scene in HEALTHY)
     return None if some is None or every is None else some / every
 
 

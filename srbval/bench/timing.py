@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,7 +18,7 @@ WARM_UP_S = 0.002
 
 
 @dataclass(frozen=True, kw_only=True)
-class Timing:
+class RunTiming:
     """Wall seconds per simulated second, best and median of `repeats`; share of a core the best run really had.
 
     The share is processor time over wall time: well below 1, somebody else was using the core.
@@ -29,10 +28,6 @@ class Timing:
     median: float
     repeats: int
     core_share: float
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return asdict(self)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,7 +41,7 @@ class Attempt:
     status: str
     reason: str
     run: Run | None = None
-    timing: Timing | None = None
+    timing: RunTiming | None = None
 
     @property
     def ok(self) -> bool:
@@ -78,7 +73,7 @@ def time_scene(scene: Scene, repeats: int) -> Attempt:
             return last
         walls.append(last.run.wall_s / (last.run.seconds + scene.settle_s))
     best = int(np.argmin(walls))
-    timing = Timing(
+    timing = RunTiming(
         best=walls[best], median=float(np.median(walls)), repeats=repeats, core_share=min(1.0, shares[best])
     )
     return replace(last, timing=timing)

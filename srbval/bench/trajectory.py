@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from srbval.bench.reference import reference_solver
 from srbval.bench.scenes import PAPER_STEP_S, bench_scene
-from srbval.bench.settings import Settings
+from srbval.bench.settings import BenchSettings
 from srbval.bench.timing import attempt
 from srbval.progress import Progress, silent
 
@@ -43,13 +42,9 @@ class Trajectory:
     reference_step_s: float
     reference_error: float
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return asdict(self)
-
 
 def trajectories(
-    scenes: Sequence[str], solvers: Sequence[str], settings: Settings, progress: Progress = silent
+    scenes: Sequence[str], solvers: Sequence[str], settings: BenchSettings, progress: Progress = silent
 ) -> list[Trajectory]:
     """The trajectory errors of every solver on every scene; scenes whose reference fails are left out."""
     found = []

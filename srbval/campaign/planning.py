@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
-from srbval.bench.ladder.table import Calibration
+from srbval.bench.ladder.table import LadderCalibration
 from srbval.bench.timing import right_hand_sides_per_step
 from srbval.campaign.case import CampaignCase, case_key, refused_key
 from srbval.campaign.quantities import Output
@@ -130,7 +130,7 @@ def _expected_s(scene: Scene) -> float | None:
 
 
 @cache
-def _calibration() -> Calibration | None:
+def _calibration() -> LadderCalibration | None:
     try:
         return shipped_calibration()
     except DataError:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from srbval.bench.peak_memory import peak_bytes
+from srbval.bench.child import peak_bytes
 from srbval.campaign.campaign_folder import JOURNAL, PLAN
 from srbval.campaign.engines.engine import Engine
 from srbval.campaign.planning import plan_cases

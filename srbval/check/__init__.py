@@ -1,1 +1,1 @@
-"""Regression: fresh results held against the reference results in `reports`, each within its own tolerance."""
+"""Regression: fresh results compared with the reference results in `reports`, each within its own tolerance."""

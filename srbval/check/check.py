@@ -1,14 +1,14 @@
-"""`run_check`: compute everything anew and hold it against the reference results."""
+"""`run_check`: compute everything anew and compare it with the reference results."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 from srbval.check.quantities import GROUPS
-from srbval.check.reference import Reference, read_reference, reference_path
+from srbval.check.reference import ReferenceQuantity, read_reference, reference_path
 from srbval.errors import ConfigurationError
 from srbval.progress import Progress, silent
 from srbval.scene import Scene, paper_scene
@@ -20,6 +20,8 @@ class Checked:
 
     `value` is NaN where it could not be computed; `low` and `high` are NaN where there is no reference yet.
     """
+
+    JSON_PROPERTIES: ClassVar = ("ok",)
 
     name: str
     value: float
@@ -33,17 +35,12 @@ class Checked:
         """Is the value within the range? Never so where either is missing."""
         return self.low <= self.value <= self.high
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return {
-            "name": self.name, "value": self.value, "low": self.low, "high": self.high, "unit": self.unit,
-            "ok": self.ok, "reason": self.reason,
-        }  # fmt: skip
-
 
 @dataclass(frozen=True, kw_only=True)
 class CheckResult:
     """All quantities checked; `skipped` names those that need a recording which is not registered."""
+
+    JSON_PROPERTIES: ClassVar = ("ok",)
 
     checks: tuple[Checked, ...]
     skipped: tuple[str, ...]
@@ -53,13 +50,9 @@ class CheckResult:
         """Is every quantity within its range?"""
         return all(check.ok for check in self.checks)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return {"ok": self.ok, "checks": [check.to_dict() for check in self.checks], "skipped": list(self.skipped)}
-
 
 def run_check(
-    reference: Mapping[str, Reference] | None = None,
+    reference: Mapping[str, ReferenceQuantity] | None = None,
     *,
     base: Scene | None = None,
     groups: Collection[str] | None = None,
@@ -69,9 +62,8 @@ def run_check(
 
     `reference` defaults to this version's own, see `reference_path`.
 
-    With all groups, a quantity of the reference that is computed no more fails. `progress` gets a task and the share
-    of it that is done, from several threads. Raises `ConfigurationError` for an unknown group, and what loading a
-    damaged recording raises; a run that fails is a result.
+    With all groups, a quantity of the reference that is no longer computed fails. Raises `ConfigurationError` for an
+    unknown group, and what loading a damaged recording raises; a run that fails is a result.
     """
     known = read_reference(reference_path()) if reference is None else reference
     wanted = set(GROUPS if groups is None else groups)
@@ -92,7 +84,7 @@ def run_check(
     )
 
 
-def _checked(name: str, value: float, wanted: Reference | None) -> Checked:
+def _checked(name: str, value: float, wanted: ReferenceQuantity | None) -> Checked:
     if wanted is None:
         none = "no reference: give it a tolerance and a reason in the reference file"
         return Checked(name=name, value=value, low=math.nan, high=math.nan, unit="", reason=none)

@@ -24,7 +24,7 @@ SPARE_DIGITS = 2  # of a value beyond its tolerance's first
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reference:
+class ReferenceQuantity:
     """One quantity: `value` [`unit`], not yet known where None, the `tolerance` either side and the `reason` for it."""
 
     name: str
@@ -39,7 +39,7 @@ class Reference:
         if not self.reason.strip():
             raise ConfigurationError(f"{self.name}: a tolerance needs its reason; write one.")
 
-    def at(self, value: float) -> Reference:
+    def at(self, value: float) -> ReferenceQuantity:
         """The same quantity with `value` for reference, to two digits more than the tolerance has."""
         if not self.tolerance:
             return replace(self, value=value)
@@ -51,7 +51,7 @@ def reference_path() -> Path:
     return shipped_folder("reports") / FILE
 
 
-def read_reference(path: Path) -> dict[str, Reference]:
+def read_reference(path: Path) -> dict[str, ReferenceQuantity]:
     """The quantities of a reference file by name; `DataError` where it cannot be read or understood."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
@@ -62,7 +62,7 @@ def read_reference(path: Path) -> dict[str, Reference]:
     if not isinstance(content, dict) or (content.get("kind"), content.get("schema_version")) != (KIND, SCHEMA_VERSION):
         raise DataError(f"{path}: no reference file of version {SCHEMA_VERSION}.")
     tables = content.get("quantities", [])
-    listed = [build(Reference, _without_null(table), f"{path.name}[{i}]") for i, table in enumerate(tables)]
+    listed = [build(ReferenceQuantity, _without_null(table), f"{path.name}[{i}]") for i, table in enumerate(tables)]
     quantities = {q.name: q for q in listed}
     if len(quantities) != len(listed):
         raise DataError(f"{path}: a quantity is named twice.")
@@ -73,7 +73,7 @@ def _without_null(table: Any) -> Any:
     return {k: v for k, v in table.items() if v is not None} if isinstance(table, dict) else table
 
 
-def write_reference(path: Path, quantities: Mapping[str, Reference]) -> None:
+def write_reference(path: Path, quantities: Mapping[str, ReferenceQuantity]) -> None:
     """Write `path` and, for spreadsheets, the same table beside it as CSV; each whole or not at all."""
     rows = [asdict(quantity) for quantity in quantities.values()]
     text = io.StringIO()

@@ -39,7 +39,7 @@ def with_defect(base: Scene, kind: Fault) -> Scene:
 
 
 def run_side_by_side(scenes: Mapping[str, Scene], progress: Progress) -> dict[str, Run | None]:
-    """Run every scene, one a core at a time; None where a run failed or found no start."""
+    """Run every scene, one per core at a time; None where a run failed or found no start."""
 
     def one(name: str) -> Run | None:
         scene = scenes[name]

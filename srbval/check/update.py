@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from srbval.check.check import CheckResult
-from srbval.check.reference import Reference
+from srbval.check.reference import ReferenceQuantity
 from srbval.errors import ConfigurationError
 
 
@@ -22,7 +22,7 @@ class Difference:
     moved: float | None
 
 
-def renewed(reference: Mapping[str, Reference], result: CheckResult) -> dict[str, Reference]:
+def renewed(reference: Mapping[str, ReferenceQuantity], result: CheckResult) -> dict[str, ReferenceQuantity]:
     """The reference with the fresh values of `result`; tolerances and reasons stay, and so does what was skipped.
 
     Raises `ConfigurationError` for a quantity that could not be computed (no reference may be made of a failure) or
@@ -37,12 +37,12 @@ def renewed(reference: Mapping[str, Reference], result: CheckResult) -> dict[str
     return {name: old.at(fresh[name]) if name in fresh else old for name, old in reference.items()}
 
 
-def differences(old: Mapping[str, Reference], new: Mapping[str, Reference]) -> list[Difference]:
+def differences(old: Mapping[str, ReferenceQuantity], new: Mapping[str, ReferenceQuantity]) -> list[Difference]:
     """What differs between two references."""
     return [_difference(old[name], quantity) for name, quantity in new.items() if quantity.value != old[name].value]
 
 
-def _difference(old: Reference, new: Reference) -> Difference:
+def _difference(old: ReferenceQuantity, new: ReferenceQuantity) -> Difference:
     assert new.value is not None
     moved = None if old.value is None or not old.tolerance else (new.value - old.value) / old.tolerance
     return Difference(name=new.name, old=old.value, new=new.value, unit=new.unit, moved=moved)

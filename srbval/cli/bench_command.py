@@ -12,7 +12,7 @@ from srbval.bench.bench import BenchResult, run_bench
 from srbval.bench.ladder.cases import between, grid, held_out, quick_grid
 from srbval.bench.ladder.measure import SECONDS as LADDER_SECONDS
 from srbval.bench.ladder.measure import answer_store, measure_ladder
-from srbval.bench.ladder.summary import summary
+from srbval.bench.ladder.table import summary
 from srbval.bench.machine import Machine, usable_cores
 from srbval.bench.reading import QUICK_READING, ReadingBench, ReadingSettings, run_reading_bench
 from srbval.bench.scenes import SCENES

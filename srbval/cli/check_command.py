@@ -10,7 +10,7 @@ from pathlib import Path
 
 from srbval.check.check import CheckResult, run_check
 from srbval.check.junit import write_junit
-from srbval.check.reference import Reference, read_reference, reference_path, write_reference
+from srbval.check.reference import ReferenceQuantity, read_reference, reference_path, write_reference
 from srbval.check.update import Difference, differences, renewed
 from srbval.cli.output import print_json, print_table
 from srbval.progress import ProgressDisplay, prefixed
@@ -48,7 +48,9 @@ def _show(result: CheckResult) -> None:
                   f"its tolerance: {check.reason}")  # fmt: skip
 
 
-def _update(options: argparse.Namespace, path: Path, reference: dict[str, Reference], result: CheckResult) -> int:
+def _update(
+    options: argparse.Namespace, path: Path, reference: dict[str, ReferenceQuantity], result: CheckResult
+) -> int:
     new = renewed(reference, result)
     changed = differences(reference, new)
     if not options.json:

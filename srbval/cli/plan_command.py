@@ -12,9 +12,8 @@ from srbval.bench.ladder.questions import Question
 from srbval.bench.ladder.table import load_calibration
 from srbval.cli.output import print_json, print_table
 from srbval.errors import ConfigurationError
+from srbval.plan.coarser_output import Reduction, find_reductions
 from srbval.plan.plan import Plan, make_plan
-from srbval.plan.reduction import Reduction
-from srbval.plan.reductions import find_reductions
 from srbval.scene import Scene, load_scene, paper_scene
 from srbval.storage.strict_json import json_object
 

@@ -13,7 +13,7 @@ from srbval.cli.plan_command import question_of, scene_of
 from srbval.errors import DataError, NumericsError
 from srbval.models.ladder import AUTO, rung_of
 from srbval.models.run import RunStatus, RunSummary
-from srbval.plan.output import with_coarser_output
+from srbval.plan.coarser_output import with_coarser_output
 from srbval.plan.plan import make_plan
 from srbval.progress import ProgressDisplay
 from srbval.scene import Scene

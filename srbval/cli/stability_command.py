@@ -10,7 +10,7 @@ from typing import Any
 
 from srbval.cli.measured import measure_and_print
 from srbval.cli.output import print_table
-from srbval.stability.grid import FULL, QUICK, Grid
+from srbval.stability.grid import FULL, QUICK, StabilityGrid
 from srbval.stability.stability import StabilityResult, run_stability
 from srbval.storage.stored_result import STABILITY
 from srbval.storage.strict_json import json_object
@@ -31,7 +31,7 @@ def run(options: argparse.Namespace) -> int:
     return SOUND if result.sound else UNSOUND
 
 
-def grid_of(options: argparse.Namespace) -> Grid:
+def grid_of(options: argparse.Namespace) -> StabilityGrid:
     """The grid that the command line asks for."""
     names = {"critical_velocity_m_s": "critical_velocity"} | {
         name: name for name in ("scenes", "solvers", "rpm", "steps_per_s", "seconds")

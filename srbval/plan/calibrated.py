@@ -1,4 +1,6 @@
-"""What the calibration table says of a scene: the errors and costs measured round about it, or that it lies outside."""
+"""What the calibration table says of a scene: errors and costs of the calibration scenes about it, or that it lies
+outside.
+"""
 
 from __future__ import annotations
 
@@ -6,16 +8,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from importlib import resources
-from pathlib import Path
 
 from srbval.bearing import Fault
-from srbval.bench.ladder.cases import Case
+from srbval.bench.ladder.cases import CalibrationScene
 from srbval.bench.ladder.questions import Question
-from srbval.bench.ladder.table import Calibration, Entry, load_calibration
-from srbval.plan.corners import AXES, SAME, corners, known_values, largest_error_pct
-from srbval.plan.margins import Key, margins
+from srbval.bench.ladder.table import Entry, LadderCalibration, load_calibration
+from srbval.plan.error_bounds import AXES, SAME, Key, corners, known_values, largest_error_pct, margins
 from srbval.scene import Scene, paper_scene
+from srbval.storage.own_package import package_folder
 
 SHIPPED = "calibration.json"
 # What a calibration scene has in common with the paper's: everything but these, which are the table's axes or do not
@@ -25,14 +25,14 @@ LONGER = 0.6  # a record may be this much of the calibrated length, or longer
 
 
 @cache
-def shipped_calibration() -> Calibration:
+def shipped_calibration() -> LadderCalibration:
     """The table that comes with the program."""
-    return load_calibration(Path(str(resources.files("srbval.plan") / SHIPPED)))
+    return load_calibration(package_folder() / "plan" / SHIPPED)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Neighbours:
-    """Calibration scenes about a scene, the corners of the cell it lies in; `outside`: what is not covered, and why.
+    """Calibration scenes about a scene, the corners of its grid cell; `outside`: what is not covered, and why.
 
     `margin`: see `margins`.
     """
@@ -53,10 +53,10 @@ class Neighbours:
         return max((wall for wall in walls if wall is not None), default=None)
 
 
-def neighbours(calibration: Calibration, scene: Scene) -> Neighbours:
-    """The corners of the cell of the calibration grid that holds `scene`, clamped to the grid where it lies outside."""
+def neighbours(calibration: LadderCalibration, scene: Scene) -> Neighbours:
+    """The corners of the calibration grid's cell that holds `scene`, clamped to the grid where it lies outside."""
     outside = [*_unlike(calibration, scene)]
-    case = Case(
+    case = CalibrationScene(
         kind=scene.defect.kind.scene_word,
         fit=scene.contact.roller_fit.value,
         rpm=60 * scene.shaft_hz,
@@ -75,7 +75,7 @@ def neighbours(calibration: Calibration, scene: Scene) -> Neighbours:
     return Neighbours(entries=tuple(corners(same, case)), outside=tuple(outside), margin=margins(calibration))
 
 
-def _unmeasured(case: Case) -> str:
+def _unmeasured(case: CalibrationScene) -> str:
     if case.kind == Fault.ROLLER:
         return "defects on rollers were not measured: no question reads their line, and the line rung has none"
     return f"no scene with defect {case.kind} and roller fit {case.fit} was measured"
@@ -85,7 +85,7 @@ def _range(known: Sequence[float]) -> str:
     return f"{known[0]:g}" if len(known) == 1 else f"{known[0]:g} to {known[-1]:g}"
 
 
-def _unlike(calibration: Calibration, scene: Scene) -> list[str]:
+def _unlike(calibration: LadderCalibration, scene: Scene) -> list[str]:
     """In what a scene differs from the calibrated ones beyond their axes."""
     paper = paper_scene()
     like = replace(

@@ -1,16 +1,16 @@
-"""Predictions held against measurements on scenes that neither the calibration nor its margins have seen."""
+"""Predicted against measured errors on scenes that were used neither for the calibration nor for its margins."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
+from typing import ClassVar
 
 from srbval.bearing import Fault
-from srbval.bench.ladder.cases import Case
+from srbval.bench.ladder.cases import CalibrationScene
 from srbval.bench.ladder.measure import measure_cases
 from srbval.bench.ladder.questions import MEANING, Question, asked_of
-from srbval.bench.ladder.table import Calibration, Entry
+from srbval.bench.ladder.table import Entry, LadderCalibration
 from srbval.models.ladder import rung_of
 from srbval.plan.plan import make_plan
 from srbval.progress import Progress, silent
@@ -21,14 +21,16 @@ TOLERANCES_PCT = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Check:
-    """A rung on a held-out scene: predicted and measured error [%]; measured None: it gave no answer.
+class PredictionCheck:
+    """A rung on a held-out scene: predicted and measured error [%]; `measured_pct` is None where it gave no answer.
 
     `tolerances_pct`: those of `TOLERANCES_PCT` at which the rung was called enough. `chosen_pct`: those at which it was
     the planner's choice.
     """
 
-    case: Case
+    JSON_PROPERTIES: ClassVar = ("scene", "within", "within_twice", "broken_pct")
+
+    case: CalibrationScene
     question: Question
     model: str
     predicted_pct: float
@@ -51,24 +53,20 @@ class Check:
         """Tolerances at which the rung was called enough and was not."""
         return tuple(t for t in self.tolerances_pct if self.measured_pct is None or self.measured_pct > t)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return asdict(self) | {
-            "scene": self.case.name,
-            "within": self.within,
-            "within_twice": self.within_twice,
-            "broken_pct": self.broken_pct,
-        }
+    @property
+    def scene(self) -> str:
+        """Name of the scene."""
+        return self.case.name
 
 
 def check_cases(
-    cases: Sequence[Case],
-    calibration: Calibration,
+    cases: Sequence[CalibrationScene],
+    calibration: LadderCalibration,
     *,
     jobs: int | None = None,
     store: ContentStore | None = None,
     progress: Progress = silent,
-) -> list[Check]:
+) -> list[PredictionCheck]:
     """Every prediction for every one of `cases`, measured; the reference must have an answer to measure against.
 
     `jobs`, `store`: see `measure_cases`.
@@ -79,7 +77,7 @@ def check_cases(
     return [check for entry in entries for check in checks_of(entry, calibration)]
 
 
-def checks_of(entry: Entry, calibration: Calibration) -> Iterable[Check]:
+def checks_of(entry: Entry, calibration: LadderCalibration) -> Iterable[PredictionCheck]:
     """Every prediction for the scene of a measured entry."""
     scene = entry.case.scene("full", seconds=calibration.seconds)
     for question in asked_of(Fault(entry.case.kind)):
@@ -92,7 +90,7 @@ def checks_of(entry: Entry, calibration: Calibration) -> Iterable[Check]:
         for number, candidate in enumerate(plans[0].candidates):
             if candidate.error_pct is None or question.value in rung_of(candidate.model).lacks:
                 continue
-            yield Check(
+            yield PredictionCheck(
                 case=entry.case,
                 question=question,
                 model=candidate.model,
@@ -108,8 +106,8 @@ class Tally:
     """Checks of one question, or of all (`question` None), counted.
 
     `scenes`: those with a prediction; `scenes_within_twice`: those where every rung's measured error is within twice
-    the predicted one. `predictions`: one a scene and rung. `promises`: a rung called enough at a tolerance; `broken`
-    of them.
+    the predicted one. `predictions`: one per scene and rung. `promises`: how often a rung was called enough at a
+    tolerance; `broken`: how often it was not.
     """
 
     question: str | None
@@ -123,18 +121,14 @@ class Tally:
     promises: int
     broken: int
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return asdict(self)
 
-
-def tallies(checks: Sequence[Check]) -> list[Tally]:
-    """One row a question, and one for all of them."""
+def tallies(checks: Sequence[PredictionCheck]) -> list[Tally]:
+    """One row per question, and one for all of them."""
     rows = [_tally(q, [c for c in checks if c.question is q]) for q in Question]
     return [*rows, _tally(None, checks)]
 
 
-def _tally(question: Question | None, checks: Sequence[Check]) -> Tally:
+def _tally(question: Question | None, checks: Sequence[PredictionCheck]) -> Tally:
     scenes = {c.case for c in checks}
     missed = {c.case for c in checks if not c.within_twice}
     return Tally(

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
+from typing import ClassVar
 
 from srbval.bench.ladder.questions import MEANING, Question, asked_of
-from srbval.bench.ladder.table import Calibration
+from srbval.bench.ladder.table import LadderCalibration
 from srbval.errors import ConfigurationError
 from srbval.models.ladder import RUNGS, Rung
 from srbval.plan.calibrated import Neighbours, neighbours, shipped_calibration
@@ -18,7 +18,7 @@ REFERENCE_MODEL = "full"
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """A rung: predicted error [%], a bound, and wall time [s] on the calibration's machine; enough or not, and why."""
+    """A rung: bound of its error [%], wall time [s] on the calibration's machine, whether it is enough (`ok`), why."""
 
     model: str
     error_pct: float | None
@@ -29,7 +29,9 @@ class Candidate:
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """The choice; `outside` says in what the scene lies outside what was measured, `met` whether any rung is enough."""
+    """The choice. `outside`: what puts the scene outside the calibrated range; `met`: whether any rung is enough."""
+
+    JSON_PROPERTIES: ClassVar = ("question_title", "error_of")
 
     chosen: str
     question: Question
@@ -39,13 +41,15 @@ class Plan:
     outside: tuple[str, ...]
     calibrated_on: tuple[str, ...]
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return asdict(self) | {
-            "question": self.question.value,
-            "question_title": MEANING[self.question].title,
-            "error_of": MEANING[self.question].error_of,
-        }
+    @property
+    def question_title(self) -> str:
+        """The question in words."""
+        return MEANING[self.question].title
+
+    @property
+    def error_of(self) -> str:
+        """What the errors are relative to."""
+        return MEANING[self.question].error_of
 
 
 def make_plan(
@@ -53,14 +57,14 @@ def make_plan(
     *,
     question: Question = Question.LINES,
     tolerance_pct: float = 0.5,
-    calibration: Calibration | None = None,
+    calibration: LadderCalibration | None = None,
 ) -> Plan:
     """The cheapest rung that answers `question` on `scene` within `tolerance_pct`.
 
-    Errors are the largest of the calibration scenes about this one, against the full model at half its step, times what
-    scenes between those showed to be needed (`margins`): bounds, which one scene in hundreds may break. Outside
-    the calibrated range nothing but the full model is called enough. If even that errs more, it is chosen all the same
-    and `met` is False. Raises `ConfigurationError` for a tolerance that is not positive, or a question that a scene
+    Errors are the largest of the calibration scenes about this one, against the full model at half its step, times the
+    margin that the scenes between those call for (`margins`): bounds, which one scene in hundreds may exceed. Outside
+    the calibrated range only the full model is enough. If even its error is larger, it is chosen all the same and `met`
+    is False. Raises `ConfigurationError` for a tolerance that is not positive, or a question that a scene
     without defect leaves empty.
     """
     if not (math.isfinite(tolerance_pct) and tolerance_pct > 0):
@@ -109,7 +113,7 @@ def _verdict(
         if rung.name == REFERENCE_MODEL:
             return (
                 True,
-                "the scene lies outside what was measured: the model of reference, its own error unknown here",
+                "the scene lies outside what was measured: this is the reference model, its own error unknown here",
             )
         return False, "the scene lies outside what was measured: nothing is known of its error here"
     if error is None:

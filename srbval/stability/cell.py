@@ -1,14 +1,14 @@
-"""One cell of the map: what the run said of itself, and what the comparison with the converged run says."""
+"""One cell of the map: the run's own status, and the comparison with the converged run."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from srbval.models.run import RunStatus
-from srbval.stability.grid import Case
-from srbval.stability.outcome import Outcome
-from srbval.stability.predict import Limits
+from srbval.stability.grid import StabilityCase
+from srbval.stability.outcome import StabilityOutcome
+from srbval.stability.predict import StepLimits
 from srbval.stability.reference import StabilityReference, relative
 
 CAGE_LIMIT = 0.01  # relative, from the converged run
@@ -23,11 +23,11 @@ NO_REFERENCE = "no-reference"
 class StabilityCell:
     """A run of the map. `limits` are what linear theory predicts for its solver; `points_per_step` see `to_dict`."""
 
-    case: Case
+    case: StabilityCase
     model: str
-    outcome: Outcome
+    outcome: StabilityOutcome
     reference: StabilityReference
-    limits: Limits
+    limits: StepLimits
     points_per_step: float
 
     @property
@@ -86,7 +86,7 @@ class StabilityCell:
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values, flat. `points_per_step`: points of the inner race that pass a roller in one step."""
+        """What is written as JSON, flat. `points_per_step`: points of the inner race that pass a roller per step."""
         outcome = self.outcome
         return {
             "scene": self.case.group.scene,
@@ -97,7 +97,8 @@ class StabilityCell:
             "critical_velocity_m_s": self.case.group.critical_velocity_m_s,
             "status": self.status,
             "reason": self.reason,
-            **self.limits.to_dict(),
+            "predicted_limit_dt_s": self.limits.whole_s,
+            "predicted_elastic_limit_dt_s": self.limits.elastic_s,
             "run_status": outcome.status,
             "like_reference": self.like_reference,
             "holds": self.holds,
@@ -106,7 +107,8 @@ class StabilityCell:
             "band_rms_part": self.band_rms_part,
             "energy_imbalance": outcome.energy_imbalance,
             "points_per_step": self.points_per_step,
-            **{name: value for name, value in asdict(outcome).items() if name in ("cage_ratio", "load_share")},
+            "cage_ratio": outcome.cage_ratio,
+            "load_share": outcome.load_share,
             "seconds": outcome.seconds,
             "wall_s": outcome.wall_s,
         }

@@ -1,11 +1,10 @@
-"""The paper's two claims about its time integration, answered by counting cells."""
+"""The paper's two claims about its time integration, tested by counting cells of the map."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 from srbval.bench.scenes import PAPER_STEP_S
 from srbval.models.solvers import METHODS
@@ -18,16 +17,12 @@ Cells = Sequence[StabilityCell]
 
 @dataclass(frozen=True, kw_only=True)
 class Claim:
-    """What the paper says, whether the cells bear it out (None: they do not cover it), and the counts behind that."""
+    """What the paper says, whether the cells confirm it (None: they do not cover it), and the counts behind that."""
 
     claim: str
     borne_out: bool | None
     answer: str
     evidence: tuple[str, ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return asdict(self)
 
 
 def claims(cells: Cells) -> tuple[Claim, ...]:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 from srbval.bearing import load_bearing
 from srbval.bench.bench import check_solvers
@@ -20,7 +19,7 @@ WHOLE_HZ = 256.0  # durations are whole numbers of 1/256 s, and so of every outp
 
 
 @dataclass(frozen=True, kw_only=True)
-class Grid:
+class StabilityGrid:
     """Every combination of these is a cell.
 
     `steps_per_s` are the step sizes as divisors of a second; `seconds` the least duration of a run, or `passages` of
@@ -49,19 +48,19 @@ class Grid:
                 raise ConfigurationError(f"--rpm {rpm:g}: speeds of the map must lie between 0 and 20000 rpm.")
 
     @property
-    def groups(self) -> Iterator[Group]:
+    def groups(self) -> Iterator[StabilityGroup]:
         """Scene, speed and critical velocity: what shares a reference."""
         for scene, velocity, rpm in itertools.product(self.scenes, self.critical_velocity_m_s, self.rpm):
-            yield Group(scene=scene, rpm=rpm, critical_velocity_m_s=velocity)
+            yield StabilityGroup(scene=scene, rpm=rpm, critical_velocity_m_s=velocity)
 
     @property
-    def cases(self) -> Iterator[Case]:
+    def cases(self) -> Iterator[StabilityCase]:
         """Every cell of the map."""
         for group in self.groups:
             for solver, steps in itertools.product(self.solvers, self.steps_per_s):
-                yield Case(group=group, solver=solver, steps_per_s=steps)
+                yield StabilityCase(group=group, solver=solver, steps_per_s=steps)
 
-    def scene(self, case: Case) -> Scene:
+    def scene(self, case: StabilityCase) -> Scene:
         """The scene that a case runs."""
         group = case.group
         scene = bench_scene(
@@ -76,13 +75,9 @@ class Grid:
             settle_s=_whole(self.settle_passages * passage),
         )
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return asdict(self)
-
 
 @dataclass(frozen=True, kw_only=True)
-class Group:
+class StabilityGroup:
     """What the cells of one part of the map have in common."""
 
     scene: str
@@ -91,10 +86,10 @@ class Group:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Case:
+class StabilityCase:
     """One run of the map, or a reference."""
 
-    group: Group
+    group: StabilityGroup
     solver: str
     steps_per_s: int
 
@@ -108,7 +103,7 @@ def _whole(seconds: float) -> float:
     return math.ceil(seconds * WHOLE_HZ - 1e-9) / WHOLE_HZ
 
 
-FULL = Grid(
+FULL = StabilityGrid(
     scenes=("play0-outer", "interference-outer"), solvers=SOLVERS,
     steps_per_s=(245760, 122880, 61440, 30720, 15360, 7680),
     rpm=(127.0, 355.0, 710.0, 1000.0, 1500.0, 3000.0), critical_velocity_m_s=(0.001, 0.5),

@@ -14,13 +14,13 @@ from srbval.bench.timing import Attempt
 from srbval.models.run import Run
 from srbval.progress import Progress
 from srbval.scene import Scene
-from srbval.stability.grid import Case, Grid
+from srbval.stability.grid import StabilityCase, StabilityGrid
 from srbval.storage.content_store import ContentStore
 from srbval.validation.pipeline import SIMULATED_BAND_HZ
 
 
 @dataclass(frozen=True, kw_only=True)
-class Outcome:
+class StabilityOutcome:
     """How a run ended by its own judgement, and its figures; NaN where there are none.
 
     `cage_ratio` is weighted as in `bench.measures`; `load_share` the part of the radial load on the rollers;
@@ -50,31 +50,37 @@ def outcome_store() -> ContentStore:
 
 
 def outcomes(
-    grid: Grid, cases: tuple[Case, ...], *, task: str, store: ContentStore, jobs: int | None, progress: Progress
-) -> dict[Case, Outcome]:
+    grid: StabilityGrid,
+    cases: tuple[StabilityCase, ...],
+    *,
+    task: str,
+    store: ContentStore,
+    jobs: int | None,
+    progress: Progress,
+) -> dict[StabilityCase, StabilityOutcome]:
     """The outcome of every case: from `store`, or run now and stored as soon as the run has ended."""
     scenes = {case: grid.scene(case) for case in cases}
     found = {case: _stored(store, scene) for case, scene in scenes.items()}
     missing = {case: scene for case, scene in scenes.items() if found[case] is None}
 
-    def read(case: Case, tried: Attempt, wall_s: float) -> Outcome:
+    def read(case: StabilityCase, tried: Attempt, wall_s: float) -> StabilityOutcome:
         outcome = outcome_of(tried, wall_s)
         store.save(scene_content(scenes[case]), asdict(outcome))
         return outcome
 
-    fresh: Mapping[Case, Outcome] = (
+    fresh: Mapping[StabilityCase, StabilityOutcome] = (
         run_all(missing, read, task=task, jobs=jobs, progress=progress) if missing else {}
     )  # fmt: skip
     return {case: found[case] or fresh[case] for case in cases}
 
 
-def outcome_of(tried: Attempt, wall_s: float) -> Outcome:
+def outcome_of(tried: Attempt, wall_s: float) -> StabilityOutcome:
     """What is kept of an attempt."""
     scene, run = tried.scene, tried.run
     figures = dict.fromkeys(("cage_ratio", "load_share", "band_rms_m_s2", "energy_imbalance"), math.nan)
     if run is not None and run.samples > 0:
         figures = _figures(run)
-    return Outcome(
+    return StabilityOutcome(
         status=tried.status, reason=tried.reason, **figures,
         seconds=scene.duration_s, settle_s=scene.settle_s, wall_s=wall_s,
     )  # fmt: skip
@@ -89,10 +95,10 @@ def _figures(run: Run) -> dict[str, float]:
     }
 
 
-def _stored(store: ContentStore, scene: Scene) -> Outcome | None:
+def _stored(store: ContentStore, scene: Scene) -> StabilityOutcome | None:
     table: dict[str, Any] | None = store.load(scene_content(scene))
-    names = {field.name for field in fields(Outcome)}
+    names = {field.name for field in fields(StabilityOutcome)}
     if table is None or set(table) != names:
         return None
     whole: dict[str, Any] = {name: math.nan if value is None else value for name, value in table.items()}
-    return Outcome(**whole)
+    return StabilityOutcome(**whole)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 from srbval.bench.scenes import PAPER_STEP_S
 from srbval.stability.cell import StabilityCell
@@ -19,6 +19,8 @@ PLANTED_RPM = (710.0, 3000.0)
 class Planted:
     """A planted failure: caught where the run's own status is not ``ok``."""
 
+    JSON_PROPERTIES: ClassVar = ("caught",)
+
     scene: str
     critical_velocity_m_s: float
     solver: str
@@ -30,10 +32,6 @@ class Planted:
     def caught(self) -> bool:
         """Did the run find it by itself?"""
         return self.run_status != "ok"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return {**vars(self), "caught": self.caught}
 
 
 def planted_in(cells: Sequence[StabilityCell]) -> tuple[Planted, ...]:

@@ -18,7 +18,7 @@ ANGLES = 3  # cage angles looked at, from a roller on the defect to one on eithe
 
 
 @dataclass(frozen=True, kw_only=True)
-class Limits:
+class StepLimits:
     """Longest stable step [s]: of the whole linearised system, and of its elastic part alone, friction left out.
 
     Explicit friction does not diverge beyond its limit, it chatters between bounds; beyond the elastic limit the
@@ -28,19 +28,15 @@ class Limits:
     whole_s: float | None
     elastic_s: float | None
 
-    def to_dict(self) -> dict[str, float | None]:
-        """Plain values, named as in the map's cells."""
-        return {"predicted_limit_dt_s": self.whole_s, "predicted_elastic_limit_dt_s": self.elastic_s}
 
-
-def predict(scene: Scene, solvers: Sequence[str]) -> dict[str, Limits]:
-    """Limits of each solver at `scene`'s speed, load and friction; its solver and step do not matter."""
+def predict(scene: Scene, solvers: Sequence[str]) -> dict[str, StepLimits]:
+    """Step limits of each solver at `scene`'s speed, load and friction; its solver and step do not matter."""
     from threadpoolctl import threadpool_limits
 
     with threadpool_limits(1):  # small matrices: waiting for other threads takes longer than the work
         systems = [_both(scene, share) for share in np.linspace(0.0, 0.5, ANGLES)]
         return {
-            solver: Limits(
+            solver: StepLimits(
                 whole_s=_least([longest_step(METHODS[solver], whole) for whole, _ in systems]),
                 elastic_s=_least([longest_step(METHODS[solver], elastic) for _, elastic in systems]),
             )

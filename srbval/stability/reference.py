@@ -7,19 +7,19 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from srbval.bench.reference import reference_solver
-from srbval.stability.grid import Case, Grid, Group
-from srbval.stability.outcome import Outcome
+from srbval.stability.grid import StabilityCase, StabilityGrid, StabilityGroup
+from srbval.stability.outcome import StabilityOutcome
 
 
 @dataclass(frozen=True, kw_only=True)
 class StabilityReference:
     """A converged run and the one at twice its step; `flagged`: one of the two found something wrong with itself."""
 
-    group: Group
+    group: StabilityGroup
     solver: str
     steps_per_s: int
-    fine: Outcome
-    coarse: Outcome
+    fine: StabilityOutcome
+    coarse: StabilityOutcome
 
     @property
     def flagged(self) -> bool:
@@ -54,19 +54,21 @@ class StabilityReference:
         }
 
 
-def reference_cases(grid: Grid) -> dict[Group, tuple[Case, Case]]:
+def reference_cases(grid: StabilityGrid) -> dict[StabilityGroup, tuple[StabilityCase, StabilityCase]]:
     """For each part of the map the reference and the run at twice its step."""
     solver, steps = reference_solver(), grid.reference_steps_per_s
     return {
         group: (
-            Case(group=group, solver=solver, steps_per_s=steps),
-            Case(group=group, solver=solver, steps_per_s=steps // 2),
+            StabilityCase(group=group, solver=solver, steps_per_s=steps),
+            StabilityCase(group=group, solver=solver, steps_per_s=steps // 2),
         )
         for group in grid.groups
     }
 
 
-def reference_of(pair: tuple[Case, Case], found: dict[Case, Outcome]) -> StabilityReference:
+def reference_of(
+    pair: tuple[StabilityCase, StabilityCase], found: dict[StabilityCase, StabilityOutcome]
+) -> StabilityReference:
     """The reference that a pair of runs makes."""
     fine, coarse = pair
     return StabilityReference(

@@ -12,10 +12,10 @@ from srbval.bench.machine import Machine, describe_machine, load_average
 from srbval.progress import Progress, silent
 from srbval.stability.cell import NO_REFERENCE, UNLIKE, StabilityCell
 from srbval.stability.claims import Claim, claims
-from srbval.stability.grid import FULL, Case, Grid, Group
-from srbval.stability.outcome import Outcome, outcome_store, outcomes
+from srbval.stability.grid import FULL, StabilityCase, StabilityGrid, StabilityGroup
+from srbval.stability.outcome import StabilityOutcome, outcome_store, outcomes
 from srbval.stability.planted import Planted, planted_in
-from srbval.stability.predict import Limits, predict
+from srbval.stability.predict import StepLimits, predict
 from srbval.stability.reference import StabilityReference, reference_cases, reference_of
 from srbval.storage.content_store import ContentStore
 
@@ -27,7 +27,7 @@ class StabilityResult:
     """Everything one map holds; cells stand by scene, critical velocity, speed, solver, step."""
 
     machine: Machine
-    grid: Grid
+    grid: StabilityGrid
     references: tuple[StabilityReference, ...]
     cells: tuple[StabilityCell, ...]
     planted: tuple[Planted, ...]
@@ -39,8 +39,8 @@ class StabilityResult:
         return tuple(cell for cell in self.cells if cell.status in (UNLIKE, NO_REFERENCE))
 
     @property
-    def alarms_alone(self) -> tuple[StabilityCell, ...]:
-        """Cells that the run condemned although cage and load are those of the converged run."""
+    def alarms_with_right_result(self) -> tuple[StabilityCell, ...]:
+        """Cells whose run found itself faulty although cage and load are those of the converged run."""
         return tuple(cell for cell in self.cells if not cell.outcome.ok and cell.like_reference)
 
     @property
@@ -49,28 +49,32 @@ class StabilityResult:
         return all(p.caught for p in self.planted) and not any(r.flagged for r in self.references)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values, ready for a JSON file."""
+        """What is written as JSON."""
         return {
-            "machine": self.machine.to_dict(),
-            "grid": self.grid.to_dict(),
+            "machine": self.machine,
+            "grid": self.grid,
             "counts": {
                 "cells": len(self.cells),
                 "ok": sum(cell.ok for cell in self.cells),
                 "caught_by_the_run": sum(not cell.outcome.ok for cell in self.cells),
                 "seen_by_comparison_only": len(self.unlike),
-                "flagged_with_cage_and_load_right": len(self.alarms_alone),
+                "flagged_with_cage_and_load_right": len(self.alarms_with_right_result),
             },
-            "claims": [claim.to_dict() for claim in self.claims],
-            "planted": [planted.to_dict() for planted in self.planted],
-            "references": [reference.to_dict() for reference in self.references],
-            "cells": [cell.to_dict() for cell in self.cells],
+            "claims": self.claims,
+            "planted": self.planted,
+            "references": self.references,
+            "cells": self.cells,
         }
 
 
 def run_stability(
-    grid: Grid = FULL, *, store: ContentStore | None = None, jobs: int | None = None, progress: Progress = silent
+    grid: StabilityGrid = FULL,
+    *,
+    store: ContentStore | None = None,
+    jobs: int | None = None,
+    progress: Progress = silent,
 ) -> StabilityResult:
-    """Run every cell of `grid`, hold each against its converged run, predict each step limit.
+    """Run every cell of `grid`, compare each with its converged run, predict each step limit.
 
     `jobs` runs go at a time (default: one per usable core); each that has ended is in the store, by default in the
     user's cache, so that an interrupted map continues where it was. A failed run is a cell with its status. Raises
@@ -95,22 +99,22 @@ def run_stability(
     )
 
 
-def _limits(grid: Grid, progress: Progress) -> dict[Group, dict[str, Limits]]:
+def _limits(grid: StabilityGrid, progress: Progress) -> dict[StabilityGroup, dict[str, StepLimits]]:
     groups, found = list(grid.groups), {}
     for number, group in enumerate(groups):
         progress(PREDICTING, number / len(groups))
-        case = Case(group=group, solver=grid.solvers[0], steps_per_s=grid.reference_steps_per_s)
+        case = StabilityCase(group=group, solver=grid.solvers[0], steps_per_s=grid.reference_steps_per_s)
         found[group] = predict(grid.scene(case), grid.solvers)
     progress(PREDICTING, 1.0)
     return found
 
 
 def _cells(
-    grid: Grid,
-    cases: Sequence[Case],
-    found: dict[Case, Outcome],
-    references: dict[Group, StabilityReference],
-    limits: dict[Group, dict[str, Limits]],
+    grid: StabilityGrid,
+    cases: Sequence[StabilityCase],
+    found: dict[StabilityCase, StabilityOutcome],
+    references: dict[StabilityGroup, StabilityReference],
+    limits: dict[StabilityGroup, dict[str, StepLimits]],
 ) -> tuple[StabilityCell, ...]:
     return tuple(
         StabilityCell(
@@ -125,7 +129,7 @@ def _cells(
     )
 
 
-def _points_per_step(grid: Grid, case: Case) -> float:
+def _points_per_step(grid: StabilityGrid, case: StabilityCase) -> float:
     scene = grid.scene(case)
     bearing = load_bearing(scene.bearing)
     passing_hz = bearing.orders.at(scene.shaft_hz).bpfi_hz / bearing.rolling_elements

@@ -13,24 +13,25 @@ import pytest
 
 from srbval.bench import bench, processes
 from srbval.bench.bench import BenchResult, run_bench, step_sizes
+from srbval.bench.contact_counts import ContactCounts
 from srbval.bench.measures import Measures
 from srbval.bench.processes import Processes
 from srbval.bench.reference import reference_solver, reference_store, references
 from srbval.bench.row import row_of
 from srbval.bench.scenes import SCENES, bench_scene, output_rate_hz
-from srbval.bench.settings import QUICK, Settings
+from srbval.bench.settings import QUICK, BenchSettings
 from srbval.bench.speed import NOTHING_TOUCHES, TouchCost
-from srbval.bench.targets import Target, healthy_row, points_growth, speed_targets
+from srbval.bench.targets import Target, contact_cost_ratio, points_growth, speed_targets
 from srbval.bench.timing import time_scene
-from srbval.bench.touching import Touching
 from srbval.bench.trajectory import observed_order, path_error
 from srbval.bench.work_precision import with_accuracy
 from srbval.cli import bench_command, main
 from srbval.errors import ConfigurationError
 from srbval.scene import RollerFit
 from srbval.storage.content_store import ContentStore
+from srbval.storage.strict_json import json_object
 
-TINY = Settings(
+TINY = BenchSettings(
     timing_s=0.002, timing_settle_s=0.0, repeats=1, accuracy_s=0.01, accuracy_settle_s=0.0, memory_s=0.01, starts=1,
     reference_budget_s=0.0, window_s=0.001, steps=(61440,),
 )  # fmt: skip
@@ -156,20 +157,20 @@ def test_targets_are_shown_met_or_not() -> None:
     assert targets["full model, ode4 at 1/61440 s, play0-outer"].met is None
     failed = Target(name="x", value=None, limit=1.0, unit="s", attempted=True)
     assert failed.met is False, "a failed run does not meet its target"
-    assert Target(name="x", value=1.0, limit=1.0, unit="s").to_dict()["met"] is True
+    assert json_object(Target(name="x", value=1.0, limit=1.0, unit="s"))["met"] is True
 
 
 def test_growth_is_of_time_per_touching_thing() -> None:
     def cost(scene: str, points: int, us: float, touching: float, contacts: float) -> TouchCost:
-        counts = Touching(points=touching, contacts=contacts, loaded_rollers=1.0)
+        counts = ContactCounts(points=touching, contacts=contacts, loaded_rollers=1.0)
         return TouchCost(scene=scene, solver="ode4", points_per_circle=points, us_per_step=us, touching=counts)
 
     costs = [cost("play0-healthy", 500, 10.0, 100.0, 50.0), cost("play0-healthy", 4000, 40.0, 800.0, 50.0),
              cost("interference-healthy", 500, 20.0, 300.0, 80.0),
              cost(NOTHING_TOUCHES, 500, 4.0, 0.0, 0.0)]  # fmt: skip
     assert points_growth(costs) == pytest.approx(0.5)
-    assert healthy_row(costs) == pytest.approx((6.0 / 50) / (16.0 / 80))
-    assert healthy_row(costs[:3]) is None
+    assert contact_cost_ratio(costs) == pytest.approx((6.0 / 50) / (16.0 / 80))
+    assert contact_cost_ratio(costs[:3]) is None
     assert points_growth(costs[:1]) is None
 
 

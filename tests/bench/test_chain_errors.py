@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from srbval.bench.chain_errors import AGREEMENT, BANDS_HZ, FS_HZ, chain_errors
+from srbval.bench.signal_chain import AGREEMENT, BANDS_HZ, FS_HZ, chain_errors
 from srbval.signal import analytic_signal, bandpass, envelope
 
 LARGEST = 1e-4  # of the largest squared envelope

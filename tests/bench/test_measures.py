@@ -7,8 +7,15 @@ import math
 import numpy as np
 import pytest
 
-from srbval.bench.errors import errors_against
-from srbval.bench.measures import Measures, band_rms, harmonic_pattern, noise_floor, scatter, smooth_mean
+from srbval.bench.measures import (
+    Measures,
+    band_rms,
+    errors_against,
+    harmonic_pattern,
+    noise_floor,
+    scatter,
+    smooth_mean,
+)
 from srbval.signal import amplitude_spectrum
 
 FS = 20480.0

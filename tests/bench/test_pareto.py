@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from srbval.bench.errors import Errors
-from srbval.bench.pareto import non_dominated, with_pareto
+from srbval.bench.measures import MeasureErrors
 from srbval.bench.row import BenchRun
-from srbval.bench.timing import Timing
+from srbval.bench.timing import RunTiming
+from srbval.bench.work_precision import non_dominated, with_pareto
 
 
 def test_front() -> None:
@@ -20,8 +20,8 @@ def test_equals_do_not_beat_each_other() -> None:
 def row(scene: str, wall: float, cage: float, band: float, status: str = "ok") -> BenchRun:
     return BenchRun(
         scene=scene, model="full", solver="ode4", dt_s=1e-5, status=status, reason="", calibration_s=0.05,
-        timing=Timing(best=wall, median=wall, repeats=1, core_share=1.0),
-        errors=Errors(cage_error=cage, defect_hz_error=None, noise_floor_ratio=None, band_rms_error=band,
+        timing=RunTiming(best=wall, median=wall, repeats=1, core_share=1.0),
+        errors=MeasureErrors(cage_error=cage, defect_hz_error=None, noise_floor_ratio=None, band_rms_error=band,
                       harmonic_error=None),
     )  # fmt: skip
 

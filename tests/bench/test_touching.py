@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
+from srbval.bench.contact_counts import count_touching, touching_depths
 from srbval.bench.scenes import bench_scene
 from srbval.bench.timing import attempt
-from srbval.bench.touching import count_touching, touching_depths
 from srbval.models.run import Run
 
 # Damping and friction are left out of the second look, so the mean loads differ by some per cent. With play the rollers

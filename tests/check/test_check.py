@@ -11,7 +11,7 @@ import pytest
 
 from srbval.check.check import CheckResult, run_check
 from srbval.check.quantities import GROUPS
-from srbval.check.reference import Reference, read_reference, reference_path
+from srbval.check.reference import ReferenceQuantity, read_reference, reference_path
 from srbval.errors import ConfigurationError
 from srbval.models.full import parameters
 from srbval.models.full.point_cloud import Circle
@@ -101,7 +101,7 @@ def test_a_quantity_without_a_reference_fails() -> None:
 def test_a_quantity_that_nothing_computes_any_more_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     kinematics = {name: GROUPS[name] for name in ("kinematics",)}
     monkeypatch.setattr("srbval.check.check.GROUPS", kinematics)
-    gone = Reference(name="gone", value=1.0, tolerance=0.1, unit="1", reason="was there once")
+    gone = ReferenceQuantity(name="gone", value=1.0, tolerance=0.1, unit="1", reason="was there once")
     result = run_check({**REFERENCE, "gone": gone}, groups=["kinematics"])
     assert "gone" in failed(result)
     (check,) = [check for check in result.checks if check.name == "gone"]

@@ -12,15 +12,17 @@ import pytest
 
 from srbval.check.check import Checked, CheckResult
 from srbval.check.junit import write_junit
-from srbval.check.reference import Reference, read_reference, write_reference
+from srbval.check.reference import ReferenceQuantity, read_reference, write_reference
 from srbval.check.update import differences, renewed
 from srbval.errors import ConfigurationError, DataError
 
 REPORTS = Path(__file__).parents[2] / "reports"
 
 
-def reference(name: str = "a", value: float | None = 1.0, tolerance: float = 0.01) -> Reference:
-    return Reference(name=name, value=value, tolerance=tolerance, unit="m", reason="it scatters by half of that")
+def reference(name: str = "a", value: float | None = 1.0, tolerance: float = 0.01) -> ReferenceQuantity:
+    return ReferenceQuantity(
+        name=name, value=value, tolerance=tolerance, unit="m", reason="it scatters by half of that"
+    )
 
 
 def checked(name: str = "a", value: float = 1.0, low: float = 0.99, high: float = 1.01) -> Checked:
@@ -69,7 +71,7 @@ def test_a_missing_file_is_a_data_error(tmp_path: Path) -> None:
 
 def test_a_tolerance_without_a_reason_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="needs its reason"):
-        Reference(name="a", tolerance=0.1, unit="m", reason=" ")
+        ReferenceQuantity(name="a", tolerance=0.1, unit="m", reason=" ")
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from srbval.bench.ladder.cases import FITS, KINDS, RANGES, between, grid, held_o
 from srbval.bench.ladder.measure import answer_store
 from srbval.bench.ladder.questions import Question
 from srbval.plan.calibrated import shipped_calibration
-from srbval.plan.held_out import TOLERANCES_PCT, Check, check_cases, checks_of, tallies
+from srbval.plan.held_out import TOLERANCES_PCT, PredictionCheck, check_cases, checks_of, tallies
 from srbval.storage.stored_result import COMMAND, HELD_OUT, newest_result
 
 SCENES = 12
@@ -19,8 +19,8 @@ GOOD_SHARE = 11 / 12
 WITHIN_SHARE = 0.95
 
 
-def check(predicted: float, measured: float | None, *tolerances: float) -> Check:
-    return Check(
+def check(predicted: float, measured: float | None, *tolerances: float) -> PredictionCheck:
+    return PredictionCheck(
         case=held_out()[0], question=Question.LINES, model="line", predicted_pct=predicted, measured_pct=measured,
         tolerances_pct=tolerances, chosen_pct=(),
     )  # fmt: skip

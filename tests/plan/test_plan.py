@@ -6,10 +6,10 @@ import pytest
 
 from srbval.bench.ladder.cases import grid
 from srbval.bench.ladder.questions import Question
-from srbval.bench.ladder.table import Calibration
+from srbval.bench.ladder.table import LadderCalibration
 from srbval.errors import ConfigurationError
 from srbval.plan.calibrated import neighbours, shipped_calibration
-from srbval.plan.margins import margins
+from srbval.plan.error_bounds import margins
 from srbval.plan.plan import Plan, make_plan
 from srbval.scene import Scene, paper_scene
 
@@ -17,7 +17,7 @@ CHEAPER = 100
 
 
 @pytest.fixture(scope="module")
-def table() -> Calibration:
+def table() -> LadderCalibration:
     return shipped_calibration()
 
 
@@ -89,7 +89,7 @@ def test_a_scene_outside_what_was_measured_is_said_so_and_left_to_the_full_model
     assert [c.model for c in plan.candidates if c.ok] == ["full"]
 
 
-def test_predictions_between_the_calibration_scenes_are_the_worst_of_their_corners(table: Calibration) -> None:
+def test_predictions_between_the_calibration_scenes_are_the_worst_of_their_corners(table: LadderCalibration) -> None:
     scene = paper("outer", shaft_speed="500 rpm", load={"radial": "100 kN"})
     near = neighbours(table, scene)
     assert not near.outside
@@ -104,7 +104,7 @@ def test_predictions_between_the_calibration_scenes_are_the_worst_of_their_corne
         assert plan.candidates[0].ok == (bound <= tolerance)
 
 
-def test_on_a_calibration_scene_its_own_entry_speaks(table: Calibration) -> None:
+def test_on_a_calibration_scene_its_own_entry_speaks(table: LadderCalibration) -> None:
     for case in grid():
         (entry,) = neighbours(table, case.scene("full", seconds=10.0)).entries
         assert entry.case == case
@@ -116,7 +116,7 @@ def test_a_defect_on_a_roller_says_why_it_is_left_to_the_full_model() -> None:
     assert "defects on rollers were not measured" in plan.outside[0]
 
 
-def test_the_line_rung_costs_at_most_half_of_the_full_model(table: Calibration) -> None:
+def test_the_line_rung_costs_at_most_half_of_the_full_model(table: LadderCalibration) -> None:
     costs = [[e.rungs[m].wall_per_simulated_s for m in ("line", "full")] for e in table.entries]
     assert sum(line for line, _ in costs) <= 0.5 * sum(full for _, full in costs)  # type: ignore[misc]
 
@@ -133,6 +133,6 @@ def test_a_rung_that_gave_no_answer_is_not_enough() -> None:
     assert not candidate(plan, "impulse").ok  # type: ignore[attr-defined]
 
 
-def test_settings_that_change_no_answer_are_no_reason(table: Calibration) -> None:
+def test_settings_that_change_no_answer_are_no_reason(table: LadderCalibration) -> None:
     scene = replace(paper("outer"), seed=7, settle_s=0.1, duration_s=12.0)
     assert not neighbours(table, scene).outside

@@ -9,34 +9,39 @@ import pytest
 
 from srbval.stability.cell import UNLIKE, StabilityCell
 from srbval.stability.claims import claims
-from srbval.stability.grid import Case, Group
-from srbval.stability.outcome import Outcome
+from srbval.stability.grid import StabilityCase, StabilityGroup
+from srbval.stability.outcome import StabilityOutcome
 from srbval.stability.planted import planted_in
-from srbval.stability.predict import Limits
+from srbval.stability.predict import StepLimits
 from srbval.stability.reference import StabilityReference
 
 
-def outcome(**changes: Any) -> Outcome:
+def outcome(**changes: Any) -> StabilityOutcome:
     given: dict[str, Any] = {
         "status": "ok", "reason": "well", "cage_ratio": 0.4314, "load_share": 0.06, "band_rms_m_s2": 1.0,
         "energy_imbalance": 0.0, "seconds": 0.2, "settle_s": 0.02, "wall_s": 0.1,
     }  # fmt: skip
-    return Outcome(**given | changes)
+    return StabilityOutcome(**given | changes)
 
 
 def cell(
-    *, solver: str = "ode4", steps_per_s: int = 61440, rpm: float = 710.0, converged: Outcome | None = None, **own: Any
+    *,
+    solver: str = "ode4",
+    steps_per_s: int = 61440,
+    rpm: float = 710.0,
+    converged: StabilityOutcome | None = None,
+    **own: Any,
 ) -> StabilityCell:
-    group = Group(scene="play0-outer", rpm=rpm, critical_velocity_m_s=0.001)
+    group = StabilityGroup(scene="play0-outer", rpm=rpm, critical_velocity_m_s=0.001)
     right = converged or outcome()
     return StabilityCell(
-        case=Case(group=group, solver=solver, steps_per_s=steps_per_s),
+        case=StabilityCase(group=group, solver=solver, steps_per_s=steps_per_s),
         model="full",
         outcome=outcome(**own),
         reference=StabilityReference(
             group=group, solver="imex2", steps_per_s=983040, fine=right, coarse=right
         ),
-        limits=Limits(whole_s=1e-7, elastic_s=1e-4),
+        limits=StepLimits(whole_s=1e-7, elastic_s=1e-4),
         points_per_step=0.2,
     )  # fmt: skip
 

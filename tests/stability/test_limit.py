@@ -13,7 +13,7 @@ from srbval.models.solvers.limit import explicit_limit, longest_step, spectral_r
 from srbval.models.solvers.linear import Linear
 from srbval.models.solvers.step_map import stability_function, step_map
 from srbval.models.step_limit import without_friction
-from srbval.stability.grid import FULL, Case, Group
+from srbval.stability.grid import FULL, StabilityCase, StabilityGroup
 from srbval.stability.linear import balanced, linearise
 
 FloatArray = NDArray[np.float64]
@@ -78,8 +78,8 @@ def test_stability_function_is_the_exponential_to_the_method_s_order(name: str) 
 
 @pytest.fixture(scope="module")
 def rest() -> tuple[Parameters, FloatArray]:
-    group = Group(scene="interference-outer", rpm=710.0, critical_velocity_m_s=0.5)
-    return balanced(FULL.scene(Case(group=group, solver="imex2", steps_per_s=61440)), pitches=0.25)
+    group = StabilityGroup(scene="interference-outer", rpm=710.0, critical_velocity_m_s=0.5)
+    return balanced(FULL.scene(StabilityCase(group=group, solver="imex2", steps_per_s=61440)), pitches=0.25)
 
 
 def kernel_map(method: Method, model: Parameters, state: FloatArray, step_s: float, remembers: bool) -> FloatArray:

@@ -14,10 +14,11 @@ from srbval.cli import main, stability_command
 from srbval.errors import ConfigurationError
 from srbval.scene import paper_scene
 from srbval.stability import outcome as outcome_module
-from srbval.stability.grid import FULL, Grid
+from srbval.stability.grid import FULL, StabilityGrid
 from srbval.stability.outcome import outcome_store
 from srbval.stability.planted import PLANTED, PLANTED_RPM
 from srbval.stability.stability import StabilityResult, run_stability
+from srbval.storage.strict_json import json_object
 
 # The planted failures at both critical velocities, with references cheaper than the real map's.
 PLANTED_GRID = replace(
@@ -39,7 +40,7 @@ def result(folder: Path) -> StabilityResult:
 
 def test_every_planted_failure_is_caught_by_the_run_itself(result: StabilityResult) -> None:
     assert len(result.planted) == len(PLANTED) * len(PLANTED_RPM) * len(PLANTED_GRID.critical_velocity_m_s)
-    assert [p.to_dict() for p in result.planted if not p.caught] == []
+    assert [p for p in result.planted if not p.caught] == []
 
 
 def test_no_converged_run_is_flagged(result: StabilityResult) -> None:
@@ -55,7 +56,7 @@ def test_what_is_ok_is_like_the_converged_run(result: StabilityResult) -> None:
 
 
 def test_document(result: StabilityResult) -> None:
-    document = result.to_dict()
+    document = json_object(result)
     assert all(set(cell) >= CELL_KEYS for cell in document["cells"])
     counts = document["counts"]
     assert counts["cells"] == 16
@@ -114,9 +115,9 @@ def test_a_wrong_grid_is_refused(changes: dict[str, Any], said: str) -> None:
 def test_command(
     result: StabilityResult, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked: list[Grid] = []
+    asked: list[StabilityGrid] = []
 
-    def made(grid: Grid, **_: Any) -> StabilityResult:
+    def made(grid: StabilityGrid, **_: Any) -> StabilityResult:
         asked.append(grid)
         return result
 

@@ -22,7 +22,7 @@ def stored() -> dict[str, Any]:
 
 
 def test_it_is_the_whole_map_and_says_where_it_comes_from(stored: dict[str, Any]) -> None:
-    assert stored["grid"] == json_value(FULL.to_dict())
+    assert stored["grid"] == json_value(FULL)
     assert len(stored["cells"]) == len(list(FULL.cases))
     assert stored["machine"]["processor"]
     assert stored["git_revision"]

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,7 +21,7 @@ BETWEEN_SEED, HELD_OUT_SEED = 1, 5
 
 
 @dataclass(frozen=True, kw_only=True, order=True)
-class Case:
+class CalibrationScene:
     """A scene in a few values; all else is the paper's. `height_mm` is 0 without a defect."""
 
     kind: str
@@ -50,34 +49,30 @@ class Case:
             solver={"step_s": paper_scene().solver.step_s / finer},
         )
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return asdict(self)
 
-
-def grid() -> list[Case]:
+def grid() -> list[CalibrationScene]:
     """Every calibration scene."""
     return [
-        Case(kind=kind.scene_word, fit=fit, rpm=rpm, radial_kn=load, height_mm=height)
+        CalibrationScene(kind=kind.scene_word, fit=fit, rpm=rpm, radial_kn=load, height_mm=height)
         for kind, fit, rpm, load in itertools.product(KINDS, FITS, RPM, RADIAL_KN)
         for height in ((0.0,) if kind is Fault.HEALTHY else HEIGHT_MM)
     ]
 
 
-def quick_grid() -> list[Case]:
+def quick_grid() -> list[CalibrationScene]:
     """Two scenes, for a first look."""
     return [
-        Case(kind=kind.scene_word, fit="play", rpm=710.0, radial_kn=124.8, height_mm=0.2)
+        CalibrationScene(kind=kind.scene_word, fit="play", rpm=710.0, radial_kn=124.8, height_mm=0.2)
         for kind in (Fault.OUTER, Fault.INNER)
     ]
 
 
-def between() -> list[Case]:
+def between() -> list[CalibrationScene]:
     """Scenes anywhere within the grid, drawn: how much errors vary between its scenes is read from them."""
     return drawn(BETWEEN_SEED, power=3)
 
 
-def held_out() -> list[Case]:
+def held_out() -> list[CalibrationScene]:
     """Scenes anywhere within the grid, drawn by the same rule from another seed: for testing predictions, nothing else.
 
     No figure of the planner may be chosen by what these show.
@@ -85,7 +80,7 @@ def held_out() -> list[Case]:
     return drawn(HELD_OUT_SEED, power=2)
 
 
-def drawn(seed: int, *, power: int) -> list[Case]:
+def drawn(seed: int, *, power: int) -> list[CalibrationScene]:
     """For each defect and roller fit 2^`power` points of a scrambled Sobol sequence over speed, load and height."""
     from scipy.stats import qmc
 
@@ -95,7 +90,7 @@ def drawn(seed: int, *, power: int) -> list[Case]:
         low, high = zip(*RANGES, strict=True)
         for rpm, load, height in qmc.scale(unit, low, high).tolist():
             found.append(
-                Case(
+                CalibrationScene(
                     kind=kind.scene_word, fit=fit, rpm=round(rpm), radial_kn=round(load, 1),
                     height_mm=0.0 if kind is Fault.HEALTHY else round(height, 3),
                 )

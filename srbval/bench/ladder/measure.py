@@ -1,4 +1,4 @@
-"""Run every rung on every calibration scene and hold it against the full model at half its step."""
+"""Run every rung on every calibration scene and compare it with the full model at half its step."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from multiprocessing import get_context
 
 from srbval.bearing import Fault, load_bearing
 from srbval.bench.calibration import calibrate
-from srbval.bench.ladder.cases import Case, quick_grid
+from srbval.bench.ladder.cases import CalibrationScene, quick_grid
 from srbval.bench.ladder.questions import Answer, Question, answers, asked_of, error_pct
-from srbval.bench.ladder.table import Calibration, Entry, RungEntry
+from srbval.bench.ladder.table import Entry, LadderCalibration, RungEntry
 from srbval.bench.machine import describe_machine, load_average, usable_cores
 from srbval.bench.scenes import scene_content
 from srbval.bench.timing import attempt
@@ -21,6 +21,7 @@ from srbval.models.precompile import load_kernels
 from srbval.progress import Progress, silent
 from srbval.scene import Scene, paper_scene
 from srbval.storage.content_store import ContentStore
+from srbval.storage.strict_json import json_object
 
 SECONDS = 2.0  # eleven revolutions at the slowest speed
 WARM_UP_S = 0.01
@@ -42,16 +43,16 @@ def answer_store() -> ContentStore:
 
 
 def measure_ladder(
-    cases: Sequence[Case],
-    between: Sequence[Case] = (),
+    cases: Sequence[CalibrationScene],
+    between: Sequence[CalibrationScene] = (),
     *,
     models: Sequence[str] = MODELS,
     seconds: float = SECONDS,
     jobs: int | None = None,
     store: ContentStore | None = None,
     progress: Progress = silent,
-) -> Calibration:
-    """Errors and costs of `models` on the grid's `cases` and those `between`, the full model at half its step right.
+) -> LadderCalibration:
+    """Errors and costs of `models` on the grid's `cases` and those `between`; the full model at half its step is right.
 
     `jobs`, `store`: see `measure_cases`.
     """
@@ -60,19 +61,19 @@ def measure_ladder(
         [*cases, *between], models=models, seconds=seconds, jobs=jobs, store=store, progress=progress
     )
     default = paper_scene().solver
-    return Calibration(
+    return LadderCalibration(
         reference=f"full model, {default.name} at 1/{REFINEMENT / default.step_s:.0f} s",
         solver=default.name,
         step_s=default.step_s,
         seconds=seconds,
-        machine=describe_machine(machine, calibrate(), load).to_dict(),
+        machine=json_object(describe_machine(machine, calibrate(), load)),
         entries=tuple(entries[: len(cases)]),
         between=tuple(entries[len(cases) :]),
     )
 
 
 def measure_cases(
-    cases: Sequence[Case],
+    cases: Sequence[CalibrationScene],
     *,
     models: Sequence[str],
     seconds: float,
@@ -84,11 +85,11 @@ def measure_cases(
 
     With a `store`, each answer is stored as soon as it is there: an interrupted measurement continues from these.
     """
-    task = "climb the ladder"
+    task = "measure the ladder"
     for model in models:
         precompile(model)
     with ProcessPoolExecutor(
-        jobs or usable_cores(), mp_context=get_context("spawn"), initializer=_warm_up, initargs=(tuple(models),)
+        jobs or usable_cores(), mp_context=get_context("spawn"), initializer=_prepare_worker, initargs=(tuple(models),)
     ) as pool:
         found = [pool.submit(measure_case, case, models=models, seconds=seconds, store=store) for case in cases]
         try:
@@ -101,14 +102,16 @@ def measure_cases(
     return [future.result() for future in found]
 
 
-def _warm_up(models: Sequence[str]) -> None:
-    """Load what the rungs need, so that no run's time has it in it."""
+def _prepare_worker(models: Sequence[str]) -> None:
+    """Load the kernels that the rungs need, so that no run's time includes it."""
     load_kernels(models)
     for model in models:
         attempt(quick_grid()[0].scene(model, seconds=WARM_UP_S))
 
 
-def measure_case(case: Case, *, models: Sequence[str], seconds: float, store: ContentStore | None = None) -> Entry:
+def measure_case(
+    case: CalibrationScene, *, models: Sequence[str], seconds: float, store: ContentStore | None = None
+) -> Entry:
     """One scene on every rung."""
     right = answer(case.scene("full", seconds=seconds, finer=REFINEMENT), store)
     rungs = {model: answer(case.scene(model, seconds=seconds), store) for model in models}
@@ -142,9 +145,5 @@ def answer(scene: Scene, store: ContentStore | None = None) -> Answered:
         answers=answers(tried.run, load_bearing(scene.bearing)) if good and tried.run is not None else {},
     )
     if store is not None:
-        table = {q.value: a for q, a in fresh.answers.items()}
-        store.save(
-            scene_content(scene),
-            {"status": fresh.status, "wall_per_simulated_s": fresh.wall_per_simulated_s, "answers": table},
-        )
+        store.save(scene_content(scene), fresh)
     return fresh

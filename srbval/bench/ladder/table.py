@@ -1,4 +1,4 @@
-"""The calibration table: errors and costs of every rung on every calibration scene, as a JSON file."""
+"""The calibration table: errors and costs of every rung on every calibration scene; its JSON file, its summary."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from srbval.bench.ladder.cases import Case
-from srbval.bench.ladder.questions import Answer, Question
+import numpy as np
+
+from srbval.bench.ladder.cases import CalibrationScene
+from srbval.bench.ladder.questions import MEANING, Answer, Question
 from srbval.errors import DataError
 from srbval.storage.strict_json import write_json
 
@@ -20,7 +22,7 @@ SCHEMA_VERSION = 2
 class RungEntry:
     """A rung on a scene: how the run ended, its cost, its answers and their errors [%]; None: no answer.
 
-    The cost is the wall time of the solution, as `simulate` tells it.
+    The cost is the wall time of the solution, as `Run.wall_s`.
     """
 
     status: str
@@ -33,29 +35,21 @@ class RungEntry:
 class Entry:
     """One calibration scene: the reference's answers and every rung's."""
 
-    case: Case
+    case: CalibrationScene
     reference: Mapping[Question, Answer | None]
     rungs: Mapping[str, RungEntry]
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
+        """What is written as JSON: the scene's values stand flat."""
         return {
-            **self.case.to_dict(),
-            "reference": {q.value: a for q, a in self.reference.items()},
-            "rungs": {
-                model: {
-                    "status": rung.status,
-                    "wall_per_simulated_s": rung.wall_per_simulated_s,
-                    "answers": {q.value: a for q, a in rung.answers.items()},
-                    "error_pct": {q.value: e for q, e in rung.error_pct.items()},
-                }
-                for model, rung in self.rungs.items()
-            },
+            **vars(self.case),
+            "reference": self.reference,
+            "rungs": self.rungs,
         }
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Calibration:
+class LadderCalibration:
     """The table; `seconds` recorded in each run, `solver` and `step_s` of the full model as a rung.
 
     `entries` are those of the grid; `between`, scenes drawn within it, tell how far errors go beyond the grid's.
@@ -71,32 +65,23 @@ class Calibration:
 
     @property
     def models(self) -> tuple[str, ...]:
-        """Rungs, in the order they were measured: up the ladder."""
+        """Rungs, in the order of the ladder: cheapest first."""
         return tuple(self.entries[0].rungs)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return {
-            "schema_version": SCHEMA_VERSION,
-            "reference": self.reference,
-            "solver": self.solver,
-            "step_s": self.step_s,
-            "seconds": self.seconds,
-            "machine": dict(self.machine),
-            "entries": [entry.to_dict() for entry in self.entries],
-            "between": [entry.to_dict() for entry in self.between],
-        }
+        """What is written as JSON."""
+        return {"schema_version": SCHEMA_VERSION, **vars(self)}
 
     def save(self, path: Path) -> None:
         """Write to `path`, whole or not at all."""
-        write_json(path, self.to_dict())
+        write_json(path, self)
 
 
-def load_calibration(path: Path) -> Calibration:
+def load_calibration(path: Path) -> LadderCalibration:
     """Read a table; `DataError` naming the file where it is missing or is none."""
     try:
         table = json.loads(path.read_text(encoding="utf-8"))
-        return Calibration(
+        return LadderCalibration(
             reference=table["reference"],
             solver=table["solver"],
             step_s=table["step_s"],
@@ -113,7 +98,7 @@ def load_calibration(path: Path) -> Calibration:
 
 def _entry(table: Mapping[str, Any]) -> Entry:
     return Entry(
-        case=Case(**{name: table[name] for name in ("kind", "fit", "rpm", "radial_kn", "height_mm")}),
+        case=CalibrationScene(**{name: table[name] for name in ("kind", "fit", "rpm", "radial_kn", "height_mm")}),
         reference=_answers(table["reference"]),
         rungs={
             model: RungEntry(
@@ -129,3 +114,39 @@ def _entry(table: Mapping[str, Any]) -> Entry:
 
 def _answers(table: Mapping[str, Any]) -> dict[Question, Answer | None]:
     return {Question(q): None if a is None else tuple(a) for q, a in table.items()}
+
+
+REFERENCE_MODEL = "full"
+
+
+def summary(table: LadderCalibration) -> list[dict[str, Any]]:
+    """One row for each question and rung: median and worst error [%] over the scenes asked, median cost.
+
+    Scenes on which a rung gave no answer are counted, not averaged; without any answer the errors are None.
+    """
+    cost = {model: _median_cost(table, model) for model in table.models}
+    return [_row(table, question, model, cost) for question in Question for model in table.models]
+
+
+def _row(table: LadderCalibration, question: Question, model: str, cost: dict[str, float | None]) -> dict[str, Any]:
+    asked = [e.rungs[model] for e in table.entries if question in e.rungs[model].error_pct]
+    errors = [e for e in (rung.error_pct[question] for rung in asked) if e is not None]
+    own, full = cost[model], cost.get(REFERENCE_MODEL)
+    return {
+        "question": question.value,
+        "title": MEANING[question].title,
+        "error_of": MEANING[question].error_of,
+        "model": model,
+        "scenes": len(asked),
+        "unanswered": len(asked) - len(errors),
+        "median_error_pct": float(np.median(errors)) if errors else None,
+        "worst_error_pct": max(errors) if errors else None,
+        "wall_per_simulated_s": own,
+        "cheaper_than_full": full / own if own and full else None,
+    }
+
+
+def _median_cost(table: LadderCalibration, model: str) -> float | None:
+    walls = [e.rungs[model].wall_per_simulated_s for e in table.entries]
+    known = [wall for wall in walls if wall is not None]
+    return float(np.median(known)) if known else None

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from srbval.bench.ladder.summary import summary
-from srbval.bench.ladder.table import Calibration
+from srbval.bench.ladder.table import LadderCalibration, summary
 from srbval.models.ladder import RUNGS
 from srbval.plan.calibrated import shipped_calibration
 from srbval.report.badges import Badge
@@ -45,7 +44,7 @@ def ladder_section(folder: Path) -> Section:
     )
 
 
-def _machine(table: Calibration) -> str:
+def _machine(table: LadderCalibration) -> str:
     return str(table.machine.get("processor", "a machine that did not say"))
 
 

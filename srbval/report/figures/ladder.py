@@ -18,7 +18,7 @@ LEAST_PCT = 1e-3  # smaller errors are drawn here
 
 
 def ladder_plot(folder: Path, name: str, *, rows: Sequence[Mapping[str, Any]]) -> PanelFiles:
-    """Draw the rows of `bench.ladder.summary`: median error and, as a bar, the worst; write picture and CSV.
+    """Draw the rows of `bench.ladder.table.summary`: median error and, as a bar, the worst; write picture and CSV.
 
     A rung that never answered stands in the strip above the axis, hollow.
     """

@@ -1,4 +1,4 @@
-"""Calibration of the interval of a slipping line: ``python -m srbval.bench.slip_interval`` prints the table.
+"""Calibration of the interval of a slipping line: ``python -m tests.calibrators.slip_interval`` prints the table.
 
 Drawn are the residuals and the slope that noise and a random walk of every ratio leave; the table's factors are
 moved until no ratio's coverage lies further from the middle of what is asked for than need be.

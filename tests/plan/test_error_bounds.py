@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from srbval.plan.calibrated import shipped_calibration
-from srbval.plan.margins import LEAST_SCENES, margin, margins
+from srbval.plan.error_bounds import LEAST_SCENES, margin, margins
 
 
 def test_a_margin_covers_what_was_seen_and_is_no_discount() -> None:

@@ -7,9 +7,12 @@ from dataclasses import replace
 import pytest
 
 from srbval.bench.ladder.questions import Question
-from srbval.plan.output import NAME, with_coarser_output
+from srbval.plan.coarser_output import NAME, find_reductions, with_coarser_output
 from srbval.plan.plan import Plan, make_plan
 from srbval.scene import Scene, paper_scene
+
+LINE_CHANGE_PCT = 1e-3  # the cage speed is a mean: averaging its samples by fours changes only how they are weighted
+UNREACHABLE_PCT = 1e-9  # no two output rates give the same amplitude to eleven digits
 
 
 def outer(model: str, **changes: object) -> Scene:
@@ -58,3 +61,20 @@ def test_nothing_is_reduced_where_the_model_s_error_is_unknown() -> None:
     same, found = with_coarser_output(scene, make_plan(scene))
     assert same == scene
     assert "not known" in found.why
+
+
+def test_a_coarser_output_keeps_the_lines_of_the_full_model() -> None:
+    scene = paper_scene(contact={"roller_fit": "printed"})
+    (coarser,) = find_reductions(scene, question=Question.LINES, tolerance_pct=0.5)
+    assert (coarser.taken, coarser.name) == (True, "output at 5120 Hz")
+    assert coarser.difference_pct is not None
+    assert coarser.difference_pct < LINE_CHANGE_PCT
+
+
+def test_what_changes_the_answer_too_much_is_not_taken() -> None:
+    scene = paper_scene(defect={"kind": "outer"})
+    (coarser,) = find_reductions(scene, question=Question.AMPLITUDE, tolerance_pct=UNREACHABLE_PCT)
+    assert not coarser.taken
+    assert coarser.difference_pct is not None
+    assert coarser.difference_pct > UNREACHABLE_PCT
+    assert "beyond" in coarser.why

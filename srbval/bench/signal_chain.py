@@ -1,7 +1,10 @@
-"""How far the one pass and the paper's chain are from the truth, and from each other."""
+"""The one-pass signal chain against the paper's chain and the usual library calls: errors and wall times."""
 
 from __future__ import annotations
 
+import statistics
+import time
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -13,6 +16,8 @@ from srbval.signal import (
     bandpass,
     butterworth_gain,
     end_s,
+    envelope_spectrum_one_pass,
+    morlet_scalogram,
     squared_envelope,
     squared_envelope_one_pass,
 )
@@ -24,6 +29,9 @@ BANDS_HZ = ((1400.0, 2800.0), (500.0, 1500.0))  # of the rig's and of the simula
 RECORDS = 5  # what a cut-off filtered record leaves depends on the few samples at its ends: the worst of so many
 AGREEMENT = 1e-4  # of the largest value
 FAULT_HZ, FAULT_DEPTH = 97.0, 0.3
+# What is timed: a record of `SAMPLES` in the first band, a scalogram of these rows.
+SCALOGRAM_HZ, ROWS = (40.0, 1000.0), 100
+ROUNDS = 3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,3 +137,54 @@ def _fault_line_apart(noise: FloatArray, band_hz: tuple[float, float], end: int)
         for square in (_one_pass(record, band_hz), squared_envelope(bandpass(record, FS_HZ, band_hz)))
     )
     return float(abs(found / expected - 1))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChainTiming:
+    """Median wall times [s] of `what` and of `against`, each in one thread, and their ratio."""
+
+    what: str
+    against: str
+    seconds: float
+    against_seconds: float
+    ratio: float
+
+
+def timings() -> tuple[ChainTiming, ...]:
+    """Record to envelope spectrum, and the scalogram image of a 30 s record."""
+    samples = np.random.default_rng(0).standard_normal(SAMPLES)
+    return (
+        _timing("envelope spectrum, one pass", "sosfiltfilt, hilbert, abs, rfft", ROUNDS * 3,
+                lambda: envelope_spectrum_one_pass(samples, FS_HZ, BANDS_HZ[0]), lambda: _usual(samples)),
+        _timing("Morlet scalogram at figure resolution", "pywt.cwt, fft", 1,
+                lambda: morlet_scalogram(samples, FS_HZ, range_hz=SCALOGRAM_HZ, rows=ROWS), lambda: _pywt(samples)),
+    )  # fmt: skip
+
+
+def _usual(samples: np.ndarray) -> object:
+    import scipy.signal
+
+    return scipy.fft.rfft(np.abs(scipy.signal.hilbert(bandpass(samples, FS_HZ, BANDS_HZ[0]))))
+
+
+def _pywt(samples: np.ndarray) -> object:
+    import pywt
+
+    scales = FS_HZ / np.geomspace(*SCALOGRAM_HZ, ROWS)
+    for first in range(0, ROWS, 10):  # a 30 s record of all rows at once would take a gigabyte
+        pywt.cwt(samples, scales[first : first + 10], "cmor1.5-1.0", 1 / FS_HZ, method="fft")
+    return None
+
+
+def _timing(
+    what: str, against: str, rounds: int, ours: Callable[[], object], theirs: Callable[[], object]
+) -> ChainTiming:  # fmt: skip
+    pairs = [(_wall(ours), _wall(theirs)) for _ in range(rounds)]
+    own, other = (statistics.median(column) for column in zip(*pairs, strict=True))
+    return ChainTiming(what=what, against=against, seconds=own, against_seconds=other, ratio=own / other)
+
+
+def _wall(call: Callable[[], object]) -> float:
+    start = time.perf_counter()
+    call()
+    return time.perf_counter() - start

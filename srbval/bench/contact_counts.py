@@ -1,14 +1,14 @@
-"""How many points touch: a second, quasi-static look at a run's geometry, apart from the kernels.
+"""How many points are in contact: counted from a run's geometry, quasi-statically and independent of the kernels.
 
-From a run's ring displacement, cage angle and cage tilt, each roller is put where the points of its two races push it
-along its slot as hard one way as centrifugal force and the other race push it the other way; then the points inside it
-are counted. Friction, damping, defects and the rollers' own bouncing are left out: counts are good to a few per cent.
+From a run's ring displacement, cage angle and cage tilt, each roller is put where the contact forces of its two races
+and the centrifugal force balance along its slot; then the points inside it are counted. Friction, damping, defects and
+the rollers' own bouncing are left out: counts are good to a few per cent.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -29,34 +29,30 @@ SNAPSHOTS = 12
 
 
 @dataclass(frozen=True, kw_only=True)
-class Touching:
-    """Means over a run: touching points, roller-race pairs that touch, rollers pressed between both races."""
+class ContactCounts:
+    """Means over a run: points in contact, roller-race pairs in contact, rollers pressed between both races."""
 
     points: float
     contacts: float
     loaded_rollers: float
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return asdict(self)
 
-
-def count_touching(run: Run, snapshots: int = SNAPSHOTS) -> Touching:
+def count_contacts(run: Run, snapshots: int = SNAPSHOTS) -> ContactCounts:
     """Count over `snapshots` moments of `run`, evenly spaced."""
     moments = np.linspace(0, len(run.cage_rad_s) - 1, snapshots).round().astype(int)
-    depths = [touching_depths(run, int(moment)) for moment in moments]
+    depths = [point_depths(run, int(moment)) for moment in moments]
     points = np.array([(d > 0).sum(axis=(2, 3)) for d in depths])  # [snapshots, races, rollers]
-    return Touching(
+    return ContactCounts(
         points=float(points.sum(axis=(1, 2)).mean()),
         contacts=float((points > 0).sum(axis=(1, 2)).mean()),
         loaded_rollers=float((points > 0).all(axis=1).sum(axis=1).mean()),
     )
 
 
-def touching_depths(run: Run, moment: int) -> FloatArray:
+def point_depths(run: Run, moment: int) -> FloatArray:
     """Depth of every candidate point in its roller at output `moment` [m], shape [2 races, rollers, 3, window].
 
-    Races are outer, inner; circles in the order of `CIRCLES`; negative where the point does not touch.
+    Races are outer, inner; circles in the order of `CIRCLES`; negative where the point is not in contact.
     """
     scene, geometry = run.scene, _geometry(run.scene)
     time_s = scene.settle_s + (moment + 1) / scene.output_rate_hz
@@ -114,7 +110,7 @@ def _candidates(
 
 
 def _window(geometry: SphericalRollerGeometry, count: int) -> int:
-    """Points either side of a roller that it can reach, on either race."""
+    """Number of points on either side of a roller that it can reach, on either race."""
     widest = reach_m(SLIDE_LIMIT_M, geometry.roller_diameter_m / 2, -geometry.raceway_radius_m)
     return math.ceil(widest * count / (2 * math.pi * inner_circle(geometry, CIRCLES[-1]).radius_m))
 

@@ -1,8 +1,9 @@
-"""Monte-Carlo of reading a frequency: its error against the Cramer-Rao bound, coverage of the stated interval."""
+"""Monte-Carlo of reading a frequency: error against the Cramer-Rao bound, coverage, false alarms."""
 
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -14,6 +15,7 @@ from srbval.bench.reading_records import (
     PROFILES,
     comb_record,
     cramer_rao_hz,
+    noise_record,
     periodogram_of,
     read_record,
 )
@@ -44,7 +46,7 @@ class Accuracy:
     """One cell; all figures but `detected` are of the lines detected, for a frequency is stated of no other.
 
     `weakest_db` is the weakest harmonic's line-to-noise ratio, `detected` the share of `trials`. `rmse_over_bound` is
-    against noise alone, so above one with slip; `informed_over_bound` is that of a fit that is told the noise, the
+    against noise alone, so above one with slip; `informed_over_bound` is that of a fit that is given the noise, the
     strength of every harmonic and that nothing slips (None with jitter). `coverage` is the 95 % interval's;
     `ci95_over_error` the median half width over 1.96 root-mean-square errors: one where no wider than needed.
     """
@@ -123,3 +125,57 @@ def cells_of(seconds: Sequence[float], snr_db: Sequence[float], jitter: Sequence
         AccuracyCell(seconds=s, snr_db=d, profile=p, jitter=j)
         for s, d, p, j in itertools.product(seconds, snr_db, PROFILES, jitter)
     )
+
+
+RATES = (0.1, 0.01, 0.001)
+HARMONICS = (1, 5)
+NOISES = ("white", "coloured")
+NOISE_SECONDS = 4.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class FalseAlarms:
+    """How often noise alone fell below a nominal false-alarm probability, over that probability."""
+
+    noise: str
+    harmonics: int
+    nominal: float
+    records: int
+    observed: float
+    ratio: float
+
+
+def chances_of(noise: str, count: int, seed: Sequence[int]) -> list[tuple[float, ...]]:
+    """False-alarm probabilities of `count` noise records, one per entry of `HARMONICS`; 1 where nothing peaks."""
+    rng = np.random.default_rng(seed)
+    records = (noise_record(rng, NOISE_SECONDS, coloured=noise == "coloured") for _ in range(count))
+    return [tuple(_chance(record, harmonics) for harmonics in HARMONICS) for record in records]
+
+
+def _chance(record: np.ndarray, harmonics: int) -> float:
+    reading = read_record(record, harmonics)
+    return 1.0 if reading is None else reading.false_alarm
+
+
+def rates_of(noise: str, chances: Sequence[tuple[float, ...]]) -> list[FalseAlarms]:
+    """One row per number of harmonics and nominal rate."""
+    stated = np.array(chances)
+    rows = []
+    for (column, harmonics), nominal in itertools.product(enumerate(HARMONICS), RATES):
+        observed = float(np.mean(stated[:, column] < nominal))
+        rows.append(
+            FalseAlarms(
+                noise=noise,
+                harmonics=harmonics,
+                nominal=nominal,
+                records=len(chances),
+                observed=observed,
+                ratio=observed / nominal,
+            )
+        )
+    return rows
+
+
+def worst_rate_factor(rows: Sequence[FalseAlarms]) -> float:
+    """The largest factor by which an observed rate is off its nominal one, either way."""
+    return max(max(r.ratio, 1 / r.ratio) if r.ratio > 0 else math.inf for r in rows)

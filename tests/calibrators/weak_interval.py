@@ -1,4 +1,4 @@
-"""Calibration of a weak line's interval: ``python -m srbval.bench.weak_interval`` prints the table.
+"""Calibration of a weak line's interval: ``python -m tests.calibrators.weak_interval`` prints the table.
 
 Records of weak combs with and without slip are read; the factors of the credible interval are moved until the lines
 detected are covered as nearly alike as can be, whatever they slip.

@@ -1,0 +1,1 @@
+"""Programs for developers that compute the constants of `srbval.signal` anew; each prints its table."""
