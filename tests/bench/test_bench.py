@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from srbval.bearing import Fault
 from srbval.bench import bench, processes
 from srbval.bench.bench import BenchResult, run_bench, step_sizes
 from srbval.bench.contact_counts import ContactCounts
@@ -62,8 +63,8 @@ def test_scenes_are_what_their_names_say() -> None:
     assert len(SCENES) == 6
     scene = bench_scene("interference-inner", solver="ode3", seconds=1.0, settle_s=0.0)
     assert scene.contact.roller_fit is RollerFit.PRINTED
-    assert scene.defect.kind.value == "inner"
-    assert bench_scene("play0-healthy", solver="ode4", seconds=1.0, settle_s=0.0).defect.kind.value == "none"
+    assert scene.defect.kind is Fault.INNER
+    assert bench_scene("play0-healthy", solver="ode4", seconds=1.0, settle_s=0.0).defect.kind is Fault.HEALTHY
     with pytest.raises(ConfigurationError, match="play0-outer"):
         bench_scene("play1-outer", solver="ode4", seconds=1.0, settle_s=0.0)
 
@@ -74,7 +75,7 @@ def test_output_rate_suits_the_step(per_second: int, rate: float) -> None:
 
 
 def test_document(result: BenchResult) -> None:
-    document = result.to_dict()
+    document = json_object(result)
     assert {"machine", "reference", "runs", "trajectories", "touch_costs", "processes", "targets"} <= set(document)
     assert {"processor", "cores", "versions", "load_before", "calibration"} <= set(document["machine"])
     assert [r["solver"] for r in document["runs"]] == ["ode2", "ode4"]

@@ -30,7 +30,7 @@ def test_scenes_are_drawn_by_a_fixed_rule_within_the_grid() -> None:
     assert held_out() == held_out()
     assert len(held_out()) >= 2 * SCENES
     for cases in (held_out(), between()):
-        assert {(case.kind, case.fit) for case in cases} == {(kind.value, fit) for kind in KINDS for fit in FITS}
+        assert {(case.kind, case.fit) for case in cases} == {(kind.scene_word, fit) for kind in KINDS for fit in FITS}
         for case in cases:
             values = (case.rpm, case.radial_kn, *((case.height_mm,) if case.height_mm else ()))
             assert all(low <= value <= high for value, (low, high) in zip(values, RANGES, strict=False))

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from srbval.bench.contact_counts import count_touching, touching_depths
+from srbval.bench.contact_counts import count_contacts, point_depths
 from srbval.bench.scenes import bench_scene
 from srbval.bench.timing import attempt
 from srbval.models.run import Run
@@ -29,7 +29,7 @@ def test_elastic_forces_add_up_to_the_load(name: str) -> None:
     moments = range(0, len(run.cage_rad_s), 10)
     pushes = []
     for moment in moments:
-        outer = np.maximum(touching_depths(run, moment)[0], 0).sum(axis=(1, 2)) * run.scene.contact.stiffness_n_m
+        outer = np.maximum(point_depths(run, moment)[0], 0).sum(axis=(1, 2)) * run.scene.contact.stiffness_n_m
         time_s = run.scene.settle_s + (moment + 1) / run.scene.output_rate_hz
         angle = float(run.cage_rad_s.mean()) * time_s + np.tile(np.arange(19) * 2 * math.pi / 19, 2)
         pushes.append(float(np.sum(outer * np.sin(angle)) * math.cos(math.radians(10.0))))
@@ -38,7 +38,7 @@ def test_elastic_forces_add_up_to_the_load(name: str) -> None:
 
 
 def test_counts() -> None:
-    every, some = count_touching(run_of("interference-healthy")), count_touching(run_of("play0-healthy"))
+    every, some = count_contacts(run_of("interference-healthy")), count_contacts(run_of("play0-healthy"))
     assert (every.loaded_rollers, every.contacts) == (38.0, 76.0)
     assert some.loaded_rollers < some.contacts < every.contacts
     assert 3 * every.contacts < every.points
