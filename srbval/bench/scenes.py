@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
+from functools import cache
 from typing import Any
 
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
@@ -46,7 +47,12 @@ def bench_scene(
 
 def scene_content(scene: Scene) -> str:
     """Everything that a scene and its bearing say, as text: what a result that is computed from it is keyed by."""
-    return json.dumps(scene_dict(scene), sort_keys=True) + repr(load_bearing(scene.bearing))
+    return json.dumps(scene_dict(scene), sort_keys=True) + _bearing_content(scene.bearing)
+
+
+@cache
+def _bearing_content(name: str) -> str:
+    return repr(load_bearing(name))
 
 
 def output_rate_hz(step_s: float) -> float:
