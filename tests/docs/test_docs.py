@@ -119,3 +119,14 @@ def test_commands_in_the_guide_are_commands() -> None:
     known = set(re.findall(r"^ {4}([a-z]+)", parser().format_help(), flags=re.MULTILINE))
     assert commands
     assert commands <= known
+
+
+def test_every_term_of_the_glossary_stands_once_with_a_source() -> None:
+    text = (DOCS / "glossary.md").read_text(encoding="utf-8")
+    terms, sources = text.split("## Sources")
+    known = {"-", *re.findall(r"^- (.*?):", sources, flags=re.MULTILINE)}
+    rows = [line.strip("|").split(" | ") for line in terms.splitlines() if line.startswith("| ") and "---" not in line]
+    rows = [row for row in rows if row[0].strip() != "term"]
+    names = [name for row in rows for name in row[0].strip().split(", ")]
+    assert len(names) == len(set(names))
+    assert {row[2].strip() for row in rows} <= known
