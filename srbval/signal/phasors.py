@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -66,12 +65,6 @@ class Phasors:
             frequency_hz=self.frequency_hz + by_hz, sums=self.sums * rotation, moments=self.moments * rotation,
             time_s=self.time_s, seconds=self.seconds,
         )  # fmt: skip
-
-    def selected(self, mask: NDArray[np.bool_]) -> Phasors:
-        """Those of the frequencies that `mask` [c] selects."""
-        return dataclasses.replace(
-            self, frequency_hz=self.frequency_hz[mask], sums=self.sums[mask], moments=self.moments[mask]
-        )
 
     def power(self) -> FloatArray:
         """Power of each line, |sum over the record|^2, [c]."""

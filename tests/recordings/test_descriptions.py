@@ -7,13 +7,14 @@ import re
 import pytest
 
 from srbval.bearing import Fault, known_bearings, load_bearing
-from srbval.recordings.datasets.description import data_manifest_folder, dataset, known_datasets
+from srbval.recordings.datasets.description import dataset, known_datasets
+from srbval.storage.own_package import shipped_folder
 
 ORDER_TOLERANCE = 2e-3  # published orders are rounded, and some come from slightly other dimensions
 
 
 def test_every_description_is_read_under_its_files_name() -> None:
-    names = [path.stem for path in sorted(data_manifest_folder().glob("*.toml"))]
+    names = [path.stem for path in sorted(shipped_folder("data_manifest").glob("*.toml"))]
     assert [d.name for d in known_datasets()] == names
     assert {"cwru", "mfpt", "torino-excerpts", "torino-full", "hit-sm", "uestc", "ims", "upm-citef"} == set(names)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import re
 from dataclasses import dataclass
-from pathlib import Path
 
 from srbval.bearing import Fault
 from srbval.config.strict import build, read_toml
@@ -257,15 +256,10 @@ class DatasetDescription:
         return next((r.state for r in rules if re.search(r.label, label or "", re.IGNORECASE)), None)
 
 
-def data_manifest_folder() -> Path:
-    """The folder of the descriptions."""
-    return shipped_folder("data_manifest")
-
-
 @functools.cache
 def known_datasets() -> tuple[DatasetDescription, ...]:
     """All descriptions, in the order of their file names."""
-    paths = sorted(data_manifest_folder().glob("*.toml"))
+    paths = sorted(shipped_folder("data_manifest").glob("*.toml"))
     return tuple(build(DatasetDescription, read_toml(path), path.stem) for path in paths)
 
 

@@ -6,7 +6,6 @@ import dataclasses
 import enum
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 from srbval.bearing import Fault
 from srbval.recordings.recording import Origin
@@ -53,21 +52,6 @@ class RegisteredRecording:
     def with_status(self, status: FileStatus, reason: str | None = None) -> RegisteredRecording:
         """The same file with another status."""
         return dataclasses.replace(self, status=status, reason=reason)
-
-    @classmethod
-    def from_json(cls, values: dict[str, Any]) -> RegisteredRecording:
-        """Rebuild from its JSON object; raises `ValueError`, `KeyError` or `TypeError` for anything else."""
-        state, origin, settings = values.get("state"), values.get("origin"), values.get("settings")
-        return cls(
-            **values
-            | {
-                "status": FileStatus(values["status"]),
-                "state": None if state is None else Fault(state),
-                "origin": None if origin is None else Origin(origin),
-                "channels": tuple(values.get("channels", ())),
-                "settings": None if settings is None else RecordingSettings(**settings),
-            }
-        )
 
 
 def without_copies(recordings: Iterable[RegisteredRecording]) -> list[RegisteredRecording]:

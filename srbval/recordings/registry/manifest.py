@@ -7,7 +7,9 @@ import json
 import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
+from srbval.config.strict import build
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.registry.contents import SCHEMA_VERSION
 from srbval.recordings.registry.entry import RegisteredRecording
@@ -47,7 +49,7 @@ def read_manifest(path: Path | None = None) -> Entries:
         document = json.loads(path.read_text(encoding="utf-8"))
         if document["schema_version"] != SCHEMA_VERSION:
             raise DataError(f"{path}: schema {document['schema_version']} where {SCHEMA_VERSION} is read.")
-        entries = [RegisteredRecording.from_json(values) for values in document["recordings"]]
+        entries = [build(RegisteredRecording, _without_nulls(table), "recordings") for table in document["recordings"]]
     except (FileNotFoundError, NotADirectoryError):
         return {}
     except OSError as error:
@@ -57,6 +59,14 @@ def read_manifest(path: Path | None = None) -> Entries:
             f"{path}: not a manifest of srbval ({error}). Move it away and register your folders again."
         ) from None
     return {entry.file: entry for entry in entries}
+
+
+def _without_nulls(values: dict[str, Any]) -> dict[str, Any]:
+    return {
+        key: _without_nulls(value) if isinstance(value, dict) else value
+        for key, value in values.items()
+        if value is not None
+    }
 
 
 def update_manifest(change: Callable[[Entries], None], path: Path | None = None) -> Entries:
