@@ -1,12 +1,12 @@
 """Bearings: geometry, faults and their kinematic orders, the bearings known by name."""
 
-from srbval.bearing.bearing import Bearing
-from srbval.bearing.catalogue import DEFAULT_BEARING, known_bearings, load_bearing
+from srbval.bearing.catalogue import DEFAULT_BEARING, Bearing, known_bearings, load_bearing
 from srbval.bearing.fault import DEFECTS, RACE_DEFECTS, Fault
-from srbval.bearing.geometry import SphericalRollerGeometry
+from srbval.bearing.geometry import CIRCLES, SphericalRollerGeometry
 from srbval.bearing.kinematics import FaultFrequencies, FaultOrders
 
 __all__ = [
+    "CIRCLES",
     "DEFAULT_BEARING",
     "DEFECTS",
     "RACE_DEFECTS",

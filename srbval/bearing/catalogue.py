@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
-from srbval.bearing.bearing import Bearing
 from srbval.bearing.geometry import SphericalRollerGeometry
 from srbval.bearing.kinematics import FaultOrders
 from srbval.config.strict import build, quantity, read_toml
@@ -19,6 +18,22 @@ from srbval.errors import ConfigurationError
 
 DEFAULT_BEARING = "skf-22240"
 SUM_TOLERANCE = 0.01  # of the number of elements, by which published race orders may fail to add up to it
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bearing:
+    """A rolling bearing.
+
+    `rolling_elements` counts one row. `geometry` is there only for bearings the bundled model can
+    simulate; the orders of the others come from their dimensions or from a published table, as `source` says.
+    """
+
+    name: str
+    title: str
+    source: str
+    rolling_elements: int
+    orders: FaultOrders
+    geometry: SphericalRollerGeometry | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,19 +110,19 @@ def _assemble(file: _BearingFile, name: str) -> Bearing:
         )
     if file.geometry is not None:
         g = file.geometry
-        orders = FaultOrders.from_dimensions(
+        elements = _Elements(
             rolling_elements=g.rollers_per_row,
             element_diameter_m=g.roller_diameter_m,
             pitch_diameter_m=2 * g.pitch_radius_m,
             contact_angle_rad=g.tilt_rad,
         )
-        return Bearing(name=name, title=file.title, source=file.source, rolling_elements=g.rollers_per_row,
-                       orders=orders, geometry=g)  # fmt: skip
-    if file.elements is not None:
-        values = vars(file.elements)
-        return Bearing(name=name, title=file.title, source=file.source, rolling_elements=values["rolling_elements"],
-                       orders=FaultOrders.from_dimensions(**values))  # fmt: skip
-    values = dict(vars(file.orders))
-    elements = values.pop("rolling_elements")
-    return Bearing(name=name, title=file.title, source=file.source, rolling_elements=elements,
-                   orders=FaultOrders(**values))  # fmt: skip
+    else:
+        elements = file.elements
+    if elements is not None:
+        count, orders = elements.rolling_elements, FaultOrders.from_dimensions(**vars(elements))
+    else:
+        values = dict(vars(file.orders))
+        count, orders = values.pop("rolling_elements"), FaultOrders(**values)
+    return Bearing(
+        name=name, title=file.title, source=file.source, rolling_elements=count, orders=orders, geometry=file.geometry
+    )

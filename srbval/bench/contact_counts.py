@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.bearing import SphericalRollerGeometry, load_bearing
-from srbval.bearing.geometry import CIRCLES
+from srbval.bearing import CIRCLES, SphericalRollerGeometry, load_bearing
 from srbval.models.full.bodies import roller_body
 from srbval.models.full.parameters import roller_diameter_m
 from srbval.models.full.point_cloud import Circle, inner_circle, outer_circle, reach_m

@@ -18,8 +18,7 @@ from srbval.errors import DataError, SrbvalError
 from srbval.models.ladder import AUTO, rung_of
 from srbval.plan.calibrated import neighbours, shipped_calibration
 from srbval.plan.plan import make_plan
-from srbval.scene import Scene, paper_scene
-from srbval.scene.read import merge
+from srbval.scene import Scene, merge, paper_scene
 
 FILE_BYTES = 16_384  # size of a result file without signals
 COLUMNS = {Output.ACCELERATION: 4, Output.SIGNALS: 22}  # of 8-byte numbers, the time axis included

@@ -14,7 +14,7 @@ from srbval.bench.ladder.questions import Question
 from srbval.campaign.quantities import ALL_OUTPUTS, Output
 from srbval.config.strict import build, quantity, read_toml
 from srbval.errors import ConfigurationError
-from srbval.scene.read import merge
+from srbval.scene import merge
 
 
 class Sampling(enum.StrEnum):

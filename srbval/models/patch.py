@@ -21,8 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.bearing import SphericalRollerGeometry
-from srbval.bearing.geometry import CIRCLES
+from srbval.bearing import CIRCLES, SphericalRollerGeometry
 from srbval.models.full.point_cloud import cross_section
 from srbval.scene import Contact, Defect, DefectShape
 

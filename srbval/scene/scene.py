@@ -12,11 +12,8 @@ from dataclasses import dataclass
 from srbval.bearing import Fault
 from srbval.config.strict import quantity
 from srbval.errors import ConfigurationError
-from srbval.scene.bodies import Bodies, Housing
-from srbval.scene.checks import not_negative, positive
-from srbval.scene.contact import Contact
 from srbval.scene.defect import Defect
-from srbval.scene.load import Load
+from srbval.scene.parts import Bodies, Contact, Housing, Load, not_negative, positive
 from srbval.scene.profile import LoadProfile, SpeedProfile
 
 STEP_TOLERANCE = 1e-6  # how far an output interval may be from a whole number of steps, relative

@@ -1,4 +1,4 @@
-"""The paper's Tables 5 and 6 as data."""
+"""The paper's Table 6 as data."""
 
 from __future__ import annotations
 
@@ -37,33 +37,7 @@ class Table6:
         return next(row for row in self.row if row.defect == defect)
 
 
-@dataclass(frozen=True, kw_only=True)
-class LoadCase:
-    """One load case of Table 5 [kN]."""
-
-    name: str
-    radial_kn: float
-    axial_kn: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class Table5:
-    """Table 5: load cases and nominal motor speeds [rpm]."""
-
-    table: str
-    nominal_rpm: tuple[int, ...]
-    case: tuple[LoadCase, ...]
-
-
-def table5() -> Table5:
-    """The paper's Table 5."""
-    return build(Table5, read_toml(_file("table5.toml")), "table5.toml")
-
-
 def table6() -> Table6:
     """The paper's Table 6."""
-    return build(Table6, read_toml(_file("table6.toml")), "table6.toml")
-
-
-def _file(name: str) -> Path:
-    return Path(str(resources.files("srbval.validation") / "paper" / name))
+    path = Path(str(resources.files("srbval.validation") / "paper" / "table6.toml"))
+    return build(Table6, read_toml(path), "table6.toml")

@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.bearing import Fault, SphericalRollerGeometry
-from srbval.bearing.geometry import CIRCLES
+from srbval.bearing import CIRCLES, Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full.bodies import outer_ring_mass_kg, roller_body
 from srbval.models.full.columns import (

@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.bearing import Fault, SphericalRollerGeometry
-from srbval.bearing.geometry import CIRCLES
+from srbval.bearing import CIRCLES, Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full.parameters import Parameters, make_parameters, roller_diameter_m
 from srbval.models.full.point_cloud import inner_circle, outer_circle

@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.bearing import Fault
-from srbval.bearing.geometry import CIRCLES, SphericalRollerGeometry
+from srbval.bearing import CIRCLES, Fault, SphericalRollerGeometry
 from srbval.evidence.gather import Evidence
 from srbval.models.full.parameters import make_parameters
 from srbval.models.full.point_cloud import circle_points, outer_circle, wrapped

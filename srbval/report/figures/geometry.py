@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.bearing import SphericalRollerGeometry
-from srbval.bearing.geometry import CIRCLES
+from srbval.bearing import CIRCLES, SphericalRollerGeometry
 from srbval.models.full.point_cloud import CirclePoints, inner_circle, outer_circle
 from srbval.report.figures.files import PanelFiles, save_panel
 from srbval.report.figures.style import BLUE, INK, ORANGE, SOFT, VERMILION, figure_style

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from srbval.bearing import load_bearing
-from srbval.bearing.geometry import CIRCLES
+from srbval.bearing import CIRCLES, load_bearing
 from srbval.models.full.bodies import outer_ring_mass_kg, roller_body
 from srbval.models.full.parameters import make_parameters
 from srbval.models.full.point_cloud import (

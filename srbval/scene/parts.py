@@ -1,0 +1,116 @@
+"""The parts of a scene that stay the same over time: housing, masses, contact, load."""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass
+
+from srbval.config.strict import quantity
+from srbval.errors import ConfigurationError
+
+
+def positive(owner: object, *names: str) -> None:
+    """Refuse fields of `owner` that are not above zero."""
+    for name in names:
+        value = getattr(owner, name)
+        if not value > 0:
+            raise ConfigurationError(f"{name} = {value} must be positive.")
+
+
+def not_negative(owner: object, *names: str) -> None:
+    """Refuse fields of `owner` that are below zero."""
+    for name in names:
+        value = getattr(owner, name)
+        if value < 0:
+            raise ConfigurationError(f"{name} = {value} must not be negative.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Housing:
+    """Housing: point mass on the outer ring, spring and damper to ground in all three directions."""
+
+    mass_kg: float = quantity("mass")
+    stiffness_n_m: float = quantity("stiffness")
+    damping_ns_m: float = quantity("damping")
+
+    def __post_init__(self) -> None:
+        not_negative(self, "mass_kg", "stiffness_n_m", "damping_ns_m")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bodies:
+    """Masses: `density_kg_m3` of rollers and outer ring, `cage_mass_kg` (not in the paper)."""
+
+    density_kg_m3: float = quantity("density")
+    cage_mass_kg: float = quantity("mass")
+
+    def __post_init__(self) -> None:
+        positive(self, "density_kg_m3", "cage_mass_kg")
+
+
+class RollerFit(enum.StrEnum):
+    """How the roller diameter is found: from the radial play, or as printed in Table 1."""
+
+    PLAY = "play"
+    PRINTED = "printed"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contact:
+    """Contact between one raceway point and one roller (paper, eqs 18 and 19, Table 4).
+
+    `stiffness_n_m` and `damping_ns_m` are per point, so `points_per_circle` is part of the stiffness.
+    `radial_play_m` is the gap between the raceways at a roller less the roller's diameter.
+    """
+
+    stiffness_n_m: float = quantity("stiffness")
+    damping_ns_m: float = quantity("damping")
+    smoothing_width_m: float = quantity("length")
+    static_friction: float
+    dynamic_friction: float
+    critical_velocity_m_s: float = quantity("velocity")
+    points_per_circle: int
+    radial_play_m: float = quantity("length")
+    roller_fit: RollerFit
+
+    def __post_init__(self) -> None:
+        positive(self, "stiffness_n_m", "smoothing_width_m", "critical_velocity_m_s")
+        not_negative(self, "damping_ns_m", "dynamic_friction")
+        if self.static_friction < self.dynamic_friction:
+            raise ConfigurationError(
+                f"static_friction = {self.static_friction} must not be below dynamic_friction = "
+                f"{self.dynamic_friction}."
+            )
+        if not 60 <= self.points_per_circle <= 100_000:
+            raise ConfigurationError(f"points_per_circle = {self.points_per_circle} must be between 60 and 100000.")
+
+
+class LoadPath(enum.StrEnum):
+    """What carries the external load: housing spring and rollers in parallel, or the rollers alone."""
+
+    HOUSING = "housing"
+    BEARING = "bearing"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Load:
+    """External force on the outer ring: `radial_n` along `direction_rad` in the x-y plane, `axial_n` along z.
+
+    The load zone lies opposite to the direction of the force. `gravity` adds the weight of rollers, outer ring and
+    housing mass, along -y; the paper does not mention it.
+    """
+
+    radial_n: float = quantity("force")
+    axial_n: float = quantity("force")
+    direction_rad: float = quantity("angle")
+    path: LoadPath
+    gravity: bool
+
+    def __post_init__(self) -> None:
+        not_negative(self, "radial_n")
+
+    @property
+    def zone_rad(self) -> float:
+        """Angle of the middle of the load zone, from x towards y [rad]."""
+        return self.direction_rad + math.pi
