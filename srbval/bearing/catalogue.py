@@ -108,6 +108,7 @@ def _assemble(file: _BearingFile, name: str) -> Bearing:
         raise ConfigurationError(
             f"{name}: give exactly one of the tables [geometry], [elements], [orders]; found {len(given)}."
         )
+    elements = file.elements
     if file.geometry is not None:
         g = file.geometry
         elements = _Elements(
@@ -116,8 +117,6 @@ def _assemble(file: _BearingFile, name: str) -> Bearing:
             pitch_diameter_m=2 * g.pitch_radius_m,
             contact_angle_rad=g.tilt_rad,
         )
-    else:
-        elements = file.elements
     if elements is not None:
         count, orders = elements.rolling_elements, FaultOrders.from_dimensions(**vars(elements))
     else:

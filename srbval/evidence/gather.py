@@ -14,19 +14,26 @@ from srbval.progress import Progress, silent, stage
 from srbval.recordings import Origin, Recording, recording_from_run, write_stand_in
 from srbval.recordings.registry import RegisteredRecording, listing, rig_recordings
 from srbval.validation.analyse import Analysis, analyse
-from srbval.validation.cases import PAPER_STATES, Case, paper_cases, variation_cases
 from srbval.validation.comparison import Comparison
-from srbval.validation.effects import NOTHING_KNOWN, Sensitivity
+from srbval.validation.counterpart import AnalysedRun, run_counterpart
+from srbval.validation.effects import NO_SENSITIVITY, Sensitivity
 from srbval.validation.fill_matrix import build_matrix, point_of
 from srbval.validation.matrix import Matrix
-from srbval.validation.model_side import ModelSide, model_beside
 from srbval.validation.other_rigs import OtherRecord
 from srbval.validation.published import Table6, table6
-from srbval.validation.run_cases import run_cases
+from srbval.validation.simulation_cases import (
+    PAPER_STATES,
+    SimulationCase,
+    Variation,
+    as_sensitivity,
+    paper_cases,
+    run_cases,
+    variation,
+    variation_cases,
+)
 from srbval.validation.speed_and_slip import SpeedAndSlip, matrix_rows, table6_rows
 from srbval.validation.sum_rule import SumRule
 from srbval.validation.table6 import Table6Row, measured_rows, published_rows, sum_rules
-from srbval.validation.variation import Variation, as_sensitivity, variation
 
 SHORTEST_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
 STAND_IN_SECONDS = 2.0
@@ -44,7 +51,7 @@ class Evidence:
 
     bearing: Bearing
     printed: Table6
-    cases: tuple[Case, ...]
+    cases: tuple[SimulationCase, ...]
     runs: Mapping[str, Run]
     paper: Mapping[Fault, Analysis]
     beside_rig: Mapping[Fault, Analysis]
@@ -75,7 +82,7 @@ def gather(
     stand_in_folder: Path,
     jobs: int | None = None,
     progress: Progress = silent,
-    known: Sensitivity = NOTHING_KNOWN,
+    known: Sensitivity = NO_SENSITIVITY,
 ) -> Evidence:
     """Run the cases and analyse everything; the rig's recordings are those registered.
 
@@ -103,7 +110,7 @@ def gather(
     others = BackgroundReading(listing().recordings, jobs=jobs)
     with stage(progress, "Fill the validation matrix, with a model run for every record"):
         matrix = build_matrix(
-            rig_recordings(), bearing=bearing, beside=lambda rig: model_beside(rig, progress=progress), known=known,
+            rig_recordings(), bearing=bearing, beside=lambda rig: run_counterpart(rig, progress=progress), known=known,
             keep=set(shown.values()), jobs=jobs,
         )  # fmt: skip
     measured = {state: matrix.kept[point] for state, point in shown.items() if point in matrix.kept}
@@ -136,7 +143,7 @@ def gather(
     )
 
 
-def _model_of(state: Fault, model: ModelSide | str) -> ModelSide:
+def _model_of(state: Fault, model: AnalysedRun | str) -> AnalysedRun:
     """Figures cannot do without the model's run."""
     if isinstance(model, str):
         raise NumericsError(f"the model's run beside the {state} recording failed: {model}")

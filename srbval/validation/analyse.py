@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,15 +9,15 @@ from srbval.bearing import Bearing, Fault
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings import Recording, ShaftSpeed
 from srbval.signal import BandFilter
-from srbval.validation.band_choice import BandChoice, auto_band, declared_band, with_trials
-from srbval.validation.closure import Closure, close
+from srbval.validation.band_choice import BandChoice, auto_band, declared_band, sidak_corrected
 from srbval.validation.lines import Line
 from srbval.validation.pipeline import SQUARED_UNIT, Processed, process
 from srbval.validation.speed_search import search
+from srbval.validation.sum_rule import Closure, closure_of
 from srbval.validation.tracking import choose_tracking
 from srbval.validation.verdict import verdict
 
-# Shorter records cannot part a line from the shaft's harmonics beside it.
+# Shorter records do not resolve a line from the neighbouring harmonics of the shaft.
 LEAST_REVOLUTIONS = 8
 
 
@@ -57,15 +56,15 @@ class Analysis:
         return {
             "file": self.recording.file,
             "bearing": self.bearing.name,
-            "origin": self.recording.origin.value,
+            "origin": self.recording.origin,
             "fs_hz": self.recording.fs_hz,
             "seconds": self.recording.seconds,
-            "band_hz": list(self.processed.band_hz),
+            "band_hz": self.processed.band_hz,
             "band_choice": {"why": self.band.why, "trials": self.band.trials},
             "search": self.search,
             "resolution_hz": 1 / self.processed.seconds,
             "chain": {
-                "filter": self.processed.band_filter.value,
+                "filter": self.processed.band_filter,
                 "filter_in_words": self.processed.band_filter.label,
                 "ends_dropped_s": self.processed.end_s,
                 "read_from": "squared envelope",
@@ -81,15 +80,15 @@ class Analysis:
             "shaft_hz": {
                 "value": self.speed.value_hz,
                 "ci95": self.speed.ci95_hz,
-                "source": self.speed.source.value,
+                "source": self.speed.source,
                 "drift_hz": self.speed.drift_hz,
                 "spread_hz": self.speed.spread_hz,
                 "nominal_rpm": self.recording.nominal_rpm,
             },
-            "lines": [dataclasses.asdict(line) for line in self.lines],
-            "closure": dataclasses.asdict(self.closure),
+            "lines": self.lines,
+            "closure": self.closure,
             "verdict": self.verdict,
-            "notes": list(self.recording.notes),
+            "notes": self.recording.notes,
         }
 
 
@@ -134,16 +133,16 @@ def analyse(
     )
     _check_duration(processed, known_speed)
     found = search(processed, bearing, known_speed)
-    lines = with_trials(found.lines, band.trials * found.tried)
+    lines = sidak_corrected(found.lines, band.trials * found.tried)
     return Analysis(
         recording=recording,
         bearing=bearing,
         band=band,
         speed=found.speed,
-        search=found.said,
+        search=found.description,
         processed=processed,
         lines=lines,
-        closure=close(lines, bearing, found.speed),
+        closure=closure_of(lines, bearing, found.speed),
         verdict=verdict(lines, recording, found.speed),
     )
 

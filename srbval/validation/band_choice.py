@@ -1,4 +1,4 @@
-"""Which band a record is demodulated in, who chose it, and what a choice made on the record itself costs."""
+"""Which band a record is demodulated in, who chose it, and the correction for a choice made on the record itself."""
 
 from __future__ import annotations
 
@@ -57,19 +57,19 @@ def band_kurtogram(
     return kurtogram(normalise(one_signal(recording, channel)), recording.fs_hz, least_width_hz=widest)
 
 
-def with_trials(lines: tuple[Line, ...], trials: int) -> tuple[Line, ...]:
-    """The lines with the false-alarm probability of the best of `trials` bands, and detected by that.
+def sidak_corrected(lines: tuple[Line, ...], trials: int) -> tuple[Line, ...]:
+    """The lines with their false-alarm probabilities corrected for `trials`, and detected by these.
 
-    1 - (1 - p)^trials: exact for independent bands, too high for bands that overlap, as these do. A sideband counts
-    only with its own line.
+    Sidak's correction 1 - (1 - p)^trials (Sidak 1967, J. Am. Stat. Assoc. 62, 626): exact for independent trials, too
+    high for bands that overlap, as these do. A sideband counts only with its own line.
     """
     if trials == 1:
         return lines
-    raised = [dataclasses.replace(x, false_alarm=_raised(x.false_alarm, trials)) for x in lines]
-    passed = [x.detected and x.false_alarm is not None and x.false_alarm < FALSE_ALARM for x in raised]
-    own = {x.name for x, ok in zip(raised, passed, strict=True) if ok and x.harmonic == 1}
+    corrected = [dataclasses.replace(x, false_alarm=_corrected(x.false_alarm, trials)) for x in lines]
+    passed = [x.detected and x.false_alarm is not None and x.false_alarm < FALSE_ALARM for x in corrected]
+    own = {x.name for x, ok in zip(corrected, passed, strict=True) if ok and x.harmonic == 1}
     return tuple(
-        dataclasses.replace(x, detected=ok and _line_of(x.name) in own) for x, ok in zip(raised, passed, strict=True)
+        dataclasses.replace(x, detected=ok and _line_of(x.name) in own) for x, ok in zip(corrected, passed, strict=True)
     )
 
 
@@ -78,7 +78,7 @@ def _line_of(name: str) -> str:
     return name.replace("+", "-").split("-")[0]
 
 
-def _raised(false_alarm: float | None, trials: int) -> float | None:
+def _corrected(false_alarm: float | None, trials: int) -> float | None:
     if false_alarm is None or false_alarm >= 1:
         return false_alarm
     return -math.expm1(trials * math.log1p(-false_alarm))

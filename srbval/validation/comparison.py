@@ -103,8 +103,8 @@ class Comparison:
         return {
             "record": self.record,
             "kind": self.kind,
-            "state": self.fault.value,
-            "defect": self.fault.value,
+            "state": self.fault,
+            "defect": self.fault,
             "quantity": self.quantity,
             "unit": self.unit,
             "scene": "paper",
@@ -114,11 +114,11 @@ class Comparison:
             "model_present": self.model.present,
             "rig_present": self.rig.present,
             "error": self.error,
-            "parts": dict(self.parts),
+            "parts": self.parts,
             "uncertainty": self.uncertainty,
             "dominant": self.dominant,
-            "verdict": self.verdict.value,
-            "verdict_override": self.verdict_override and self.verdict_override.value,
+            "verdict": self.verdict,
+            "verdict_override": self.verdict_override,
         }
 
 

@@ -30,10 +30,10 @@ class CrossBand:
     def to_dict(self) -> dict[str, Any]:
         """Plain values for ``report.json``."""
         return {
-            "state": self.state.value,
+            "state": self.state,
             "origin": self.origin,
             "file": self.file,
-            "band_hz": list(self.band_hz),
+            "band_hz": self.band_hz,
             "own": self.own,
             **line_entry(self.line),
             "why": self.why,

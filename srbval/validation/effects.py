@@ -56,7 +56,7 @@ class Sensitivity:
     shapes: tuple[ShapeEffect, ...] = ()
 
 
-NOTHING_KNOWN = Sensitivity()
+NO_SENSITIVITY = Sensitivity()
 
 
 def sensitivity_of(stored: Mapping[str, Any]) -> Sensitivity:

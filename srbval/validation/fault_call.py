@@ -1,12 +1,10 @@
-"""Whether a record shows a fault, held against the healthy record of the same rig, speed and load."""
+"""Whether a record shows a fault, compared with the healthy record of the same rig, speed and load."""
 
 from __future__ import annotations
 
-import dataclasses
 import enum
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -15,15 +13,15 @@ from srbval.recordings import Origin
 from srbval.signal import NORMAL_95
 from srbval.validation.analyse import Analysis
 from srbval.validation.lines import Line
-from srbval.validation.verdict import SHALLOW
+from srbval.validation.verdict import SHALLOW_DEPTH
 
 # A fault is called where its line stands this many times above the healthy bearing's (6 dB, the usual alarm
 # step of condition monitoring), its 95 % interval clear of one.
 CALLING_RATIO = 2.0
-# An outer-race line whose second harmonic is less than this part of it is a smooth coming and going, as rollers make
-# that pass under the load (varying compliance, Sunnersjo 1978, J. Sound Vib. 58, 363), not a train of strikes. The
-# healthy model at 997 rpm has 0.2 of a line half as deep as its mean, measured outer-race faults 0.48 and more.
-STRUCK = 1 / 3
+# An outer-race line whose second harmonic is less than this share of it is a smooth modulation, as rollers passing
+# under the load cause it (varying compliance, Sunnersjo 1978, J. Sound Vib. 58, 363), not a train of impacts. The
+# healthy model at 997 rpm has 0.2 with a line half as deep as its mean, measured outer-race faults 0.48 and more.
+IMPACT_SECOND_HARMONIC = 1 / 3
 
 
 class Basis(enum.StrEnum):
@@ -52,19 +50,15 @@ class FaultCall:
     ratio_ci95: tuple[float, float] | None = None
     baseline: str | None = None
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON."""
-        return dataclasses.asdict(self) | {"basis": self.basis.value}
-
 
 def call_fault(analysis: Analysis, baseline: Analysis | None = None) -> FaultCall:
     """Judge `analysis` against `baseline`, the analysis of a healthy record in the same band.
 
     Modulations are compared in the squared envelope's own unit where both records state one, else as depths
     (share of the mean), since amplitudes of unknown scale cannot be compared. Without a baseline a line like a
-    fault's (`like_a_fault`) is taken as indicating its part, and nothing is called: rollers passing under load give a
-    healthy bearing lines of its own. A record declared healthy is never called faulty; a line like a fault's is told as
-    a doubt about the label. Raises `ValueError` for different bands.
+    fault's (`is_fault_like`) is taken as indicating its part, and nothing is called: rollers passing under load give a
+    healthy bearing lines of its own. A record declared healthy is never called faulty; a line like a fault's is
+    reported as a doubt about the label. Raises `ValueError` for different bands.
     """
     recording = analysis.recording
     if recording.origin is not Origin.MEASURED:
@@ -78,15 +72,15 @@ def call_fault(analysis: Analysis, baseline: Analysis | None = None) -> FaultCal
     return _alone(analysis, lines) if baseline is None else _compared(analysis, lines, baseline)
 
 
-def like_a_fault(analysis: Analysis, line: Line) -> bool:
-    """Whether `line` is at least half as deep as the mean and, on the outer race, not a smooth coming and going.
+def is_fault_like(analysis: Analysis, line: Line) -> bool:
+    """Whether `line` is at least half as deep as the mean and, on the outer race, not a smooth modulation.
 
-    Where its second harmonic is out of reach, nothing speaks against strikes.
+    Where its second harmonic is out of reach, it is taken for a train of impacts.
     """
-    if not line.detected or (line.depth or 0.0) < SHALLOW:
+    if not line.detected or (line.depth or 0.0) < SHALLOW_DEPTH:
         return False
     second = [x.depth for x in analysis.lines if (x.name, x.harmonic) == (line.name, 2) and x.depth is not None]
-    return line.name != "BPFO" or not second or second[0] >= STRUCK * (line.depth or 0.0)
+    return line.name != "BPFO" or not second or second[0] >= IMPACT_SECOND_HARMONIC * (line.depth or 0.0)
 
 
 def _fault_of(line: Line) -> Fault:
@@ -101,8 +95,8 @@ def _part(fault: Fault) -> str:
 
 
 def _declared_healthy(analysis: Analysis, lines: list[Line]) -> FaultCall:
-    """Its lines are the baseline; one like a fault's is no call either, but a reason to doubt the label."""
-    deepest = next((x for x in lines if like_a_fault(analysis, x)), None)
+    """Its lines are the baseline; a line like a fault's calls no fault either, but puts the label in doubt."""
+    deepest = next((x for x in lines if is_fault_like(analysis, x)), None)
     if deepest is None:
         shown = f"its {lines[0].name} line is shallow or smooth" if lines else "no race or roller line shows"
         return FaultCall(
@@ -120,7 +114,7 @@ def _declared_healthy(analysis: Analysis, lines: list[Line]) -> FaultCall:
 
 
 def _alone(analysis: Analysis, lines: list[Line]) -> FaultCall:
-    deep = [x for x in lines if like_a_fault(analysis, x)]
+    deep = [x for x in lines if is_fault_like(analysis, x)]
     shown = _fault_of(deep[0]) if deep else None
     points = f"The {deep[0].name} line points to an {_part(shown)} fault, but " if shown else ""
     sentence = (

@@ -13,12 +13,12 @@ from srbval.recordings.registry import RegisteredRecording, load_entry
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.compared_quantities import compare
 from srbval.validation.comparison import Comparison
+from srbval.validation.counterpart import AnalysedRun
 from srbval.validation.effects import Sensitivity
 from srbval.validation.fault_call import call_fault
 from srbval.validation.matrix import Matrix, MatrixCell, Point, Sides, rig_grid
-from srbval.validation.model_side import ModelSide
 
-Beside = Callable[[Analysis], ModelSide | str]
+Beside = Callable[[Analysis], AnalysedRun | str]
 
 
 def build_matrix(
@@ -113,15 +113,15 @@ def point_of(entry: RegisteredRecording) -> Point | None:
 
 
 def _cell(
-    point: Point, analysis: Analysis, healthy: Analysis | None, model: ModelSide | str | None, known: Sensitivity
+    point: Point, analysis: Analysis, healthy: Analysis | None, model: AnalysedRun | str | None, known: Sensitivity
 ) -> MatrixCell:
     state, radial_kn, axial_kn, nominal_rpm = point
     # A healthy bearing's line is its baseline, not a fault.
     line = analysis.line_of(Fault.OUTER if state is Fault.HEALTHY else state)
     rows: tuple[Comparison, ...] = ()
-    if line.detected and isinstance(model, ModelSide):
+    if line.detected and isinstance(model, AnalysedRun):
         rows = compare(state, analysis, model.analysis, known, model_order=model.line_order)
-    model_order = model.line_order if isinstance(model, ModelSide) else None
+    model_order = model.line_order if isinstance(model, AnalysedRun) else None
     return MatrixCell(
         state=state,
         radial_kn=radial_kn,

@@ -11,7 +11,7 @@ from srbval.recordings import ShaftSpeed
 from srbval.signal import LEAST_SNR, LineReading, Periodogram, peak_snr, read_comb
 from srbval.validation.families import Family, Found, families_of, find_families
 
-RACES = ("BPFO", "BPFI")
+RACE_LINES = ("BPFO", "BPFI")
 # A comb's first harmonic stands at least this high beside its second.
 HALF_SHARE = 0.5
 
@@ -95,7 +95,7 @@ def _second_harmonic_of_other(found: Found, half_snr: float | None) -> str | Non
     A roller strikes both races in a turn, its own rate is half the line that is looked for and no stranger.
     """
     least = max(LEAST_SNR, HALF_SHARE * found.reading.snr[0])
-    if not found.detected or found.family.name not in RACES or (half_snr or 0.0) <= least:
+    if not found.detected or found.family.name not in RACE_LINES or (half_snr or 0.0) <= least:
         return None
     return "2/1 a line at half its frequency"
 

@@ -16,9 +16,9 @@ from srbval.recordings.registry import RIG_DATASETS
 from srbval.validation.analyse import Analysis
 from srbval.validation.compared_quantities import FREQUENCY
 from srbval.validation.comparison import Comparison, ComparisonVerdict
+from srbval.validation.counterpart import AnalysedRun
 from srbval.validation.fault_call import FaultCall
 from srbval.validation.lines import Line, line_entry
-from srbval.validation.model_side import ModelSide
 
 # Verdicts of cells that hold no comparison.
 NOT_DETECTED, BASELINE = "line not detected", "baseline"
@@ -85,14 +85,14 @@ class MatrixCell:
         """Plain values for ``report.json``; the deviation from kinematics is null where the line is not detected."""
         line = self.line
         return {
-            "state": self.state.value,
+            "state": self.state,
             "radial_kn": self.radial_kn,
             "axial_kn": self.axial_kn,
             "nominal_rpm": self.nominal_rpm,
             "file": self.file,
             "shaft_rpm": self.shaft_rpm,
             "speed_ci95_rpm": 60 * self.speed.ci95_hz,
-            "speed_source": self.speed.source.value,
+            "speed_source": self.speed.source,
             **line_entry(line),
             "rig_hz": line.found_hz,
             "rig_ci95_hz": line.ci95_hz,
@@ -102,8 +102,8 @@ class MatrixCell:
             "error_pct": self.error_pct,
             "uncertainty_pct": self.uncertainty_pct,
             "verdict": self.verdict,
-            "call": self.call.to_dict(),
-            "comparisons": [row.to_dict() for row in self.comparisons],
+            "call": self.call,
+            "comparisons": self.comparisons,
             "remark": self.remark,
         }
 
@@ -113,7 +113,7 @@ class Sides:
     """Both sides of a cell in full, for figures; the model's is the reason where its run failed."""
 
     rig: Analysis
-    model: ModelSide | str
+    model: AnalysedRun | str
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -23,9 +23,9 @@ from srbval.recordings.registry import (
     without_copies,
 )
 from srbval.validation.analyse import Analysis, analyse
-from srbval.validation.fault_call import FaultCall, call_fault, like_a_fault
-from srbval.validation.lines import RACES, Line, line_entry
-from srbval.validation.speed_and_slip import to_cage_of
+from srbval.validation.fault_call import FaultCall, call_fault, is_fault_like
+from srbval.validation.lines import RACE_LINES, Line, line_entry
+from srbval.validation.speed_and_slip import cage_factor
 
 Baselines = dict[tuple[str, str], Analysis]  # by file and bearing
 
@@ -67,10 +67,10 @@ class OtherRecord:
         return {
             "dataset": self.dataset,
             "file": self.file,
-            "state": self.state and self.state.value,
+            "state": self.state,
             "shaft_hz": self.speed and self.speed.value_hz,
             "shaft_ci95_hz": self.speed and self.speed.ci95_hz,
-            "speed_source": self.speed and self.speed.source.value,
+            "speed_source": self.speed and self.speed.source,
             **line_entry(self.line),
             "shown": self.shown,
             "grade": self.grade,
@@ -78,7 +78,7 @@ class OtherRecord:
             "radial_n": self.radial_n,
             "cage_pct": self.cage_pct,
             "cage_ci95_pct": self.cage_ci95_pct,
-            "call": self.call and self.call.to_dict(),
+            "call": self.call,
             "caution": self.caution,
             "refused": self.refused,
             "diagnosable": self.diagnosable,
@@ -141,8 +141,8 @@ def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...],
 
 def _with_line(record: OtherRecord, analysis: Analysis, call: FaultCall) -> OtherRecord:
     line = _line(analysis, record.state)
-    tells = line.detected and line.name in RACES and record.state in DEFECTS
-    to_cage = to_cage_of(line.name, analysis.bearing) if tells else None
+    tells = line.detected and line.name in RACE_LINES and record.state in DEFECTS
+    to_cage = cage_factor(line.name, analysis.bearing) if tells else None
     return dataclasses.replace(
         record,
         radial_n=analysis.recording.radial_n,
@@ -158,11 +158,11 @@ def _with_line(record: OtherRecord, analysis: Analysis, call: FaultCall) -> Othe
 def _line(analysis: Analysis, state: Fault | None) -> Line:
     if state in DEFECTS:
         return analysis.line_of(state)
-    return max((analysis.line(n) for n in RACES), key=lambda x: (x.detected, x.depth or 0.0))
+    return max((analysis.line(n) for n in RACE_LINES), key=lambda x: (x.detected, x.depth or 0.0))
 
 
 def _shown(analysis: Analysis, line: Line, state: Fault | None) -> bool:
     if state not in DEFECTS:
-        return any(like_a_fault(analysis, analysis.line(name)) for name in RACES)
-    races = [x for n in RACES if (x := analysis.line(n)).detected and n != line.name]
+        return any(is_fault_like(analysis, analysis.line(name)) for name in RACE_LINES)
+    races = [x for n in RACE_LINES if (x := analysis.line(n)).detected and n != line.name]
     return line.detected and all((x.depth or 0.0) < (line.depth or 0.0) for x in races)

@@ -18,11 +18,10 @@ from srbval.bearing import DEFAULT_BEARING, DEFECTS, Fault, load_bearing
 from srbval.config.strict import read_toml
 from srbval.progress import Progress, silent
 from srbval.scene import paper_scene
-from srbval.validation.cases import Case
 from srbval.validation.compared_quantities import COMPARED, own_effects, value_of_model
+from srbval.validation.counterpart import DETAIL_HZ, AnalysedRun, analyse_run
 from srbval.validation.effects import Effect, Sensitivity, ShapeEffect
-from srbval.validation.model_side import DETAIL_HZ, ModelSide, read_run
-from srbval.validation.run_cases import run_cases
+from srbval.validation.simulation_cases import SimulationCase, run_cases
 from srbval.validation.spectrum_shape import halves_of
 from srbval.validation.speed_and_slip import published_speeds
 
@@ -63,7 +62,7 @@ def measure(*, seconds: float = SECONDS, jobs: int | None = None, progress: Prog
         cases = list(_cases(listed, files, seconds))
         runs = run_cases(cases, jobs=jobs, progress=progress)
         for case in cases:
-            side = read_run(case, runs[case.id], bearing)
+            side = analyse_run(case, runs[case.id], bearing)
             found[case.purpose, case.state] = _values(side, case.state)
             shapes[case.purpose, case.state] = halves_of(side.analysis, case.state)
     return Sensitivity(
@@ -72,7 +71,7 @@ def measure(*, seconds: float = SECONDS, jobs: int | None = None, progress: Prog
     )
 
 
-def _values(side: ModelSide, fault: Fault) -> Values:
+def _values(side: AnalysedRun, fault: Fault) -> Values:
     """Values of the compared quantities by name, the line's order from the run's own speeds where it gives one.
 
     A change in it is then not lost in the reading's noise.
@@ -99,7 +98,7 @@ def _shape_effects(
             )
 
 
-def _cases(listed: Sequence[Term], files: Mapping[str, str], seconds: float) -> Iterator[Case]:
+def _cases(listed: Sequence[Term], files: Mapping[str, str], seconds: float) -> Iterator[SimulationCase]:
     speeds = {m.state: m.mean_rpm for m in published_speeds().means if m.nominal_rpm == NOMINAL_RPM}
     for state in DEFECTS:
         for term in (Term(name=BASE, kind="", source=""), *listed):
@@ -109,7 +108,7 @@ def _cases(listed: Sequence[Term], files: Mapping[str, str], seconds: float) -> 
             scene = paper_scene(
                 duration_s=seconds, shaft_speed_rad_s=shaft, detail_rate_hz=DETAIL_HZ.get(state, 0.0), **changes
             )
-            yield Case(id=f"{state}-{term.name}", purpose=term.name, state=state, scene=scene)
+            yield SimulationCase(id=f"{state}-{term.name}", purpose=term.name, state=state, scene=scene)
 
 
 def _bearing_file(term: Term, folder: Path) -> str:

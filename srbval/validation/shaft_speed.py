@@ -20,15 +20,15 @@ HARMONICS = 5  # of the fault line whose sidebands are used
 SIDEBANDS = 3  # shaft orders to either side of each
 SHAFT_HARMONICS = 4  # of the shaft itself, in the envelope
 LEAST_WINDOW = 0.02  # half width of the search about the nominal speed, as a share of it
-# One line's evidence counts no more than this: a strong stranger on one place must not outvote all others.
-LARGEST_EVIDENCE = 30.0
-# Averaged bins that the local noise, a median of some 65, is worth.
-NOISE_WORTH = 30.0
+# -log p of one term counts no more than this: one strong line of another source must not outweigh all others.
+LARGEST_NEG_LOG_P = 30.0
+# Effective number of averaged bins of the local noise estimate, a median of some 65 bins.
+NOISE_BINS = 30.0
 FALSE_ALARM = 1e-3
-# A line this far above the noise gives a place; fewer shaft terms leave too little to check them against.
+# A term this far above the noise gives a frequency; fewer shaft terms leave too little to check the fit against.
 SHOWN_SNR, LEAST_TERMS = 12.0, 4
-# No place is taken to be better than this share of a bin: it is read by a parabola, and no shaft's lines are pure.
-LEAST_PLACE_BINS = 0.01
+# Least standard error of a peak's frequency, in bins: it is read by a parabola, and no shaft speed is constant.
+LEAST_PEAK_ERROR_BINS = 0.01
 # Share of the speed that the fit's scatter does not show: clocks of recorder and tachometer, drift within the record,
 # rounding of the measured value. No record of a set whose estimates are used had a part in it (MFPT, HIT-SM); it is
 # what the estimates are off on records whose speed is measured, by CWRU's integer rpm and the rig's tachometer. Each of
@@ -39,7 +39,7 @@ _GRID_PER_BIN = 16
 
 
 @dataclass(frozen=True, kw_only=True)
-class Term:
+class SpectralTerm:
     """A line at ``harmonic`` times the fault line plus ``order`` times the shaft."""
 
     harmonic: int
@@ -54,11 +54,11 @@ def estimate_speed(record: Periodogram, lines: tuple[Line, ...], nominal: ShaftS
     """Shaft speed read from `record`, the periodogram of a squared envelope, about a `nominal` one.
 
     First the speed at which sidebands of the deepest detected fault line and harmonics of the shaft stand out
-    together most; then line and shaft jointly by least squares through the places of all terms that show,
+    together most; then line and shaft jointly by least squares through the peaks of all terms that stand out,
     the scatter about the fit widening the interval (Birge's ratio), and `ALLOWANCE` for what scatter does
     not show. Cage slip moves the line and leaves the spacing of its sidebands alone: no kinematics is used.
-    None where noise would do as well, where fewer than four shaft terms show, or where the result knows no
-    more than the nominal speed. A drift within the record is averaged, not followed.
+    None where noise would do as well, where fewer than four shaft terms show, or where the result is no more
+    certain than the nominal speed. A drift within the record is averaged, not followed.
     """
     bare = dataclasses.replace(record, masks_hz=np.empty((0, 2)))
     shown = deepest(lines)
@@ -79,25 +79,26 @@ def deepest(lines: tuple[Line, ...]) -> Line | None:
     return max(fault, key=lambda x: x.depth or 0.0, default=None)
 
 
-def _terms(line_hz: float) -> list[Term]:
-    shaft = [Term(harmonic=0, order=k) for k in range(1, SHAFT_HARMONICS + 1)]
+def _terms(line_hz: float) -> list[SpectralTerm]:
+    shaft = [SpectralTerm(harmonic=0, order=k) for k in range(1, SHAFT_HARMONICS + 1)]
     orders = [k for k in range(-SIDEBANDS, SIDEBANDS + 1) if k]
-    sides = [Term(harmonic=h, order=k) for h in range(1, HARMONICS + 1) for k in orders] if line_hz else []
+    sides = [SpectralTerm(harmonic=h, order=k) for h in range(1, HARMONICS + 1) for k in orders] if line_hz else []
     return shaft + sides
 
 
 def _search(record: Periodogram, line_hz: float, nominal_hz: float, half_hz: float) -> float | None:
-    """The speed of most joint evidence in the window; None where noise would reach as much."""
+    """The speed in the window with the largest joint -log p of all terms; None where noise would reach as much."""
     speeds = np.arange(nominal_hz - half_hz, nominal_hz + half_hz, record.bin_hz / _GRID_PER_BIN)
     score, used = np.zeros(speeds.size), 0
     for term in _terms(line_hz):
-        places = term.at(line_hz, speeds)
-        if min(places[0], places[-1]) < 3 * record.bin_hz or max(places[0], places[-1]) > record.limit_hz:
+        frequencies = term.at(line_hz, speeds)
+        ends = frequencies[0], frequencies[-1]
+        if min(ends) < 3 * record.bin_hz or max(ends) > record.limit_hz:
             continue
         centre = float(term.at(line_hz, nominal_hz))
-        snr = record.power_at(places) / record.noise_near(centre, abs(term.order) * half_hz).mean_power
-        evidence = NOISE_WORTH * np.log1p(snr / NOISE_WORTH)
-        score += np.minimum(evidence, LARGEST_EVIDENCE)
+        snr = record.power_at(frequencies) / record.noise_near(centre, abs(term.order) * half_hz).mean_power
+        neg_log_p = NOISE_BINS * np.log1p(snr / NOISE_BINS)
+        score += np.minimum(neg_log_p, LARGEST_NEG_LOG_P)
         used += 1
     if not used:
         return None
@@ -107,35 +108,35 @@ def _search(record: Periodogram, line_hz: float, nominal_hz: float, half_hz: flo
 
 
 def _chance(score: float, terms: int, trials: float) -> float:
-    """How often noise alone would reach `score` with so many terms in so many independent places."""
+    """Probability that noise alone reaches `score` with so many terms at one of `trials` independent speeds."""
     from scipy.special import gammaincc
 
     return float(min(1.0, trials * gammaincc(terms, score)))
 
 
 def _fit(record: Periodogram, line_hz: float, shaft_hz: float) -> ShaftSpeed | None:
-    """Least squares through the places of all terms that show, for line and shaft together."""
-    whole = [Term(harmonic=h, order=0) for h in range(1, HARMONICS + 1)] if line_hz else []
-    read = [(t, *p) for t in whole + _terms(line_hz) if (p := _place(record, float(t.at(line_hz, shaft_hz))))]
+    """Least squares through the peaks of all terms that stand out, for line and shaft together."""
+    whole = [SpectralTerm(harmonic=h, order=0) for h in range(1, HARMONICS + 1)] if line_hz else []
+    read = [(t, *p) for t in whole + _terms(line_hz) if (p := _peak(record, float(t.at(line_hz, shaft_hz))))]
     unknowns = 2 if any(t.harmonic for t, *_ in read) else 1
     if sum(1 for t, *_ in read if t.order) < LEAST_TERMS or len(read) <= unknowns:
         return None
     design = np.array([(t.order, t.harmonic)[:unknowns] for t, *_ in read], dtype=np.float64)
-    place, sigma = (np.array([entry[i] for entry in read]) for i in (1, 2))
-    weighed = design / sigma[:, None]
-    if np.linalg.matrix_rank(weighed) < unknowns:
+    peak_hz, sigma = (np.array([entry[i] for entry in read]) for i in (1, 2))
+    weighted = design / sigma[:, None]
+    if np.linalg.matrix_rank(weighted) < unknowns:
         return None
-    solution, *_ = np.linalg.lstsq(weighed, place / sigma, rcond=None)
+    solution, *_ = np.linalg.lstsq(weighted, peak_hz / sigma, rcond=None)
     freedom = len(read) - unknowns
-    scatter = float(np.sum(((place - design @ solution) / sigma) ** 2)) / freedom
-    variance = float(np.linalg.inv(weighed.T @ weighed)[0, 0]) * max(1.0, scatter)
+    scatter = float(np.sum(((peak_hz - design @ solution) / sigma) ** 2)) / freedom
+    variance = float(np.linalg.inv(weighted.T @ weighted)[0, 0]) * max(1.0, scatter)
     value = float(solution[0])
     half = math.hypot(_student(freedom) * math.sqrt(variance), ALLOWANCE * value)
     return ShaftSpeed(value_hz=value, ci95_hz=half, source=SpeedSource.ESTIMATED)
 
 
-def _place(record: Periodogram, about_hz: float) -> tuple[float, float] | None:
-    """Where the peak nearest `about_hz` stands [Hz] and how well that is known; None if nothing shows."""
+def _peak(record: Periodogram, about_hz: float) -> tuple[float, float] | None:
+    """Frequency of the peak nearest `about_hz` and its standard error [Hz]; None if no peak stands out."""
     reach = record.bin_hz
     if not 3 * reach < about_hz < record.limit_hz:
         return None
@@ -146,8 +147,8 @@ def _place(record: Periodogram, about_hz: float) -> tuple[float, float] | None:
     if top in (0, power.size - 1) or snr < SHOWN_SNR:
         return None
     left, middle, right = np.log(power[top - 1 : top + 2])  # a parabola through the logs: within 0.01 bins of the peak
-    place = record.step_hz * (first + top + 0.5 * float((left - right) / (left - 2 * middle + right)))
-    return place, max(frequency_error_hz(snr, 1 / record.bin_hz), LEAST_PLACE_BINS * record.bin_hz)
+    peak_hz = record.step_hz * (first + top + 0.5 * float((left - right) / (left - 2 * middle + right)))
+    return peak_hz, max(frequency_error_hz(snr, 1 / record.bin_hz), LEAST_PEAK_ERROR_BINS * record.bin_hz)
 
 
 def _student(freedom: int) -> float:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.recordings import Origin
@@ -45,12 +43,8 @@ class SpeedAndSlip:
     cage_pct: float
     cage_ci95_pct: float
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for ``report.json``."""
-        return dataclasses.asdict(self)
 
-
-def take_apart(
+def split_speed_and_slip(
     *,
     record: str,
     origin: str,
@@ -68,7 +62,7 @@ def take_apart(
     slip = deviation_pct(found_hz, order * shaft_rpm / 60)
     reading_pct, speed_ci = 100 * found_ci95_hz / found_hz, 100 * shaft_ci95_rpm / shaft_rpm
     slip_ci = math.hypot(reading_pct, speed_ci)
-    to_cage = to_cage_of(line, bearing)
+    to_cage = cage_factor(line, bearing)
     return SpeedAndSlip(
         record=record,
         origin=origin,
@@ -88,7 +82,7 @@ def take_apart(
     )
 
 
-def to_cage_of(line: str, bearing: Bearing) -> float:
+def cage_factor(line: str, bearing: Bearing) -> float:
     """What one per cent of slip in a race line means for the cage [%]: the same in BPFO, more and reversed in BPFI."""
     return {"BPFO": 1.0, "BPFI": -bearing.orders.bpfi / bearing.orders.bpfo}[line]
 
@@ -98,7 +92,7 @@ def matrix_rows(cells: Iterable[MatrixCell], bearing: Bearing) -> Iterator[Speed
     for cell in cells:
         if cell.state not in RACE_DEFECTS or not cell.line.detected or cell.line.found_hz is None:
             continue
-        yield take_apart(
+        yield split_speed_and_slip(
             record=Path(cell.file).stem,
             origin=Origin.MEASURED.value,
             line=cell.line.name,
@@ -116,7 +110,7 @@ def table6_rows(printed: Table6, bearing: Bearing) -> Iterator[SpeedAndSlip]:
     """The paper's rig lines, with the shaft speed each state had by the published means of the same rig."""
     for state in RACE_DEFECTS:
         rpm, ci95 = published_rpm(state, float(printed.motor_rpm))
-        yield take_apart(
+        yield split_speed_and_slip(
             record=f"Table 6, rig, {state.line}",
             origin="published",
             line=state.line or "",

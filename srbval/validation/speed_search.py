@@ -1,8 +1,8 @@
-"""Lines and shaft speed of a processed record: windows never wider than slip asks for, whatever the speed is known by.
+"""Lines and shaft speed of a processed record: search windows are as wide as slip requires and never wider.
 
-A speed that is only nominal may be further off than a window is wide. Then the shaft is looked for first, by its own
-harmonics; where they do not show, lines are read about several speeds within the nominal one's interval, a window
-apart, and every one of them counts as a trial in the false-alarm probabilities.
+A nominal speed may be wrong by more than the width of a window. Then the shaft is looked for first, by its own
+harmonics; where they do not show, lines are read about several speeds within the nominal one's interval, one window
+apart, and each of these speeds counts as a trial in the false-alarm probabilities (Sidak correction).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from srbval.bearing import Bearing
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import Periodogram
-from srbval.validation.band_choice import with_trials
+from srbval.validation.band_choice import sidak_corrected
 from srbval.validation.families import SLIP_WINDOW, highest_line_hz
 from srbval.validation.lines import Line, read_lines
 from srbval.validation.pipeline import Processed
@@ -29,9 +29,9 @@ LARGEST_MASK_SHARE = 5e-4
 
 @dataclass(frozen=True, kw_only=True)
 class SpeedSearch:
-    """The lines, the speed they are told at, and how many speeds were tried for them (1 where it was known).
+    """The lines, the speed their deviations refer to, and how many speeds were tried (1 where it was known).
 
-    `lines` have not yet paid for `tried`: `with_trials` makes them.
+    The false-alarm probabilities of `lines` are not yet corrected for `tried`, see `sidak_corrected`.
     """
 
     lines: tuple[Line, ...]
@@ -39,8 +39,8 @@ class SpeedSearch:
     tried: int = 1
 
     @property
-    def said(self) -> str:
-        """What was done about the speed, in words."""
+    def description(self) -> str:
+        """How the lines and the speed were looked for, in words."""
         window = f"windows of {100 * SLIP_WINDOW:g} % about each line"
         if self.tried > 1:
             return (
@@ -66,8 +66,8 @@ def search(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> SpeedSe
 
 
 def _refined(found: SpeedSearch, processed: Processed, bearing: Bearing, nominal: ShaftSpeed) -> SpeedSearch:
-    """Once more at the speed that the line's sidebands tell, where one was found."""
-    lines = with_trials(found.lines, found.tried)
+    """The lines read again at the speed given by the sidebands of a detected line, where there is one."""
+    lines = sidak_corrected(found.lines, found.tried)
     if not deepest(lines):
         return found
     estimated = estimate_speed(periodogram_of(processed, bearing, found.speed), lines, nominal)
@@ -77,10 +77,10 @@ def _refined(found: SpeedSearch, processed: Processed, bearing: Bearing, nominal
 
 
 def _try_speeds(processed: Processed, bearing: Bearing, nominal: ShaftSpeed) -> SpeedSearch:
-    """Lines about every trial speed; those with the deepest fault line after the trials are paid for."""
+    """Lines about every trial speed; those with the deepest fault line after the Sidak correction."""
     scales = tuple(_scales(nominal))
     readings = [_read(processed, bearing, nominal, scale) for scale in scales]
-    depths = [_depth(with_trials(lines, len(scales))) for lines in readings]
+    depths = [_depth(sidak_corrected(lines, len(scales))) for lines in readings]
     best = depths.index(max(depths))
     return SpeedSearch(lines=readings[best], speed=nominal, tried=len(scales))
 
@@ -99,7 +99,7 @@ def _depth(lines: tuple[Line, ...]) -> float:
 
 
 def _read(processed: Processed, bearing: Bearing, speed: ShaftSpeed, scale: float = 1.0) -> tuple[Line, ...]:
-    """Lines about `scale` times `speed`, told at `speed`; the shaft's harmonics are masked where it then turns."""
+    """Lines about `scale` times `speed`, with deviations at `speed`; shaft harmonics are masked at the scaled speed."""
     turning = replace(speed, value_hz=scale * speed.value_hz)
     return read_lines(periodogram_of(processed, bearing, turning), bearing, speed, scale=scale)
 

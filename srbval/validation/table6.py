@@ -62,7 +62,7 @@ class Table6Row:
         """Plain values for ``report.json``; `*_recomputed_pct` follow from the frequencies the paper prints."""
         made, printed, kinematic_hz = self.comparison, self.printed, self.line.kinematic_hz
         return {
-            "defect": made.fault.value,
+            "defect": made.fault,
             "line": self.line.name,
             "shaft_rpm": self.shaft_rpm,
             "kinematic_hz": kinematic_hz,
@@ -70,21 +70,21 @@ class Table6Row:
             "model_ci95_hz": made.model.ci95,
             "model_cage_hz": self.model_cage_hz,
             "rig_hz": made.rig.value,
-            "rig_source": self.rig_source.value,
+            "rig_source": self.rig_source,
             "rig_ci95_hz": made.rig.ci95,
             "rig_shaft_rpm": None if printed else self.shaft_rpm,
             "paper_model_hz": printed and printed.model_hz,
             "paper_rig_hz": printed and printed.rig_hz,
             "paper_model_printed_pct": printed and printed.model_printed_pct,
             "paper_rig_printed_pct": printed and printed.rig_printed_pct,
-            "uncertainty_parts_pct": dict(made.parts),
+            "uncertainty_parts_pct": made.parts,
             "model_deviation_pct": self.model_deviation_pct,
             "rig_deviation_pct": self.rig_deviation_pct,
             "comparison_error_pct": made.error,
             "validation_uncertainty_pct": made.uncertainty,
             "paper_model_recomputed_pct": printed and deviation_pct(printed.model_hz, kinematic_hz),
             "paper_rig_recomputed_pct": printed and deviation_pct(printed.rig_hz, kinematic_hz),
-            "verdict": made.verdict.value,
+            "verdict": made.verdict,
         }
 
 

@@ -1,4 +1,4 @@
-"""The sentence that says what was found, and no more than that."""
+"""The verdict on one record: a sentence that says which lines were found, and nothing more."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from srbval.validation.lines import Line
 
 # A defect that is struck once a period modulates the squared envelope by about its mean and more. Lines below
 # this share occur in healthy bearings and as by-lines of other faults.
-SHALLOW = 0.5
+SHALLOW_DEPTH = 0.5
 
 
 def verdict(lines: tuple[Line, ...], recording: Recording, speed: ShaftSpeed) -> str:
-    """A plain sentence: which race or roller line was detected, how surely, and what that does not mean.
+    """Which race or roller line was detected, how clearly, and what that does not mean, in plain sentences.
 
     A detected line is not yet a fault: the passing of rollers under load gives a healthy bearing a BPFO line
     of its own, so a line counts against the healthy bearing at the same speed and load. A stand-in
@@ -68,7 +68,8 @@ def _caution(detected: list[Line], recording: Recording) -> str:
             "The recording is declared healthy: the line is its baseline, not a fault (rollers passing under "
             "load give one)."
         )
-    shallow = "Healthy bearings show a modulation this shallow too. " if (detected[0].depth or 0.0) < SHALLOW else ""
+    is_shallow = (detected[0].depth or 0.0) < SHALLOW_DEPTH
+    shallow = "Healthy bearings show a modulation this shallow too. " if is_shallow else ""
     if detected[0].name == "BPFO":
         return (
             f"{shallow}A BPFO line alone is not a fault verdict: rollers passing under load give a healthy "

@@ -7,6 +7,7 @@ import pytest
 from srbval.bearing import Fault, load_bearing
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
+from srbval.storage.strict_json import json_object
 from srbval.validation.analyse import analyse
 
 FS_HZ = 20_480.0
@@ -122,7 +123,7 @@ def test_noise_shows_no_line_and_the_verdict_excludes_nothing():
 
 
 def test_json_has_the_public_keys_and_only_finite_numbers(outer):
-    data = outer.to_dict()
+    data = json_object(outer)
     assert {"file", "fs_hz", "seconds", "band_hz", "shaft_hz", "lines", "closure", "verdict"} <= data.keys()
     assert {"value", "ci95", "source"} <= data["shaft_hz"].keys()
     assert all(line.keys() >= LINE_KEYS for line in data["lines"])
@@ -131,7 +132,7 @@ def test_json_has_the_public_keys_and_only_finite_numbers(outer):
 
 def test_json_of_a_closed_sum_and_of_noise_is_plain_too():
     noise = recording(np.random.default_rng(4).standard_normal(round(SECONDS * FS_HZ)))
-    for data in (both_races().to_dict(), analyse(noise, bearing=BEARING).to_dict()):
+    for data in (json_object(both_races()), json_object(analyse(noise, bearing=BEARING))):
         assert json.loads(json.dumps(data, allow_nan=False)) == data
         assert {type(line["detected"]) for line in data["lines"]} == {bool}
 

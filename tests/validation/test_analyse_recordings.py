@@ -12,7 +12,7 @@ pytestmark = pytest.mark.recordings
 
 # Orders read by an independent prototype from the same files (five-harmonic fit, squared envelope).
 ORDER_TOLERANCE = 1e-3
-RACES = {"BPFO", "BPFI"}
+RACE_LINES = {"BPFO", "BPFI"}
 
 
 def analysed(folder, name):
@@ -24,7 +24,7 @@ def analysed(folder, name):
 
 
 def race_lines(analysis):
-    lines = [line for line in analysis.lines if line.name in RACES and line.harmonic == 1 and line.detected]
+    lines = [line for line in analysis.lines if line.name in RACE_LINES and line.harmonic == 1 and line.detected]
     return [line.name for line in sorted(lines, key=lambda line: -line.depth)]
 
 

@@ -7,8 +7,9 @@ from srbval.bearing import Fault
 from srbval.cli import main
 from srbval.errors import ConfigurationError
 from srbval.signal import FALSE_ALARM, BandFilter
+from srbval.storage.strict_json import json_object
 from srbval.validation.analyse import analyse
-from srbval.validation.band_choice import declared_band, with_trials
+from srbval.validation.band_choice import declared_band, sidak_corrected
 from srbval.validation.cross_band import cross_bands
 from srbval.validation.lines import Line
 from tests.validation.test_analyse import BEARING, SHAFT_HZ, impulses, recording
@@ -42,9 +43,9 @@ def test_the_ringing_band_is_chosen_and_the_fault_still_found():
 def test_a_line_that_the_trials_explain_is_no_longer_detected_nor_are_its_sidebands():
     line = Line(name="BPFI", harmonic=1, kinematic_hz=100.0, false_alarm=0.2 * FALSE_ALARM, detected=True)
     side = dataclasses.replace(line, name="BPFI+fr", false_alarm=1e-9)
-    assert all(x.detected for x in with_trials((line, side), 1))
-    assert all(x.detected for x in with_trials((line, side), 4))
-    assert not any(x.detected for x in with_trials((line, side), 6))
+    assert all(x.detected for x in sidak_corrected((line, side), 1))
+    assert all(x.detected for x in sidak_corrected((line, side), 4))
+    assert not any(x.detected for x in sidak_corrected((line, side), 6))
 
 
 def test_trials_keep_the_stated_rate_where_the_best_of_many_bands_is_taken():
@@ -52,7 +53,9 @@ def test_trials_keep_the_stated_rate_where_the_best_of_many_bands_is_taken():
     rng = np.random.default_rng(1)
     best = rng.uniform(size=(4000, 44)).min(axis=1)
     assert np.mean(best < 0.01) > 0.3
-    lines = with_trials(tuple(Line(name="BPFO", harmonic=1, kinematic_hz=1.0, false_alarm=float(p)) for p in best), 44)
+    lines = sidak_corrected(
+        tuple(Line(name="BPFO", harmonic=1, kinematic_hz=1.0, false_alarm=float(p)) for p in best), 44
+    )
     assert np.mean([x.false_alarm < 0.01 for x in lines]) == pytest.approx(0.01, abs=0.005)
 
 
@@ -80,7 +83,7 @@ def test_each_side_is_read_in_the_other_s_band():
 
 def test_the_filter_is_named_in_the_output_and_the_brick_wall_finds_the_same_line():
     sharp = analyse(OUTER, bearing=BEARING, band_filter=BandFilter.BRICK_WALL)
-    chain = sharp.to_dict()["chain"]
+    chain = json_object(sharp)["chain"]
     assert (chain["filter"], chain["read_from"]) == ("brick-wall", "squared envelope")
     assert chain["unit"] == "squared standard deviations"
     smooth = analyse(OUTER, bearing=BEARING).line("BPFO").found_hz

@@ -22,12 +22,12 @@ from srbval.report.content.other_rigs_section import other_rigs_section
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.bias import biases, pairs
 from srbval.validation.compared_quantities import FREQUENCY, KINDS, PATTERN, PRESENCE, SHAPE
-from srbval.validation.effects import NOTHING_KNOWN, Effect, Sensitivity
+from srbval.validation.counterpart import AnalysedRun
+from srbval.validation.effects import NO_SENSITIVITY, Effect, Sensitivity
 from srbval.validation.fault_call import Basis
 from srbval.validation.fill_matrix import build_matrix
-from srbval.validation.lines import RACES
+from srbval.validation.lines import RACE_LINES
 from srbval.validation.matrix import BASELINE, NOT_DETECTED, Matrix
-from srbval.validation.model_side import ModelSide
 from srbval.validation.other_rigs import read_other_rigs
 from tests.recordings import files
 
@@ -47,7 +47,7 @@ def rig_file(folder: Path, code: str, rpm: float = 877, shaft_rpm: float = RPM) 
     files.excerpt(folder / f"{code}_{rpm:g}rpm_made.mat", **changes)
 
 
-def another_impulse_model(rig: Analysis) -> ModelSide:
+def another_impulse_model(rig: Analysis) -> AnalysedRun:
     """A stand-in for the model's run: the impulse model once more, other noise, the cage a little too fast."""
     recording = rig.recording
     state = recording.state or Fault.HEALTHY
@@ -59,7 +59,7 @@ def another_impulse_model(rig: Analysis) -> ModelSide:
     )  # fmt: skip
     order = {Fault.OUTER: 19 * CAGE, Fault.INNER: 19 * (1 - CAGE)}.get(state)
     analysis = analyse(made, bearing=BEARING, speed=rig.speed)
-    return ModelSide(case=None, run=None, analysis=analysis, line_order=order)  # type: ignore[arg-type]
+    return AnalysedRun(case=None, run=None, analysis=analysis, line_order=order)  # type: ignore[arg-type]
 
 
 KNOWN = Sensitivity(
@@ -136,7 +136,7 @@ def test_bias_is_the_planted_one_and_like_spectra_are_told_as_like(folder: Path)
 def test_healthy_cells_are_baselines_and_cost_no_run(folder: Path) -> None:
     asked = []
 
-    def beside(rig: Analysis) -> ModelSide:
+    def beside(rig: Analysis) -> AnalysedRun:
         asked.append(rig.recording.state)
         return another_impulse_model(rig)
 
@@ -175,7 +175,7 @@ def test_damaged_healthy_record_is_listed_and_is_no_baseline(tmp_path: Path) -> 
     add(tmp_path)
     (tmp_path / "H_877rpm_made.mat").write_bytes(b"not a record any more")
     matrix = build_matrix(
-        rig_recordings(), bearing=BEARING, beside=another_impulse_model, known=NOTHING_KNOWN, jobs=2
+        rig_recordings(), bearing=BEARING, beside=another_impulse_model, known=NO_SENSITIVITY, jobs=2
     )  # fmt: skip
     assert [c.state for c in matrix.cells] == [Fault.OUTER]
     assert matrix.cells[0].call.basis is Basis.LINE_ALONE
@@ -194,7 +194,7 @@ def test_maps_leave_empty_cells_empty(folder: Path, tmp_path: Path) -> None:
 
 
 def test_empty_matrix_says_so(tmp_path: Path) -> None:
-    matrix = build_matrix((), bearing=BEARING, beside=another_impulse_model, known=NOTHING_KNOWN)
+    matrix = build_matrix((), bearing=BEARING, beside=another_impulse_model, known=NO_SENSITIVITY)
     section = matrix_section(SimpleNamespace(matrix=matrix), tmp_path)  # type: ignore[arg-type]
     assert "all 160 cells are empty" in section.blocks[-1].text  # type: ignore[union-attr]
     assert not list(tmp_path.iterdir())
@@ -218,7 +218,7 @@ def test_open_recordings_show_their_faults(recordings_dir: Path) -> None:
     """Race faults by their published grade, in a band chosen on no record; healthy ones show none; near kinematics."""
     registered = [r for name in ("cwru", "mfpt", "hit_sm") for r in add(recordings_dir / name).recordings]
     records = [r for r in read_other_rigs(registered) if not r.refused]
-    races = [r for r in records if r.line.name in RACES and r.state not in (None, Fault.HEALTHY)]
+    races = [r for r in records if r.line.name in RACE_LINES and r.state not in (None, Fault.HEALTHY)]
     assert len(races) >= 30
     plain = [r for r in races if (r.plain_grade or "").startswith("Y")]
     assert len(plain) >= 8

@@ -13,8 +13,8 @@ from srbval.bearing import Fault, load_bearing
 from srbval.models.simulate import simulate
 from srbval.scene import paper_scene
 from srbval.signal import Periodogram, read_comb
-from srbval.validation.cases import Case
-from srbval.validation.model_side import read_run
+from srbval.validation.counterpart import analyse_run
+from srbval.validation.simulation_cases import SimulationCase
 
 BEARING = load_bearing("skf-22240")
 FS_HZ, SECONDS, SHAFT_HZ = 2000.0, 4.0, 710 / 60
@@ -55,7 +55,7 @@ def test_the_model_s_roller_and_cage_are_read_from_its_vibration() -> None:
         detail_rate_hz=1024.0,
     )  # fmt: skip
     run = simulate(scene)
-    side = read_run(Case(id="r", purpose="test", state=Fault.ROLLER, scene=scene), run, BEARING)
+    side = analyse_run(SimulationCase(id="r", purpose="test", state=Fault.ROLLER, scene=scene), run, BEARING)
     line, shaft_hz = side.analysis.line("2xBSF"), scene.shaft_hz
     assert side.line_order is not None
     assert line.detected

@@ -10,7 +10,13 @@ from srbval.bearing import Fault, load_bearing
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.validation.lines import Line
 from srbval.validation.published import table6
-from srbval.validation.speed_and_slip import matrix_rows, one_speed_reading, published_rpm, table6_rows, take_apart
+from srbval.validation.speed_and_slip import (
+    matrix_rows,
+    one_speed_reading,
+    published_rpm,
+    split_speed_and_slip,
+    table6_rows,
+)
 
 BEARING = load_bearing("skf-22240")
 
@@ -22,7 +28,7 @@ def test_effects_are_recovered(line: str, speed: float, cage: float) -> None:
     shaft_hz = speed * 710 / 60
     bpfo = BEARING.orders.bpfo * shaft_hz * cage
     found = bpfo if line == "BPFO" else (BEARING.orders.bpfo + BEARING.orders.bpfi) * shaft_hz - bpfo
-    row = take_apart(
+    row = split_speed_and_slip(
         record="made", origin="simulated", line=line, bearing=BEARING, found_hz=found, found_ci95_hz=0.01,
         reference_rpm=710.0, shaft_rpm=speed * 710, shaft_ci95_rpm=0.1, speed_source="tachometer",
     )  # fmt: skip

@@ -8,9 +8,8 @@ from srbval.bearing import Fault, load_bearing
 from srbval.models.run import Run
 from srbval.recordings import recording_from_run
 from srbval.validation.analyse import Analysis, analyse
-from srbval.validation.cases import paper_cases
 from srbval.validation.published import table6
-from srbval.validation.run_cases import run_cases
+from srbval.validation.simulation_cases import paper_cases, run_cases
 from srbval.validation.table6 import published_rows, sum_rules
 
 SECONDS = 10.0

@@ -189,7 +189,7 @@ def _data(
     """What becomes ``report.json``; `figures` is filled from the tree by the writer."""
     measured, mapped = kept[SPEED_ACCURACY], kept[STABILITY]
     analyses = {
-        f"{group}-{state}": analysis.to_dict()
+        f"{group}-{state}": analysis
         for group, side in (
             ("paper", evidence.paper),
             ("beside-rig", evidence.beside_rig),
@@ -200,9 +200,9 @@ def _data(
     return {
         "schema_version": SCHEMA_VERSION,
         "status": "ok",
-        "table6": [row.to_dict() for row in evidence.rows],
-        "closure": [s.to_dict() for s in evidence.sums],
-        "comparisons": [row.to_dict() for row in evidence.comparisons],
+        "table6": list(evidence.rows),
+        "closure": list(evidence.sums),
+        "comparisons": list(evidence.comparisons),
         "bias": [dataclasses.asdict(row) for row in biases(pairs(evidence.matrix.cells))],
         "sensitivity": [dataclasses.asdict(effect) for effect in evidence.known.effects],
         "variations": [dataclasses.asdict(v) for v in evidence.variations],
@@ -214,10 +214,10 @@ def _data(
         "detection_under_noise": _content(kept[NOISE_STUDY]).get("rows", []),
         "reading": {key: _content(kept[READING]).get(key, []) for key in ("accuracy", "false_alarms", "timings")},
         "campaign_scale": _content(kept[CAMPAIGN_SCALE]).get("reckoned", []),
-        "matrix": [cell.to_dict() for cell in evidence.matrix.cells],
-        "crossed_bands": [row.to_dict() for row in crossed],
-        "other_rigs": [record.to_dict() for record in evidence.other_rigs],
-        "speed_and_slip": [row.to_dict() for row in evidence.slips],
+        "matrix": list(evidence.matrix.cells),
+        "crossed_bands": list(crossed),
+        "other_rigs": list(evidence.other_rigs),
+        "speed_and_slip": list(evidence.slips),
         "recordings": evidence.registered,
         "provenance": origin,
     }

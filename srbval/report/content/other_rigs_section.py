@@ -14,7 +14,7 @@ from srbval.report.inline import literal
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table, Value
 from srbval.validation.fault_call import Basis
-from srbval.validation.lines import RACES
+from srbval.validation.lines import RACE_LINES
 from srbval.validation.other_rigs import OtherRecord
 
 NEAR_PCT = 0.5
@@ -43,7 +43,7 @@ def _intro(records: Sequence[OtherRecord], read: Sequence[OtherRecord]) -> Parag
 
 
 def _summary(read: Sequence[OtherRecord]) -> list[Paragraph]:
-    faults = [r for r in read if r.line is not None and r.line.name in RACES and r.state in DEFECTS]
+    faults = [r for r in read if r.line is not None and r.line.name in RACE_LINES and r.state in DEFECTS]
     healthy = [r for r in read if r.state not in DEFECTS]
     called = [r for r in healthy if r.call is not None and r.call.called is not None]
     wrong = [r for r in healthy if r.shown]

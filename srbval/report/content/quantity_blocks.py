@@ -12,8 +12,8 @@ from srbval.report.table import Cell, Column, Table
 from srbval.validation.bias import Pair, biases, pairs
 from srbval.validation.compared_quantities import KINDS, PRESENCE, Kind
 from srbval.validation.comparison import Comparison, ComparisonVerdict
+from srbval.validation.counterpart import TURNS
 from srbval.validation.matrix import MatrixCell
-from srbval.validation.model_side import TURNS
 from srbval.validation.sensitivity import NOMINAL_RPM
 
 TONE = {

@@ -1,4 +1,4 @@
-"""The model's side of a comparison: a run at a record's own speed and load, through the same chain."""
+"""A recording's counterpart: a run of the model at the record's own speed and load, through the same chain."""
 
 from __future__ import annotations
 
@@ -15,44 +15,43 @@ from srbval.progress import Progress, silent
 from srbval.recordings import recording_from_run
 from srbval.scene import paper_scene
 from srbval.validation.analyse import Analysis, analyse
-from srbval.validation.cases import Case
-from srbval.validation.run_cases import run_cases
+from srbval.validation.simulation_cases import SimulationCase, run_cases
 
 # Length of a run in shaft turns. At 858 rpm levels of runs begun differently differ by up to 1.9 dB after 14 turns,
 # 2.2 after 29, 2.1 after 57 and 0.8 after 114, half of that below the fourth harmonic; what inputs leave open is 2 to
 # 6 dB, and a rig record of 2 s holds 29.
 TURNS = 30.0
-# Rollers' speeds are kept where a roller's is asked for.
+# Rate at which the rollers' speeds are recorded, by fault: only the line of a roller's defect needs them.
 DETAIL_HZ = {Fault.ROLLER: 1024.0}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ModelSide:
+class AnalysedRun:
     """A run and its analysis; `line_order` is the defect's line in orders of the shaft by the run's own speeds.
 
     That is the cage's for a race, the defective roller's own turning for a roller; None without a defect.
     """
 
-    case: Case
+    case: SimulationCase
     run: Run
     analysis: Analysis
     line_order: float | None
 
 
-def model_beside(rig: Analysis, *, progress: Progress = silent) -> ModelSide | str:
+def run_counterpart(rig: Analysis, *, progress: Progress = silent) -> AnalysedRun | str:
     """The paper's scene at the recording's speed and load with the defect of its state; the reason where it failed."""
-    case = case_beside(rig)
+    case = counterpart_case(rig)
     try:
-        return read_run(case, run_cases([case], jobs=1, progress=progress)[case.id], rig.bearing)
+        return analyse_run(case, run_cases([case], jobs=1, progress=progress)[case.id], rig.bearing)
     except SrbvalError as error:
         return str(error)
 
 
-def case_beside(rig: Analysis) -> Case:
+def counterpart_case(rig: Analysis) -> SimulationCase:
     """`TURNS` turns of the shaft at the recording's measured speed and its load, with the defect of its state."""
     recording, state = rig.recording, rig.recording.state or Fault.HEALTHY
-    return Case(
-        id=f"beside-{recording.name}",
+    return SimulationCase(
+        id=f"counterpart-{recording.name}",
         purpose="at the recording's own speed and load",
         state=state,
         scene=paper_scene(
@@ -65,12 +64,12 @@ def case_beside(rig: Analysis) -> Case:
     )
 
 
-def read_run(case: Case, run: Run, bearing: Bearing) -> ModelSide:
+def analyse_run(case: SimulationCase, run: Run, bearing: Bearing) -> AnalysedRun:
     """Analyse a run. A roller's line is looked for about the roller's own turning, which contacts decide, not pitch."""
     order = line_order(run, case.state, bearing)
     if case.state is Fault.ROLLER and order is not None:
         bearing = dataclasses.replace(bearing, orders=dataclasses.replace(bearing.orders, bsf=order / 2))
-    return ModelSide(
+    return AnalysedRun(
         case=case, run=run, analysis=analyse(recording_from_run(run), bearing=bearing), line_order=order
     )  # fmt: skip
 
