@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -164,21 +163,18 @@ def _case_labels(attributes: dict[str, Any], index: int) -> dict[str, float]:
 
 
 def _append(out: Any, segments: NDArray[np.float32], labels: dict[str, FloatArray]) -> None:
-    for name, values in _columns(segments, labels):
-        if name not in out:
+    if not len(segments):
+        return
+    whole_numbers = {name: labels[name].astype(np.int32) for name in ("state", "case")}
+    columns = {"segments": segments} | {name: labels[name] for name in LABELS} | whole_numbers
+    for name, values in columns.items():
+        if name in out:
+            out[name].resize(len(out[name]) + len(values), axis=0)
+            out[name][-len(values) :] = values
+        else:
             made = out.create_dataset(name, data=values, maxshape=(None, *values.shape[1:]), chunks=True)
             units, text = LABELS.get(name, ("m s-2", "acceleration of the outer ring, one segment per row"))
             made.attrs.update({"units": units, "long_name": text})
-        else:
-            out[name].resize(len(out[name]) + len(values), axis=0)
-            out[name][-len(values) :] = values
-
-
-def _columns(segments: NDArray[np.float32], labels: dict[str, FloatArray]) -> Iterator[tuple[str, NDArray[Any]]]:
-    if len(segments):
-        yield "segments", segments
-        for name in LABELS:
-            yield name, labels[name].astype(np.int32) if name in ("state", "case") else labels[name]
 
 
 def _data_card(

@@ -235,7 +235,7 @@ def _campaign_run(run: Parser) -> None:
     run.add_argument("campaign", metavar="FILE.toml|PRESET", help="campaign file, or table5, table5-smoke")
     run.option("-o --output", "DIR", "folder of the campaign (default: srbval-NAME)")
     run.flag("--dry-run", "print the cases, their models and the expected time and disk space; run nothing")
-    run.option("--engine", "E", "serial, local, dask (at --address) or slurm (default: local, dask with --address)", default="auto")
+    run.option("--engine", "E", "serial, local, dask (needs --address) or slurm (default: local)", default="auto")
     run.option("--jobs", "N", "cases at a time (default: one per core)", type=int)
     run.option("--address", "URL", "of a Dask scheduler that is already running")
     run.option("--wait", "S", "for a Dask worker when there is none [s] (default: 120; slurm 3600)", type=_positive)
