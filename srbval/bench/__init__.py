@@ -1,1 +1,1 @@
-"""Speed against accuracy: what a solver costs on the paper's scenes, and how wrong it is there."""
+"""Speed against accuracy: the cost of a solver on the paper's scenes, and its errors there."""

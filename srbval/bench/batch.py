@@ -1,4 +1,4 @@
-"""Many runs side by side, measured as they end; for accuracy only, nothing here is timed."""
+"""Many runs in parallel, measured as they end; for accuracy only, nothing here is timed."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, kw_only=True)
 class Measured:
-    """How a run ended and, if well, its measures; `wall_s` is disturbed by the runs beside it [s]."""
+    """How a run ended and, if successful, its measures; `wall_s` is disturbed by the parallel runs [s]."""
 
     scene: Scene
     status: str
@@ -31,11 +31,11 @@ class Measured:
 
 
 class RunStopped(Exception):
-    """Raised inside a run when another one broke or the user interrupted."""
+    """Raised inside a run when another one failed with an exception or the user interrupted."""
 
 
-class _Shares:
-    """Adds up what the runs have done, each weighted with its cost."""
+class _TotalProgress:
+    """Reports the progress of all runs together, each weighted with its cost."""
 
     def __init__(self, scenes: Mapping[Any, Scene], task: str, progress: Progress) -> None:
         self._weight: dict[Hashable, float] = {key: _cost(scene) for key, scene in scenes.items()}
@@ -62,7 +62,7 @@ def _cost(scene: Scene) -> float:
 def measure_all(
     scenes: Mapping[Key, Scene], *, task: str, jobs: int | None = None, progress: Progress = silent
 ) -> dict[Key, Measured]:
-    """Run and measure all `scenes`, `jobs` at a time (default: one a usable core), the dearest first."""
+    """Run and measure all `scenes`, `jobs` at a time (default: one per usable core), the most expensive first."""
 
     def read(_: Key, tried: Attempt, wall_s: float) -> Measured:
         measures = measure(tried.run) if tried.ok and tried.run is not None else None
@@ -79,11 +79,11 @@ def run_all(
     jobs: int | None = None,
     progress: Progress = silent,
 ) -> dict[Key, Result]:
-    """Run all `scenes` as `measure_all` does; `read` makes of each attempt and its wall time [s] what is kept of it.
+    """Run all `scenes` as `measure_all` does; `read` turns each attempt and its wall time [s] into its result.
 
-    `read` is called in the thread of the run as soon as it has ended, so that it can put results away.
+    `read` is called in the thread of the run as soon as it has ended, so that it can store the result.
     """
-    shares = _Shares(scenes, task, progress)
+    shares = _TotalProgress(scenes, task, progress)
 
     def one(key: Key) -> Result:
         scene, started = scenes[key], time.perf_counter()

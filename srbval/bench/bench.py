@@ -1,4 +1,4 @@
-"""The benchmark as a whole."""
+"""The complete benchmark."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from srbval.bench.reference import SceneReference, references
 from srbval.bench.row import BenchRun
 from srbval.bench.scenes import PAPER_STEP_S, SCENES, check_scenes
 from srbval.bench.settings import FULL, BenchSettings
-from srbval.bench.speed import TouchCost, speed_rows, touch_costs
+from srbval.bench.speed import ContactCost, contact_costs, speed_rows
 from srbval.bench.targets import Target, accuracy_targets, speed_targets
 from srbval.bench.trajectory import Trajectory, trajectories
 from srbval.bench.work_precision import with_accuracy
@@ -27,13 +27,13 @@ from srbval.storage.content_store import ContentStore
 
 @dataclass(frozen=True, kw_only=True)
 class BenchResult:
-    """Everything one benchmark measured; `references` and `trajectories` are empty where only speed was asked for."""
+    """All that a benchmark measured; `references` and `trajectories` are empty where only speed was asked for."""
 
     machine: Machine
     references: dict[str, SceneReference]
     runs: tuple[BenchRun, ...]
     trajectories: tuple[Trajectory, ...]
-    touch_costs: tuple[TouchCost, ...]
+    contact_costs: tuple[ContactCost, ...]
     processes: Processes | None
     targets: tuple[Target, ...]
 
@@ -44,7 +44,7 @@ class BenchResult:
             "reference": self.references,
             "runs": self.runs,
             "trajectories": self.trajectories,
-            "touch_costs": self.touch_costs,
+            "touch_costs": self.contact_costs,
             "processes": self.processes,
             "targets": self.targets,
         }
@@ -72,7 +72,7 @@ def run_bench(
     calibration = calibrate()
     steps = step_sizes(settings, accuracy=accuracy)
     rows = speed_rows(scenes, solvers, steps, settings, calibration.seconds, progress)
-    costs = touch_costs("ode4" if "ode4" in solvers else solvers[0], settings, progress)
+    costs = contact_costs("ode4" if "ode4" in solvers else solvers[0], settings, progress)
     measured_processes = measure_processes(settings, progress) if processes else None
     found: dict[str, SceneReference] = {}
     paths: list[Trajectory] = []
@@ -85,14 +85,14 @@ def run_bench(
         references=found,
         runs=tuple(rows),
         trajectories=tuple(paths),
-        touch_costs=tuple(costs),
+        contact_costs=tuple(costs),
         processes=measured_processes,
         targets=(*speed_targets(rows, costs, measured_processes), *(accuracy_targets(rows) if accuracy else ())),
     )
 
 
 def step_sizes(settings: BenchSettings, *, accuracy: bool) -> list[float]:
-    """The steps to run at, long to short: the study's, or the paper's alone, and a scene's default one [s]."""
+    """Step sizes to run at [s], descending: the study's, or only the paper's, and a scene's default one."""
     steps = [1 / n for n in settings.steps] if accuracy else [PAPER_STEP_S]
     default = paper_scene().solver.step_s
     if not any(math.isclose(default, step, rel_tol=1e-6) for step in steps):

@@ -1,4 +1,4 @@
-"""A fixed piece of arithmetic, timed beside every benchmark: the yardstick between machines."""
+"""A fixed piece of arithmetic, timed with every benchmark: makes times of different machines comparable."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FloatArray = NDArray[np.float64]
 
 LENGTH = 512  # doubles: 4 kB, in every first-level cache
 SWEEPS = 195_313  # about 1e8 multiply-adds
-UNIT = 1e9  # multiply-adds that one calibration second stands for
+UNIT = 1e9  # multiply-adds that the calibration's time refers to
 FACTOR, SUMMAND = 0.999, 0.5
 REPEATS = 20
 
@@ -34,7 +34,7 @@ def multiply_adds(x: FloatArray, factor: float, summand: float, sweeps: int) -> 
 
 @dataclass(frozen=True, kw_only=True)
 class SpeedCalibration:
-    """Best and median time of 1e9 multiply-adds on one core [s], and whether their sum was the right one."""
+    """Best and median time of 1e9 multiply-adds on one core [s], and whether their sum was correct."""
 
     seconds: float
     median_s: float
@@ -48,7 +48,7 @@ def expected_sum(sweeps: int) -> float:
 
 
 def calibrate(repeats: int = REPEATS) -> SpeedCalibration:
-    """Time the kernel `repeats` times after a warm-up. Says nothing about memory or branches."""
+    """Time the kernel `repeats` times after a first call. It does not test memory or branches."""
     multiply_adds(np.zeros(LENGTH), FACTOR, SUMMAND, 1)
     times, right = [], True
     for _ in range(repeats):

@@ -45,7 +45,7 @@ def compile_all() -> dict[str, Any]:
 
 
 def peak_memory(seconds: float) -> dict[str, Any]:
-    """Peak resident memory of this process with a run of the paper's scene [bytes]; None where not told."""
+    """Peak resident memory of this process after a run of the paper's scene [bytes]; None where it is not known."""
     run = simulate(bench_scene("play0-outer", solver="ode4", seconds=seconds, settle_s=0.0))
     return {"seconds": run.seconds, "peak_bytes": peak_bytes()}
 

@@ -1,4 +1,4 @@
-"""What only a process of its own can tell: compile time, start-up time, peak memory."""
+"""What only a new process can show: compile time, start-up time, peak memory."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Monte-Carlo bench of reading a frequency: error against the Cramer-Rao bound, coverage, false alarms; timings."""
+"""The bench of reading a frequency: accuracy against the Cramer-Rao bound, false alarms, the signal chain, timings."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ Piece = TypeVar("Piece")
 
 @dataclass(frozen=True, kw_only=True)
 class ReadingSettings:
-    """How many records each figure takes; jitter and line-to-noise ratios to try.
+    """Number of records per cell; durations, line-to-noise ratios and jitter to try.
 
     `timed`: also what is not Monte-Carlo, the wall times and the errors of the envelope chain and the transforms.
     """
@@ -63,7 +63,7 @@ class ReadingBench:
 def run_reading_bench(
     settings: ReadingSettings, *, seed: int = 0, jobs: int = 1, progress: Progress = silent
 ) -> ReadingBench:
-    """Run all cells in `jobs` processes; deterministic but for the timings, which come first and alone."""
+    """Run all cells in `jobs` processes; deterministic except for the timings, which come first, with no other work."""
     timed = timings() if settings.timed else ()
     chains = chain_errors() if settings.timed else ()
     transforms = scalogram_checks() if settings.timed else ()

@@ -1,4 +1,4 @@
-"""Made-up records for the Monte-Carlo bench of reading, combs with slip in noise and noise alone; how they are read."""
+"""Synthetic records for the Monte-Carlo bench of reading: combs with slip in noise, and noise only; reading them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LIMIT_HZ = 520.0
 HALF_SHARE, OFF_SHARE = 0.01, 0.001
 BLOCK_S = 2 / SHAFT_HZ
 MEAN = 3.0  # a squared envelope is positive
-# Amplitudes of the harmonics: all alike, and falling as those of a short burst do.
+# Amplitudes of the harmonics: all equal, and decreasing as those of a short burst do.
 PROFILES = {"equal": (1.0,) * 5, "falling": (1.0, 1 / 2, 1 / 3, 1 / 4, 1 / 5)}
 COLOUR_POLE = 0.9  # first-order noise: power falls by a factor 300 over the band, by a third over five lines' reach
 
@@ -55,18 +55,18 @@ def noise_record(rng: np.random.Generator, seconds: float, *, coloured: bool) ->
 
 
 def cramer_rao_hz(seconds: float, snr_db: float, amplitudes: tuple[float, ...]) -> float:
-    """Least standard error of the line's frequency from noise alone [Hz]."""
+    """Cramer-Rao bound of the standard error of the line's frequency [Hz], noise being the only cause."""
     information = 10 ** (snr_db / 10) * sum((h * a) ** 2 for h, a in enumerate(amplitudes, 1))
     return frequency_error_hz(information, seconds)
 
 
 def periodogram_of(record: FloatArray) -> Periodogram:
-    """As every reading begins."""
+    """The periodogram that every reading starts from."""
     return Periodogram.of(record, FS_HZ, limit_hz=LIMIT_HZ, shaft_hz=SHAFT_HZ)
 
 
 def read_record(record: FloatArray, harmonics: int = 5) -> LineReading | None:
-    """What is read about the line's place, in a window not centred on it."""
+    """Read the line, in a search window that is not centred on it."""
     middle = LINE_HZ * (1 + OFF_SHARE)
     return read_comb(
         periodogram_of(record), middle, HALF_SHARE * LINE_HZ, harmonics=harmonics, shortest_block_s=BLOCK_S

@@ -23,7 +23,7 @@ from srbval.signal import NORMAL_95, Phasors
 
 FloatArray = NDArray[np.float64]
 
-# Places that the informed fit tries, as far beside the line as it can be off.
+# Frequencies that the informed fit tries, as far from the line as it can be off.
 _INFORMED_BINS, _INFORMED_PLACES = 2.0, 801
 
 
@@ -48,7 +48,7 @@ class Accuracy:
     `weakest_db` is the weakest harmonic's line-to-noise ratio, `detected` the share of `trials`. `rmse_over_bound` is
     against noise alone, so above one with slip; `informed_over_bound` is that of a fit that is given the noise, the
     strength of every harmonic and that nothing slips (None with jitter). `coverage` is the 95 % interval's;
-    `ci95_over_error` the median half width over 1.96 root-mean-square errors: one where no wider than needed.
+    `ci95_over_error` the median half width over 1.96 root-mean-square errors: one where it is no wider than needed.
     """
 
     seconds: float
@@ -83,7 +83,7 @@ def _trial(cell: AccuracyCell, record: FloatArray) -> Trial:
 
 
 def _informed_hz(cell: AccuracyCell, record: FloatArray) -> float:
-    """Place of the most weighed power; for lines of Gaussian amplitude the weights rho / (1 + rho) are the best."""
+    """Frequency of the largest weighted power; weights rho / (1 + rho) are optimal for lines of Gaussian amplitude."""
     amplitudes = np.array(PROFILES[cell.profile])
     number = np.arange(1, amplitudes.size + 1, dtype=np.float64)
     rho = 10 ** (cell.snr_db / 10) * amplitudes**2
@@ -93,11 +93,11 @@ def _informed_hz(cell: AccuracyCell, record: FloatArray) -> float:
     turned = np.exp(-2j * np.pi * number[:, None, None] * place[:, None] * phasors.time_s)
     power = np.abs(np.einsum("cpb,cb->cp", turned, phasors.sums)) ** 2
     # A record's five lines are all of one noise: power adds up with the same scale.
-    weighed = rho / (1 + rho) @ power
-    top = int(np.clip(np.argmax(weighed), 1, place.size - 2))
-    left, middle, right = weighed[top - 1 : top + 2]
-    apart = (left - right) / (2 * (left - 2 * middle + right))
-    return LINE_HZ + float(place[top] + apart * (place[1] - place[0]))
+    weighted = rho / (1 + rho) @ power
+    top = int(np.clip(np.argmax(weighted), 1, place.size - 2))
+    left, middle, right = weighted[top - 1 : top + 2]
+    offset = (left - right) / (2 * (left - 2 * middle + right))
+    return LINE_HZ + float(place[top] + offset * (place[1] - place[0]))
 
 
 def summary(cell: AccuracyCell, trials: Sequence[Trial]) -> Accuracy:

@@ -1,4 +1,4 @@
-"""The converged run of a scene that others are held against, and how converged it is."""
+"""The converged run of a scene that others are compared with, and how converged it is."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class SceneReference:
     cached: bool
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
+        """What is written as JSON, flat."""
         own = plain_or_nulls(self.own_errors, MeasureErrors)
         return {
             "scene": self.scene,
@@ -55,7 +55,7 @@ class SceneReference:
 
 
 def reference_solver() -> str:
-    """The best method at hand: the one a scene uses unless told otherwise."""
+    """The most accurate method there is: the default of a scene."""
     return paper_scene().solver.name
 
 
@@ -102,18 +102,18 @@ def _stored(name: str, solver: str, settings: BenchSettings, store: ContentStore
     for power in range(FINEST, COARSEST - 1, -1):
         table = store.load(scene_content(_scene(name, solver, settings, power)))
         if table is not None:
-            return from_dict(table)
+            return _from_dict(table)
     return None
 
 
 def _pair(name: str, solver: str, settings: BenchSettings) -> tuple[Scene, Scene]:
-    """The reference's scene and the one at twice its step, as fine as the budget of wall time allows."""
+    """The reference's scene and the one at twice its step, as fine as the time budget allows."""
     trial = time_scene(
         bench_scene(name, solver=solver, seconds=settings.timing_s, settle_s=settings.timing_settle_s), repeats=1
     )
-    pace = trial.timing.best if trial.timing is not None else math.inf
-    least = pace * (settings.accuracy_s + settings.accuracy_settle_s) * SHARE_OF_CHECK
-    power = math.floor(math.log2(max(1.0, settings.reference_budget_s / least)))
+    wall_per_s = trial.timing.best if trial.timing is not None else math.inf
+    coarsest_s = wall_per_s * (settings.accuracy_s + settings.accuracy_settle_s) * SHARE_OF_CHECK
+    power = math.floor(math.log2(max(1.0, settings.reference_budget_s / coarsest_s)))
     power = min(FINEST, max(COARSEST, power))
     return _scene(name, solver, settings, power), _scene(name, solver, settings, power - 1)
 
@@ -134,7 +134,7 @@ def _reference(name: str, fine: Measured, coarse: Measured) -> SceneReference:
     )
 
 
-def from_dict(table: dict[str, Any]) -> SceneReference:
+def _from_dict(table: dict[str, Any]) -> SceneReference:
     """A stored reference."""
     harmonics = table["harmonics"]
     measures = {field.name: table[field.name] for field in fields(Measures)}

@@ -1,4 +1,4 @@
-"""One row of a benchmark: a scene, a solver, a step; what it cost and how wrong it was."""
+"""One row of a benchmark: a scene, a solver, a step; its cost and its errors."""
 
 from __future__ import annotations
 
@@ -45,19 +45,19 @@ class BenchRun:
 
     @property
     def cage_error_bound(self) -> float | None:
-        """Error in cage speed, not below the reference's own: what the comparison can vouch for."""
+        """Error in cage speed, not below the reference's own error, which limits the comparison."""
         if self.errors is None or self.reference_errors is None:
             return None
         return max(self.errors.cage_error, self.reference_errors.cage_error)
 
     @property
     def reference_limited(self) -> bool:
-        """Is the cage speed's error no larger than the reference's own, so that it may be chance?"""
+        """Is the cage speed's error no larger than the reference's own, so that it is not significant?"""
         return self.errors is not None and self.cage_error_bound != self.errors.cage_error
 
     @property
     def rhs_per_simulated_s(self) -> float | None:
-        """Evaluations of the equations of motion in a simulated second."""
+        """Evaluations of the equations of motion per simulated second."""
         per_step = right_hand_sides_per_step(self.solver)
         return None if per_step is None else per_step / self.dt_s
 
@@ -69,7 +69,7 @@ class BenchRun:
         return 1e6 * self.wall_per_simulated_s / self.rhs_per_simulated_s
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values, flat."""
+        """What is written as JSON, flat."""
         wall = self.wall_per_simulated_s
         return {
             "scene": self.scene,

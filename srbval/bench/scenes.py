@@ -1,4 +1,4 @@
-"""The scenes that solvers are compared on: the paper's, and its reading with the rollers as printed."""
+"""The scenes that solvers are compared on: the paper's with play, and with its printed roller diameter."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def bench_scene(
     settle_s: float,
     contact: dict[str, Any] | None = None,
 ) -> Scene:
-    """The paper's scene in the reading and state that `name` says, such as ``interference-outer``.
+    """The paper's scene with the roller fit and state in `name`, such as ``interference-outer``.
 
     `contact` is laid over its contact table. Raises `ConfigurationError` for an unknown name.
     """
@@ -46,7 +46,7 @@ def bench_scene(
 
 
 def scene_content(scene: Scene) -> str:
-    """Everything that a scene and its bearing say, as text: what a result that is computed from it is keyed by."""
+    """A scene and its bearing's data as text: the key of results that are computed from the scene."""
     return json.dumps(scene_dict(scene), sort_keys=True) + _bearing_content(scene.bearing)
 
 

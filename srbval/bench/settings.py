@@ -1,4 +1,4 @@
-"""How long a benchmark runs."""
+"""Durations and repetitions of a benchmark."""
 
 from __future__ import annotations
 

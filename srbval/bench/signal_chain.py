@@ -26,7 +26,7 @@ FloatArray = NDArray[np.float64]
 
 FS_HZ, SAMPLES = 20_480.0, 614_400
 BANDS_HZ = ((1400.0, 2800.0), (500.0, 1500.0))  # of the rig's and of the simulated signals
-RECORDS = 5  # what a cut-off filtered record leaves depends on the few samples at its ends: the worst of so many
+RECORDS = 5  # the error of a truncated filtered record depends on the few samples at its ends: the worst of so many
 AGREEMENT = 1e-4  # of the largest value
 FAULT_HZ, FAULT_DEPTH = 97.0, 0.3
 # What is timed: a record of `SAMPLES` in the first band, a scalogram of these rows.
@@ -38,12 +38,12 @@ ROUNDS = 3
 class ChainError:
     """Errors beyond the ends that are dropped, the worst of `records` records of white noise.
 
-    Of the squared envelope, the largest one over its largest value: the truth is the same band of a record three times
-    as long, of which this is the middle. `one_pass` and `papers_chain` (sosfiltfilt, Hilbert transform, square) are
-    against it; `papers_chain_faded` is the latter with the dropped ends brought smoothly to zero between filter and
-    Hilbert transform; `one_pass_less_chain` and `one_pass_less_faded` are differences between the one pass and these.
+    Of the squared envelope, the largest error over its largest value: the true one is that of the same band of a record
+    three times as long, of which this is the middle. `one_pass` and `papers_chain` (sosfiltfilt, Hilbert transform,
+    square) are errors against it; `papers_chain_faded` is the latter with the dropped ends faded to zero between filter
+    and Hilbert transform; `one_pass_less_chain` and `one_pass_less_faded` are differences of the one pass from these.
 
-    Of what is taken from it, the one pass less the chain as it stands: `envelope_less_chain`, the largest difference of
+    Of what is computed from it, the one pass less the unchanged chain: `envelope_less_chain`, the largest difference of
     the modulus over its largest value; `envelope_rms_less_chain`, its root mean square over the modulus's own;
     `agree_beyond_s`, how far from either end the former is last above `AGREEMENT` [s] (the chain's error dies out as
     1/t only); `lines_less_chain`, the largest difference of a line of the squared envelope's amplitude spectrum, 0 Hz
@@ -88,7 +88,7 @@ def _chain_error(whole: FloatArray, count: int, band_hz: tuple[float, float]) ->
     filtered = bandpass(record, FS_HZ, band_hz)
     chain, faded = squared_envelope(filtered), squared_envelope(filtered, fade=end)
     envelope = np.sqrt(chain)
-    apart = np.abs(np.abs(analytic_signal(record, FS_HZ, band_hz)) - envelope)
+    difference = np.abs(np.abs(analytic_signal(record, FS_HZ, band_hz)) - envelope)
 
     def largest(found: FloatArray, expected: FloatArray) -> float:
         return float(np.abs(found - expected)[end:-end].max() / truth[end:-end].max())
@@ -103,33 +103,33 @@ def _chain_error(whole: FloatArray, count: int, band_hz: tuple[float, float]) ->
         papers_chain_faded=largest(faded, truth),
         one_pass_less_chain=largest(ours, chain),
         one_pass_less_faded=largest(ours, faded),
-        envelope_less_chain=float(apart[end:-end].max() / envelope[end:-end].max()),
-        envelope_rms_less_chain=float(np.linalg.norm(apart[end:-end]) / np.linalg.norm(envelope[end:-end])),
-        agree_beyond_s=_last_above(apart, AGREEMENT * envelope[end:-end].max()) / FS_HZ,
-        lines_less_chain=_lines_apart(ours[end:-end], chain[end:-end]),
-        fault_line_less_chain=_fault_line_apart(record, band_hz, end),
+        envelope_less_chain=float(difference[end:-end].max() / envelope[end:-end].max()),
+        envelope_rms_less_chain=float(np.linalg.norm(difference[end:-end]) / np.linalg.norm(envelope[end:-end])),
+        agree_beyond_s=_last_above(difference, AGREEMENT * envelope[end:-end].max()) / FS_HZ,
+        lines_less_chain=_line_difference(ours[end:-end], chain[end:-end]),
+        fault_line_less_chain=_fault_line_difference(record, band_hz, end),
     )
 
 
 def _one_pass(record: FloatArray, band_hz: tuple[float, float]) -> FloatArray:
-    """The one pass's squared envelope brought back to the full rate, [n]."""
+    """The one pass's squared envelope, interpolated to the full sampling rate, [n]."""
     square, _ = squared_envelope_one_pass(record, FS_HZ, band_hz)
     whole: FloatArray = scipy.fft.irfft(scipy.fft.rfft(square) * (record.size / square.size), n=record.size)
     return whole
 
 
 def _last_above(values: FloatArray, limit: float) -> float:
-    """How many samples from the nearer end the innermost of `values` above `limit` lies."""
+    """Distance of the innermost of `values` above `limit` from the nearer end [samples]."""
     above = np.nonzero(values > limit)[0]
     return float(np.minimum(above, values.size - 1 - above).max(initial=0))
 
 
-def _lines_apart(found: FloatArray, expected: FloatArray) -> float:
+def _line_difference(found: FloatArray, expected: FloatArray) -> float:
     lines = np.abs(scipy.fft.rfft(expected))[1:]
     return float(np.abs(np.abs(scipy.fft.rfft(found))[1:] - lines).max() / lines.max())
 
 
-def _fault_line_apart(noise: FloatArray, band_hz: tuple[float, float], end: int) -> float:
+def _fault_line_difference(noise: FloatArray, band_hz: tuple[float, float], end: int) -> float:
     turning = np.exp(2j * np.pi * FAULT_HZ / FS_HZ * np.arange(noise.size))
     record = noise * (1 + FAULT_DEPTH * turning.real)
     found, expected = (

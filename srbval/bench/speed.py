@@ -22,7 +22,7 @@ SLOW_RAD_S, LOOSE_M = 1e-6, 3e-3
 
 
 @dataclass(frozen=True, kw_only=True)
-class TouchCost:
+class ContactCost:
     """Cost of a healthy scene and what is in contact in it (`touching` None: the run failed).
 
     `us_per_step` is the best wall time of one step, `ns_per_point` the same per point in contact.
@@ -85,18 +85,18 @@ def speed_rows(
     return rows
 
 
-def touch_costs(solver: str, settings: BenchSettings, progress: Progress = silent) -> list[TouchCost]:
+def contact_costs(solver: str, settings: BenchSettings, progress: Progress = silent) -> list[ContactCost]:
     """Cost against points per circle, K_c n_pc and C_c n_pc constant, and with both roller fits; healthy scenes."""
     cases = [(HEALTHY[0], points) for points in POINTS] + [(HEALTHY[1], POINTS[0]), (NOTHING_TOUCHES, POINTS[0])]
     costs = []
     for number, (name, points) in enumerate(cases):
         progress("time more points", number / len(cases))
-        costs.append(_touch_cost(name, points, solver, settings))
+        costs.append(_contact_cost(name, points, solver, settings))
     progress("time more points", 1.0)
     return costs
 
 
-def _touch_cost(name: str, points: int, solver: str, settings: BenchSettings) -> TouchCost:
+def _contact_cost(name: str, points: int, solver: str, settings: BenchSettings) -> ContactCost:
     paper = paper_scene().contact
     fewer = paper.points_per_circle / points
     scene = bench_scene(
@@ -111,7 +111,7 @@ def _touch_cost(name: str, points: int, solver: str, settings: BenchSettings) ->
             contact=replace(scene.contact, radial_play_m=LOOSE_M),
         )  # fmt: skip
     timed: Attempt = time_scene(scene, settings.repeats)
-    return TouchCost(
+    return ContactCost(
         scene=name,
         solver=solver,
         points_per_circle=points,

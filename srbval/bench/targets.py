@@ -1,4 +1,4 @@
-"""The limits that a benchmark's figures should keep; each is shown, whether met or not."""
+"""The limits that a benchmark's results should keep; each is shown, whether met or not."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import ClassVar
 from srbval.bench.processes import Processes
 from srbval.bench.row import BenchRun
 from srbval.bench.scenes import PAPER_STEP_S
-from srbval.bench.speed import HEALTHY, NOTHING_TOUCHES, POINTS, TouchCost
+from srbval.bench.speed import HEALTHY, NOTHING_TOUCHES, POINTS, ContactCost
 from srbval.scene import paper_scene
 
 REAL_TIME = 1.0  # wall seconds per simulated second
@@ -46,7 +46,7 @@ class Target:
         return self.value <= self.limit
 
 
-def speed_targets(rows: Sequence[BenchRun], costs: Sequence[TouchCost], processes: Processes | None) -> list[Target]:
+def speed_targets(rows: Sequence[BenchRun], costs: Sequence[ContactCost], processes: Processes | None) -> list[Target]:
     """The speed figures of the full model, from what this run of the benchmark measured."""
     own = [
         _of_row(rows, scene, "ode4", PAPER_STEP_S, _wall, f"full model, ode4 at 1/61440 s, {scene}", REAL_TIME, "s/s")
@@ -131,14 +131,14 @@ def _closest(rows: Sequence[BenchRun]) -> float | None:
     return min((error for error in errors if error is not None), default=None)
 
 
-def points_growth(costs: Sequence[TouchCost]) -> float | None:
+def points_growth(costs: Sequence[ContactCost]) -> float | None:
     """Time per point in contact at the most points over that at the fewest; above 1, other points cost time too."""
     per_point = {c.points_per_circle: c.ns_per_point for c in costs if c.scene == HEALTHY[0]}
     few, many = per_point.get(POINTS[0]), per_point.get(POINTS[-1])
     return None if few is None or many is None else many / few
 
 
-def contact_cost_ratio(costs: Sequence[TouchCost]) -> float | None:
+def contact_cost_ratio(costs: Sequence[ContactCost]) -> float | None:
     """Contact time per pair in contact where few rollers are over that where all are; above 1, idle pairs cost too.
 
     Contact time is what a step takes beyond the bodies' own motion, timed where nothing is in contact.

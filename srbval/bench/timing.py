@@ -1,4 +1,4 @@
-"""Wall time of a scene on one core: warm-up apart, best and median of several runs."""
+"""Wall time of a scene on one core: best and median of several runs, after one that is not timed."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ WARM_UP_S = 0.002
 
 @dataclass(frozen=True, kw_only=True)
 class RunTiming:
-    """Wall seconds per simulated second, best and median of `repeats`; share of a core the best run really had.
+    """Wall seconds per simulated second, best and median of `repeats`; share of a core that the best run had.
 
-    The share is processor time over wall time: well below 1, somebody else was using the core.
+    The share is processor time over wall time: well below 1, another process was using the core.
     """
 
     best: float
@@ -32,7 +32,7 @@ class RunTiming:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Attempt:
-    """A run with its timing, or without either the reason why there is none.
+    """A run with its timing, or the reason why there is none.
 
     `status` is the run's own, or ``refused`` where it was not even begun.
     """

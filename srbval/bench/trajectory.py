@@ -1,7 +1,7 @@
-"""Short-window trajectory error: how fast a method closes in on the same motion as its step is halved.
+"""Short-window trajectory error: convergence of a method to the same motion as its step is halved.
 
-All runs of a scene start from the same state, the model's static equilibrium. Beyond some 0.1 s the motion forgets
-where it started (rollers rattle in the unloaded zone) and a pointwise error says nothing: hence the short window.
+All runs of a scene start from the same state, the model's static equilibrium. After some 0.1 s the motion no longer
+depends on its start (rollers rattle in the unloaded zone) and a pointwise error is meaningless: hence the short window.
 """
 
 from __future__ import annotations

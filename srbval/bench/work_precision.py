@@ -49,9 +49,9 @@ def compared(row: BenchRun, run: Measured, reference: SceneReference) -> BenchRu
 
 
 def non_dominated(points: Sequence[tuple[float, float] | None]) -> list[bool]:
-    """For each pair of costs: is there no other that is at most as large in both and smaller in one?
+    """For each pair of values: is there no other that is at most as large in both and smaller in one?
 
-    None stands for a run without such figures: it neither beats nor is on the front.
+    None stands for a run without these values: it is not on the front and beats no other.
     """
     present = [p for p in points if p is not None]
     return [p is not None and not any(_beats(other, p) for other in present) for p in points]

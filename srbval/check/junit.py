@@ -10,7 +10,7 @@ from srbval.storage.whole_file import whole_file
 
 
 def write_junit(path: Path, result: CheckResult, *, seconds: float) -> None:
-    """Write one test case a quantity, with a failure's values as its message; `DataError` where that cannot be."""
+    """Write one test case per quantity, with a failure's values as its message; `DataError` where that cannot be."""
     failed = sum(not check.ok for check in result.checks)
     counts = {"tests": len(result.checks) + len(result.skipped), "failures": failed, "skipped": len(result.skipped)}
     suite = ElementTree.Element("testsuite", {"name": "srbval check", "errors": "0", "time": f"{seconds:.1f}"})
@@ -23,8 +23,8 @@ def write_junit(path: Path, result: CheckResult, *, seconds: float) -> None:
     for name in result.skipped:
         case = ElementTree.SubElement(suite, "testcase", {"classname": "srbval.check", "name": name})
         ElementTree.SubElement(case, "skipped", {"message": "needs a recording that is not registered"})
-    whole = ElementTree.Element("testsuites")
-    whole.append(suite)
-    ElementTree.indent(whole)
+    suites = ElementTree.Element("testsuites")
+    suites.append(suite)
+    ElementTree.indent(suites)
     with whole_file(path) as part:
-        ElementTree.ElementTree(whole).write(part, encoding="utf-8", xml_declaration=True)
+        ElementTree.ElementTree(suites).write(part, encoding="utf-8", xml_declaration=True)

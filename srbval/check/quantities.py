@@ -1,4 +1,4 @@
-"""What is checked: each group of quantities is computed anew from a scene that they all start from.
+"""The quantities that are checked: each group is computed anew from one base scene.
 
 A group is a function of that scene to values by name. What cannot be computed here, for want of a recording, is None;
 what could not be computed because something failed is NaN.
@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
-from srbval.check.runs import Values, balance, printed, read_line, run_side_by_side, taken_from, with_defect
+from srbval.check.runs import Values, balance, measures_of, printed, read_line, run_side_by_side, with_defect
 from srbval.progress import Progress
 from srbval.recordings import load_recording
 from srbval.recordings.registry import find_recording
@@ -28,13 +28,13 @@ def kinematics(base: Scene, _: Progress) -> Values:
 
 
 def statics(base: Scene, _: Progress) -> Values:
-    """Static balance, which knows the stiffness, the fit and every circle's radius, and leaves nothing to chance."""
+    """Static balance: deterministic, and depends on the stiffness, the fit and every circle's radius."""
     scenes = {"play": base, "printed": printed(base)}
     return {f"static_{name}_{fit}": value for fit, scene in scenes.items() for name, value in balance(scene).items()}
 
 
 def runs(base: Scene, progress: Progress) -> Values:
-    """The paper's scene without and with a defect on either race, and the printed fit: what Table 6 rests on."""
+    """The paper's scene without and with a defect on either race, and the printed fit: the runs behind Table 6."""
     outer = with_defect(base, Fault.OUTER)
     scenes = {
         "healthy": with_defect(base, Fault.HEALTHY),
@@ -44,7 +44,7 @@ def runs(base: Scene, progress: Progress) -> Values:
     }
     done = run_side_by_side(scenes, progress)
     found: dict[str, float | None] = {
-        f"{quantity}_{name}": value for name, run in done.items() for quantity, value in taken_from(run).items()
+        f"{quantity}_{name}": value for name, run in done.items() for quantity, value in measures_of(run).items()
     }
     return found | {
         "failed_runs": float(sum(run is None for run in done.values())),

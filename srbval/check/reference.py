@@ -1,4 +1,4 @@
-"""Reference results: a value for every quantity, how far a fresh one may lie from it, and why that far."""
+"""Reference results: a value for every quantity, how far a new one may be from it, and why that far."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SPARE_DIGITS = 2  # of a value beyond its tolerance's first
 
 @dataclass(frozen=True, kw_only=True)
 class ReferenceQuantity:
-    """One quantity: `value` [`unit`], not yet known where None, the `tolerance` either side and the `reason` for it."""
+    """One quantity: `value` [`unit`], None where not yet known, the `tolerance` either side and the `reason` for it."""
 
     name: str
     value: float | None = None
@@ -74,7 +74,7 @@ def _without_null(table: Any) -> Any:
 
 
 def write_reference(path: Path, quantities: Mapping[str, ReferenceQuantity]) -> None:
-    """Write `path` and, for spreadsheets, the same table beside it as CSV; each whole or not at all."""
+    """Write `path` and, for spreadsheets, the same table beside it as CSV; each completely or not at all."""
     rows = [asdict(quantity) for quantity in quantities.values()]
     text = io.StringIO()
     table = csv.DictWriter(text, fieldnames=list(rows[0]), lineterminator="\n")

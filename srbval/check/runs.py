@@ -29,7 +29,7 @@ SECONDS = 2.0
 
 
 def printed(base: Scene) -> Scene:
-    """The same with rollers as thick as Table 1 prints them: every roller is loaded, nothing rattles."""
+    """The same with the roller diameter printed in Table 1: every roller is loaded, nothing rattles."""
     return replace(base, contact=replace(base.contact, roller_fit=RollerFit.PRINTED))
 
 
@@ -45,7 +45,7 @@ def run_side_by_side(scenes: Mapping[str, Scene], progress: Progress) -> dict[st
         scene = scenes[name]
         try:
             run = simulate(scene, progress=lambda _, fraction: progress(name, fraction))
-        except ConfigurationError:  # the reference scenes are sound: then the model is not
+        except ConfigurationError:  # the reference scenes are valid: the model is at fault
             return None
         return run if run.status is RunStatus.OK else None
 
@@ -54,16 +54,16 @@ def run_side_by_side(scenes: Mapping[str, Scene], progress: Progress) -> dict[st
         return dict(zip(scenes, pool.map(one, scenes), strict=True))
 
 
-def taken_from(run: Run | None) -> dict[str, float]:
+def measures_of(run: Run | None) -> dict[str, float]:
     """Cage, load, slip power and vibration of a run; NaN throughout where it failed."""
     if run is None:
         return dict.fromkeys(("cage_ratio", "roller_load_share", "slip_power_w", "band_rms_m_s2"), math.nan)
-    taken = measure(run)
+    measured = measure(run)
     return {
-        "cage_ratio": taken.cage_ratio,
+        "cage_ratio": measured.cage_ratio,
         "roller_load_share": run.roller_load_share,
         "slip_power_w": float(run.energy.friction_w.mean()),
-        "band_rms_m_s2": taken.band_rms_m_s2,
+        "band_rms_m_s2": measured.band_rms_m_s2,
     }
 
 
@@ -84,7 +84,7 @@ def balance(scene: Scene) -> dict[str, float]:
     model = make_parameters(scene, bearing.geometry)
     try:
         state = equilibrium_state(model).state
-    except ConfigurationError:  # the reference scenes have one: then the model is at fault
+    except ConfigurationError:  # the reference scenes have one: the model is at fault
         return {"ring_um": math.nan, "roller_share": math.nan}
     ring = state[len(state) // 2 - 3 : len(state) // 2]
     share = static_share(RunStatistics(scene=scene, bearing=bearing), model, ring)

@@ -1,4 +1,4 @@
-"""New reference values from a fresh run: shown as differences first, then written."""
+"""New reference values from a new run: shown as differences first, then written."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def renewed(reference: Mapping[str, ReferenceQuantity], result: CheckResult) -> 
     """
     for check in result.checks:
         if not math.isfinite(check.value):
-            raise ConfigurationError(f"{check.name} could not be computed; nothing was replaced. Mend the run first.")
+            raise ConfigurationError(f"{check.name} could not be computed; nothing was replaced. Correct that first.")
         if check.name not in reference:
             raise ConfigurationError(f"{check.name} has no tolerance and no reason; add both to the reference file.")
     fresh = {check.name: check.value for check in result.checks}

@@ -77,7 +77,7 @@ TRAJECTORY_COLUMNS = {
     "observed order": "observed_order",
     "of reference": "reference_error",
 }
-TOUCH_COLUMNS = {
+CONTACT_COLUMNS = {
     "scene": "scene",
     "solver": "solver",
     "points/circle": "points_per_circle",
@@ -221,7 +221,7 @@ def _print(result: BenchResult) -> None:
     print_columns(COST_COLUMNS, rows)
     if result.references:
         _print_accuracy(result, rows)
-    print_columns(TOUCH_COLUMNS, [json_object(cost) for cost in result.touch_costs])
+    print_columns(CONTACT_COLUMNS, [json_object(cost) for cost in result.contact_costs])
     print_columns(TARGET_COLUMNS, [json_object(t) | {"verdict": VERDICT[t.met]} for t in result.targets])
 
 

@@ -1,1 +1,1 @@
-"""Where each method of time integration fails: solver by step by speed, and the limit that linear theory predicts."""
+"""Where each method of time integration fails, by solver, step and speed, and the limit that linear theory predicts."""

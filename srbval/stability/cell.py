@@ -1,15 +1,18 @@
-"""One cell of the map: the run's own status, and the comparison with the converged run."""
+"""One cell of the map: the run's own status and its comparison with the converged run; planted failures."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
+from srbval.bench.scenes import PAPER_STEP_S
 from srbval.models.run import RunStatus
 from srbval.stability.grid import StabilityCase
 from srbval.stability.outcome import StabilityOutcome
-from srbval.stability.predict import StepLimits
 from srbval.stability.reference import StabilityReference, relative
+from srbval.stability.step_limits import StepLimits
 
 CAGE_LIMIT = 0.01  # relative, from the converged run
 # Part of the converged run's load that the rollers must carry, and may: below, load is lost; above, they bounce harder
@@ -17,6 +20,9 @@ CAGE_LIMIT = 0.01  # relative, from the converged run
 LOAD_RANGE = (0.95, 1.1)
 UNLIKE = "unlike-reference"  # the run passed its own tests, the comparison did not
 NO_REFERENCE = "no-reference"
+# Silent failures, as solver and step over the paper's: all rollers end out of contact, acceleration zero, no NaN.
+PLANTED = (("ode1", 2), ("ode1", 4), ("ode2", 4))
+PLANTED_RPM = (710.0, 3000.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,3 +118,44 @@ class StabilityCell:
             "seconds": outcome.seconds,
             "wall_s": outcome.wall_s,
         }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Planted:
+    """A planted failure: detected (`caught`) where the run's own status is not ``ok``."""
+
+    JSON_PROPERTIES: ClassVar = ("caught",)
+
+    scene: str
+    critical_velocity_m_s: float
+    solver: str
+    dt_s: float
+    rpm: float
+    run_status: str
+
+    @property
+    def caught(self) -> bool:
+        """Did the run detect it itself?"""
+        return self.run_status != "ok"
+
+
+def planted_in(cells: Sequence[StabilityCell]) -> tuple[Planted, ...]:
+    """The planted failures among `cells`."""
+    return tuple(
+        Planted(
+            scene=cell.case.group.scene,
+            critical_velocity_m_s=cell.case.group.critical_velocity_m_s,
+            solver=cell.case.solver,
+            dt_s=cell.case.step_s,
+            rpm=cell.case.group.rpm,
+            run_status=cell.outcome.status,
+        )
+        for cell in cells
+        if _is_planted(cell)
+    )
+
+
+def _is_planted(cell: StabilityCell) -> bool:
+    times = cell.case.step_s / PAPER_STEP_S
+    known = any(cell.case.solver == solver and math.isclose(times, n, rel_tol=1e-6) for solver, n in PLANTED)
+    return known and cell.case.group.rpm in PLANTED_RPM

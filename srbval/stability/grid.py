@@ -1,4 +1,4 @@
-"""Which runs make the stability map, and how long they are."""
+"""The runs of the stability map, and their durations."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from srbval.models.solvers import SOLVERS
 from srbval.scene import Scene
 
 RPM = 2 * math.pi / 60  # rad/s
-WHOLE_HZ = 256.0  # durations are whole numbers of 1/256 s, and so of every output interval there is
+WHOLE_HZ = 256.0  # durations are multiples of 1/256 s, and so of every output interval in use
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,7 +23,7 @@ class StabilityGrid:
     """Every combination of these is a cell.
 
     `steps_per_s` are the step sizes as divisors of a second; `seconds` the least duration of a run, or `passages` of
-    a roller over the outer race where these take longer; `settle_passages` are run before. References run
+    a roller over the outer race where these take longer; `settle_passages` precede it. References run
     `reference_steps_per_s`, and once more at half as many.
     """
 

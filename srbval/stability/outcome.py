@@ -21,11 +21,11 @@ from srbval.validation.pipeline import SIMULATED_BAND_HZ
 
 @dataclass(frozen=True, kw_only=True)
 class StabilityOutcome:
-    """How a run ended by its own judgement, and its figures; NaN where there are none.
+    """How a run ended by its own checks, and its measures; NaN where there are none.
 
     `cage_ratio` is weighted as in `bench.measures`; `load_share` the part of the radial load on the rollers;
     `band_rms_m_s2` the ring's vertical acceleration, 500-1500 Hz; `energy_imbalance` as in the run's summary.
-    `wall_s` is disturbed by runs beside it.
+    `wall_s` is disturbed by parallel runs.
     """
 
     status: str
@@ -75,7 +75,7 @@ def outcomes(
 
 
 def outcome_of(tried: Attempt, wall_s: float) -> StabilityOutcome:
-    """What is kept of an attempt."""
+    """What is stored of an attempt."""
     scene, run = tried.scene, tried.run
     figures = dict.fromkeys(("cage_ratio", "load_share", "band_rms_m_s2", "energy_imbalance"), math.nan)
     if run is not None and run.samples > 0:
@@ -100,5 +100,5 @@ def _stored(store: ContentStore, scene: Scene) -> StabilityOutcome | None:
     names = {field.name for field in fields(StabilityOutcome)}
     if table is None or set(table) != names:
         return None
-    whole: dict[str, Any] = {name: math.nan if value is None else value for name, value in table.items()}
-    return StabilityOutcome(**whole)
+    values: dict[str, Any] = {name: math.nan if value is None else value for name, value in table.items()}
+    return StabilityOutcome(**values)

@@ -1,4 +1,4 @@
-"""The stability map as a whole."""
+"""The complete stability map."""
 
 from __future__ import annotations
 
@@ -10,13 +10,12 @@ from srbval.bearing import load_bearing
 from srbval.bench.calibration import calibrate
 from srbval.bench.machine import Machine, describe_machine, load_average
 from srbval.progress import Progress, silent
-from srbval.stability.cell import NO_REFERENCE, UNLIKE, StabilityCell
+from srbval.stability.cell import NO_REFERENCE, UNLIKE, Planted, StabilityCell, planted_in
 from srbval.stability.claims import Claim, claims
 from srbval.stability.grid import FULL, StabilityCase, StabilityGrid, StabilityGroup
 from srbval.stability.outcome import StabilityOutcome, outcome_store, outcomes
-from srbval.stability.planted import Planted, planted_in
-from srbval.stability.predict import StepLimits, predict
 from srbval.stability.reference import StabilityReference, reference_cases, reference_of
+from srbval.stability.step_limits import StepLimits, predict
 from srbval.storage.content_store import ContentStore
 
 PREDICTING, CONVERGING, MAPPING = "step limits of linear theory", "converged runs", "runs of the map"
@@ -24,7 +23,7 @@ PREDICTING, CONVERGING, MAPPING = "step limits of linear theory", "converged run
 
 @dataclass(frozen=True, kw_only=True)
 class StabilityResult:
-    """Everything one map holds; cells stand by scene, critical velocity, speed, solver, step."""
+    """All results of a map; cells are ordered by scene, critical velocity, speed, solver, step."""
 
     machine: Machine
     grid: StabilityGrid
@@ -45,7 +44,7 @@ class StabilityResult:
 
     @property
     def sound(self) -> bool:
-        """Are all planted failures caught and no converged run flagged?"""
+        """Are all planted failures detected and no converged run flagged?"""
         return all(p.caught for p in self.planted) and not any(r.flagged for r in self.references)
 
     def to_dict(self) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from srbval.models.solvers import METHODS
 from srbval.models.solvers.limit import longest_step
 from srbval.models.step_limit import elastic_limit_s, stiffest_roller, without_friction
 from srbval.scene import paper_scene
-from srbval.stability.linear import balanced, linearise
+from srbval.stability.step_limits import balanced, linearise
 
 SINGLE_ROLLER = 0.02  # by which it may miss the whole bearing's limit: 0.2 to 1.7 % seen
 FITS: dict[str, dict[str, Any]] = {"play 0": {}, "interference": {"contact": {"roller_fit": "printed"}}}

@@ -7,13 +7,12 @@ from typing import Any
 
 import pytest
 
-from srbval.stability.cell import UNLIKE, StabilityCell
+from srbval.stability.cell import UNLIKE, StabilityCell, planted_in
 from srbval.stability.claims import claims
 from srbval.stability.grid import StabilityCase, StabilityGroup
 from srbval.stability.outcome import StabilityOutcome
-from srbval.stability.planted import planted_in
-from srbval.stability.predict import StepLimits
 from srbval.stability.reference import StabilityReference
+from srbval.stability.step_limits import StepLimits
 
 
 def outcome(**changes: Any) -> StabilityOutcome:

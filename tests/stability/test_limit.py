@@ -14,7 +14,7 @@ from srbval.models.solvers.linear import Linear
 from srbval.models.solvers.step_map import stability_function, step_map
 from srbval.models.step_limit import without_friction
 from srbval.stability.grid import FULL, StabilityCase, StabilityGroup
-from srbval.stability.linear import balanced, linearise
+from srbval.stability.step_limits import balanced, linearise
 
 FloatArray = NDArray[np.float64]
 

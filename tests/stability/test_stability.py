@@ -14,9 +14,9 @@ from srbval.cli import main, stability_command
 from srbval.errors import ConfigurationError
 from srbval.scene import paper_scene
 from srbval.stability import outcome as outcome_module
+from srbval.stability.cell import PLANTED, PLANTED_RPM
 from srbval.stability.grid import FULL, StabilityGrid
 from srbval.stability.outcome import outcome_store
-from srbval.stability.planted import PLANTED, PLANTED_RPM
 from srbval.stability.stability import StabilityResult, run_stability
 from srbval.storage.strict_json import json_object
 

@@ -1,1 +1,1 @@
-"""The ladder of models against the full one: what each question's answer is off by on each rung, and what it costs."""
+"""The ladder of models compared with the full one: error of each question's answer on each rung, and its cost."""

@@ -1,4 +1,4 @@
-"""The scenes that the ladder is calibrated on, a grid about the paper's; and drawn ones within it."""
+"""The scenes that the ladder is calibrated on: a grid about the paper's scene, and random ones within it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ BETWEEN_SEED, HELD_OUT_SEED = 1, 5
 
 @dataclass(frozen=True, kw_only=True, order=True)
 class CalibrationScene:
-    """A scene in a few values; all else is the paper's. `height_mm` is 0 without a defect."""
+    """A scene in a few values, all others as in the paper's. `height_mm` is 0 without a defect."""
 
     kind: str
     fit: str
@@ -60,7 +60,7 @@ def grid() -> list[CalibrationScene]:
 
 
 def quick_grid() -> list[CalibrationScene]:
-    """Two scenes, for a first look."""
+    """Two scenes, for a quick measurement."""
     return [
         CalibrationScene(kind=kind.scene_word, fit="play", rpm=710.0, radial_kn=124.8, height_mm=0.2)
         for kind in (Fault.OUTER, Fault.INNER)
@@ -68,14 +68,14 @@ def quick_grid() -> list[CalibrationScene]:
 
 
 def between() -> list[CalibrationScene]:
-    """Scenes anywhere within the grid, drawn: how much errors vary between its scenes is read from them."""
+    """Random scenes within the grid: they show how much errors vary between its scenes."""
     return drawn(BETWEEN_SEED, power=3)
 
 
 def held_out() -> list[CalibrationScene]:
-    """Scenes anywhere within the grid, drawn by the same rule from another seed: for testing predictions, nothing else.
+    """Random scenes within the grid from another seed, used only for testing predictions.
 
-    No figure of the planner may be chosen by what these show.
+    No constant of the planner may be tuned to these.
     """
     return drawn(HELD_OUT_SEED, power=2)
 

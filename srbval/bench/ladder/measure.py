@@ -30,7 +30,7 @@ REFINEMENT = 2  # of the reference's step
 
 @dataclass(frozen=True, kw_only=True)
 class Answered:
-    """A run's answers and cost; `answers` empty where the run failed, as `status` says."""
+    """A run's answers and cost; `answers` is empty where the run failed (`status`)."""
 
     status: str
     wall_per_simulated_s: float | None

@@ -21,14 +21,14 @@ from srbval.validation.analyse import analyse
 from srbval.validation.pipeline import SIMULATED_BAND_HZ
 
 HARMONICS = 10
-WIDE_BAND_HZ = (300.0, 3300.0)  # keeps a pulse's shape: ten times BPFO and more on one side of its middle
+WIDE_BAND_HZ = (300.0, 3300.0)  # preserves a pulse's shape: more than ten times BPFO on either side of its middle
 
 
 @dataclass(frozen=True, kw_only=True)
-class Missing:
+class MissingHarmonic:
     """The missing harmonic: by the sinc of the pulse's length, and as measured in a wide band and in the paper's.
 
-    Not whole: where between two harmonics the heights pass zero. None: no harmonic of the first `HARMONICS` is missing.
+    A fraction where the heights pass zero between two harmonics. None: none of the first `HARMONICS` is missing.
     """
 
     pulse: Pulse
@@ -37,13 +37,13 @@ class Missing:
     paper_band: float | None
 
 
-def missing_of(scene: Scene) -> Missing:
+def missing_of(scene: Scene) -> MissingHarmonic:
     """Run a scene with a race's defect and read which harmonic it lacks; `NumericsError` for a failed run."""
     run = simulate(scene)
     if run.status is not RunStatus.OK:
         raise NumericsError(f"run failed ({run.status}): {run.reason}.")
     pulse = pulse_of(scene)
-    return Missing(
+    return MissingHarmonic(
         pulse=pulse,
         by_sinc=1 / pulse.share,
         wide_band=missing_harmonic(harmonic_heights(run, WIDE_BAND_HZ)),

@@ -1,4 +1,4 @@
-"""What may be asked of a scene, how a run answers it, and what the error of an answer is.
+"""Questions that are asked of a scene, how a run answers them, and the error of an answer.
 
 Every answer is read from a run through the pipeline of every recording; errors are in per cent.
 """
@@ -25,11 +25,11 @@ from srbval.validation.analyse import Analysis, analyse
 FloatArray = NDArray[np.float64]
 Answer = tuple[float, ...]
 
-SIDEBANDS = (-2, -1, 1, 2)  # multiples of the shaft speed beside the line
+SIDEBANDS = (-2, -1, 1, 2)  # multiples of the shaft speed about the line
 HARMONICS = 5
 PADDING = 4  # times the record's length
 REACH = 1.0  # resolutions either side of a line in which its top is looked for
-FAINT = 0.05  # sidebands are compared with the reference's strongest, or this share of the line if that is fainter
+FAINT = 0.05  # errors of sidebands refer to the reference's strongest, but at least to this share of the line
 
 
 class Question(enum.StrEnum):
@@ -85,16 +85,16 @@ MEANING: Mapping[Question, Meaning] = {
 
 
 def asked_of(kind: Fault) -> tuple[Question, ...]:
-    """The questions that make sense for a defect: a healthy bearing has no line with harmonics and sidebands."""
+    """The questions that apply to a defect: a healthy bearing has no line with harmonics and sidebands."""
     empty = (Question.HARMONICS, Question.SIDEBANDS) if kind is Fault.HEALTHY else ()
     return tuple(q for q in Question if q not in empty)
 
 
 def answers(run: Run, bearing: Bearing) -> dict[Question, Answer | None]:
-    """What a run that went well says to each question; None where it is silent or too short.
+    """The answers of a successful run to every question; None where it has none or is too short.
 
     A line's frequency is that of the cage passing the race, which a defect there has on average: read from a record of
-    seconds it would be some tenths of a per cent uncertain, and errors of models would drown in that.
+    seconds it would be some tenths of a per cent uncertain, and errors of models would be hidden by that.
     """
     ratio = smooth_mean(run.cage_rad_s) / run.scene.mean_shaft_rad_s
     found: dict[Question, Answer | None] = dict.fromkeys(Question)
@@ -155,7 +155,7 @@ def line_heights(envelope: FloatArray, fs_hz: float, lines_hz: Sequence[float]) 
 
 
 def error_pct(question: Question, own: Answer | None, right: Answer | None) -> float | None:
-    """Error of an answer; None where either is missing: then there is nothing to vouch for."""
+    """Error of an answer; None where either is missing."""
     if own is None or right is None:
         return None
     error = MEANING[question].error(own, right)

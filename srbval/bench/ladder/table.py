@@ -40,7 +40,7 @@ class Entry:
     rungs: Mapping[str, RungEntry]
 
     def to_dict(self) -> dict[str, Any]:
-        """What is written as JSON: the scene's values stand flat."""
+        """What is written as JSON, the scene's values flat."""
         return {
             **vars(self.case),
             "reference": self.reference,
@@ -73,7 +73,7 @@ class LadderCalibration:
         return {"schema_version": SCHEMA_VERSION, **vars(self)}
 
     def save(self, path: Path) -> None:
-        """Write to `path`, whole or not at all."""
+        """Write to `path`, completely or not at all."""
         write_json(path, self)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from srbval.bench.ladder.pattern import WIDE_BAND_HZ, Missing, missing_of
+from srbval.bench.ladder.pattern import WIDE_BAND_HZ, MissingHarmonic, missing_of
 from srbval.models.ladder import RUNGS
 from srbval.report.blocks import Block, Paragraph
 from srbval.report.table import Column, Table
@@ -33,7 +33,7 @@ def _scene(model: str, height_mm: float, fit: RollerFit) -> Scene:
     )  # fmt: skip
 
 
-def _conclusion(by_rung: list[tuple[str, RollerFit, Missing]]) -> str:
+def _conclusion(by_rung: list[tuple[str, RollerFit, MissingHarmonic]]) -> str:
     sinc = [m.by_sinc for _, _, m in by_rung]
     found = {name: [m for rung, _, m in by_rung if rung == name] for name in ("kinematic", "impulse", "planar", "full")}
     pulses = [m.paper_band for name in ("impulse", "planar") for m in found[name] if m.paper_band is not None]
@@ -59,7 +59,7 @@ def _range(values: list[float]) -> str:
     return f"harmonic {low:.1f}" if high - low < 0.05 else f"harmonics {low:.1f} to {high:.1f}"
 
 
-def _rungs_table(by_rung: list[tuple[str, RollerFit, Missing]]) -> Table:
+def _rungs_table(by_rung: list[tuple[str, RollerFit, MissingHarmonic]]) -> Table:
     return Table(
         id="pattern-rungs-table",
         label="Missing harmonic by rung",
@@ -80,7 +80,7 @@ def _rungs_table(by_rung: list[tuple[str, RollerFit, Missing]]) -> Table:
     )  # fmt: skip
 
 
-def _heights_table(by_height: list[tuple[float, Missing]]) -> Table:
+def _heights_table(by_height: list[tuple[float, MissingHarmonic]]) -> Table:
     return Table(
         id="pattern-table",
         label="Missing harmonic by bump",

@@ -1,0 +1,109 @@
+"""Step limits of each solver, from the full model linearised about static balance.
+
+It is linearised by central differences of its own equations of motion. The bearing stands still: shaft held, all
+velocities zero. So every contact sticks, and friction has its slope at rest, mu_s N / v_c (eq. (19)), the steepest
+there is; elastic forces are those of the balanced contacts. Effects of rotation (gyroscopic torques, points that enter
+and leave contact, impacts of a defect) are not included.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.bearing import load_bearing
+from srbval.errors import ConfigurationError
+from srbval.models.full.equilibrium import equilibrium_state
+from srbval.models.full.parameters import Parameters, make_parameters
+from srbval.models.full.steps import rates
+from srbval.models.solvers import METHODS
+from srbval.models.solvers.limit import longest_step
+from srbval.models.solvers.linear import Linear
+from srbval.models.step_limit import held, without_friction
+from srbval.scene import Scene
+
+FloatArray = NDArray[np.float64]
+
+# Differences: far below a point's smoothing width of 1e-8 m and the 1 mm/s at which friction turns over (at most 0.2 m
+# from an axis), far above rounding.
+LENGTH, ANGLE = 1e-10, 1e-9  # m, rad
+SPEED, ANGULAR_SPEED = 1e-6, 1e-6  # m/s, rad/s
+ANGLES = 3  # cage angles looked at, from a roller on the defect to one on either side of it; the least limit counts
+
+
+def balanced(scene: Scene, *, pitches: float = 0.0) -> tuple[Parameters, FloatArray]:
+    """The scene's parameters with the shaft held, and its balanced state with all velocities zero, [4 M + 12].
+
+    The cage is turned by `pitches` of the rollers' spacing.
+    """
+    bearing = load_bearing(scene.bearing)
+    if bearing.geometry is None:
+        raise ConfigurationError(f"bearing {bearing.name!r} has no [geometry]; the full model cannot run it.")
+    model = make_parameters(scene, bearing.geometry)
+    angle = pitches * 2 * math.pi / bearing.geometry.rollers_per_row
+    state = equilibrium_state(model, cage_angle_rad=angle).state
+    state[len(state) // 2 :] = 0.0
+    return held(model), state
+
+
+def linearise(model: Parameters, state: FloatArray) -> Linear:
+    """Linearise `model` about `state`, of shape [4 M + 12], at time zero."""
+    half = len(state) // 2
+    rollers = half // 2 - 3
+    whole = np.column_stack([_difference(model, state, i, size) for i, size in enumerate(_sizes(rollers))])
+    q = np.r_[0:rollers, 2 * rollers : half]
+    return Linear(motion=whole[q, half:], stiffness=whole[half:][:, q], damping=whole[half:, half:])
+
+
+def _difference(model: Parameters, state: FloatArray, i: int, size: float) -> FloatArray:
+    there, back = state.copy(), state.copy()
+    there[i] += size
+    back[i] -= size
+    return (rates(model, 0.0, there).rate - rates(model, 0.0, back).rate) / (2 * size)
+
+
+def _sizes(rollers: int) -> list[float]:
+    """Size of each coordinate's difference, in the order of the state vector."""
+    places = [LENGTH] * rollers + [ANGLE] * (rollers + 3) + [LENGTH] * 3
+    return places + [SPEED] * rollers + [ANGULAR_SPEED] * (rollers + 3) + [SPEED] * 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepLimits:
+    """Longest stable step [s]: of the linearised system, and of its elastic part only, without friction.
+
+    Beyond the limit with friction an explicit method does not diverge, it chatters within bounds; beyond the elastic
+    limit the rollers are thrown about. None: no step looked at (`limit.LONGEST_S`) fails.
+    """
+
+    whole_s: float | None
+    elastic_s: float | None
+
+
+def predict(scene: Scene, solvers: Sequence[str]) -> dict[str, StepLimits]:
+    """Step limits of each solver at `scene`'s speed, load and friction; its solver and step do not matter."""
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(1):  # small matrices: waiting for other threads takes longer than the work
+        systems = [_both(scene, share) for share in np.linspace(0.0, 0.5, ANGLES)]
+        return {
+            solver: StepLimits(
+                whole_s=_least([longest_step(METHODS[solver], whole) for whole, _ in systems]),
+                elastic_s=_least([longest_step(METHODS[solver], elastic) for _, elastic in systems]),
+            )
+            for solver in solvers
+        }
+
+
+def _both(scene: Scene, pitches: float) -> tuple[Linear, Linear]:
+    """The system with friction and without, the cage turned by this many roller pitches."""
+    model, state = balanced(scene, pitches=pitches)
+    return linearise(model, state), linearise(without_friction(model), state)
+
+
+def _least(limits: Sequence[float | None]) -> float | None:
+    return min((limit for limit in limits if limit is not None), default=None)
