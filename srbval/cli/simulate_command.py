@@ -19,6 +19,10 @@ from srbval.progress import ProgressDisplay
 from srbval.scene import Scene
 from srbval.storage.strict_json import json_object
 
+# Attributes of a run that are printed under their own names.
+OF_RUN = ("seconds", "wall_s", "compile_s", "wall_per_simulated_s", "cage_ratio", "bpfo_hz", "bpfi_hz",
+          "roller_load_share", "energy_imbalance", "reason", "not_validated")  # fmt: skip
+
 
 def run(options: argparse.Namespace) -> int:
     """Simulate and print what came out; a failed run leaves with exit code 4 and writes no file."""
@@ -70,16 +74,6 @@ def _summary(result: RunSummary, output: Path | None) -> dict[str, Any]:
         "solver": rung_of(scene.model).own_solver or scene.solver.name,
         "output_rate_hz": scene.output_rate_hz,
         "dt_s": rung_of(scene.model).step_s(scene),
-        "seconds": result.seconds,
-        "wall_s": result.wall_s,
-        "compile_s": result.compile_s,
-        "wall_per_simulated_s": result.wall_per_simulated_s,
-        "cage_ratio": result.cage_ratio,
-        "bpfo_hz": result.bpfo_hz,
-        "bpfi_hz": result.bpfi_hz,
-        "roller_load_share": result.roller_load_share,
-        "energy_imbalance": result.energy_imbalance,
-        "reason": result.reason,
-        "not_validated": list(result.not_validated),
+        **{name: getattr(result, name) for name in OF_RUN},
         "file": str(output) if output else None,
     }

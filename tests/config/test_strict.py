@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import enum
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,6 +10,13 @@ import pytest
 from srbval.config.strict import build, quantity, read_toml
 from srbval.config.units import parse_quantity
 from srbval.errors import ConfigurationError, DataError
+
+ROUNDING = 1e-15  # relative; a product of two floating-point numbers
+
+
+class Side(enum.StrEnum):
+    LEFT = "left"
+    RIGHT = "right"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,13 +31,26 @@ class Whole:
     name: str = "x"
 
 
+@dataclass(frozen=True, kw_only=True)
+class Every:
+    """One field of each kind that a configuration may hold."""
+
+    side: Side = Side.LEFT
+    share: float = 0.0
+    times_s: tuple[float, ...] = quantity("time", default=())
+    names: tuple[str, ...] = ()
+    parts: tuple[Part, ...] = ()
+    seed: int | None = None
+    whole: bool = False
+
+
 @pytest.mark.parametrize(
     ("text", "dimension", "value"),
     [("124.8 kN", "force", 124_800.0), ("710 rpm", "speed", 710 * 2 * math.pi / 60), ("-90 deg", "angle", -math.pi / 2),
      ("1e-8 m", "length", 1e-8), ("0.2mm", "length", 2e-4), ("5 %", "one", 0.05)],
 )  # fmt: skip
 def test_quantities_with_units(text: str, dimension: str, value: float) -> None:
-    assert parse_quantity(text, dimension, "here") == pytest.approx(value, rel=1e-15)
+    assert parse_quantity(text, dimension, "here") == pytest.approx(value, rel=ROUNDING)
 
 
 @pytest.mark.parametrize("bad", ["5", "5 lbf", "kN", "1e999 N", "nan N", True, None, [1]])
@@ -59,6 +80,49 @@ def test_both_spellings_of_a_quantity() -> None:
 def test_wrong_tables_say_what_is_wrong(table: dict[str, object], message: str) -> None:
     with pytest.raises(ConfigurationError, match=message):
         build(Whole, table, "t")
+
+
+def test_every_kind_of_field_is_read() -> None:
+    table = {
+        "side": "right",
+        "share": "5 %",
+        "times": ["1 s", "20 ms"],
+        "names": ["a", "b"],
+        "parts": [{"radial": "2 kN"}, {"radial_n": 3.0}],
+        "seed": 7,
+        "whole": True,
+    }
+    assert build(Every, table, "t") == Every(
+        side=Side.RIGHT,
+        share=0.05,
+        times_s=(1.0, 0.02),
+        names=("a", "b"),
+        parts=(Part(radial_n=2000.0), Part(radial_n=3.0)),
+        seed=7,
+        whole=True,
+    )
+    assert build(Every, {}, "t") == Every()
+    assert build(Every, {"times_s": [1, 2.5]}, "t").times_s == (1.0, 2.5)
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ({"side": "rihgt"}, r"t\.side: 'rihgt' is not known; did you mean 'right'"),
+        ({"side": 3}, r"t\.side: 3 is not known"),
+        ({"times": "1 s"}, r"t\.times: expected a list"),
+        ({"times": ["1 s", 2.0]}, r"t\.times\[1\]: 2\.0 has no unit"),
+        ({"names": "a"}, r"t\.names: expected a list"),
+        ({"names": ["a", 1]}, r"t\.names\[1\]: expected str, found 1"),
+        ({"parts": [{"radial": "2 s"}]}, r"t\.parts\[0\]\.radial: unit 's' of '2 s' is not a force unit"),
+        ({"seed": "7"}, r"t\.seed: expected int"),
+        ({"whole": 1}, r"t\.whole: expected bool"),
+        ({"colour": 1}, r"unknown key 'colour'; known: .*side"),
+    ],
+)
+def test_the_place_of_a_wrong_value_is_named(table: dict[str, object], message: str) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        build(Every, table, "t")
 
 
 def test_toml_files(tmp_path: Path) -> None:
