@@ -37,27 +37,34 @@ class CaseQuantity:
     unit: str
 
 
+Row = tuple[str, float | None, str]  # name, value, unit
+
+
 def quantities_of(run: Run, outputs: Sequence[Output]) -> tuple[CaseQuantity, ...]:
     """The numbers wanted of a run that ended well; those it does not have (NaN, a record too short) are left out."""
-    found: list[CaseQuantity] = []
+    rows: list[Row] = []
     if Output.SUMMARY in outputs:
-        found += _summary(run)
+        rows += _summary(run)
     if Output.STATISTICS in outputs:
-        found += _statistics(run)
+        rows += _statistics(run)
     if Output.LINES in outputs:
-        found += _lines(run)
-    return tuple(q for q in found if math.isfinite(q.value))
+        rows += _lines(run)
+    return tuple(
+        CaseQuantity(name=name, value=value, unit=unit)
+        for name, value, unit in rows
+        if value is not None and math.isfinite(value)
+    )
 
 
-def _summary(run: Run) -> Iterator[CaseQuantity]:
-    yield CaseQuantity(name="cage_ratio", value=run.cage_ratio, unit="1")
-    yield CaseQuantity(name="bpfo_hz", value=run.bpfo_hz, unit="Hz")
-    yield CaseQuantity(name="bpfi_hz", value=run.bpfi_hz, unit="Hz")
-    yield CaseQuantity(name="roller_load_share", value=run.roller_load_share, unit="1")
-    yield CaseQuantity(name="energy_imbalance", value=run.energy_imbalance, unit="1")
+def _summary(run: Run) -> Iterator[Row]:
+    yield "cage_ratio", run.cage_ratio, "1"
+    yield "bpfo_hz", run.bpfo_hz, "Hz"
+    yield "bpfi_hz", run.bpfi_hz, "Hz"
+    yield "roller_load_share", run.roller_load_share, "1"
+    yield "energy_imbalance", run.energy_imbalance, "1"
 
 
-def _statistics(run: Run) -> Iterator[CaseQuantity]:
+def _statistics(run: Run) -> Iterator[Row]:
     """Of the outer ring's vertical acceleration without its mean; the largest penetration, the ring's mean position."""
     from srbval.bench.measures import band_rms
     from srbval.validation.pipeline import SIMULATED_BAND_HZ
@@ -67,19 +74,17 @@ def _statistics(run: Run) -> Iterator[CaseQuantity]:
     power = deviation * deviation
     variance = float(np.mean(power))
     rms = math.sqrt(variance)
-    yield CaseQuantity(name="rms_m_s2", value=rms, unit="m s-2")
-    yield CaseQuantity(
-        name="band_rms_m_s2", value=band_rms(samples, run.scene.output_rate_hz, SIMULATED_BAND_HZ), unit="m s-2"
-    )
+    yield "rms_m_s2", rms, "m s-2"
+    yield "band_rms_m_s2", band_rms(samples, run.scene.output_rate_hz, SIMULATED_BAND_HZ), "m s-2"
     peak = float(np.max(np.abs(deviation)))
-    yield CaseQuantity(name="crest_factor", value=peak / rms if rms else math.nan, unit="1")
+    yield "crest_factor", peak / rms if rms else math.nan, "1"
     kurtosis = float(np.mean(power * power)) / variance**2 if variance else math.nan
-    yield CaseQuantity(name="kurtosis", value=kurtosis, unit="1")
-    yield CaseQuantity(name="deepest_m", value=float(np.max(run.depth_m)), unit="m")
-    yield CaseQuantity(name="sag_m", value=float(np.mean(run.displacement_m[:, 1])), unit="m")
+    yield "kurtosis", kurtosis, "1"
+    yield "deepest_m", float(np.max(run.depth_m)), "m"
+    yield "sag_m", float(np.mean(run.displacement_m[:, 1])), "m"
 
 
-def _lines(run: Run) -> Iterator[CaseQuantity]:
+def _lines(run: Run) -> Iterator[Row]:
     """First harmonics of the fault lines, read as in every recording; none where the record is too short."""
     from srbval.bearing import load_bearing
     from srbval.recordings import recording_from_run
@@ -92,12 +97,8 @@ def _lines(run: Run) -> Iterator[CaseQuantity]:
         line = analysis.line(name)
         if line.found_hz is None:
             continue
-        yield CaseQuantity(name=f"{name}_hz", value=line.found_hz, unit="Hz")
-        yield CaseQuantity(name=f"{name}_ci95_hz", value=_number(line.ci95_hz), unit="Hz")
-        yield CaseQuantity(name=f"{name}_deviation_pct", value=_number(line.deviation_pct), unit="%")
-        yield CaseQuantity(name=f"{name}_snr", value=_number(line.snr), unit="1")
-        yield CaseQuantity(name=f"{name}_detected", value=float(line.detected), unit="1")
-
-
-def _number(value: float | None) -> float:
-    return math.nan if value is None else value
+        yield f"{name}_hz", line.found_hz, "Hz"
+        yield f"{name}_ci95_hz", line.ci95_hz, "Hz"
+        yield f"{name}_deviation_pct", line.deviation_pct, "%"
+        yield f"{name}_snr", line.snr, "1"
+        yield f"{name}_detected", float(line.detected), "1"
