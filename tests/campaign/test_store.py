@@ -23,14 +23,18 @@ from srbval.campaign.engines.choose import choose_engine
 from srbval.campaign.engines.engine import Job
 from srbval.campaign.engines.local import Serial
 from srbval.campaign.lock import folder_lock
+from srbval.campaign.quantities import Output, quantities_of
 from srbval.campaign.run import run_campaign
 from srbval.campaign.settings import load_campaign
 from srbval.campaign.status import campaign_status
 from srbval.errors import ConfigurationError, DataError
+from srbval.models.simulate import simulate
+from srbval.scene import paper_scene
 from tests.campaign.scheduler import running_scheduler
 from tests.campaign.small import content, small
 
 FIRST_CASE_S = 120.0  # for a campaign to start its first case, kernels compiled, on a busy machine
+SLIP_PCT = 2.0  # the lines of a bearing without slip deviate by less from the kinematic ones
 MANY = """\
 name = "many"
 outputs = ["summary", "statistics", "acceleration"]
@@ -306,3 +310,14 @@ def test_engines_say_who_they_are(tmp_path: Path) -> None:
     found = run_campaign(small(axes=[]), tmp_path, engine=choose_engine("local", jobs=3))
     assert (found.engine, found.workers, found.cases) == ("local", 3, 1)
     assert found.case_s >= found.simulation_s > 0
+
+
+def test_fault_lines_are_among_the_numbers_of_a_long_enough_record() -> None:
+    def lines(seconds: float) -> dict[str, float]:
+        run = simulate(paper_scene(model="impulse", duration_s=seconds, settle_s=0.0, defect={"kind": "outer"}))
+        return {q.name: q.value for q in quantities_of(run, [Output.LINES])}
+
+    found = lines(1.0)
+    assert found["BPFO_detected"] == 1.0
+    assert abs(found["BPFO_deviation_pct"]) < SLIP_PCT
+    assert lines(0.2) == {}
