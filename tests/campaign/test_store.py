@@ -34,7 +34,7 @@ from tests.campaign.scheduler import running_scheduler
 from tests.campaign.small import content, small
 
 FIRST_CASE_S = 120.0  # for a campaign to start its first case, kernels compiled, on a busy machine
-SLIP_PCT = 2.0  # the lines of a bearing without slip deviate by less from the kinematic ones
+DEVIATION_PCT = 0.1  # of a line from its kinematic frequency, for a bearing without slip in 2 s of record
 MANY = """\
 name = "many"
 outputs = ["summary", "statistics", "acceleration"]
@@ -317,7 +317,7 @@ def test_fault_lines_are_among_the_numbers_of_a_long_enough_record() -> None:
         run = simulate(paper_scene(model="impulse", duration_s=seconds, settle_s=0.0, defect={"kind": "outer"}))
         return {q.name: q.value for q in quantities_of(run, [Output.LINES])}
 
-    found = lines(1.0)
+    found = lines(2.0)
     assert found["BPFO_detected"] == 1.0
-    assert abs(found["BPFO_deviation_pct"]) < SLIP_PCT
-    assert lines(0.2) == {}
+    assert abs(found["BPFO_deviation_pct"]) < DEVIATION_PCT
+    assert lines(1.0) == {}  # 11.8 revolutions, 12 are needed
