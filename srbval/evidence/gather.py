@@ -20,7 +20,6 @@ from srbval.validation.effects import NO_SENSITIVITY, Sensitivity
 from srbval.validation.fill_matrix import build_matrix, point_of
 from srbval.validation.matrix import Matrix
 from srbval.validation.other_rigs import OtherRecord
-from srbval.validation.published import Table6, table6
 from srbval.validation.simulation_cases import (
     PAPER_STATES,
     SimulationCase,
@@ -33,7 +32,7 @@ from srbval.validation.simulation_cases import (
 )
 from srbval.validation.speed_and_slip import SpeedAndSlip, matrix_rows, table6_rows
 from srbval.validation.sum_rule import SumRule
-from srbval.validation.table6 import Table6Row, measured_rows, published_rows, sum_rules
+from srbval.validation.table6 import Table6, Table6Row, measured_rows, published_rows, sum_rules, table6
 
 SHORTEST_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
 STAND_IN_SECONDS = 2.0

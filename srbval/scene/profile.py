@@ -30,6 +30,13 @@ def _check_covers(what: str, time_s: Sequence[float], duration_s: float) -> None
         )
 
 
+def _mean(time_s: Sequence[float], values: Sequence[float], duration_s: float) -> float:
+    """Mean of a table from 0 to `duration_s`."""
+    inside = [t for t in time_s if 0 < t < duration_s]
+    times = np.array([0.0, *inside, duration_s])
+    return float(np.trapezoid(np.interp(times, time_s, values), times) / duration_s)
+
+
 @dataclass(frozen=True, kw_only=True)
 class SpeedProfile:
     """Shaft speed over the recorded time: `time_s` and `speed_rad_s`, two or more entries, never negative."""
@@ -54,9 +61,7 @@ class SpeedProfile:
 
     def mean(self, duration_s: float) -> float:
         """Mean speed from 0 to `duration_s` [rad/s]."""
-        inside = [t for t in self.time_s if 0 < t < duration_s]
-        times = np.array([0.0, *inside, duration_s])
-        return float(np.trapezoid(np.interp(times, self.time_s, self.speed_rad_s), times) / duration_s)
+        return _mean(self.time_s, self.speed_rad_s, duration_s)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,6 +83,4 @@ class LoadProfile:
 
     def mean_radial_n(self, duration_s: float) -> float:
         """Mean radial load from 0 to `duration_s` [N]."""
-        inside = [t for t in self.time_s if 0 < t < duration_s]
-        times = np.array([0.0, *inside, duration_s])
-        return float(np.trapezoid(np.interp(times, self.time_s, self.radial_n), times) / duration_s)
+        return _mean(self.time_s, self.radial_n, duration_s)

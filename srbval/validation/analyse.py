@@ -11,10 +11,9 @@ from srbval.recordings import Recording, ShaftSpeed
 from srbval.signal import BandFilter
 from srbval.validation.band_choice import BandChoice, auto_band, declared_band, sidak_corrected
 from srbval.validation.lines import Line
-from srbval.validation.pipeline import SQUARED_UNIT, Processed, process
+from srbval.validation.pipeline import SQUARED_UNIT, Processed, choose_tracking, process
 from srbval.validation.speed_search import search
 from srbval.validation.sum_rule import Closure, closure_of
-from srbval.validation.tracking import choose_tracking
 from srbval.validation.verdict import verdict
 
 # Shorter records do not resolve a line from the neighbouring harmonics of the shaft.

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from srbval.bearing import DEFECTS, Fault
 from srbval.validation.analyse import Analysis
@@ -63,21 +64,25 @@ SHAPE = Kind(
 )
 
 
-@dataclass(frozen=True, kw_only=True)
-class Sides:
-    """Both sides' values of one quantity, and what is known beside them.
+class Sides(NamedTuple):
+    """Both sides' values of one quantity, the 95 % bounds of what terms of numerics and inputs do to it, in its unit,
+    and the 95 % half width of the record's shaft speed [%]."""
 
-    `effects` are the bounds of what terms of numerics and inputs do to the quantity; `speed_pct` is the 95 % half width
-    of the record's shaft speed [%].
-    """
-
-    fault: Fault
-    quantity: str
+    kind: Kind
     model: QuantityValue
     rig: QuantityValue
     effects: Mapping[str, float]
     speed_pct: float
-    record: str
+
+
+class Outcome(NamedTuple):
+    """The fields of a `Comparison` that depend on how the sides are compared."""
+
+    model: QuantityValue
+    rig: QuantityValue
+    error: float
+    parts: Mapping[str, float]
+    verdict_override: ComparisonVerdict | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,28 +98,13 @@ class ComparedQuantity:
     unit: str
     read: Read
     sensitivity: Callable[[Sensitivity, Fault, str, QuantityValue], dict[str, float]]
-    compare: Callable[[ComparedQuantity, Sides], Comparison | None]
+    compare: Callable[[Sides], Outcome | None]
     from_run: bool = False
 
     def name_of(self, fault: Fault) -> str:
         """The quantity's name for a fault; a multiple of a line that is one itself reads ``2 x 2xBSF``."""
         line = fault.line or ""
         return self.name.replace("x{line}", " x {line}" if line[:1].isdigit() else "x{line}").format(line=line)
-
-    def made(self, sides: Sides, *, error: float, parts: Mapping[str, float]) -> Comparison:
-        """The comparison of both sides with this error and these parts of its uncertainty."""
-        return Comparison(
-            kind=self.kind.name,
-            fault=sides.fault,
-            quantity=sides.quantity,
-            unit=self.unit,
-            error_unit=self.kind.error_unit,
-            record=sides.record,
-            model=sides.model,
-            rig=sides.rig,
-            error=error,
-            parts=parts,
-        )
 
 
 def own_effects(known: Sensitivity, fault: Fault, quantity: str, _: QuantityValue) -> dict[str, float]:
@@ -137,18 +127,18 @@ def no_effects(*_: object) -> dict[str, float]:
     return {}
 
 
-def difference(row: ComparedQuantity, sides: Sides) -> Comparison:
+def difference(sides: Sides) -> Outcome:
     """Model less rig; relative kinds in per cent of the rig's value, and with the uncertainty of its shaft speed."""
-    model, rig = sides.model, sides.rig
-    scale = 100 / rig.value if row.kind.relative else 1.0
+    kind, model, rig, effects, speed_pct = sides
+    scale = 100 / rig.value if kind.relative else 1.0
     parts = {MODEL_READING: scale * (model.ci95 or 0.0), RIG_READING: scale * (rig.ci95 or 0.0)}
-    if row.kind.relative:
-        parts[RIG_SPEED] = sides.speed_pct
-    parts |= {term: scale * bound for term, bound in sides.effects.items()}
-    return row.made(sides, error=scale * (model.value - rig.value), parts=parts)
+    if kind.relative:
+        parts[RIG_SPEED] = speed_pct
+    parts |= {term: scale * bound for term, bound in effects.items()}
+    return Outcome(model, rig, scale * (model.value - rig.value), parts)
 
 
-def presence(row: ComparedQuantity, sides: Sides) -> Comparison:
+def presence(sides: Sides) -> Outcome:
     """Yes or no on either side. A difference counts where the side without would have shown the other's level."""
     both = (sides.model, sides.rig)
     missing = [quiet for quiet, other in (both, both[::-1]) if other.present and not quiet.present]
@@ -158,11 +148,10 @@ def presence(row: ComparedQuantity, sides: Sides) -> Comparison:
         shown = max(q.value - (q.ci95 or 0.0) for q in both if q.present)
         verdict = ComparisonVerdict.RESOLVED if missing[0].least < shown else ComparisonVerdict.INSUFFICIENT
     model, rig = (replace(side, value=float(side.present)) for side in both)
-    made = row.made(replace(sides, model=model, rig=rig), error=model.value - rig.value, parts={})
-    return replace(made, verdict_override=verdict)
+    return Outcome(model, rig, model.value - rig.value, {}, verdict)
 
 
-def shape_angle(row: ComparedQuantity, sides: Sides) -> Comparison | None:
+def shape_angle(sides: Sides) -> Outcome | None:
     """The model's angle with the record less that of the record's halves with each other, the best there is.
 
     None where the record's line was not detected.
@@ -173,8 +162,7 @@ def shape_angle(row: ComparedQuantity, sides: Sides) -> Comparison | None:
     between = angle_between(rig.halves, model.halves)
     parts = {MODEL_READING: between.ci95, RIG_READING: rig.ci95 or 0.0, **sides.effects}
     theirs = QuantityValue(value=between.degrees, ci95=between.ci95, line=model.line)
-    shown = replace(sides, model=theirs, rig=replace(rig, halves=None))
-    return row.made(shown, error=between.degrees - rig.value, parts=parts)
+    return Outcome(theirs, replace(rig, halves=None), between.degrees - rig.value, parts)
 
 
 COMPARED: tuple[ComparedQuantity, ...] = (
@@ -213,23 +201,24 @@ def compare(
     `model_order` is the model's line in orders of the shaft where the run gives it without a reading (from the speed of
     its cage or its roller). What numerics and inputs do, `known` from runs at one speed and load, is carried over.
     """
-    rows = []
+    speed_pct = 100 * rig.speed.ci95_hz / rig.speed.value_hz
+    record = rig.recording.file or rig.recording.name
+    found = []
     for row in COMPARED if fault in DEFECTS else ():
         theirs, own = value_of_model(row, model, fault, model_order), row.read(rig, fault)
         if theirs is None or own is None:
             continue
         name = row.name_of(fault)
-        sides = Sides(
-            fault=fault,
-            quantity=name,
-            model=theirs,
-            rig=own,
-            effects=row.sensitivity(known, fault, name, own),
-            speed_pct=100 * rig.speed.ci95_hz / rig.speed.value_hz,
-            record=rig.recording.file or rig.recording.name,
-        )
-        rows.append(row.compare(row, sides))
-    return tuple(made for made in rows if made is not None)
+        effects = row.sensitivity(known, fault, name, own)
+        outcome = row.compare(Sides(row.kind, theirs, own, effects, speed_pct))
+        if outcome is not None:
+            found.append(
+                Comparison(
+                    kind=row.kind.name, fault=fault, quantity=name, unit=row.unit, error_unit=row.kind.error_unit,
+                    record=record, **outcome._asdict(),
+                )
+            )  # fmt: skip
+    return tuple(found)
 
 
 def value_of_model(

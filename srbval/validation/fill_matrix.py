@@ -16,7 +16,7 @@ from srbval.validation.comparison import Comparison
 from srbval.validation.counterpart import AnalysedRun
 from srbval.validation.effects import Sensitivity
 from srbval.validation.fault_call import call_fault
-from srbval.validation.matrix import Matrix, MatrixCell, Point, Sides, rig_grid
+from srbval.validation.matrix import CellSides, Matrix, MatrixCell, Point, rig_grid
 
 Beside = Callable[[Analysis], AnalysedRun | str]
 
@@ -46,7 +46,7 @@ def build_matrix(
     ordered = sorted(chosen.items(), key=lambda item: (item[0][3], item[0][1:3], item[0][0]))
     baselines = {point[1:]: _Baseline(chosen, point[1:], bearing) for point in chosen}
 
-    def one(item: tuple[Point, RegisteredRecording]) -> tuple[Point, MatrixCell | str, Sides | None]:
+    def one(item: tuple[Point, RegisteredRecording]) -> tuple[Point, MatrixCell | str, CellSides | None]:
         point, entry = item
         baseline = baselines[point[1:]]
         try:
@@ -59,7 +59,7 @@ def build_matrix(
             return point, str(error), None
         finally:
             baseline.done()
-        return point, cell, Sides(rig=rig, model=model) if kept and model is not None else None
+        return point, cell, CellSides(rig=rig, model=model) if kept and model is not None else None
 
     with ThreadPoolExecutor(max_workers=jobs or os.cpu_count() or 1) as pool:
         results = sorted(pool.map(one, ordered), key=lambda result: result[0])

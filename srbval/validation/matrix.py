@@ -109,7 +109,7 @@ class MatrixCell:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Sides:
+class CellSides:
     """Both sides of a cell in full, for figures; the model's is the reason where its run failed."""
 
     rig: Analysis
@@ -126,7 +126,7 @@ class Matrix:
     grid: OperatingGrid
     cells: tuple[MatrixCell, ...] = ()
     unusable: tuple[tuple[str, str], ...] = ()
-    kept: Mapping[Point, Sides] = field(default_factory=dict)
+    kept: Mapping[Point, CellSides] = field(default_factory=dict)
 
     def at(self, point: Point) -> MatrixCell | None:
         """The cell of one operating point, None where nothing was measured."""

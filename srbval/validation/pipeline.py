@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.bearing import Bearing
 from srbval.errors import ConfigurationError
-from srbval.recordings import Origin, Recording
+from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
 from srbval.signal import (
     BandFilter,
     ShaftAngle,
@@ -32,6 +33,11 @@ RIG_BAND_HZ = (1400.0, 2800.0)
 RIG_BEARING = "skf-22240"
 # Signals are normalised, so every amplitude is in standard deviations of the whole record.
 UNIT, SQUARED_UNIT = "standard deviations", "squared standard deviations"
+# A line that moves by more than this many bins in the record is smeared over them.
+LARGEST_DRIFT_BINS = 1.0
+MEASURED_SPEEDS = (SpeedSource.TACHOMETER, SpeedSource.PRESCRIBED)
+# Share of the record that the speed signal must cover.
+LEAST_COVERAGE = 0.98
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -141,6 +147,33 @@ def process(
         end_s=ends,
         scale=float(np.std(signal)),
         tracking=tracking,
+    )
+
+
+def choose_tracking(recording: Recording, bearing: Bearing, speed: ShaftSpeed) -> Tracking:
+    """Follow the speed signal where the higher race line moves by more than a bin; say so either way.
+
+    Needs a speed signal over the whole record that `speed` is the mean of. Raises `DataError` for one in which the
+    shaft stops.
+    """
+    signal = recording.speed_signal
+    if signal is None or speed is not recording.speed or speed.source not in MEASURED_SPEEDS:
+        return Tracking(why="no order tracking: the speed used comes without its course")
+    if signal.values_hz.size / signal.rate_hz < LEAST_COVERAGE * recording.seconds:
+        return Tracking(why="no order tracking: the speed signal is shorter than the record")
+    course = ShaftAngle.from_speed(signal.values_hz, signal.rate_hz)
+    bins = course.drift_bins(max(bearing.orders.bpfo, bearing.orders.bpfi))
+    if bins <= LARGEST_DRIFT_BINS:
+        return Tracking(
+            why=f"no order tracking: with the speed the race lines move by {bins:.2f} bins, not more than one",
+            drift_bins=bins,
+        )
+    return Tracking(
+        why=f"order tracking: with the speed the race lines move by {bins:.1f} bins; resampled to even shaft angles, "
+        "frequencies are those at the mean speed",
+        drift_bins=bins,
+        course=course,
+        mean_hz=speed.value_hz,
     )
 
 

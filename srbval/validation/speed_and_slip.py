@@ -12,7 +12,7 @@ from srbval.recordings import Origin
 from srbval.recordings.datasets.description import PublishedSpeeds, dataset
 from srbval.validation.comparison import deviation_pct
 from srbval.validation.matrix import MatrixCell
-from srbval.validation.published import Table6
+from srbval.validation.table6 import Table6
 
 # The paper reads its lines from spectra of 10 s: half a bin of 0.1 Hz is the least that its values can be off.
 PRINTED_CI95_HZ = 0.05

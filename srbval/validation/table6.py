@@ -1,4 +1,4 @@
-"""The rows of Table 6: the paper's speed against published values, the rig's speed against recordings."""
+"""Table 6: the paper's rows as data, and ours beside them at the paper's speed and at the rig recordings' own."""
 
 from __future__ import annotations
 
@@ -6,9 +6,12 @@ import enum
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
 from typing import Any
 
 from srbval.bearing import RACE_DEFECTS, Fault
+from srbval.config.strict import build, read_toml
 from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.validation.analyse import Analysis
@@ -16,8 +19,35 @@ from srbval.validation.compared_quantities import FREQUENCY
 from srbval.validation.comparison import RIG_READING, RIG_SPEED, Comparison, QuantityValue, deviation_pct
 from srbval.validation.effects import Effect
 from srbval.validation.lines import Line
-from srbval.validation.published import PrintedRow, Table6
 from srbval.validation.sum_rule import SumRule, sum_rule
+
+
+@dataclass(frozen=True, kw_only=True)
+class PrintedRow:
+    """One row of Table 6: frequencies [Hz] and deviations as printed [%]."""
+
+    defect: str
+    line: str
+    kinematic_hz: float
+    model_hz: float
+    model_printed_pct: float
+    rig_hz: float
+    rig_printed_pct: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table6:
+    """Table 6 with the speed and load it was taken at."""
+
+    table: str
+    shaft_rpm: float
+    motor_rpm: int
+    radial_kn: float
+    row: tuple[PrintedRow, ...]
+
+    def of(self, defect: str) -> PrintedRow:
+        """The row of a defect (``outer`` or ``inner``)."""
+        return next(row for row in self.row if row.defect == defect)
 
 
 class RigSource(enum.StrEnum):
@@ -86,6 +116,12 @@ class Table6Row:
             "paper_rig_recomputed_pct": printed and deviation_pct(printed.rig_hz, kinematic_hz),
             "verdict": made.verdict,
         }
+
+
+def table6() -> Table6:
+    """The paper's Table 6."""
+    path = Path(str(resources.files("srbval.validation") / "paper" / "table6.toml"))
+    return build(Table6, read_toml(path), "table6.toml")
 
 
 def line_comparison(

@@ -6,7 +6,7 @@ import pytest
 
 from srbval.bearing import FaultOrders, load_bearing
 from srbval.errors import ConfigurationError
-from srbval.validation.published import table6
+from srbval.validation.table6 import table6
 
 PRINTED_HZ = 0.05  # the printed kinematic frequencies follow from slightly rounded geometry
 PUBLISHED_ORDER = 3e-4  # published with four decimals, from diameters rounded to a tenth of a thousandth of an inch

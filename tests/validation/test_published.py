@@ -4,7 +4,7 @@ import pytest
 
 from srbval.validation.comparison import deviation_pct
 from srbval.validation.matrix import rig_grid
-from srbval.validation.published import table6
+from srbval.validation.table6 import table6
 
 # The paper prints its deviations with one or two digits, and 0.226 as 0.22.
 PRINTED_PCT = 0.01

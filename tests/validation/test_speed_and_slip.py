@@ -9,7 +9,6 @@ import pytest
 from srbval.bearing import Fault, load_bearing
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.validation.lines import Line
-from srbval.validation.published import table6
 from srbval.validation.speed_and_slip import (
     matrix_rows,
     one_speed_reading,
@@ -17,6 +16,7 @@ from srbval.validation.speed_and_slip import (
     split_speed_and_slip,
     table6_rows,
 )
+from srbval.validation.table6 import table6
 
 BEARING = load_bearing("skf-22240")
 

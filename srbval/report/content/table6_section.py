@@ -11,8 +11,7 @@ from srbval.report.content.quantity_blocks import quantity_blocks
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table, Value
 from srbval.validation.comparison import ComparisonVerdict, deviation_pct
-from srbval.validation.published import PrintedRow
-from srbval.validation.table6 import RigSource, Table6Row
+from srbval.validation.table6 import PrintedRow, RigSource, Table6Row
 
 TONE = {
     ComparisonVerdict.RESOLVED: Tone.WARNING,
