@@ -10,7 +10,7 @@ from srbval.errors import ConfigurationError
 
 # Axial positions of the three circles of a raceway, in units of the tilt angle (paper, below eq. 17).
 CIRCLES = (0.5, 1.0, 1.5)
-# A printed roller diameter may differ this much from the gap it has to fill: play and interference are far smaller.
+# A printed roller diameter may differ by this share from the gap between the raceways; play and interference are far smaller.
 FIT = 0.05
 
 
@@ -64,9 +64,9 @@ class SphericalRollerGeometry:
                 f"{self.roller_centre_distance_m:.6g} m, and half the outer diameter, "
                 f"{self.outer_diameter_m / 2:.6g} m."
             )
-        if not abs(self.touching_diameter_m / self.roller_diameter_m - 1) <= FIT:
+        if not abs(self.zero_play_diameter_m / self.roller_diameter_m - 1) <= FIT:
             raise ConfigurationError(
-                f"the raceways leave a gap of {self.touching_diameter_m:.6g} m for rollers of "
+                f"the raceways leave a gap of {self.zero_play_diameter_m:.6g} m for rollers of "
                 f"{self.roller_diameter_m:.6g} m; they must agree within {FIT:.0%}. The inner profile's centre usually "
                 f"mirrors the outer one: inner_centre_radial_m = {2 * self.pitch_radius_m:.6g}, "
                 f"inner_centre_axial_m = {2 * self.pitch_radius_m * math.tan(self.tilt_rad):.6g}."
@@ -78,8 +78,8 @@ class SphericalRollerGeometry:
         return self.pitch_radius_m / math.cos(self.tilt_rad)
 
     @property
-    def touching_diameter_m(self) -> float:
-        """Roller diameter that just touches both raceways [m].
+    def zero_play_diameter_m(self) -> float:
+        """Roller diameter that leaves no play between both raceways [m].
 
         Gap between roller centre and outer raceway plus the same to the inner one along the contact
         normal; a play of zero means this diameter.

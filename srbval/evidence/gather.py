@@ -67,7 +67,7 @@ class Evidence:
     @property
     def comparisons(self) -> tuple[Comparison, ...]:
         """Every quantity of the recordings that stand in the figures."""
-        return tuple(row for cell in self.matrix.cells if cell.point in self.matrix.kept for row in cell.comparisons)
+        return tuple(row for cell in self.matrix.cells if cell.point in self.matrix.sides for row in cell.comparisons)
 
     @property
     def measured_states(self) -> tuple[Fault, ...]:
@@ -109,10 +109,11 @@ def gather(
     others = BackgroundReading(listing().recordings, jobs=jobs)
     with stage(progress, "Fill the validation matrix, with a model run for every record"):
         matrix = build_matrix(
-            rig_recordings(), bearing=bearing, beside=lambda rig: run_counterpart(rig, progress=progress), known=known,
-            keep=set(shown.values()), jobs=jobs,
+            rig_recordings(), bearing=bearing,
+            counterpart=lambda rig: run_counterpart(rig, progress=progress), sensitivity=known,
+            keep_sides_of=set(shown.values()), jobs=jobs,
         )  # fmt: skip
-    measured = {state: matrix.kept[point] for state, point in shown.items() if point in matrix.kept}
+    measured = {state: matrix.sides[point] for state, point in shown.items() if point in matrix.sides}
     beside_run = {state: _model_of(state, sides.model) for state, sides in measured.items()}
     measured_side = {state: sides.rig for state, sides in measured.items()}
     stand_ins = _stand_ins(set(PAPER_STATES) - set(measured), printed, stand_in_folder)

@@ -89,7 +89,7 @@ class Outcome(NamedTuple):
 class ComparedQuantity:
     """One row: the quantity's name (with ``{line}`` for the fault's), unit, how it is read and how it is compared.
 
-    `sensitivity` gives the 95 % bounds of what each term of numerics and inputs does to it, in `unit`; `from_run` is
+    `effects` gives the 95 % bounds of what each term of numerics and inputs does to it, in `unit`; `from_run` is
     set where the model's run itself gives the value, free of a reading's noise.
     """
 
@@ -97,7 +97,7 @@ class ComparedQuantity:
     name: str
     unit: str
     read: Read
-    sensitivity: Callable[[Sensitivity, Fault, str, QuantityValue], dict[str, float]]
+    effects: Callable[[Sensitivity, Fault, str, QuantityValue], dict[str, float]]
     compare: Callable[[Sides], Outcome | None]
     from_run: bool = False
 
@@ -107,15 +107,17 @@ class ComparedQuantity:
         return self.name.replace("x{line}", " x {line}" if line[:1].isdigit() else "x{line}").format(line=line)
 
 
-def own_effects(known: Sensitivity, fault: Fault, quantity: str, _: QuantityValue) -> dict[str, float]:
+def own_effects(sensitivity: Sensitivity, fault: Fault, quantity: str, _: QuantityValue) -> dict[str, float]:
     """Bounds of the terms that were measured on this very quantity."""
-    return {f"{e.kind}: {e.term}": e.bound for e in known.effects if (e.defect, e.quantity) == (fault.value, quantity)}
+    return {
+        f"{e.kind}: {e.term}": e.bound for e in sensitivity.effects if (e.defect, e.quantity) == (fault.value, quantity)
+    }
 
 
-def shape_effects(known: Sensitivity, fault: Fault, _: str, rig: QuantityValue) -> dict[str, float]:
+def shape_effects(sensitivity: Sensitivity, fault: Fault, _: str, rig: QuantityValue) -> dict[str, float]:
     """What each term does to the model's angle with this very record; of an ensemble the largest counts."""
     bounds: dict[str, float] = {}
-    for effect in known.shapes:
+    for effect in sensitivity.shapes:
         if effect.defect == fault.value and rig.halves is not None:
             name = f"{effect.kind}: {effect.term}"
             bounds[name] = max(effect.bound_with(rig.halves), bounds.get(name, 0.0))
@@ -168,38 +170,38 @@ def shape_angle(sides: Sides) -> Outcome | None:
 COMPARED: tuple[ComparedQuantity, ...] = (
     ComparedQuantity(
         kind=FREQUENCY, name="{line}", unit="order",
-        read=line_order, sensitivity=own_effects, compare=difference, from_run=True,
+        read=line_order, effects=own_effects, compare=difference, from_run=True,
     ),
     *(
         ComparedQuantity(
             kind=PATTERN, name=f"{number}x{{line}}", unit="dB",
-            read=harmonic_level(number), sensitivity=own_effects, compare=difference,
+            read=harmonic_level(number), effects=own_effects, compare=difference,
         )
         for number in (2, 3, 4, 5)
     ),
     ComparedQuantity(
         kind=PRESENCE, name="{line} sidebands: shown", unit="1: yes",
-        read=sideband_level, sensitivity=no_effects, compare=presence,
+        read=sideband_level, effects=no_effects, compare=presence,
     ),
     ComparedQuantity(
         kind=SIDEBANDS, name="{line} sidebands", unit="dB",
-        read=sideband_level, sensitivity=own_effects, compare=difference,
+        read=sideband_level, effects=own_effects, compare=difference,
     ),
     ComparedQuantity(
         kind=SHAPE, name="spectrum shape", unit="degrees",
-        read=spectrum_shape, sensitivity=shape_effects, compare=shape_angle,
+        read=spectrum_shape, effects=shape_effects, compare=shape_angle,
     ),
 )  # fmt: skip
 KINDS: tuple[Kind, ...] = tuple(dict.fromkeys(row.kind for row in COMPARED))
 
 
 def compare(
-    fault: Fault, rig: Analysis, model: Analysis, known: Sensitivity, *, model_order: float | None = None
+    fault: Fault, rig: Analysis, model: Analysis, sensitivity: Sensitivity, *, model_order: float | None = None
 ) -> tuple[Comparison, ...]:
     """Every quantity of a fault that both sides can show; none for a healthy bearing.
 
     `model_order` is the model's line in orders of the shaft where the run gives it without a reading (from the speed of
-    its cage or its roller). What numerics and inputs do, `known` from runs at one speed and load, is carried over.
+    its cage or its roller). `sensitivity` was measured at one speed and load and is carried over.
     """
     speed_pct = 100 * rig.speed.ci95_hz / rig.speed.value_hz
     record = rig.recording.file or rig.recording.name
@@ -209,7 +211,7 @@ def compare(
         if theirs is None or own is None:
             continue
         name = row.name_of(fault)
-        effects = row.sensitivity(known, fault, name, own)
+        effects = row.effects(sensitivity, fault, name, own)
         outcome = row.compare(Sides(row.kind, theirs, own, effects, speed_pct))
         if outcome is not None:
             found.append(

@@ -1,4 +1,4 @@
-"""What is known of numerics and inputs: what each term does to a quantity, and to the spectrum's shape."""
+"""Effects of numerics and inputs: of each term on a compared quantity, and on the shape of the spectrum."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from srbval.validation.spectrum_shape import angle_between
 
 @dataclass(frozen=True, kw_only=True)
 class Effect:
-    """What one term (or ensemble of terms) does to one quantity of one defect: a 95 % bound, in `unit`."""
+    """Effect of one term (or ensemble of terms) on one quantity of one defect: a 95 % bound, in `unit`."""
 
     term: str
     kind: str
@@ -43,14 +43,14 @@ class ShapeEffect:
     varied: Sequence[Sequence[float]]
 
     def bound_with(self, rig: NDArray[np.float64]) -> float:
-        """What the term does to the model's angle with a record's halves, [2, bins] [degrees]."""
+        """Change of the model's angle with a record's halves, [2, bins], by the term [degrees]."""
         angles = [angle_between(rig, np.asarray(x)).degrees for x in (self.base, self.varied)]
         return abs(angles[1] - angles[0])
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sensitivity:
-    """All that is known of numerics and inputs: effects on numbers and on the spectrum's shape."""
+    """All measured effects of numerics and inputs: on numbers and on the shape of the spectrum."""
 
     effects: tuple[Effect, ...] = ()
     shapes: tuple[ShapeEffect, ...] = ()

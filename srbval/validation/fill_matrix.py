@@ -1,4 +1,4 @@
-"""Fill the validation matrix: every record through the one chain, the model beside it, every quantity compared."""
+"""Fill the validation matrix: every record through the one chain, a model run for it, every quantity compared."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from srbval.validation.effects import Sensitivity
 from srbval.validation.fault_call import call_fault
 from srbval.validation.matrix import CellSides, Matrix, MatrixCell, Point, rig_grid
 
-Beside = Callable[[Analysis], AnalysedRun | str]
+Counterpart = Callable[[Analysis], AnalysedRun | str]
 
 
 def build_matrix(
     registered: Sequence[RegisteredRecording],
     *,
     bearing: Bearing,
-    beside: Beside,
-    known: Sensitivity,
-    keep: Collection[Point] = (),
+    counterpart: Counterpart,
+    sensitivity: Sensitivity,
+    keep_sides_of: Collection[Point] = (),
     jobs: int | None = None,
 ) -> Matrix:
-    """Analyse one record an operating point (the longest) and hold the model beside it, `jobs` at a time.
+    """Analyse one record per operating point (the longest) and compare the model with it, `jobs` at a time.
 
-    `beside` gives the model's side at a fault's own speed and load, or why there is none; `known` what numerics and
-    open inputs do. A healthy bearing's line is its baseline, not a fault that the model has: nothing is run for it. A
-    record that cannot be analysed is listed with its reason and fills no cell. The sides of the points in `keep` are
-    kept, healthy ones' too.
+    `counterpart` runs the model at a record's own speed and load, or says why it failed; `sensitivity` holds the
+    effects of numerics and open inputs. A healthy bearing's line is its baseline, not a fault that the model has:
+    nothing is run for it. A record that cannot be analysed is listed with its reason and fills no cell. Both sides of
+    the points in `keep_sides_of` are returned in full, healthy ones' too.
     """
     chosen: dict[Point, RegisteredRecording] = {}
     for entry in registered:
@@ -50,16 +50,16 @@ def build_matrix(
         point, entry = item
         baseline = baselines[point[1:]]
         try:
-            rig = baseline.healthy() if point[0] is Fault.HEALTHY else analyse(load_entry(entry), bearing=bearing)
+            rig = baseline.analysis() if point[0] is Fault.HEALTHY else analyse(load_entry(entry), bearing=bearing)
             assert rig is not None, "the point's healthy record is this one"
-            kept = point in keep
-            model = beside(rig) if kept or point[0] in DEFECTS else None
-            cell = _cell(point, rig, _without_error(baseline.healthy), model, known)
+            wanted = point in keep_sides_of
+            model = counterpart(rig) if wanted or point[0] in DEFECTS else None
+            cell = _cell(point, rig, baseline.usable_analysis(), model, sensitivity)
         except SrbvalError as error:
             return point, str(error), None
         finally:
-            baseline.done()
-        return point, cell, CellSides(rig=rig, model=model) if kept and model is not None else None
+            baseline.release()
+        return point, cell, CellSides(rig=rig, model=model) if wanted and model is not None else None
 
     with ThreadPoolExecutor(max_workers=jobs or os.cpu_count() or 1) as pool:
         results = sorted(pool.map(one, ordered), key=lambda result: result[0])
@@ -67,42 +67,41 @@ def build_matrix(
         grid=rig_grid(),
         cells=tuple(cell for _, cell, _ in results if isinstance(cell, MatrixCell)),
         unusable=tuple((chosen[point].file, why) for point, why, _ in results if isinstance(why, str)),
-        kept={point: sides for point, _, sides in results if sides is not None},
+        sides={point: sides for point, _, sides in results if sides is not None},
     )
 
 
 class _Baseline:
-    """The healthy record of one operating point: analysed once, let go when the last record of the point is done."""
+    """The healthy record of one operating point: analysed once, released after the point's last record."""
 
     def __init__(
         self, chosen: Mapping[Point, RegisteredRecording], place: tuple[float, float, float], bearing: Bearing
     ) -> None:
         self._entry, self._bearing = chosen.get((Fault.HEALTHY, *place)), bearing
-        self._waiting = sum(point[1:] == place for point in chosen)
+        self._users = sum(point[1:] == place for point in chosen)
         self._lock = threading.Lock()
         self._analysis: Analysis | None = None
 
-    def healthy(self) -> Analysis | None:
+    def analysis(self) -> Analysis | None:
         """Its analysis, None where no healthy record is registered; raises what `analyse` raises."""
         with self._lock:
             if self._analysis is None and self._entry is not None:
                 self._analysis = analyse(load_entry(self._entry), bearing=self._bearing)
             return self._analysis
 
-    def done(self) -> None:
-        """One record less that may ask for it."""
+    def usable_analysis(self) -> Analysis | None:
+        """The same, None too for a record that cannot be analysed: it is listed by itself."""
+        try:
+            return self.analysis()
+        except SrbvalError:
+            return None
+
+    def release(self) -> None:
+        """One user less; the last one frees the analysis."""
         with self._lock:
-            self._waiting -= 1
-            if not self._waiting:
+            self._users -= 1
+            if not self._users:
                 self._analysis = None
-
-
-def _without_error(healthy: Callable[[], Analysis | None]) -> Analysis | None:
-    """A healthy record that cannot be used is no baseline; it is listed on its own account."""
-    try:
-        return healthy()
-    except SrbvalError:
-        return None
 
 
 def point_of(entry: RegisteredRecording) -> Point | None:
@@ -113,14 +112,18 @@ def point_of(entry: RegisteredRecording) -> Point | None:
 
 
 def _cell(
-    point: Point, analysis: Analysis, healthy: Analysis | None, model: AnalysedRun | str | None, known: Sensitivity
+    point: Point,
+    analysis: Analysis,
+    healthy: Analysis | None,
+    model: AnalysedRun | str | None,
+    sensitivity: Sensitivity,
 ) -> MatrixCell:
     state, radial_kn, axial_kn, nominal_rpm = point
     # A healthy bearing's line is its baseline, not a fault.
     line = analysis.line_of(Fault.OUTER if state is Fault.HEALTHY else state)
     rows: tuple[Comparison, ...] = ()
     if line.detected and isinstance(model, AnalysedRun):
-        rows = compare(state, analysis, model.analysis, known, model_order=model.line_order)
+        rows = compare(state, analysis, model.analysis, sensitivity, model_order=model.line_order)
     model_order = model.line_order if isinstance(model, AnalysedRun) else None
     return MatrixCell(
         state=state,

@@ -1,6 +1,6 @@
 """The validation matrix: every registered record of the rig, one cell per operating point of Table 5.
 
-A record that is registered is a cell, and a cell of a fault is a comparison of every quantity: nothing else lists them.
+Every registered record fills a cell, and every cell of a fault compares every quantity; there is no other list.
 """
 
 from __future__ import annotations
@@ -120,13 +120,13 @@ class CellSides:
 class Matrix:
     """The cells there are data for, on the grid of Table 5; `unusable` are records with the reason.
 
-    `kept` are the sides of the cells that were asked for: a full grid of them would not fit into memory.
+    `sides` are those of the cells that were asked for: those of a full grid would not fit into memory.
     """
 
     grid: OperatingGrid
     cells: tuple[MatrixCell, ...] = ()
     unusable: tuple[tuple[str, str], ...] = ()
-    kept: Mapping[Point, CellSides] = field(default_factory=dict)
+    sides: Mapping[Point, CellSides] = field(default_factory=dict)
 
     def at(self, point: Point) -> MatrixCell | None:
         """The cell of one operating point, None where nothing was measured."""

@@ -88,7 +88,7 @@ class OtherRecord:
 def read_other_rigs(registered: Sequence[RegisteredRecording], *, jobs: int | None = None) -> tuple[OtherRecord, ...]:
     """Every usable registered record of a known set that is not the rig's, in the order of set and file.
 
-    `jobs` records are read at a time (default: one a core).
+    `jobs` records are read at a time (default: one per core).
     """
     others = usable(registered)
     ordered = sorted(others, key=lambda r: (r.dataset or "", r.file))
@@ -110,7 +110,7 @@ def usable(registered: Sequence[RegisteredRecording]) -> list[RegisteredRecordin
 
 
 def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...], baselines: Baselines) -> OtherRecord:
-    """Read one record; healthy ones that others are held against are read once and kept in `baselines`."""
+    """Read one record; healthy ones that others are compared with are read once and stay in `baselines`."""
     name, file = entry.dataset or "", "/".join(Path(entry.file).parts[-2:])
     published = dataset(name).diagnosability
     record = OtherRecord(
@@ -141,8 +141,8 @@ def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...],
 
 def _with_line(record: OtherRecord, analysis: Analysis, call: FaultCall) -> OtherRecord:
     line = _line(analysis, record.state)
-    tells = line.detected and line.name in RACE_LINES and record.state in DEFECTS
-    to_cage = cage_factor(line.name, analysis.bearing) if tells else None
+    shows_slip = line.detected and line.name in RACE_LINES and record.state in DEFECTS
+    to_cage = cage_factor(line.name, analysis.bearing) if shows_slip else None
     return dataclasses.replace(
         record,
         radial_n=analysis.recording.radial_n,

@@ -1,4 +1,4 @@
-"""What numerics and open inputs do to each compared quantity: one run a term, its change from the base run."""
+"""The effect of numerics and open inputs on each compared quantity: one run per term, and its change from the base."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from srbval.validation.spectrum_shape import halves_of
 from srbval.validation.speed_and_slip import published_speeds
 
 BASE = "base"
-ROWS = tuple(row for row in COMPARED if row.sensitivity is own_effects)  # whose value a term changes
+ROWS = tuple(row for row in COMPARED if row.effects is own_effects)  # whose value a term changes
 NOMINAL_RPM = 877.0  # the rig's speed that recordings of both faults are open for
 SECONDS = 3.0
 
@@ -34,8 +34,8 @@ Values = Mapping[str, float]  # of the compared quantities, by name
 
 
 @dataclass(frozen=True, kw_only=True)
-class Term:
-    """One thing that is not known: numerics or input, where from, and what it changes in scene, bearing or speed."""
+class UncertaintyTerm:
+    """One term of the uncertainty: numerics or input, its source, and what it changes in scene, bearing or speed."""
 
     name: str
     kind: str
@@ -46,10 +46,10 @@ class Term:
     relative_speed: float = 1.0
 
 
-def terms() -> tuple[Term, ...]:
+def terms() -> tuple[UncertaintyTerm, ...]:
     """The table of terms."""
     table = read_toml(Path(str(resources.files("srbval.validation") / "budget.toml")))
-    return tuple(Term(**row) for row in table["term"])
+    return tuple(UncertaintyTerm(**row) for row in table["term"])
 
 
 def measure(*, seconds: float = SECONDS, jobs: int | None = None, progress: Progress = silent) -> Sensitivity:
@@ -62,26 +62,26 @@ def measure(*, seconds: float = SECONDS, jobs: int | None = None, progress: Prog
         cases = list(_cases(listed, files, seconds))
         runs = run_cases(cases, jobs=jobs, progress=progress)
         for case in cases:
-            side = analyse_run(case, runs[case.id], bearing)
-            found[case.purpose, case.state] = _values(side, case.state)
-            shapes[case.purpose, case.state] = halves_of(side.analysis, case.state)
+            analysed = analyse_run(case, runs[case.id], bearing)
+            found[case.purpose, case.state] = _values(analysed, case.state)
+            shapes[case.purpose, case.state] = halves_of(analysed.analysis, case.state)
     return Sensitivity(
         effects=tuple(effect for state in DEFECTS for effect in _effects(listed, found, state)),
         shapes=tuple(effect for state in DEFECTS for effect in _shape_effects(listed, shapes, state)),
     )
 
 
-def _values(side: AnalysedRun, fault: Fault) -> Values:
+def _values(analysed: AnalysedRun, fault: Fault) -> Values:
     """Values of the compared quantities by name, the line's order from the run's own speeds where it gives one.
 
     A change in it is then not lost in the reading's noise.
     """
-    read = {row.name_of(fault): value_of_model(row, side.analysis, fault, side.line_order) for row in ROWS}
+    read = {row.name_of(fault): value_of_model(row, analysed.analysis, fault, analysed.line_order) for row in ROWS}
     return {name: value.value for name, value in read.items() if value is not None}
 
 
 def _shape_effects(
-    listed: Sequence[Term], shapes: Mapping[tuple[str, Fault], NDArray[np.float64] | None], state: Fault
+    listed: Sequence[UncertaintyTerm], shapes: Mapping[tuple[str, Fault], NDArray[np.float64] | None], state: Fault
 ) -> Iterator[ShapeEffect]:
     """One of each term; repeats of an ensemble share its name, and the largest counts."""
     base = shapes[BASE, state]
@@ -98,10 +98,10 @@ def _shape_effects(
             )
 
 
-def _cases(listed: Sequence[Term], files: Mapping[str, str], seconds: float) -> Iterator[SimulationCase]:
+def _cases(listed: Sequence[UncertaintyTerm], files: Mapping[str, str], seconds: float) -> Iterator[SimulationCase]:
     speeds = {m.state: m.mean_rpm for m in published_speeds().means if m.nominal_rpm == NOMINAL_RPM}
     for state in DEFECTS:
-        for term in (Term(name=BASE, kind="", source=""), *listed):
+        for term in (UncertaintyTerm(name=BASE, kind="", source=""), *listed):
             defect = {"kind": state, **term.changes.get("defect", {})}
             changes = {**term.changes, "defect": defect, "bearing": files.get(term.name, DEFAULT_BEARING)}
             shaft = 2 * math.pi * speeds[state] / 60 * term.relative_speed
@@ -111,7 +111,7 @@ def _cases(listed: Sequence[Term], files: Mapping[str, str], seconds: float) -> 
             yield SimulationCase(id=f"{state}-{term.name}", purpose=term.name, state=state, scene=scene)
 
 
-def _bearing_file(term: Term, folder: Path) -> str:
+def _bearing_file(term: UncertaintyTerm, folder: Path) -> str:
     """The default bearing, or a file of it with the term's geometry."""
     if not term.geometry:
         return DEFAULT_BEARING
@@ -126,7 +126,9 @@ def _bearing_file(term: Term, folder: Path) -> str:
     return str(path)
 
 
-def _effects(listed: Sequence[Term], found: Mapping[tuple[str, Fault], Values], state: Fault) -> Iterator[Effect]:
+def _effects(
+    listed: Sequence[UncertaintyTerm], found: Mapping[tuple[str, Fault], Values], state: Fault
+) -> Iterator[Effect]:
     for row in ROWS:
         quantity = row.name_of(state)
         base = found[BASE, state].get(quantity)
@@ -145,7 +147,9 @@ def _effects(listed: Sequence[Term], found: Mapping[tuple[str, Fault], Values], 
             )
 
 
-def _bounds(listed: Sequence[Term], base: float, values: Mapping[str, float | None]) -> Iterator[tuple[Term, float]]:
+def _bounds(
+    listed: Sequence[UncertaintyTerm], base: float, values: Mapping[str, float | None]
+) -> Iterator[tuple[UncertaintyTerm, float]]:
     """Each single term's change from the base, then the interval of every ensemble, by its first term."""
     ensembles: dict[str, list[float]] = {}
     for term in listed:

@@ -20,7 +20,7 @@ PRINTED_CI95_HZ = 0.05
 
 @dataclass(frozen=True, kw_only=True)
 class SpeedAndSlip:
-    """One line, taken apart: ``(1 + total) = (1 + speed effect) (1 + slip effect)``; all in per cent.
+    """A line's deviation, split: ``(1 + total) = (1 + speed effect) (1 + slip effect)``; all in per cent.
 
     `reference_rpm` is the speed the deviation is counted from, `shaft_rpm` the one the shaft had, by
     `speed_source`. `cage_pct` is what the slip effect means for the cage: a slipping cage is slower, which
@@ -83,7 +83,7 @@ def split_speed_and_slip(
 
 
 def cage_factor(line: str, bearing: Bearing) -> float:
-    """What one per cent of slip in a race line means for the cage [%]: the same in BPFO, more and reversed in BPFI."""
+    """Deviation of the cage per deviation of a race line by slip: 1 for BPFO, larger and negative for BPFI."""
     return {"BPFO": 1.0, "BPFI": -bearing.orders.bpfi / bearing.orders.bpfo}[line]
 
 
@@ -135,7 +135,7 @@ def published_rpm(state: Fault, motor_rpm: float) -> tuple[float, float]:
     """Shaft speed of a state at a motor speed [rpm] by straight line between the published means; 95 % half width.
 
     What the shaft lags behind the motor changes between the two published speeds; half that change is taken
-    as what the line in between may be off. Not meant for speeds outside them.
+    as the error of the interpolated value. Not meant for speeds outside them.
     """
     (low, slow), (high, fast) = sorted(
         (m.nominal_rpm, m.mean_rpm) for m in published_speeds().means if m.state == state

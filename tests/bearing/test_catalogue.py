@@ -57,8 +57,8 @@ def test_touching_diameter_closes_the_gap() -> None:
     geometry = load_bearing("skf-22240").geometry
     assert geometry is not None
     # outer gap: sphere about the origin; inner gap: arc about its centre, both seen from the roller's centre
-    assert geometry.touching_diameter_m == pytest.approx(2 * 0.020, abs=2e-5)
-    assert geometry.touching_diameter_m < geometry.roller_diameter_m
+    assert geometry.zero_play_diameter_m == pytest.approx(2 * 0.020, abs=2e-5)
+    assert geometry.zero_play_diameter_m < geometry.roller_diameter_m
 
 
 @pytest.mark.parametrize(

@@ -47,7 +47,7 @@ def rows(model, rig, effects=(EFFECT,)):
 
 def test_quantities_are_the_order_and_levels_over_the_first_harmonic():
     fault = Fault.INNER
-    values = {row.name_of(fault): row.read(analysis(), fault) for row in COMPARED if row.sensitivity is own_effects}
+    values = {row.name_of(fault): row.read(analysis(), fault) for row in COMPARED if row.effects is own_effects}
     assert {name: value.value for name, value in values.items() if value is not None} == {
         "BPFI": pytest.approx(10.82),
         "2xBPFI": pytest.approx(20 * math.log10(0.5)),

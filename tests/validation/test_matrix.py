@@ -80,9 +80,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def made(folder: Path, beside: Any = another_impulse_model, **options: Any) -> Matrix:
+def made(folder: Path, counterpart: Any = another_impulse_model, **options: Any) -> Matrix:
     add(folder)
-    return build_matrix(rig_recordings(), bearing=BEARING, beside=beside, known=KNOWN, jobs=1, **options)
+    return build_matrix(
+        rig_recordings(), bearing=BEARING, counterpart=counterpart, sensitivity=KNOWN, jobs=1, **options
+    )
 
 
 def test_cells_hold_what_was_measured_and_the_rest_is_empty(folder: Path) -> None:
@@ -136,17 +138,17 @@ def test_bias_is_the_planted_one_and_like_spectra_are_told_as_like(folder: Path)
 def test_healthy_cells_are_baselines_and_cost_no_run(folder: Path) -> None:
     asked = []
 
-    def beside(rig: Analysis) -> AnalysedRun:
+    def counterpart(rig: Analysis) -> AnalysedRun:
         asked.append(rig.recording.state)
         return another_impulse_model(rig)
 
-    healthy = made(folder, beside).at((Fault.HEALTHY, 124.8, 0.0, 877.0))
+    healthy = made(folder, counterpart).at((Fault.HEALTHY, 124.8, 0.0, 877.0))
     assert healthy is not None
     assert (healthy.verdict in (BASELINE, NOT_DETECTED), healthy.model_hz) == (True, None)
     assert Fault.HEALTHY not in asked
-    kept = made(folder, beside, keep={(Fault.HEALTHY, 124.8, 0.0, 877.0)}).kept
+    sides = made(folder, counterpart, keep_sides_of={(Fault.HEALTHY, 124.8, 0.0, 877.0)}).sides
     assert Fault.HEALTHY in asked
-    assert {point[0] for point in kept} == {Fault.HEALTHY}
+    assert {point[0] for point in sides} == {Fault.HEALTHY}
 
 
 def test_faults_are_called_against_the_healthy_cell(folder: Path) -> None:
@@ -175,7 +177,7 @@ def test_damaged_healthy_record_is_listed_and_is_no_baseline(tmp_path: Path) -> 
     add(tmp_path)
     (tmp_path / "H_877rpm_made.mat").write_bytes(b"not a record any more")
     matrix = build_matrix(
-        rig_recordings(), bearing=BEARING, beside=another_impulse_model, known=NO_SENSITIVITY, jobs=2
+        rig_recordings(), bearing=BEARING, counterpart=another_impulse_model, sensitivity=NO_SENSITIVITY, jobs=2
     )  # fmt: skip
     assert [c.state for c in matrix.cells] == [Fault.OUTER]
     assert matrix.cells[0].call.basis is Basis.LINE_ALONE
@@ -194,7 +196,7 @@ def test_maps_leave_empty_cells_empty(folder: Path, tmp_path: Path) -> None:
 
 
 def test_empty_matrix_says_so(tmp_path: Path) -> None:
-    matrix = build_matrix((), bearing=BEARING, beside=another_impulse_model, known=NO_SENSITIVITY)
+    matrix = build_matrix((), bearing=BEARING, counterpart=another_impulse_model, sensitivity=NO_SENSITIVITY)
     section = matrix_section(SimpleNamespace(matrix=matrix), tmp_path)  # type: ignore[arg-type]
     assert "all 160 cells are empty" in section.blocks[-1].text  # type: ignore[union-attr]
     assert not list(tmp_path.iterdir())

@@ -8,7 +8,7 @@ from srbval.bearing import Fault, load_bearing
 from srbval.scene import paper_scene
 from srbval.validation import sensitivity
 from srbval.validation.effects import ShapeEffect
-from srbval.validation.sensitivity import BASE, Term, terms
+from srbval.validation.sensitivity import BASE, UncertaintyTerm, terms
 from srbval.validation.spectrum_shape import angle_between
 
 
@@ -48,9 +48,9 @@ def test_points_are_doubled_at_the_same_stiffness():
 
 def test_a_change_is_its_bound_and_repeats_give_one_interval():
     listed = (
-        Term(name="a", kind="input", source="s"),
-        Term(name="b", kind="numerics", source="s", ensemble="starts"),
-        Term(name="c", kind="numerics", source="s", ensemble="starts"),
+        UncertaintyTerm(name="a", kind="input", source="s"),
+        UncertaintyTerm(name="b", kind="numerics", source="s", ensemble="starts"),
+        UncertaintyTerm(name="c", kind="numerics", source="s", ensemble="starts"),
     )
     found = {(n, Fault.OUTER): line(v) for n, v in ((BASE, 8.0), ("a", 7.9), ("b", 8.1), ("c", 7.9))}
     single, repeats = sensitivity._effects(listed, found, Fault.OUTER)

@@ -179,11 +179,11 @@ def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
     """Roller diameter of the scene: raceway gap less the radial play, or Table 1's printed value [m]."""
     if scene.contact.roller_fit is RollerFit.PRINTED:
         return geometry.roller_diameter_m
-    diameter = geometry.touching_diameter_m - scene.contact.radial_play_m
-    if not 0.9 < diameter / geometry.touching_diameter_m < 1.01:
+    diameter = geometry.zero_play_diameter_m - scene.contact.radial_play_m
+    if not 0.9 < diameter / geometry.zero_play_diameter_m < 1.01:
         raise ConfigurationError(
             f"radial_play_m = {scene.contact.radial_play_m} leaves a roller of {diameter:.6g} m in a gap of "
-            f"{geometry.touching_diameter_m:.6g} m; it must be 90 % to 101 % of the gap."
+            f"{geometry.zero_play_diameter_m:.6g} m; it must be 90 % to 101 % of the gap."
         )
     return diameter
 

@@ -114,7 +114,7 @@ def make_slot(scene: Scene, geometry: SphericalRollerGeometry) -> Slot:
     """The scene's roller between its races."""
     radius = roller_diameter_m(scene, geometry) / 2
     gap_outer = geometry.raceway_radius_m - geometry.roller_centre_distance_m
-    gap_inner = geometry.touching_diameter_m - gap_outer
+    gap_inner = geometry.zero_play_diameter_m - gap_outer
     return Slot(
         outer=tuple(patches(geometry, scene.contact, radius, inner=False)),
         inner=tuple(patches(geometry, scene.contact, radius, inner=True)),

@@ -32,10 +32,10 @@ def _assumptions(evidence: Evidence) -> Block:
             "**Equation 17**: the inner raceway's radius is C_x **minus** R_x cos(p alpha); the printed plus would "
             "put the "
             "inner raceway outside the outer one.",
-            f"**Roller diameter**: {geometry.touching_diameter_m * 1e3:.3f} mm, just touching (Table 4: radial play "
+            f"**Roller diameter**: {geometry.zero_play_diameter_m * 1e3:.3f} mm, just touching (Table 4: radial play "
             "0). "
             f"Table 1 prints {geometry.roller_diameter_m * 1e3:g} mm, an interference of "
-            f"{(geometry.roller_diameter_m - geometry.touching_diameter_m) / 2 * 1e3:.3f} mm at each contact; both "
+            f"{(geometry.roller_diameter_m - geometry.zero_play_diameter_m) / 2 * 1e3:.3f} mm at each contact; both "
             "readings "
             "are compared below.",
             f"**Critical velocity of friction**: {contact.critical_velocity_m_s * 1e3:g} mm/s. The paper is silent; "

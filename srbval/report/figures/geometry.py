@@ -40,7 +40,7 @@ def roller_of(geometry: SphericalRollerGeometry) -> Roller:
     """The roller that just touches both raceways."""
     return Roller(
         half_width_m=geometry.roller_width_m / 2,
-        radius_m=geometry.touching_diameter_m / 2,
+        radius_m=geometry.zero_play_diameter_m / 2,
         profile_m=geometry.raceway_radius_m,
     )
 

@@ -35,7 +35,7 @@ def test_both_raceways_face_the_roller(p: float) -> None:
     slot = centre / reach
     for circle, side in ((outer_circle(GEOMETRY, p), 1.0), (inner_circle(GEOMETRY, p), -1.0)):
         point = np.array([circle.radius_m, circle.height_m])
-        arc_centre = centre - side * slot * (GEOMETRY.raceway_radius_m - GEOMETRY.touching_diameter_m / 2)
+        arc_centre = centre - side * slot * (GEOMETRY.raceway_radius_m - GEOMETRY.zero_play_diameter_m / 2)
         distance = np.linalg.norm(point - arc_centre)
         assert distance == pytest.approx(GEOMETRY.raceway_radius_m, abs=ROUNDED_TABLE_1_M)
         towards_roller = (centre - point) @ np.array([circle.normal_radial, circle.normal_axial])
@@ -89,7 +89,7 @@ def test_shapes_of_a_defect() -> None:
 def test_a_point_aside_stands_clear_by_no_less_than_said(points: int, sign: int) -> None:
     """Against circles that meet: exact, and no more than what the circles' curvature leaves out below it."""
     assert GEOMETRY is not None
-    r = GEOMETRY.touching_diameter_m / 2
+    r = GEOMETRY.zero_play_diameter_m / 2
     radius = (inner_circle if sign > 0 else outer_circle)(GEOMETRY, 1.0).radius_m
     said = aside_m(r, sign * radius, points_per_circle=points)
     for spacings in (0.3, 1.0, 2.0):
@@ -114,7 +114,7 @@ def test_windows_of_undisplaced_points_lie_about_the_roller() -> None:
 def test_no_point_beyond_the_window_can_touch(points: int) -> None:
     """Brute force: a roller at every phase between two points, pressed in as deep as the search allows."""
     assert GEOMETRY is not None
-    r = GEOMETRY.touching_diameter_m / 2
+    r = GEOMETRY.zero_play_diameter_m / 2
     for radius, sign in (
         (outer_circle(GEOMETRY, 1.0).radius_m, -1),
         (inner_circle(GEOMETRY, 1.0).radius_m, 1),
