@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -174,8 +173,3 @@ def rates_of(noise: str, chances: Sequence[tuple[float, ...]]) -> list[FalseAlar
             )
         )
     return rows
-
-
-def worst_rate_factor(rows: Sequence[FalseAlarms]) -> float:
-    """The largest factor by which an observed rate is off its nominal one, either way."""
-    return max(max(r.ratio, 1 / r.ratio) if r.ratio > 0 else math.inf for r in rows)

@@ -15,6 +15,8 @@ from srbval.models.simulate import simulate
 from srbval.scene import paper_scene
 
 SECONDS = 0.5
+SLIP_PCT = 1.0  # slip, which the kinematic rung lacks, is less than one per cent
+ROUNDING = 1e-9  # the mean of many equal samples
 
 
 @pytest.mark.slow
@@ -35,11 +37,11 @@ def test_answers_are_kept_and_found_again(tmp_path: Path) -> None:
     rungs = first[0].rungs
     assert 0 < rungs["kinematic"].wall_per_simulated_s < rungs["line"].wall_per_simulated_s  # type: ignore[operator]
     errors = [rungs[model].error_pct[Question.LINES] for model in ("line", "kinematic")]
-    assert 0 < errors[0] < errors[1] < 1  # type: ignore[operator]
+    assert 0 < errors[0] < errors[1] < SLIP_PCT  # type: ignore[operator]
 
 
 @pytest.mark.parametrize("kind", ["none", "outer", "inner"])
 def test_lines_stand_where_the_cage_puts_them(kind: str) -> None:
     run = simulate(paper_scene(model="kinematic", duration="1 s", defect={"kind": kind}))
     found = answers(run, load_bearing("skf-22240"))[Question.LINES]
-    assert found == pytest.approx((run.bpfi_hz if kind == "inner" else run.bpfo_hz,), rel=1e-9)
+    assert found == pytest.approx((run.bpfi_hz if kind == "inner" else run.bpfo_hz,), rel=ROUNDING)

@@ -13,7 +13,8 @@ from srbval.plan.error_bounds import margins
 from srbval.plan.plan import Plan, make_plan
 from srbval.scene import Scene, paper_scene
 
-CHEAPER = 100
+CHEAPER = 100  # times: what Table 6 needs, against the full model
+HALF = 0.5  # of the full model's cost: what makes the line rung worth having
 
 
 @pytest.fixture(scope="module")
@@ -118,7 +119,7 @@ def test_a_defect_on_a_roller_says_why_it_is_left_to_the_full_model() -> None:
 
 def test_the_line_rung_costs_at_most_half_of_the_full_model(table: LadderCalibration) -> None:
     costs = [[e.rungs[m].wall_per_simulated_s for m in ("line", "full")] for e in table.entries]
-    assert sum(line for line, _ in costs) <= 0.5 * sum(full for _, full in costs)  # type: ignore[misc]
+    assert sum(line for line, _ in costs) <= HALF * sum(full for _, full in costs)  # type: ignore[misc]
 
 
 def test_questions_without_sense_are_refused() -> None:

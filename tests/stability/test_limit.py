@@ -27,6 +27,10 @@ REAL_LIMITS = {"ode1": 2.0, "ode2": 2.0, "ode3": 2.512745, "ode4": 2.785293}
 IMAGINARY_LIMITS = {"ode3": np.sqrt(3), "ode4": np.sqrt(8)}
 # A half-explicit step is a perturbation of the true one: the steps of the kernels' own map agree to differences.
 SAME_RADIUS = 1e-4
+RAY = 2e-2  # the limit is looked up on rays, and Euler's region is flat along the imaginary axis
+NEXT_TERM = 2  # the first term left out of the exponential is at most |z|^(order + 1), and some more follow
+OTHER_DAMPING = 0.1  # of the fastest motion, what is not friction
+STRUCTURAL_RATE = 1e5  # 1/s: without friction only the contacts' own damping remains, which is far slower
 
 
 def oscillator(damping_per_s: float = 0.0) -> Linear:
@@ -52,7 +56,7 @@ def test_oscillation(name: str, limit: float) -> None:
 def test_euler_holds_a_damped_oscillation_to_twice_its_decay(damping: float) -> None:
     """|1 + h lambda|^2 <= 1 to h = -2 Re lambda / |lambda|^2."""
     decay = OMEGA * complex(-damping, np.sqrt(1 - damping**2))
-    assert explicit_limit(METHODS["ode1"], np.array([decay])) == pytest.approx(2 * damping / OMEGA, rel=2e-2)
+    assert explicit_limit(METHODS["ode1"], np.array([decay])) == pytest.approx(2 * damping / OMEGA, rel=RAY)
 
 
 @pytest.mark.parametrize("name", ["imex1", "imex2"])
@@ -73,7 +77,7 @@ def test_free_and_growing_motions_set_no_limit() -> None:
 @pytest.mark.parametrize("name", ["ode1", "ode2", "ode3", "ode4"])
 def test_stability_function_is_the_exponential_to_the_method_s_order(name: str) -> None:
     method, z = METHODS[name], 0.01 * np.exp(1j * np.array([0.3, 2.0, np.pi]))
-    assert np.abs(stability_function(method, z) - np.exp(z)).max() < 2 * 0.01 ** (method.order + 1)
+    assert np.abs(stability_function(method, z) - np.exp(z)).max() < NEXT_TERM * 0.01 ** (method.order + 1)
 
 
 @pytest.fixture(scope="module")
@@ -130,5 +134,5 @@ def test_friction_at_rest_has_the_slope_of_the_steepest_contact(rest: tuple[Para
         slow_rate, fast_rate, none = (
             -np.linalg.eigvals(linearise(m, state).matrix).real.min() for m in (model, fast, without_friction(model))
         )
-    assert fast_rate == pytest.approx(100 * slow_rate, rel=0.1)
-    assert none < 1e5
+    assert fast_rate == pytest.approx(100 * slow_rate, rel=OTHER_DAMPING)
+    assert none < STRUCTURAL_RATE

@@ -14,7 +14,7 @@ from srbval.cli import main, stability_command
 from srbval.errors import ConfigurationError
 from srbval.scene import paper_scene
 from srbval.stability import outcome as outcome_module
-from srbval.stability.cell import PLANTED, PLANTED_RPM
+from srbval.stability.cell import CAGE_LIMIT, LOAD_RANGE, PLANTED, PLANTED_RPM
 from srbval.stability.grid import FULL, StabilityGrid
 from srbval.stability.outcome import outcome_store
 from srbval.stability.stability import StabilityResult, run_stability
@@ -25,6 +25,8 @@ PLANTED_GRID = replace(
     FULL, scenes=("play0-outer",), solvers=("ode1", "ode2"), steps_per_s=(30720, 15360), rpm=PLANTED_RPM,
     reference_steps_per_s=245760,
 )  # fmt: skip
+CONVERGED = 1e-4  # cage speed at twice the reference's step: a hundredth of the limit for cells
+ROUNDING = 1e-6  # samples
 CELL_KEYS = {"model", "solver", "dt_s", "rpm", "status", "reason", "predicted_limit_dt_s"}
 
 
@@ -45,13 +47,13 @@ def test_every_planted_failure_is_caught_by_the_run_itself(result: StabilityResu
 
 def test_no_converged_run_is_flagged(result: StabilityResult) -> None:
     assert [r.fine.reason for r in result.references if r.flagged] == []
-    assert all(r.own_cage_error < 1e-4 for r in result.references)
+    assert all(r.own_cage_error < CONVERGED for r in result.references)
     assert result.sound
 
 
 def test_what_is_ok_is_like_the_converged_run(result: StabilityResult) -> None:
     for cell in result.cells:
-        assert not cell.ok or (cell.cage_error <= 0.01 and cell.load_part >= 0.95)
+        assert not cell.ok or (cell.cage_error <= CAGE_LIMIT and cell.load_part >= LOAD_RANGE[0])
         assert cell.ok or cell.reason
 
 
@@ -95,7 +97,7 @@ def test_runs_of_a_group_have_one_length_whatever_their_step() -> None:
     assert len(lengths) == 1
     for case in FULL.cases:
         samples = FULL.scene(case).duration_s * FULL.scene(case).output_rate_hz
-        assert samples == pytest.approx(round(samples), abs=1e-6)
+        assert samples == pytest.approx(round(samples), abs=ROUNDING)
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from srbval.scene import paper_scene
+from srbval.stability.cell import CAGE_LIMIT, LOAD_RANGE
 from srbval.stability.grid import FULL
 from srbval.storage.strict_json import json_value
 
@@ -32,8 +33,8 @@ def test_it_is_the_whole_map_and_says_where_it_comes_from(stored: dict[str, Any]
 def test_no_ok_cell_is_unlike_its_converged_run(stored: dict[str, Any]) -> None:
     good = [c for c in stored["cells"] if c["status"] == "ok"]
     assert good
-    assert max(c["cage_error"] for c in good) <= 0.01
-    assert min(c["load_part"] for c in good) >= 0.95
+    assert max(c["cage_error"] for c in good) <= CAGE_LIMIT
+    assert min(c["load_part"] for c in good) >= LOAD_RANGE[0]
 
 
 def test_planted_failures_are_caught_and_converged_runs_are_not_flagged(stored: dict[str, Any]) -> None:
@@ -48,5 +49,5 @@ def test_the_default_turns_its_cage_and_carries_its_load_at_every_speed(stored: 
     own = [c for c in stored["cells"] if c["solver"] == solver.name and c["dt_s"] == pytest.approx(solver.step_s)]
     assert len(own) == len(list(FULL.groups))
     assert [(c["scene"], c["rpm"], c["reason"]) for c in own if c["run_status"] != "ok"] == []
-    assert max(c["cage_error"] for c in own) <= 0.01
-    assert min(c["load_part"] for c in own) >= 0.95
+    assert max(c["cage_error"] for c in own) <= CAGE_LIMIT
+    assert min(c["load_part"] for c in own) >= LOAD_RANGE[0]
