@@ -19,6 +19,18 @@ FULL_NAME = "IR_727rpm_124.8kN_49kN.mat"
 Writer = Callable[[Path, dict[str, Any]], Path]
 
 both_formats = pytest.mark.parametrize("write", [files.rig_v5, files.rig_v73])
+# One multiplication by a factor that is not exactly representable.
+ROUNDING = 1e-15
+# Two factors applied one after the other.
+UNIT_ROUNDING = 1e-12
+# A mean over the samples in another order, or of rad/s in place of rpm.
+MEAN_ROUNDING = 1e-9
+# The made signal scatters by 0.3 rpm about 700.
+WITHIN_RPM = 1
+# The author's means are rounded to 0.001 rpm.
+PUBLISHED_RPM = 6e-4
+# A tachometer's mean over 2 s is known to better than a per mille.
+SPEED_CI = 0.001
 
 
 def test_excerpt_needs_no_option(tmp_path: Path) -> None:
@@ -29,7 +41,7 @@ def test_excerpt_needs_no_option(tmp_path: Path) -> None:
     assert r.band_hz == (1400.0, 2800.0)
     assert r.speed is not None
     assert r.speed.source is SpeedSource.TACHOMETER
-    assert r.speed.value_hz * 60 == pytest.approx(np.mean(858.0 + 0.5 * files.vibration(128, 1)), abs=1e-9)
+    assert r.speed.value_hz * 60 == pytest.approx(np.mean(858.0 + 0.5 * files.vibration(128, 1)), abs=MEAN_ROUNDING)
     np.testing.assert_array_equal(r.channels["sensor_4"], files.vibration())
 
 
@@ -44,7 +56,7 @@ def test_full_layout_needs_no_option(tmp_path: Path, write: Writer) -> None:
     assert (r.dataset, r.channel, r.unit, r.fs_hz) == ("torino-full", "sensor_4", "m/s2", 20480.0)
     assert (r.state, r.bearing, r.nominal_rpm) == (Fault.INNER, "skf-22240", 727.0)
     assert (r.radial_n, r.axial_n) == (124800.0, 49000.0)
-    np.testing.assert_allclose(r.channels["sensor_4"], 4 * files.vibration(seed=3), rtol=1e-15)
+    np.testing.assert_allclose(r.channels["sensor_4"], 4 * files.vibration(seed=3), rtol=ROUNDING)
     assert list(r.channels) == ["sensor_1", "sensor_2", "sensor_3", "sensor_4"]
 
 
@@ -54,7 +66,7 @@ def test_speed_is_the_records_not_its_names(tmp_path: Path, write: Writer) -> No
     expected_rpm = np.mean(700.0 + 0.3 * files.vibration(20, 9))
     assert r.speed is not None
     assert r.speed.source is SpeedSource.TACHOMETER
-    assert r.speed.value_hz * 60 == pytest.approx(expected_rpm, rel=1e-9)
+    assert r.speed.value_hz * 60 == pytest.approx(expected_rpm, rel=MEAN_ROUNDING)
 
 
 @both_formats
@@ -66,9 +78,9 @@ def test_signals_are_found_whatever_their_number(tmp_path: Path, write: Writer) 
         "Signal_2": signals["Signal_2"],
     }
     r = load_recording(write(tmp_path / FULL_NAME, shuffled))
-    np.testing.assert_allclose(r.channels["sensor_4"], 4 * files.vibration(seed=3), rtol=1e-15)
+    np.testing.assert_allclose(r.channels["sensor_4"], 4 * files.vibration(seed=3), rtol=ROUNDING)
     assert r.speed is not None
-    assert r.speed.value_hz * 60 == pytest.approx(700, abs=1)
+    assert r.speed.value_hz * 60 == pytest.approx(700, abs=WITHIN_RPM)
 
 
 def test_v73_without_matlabs_attributes(tmp_path: Path) -> None:
@@ -78,9 +90,9 @@ def test_v73_without_matlabs_attributes(tmp_path: Path) -> None:
     with h5py.File(path, "r+") as file:
         file.visititems(lambda _, item: item.attrs.pop("MATLAB_class", None) and None)
     r = load_recording(path)
-    np.testing.assert_allclose(r.channels["sensor_4"], 4 * files.vibration(seed=3), rtol=1e-15)
+    np.testing.assert_allclose(r.channels["sensor_4"], 4 * files.vibration(seed=3), rtol=ROUNDING)
     assert r.speed is not None
-    assert r.speed.value_hz * 60 == pytest.approx(700, abs=1)
+    assert r.speed.value_hz * 60 == pytest.approx(700, abs=WITHIN_RPM)
 
 
 def test_sensors_across_instead_of_down(tmp_path: Path) -> None:
@@ -88,14 +100,14 @@ def test_sensors_across_instead_of_down(tmp_path: Path) -> None:
     struct = signals["Signal_3"]
     struct["y_values"]["values"] = files.nested(struct["y_values"]["values"][0, 0].T.copy())
     r = load_recording(files.rig_v5(tmp_path / FULL_NAME, signals))
-    np.testing.assert_allclose(r.channels["sensor_4"], 4 * files.vibration(seed=3), rtol=1e-15)
+    np.testing.assert_allclose(r.channels["sensor_4"], 4 * files.vibration(seed=3), rtol=ROUNDING)
 
 
 def test_values_stored_in_g_are_converted(tmp_path: Path) -> None:
     signals = files.rig_signals()
     signals["Signal_3"]["y_values"]["quantity"]["unit_transformation"]["factor"] = 1.0
     r = load_recording(files.rig_v5(tmp_path / FULL_NAME, signals))
-    np.testing.assert_allclose(r.channels["sensor_4"], 4 * 9.80665 * files.vibration(seed=3), rtol=1e-12)
+    np.testing.assert_allclose(r.channels["sensor_4"], 4 * 9.80665 * files.vibration(seed=3), rtol=UNIT_ROUNDING)
 
 
 def test_unknown_unit_factor_is_refused(tmp_path: Path) -> None:
@@ -160,5 +172,5 @@ def test_measured_excerpts(recordings_dir: Path, name: str, state: Fault, mean_r
     assert (r.radial_n, r.axial_n, r.bearing) == (124800.0, 0.0, "skf-22240")
     assert r.speed is not None
     assert r.speed.source is SpeedSource.TACHOMETER
-    assert r.speed.value_hz * 60 == pytest.approx(mean_rpm, abs=6e-4)
-    assert 0 < r.speed.ci95_hz * 60 < 0.001 * mean_rpm
+    assert r.speed.value_hz * 60 == pytest.approx(mean_rpm, abs=PUBLISHED_RPM)
+    assert 0 < r.speed.ci95_hz * 60 < SPEED_CI * mean_rpm

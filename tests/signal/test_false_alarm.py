@@ -14,6 +14,18 @@ RECORDS, LOWEST, HIGHEST = 400, 0.5, 1.4
 LOWEST_MEAN, HIGHEST_MEAN = 0.625, 1.2
 # Some 500 rises, whose number scatters a little more than a Poisson one.
 RISES, RISE_SCATTER = 1500, 0.15
+# Central difference of a relative step of 1e-5.
+DERIVATIVE = 1e-6
+# With 100,001 bins the sum differs from its limit by a term of the order of the ratio over the bins.
+KNOWN_NOISE = 1e-3
+# Nine bins leave the noise so uncertain that the ratio is less than this share of the estimated one.
+FEW_BINS = 0.7
+# The same formula, another order of operations.
+CLOSED_FORM = 1e-12
+# 1 - exp(-N) loses digits where N is small.
+SMALL_CHANCE = 1e-9
+# The mean of two small probabilities is that of their expected counts to first order.
+MASKED_MEAN = 0.01
 
 
 def test_neg_log_p_is_the_exact_tail_of_a_line_over_a_median_of_its_neighbours():
@@ -30,9 +42,9 @@ def test_neg_log_p_is_the_exact_tail_of_a_line_over_a_median_of_its_neighbours()
 def test_true_noise_ratio_is_the_slope_of_neg_log_p_and_that_of_known_noise_with_many_bins():
     ratio, bins, step = 9.0, np.array([BINS]), 1e-5
     above, below = (neg_log_p(np.array([ratio * (1 + side * step)]), bins)[0] for side in (1, -1))
-    assert true_noise_ratio(np.array([ratio]), bins)[0] == pytest.approx((above - below) / (2 * step), rel=1e-6)
-    assert true_noise_ratio(np.array([ratio]), np.array([100_001]))[0] == pytest.approx(ratio, rel=1e-3)
-    assert true_noise_ratio(np.array([ratio]), np.array([9]))[0] < 0.7 * ratio
+    assert true_noise_ratio(np.array([ratio]), bins)[0] == pytest.approx((above - below) / (2 * step), rel=DERIVATIVE)
+    assert true_noise_ratio(np.array([ratio]), np.array([100_001]))[0] == pytest.approx(ratio, rel=KNOWN_NOISE)
+    assert true_noise_ratio(np.array([ratio]), np.array([9]))[0] < FEW_BINS * ratio
 
 
 def test_comb_rises_as_often_as_a_count_of_drawn_spectra():
@@ -41,12 +53,13 @@ def test_comb_rises_as_often_as_a_count_of_drawn_spectra():
     half_hz, seconds, level, harmonics = 0.5, 8.0, 6.0, 2
     sample_s = np.arange(-160, 160) * seconds / 320
     offset_hz = np.linspace(-half_hz, half_hz, 161)
+    transforms = [np.exp(-2j * np.pi * number * np.outer(offset_hz, sample_s)) for number in range(1, harmonics + 1)]
     rises = 0
     for _ in range(RISES):
         comb = np.zeros(offset_hz.size)
-        for number in range(1, harmonics + 1):
+        for transform in transforms:
             noise = (rng.standard_normal(320) + 1j * rng.standard_normal(320)) / np.sqrt(640)
-            comb += np.abs(np.exp(-2j * np.pi * number * np.outer(offset_hz, sample_s)) @ noise) ** 2
+            comb += np.abs(transform @ noise) ** 2
         rises += np.count_nonzero((comb[:-1] <= level) & (comb[1:] > level))
     expected = upcrossings(level, level, harmonics, half_hz, seconds)
     assert rises / RISES == pytest.approx(expected, rel=RISE_SCATTER)
@@ -55,8 +68,8 @@ def test_comb_rises_as_often_as_a_count_of_drawn_spectra():
 def test_one_line_rises_as_often_as_rice_says():
     level, half_hz, seconds = 9.0, 1.5, 8.0
     expected = 2 * half_hz * seconds * np.sqrt(np.pi * level / 3) * np.exp(-level)
-    assert upcrossings(level, level, 1, half_hz, seconds) == pytest.approx(expected, rel=1e-12)
-    assert false_alarm(level, level, ONE, half_hz, seconds) == pytest.approx(1 - np.exp(-expected), rel=1e-9)
+    assert upcrossings(level, level, 1, half_hz, seconds) == pytest.approx(expected, rel=CLOSED_FORM)
+    assert false_alarm(level, level, ONE, half_hz, seconds) == pytest.approx(1 - np.exp(-expected), rel=SMALL_CHANCE)
 
 
 def test_a_zero_neg_log_p_is_a_certain_false_alarm_and_a_large_one_does_not_underflow():
@@ -74,7 +87,7 @@ def test_masked_lines_make_a_rise_less_likely():
     half = np.array([0, 0, 0, 0, 0.5, 0.5])
     whole, masked, part = (false_alarm(22.0, 22.0, share, 1.0, 10.0) for share in (FIVE, np.eye(6)[4], half))
     assert masked < whole
-    assert part == pytest.approx((whole + masked) / 2, rel=0.01)
+    assert part == pytest.approx((whole + masked) / 2, rel=MASKED_MEAN)
 
 
 def test_noise_alone_raises_false_alarms_at_the_nominal_rate():

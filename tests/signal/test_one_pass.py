@@ -20,6 +20,18 @@ INTERIOR = 1e-4
 # Farther than this from the ends nothing of them is left in the one pass.
 END = round(0.05 * FS_HZ)
 INSIDE = slice(END, -END)
+# The square at the lower rate has the full rate's spectrum, to rounding.
+NO_ALIAS = 1e-9
+# The modulus at the lower rate is wrong by per cents.
+MODULUS_ALIAS = (0.01, 0.2)
+# The same bins by another transform.
+ROUNDING = 1e-12
+# A line's amplitude over 10 s that are no whole number of samples at the lower rate.
+LINE = 1e-3
+# Mean of the squared envelope over a length that is no whole number of modulation periods.
+MEAN_SQUARE = 0.01
+# Two bins of a record of 10 s.
+BIN_HZ = 0.2
 
 
 def noise(count=204_800, seed=1):
@@ -90,8 +102,8 @@ def test_a_modulus_taken_at_the_lower_rate_is_wrong_by_per_cents():
     bins = slice(10, square.size // 2 - 10)
     errors = {k: np.sqrt(np.mean(np.abs((a - b[: a.size])[bins]) ** 2) / np.mean(np.abs(b[bins]) ** 2))
               for k, (a, b) in spectra.items()}  # fmt: skip
-    assert errors["square"] < 1e-9
-    assert 0.01 < errors["modulus"] < 0.2
+    assert errors["square"] < NO_ALIAS
+    assert MODULUS_ALIAS[0] < errors["modulus"] < MODULUS_ALIAS[1]
 
 
 def test_brick_wall_is_the_envelope_of_the_band_s_own_bins():
@@ -100,7 +112,7 @@ def test_brick_wall_is_the_envelope_of_the_band_s_own_bins():
     frequency = scipy.fft.rfftfreq(samples.size, 1 / FS_HZ)
     lines[(frequency < BAND_HZ[0]) | (frequency > BAND_HZ[1])] = 0
     analytic = analytic_signal(samples, FS_HZ, BAND_HZ, band_filter=BandFilter.BRICK_WALL)
-    np.testing.assert_allclose(np.abs(analytic), envelope(scipy.fft.irfft(lines)), atol=1e-12)
+    np.testing.assert_allclose(np.abs(analytic), envelope(scipy.fft.irfft(lines)), atol=ROUNDING)
 
 
 def modulated(count):
@@ -112,10 +124,10 @@ def test_line_of_a_modulated_carrier_is_twice_its_square_times_the_depth():
     samples = modulated(204_800 + 2 * END)
     square, rate = squared_envelope_one_pass(samples, FS_HZ, BAND_HZ)
     assert line_at_50_hz(square[round(0.05 * rate) :][: round(10 * rate)], rate) == pytest.approx(
-        2 * 3**2 * 0.2, rel=1e-3
+        2 * 3**2 * 0.2, rel=LINE
     )
     modulus = np.abs(analytic_signal(samples, FS_HZ, BAND_HZ))[INSIDE]
-    assert line_at_50_hz(modulus, FS_HZ) == pytest.approx(3 * 0.2, rel=1e-3)
+    assert line_at_50_hz(modulus, FS_HZ) == pytest.approx(3 * 0.2, rel=LINE)
 
 
 def line_at_50_hz(samples, fs_hz):
@@ -127,7 +139,7 @@ def test_padding_to_a_fast_length_leaves_size_and_duration():
     count = 205_824
     square, rate = squared_envelope_one_pass(modulated(count), FS_HZ, BAND_HZ)
     inside = square[round(rate / 10) : -round(rate / 10)]
-    assert inside.mean() == pytest.approx(9 * (1 + 0.2**2 / 2), rel=0.01)
+    assert inside.mean() == pytest.approx(9 * (1 + 0.2**2 / 2), rel=MEAN_SQUARE)
     assert square.size / rate == pytest.approx(count / FS_HZ, abs=1 / rate)
 
 
@@ -153,7 +165,7 @@ def test_rate_holds_the_square_without_aliases():
     time_s = np.arange(204_800) / FS_HZ
     samples = np.cos(2 * np.pi * 1450 * time_s) + np.cos(2 * np.pi * 2750 * time_s)
     spectrum = envelope_spectrum_one_pass(samples, FS_HZ, BAND_HZ)
-    assert spectrum.frequency_hz[np.argmax(spectrum.amplitude)] == pytest.approx(1300, abs=0.2)
+    assert spectrum.frequency_hz[np.argmax(spectrum.amplitude)] == pytest.approx(1300, abs=BIN_HZ)
 
 
 def test_ends_are_dropped_and_short_records_refused():

@@ -9,6 +9,16 @@ TIME_S = np.arange(round(FS_HZ * SECONDS)) / FS_HZ
 MEAN_HZ = (SLOW_HZ + FAST_HZ) / 2
 # A tone between bins reads at least 2 / pi of its amplitude.
 LEAST_OF_A_TONE = 0.63
+# A line spread over hundreds of bins keeps less of its amplitude than this in any of them.
+SMEARED = 0.2
+# What `resample` states for lines below a fifth of the sampling rate.
+SPLINE = 1e-3
+# Means of eighths from knots once per turn.
+DRIFT = 0.01
+# Rounding of the integrated speed.
+STEADY = 1e-9
+# The speed signal ends one of its 4000 samples before the record does.
+TURNS = 1e-3
 
 
 def turns_at(time_s):
@@ -27,7 +37,7 @@ CHIRP = np.cos(2 * np.pi * ORDER * turns_at(TIME_S))
 @pytest.mark.parametrize(("rate_hz", "noise_hz"), [(100.0, 0.0), (4000.0, 0.0), (640.0, 0.05)])
 def test_a_line_that_follows_the_shaft_becomes_one_line_at_the_mean_speed(rate_hz, noise_hz):
     smeared = amplitude_spectrum(CHIRP, FS_HZ)
-    assert smeared.amplitude.max() < 0.2, "without tracking the line is spread over hundreds of bins"
+    assert smeared.amplitude.max() < SMEARED, "without tracking the line is spread over hundreds of bins"
     course = ShaftAngle.from_speed(tachometer(rate_hz, noise_hz), rate_hz)
     even = amplitude_spectrum(course.resample(CHIRP, FS_HZ, 0.0, MEAN_HZ), FS_HZ)
     assert even.amplitude.max() > LEAST_OF_A_TONE
@@ -40,19 +50,19 @@ def test_a_part_of_the_record_keeps_its_place_on_the_shaft():
     skip = 8000
     even = course.resample(CHIRP[skip:-skip], FS_HZ, skip / FS_HZ, MEAN_HZ)
     phase = 2 * np.pi * ORDER * (turns_at(TIME_S[skip]) + np.arange(even.size) * MEAN_HZ / FS_HZ)
-    np.testing.assert_allclose(even, np.cos(phase), atol=2e-3)
+    np.testing.assert_allclose(even, np.cos(phase), atol=SPLINE)
 
 
 def test_drift_is_counted_in_bins_of_the_line():
     # Means of eighths differ by 7/8 of the ramp.
     expected = 7 / 8 * (FAST_HZ - SLOW_HZ) * ORDER * SECONDS
-    assert ShaftAngle.from_speed(tachometer(4000.0), 4000.0).drift_bins(ORDER) == pytest.approx(expected, rel=0.01)
-    assert ShaftAngle.from_speed(np.full(4000, 12.0), 400.0).drift_bins(ORDER) == pytest.approx(0.0, abs=1e-9)
+    assert ShaftAngle.from_speed(tachometer(4000.0), 4000.0).drift_bins(ORDER) == pytest.approx(expected, rel=DRIFT)
+    assert ShaftAngle.from_speed(np.full(4000, 12.0), 400.0).drift_bins(ORDER) == pytest.approx(0.0, abs=STEADY)
 
 
 def test_direction_of_rotation_does_not_matter():
     course = ShaftAngle.from_speed(-tachometer(400.0), 400.0)
-    assert course.turns[-1] == pytest.approx(turns_at(SECONDS), rel=1e-3)
+    assert course.turns[-1] == pytest.approx(turns_at(SECONDS), rel=TURNS)
 
 
 @pytest.mark.parametrize("speed", [np.zeros(100), np.linspace(-1, 10, 1000), np.full(100, 0.5)])

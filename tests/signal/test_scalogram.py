@@ -12,6 +12,10 @@ EXACT = 1e-6
 # Columns wider than a row's moments need be: a mean of some moments against that of all samples.
 FIGURE = 0.003
 TONE = 1e-6
+# Centre of an impulse's image, in columns.
+CENTRE = 1e-3
+# What of one end shows at the other, as a share of the largest value.
+WRAPPED = 1e-6
 
 
 def direct_sum(samples, frequency_hz):
@@ -63,13 +67,13 @@ def test_times_are_the_middles_of_the_columns(columns):
     picture = morlet_scalogram(single(7777), FS_HZ, range_hz=(100.0, 110.0), rows=2, columns=columns)
     width = column_width(SAMPLES, columns)
     centre_s = np.average(picture.time_s, weights=picture.amplitude[0])
-    assert centre_s == pytest.approx(7777 / FS_HZ, abs=1e-3 * width / FS_HZ)
+    assert centre_s == pytest.approx(7777 / FS_HZ, abs=CENTRE * width / FS_HZ)
     np.testing.assert_allclose(np.diff(picture.time_s), width / FS_HZ)
 
 
 def test_one_end_does_not_show_at_the_other():
     picture = morlet_scalogram(single(SAMPLES - 1), FS_HZ, range_hz=(60.0, 1000.0), rows=5).amplitude
-    assert picture[:, 0].max() < 1e-6 * picture.max()
+    assert picture[:, 0].max() < WRAPPED * picture.max()
 
 
 def test_range_beyond_the_record_is_refused():

@@ -2,12 +2,17 @@ import numpy as np
 import pytest
 
 from srbval.signal import Phasors, slip
-from srbval.signal.slip import track_slip
 
 FS_HZ, SECONDS, LINE_HZ = 1000.0, 30.0, 90.0
 ONE = np.array([1.0])
 # One record's estimate of a variance from some tens of blocks, averaged over 20 records.
 MEAN_OF_RECORDS = 0.25
+# A third of a bin away the blocks lose little: the interval within a tenth, the shift within a twentieth of it.
+SAME_INTERVAL, SAME_SHIFT = 0.1, 0.05
+# Noise alone leaves less than a twentieth of the interval of this walk.
+STEADY = 0.05
+# 150 intervals of 95 %: four binomial standard errors below, and not all of them.
+COVERED = (0.88, 0.995)
 
 
 def wandering(rng, walk_rad2_s, noise=0.05):
@@ -18,7 +23,7 @@ def wandering(rng, walk_rad2_s, noise=0.05):
 
 def followed(samples, line_hz=LINE_HZ, noise=0.05, **options):
     phasors = Phasors.of(samples, FS_HZ, np.array([line_hz]))
-    return track_slip(phasors, ONE, ONE * noise**2 * samples.size, line_hz=line_hz, **options)
+    return slip.track_slip(phasors, ONE, ONE * noise**2 * samples.size, line_hz=line_hz, **options)
 
 
 @pytest.mark.parametrize("walk_rad2_s", [0.01, 0.1])
@@ -33,14 +38,14 @@ def test_interval_is_that_of_a_slope_through_a_random_walk(walk_rad2_s):
 def test_an_error_of_the_line_frequency_is_not_wander():
     samples = wandering(np.random.default_rng(2), 0.01)
     at_line, beside = (followed(samples, f) for f in (LINE_HZ, LINE_HZ + 0.01))
-    assert beside.ci95_hz == pytest.approx(at_line.ci95_hz, rel=0.1)
-    assert at_line.shift_hz - beside.shift_hz == pytest.approx(0.01, abs=0.05 * at_line.ci95_hz)
+    assert beside.ci95_hz == pytest.approx(at_line.ci95_hz, rel=SAME_INTERVAL)
+    assert at_line.shift_hz - beside.shift_hz == pytest.approx(0.01, abs=SAME_SHIFT * at_line.ci95_hz)
 
 
 def test_steady_line_wanders_far_less_than_a_slipping_one():
     rng = np.random.default_rng(3)
     steady, slipping = (followed(wandering(rng, q)).ci95_hz for q in (0.0, 0.1))
-    assert steady < 0.05 * slipping
+    assert steady < STEADY * slipping
 
 
 def test_weak_line_or_few_blocks_cannot_be_told():
@@ -56,7 +61,7 @@ def test_a_short_record_s_few_blocks_still_tell_slip(blocks):
         followed(wandering(np.random.default_rng((6, index)), 0.1), shortest_block_s=SECONDS / (blocks + 0.5))
         for index in range(150)
     ]
-    assert 0.88 < np.mean([abs(course.shift_hz) <= course.ci95_hz for course in found]) < 0.995
+    assert COVERED[0] < np.mean([abs(one.shift_hz) <= one.ci95_hz for one in found]) < COVERED[1]
 
 
 def test_noise_that_is_higher_at_the_line_than_beside_it_is_no_wander(monkeypatch):
