@@ -18,7 +18,7 @@ from srbval.bench.reading import QUICK_READING, ReadingBench, ReadingSettings, r
 from srbval.bench.scenes import SCENES
 from srbval.bench.settings import FULL, QUICK
 from srbval.cli.measured import measure_and_print
-from srbval.cli.output import print_columns, print_json
+from srbval.cli.output import print_columns, print_json, print_rows
 from srbval.errors import ConfigurationError
 from srbval.models.solvers import SOLVERS
 from srbval.plan.calibrated import shipped_calibration
@@ -31,84 +31,6 @@ from srbval.validation.sensitivity import measure as measure_sensitivity
 
 SHORT_SENSITIVITY_SECONDS = 1.0  # of a run with --quick [s]
 VERDICT = {True: "met", False: "NOT MET", None: "not measured"}
-COST_COLUMNS = {
-    "scene": "scene",
-    "solver": "solver",
-    "1/dt [Hz]": "steps_per_s",
-    "wall s/s": "wall_per_simulated_s",
-    "median": "wall_median_per_simulated_s",
-    "calibrations/s": "wall_in_calibrations",
-    "us/RHS": "us_per_rhs",
-    "core share": "core_share",
-    "status": "status",
-}
-ACCURACY_COLUMNS = {
-    "scene": "scene",
-    "solver": "solver",
-    "1/dt [Hz]": "steps_per_s",
-    "wall s/s": "wall_per_simulated_s",
-    "cage error": "cage_error",
-    "cage scatter": "cage_scatter",
-    "noise floor": "noise_floor",
-    "500-1500 Hz RMS [m/s2]": "band_rms_m_s2",
-    "its error": "band_rms_error",
-    "harmonic error": "harmonic_error",
-    "Pareto": "on_front",
-    "status": "status",
-}
-REFERENCE_COLUMNS = {
-    "reference": "scene",
-    "solver": "solver",
-    "1/dt [Hz]": "steps_per_s",
-    "cage/shaft": "cage_ratio",
-    "cage error": "own_cage_error",
-    "noise floor": "noise_floor",
-    "500-1500 Hz RMS [m/s2]": "band_rms_m_s2",
-    "its error": "own_band_rms_error",
-    "computed": "when",
-    "status": "status",
-}
-TRAJECTORY_COLUMNS = {
-    "trajectory": "scene",
-    "solver": "solver",
-    "error": "coarse",
-    "half the step": "middle",
-    "quarter": "fine",
-    "observed order": "observed_order",
-    "of reference": "reference_error",
-}
-CONTACT_COLUMNS = {
-    "scene": "scene",
-    "solver": "solver",
-    "points/circle": "points_per_circle",
-    "us/step": "us_per_step",
-    "touching points": "touching_points",
-    "roller-race pairs": "touching_contacts",
-    "ns/touching point": "ns_per_point",
-}
-TARGET_COLUMNS = {"target": "name", "measured": "value", "limit": "limit", "unit": "unit", "": "verdict"}
-LADDER_COLUMNS = {
-    "question": "question",
-    "model": "model",
-    "scenes": "scenes",
-    "unanswered": "unanswered",
-    "median error [%]": "median_error_pct",
-    "worst error [%]": "worst_error_pct",
-    "wall s/s": "wall_per_simulated_s",
-    "cheaper than full": "cheaper_than_full",
-}
-HELD_OUT_COLUMNS = {
-    "question": "title",
-    "scenes": "scenes",
-    "within twice": "scenes_within_twice",
-    "predictions": "predictions",
-    "within": "within",
-    "within twice ": "within_twice",
-    "unanswered": "unanswered",
-    "called enough": "promises",
-    "and was not": "broken",
-}
-SENSITIVITY_COLUMNS = {name: name for name in ("defect", "quantity", "kind", "term", "base", "bound", "unit")}
 
 
 def run(options: argparse.Namespace) -> int:
@@ -163,7 +85,7 @@ def _sensitivity(options: argparse.Namespace) -> int:
         options,
         measure,
         complete=not options.quick,
-        show=lambda result: print_columns(SENSITIVITY_COLUMNS, result["effects"]),
+        show=lambda result: print_columns("sensitivity", result["effects"]),
     )
     return 0
 
@@ -186,7 +108,7 @@ def _ladder(options: argparse.Namespace) -> int:
         print_json(json_object(table) | {"ladder": rows})
     else:
         print(f"reference: {table.reference}; {len(table.entries)} scenes of {table.seconds:g} s")
-        print_columns(LADDER_COLUMNS, rows)
+        print_columns("ladder", rows)
     return 0
 
 
@@ -210,7 +132,7 @@ def _held_out(options: argparse.Namespace) -> int:
         options,
         measure,
         complete=True,
-        show=lambda result: print_columns(HELD_OUT_COLUMNS, result["tallies"]),
+        show=lambda result: print_columns("held-out", result["tallies"]),
     )
     return 0
 
@@ -218,21 +140,21 @@ def _held_out(options: argparse.Namespace) -> int:
 def _print(result: BenchResult) -> None:
     _print_machine(result.machine)
     rows = [_with_steps(run) for run in result.runs]
-    print_columns(COST_COLUMNS, rows)
+    print_columns("speed-cost", rows)
     if result.references:
         _print_accuracy(result, rows)
-    print_columns(CONTACT_COLUMNS, [json_object(cost) for cost in result.contact_costs])
-    print_columns(TARGET_COLUMNS, [json_object(t) | {"verdict": VERDICT[t.met]} for t in result.targets])
+    print_columns("speed-points", [json_object(cost) for cost in result.contact_costs])
+    print_columns("speed-targets", [json_object(t) | {"verdict": VERDICT[t.met]} for t in result.targets])
 
 
 def _print_accuracy(result: BenchResult, rows: Sequence[Mapping[str, Any]]) -> None:
     references = [_with_steps(reference) for reference in result.references.values()]
     when = {True: "earlier, stored", False: "now"}
-    print_columns(REFERENCE_COLUMNS, [table | {"when": when[table["cached"]]} for table in references])
-    print_columns(ACCURACY_COLUMNS, [{**row, "on_front": _front(row)} for row in rows])
+    print_columns("speed-references", [table | {"when": when[table["cached"]]} for table in references])
+    print_columns("speed-accuracy", [{**row, "on_front": _front(row)} for row in rows])
     paths = [json_object(path) for path in result.trajectories]
     steps = ("coarse", "middle", "fine")
-    print_columns(TRAJECTORY_COLUMNS, [path | dict(zip(steps, path["errors"], strict=True)) for path in paths])
+    print_columns("speed-trajectories", [path | dict(zip(steps, path["errors"], strict=True)) for path in paths])
 
 
 def _front(row: Mapping[str, Any]) -> str:
@@ -256,4 +178,4 @@ def _print_reading(result: ReadingBench) -> None:
     for rows in (result.accuracy, result.false_alarms, result.timings, result.chains, result.transforms):
         if rows:
             tables = [json_object(row) for row in rows]
-            print_columns({name: name for name in tables[0]}, tables)
+            print_rows(tables)

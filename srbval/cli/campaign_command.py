@@ -17,7 +17,7 @@ from srbval.campaign.scale import extrapolations, measure_scale
 from srbval.campaign.settings import Campaign, load_campaign
 from srbval.campaign.status import campaign_status
 from srbval.cli.measured import measure_and_print
-from srbval.cli.output import print_columns, print_json, print_table
+from srbval.cli.output import print_json, print_rows, print_table
 from srbval.progress import Progress, ProgressDisplay
 from srbval.storage.stored_result import CAMPAIGN_SCALE, NOISE_STUDY
 from srbval.storage.strict_json import json_object
@@ -109,7 +109,7 @@ def _noise(options: argparse.Namespace) -> int:
         rows = noise_study(noises=options.noise, seconds=options.seconds, progress=progress)
         return {"rows": [json_object(row) for row in rows], "seconds": options.seconds}
 
-    measure_and_print(NOISE_STUDY, options, measure, complete=True, show=lambda found: _print_rows(found["rows"]))
+    measure_and_print(NOISE_STUDY, options, measure, complete=True, show=lambda found: print_rows(found["rows"]))
     return DONE
 
 
@@ -120,14 +120,10 @@ def _scale(options: argparse.Namespace) -> int:
 
     def show(found: Mapping[str, Any]) -> None:
         print_table(("measured", "value"), list(found["measured"].items()))
-        _print_rows(found["reckoned"])
+        print_rows(found["reckoned"])
 
     measure_and_print(CAMPAIGN_SCALE, options, measure, complete=True, show=show)
     return DONE
-
-
-def _print_rows(rows: Sequence[Mapping[str, Any]]) -> None:
-    print_columns({name: name for name in rows[0]}, rows)
 
 
 ACTIONS = {"run": _run, "status": _status, "export": _export, "noise": _noise, "scale": _scale}

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import shlex
 import sys
+import tomllib
 from collections.abc import Mapping, Sequence
+from functools import cache
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -37,10 +40,22 @@ def print_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> Non
         print("  ".join(cells).rstrip())
 
 
-def print_columns(columns: Mapping[str, str], rows: Sequence[Mapping[str, Any]]) -> None:
-    """Print an empty line and the rows' values; `columns`: the key of each by its title. Four digits."""
+def print_columns(table: str, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Print an empty line and the columns of `table`, as ``columns.toml`` names them, of the rows; four digits."""
+    columns = _columns()[table]
     print()
     print_table(tuple(columns), [[_rounded(row[key]) for key in columns.values()] for row in rows])
+
+
+def print_rows(rows: Sequence[Mapping[str, Any]]) -> None:
+    """Print an empty line and all values of the rows under their keys; four digits."""
+    print()
+    print_table(tuple(rows[0]), [[_rounded(value) for value in row.values()] for row in rows])
+
+
+@cache
+def _columns() -> dict[str, dict[str, str]]:
+    return tomllib.loads((files("srbval.cli") / "columns.toml").read_text(encoding="utf-8"))
 
 
 def _rounded(value: Any) -> Any:
