@@ -47,7 +47,8 @@ class BackgroundReading:
 
     def _start(self) -> None:
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "srbval.evidence.other_rigs_in_background"], env=os.environ | child_environment(),
+            [sys.executable, "-P", "-m", "srbval.evidence.other_rigs_in_background"],
+            env=os.environ | child_environment(),
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
         )  # fmt: skip
         weakref.finalize(self, self._process.kill)

@@ -10,11 +10,9 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-COLUMNS = 21  # of `out`; their order is that of `srbval.models.simulate.signals`
-
 
 class Outputs(Protocol):
-    """`out`, shape [intervals, COLUMNS]; spins and loads of the detailed outputs, with no rows where there are none.
+    """`out`, one row per interval, see `output_columns`; spins and loads of the detailed outputs, if any.
 
     A column of NaN is a quantity that the model does not have.
     """

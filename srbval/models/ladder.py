@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from srbval.errors import ConfigurationError
+from srbval.models import output_columns as col
 from srbval.scene import Scene
 
 
@@ -21,7 +22,7 @@ from srbval.scene import Scene
 class Rung:
     """A model's `name`, what it is in a few words, and where its function stands, as ``module:function``.
 
-    `columns`: those of `chunk.Outputs.out` that it fills; the others are NaN.
+    `columns`: those of `output_columns` that it fills; the others are NaN.
     `own_solver`: what integrates it, where that is not the scene's choice. `coarser`: how many of the scene's
     steps it takes in one, as far as the output interval allows. `lacks`: questions that it cannot answer whatever the
     scene, and why.
@@ -51,14 +52,16 @@ class Rung:
         return function
 
 
-VIBRATION = (0, 1, 2, 6)  # columns: acceleration and cage speed
+VIBRATION = (col.ACCELERATION_X, col.ACCELERATION_Y, col.ACCELERATION_Z, col.CAGE_SPEED)
+PLANAR = tuple(range(col.DEEPEST + 1))
+ALL = tuple(range(col.COUNT))
 NO_NOISE = "nothing in it rattles or chatters"
 NO_SLIP = "its cage turns as in pure rolling"
 RUNGS = (
     Rung(
         name="kinematic",
         title="clicks at the passages of pure rolling",
-        place="srbval.models.kinematic.rung:run",
+        place="srbval.models.kinematic:run",
         columns=VIBRATION,
         own_solver="closed form",
         lacks={
@@ -72,7 +75,7 @@ RUNGS = (
     Rung(
         name="impulse",
         title="force pulses with random slip and load zone into one resonance",
-        place="srbval.models.impulse.rung:run",
+        place="srbval.models.impulse:run",
         columns=VIBRATION,
         own_solver="linear filter",
         lacks={"noise-floor": NO_NOISE, "slip": NO_SLIP},
@@ -81,22 +84,22 @@ RUNGS = (
         name="planar",
         title="planar ring on kinematic rollers, 2 free coordinates",
         place="srbval.models.planar.rung:run",
-        columns=(*VIBRATION, *range(3, 6), *range(7, 13)),
+        columns=PLANAR,
         own_solver="ode4, own step",
         lacks={"noise-floor": NO_NOISE, "slip": NO_SLIP},
     ),
     Rung(
         name="line",
         title="the full model with continuous contacts instead of points",
-        place="srbval.models.line.rung:run",
-        columns=tuple(range(21)),
+        place="srbval.models.line:run",
+        columns=ALL,
         coarser=3,
     ),
     Rung(
         name="full",
         title="point clouds against barrel rollers, 82 free coordinates",
         place="srbval.models.simulate:full_model",
-        columns=tuple(range(21)),
+        columns=ALL,
     ),
 )
 MODELS = tuple(rung.name for rung in RUNGS)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from srbval.bearing import Bearing
+from srbval.models import output_columns as col
 from srbval.models.full.point_cloud import DEEPEST_M
 from srbval.models.health import HealthIndicators, assess
 from srbval.models.ladder import rung_of
@@ -30,9 +31,10 @@ class EnergyBalance:
     pending_lost_w: float = 0.0
 
     def add(self, out: FloatArray) -> None:
-        """Enter a chunk's rows, columns as in `srbval.models.simulate.signals`."""
-        work, lost = out[:, 13] + out[:, 14], out[:, 15] + out[:, 16] + out[:, 17]
-        stored = out[:, 18] + out[:, 19] + out[:, 20]
+        """Enter a chunk's rows, see `output_columns`."""
+        work = out[:, col.DRIVE_POWER] + out[:, col.LOAD_POWER]
+        lost = out[:, col.FRICTION_POWER] + out[:, col.DAMPING_POWER] + out[:, col.HOUSING_POWER]
+        stored = out[:, col.BODY_ENERGY] + out[:, col.CONTACT_ENERGY] + out[:, col.SPRING_ENERGY]
         if self.first_j is None:
             self.first_j = float(stored[0])
         self.work_w += self.pending_work_w + float(work[:-1].sum())
@@ -69,15 +71,15 @@ class RunStatistics:
         """Count a chunk's rows in; what the model does not have is NaN and passes every test."""
         self.finite = self.finite and self.all_finite(out)
         self.samples += len(out)
-        self.cage += float(out[:, 6].sum())
-        self.force_n = self.force_n + out[:, 9:12].sum(axis=0)
-        self.deepest_m = max(self.deepest_m, float(out[:, 12].max()))
-        self.idle += int(np.count_nonzero(out[:, 19] == 0.0))
+        self.cage += float(out[:, col.CAGE_SPEED].sum())
+        self.force_n = self.force_n + out[:, col.RING_FORCE].sum(axis=0)
+        self.deepest_m = max(self.deepest_m, float(out[:, col.DEEPEST].max()))
+        self.idle += int(np.count_nonzero(out[:, col.CONTACT_ENERGY] == 0.0))
         self.energy.add(out)
 
     def unfit(self, out: FloatArray) -> bool:
         """Do these rows already show that the run is beyond recovery?"""
-        return not self.all_finite(out) or float(out[:, 12].max()) > DEEPEST_M
+        return not self.all_finite(out) or float(out[:, col.DEEPEST].max()) > DEEPEST_M
 
     @property
     def lost(self) -> bool:

@@ -12,6 +12,7 @@ import numpy as np
 
 from srbval.bearing import SphericalRollerGeometry, load_bearing
 from srbval.errors import ConfigurationError
+from srbval.models import output_columns as col
 from srbval.models.chunk import Outputs
 from srbval.models.kernel_cache import precompile
 from srbval.models.ladder import check_known, rung_of
@@ -68,20 +69,25 @@ def simulate_to_file(scene: Scene, path: Path, *, progress: Progress = silent) -
 
 
 def signals(out: FloatArray) -> dict[str, Any]:
-    """Columns of the integrator's output by their names in `Run`."""
+    """Columns of a model's output, see `output_columns`, by their names in `Run`."""
     return {
-        "acceleration_m_s2": np.ascontiguousarray(out[:, 0:3]),
-        "displacement_m": np.ascontiguousarray(out[:, 3:6]),
-        "cage_rad_s": out[:, 6].copy(),
-        "cage_tilt_rad": np.ascontiguousarray(out[:, 7:9]),
-        "roller_force_n": np.ascontiguousarray(out[:, 9:12]),
-        "depth_m": out[:, 12].copy(),
+        "acceleration_m_s2": np.ascontiguousarray(out[:, col.ACCELERATION]),
+        "displacement_m": np.ascontiguousarray(out[:, col.DISPLACEMENT]),
+        "cage_rad_s": out[:, col.CAGE_SPEED].copy(),
+        "cage_tilt_rad": np.ascontiguousarray(out[:, col.CAGE_TILT]),
+        "roller_force_n": np.ascontiguousarray(out[:, col.RING_FORCE]),
+        "depth_m": out[:, col.DEEPEST].copy(),
         "energy": EnergyFlow(
-            drive_w=out[:, 13].copy(), load_w=out[:, 14].copy(), friction_w=out[:, 15].copy(),
-            damping_w=out[:, 16].copy(), housing_w=out[:, 17].copy(), mechanical_j=out[:, 18].copy(),
-            contact_j=out[:, 19].copy(), spring_j=out[:, 20].copy(),
+            drive_w=out[:, col.DRIVE_POWER].copy(),
+            load_w=out[:, col.LOAD_POWER].copy(),
+            friction_w=out[:, col.FRICTION_POWER].copy(),
+            damping_w=out[:, col.DAMPING_POWER].copy(),
+            housing_w=out[:, col.HOUSING_POWER].copy(),
+            mechanical_j=out[:, col.BODY_ENERGY].copy(),
+            contact_j=out[:, col.CONTACT_ENERGY].copy(),
+            spring_j=out[:, col.SPRING_ENERGY].copy(),
         ),
-    }  # fmt: skip
+    }
 
 
 def _recorded(stats: RunStatistics, progress: Progress, make: MakeParameters | None = None) -> Iterator[Outputs]:
@@ -109,6 +115,7 @@ def full_model(
     """
     from srbval.models.full.equilibrium import equilibrium_state
     from srbval.models.full.parameters import make_parameters
+    from srbval.models.full.state import layout_of
     from srbval.models.full.steps import take_steps
     from srbval.models.solvers import METHODS
     from srbval.models.step_limit import elastic_limit_s
@@ -122,7 +129,7 @@ def full_model(
     model = (make or make_parameters)(scene, bearing.geometry)
     state = equilibrium_state(model).state
     memory = np.zeros_like(state)
-    stats.balanced_share = static_share(stats, model, state[len(state) // 2 - 3 : len(state) // 2])
+    stats.balanced_share = static_share(stats, model, state[layout_of(state).ring])
     per_output, per_detail = rung_of(scene.model).steps_per_output(scene), scene.outputs_per_detail
     step = 1 / (scene.output_rate_hz * per_output)
     stats.step_s, stats.step_limit_s = step, elastic_limit_s(method, model, state) or math.inf

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.models.full.parameters import Parameters
+from srbval.models.full.state import layout_of
 from srbval.models.full.steps import rates
-from srbval.models.solvers.limit import longest_step
-from srbval.models.solvers.linear import Linear
+from srbval.models.solvers.linear_stability import Linear, longest_step
 from srbval.models.solvers.method import Method
 
 FloatArray = NDArray[np.float64]
@@ -27,7 +27,7 @@ def elastic_limit_s(method: Method, model: Parameters, state: FloatArray) -> flo
     defect, nor other bodies moving along are in it: `srbval stability` makes the whole model linear.
     """
     at_rest = state.copy()
-    at_rest[len(state) // 2 :] = 0.0
+    at_rest[layout_of(state).half :] = 0.0
     return longest_step(method, stiffest_roller(without_friction(held(model)), at_rest))
 
 
@@ -36,17 +36,17 @@ def stiffest_roller(model: Parameters, state: FloatArray) -> Linear:
 
     A slide's acceleration depends on its own roller's slide and speed alone, so all rollers are moved at once.
     """
-    n, half = len(model.slot_angle), len(state) // 2
+    layout = layout_of(state)
 
-    def slope(first: int, size: float) -> FloatArray:
+    def slope(part: slice, size: float) -> FloatArray:
         there, back = state.copy(), state.copy()
-        there[first : first + n] += size
-        back[first : first + n] -= size
+        there[part] += size
+        back[part] -= size
         difference = rates(model, 0.0, there).rate - rates(model, 0.0, back).rate
-        found: FloatArray = difference[half : half + n] / (2 * size)
+        found: FloatArray = difference[layout.slide_rate] / (2 * size)
         return found
 
-    stiffness, damping = slope(0, SLIDE_M), slope(half, SLIDE_RATE_M_S)
+    stiffness, damping = slope(layout.slide, SLIDE_M), slope(layout.slide_rate, SLIDE_RATE_M_S)
     stiffest = int(np.argmin(stiffness))
     return Linear(
         motion=np.ones((1, 1)),

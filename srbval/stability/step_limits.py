@@ -21,8 +21,7 @@ from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters, make_parameters
 from srbval.models.full.steps import rates
 from srbval.models.solvers import METHODS
-from srbval.models.solvers.limit import longest_step
-from srbval.models.solvers.linear import Linear
+from srbval.models.solvers.linear_stability import Linear, longest_step
 from srbval.models.step_limit import held, without_friction
 from srbval.scene import Scene
 

@@ -12,10 +12,11 @@ from srbval.bearing import SphericalRollerGeometry, load_bearing
 from srbval.bench.ladder.questions import Question, answers
 from srbval.bench.measures import measure
 from srbval.errors import ConfigurationError
+from srbval.models.full import columns as col
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters, make_parameters, roller_diameter_m
 from srbval.models.full.steps import rates
-from srbval.models.line.parameters import line_parameters
+from srbval.models.line import line_parameters
 from srbval.models.patch import Patch, Piece, patches, piece
 from srbval.models.simulate import simulate
 from srbval.scene import RollerFit, Scene, paper_scene
@@ -150,5 +151,5 @@ def test_patches_do_not_see_where_the_cage_stands() -> None:
         moved[turn] += 19 * angle  # by whole roller spacings or fractions of a point's: rollers are alike
         moved[: len(line.slot_angle)] = 0.0
         moved[turn + 1 : turn + 4] = 0.0
-        forces.append(rates(line, 0.0, moved).contact[7])  # elastic energy
+        forces.append(rates(line, 0.0, moved).totals[col.CONTACT_ENERGY])  # elastic energy
     assert np.ptp(forces) < 1e-9 * forces[0]

@@ -13,7 +13,7 @@ from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters, make_parameters
 from srbval.models.simulate import simulate
 from srbval.models.solvers import METHODS
-from srbval.models.solvers.limit import longest_step
+from srbval.models.solvers.linear_stability import longest_step
 from srbval.models.step_limit import elastic_limit_s, stiffest_roller, without_friction
 from srbval.scene import paper_scene
 from srbval.stability.step_limits import balanced, linearise

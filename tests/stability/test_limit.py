@@ -9,9 +9,14 @@ from numpy.typing import NDArray
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.steps import take_steps
 from srbval.models.solvers import METHODS, Method
-from srbval.models.solvers.limit import explicit_limit, longest_step, spectral_radius
-from srbval.models.solvers.linear import Linear
-from srbval.models.solvers.step_map import stability_function, step_map
+from srbval.models.solvers.linear_stability import (
+    Linear,
+    explicit_limit,
+    longest_step,
+    spectral_radius,
+    stability_function,
+    step_map,
+)
 from srbval.models.step_limit import without_friction
 from srbval.stability.grid import FULL, StabilityCase, StabilityGroup
 from srbval.stability.step_limits import balanced, linearise

@@ -10,10 +10,10 @@ import numpy as np
 from tests.verification.harness import (
     PRINTED_FIT,
     FloatArray,
-    Layout,
     Parameters,
     Rates,
     geometry,
+    layout_of,
     paper_scene,
     parameters,
     rates,
@@ -75,13 +75,13 @@ def disturbed(model: Parameters, seed: int, cage_angle: float) -> FloatArray:
     """A state near rolling: slides, tilts, ring, spins off their places, one roller of each row at `cage_angle`."""
     rng = np.random.default_rng(seed)
     y = rolling_state(model)
-    where = Layout(y)
-    y[where.slide] += rng.normal(0, 5e-6, where.count)
-    y[where.turned] += rng.uniform(0.02, 0.1, where.count)
+    where = layout_of(y)
+    y[where.slide] += rng.normal(0, 5e-6, where.rollers)
+    y[where.rotation] += rng.uniform(0.02, 0.1, where.rollers)
     y[where.cage] += [*rng.normal(0, 2e-4, 2), cage_angle]
     y[where.ring] += rng.normal(0, 1e-5, 3)
-    y[where.slide_rate] += rng.normal(0, 0.02, where.count)
-    y[where.spin] += rng.normal(0, 1.0, where.count)
-    y[where.omega] += rng.normal(0, [0.5, 0.5, 0.05])
+    y[where.slide_rate] += rng.normal(0, 0.02, where.rollers)
+    y[where.spin] += rng.normal(0, 1.0, where.rollers)
+    y[where.cage_rate] += rng.normal(0, [0.5, 0.5, 0.05])
     y[where.ring_rate] += rng.normal(0, 0.01, 3)
     return y

@@ -10,12 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.bearing import SphericalRollerGeometry, load_bearing
+from srbval.models.full import columns as col
 from srbval.models.full.damping_kernel import BORDER, factor, solve
-from srbval.models.full.motion_kernel import CONTACT_VALUES, right_hand_side
+from srbval.models.full.motion_kernel import WITH_DAMPING, right_hand_side
 from srbval.models.full.parameters import Parameters as Parameters
 from srbval.models.full.parameters import make_parameters
 from srbval.models.full.point_cloud import FAR_M
 from srbval.models.full.start import rolling_state as rolling_state
+from srbval.models.full.state import layout_of as layout_of
 from srbval.models.full.steps import Rates as Rates
 from srbval.models.full.steps import rates as rates
 from srbval.models.full.steps import take_steps
@@ -28,21 +30,6 @@ FloatArray = NDArray[np.float64]
 PAPER_STEP_S = 1 / 61440
 PRINTED_FIT = {"roller_fit": "printed"}  # every roller is pressed by both races: nothing rattles
 LOOSE_FIT = {"radial_play": "3 mm"}  # no roller touches a race
-
-
-class Layout:
-    """Where the coordinates of `count` rollers lie in a state vector; velocities follow at `half`."""
-
-    def __init__(self, y: FloatArray) -> None:
-        self.half = len(y) // 2
-        self.count = (self.half - 6) // 2
-        n = self.count
-        self.slide, self.turned = slice(0, n), slice(n, 2 * n)
-        self.cage, self.ring = slice(2 * n, 2 * n + 3), slice(2 * n + 3, self.half)
-        self.slide_rate, self.spin = (slice(self.half + s.start, self.half + s.stop) for s in (self.slide, self.turned))
-        self.omega, self.ring_rate = (slice(self.half + s.start, self.half + s.stop) for s in (self.cage, self.ring))
-        self.rates = (self.slide_rate, self.spin, self.omega, self.ring_rate)
-        self.parts = (self.slide, self.turned, self.cage, self.ring, *self.rates)
 
 
 def geometry() -> SphericalRollerGeometry:
@@ -105,7 +92,8 @@ def only_circle(model: Parameters, circle: int) -> Parameters:
     points = model.races.points.copy()
     for race, starts in zip(points, model.races.starts, strict=True):
         for window, start in zip(race, starts, strict=True):
-            window[0, : start[circle - 1]] = window[0, start[circle] :] = FAR_M
+            radial = window[col.POINT_RADIAL]
+            radial[: start[circle - 1]] = radial[start[circle] :] = FAR_M
     return model._replace(races=model.races._replace(points=points))
 
 
@@ -118,20 +106,20 @@ def runge_kutta_stages(model: Parameters, y: FloatArray, t: float, step_s: float
     weights = [step_s / 6, step_s / 3, step_s / 3, step_s / 6]
     stages = [k1, k2, k3, k4]
     y += sum(weight * k.rate for weight, k in zip(weights, stages, strict=True))
-    return [(weight, k.contact) for weight, k in zip(weights, stages, strict=True)]
+    return [(weight, k.totals) for weight, k in zip(weights, stages, strict=True)]
 
 
 def implicit_response(
     model: Parameters, t: float, y: FloatArray, weight_s: float
 ) -> Callable[[FloatArray], FloatArray]:
     """The x of (M + `weight_s` D) x = M a for accelerations a, as the model finds it at state `y`; both [S]."""
-    contact, border = np.zeros(CONTACT_VALUES), np.zeros((BORDER, BORDER))
-    right_hand_side(t, y, model, np.zeros_like(y), contact, np.zeros((0, 0, 0)), 1)
-    factor(weight_s, model, contact, border)
+    totals, factors = np.zeros(col.TOTALS), np.zeros((BORDER, BORDER))
+    right_hand_side(t, y, model, np.zeros_like(y), totals, np.zeros((0, 0, 0)), WITH_DAMPING)
+    factor(weight_s, model, totals, factors)
 
     def response(acceleration: FloatArray) -> FloatArray:
         whole = np.concatenate([np.zeros_like(acceleration), acceleration])
-        solve(weight_s, model, contact, border, whole)
+        solve(weight_s, model, totals, factors, whole)
         return whole[len(acceleration) :]
 
     return response

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tests.verification.harness import FloatArray, Layout
+from tests.verification.harness import FloatArray, layout_of
 from tests.verification.world import World
 
 
@@ -24,8 +24,8 @@ class Partial:
 
 
 def partial_velocities(world: World, y: FloatArray) -> Partial:
-    where, slots, centres = Layout(y), world.slots(y), world.centres(y)
-    n = where.count
+    where, slots, centres = layout_of(y), world.slots(y), world.centres(y)
+    n = where.rollers
     rollers, axis = np.arange(n), slots[:, :, 2]
     centre, omega, ring = np.zeros((where.half, n, 3)), np.zeros((where.half, n, 3)), np.zeros((where.half, 3))
     centre[rollers, rollers] = slots[:, :, 0]
@@ -38,7 +38,7 @@ def partial_velocities(world: World, y: FloatArray) -> Partial:
 
 
 def mass_matrix(world: World, y: FloatArray) -> FloatArray:
-    where, p, b = Layout(y), partial_velocities(world, y), world.bodies
+    where, p, b = layout_of(y), partial_velocities(world, y), world.bodies
     slots, axis = world.slots(y), world.cage_axis(y)
     top = np.array([b.roller_transverse, b.roller_transverse, b.roller_axial])
     own = np.einsum("jax,x,jbx->jab", slots, top, slots)
@@ -54,7 +54,7 @@ def damping_matrix(world: World, t: float, y: FloatArray, *, about_slot: bool = 
 
     `about_slot`: count in that the cage turns rollers about their slots, which the model leaves out.
     """
-    where, p = Layout(y), partial_velocities(world, y)
+    where, p = layout_of(y), partial_velocities(world, y)
     omega, slot = p.omega, world.slots(y)[:, :, 0]
     if not about_slot:
         omega = omega - (omega * slot).sum(axis=2)[:, :, None] * slot

@@ -18,11 +18,11 @@ from tests.verification.harness import (
     PAPER_STEP_S,
     PRINTED_FIT,
     FloatArray,
-    Layout,
     Parameters,
     Scene,
     advance,
     geometry,
+    layout_of,
     paper_scene,
     parameters,
     rolling_state,
@@ -65,7 +65,7 @@ def errors(
 ) -> list[float]:
     """Error of all velocities at the end of the window, each kind over its largest change, for each number of steps."""
     exact = after(model, start, "ode4", max(steps) * REFERENCE, window_s)
-    parts = Layout(start).rates
+    parts = layout_of(start).velocities
     return [
         float(np.hypot.reduce([np.linalg.norm(y[p] - exact[p]) / np.linalg.norm(exact[p] - start[p]) for p in parts]))
         for y in (after(model, start, method, count, window_s) for count in steps)
@@ -85,12 +85,12 @@ def slips(world: World, y: FloatArray) -> FloatArray:
 
 def swung(y: FloatArray) -> FloatArray:
     """A settled state with everything set swinging a little."""
-    y, where = y.copy(), Layout(y)
+    y, where = y.copy(), layout_of(y)
     rng = np.random.default_rng(8)
-    y[where.slide_rate] += rng.normal(0, 2e-4, where.count)
-    y[where.spin] += rng.normal(0, 2e-2, where.count)
+    y[where.slide_rate] += rng.normal(0, 2e-4, where.rollers)
+    y[where.spin] += rng.normal(0, 2e-2, where.rollers)
     y[where.ring_rate] += (1e-4, 2e-4, -1e-4)
-    y[where.omega] += (1e-4, 1e-4, 1e-3)
+    y[where.cage_rate] += (1e-4, 1e-4, 1e-3)
     return y
 
 
@@ -122,8 +122,8 @@ def test_order_of_free_motion(method: str) -> None:
     model, start = free.model, free.y
     exact = after(model, start, "ode4", FREE_STEPS * REFERENCE, FREE_S)
     coarse, fine = (after(model, start, method, count, FREE_S) for count in (FREE_STEPS // 2, FREE_STEPS))
-    where = Layout(start)
-    for part in (where.slide, where.turned, where.cage, where.slide_rate, where.omega):
+    where = layout_of(start)
+    for part in (where.slide, where.rotation, where.cage, where.slide_rate, where.cage_rate):
         off, less = (np.linalg.norm((y - exact)[part]) for y in (coarse, fine))
         if less > FREE_ROUNDING * np.linalg.norm(exact[part]):
             assert np.log2(off / less) == pytest.approx(ORDERS[method], abs=ORDER)
@@ -136,7 +136,7 @@ def test_order_while_everything_slides(method: str) -> None:
     case = scene("1e-6 rpm", "1 mm/s")
     model, world = parameters(case), World(case, geometry())
     y = swung(settled(parameters(scene("1e-6 rpm"))))
-    y[Layout(y).spin] += SLIDING_RAD_S
+    y[layout_of(y).spin] += SLIDING_RAD_S
     coarse, fine = errors(model, y, method, SLIDING_STEPS, SLIDING_S)
     assert np.log2(coarse / fine) == pytest.approx(ORDERS[method], abs=ORDER)
     end = after(model, y, method, SLIDING_STEPS[1], SLIDING_S)
@@ -151,7 +151,7 @@ def test_implicit_methods_go_to_the_same_limit_with_stiff_friction() -> None:
     start = rolling_state(model)
     advance(model, start, step_s=PAPER_STEP_S, steps=600, method="imex2")
     exact = after(model, start, "ode4", STIFF_REFERENCE, STIFF_S)
-    where = Layout(start)
+    where = layout_of(start)
     for method in IMPLICIT:
         ends = [after(model, start, method, steps, STIFF_S) for steps in STIFF_STEPS]
         for part in (where.slide_rate, where.spin, where.ring_rate):

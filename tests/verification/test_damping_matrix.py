@@ -10,14 +10,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from srbval.models.full import columns as col
 from tests.verification.cases import Case, make_case
 from tests.verification.harness import (
     PAPER_STEP_S,
     PRINTED_FIT,
     FloatArray,
-    Layout,
     geometry,
     implicit_response,
+    layout_of,
     paper_scene,
     parameters,
     rates,
@@ -70,8 +71,8 @@ def test_damping_matrix(case: Case) -> None:
 
 def test_inertia_of_cage_and_rollers(case: Case) -> None:
     """What the right-hand side hands to the implicit part."""
-    xx, yy, zz, xy, xz, yz = case.found.contact[11:]
-    cage = Layout(case.y).cage
+    xx, yy, zz, xy, xz, yz = case.found.totals[col.INERTIA]
+    cage = layout_of(case.y).cage
     expected = mass_matrix(case.world, case.y)[cage, cage]
     assert np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) == pytest.approx(expected, abs=MATRIX * expected.max())
 
@@ -99,7 +100,7 @@ def test_damping_matrix_is_the_jacobian_at_rest() -> None:
     scene = paper_scene(contact=PRINTED_FIT | {"critical_velocity": "10 m/s"}, shaft_speed="1e-9 rpm")
     model, world = parameters(scene), World(scene, geometry())
     y = rolling_state(model)
-    where = Layout(y)
+    where = layout_of(y)
     y[where.ring] += (1e-6, 2e-6, -3e-6)
     y[where.cage] = (2e-4, -1e-4, 0.3)
     y[where.half :] = 0.0
@@ -117,7 +118,7 @@ def test_damping_matrix_is_the_jacobian_at_rest() -> None:
 
 def test_what_the_damping_matrix_leaves_out(case: Case) -> None:
     """The cage turning rollers about their slots, and little of that."""
-    cage = Layout(case.y).cage
+    cage = layout_of(case.y).cage
     whole = damping_matrix(case.world, case.time, case.y, about_slot=True)
     left_out = whole - damping_matrix(case.world, case.time, case.y)
     assert 0 < np.abs(left_out[cage, cage]).max() < ABOUT_SLOT * np.abs(whole[cage, cage]).max()

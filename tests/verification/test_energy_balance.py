@@ -16,6 +16,7 @@ from typing import Any
 
 import pytest
 
+from srbval.models.full import columns as col
 from srbval.models.run import EnergyFlow
 from tests.verification.cases import CASES, make_case
 from tests.verification.harness import (
@@ -64,14 +65,14 @@ RUNS: dict[str, dict[str, tuple[tuple[int, int], float, float]]] = {
 }
 
 
-def lost(contact: FloatArray) -> float:
+def lost(totals: FloatArray) -> float:
     """Power lost to friction, contact damping and housing damper [W]."""
-    return float(contact[5] + contact[6] + contact[10])
+    return float(totals[col.FRICTION_POWER] + totals[col.DAMPING_POWER] + totals[col.HOUSING_POWER])
 
 
-def supplied(contact: FloatArray) -> float:
+def supplied(totals: FloatArray) -> float:
     """Power of drive and load [W]."""
-    return float(contact[8] + contact[9])
+    return float(totals[col.DRIVE_POWER] + totals[col.LOAD_POWER])
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -83,7 +84,7 @@ def test_balance_at_an_instant(name: str) -> None:
         return case.world.mechanical_energy(y) + case.world.contacts(case.time + ahead_s, y).stored
 
     change = (stored(SPAN_S) - stored(-SPAN_S)) / (2 * SPAN_S)
-    contact = case.found.contact
+    contact = case.found.totals
     largest = max(abs(supplied(contact)), lost(contact))
     assert change == pytest.approx(supplied(contact) - lost(contact), abs=INSTANT * largest)
 
@@ -102,7 +103,7 @@ def share_left(changes: dict[str, Any], method: str, refinement: int) -> float:
     scene = paper_scene(**changes)
     model, world = parameters(scene), World(scene, geometry())
     y, step = rolling_state(model), PAPER_STEP_S / refinement
-    before = world.mechanical_energy(y) + rates(model, 0.0, y).contact[7]
+    before = world.mechanical_energy(y) + rates(model, 0.0, y).totals[col.CONTACT_ENERGY]
     steps = round(RUN_S / step)
     seconds = steps * step
     if method == "ode4":
@@ -111,7 +112,7 @@ def share_left(changes: dict[str, Any], method: str, refinement: int) -> float:
         energy: EnergyFlow = recorded(model, y, step_s=step, steps=steps, method=method)["energy"]
         work = seconds * float(energy.drive_w[0] + energy.load_w[0])
         losses = seconds * float(energy.friction_w[0] + energy.damping_w[0] + energy.housing_w[0])
-    after = world.mechanical_energy(y) + rates(model, seconds, y).contact[7]
+    after = world.mechanical_energy(y) + rates(model, seconds, y).totals[col.CONTACT_ENERGY]
     return float(abs(after - before - work + losses) / losses)
 
 

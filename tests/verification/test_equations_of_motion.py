@@ -13,8 +13,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from srbval.models.full import columns as col
 from tests.verification.cases import CASES, Case, make_case
-from tests.verification.harness import FloatArray, Layout
+from tests.verification.harness import FloatArray, layout_of
 
 # Two ways of finding 10 um of penetration in lengths of 0.16 m differ by rounding of 2e-16 * 0.16 / 1e-5 = 4e-12, and
 # the model's series for the distance by (depth / 0.16 m)^3; friction's slope multiplies both.
@@ -45,25 +46,26 @@ def assert_same(found: FloatArray, expected: FloatArray, tolerance: float, least
 
 
 def test_force_on_the_outer_ring(case: Case) -> None:
-    assert_same(case.found.contact[:3], case.expected.on_ring, FORCES, LEAST_LOAD_N)
+    assert_same(case.found.totals[col.RING_FORCE], case.expected.on_ring, FORCES, LEAST_LOAD_N)
 
 
 def test_torque_on_the_shaft(case: Case) -> None:
     """Force and arm at every point of the inner race, about the shaft's axis."""
-    assert case.found.contact[4] == pytest.approx(case.expected.on_shaft, rel=FORCES)
+    assert case.found.totals[col.SHAFT_TORQUE] == pytest.approx(case.expected.on_shaft, rel=FORCES)
 
 
 def test_losses_and_stored_energy(case: Case) -> None:
     expected = [case.expected.rubbed, case.expected.damped, case.expected.stored]
-    assert case.found.contact[5:8] == pytest.approx(expected, rel=FORCES)
+    found = case.found.totals[[col.FRICTION_POWER, col.DAMPING_POWER, col.CONTACT_ENERGY]]
+    assert found == pytest.approx(expected, rel=FORCES)
 
 
 def test_powers_of_drive_load_and_housing(case: Case) -> None:
     """Torque times speed, force times speed, damper's force times speed."""
-    ring_rate = case.y[Layout(case.y).ring_rate]
+    ring_rate = case.y[layout_of(case.y).ring_rate]
     drive = -case.expected.on_shaft * case.world.shaft(case.time)[0]
     lost = case.world.scene.housing.damping_ns_m * ring_rate @ ring_rate
-    assert case.found.contact[8:11] == pytest.approx(
+    assert case.found.totals[[col.DRIVE_POWER, col.LOAD_POWER, col.HOUSING_POWER]] == pytest.approx(
         [drive, case.world.external_load(case.time) @ ring_rate, lost], rel=FORCES
     )
 
@@ -74,13 +76,13 @@ def test_normal_force_of_every_circle(case: Case) -> None:
 
 def test_positions_follow_velocities(case: Case) -> None:
     """Cage angles turn the cage at its angular velocity; slides, spins and ring follow their speeds."""
-    where, world = Layout(case.y), case.world
+    where, world = layout_of(case.y), case.world
     turning = along_the_motion(case, world.slots)
-    across = np.cross(case.y[where.omega], np.eye(3)).T  # across @ v = omega x v
+    across = np.cross(case.y[where.cage_rate], np.eye(3)).T  # across @ v = omega x v
     assert_same(turning, across @ world.slots(case.y), QUOTIENTS)
     assert_same(along_the_motion(case, world.centres), world.centre_rates(case.y), QUOTIENTS)
-    relative = case.y[where.spin] - world.slots(case.y)[:, :, 2] @ case.y[where.omega]
-    assert_same(case.found.rate[where.turned], relative, FORCES)
+    relative = case.y[where.spin] - world.slots(case.y)[:, :, 2] @ case.y[where.cage_rate]
+    assert_same(case.found.rate[where.rotation], relative, FORCES)
     assert np.array_equal(case.found.rate[where.ring], case.y[where.ring_rate])
 
 
@@ -95,7 +97,7 @@ def test_rollers_slide_by_the_force_along_their_slots(case: Case) -> None:
 
 
 def test_rollers_spin_by_the_torque_about_their_axes(case: Case) -> None:
-    where, axis = Layout(case.y), case.world.slots(case.y)[:, :, 2]
+    where, axis = layout_of(case.y), case.world.slots(case.y)[:, :, 2]
     torque = (case.expected.torque * axis).sum(axis=1)
     assert_same(case.world.bodies.roller_axial * case.found.rate[where.spin], torque, FORCES)
 
@@ -114,7 +116,7 @@ def largest_torque(case: Case) -> float:
 
 
 def test_outer_ring_between_rollers_load_and_housing(case: Case) -> None:
-    where, world, housing = Layout(case.y), case.world, case.world.scene.housing
+    where, world, housing = layout_of(case.y), case.world, case.world.scene.housing
     ring, ring_rate = case.y[where.ring], case.y[where.ring_rate]
     force = world.external_load(case.time) + world.bodies.ring * world.gravity() + case.expected.on_ring
     force -= world.housing_stiffness() * ring + housing.damping_ns_m * ring_rate

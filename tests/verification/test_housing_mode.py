@@ -11,11 +11,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from srbval.models.full import columns as col
 from tests.verification.harness import (
     LOOSE_FIT,
     FloatArray,
-    Layout,
     geometry,
+    layout_of,
     paper_scene,
     parameters,
     rates,
@@ -44,11 +45,11 @@ def test_frequency_and_decay(damping: str) -> None:
     )
     model, world = parameters(scene), World(scene, geometry())
     y = rolling_state(model)
-    where = Layout(y)
+    where = layout_of(y)
     y[where.ring] += (1e-6, -2e-6, 1.5e-6)
     y[where.ring_rate] = (0.01, 0.02, -0.005)
     ring = trajectory(model, y, step_s=STEP_S, steps=STEPS_PER_SAMPLE, outputs=SAMPLES)[:, where.ring]
-    assert rates(model, 0.0, y).contact[3] < 0, "nothing may touch"
+    assert rates(model, 0.0, y).totals[col.DEEPEST] < 0, "nothing may touch"
     housing, mass = scene.housing, world.bodies.ring
     decay = housing.damping_ns_m / 2 / mass
     frequency = np.sqrt(housing.stiffness_n_m / mass - decay**2)

@@ -17,8 +17,8 @@ import pytest
 
 from tests.verification.harness import (
     FloatArray,
-    Layout,
     Parameters,
+    layout_of,
     only_circle,
     paper_scene,
     parameters,
@@ -64,7 +64,7 @@ def impact(ring_kg: float | None, damping: str = "1e3 Ns/m") -> Impact:
     model = only_circle(parameters(scene), 2)
     model = model._replace(ring_mass=ring_kg or model.ring_mass)
     y = rolling_state(model)
-    where = Layout(y)
+    where = layout_of(y)
     y[where.slide.start] = 0.9 * PLAY_M / 2
     y[where.slide_rate.start] = SPEED_M_S
     states = trajectory(model, y, step_s=STEP_S, steps=STEPS_PER_STATE, outputs=STATES)

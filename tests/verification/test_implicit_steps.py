@@ -18,9 +18,9 @@ from tests.verification.cases import CASES, disturbed
 from tests.verification.harness import (
     PAPER_STEP_S,
     FloatArray,
-    Layout,
     Parameters,
     geometry,
+    layout_of,
     paper_scene,
     parameters,
     rates,
@@ -49,24 +49,24 @@ def implicit_part(world: World, t: float, y: FloatArray, weight_s: float) -> tup
 
 def flown(y: FloatArray, seconds: float) -> FloatArray:
     """Slides, cage and ring where constant velocities bring them: the cage turns about its axis of rotation."""
-    where, on = Layout(y), y.copy()
+    where, on = layout_of(y), y.copy()
     on[where.slide] += seconds * y[where.slide_rate]
     on[where.ring] += seconds * y[where.ring_rate]
-    turned = Rotation.from_rotvec(seconds * y[where.omega]) * Rotation.from_euler("XYZ", y[where.cage])
+    turned = Rotation.from_rotvec(seconds * y[where.cage_rate]) * Rotation.from_euler("XYZ", y[where.cage])
     on[where.cage] = turned.as_euler("XYZ")
     return on
 
 
 def rolled(world: World, y: FloatArray, seconds: float) -> FloatArray:
     """Rollers turned on relative to their slots."""
-    where, on = Layout(y), y.copy()
-    on[where.turned] += seconds * (y[where.spin] - world.slots(y)[:, :, 2] @ y[where.omega])
+    where, on = layout_of(y), y.copy()
+    on[where.rotation] += seconds * (y[where.spin] - world.slots(y)[:, :, 2] @ y[where.cage_rate])
     return on
 
 
 def leapfrog(before: float, weights: tuple[float, ...], gamma: float, share: float) -> Stepper:
     def step(model: Parameters, world: World, y: FloatArray, t: float, h: float, ahead: FloatArray) -> FloatArray:
-        half, mid = Layout(y).half, flown(y, before * h)
+        half, mid = layout_of(y).half, flown(y, before * h)
         damaged = any(d.kind is Fault.ROLLER for d in world.scene.defects)
         mid = rolled(world, mid, h / 2) if damaged else mid
         mid[half:] += ahead
@@ -84,7 +84,7 @@ def leapfrog(before: float, weights: tuple[float, ...], gamma: float, share: flo
 
 
 def w_method(model: Parameters, world: World, y: FloatArray, t: float, h: float, _: FloatArray) -> FloatArray:
-    half = Layout(y).half
+    half = layout_of(y).half
     _, s = implicit_part(world, t, y, GAMMA_ROS2 * h)
 
     def filtered(rate: FloatArray) -> FloatArray:
@@ -114,7 +114,7 @@ def test_steps_by_dense_matrices(method: str, name: str) -> None:
     for i in range(STEPS):
         t = (FIRST_STEP + i) * PAPER_STEP_S
         expected.append(step(model, world, expected[-1], t, PAPER_STEP_S, ahead))
-    where = Layout(start)
+    where = layout_of(start)
     for before, after, same in zip(expected, expected[1:], found, strict=False):
         for part in where.parts:
             change = np.abs((after - before)[part]).max()

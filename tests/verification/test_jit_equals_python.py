@@ -16,13 +16,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from srbval.models.full import columns as col
 from tests.verification.cases import DEFECTS, disturbed
 from tests.verification.harness import (
     PAPER_STEP_S,
     PRINTED_FIT,
     FloatArray,
-    Layout,
     Parameters,
+    layout_of,
     paper_scene,
     parameters,
     rates,
@@ -48,11 +49,13 @@ def kinds(defect: str, fit: str, seed: int) -> dict[str, FloatArray]:
     scene = paper_scene(contact=FITS[fit], defect=DEFECTS[defect])
     model = parameters(scene)
     y = disturbed(model, seed, cage_angle=scene.load.zone_rad)
-    where, found = Layout(y), rates(model, 0.0, y)
+    where, found = layout_of(y), rates(model, 0.0, y)
     return {
-        "slide": found.rate[where.slide_rate], "spin": found.rate[where.spin], "cage": found.rate[where.omega],
-        "ring": found.rate[where.ring_rate], "force": found.contact[:3], "torque": found.contact[4:5],
-        "powers": found.contact[5:11], "inertia": found.contact[11:], "loads": found.load_n.ravel(),
+        "slide": found.rate[where.slide_rate], "spin": found.rate[where.spin], "cage": found.rate[where.cage_rate],
+        "ring": found.rate[where.ring_rate], "force": found.totals[col.RING_FORCE],
+        "torque": found.totals[[col.SHAFT_TORQUE]],
+        "powers": found.totals[col.FRICTION_POWER : col.INERTIA_XX], "inertia": found.totals[col.INERTIA],
+        "loads": found.load_n.ravel(),
         "step": np.concatenate([changes(model, y, method) for method in FAMILIES]),
     }  # fmt: skip
 
@@ -60,7 +63,7 @@ def kinds(defect: str, fit: str, seed: int) -> dict[str, FloatArray]:
 def changes(model: Parameters, y: FloatArray, method: str) -> FloatArray:
     """Change of each kind of velocity in a step, over the largest of its kind."""
     change = stepped(model, y, method, step_s=PAPER_STEP_S, first=0, steps=1)[0] - y
-    return np.concatenate([change[part] / np.abs(change[part]).max() for part in Layout(y).rates])
+    return np.concatenate([change[part] / np.abs(change[part]).max() for part in layout_of(y).velocities])
 
 
 def everything() -> dict[str, FloatArray]:

@@ -15,12 +15,13 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from srbval.models.full import columns as col
 from tests.verification.harness import (
     PAPER_STEP_S,
     FloatArray,
-    Layout,
     advance,
     geometry,
+    layout_of,
     merged,
     paper_scene,
     parameters,
@@ -136,22 +137,23 @@ def test_static_solution_balances_the_model(name: str) -> None:
     ring = statics.solve()
     carried = statics.on_ring(ring)
     y = rolling_state(model)
-    where = Layout(y)
+    where = layout_of(y)
     y[where.half :] = 0.0
     y[where.ring] = ring
-    y[where.slide] = [statics.slide(j, ring) for j in range(where.count)]
+    y[where.slide] = [statics.slide(j, ring) for j in range(where.rollers)]
     found = rates(model, 0.0, y)
     assert model.roller_mass * found.rate[where.slide_rate] == pytest.approx(0.0, abs=SAME_FORCE_N)
-    assert model.ring_mass * found.rate[where.ring_rate] == pytest.approx(0.0, abs=SAME_FORCE_N * where.count)
-    pressed = found.contact[:3]
-    for j in range(where.count):  # taking a roller away from the outer race takes its force off the ring
+    assert model.ring_mass * found.rate[where.ring_rate] == pytest.approx(0.0, abs=SAME_FORCE_N * where.rollers)
+    pressed = found.totals[col.RING_FORCE]
+    for j in range(where.rollers):  # taking a roller away from the outer race takes its force off the ring
         without = y.copy()
         without[j] -= 1e-3
-        assert pressed - rates(model, 0.0, without).contact[:3] == pytest.approx(carried[j], abs=SAME_FORCE_N)
+        left = rates(model, 0.0, without).totals[col.RING_FORCE]
+        assert pressed - left == pytest.approx(carried[j], abs=SAME_FORCE_N)
     loaded = np.linalg.norm(carried, axis=1) > 1.0
-    assert 5 <= loaded.sum() <= where.count
+    assert 5 <= loaded.sum() <= where.rollers
     total = carried.sum(axis=0) - statics.world.housing_stiffness() * ring
-    assert total == pytest.approx(-statics.world.external_load(0.0), abs=SAME_FORCE_N * where.count)
+    assert total == pytest.approx(-statics.world.external_load(0.0), abs=SAME_FORCE_N * where.rollers)
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -160,13 +162,13 @@ def test_settled_run_comes_to_the_static_solution(name: str) -> None:
     scene = paper_scene(**merged(STATIC, CASES[name]))
     model = parameters(scene)._replace(cage_axial=HEAVY_KG_M2, cage_transverse=HEAVY_KG_M2)
     y = rolling_state(model)
-    where = Layout(y)
+    where = layout_of(y)
     advance(model, y, step_s=PAPER_STEP_S, steps=SETTLING_STEPS)
     statics = Statics(World(scene, geometry()), float(y[where.cage][2]))
     ring = statics.solve()
     assert y[where.ring] == pytest.approx(ring, abs=SETTLED_M)
     found = rates(model, SETTLING_STEPS * PAPER_STEP_S, y)
-    assert found.contact[:3] == pytest.approx(statics.on_ring(ring).sum(axis=0), abs=SETTLED_N)
+    assert found.totals[col.RING_FORCE] == pytest.approx(statics.on_ring(ring).sum(axis=0), abs=SETTLED_N)
     per_roller = np.linalg.norm(statics.on_ring(ring), axis=1)
     assert found.load_n[0].sum(axis=1) == pytest.approx(per_roller, rel=2e-2, abs=SETTLED_N)
 

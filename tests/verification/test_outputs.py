@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from srbval.models.full import columns as col
 from tests.verification.cases import CASES, disturbed
 from tests.verification.harness import (
     PAPER_STEP_S,
     FloatArray,
-    Layout,
     geometry,
+    layout_of,
     paper_scene,
     parameters,
     rates,
@@ -40,11 +41,11 @@ def interval(
     scene = paper_scene(**CASES[request.param][0])
     model = parameters(scene)
     start = disturbed(model, seed=3, cage_angle=scene.load.zone_rad)
-    end, mean = start.copy(), np.zeros(11)
+    end, mean = start.copy(), np.zeros(col.TOTALS)
     for i in range(STEPS):
         for weight, contact in runge_kutta_stages(model, end, i * PAPER_STEP_S, PAPER_STEP_S):
-            mean += weight * contact[:11] / (STEPS * PAPER_STEP_S)
-    first = rates(model, 0.0, start).contact
+            mean += weight * contact / (STEPS * PAPER_STEP_S)
+    first = rates(model, 0.0, start).totals
     return (
         World(scene, geometry()),
         start,
@@ -61,7 +62,7 @@ def same(found: Any, expected: Any, tolerance: float = SAME) -> None:
 
 def test_motion(interval: Any) -> None:
     _, start, end, _, _, record = interval
-    where, seconds = Layout(start), STEPS * PAPER_STEP_S
+    where, seconds = layout_of(start), STEPS * PAPER_STEP_S
     same(record["acceleration_m_s2"][0], (end - start)[where.ring_rate] / seconds)
     same(record["displacement_m"][0], end[where.ring])
     same(record["cage_tilt_rad"][0], end[where.cage][:2])
@@ -70,10 +71,10 @@ def test_motion(interval: Any) -> None:
 
 def test_forces_and_powers(interval: Any) -> None:
     _, _, _, mean, _, record = interval
-    same(record["roller_force_n"][0], mean[:3])
+    same(record["roller_force_n"][0], mean[col.RING_FORCE])
     for index, name in POWERS.items():
         assert getattr(record["energy"], name)[0] == pytest.approx(
-            mean[index], rel=SAME, abs=SAME * np.abs(mean[5:]).max()
+            mean[index], rel=SAME, abs=SAME * np.abs(mean[col.FRICTION_POWER : col.INERTIA_XX]).max()
         )
 
 
@@ -81,8 +82,8 @@ def test_energies(interval: Any) -> None:
     """Of the bodies, weight included, and of the housing's spring: as in world axes."""
     world, start, _, _, first, record = interval
     energy = record["energy"]
-    ring = start[Layout(start).ring]
+    ring = start[layout_of(start).ring]
     spring = world.housing_stiffness() * float(ring @ ring) / 2
     assert energy.spring_j[0] == pytest.approx(spring, rel=SAME)
-    assert energy.contact_j[0] == pytest.approx(first[7], rel=SAME)
+    assert energy.contact_j[0] == pytest.approx(first[col.CONTACT_ENERGY], rel=SAME)
     assert energy.mechanical_j[0] == pytest.approx(world.mechanical_energy(start) - spring, rel=MASS_BY_SLICES)

@@ -31,8 +31,8 @@ CHECKS = (
     "test_damping_matrix.py",
     "test_implicit_steps.py",
 )  # the quickest; they need few right-hand sides
-LIKELIEST = {"damping_kernel.py": "test_damping_matrix.py", "implicit_kernel.py": "test_implicit_steps.py"}  # run first
-AT_ONCE = 2
+LIKELIEST = {"damping_kernel.py": "test_damping_matrix.py", "step_kernel.py": "test_implicit_steps.py"}  # run first
+PROCESSES = 2
 FAILED = 1  # exit status of pytest when tests ran and some failed; others mean that they did not run
 LONGEST_S = 120
 
@@ -60,7 +60,7 @@ def outcomes(
     """The checks' outcome for each planted error that was asked for and for none, some at once."""
     asked = {item.name for item in request.session.items}
     wanted = [error for error in ERRORS if f"{test_planted_error_is_caught.__name__}[{error.what}]" in asked]
-    with ThreadPoolExecutor(AT_ONCE) as pool:
+    with ThreadPoolExecutor(PROCESSES) as pool:
         yield {
             error.what: pool.submit(run_checks, tmp_path_factory.mktemp("planted"), error)
             for error in (UNHARMED, *wanted)

@@ -13,7 +13,7 @@ import math
 import pytest
 from scipy.optimize import brentq
 
-from tests.verification.harness import Layout, advance, geometry, only_circle, paper_scene, parameters, rolling_state
+from tests.verification.harness import advance, geometry, layout_of, only_circle, paper_scene, parameters, rolling_state
 from tests.verification.world import P, circle_profile
 
 STEP_S, SETTLING_STEPS, STEPS = 1 / 245760, 6000, 3000
@@ -73,7 +73,7 @@ def test_cage_speed_of_pure_rolling(circle: int) -> None:
     scene = paper_scene(**GENTLE)
     model = only_circle(parameters(scene), circle)
     y = rolling_state(model)
-    where = Layout(y)
+    where = layout_of(y)
     advance(model, y, step_s=STEP_S, steps=SETTLING_STEPS)
     before = y.copy()
     advance(model, y, step_s=STEP_S, steps=STEPS)

@@ -20,14 +20,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from srbval.models.full import columns as col
 from tests.verification.cases import disturbed
 from tests.verification.harness import (
     PAPER_STEP_S,
     PRINTED_FIT,
     FloatArray,
-    Layout,
     Parameters,
     advance,
+    layout_of,
     paper_scene,
     parameters,
     rates,
@@ -77,15 +78,15 @@ class Symmetry:
 
     def state(self, y: FloatArray) -> FloatArray:
         """The image of a state with an untilted cage, or of its rates."""
-        where, image = Layout(y), y.copy()
+        where, image = layout_of(y), y.copy()
         pseudo = np.linalg.det(self.matrix) * self.matrix
         for part in (where.slide, where.slide_rate):
             image[part] = y[part][self.rollers]
-        for part in (where.turned, where.spin):
+        for part in (where.rotation, where.spin):
             image[part] = self.spin * y[part][self.rollers]
         for part in (where.ring, where.ring_rate):
             image[part] = self.matrix @ y[part]
-        image[where.omega] = pseudo @ y[where.omega]
+        image[where.cage_rate] = pseudo @ y[where.cage_rate]
         image[where.cage] = pseudo @ y[where.cage]
         return image
 
@@ -156,7 +157,7 @@ def both(symmetry: Symmetry, defect: str, critical_velocity: str = SMOOTH) -> tu
 def start(model: Parameters) -> FloatArray:
     """Everything off its place but the cage's tilt, whose angles do not transform as a vector."""
     y = disturbed(model, seed=4, cage_angle=0.0)
-    where = Layout(y)
+    where = layout_of(y)
     y[where.cage] = 0.0
     return y
 
@@ -168,11 +169,11 @@ def test_rates_at_an_instant(name: str, defect: str) -> None:
     model, image_model = both(symmetry, defect)
     y = start(model)
     found, image = rates(model, 0.0, y), rates(image_model, 0.0, symmetry.state(y))
-    where, expected = Layout(y), symmetry.state(found.rate)
-    for part in (where.slide_rate, where.spin, where.omega, where.ring_rate):
+    where, expected = layout_of(y), symmetry.state(found.rate)
+    for part in (where.slide_rate, where.spin, where.cage_rate, where.ring_rate):
         assert image.rate[part] == pytest.approx(expected[part], abs=INSTANT * np.abs(expected[part]).max())
     reversed_sign = -1.0 if symmetry.reverses else 1.0
-    assert image.contact[4] == pytest.approx(reversed_sign * found.contact[4], rel=INSTANT)
+    assert image.totals[col.SHAFT_TORQUE] == pytest.approx(reversed_sign * found.totals[col.SHAFT_TORQUE], rel=INSTANT)
     assert image.load_n == pytest.approx(found.load_n[:, symmetry.rollers], abs=INSTANT * found.load_n.max())
 
 

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from srbval.bearing import Fault, SphericalRollerGeometry
 from srbval.scene import Defect, DefectShape, LoadPath, RollerFit, Scene
-from tests.verification.harness import Layout
+from tests.verification.harness import layout_of
 
 FloatArray = NDArray[np.float64]
 P = (0.5, 1.0, 1.5)
@@ -115,7 +115,7 @@ class World:
 
     def slots(self, y: FloatArray) -> FloatArray:
         """Slot axes as columns of rotation matrices, [N, 3, 3]: x along the slot, z along the roller."""
-        cage = Rotation.from_euler("XYZ", y[Layout(y).cage])
+        cage = Rotation.from_euler("XYZ", y[layout_of(y).cage])
         return np.array([
             (cage * Rotation.from_euler("z", angle) * Rotation.from_euler("y", -side * self.g.tilt_rad)).as_matrix()
             for angle, side in zip(self.slot_angle, self.side, strict=True)
@@ -123,25 +123,26 @@ class World:
 
     def cage_axis(self, y: FloatArray) -> FloatArray:
         """Axis of the cage."""
-        axis: FloatArray = Rotation.from_euler("XYZ", y[Layout(y).cage]).as_matrix()[:, 2]
+        axis: FloatArray = Rotation.from_euler("XYZ", y[layout_of(y).cage]).as_matrix()[:, 2]
         return axis
 
     def centres(self, y: FloatArray) -> FloatArray:
         """Roller centres [N, 3]."""
-        reach = self.g.pitch_radius_m / np.cos(self.g.tilt_rad) + y[Layout(y).slide]
+        reach = self.g.pitch_radius_m / np.cos(self.g.tilt_rad) + y[layout_of(y).slide]
         centres: FloatArray = self.slots(y)[:, :, 0] * reach[:, None]
         return centres
 
     def centre_rates(self, y: FloatArray) -> FloatArray:
         """Velocities of the roller centres [N, 3]."""
-        where, slots = Layout(y), self.slots(y)
-        rates: FloatArray = np.cross(y[where.omega], self.centres(y)) + y[where.slide_rate][:, None] * slots[:, :, 0]
+        where, slots = layout_of(y), self.slots(y)
+        sliding = y[where.slide_rate][:, None] * slots[:, :, 0]
+        rates: FloatArray = np.cross(y[where.cage_rate], self.centres(y)) + sliding
         return rates
 
     def roller_omega(self, y: FloatArray) -> FloatArray:
         """Angular velocities of the rollers [N, 3]: the cage's across their axes, their spin along."""
-        where, axis = Layout(y), self.slots(y)[:, :, 2]
-        omega: FloatArray = y[where.omega] + (y[where.spin] - axis @ y[where.omega])[:, None] * axis
+        where, axis = layout_of(y), self.slots(y)[:, :, 2]
+        omega: FloatArray = y[where.cage_rate] + (y[where.spin] - axis @ y[where.cage_rate])[:, None] * axis
         return omega
 
     def momentum(self, y: FloatArray) -> FloatArray:
@@ -152,9 +153,9 @@ class World:
 
     def mechanical_energy(self, y: FloatArray) -> float:
         """Kinetic energy of all bodies, energy in gravity and in the housing's spring [J]."""
-        where, b = Layout(y), self.bodies
+        where, b = layout_of(y), self.bodies
         kinetic = b.roller * (self.centre_rates(y) ** 2).sum() + (self.roller_omega(y) * self._own_momentum(y)).sum()
-        kinetic += y[where.omega] @ self._cage_momentum(y) + b.ring * (y[where.ring_rate] ** 2).sum()
+        kinetic += y[where.cage_rate] @ self._cage_momentum(y) + b.ring * (y[where.ring_rate] ** 2).sum()
         weight = b.roller * self.centres(y).sum(axis=0) + b.ring * y[where.ring]
         spring = self.housing_stiffness() * (y[where.ring] ** 2).sum()
         return float((kinetic + spring) / 2 - weight @ self.gravity())
@@ -166,7 +167,7 @@ class World:
         return own
 
     def _cage_momentum(self, y: FloatArray) -> FloatArray:
-        omega, axis, b = y[Layout(y).omega], self.cage_axis(y), self.bodies
+        omega, axis, b = y[layout_of(y).cage_rate], self.cage_axis(y), self.bodies
         along = (omega @ axis) * axis
         own: FloatArray = b.cage_axial / 2 * (omega - along) + b.cage_axial * along
         return own
@@ -203,7 +204,7 @@ class World:
 
     def touching(self, t: float, y: FloatArray, race: int) -> Touching:
         """Every point of a race, outer 0 and inner 1, that is inside a roller."""
-        where, c = Layout(y), self.scene.contact
+        where, c = layout_of(y), self.scene.contact
         centres, axes = self.centres(y), self.slots(y)[:, :, 2]
         cloud = self.clouds[("outer", "inner")[race]]
         if race == 0:
@@ -257,7 +258,7 @@ class World:
             own = (d.row - 1) * self.g.rollers_per_row + d.roller - 1
             place, gap = (reach * np.sin(p * self.g.tilt_rad) for p in (P[d.circle - 1] - 1, P[2] - 1))
             there = (j == own) & (np.abs(along - place * (1 if d.row == 1 else -1)) <= gap / 2)
-            arc = self.radius * _from(d.angle_rad, np.arctan2(across, x) - y[Layout(y).turned][j])
+            arc = self.radius * _from(d.angle_rad, np.arctan2(across, x) - y[layout_of(y).rotation][j])
             height += np.where(there, _height(d, arc), 0.0)
         return height
 

@@ -1,12 +1,16 @@
-"""Layout of the kernels' working space: a place for each roller, and a column for each roller against each race.
+"""Layout of the arrays that the kernels share: names of their rows and columns.
 
-The kernels work on eight places at a time, so each quantity is a row of one flat array, a fixed stride apart. Rollers
-stand in the order of their slot angles, both rows in turn (row 1, row 2, row 1, ...), filled up to a multiple of eight:
-a load zone is a run of neighbours, and eights that it leaves out are skipped. The roller at place p meets the outer
-race in column p and the inner one in column ``RACE + p``; a column with points of its own (a defect near, a damaged
-roller) is copied to ``ALONE`` or behind, eight places apart, and worked on alone.
+Kernels import this module as ``col``. A compiler takes the names for the numbers they stand for.
 
-Row 2 is row 1 mirrored at the mid-plane: its columns' shaft axes are turned round, and its points are row 1's.
+**Workspace** (`space`): a slot for each roller, and a column for each roller against each race. The processor works on
+a group of `LANES` neighbours at a time, so each quantity is a row of one flat array, `STRIDE` apart. Rollers stand in
+the order of their slot angles, both rows of rollers in turn (row 1, row 2, row 1, ...), padded to whole lane groups: a
+load zone is a run of neighbours, and lane groups without contact are skipped. The roller in slot p meets the outer race
+in column p and the inner race in column ``RACE + p``. Columns that need more points than their lane group are copied
+together into groups of their own, from `COMPACTED` on; a column with points of its own (a defect near, a damaged
+roller) is copied to `SINGLE` or behind, one to each lane group.
+
+Row 2 is row 1 mirrored at the mid-plane: the shaft axes of its columns are reversed, and its points are those of row 1.
 """
 
 from __future__ import annotations
@@ -14,8 +18,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-AT_ONCE = 8  # places the processor works on together
-RACE, MOVED, ALONE = 104, 208, 416  # known to the compiler, so that it sees that columns do not overlap
+LANES = 8  # slots the processor works on together
+RACE, COMPACTED, SINGLE = 104, 208, 416  # known to the compiler, so that it sees that columns do not overlap
+INNER = np.uint64(RACE)
 CACHE_LINE = 64
 
 # Not a multiple of a power of two: rows a page apart would all fall into the same few lines of the cache.
@@ -29,33 +34,71 @@ STRIDE = 2056
     W_X, W_Y, W_Z,  # angular velocity of the ring less the roller's [rad/s]
     F_X, F_Y, F_Z,  # sum: force on the roller [N]
     T_X, T_Y, T_Z,  # sum: torque on the roller about its centre [N m]
-    RUBBED, DAMPED,  # sums: power lost to friction, to damping [W]
-    STORED,  # sum: twice the elastic energy [J]
-    # sums: force and torque against V and W_Y, W_Z, see `damping_kernel`
+    FRICTION_LOSS, DAMPING_LOSS,  # sums: power lost to friction, to contact damping [W]
+    TWICE_ENERGY,  # sum: twice the elastic energy [J]
+    # sums: secant damping matrix of force and torque against V and W_Y, W_Z, see `damping_kernel`
     D_XX, D_XY, D_XZ, D_YY, D_YZ, D_ZZ, D_XP, D_YP, D_ZP, D_PP, D_XS, D_YS, D_PS, D_SS,
-    PLACE,  # where the roller stands among the race's points: index of a point, with its fraction
-    SHIFT,  # 0.5: windows about the nearest point; 0: about the one before
-    TOUCHED,  # how many points of each circle it may touch, no less
-    NEED,  # the same as `need_of` codes it, to be added up
+    POSITION,  # of the roller among the race's points: index of a point, with its fraction
+    SHIFT,  # 0.5: window about the nearest point; 0: about the point before the roller
+    CANDIDATES,  # how many points of each circle may be in contact, no less
+    CANDIDATE_CODE,  # the same as `candidate_code` gives it, to be summed over a lane group
     DEPTH, BOUND,  # penetration at the middle of the profile; what no point of an undamaged race exceeds [m]
-    # for each roller: constants, what is read from the state, slot axes in world coordinates, what is found
-    SIDE, SLOT_ANGLE, SLOT_COSINE, SLOT_SINE, DAMAGE,  # side: +1 for row 1 (z > 0), -1 for row 2; 0: nobody here
+    # for each roller: constants, what is read from the state, slot axes in world coordinates, accelerations
+    SIDE, SLOT_ANGLE, SLOT_COSINE, SLOT_SINE,  # side: +1 for row 1 (z > 0), -1 for row 2; 0: an empty slot
+    DAMAGE,  # summed height of the roller's own defects [m]
     SLIDE, SLIDE_RATE, SPIN,
     X_WX, X_WY, X_WZ, Y_WX, Y_WY, Y_WZ, Z_WX, Z_WY, Z_WZ,  # slot axes x, y, z, by world components
     CAGE_X, CAGE_Y, CAGE_Z,  # cage's angular velocity [rad/s]
     M_X, M_Y, M_Z, N_X, N_Y, N_Z,  # the slot's meridian and the direction along the race, in slot axes
-    SLIDE_RISE, SPIN_RISE,  # accelerations [m/s2], [rad/s2]
-    # a roller's own equations solved for it, and how its slide and spin follow cage and ring, see `damping_kernel`
+    SLIDE_ACCELERATION, SPIN_ACCELERATION,  # [m/s2], [rad/s2]
+    # inverse of a roller's own block, and how its slide and spin follow cage and ring, see `damping_kernel`
     OWN_UU, OWN_US, OWN_SS, U_WY, U_WZ, U_RX, U_RY, U_RZ, S_WY, S_WZ, S_RX, S_RY, S_RZ,
 ) = (np.uint64(i * STRIDE) for i in range(88))  # fmt: skip
 ROWS = 88
-FRAME = range(18)  # rows that set up a column
-SUMS = range(18, 27)  # of force, torque and energy
-DAMPING_SUMS = range(27, 41)
+FACED_ROWS = 6  # rows of A and B, which are turned to a column's own window
+FRAME_ROWS = 18  # rows that set up a column
+FIRST_SUM, LAST_SUM, LAST_DAMPING_SUM = 18, 27, 41  # sums of force, torque and energy; then those of damping
+
+# Candidate points of a race (`points`): position and surface normal in the frame of the window's meridian [m], and the
+# share of K_c and C_c.
+POINT_RADIAL, POINT_TANGENTIAL, POINT_AXIAL, POINT_SHARE, NORMAL_RADIAL, NORMAL_TANGENTIAL, NORMAL_AXIAL = range(7)
+POINT_ROWS = 7
+
+# Plan of a search (`plan`), one row for each of three kinds of entry, see `search_kernel`.
+GROUP_ROWS = 64  # lane groups: more than there can be, where they stand and compacted
+FIRST_COPY = GROUP_ROWS  # then the columns that are compacted
+FIRST_SINGLE = FIRST_COPY + 2 * RACE + 2  # then the single columns
+GROUP_RACE, GROUP_WINDOW, GROUP_FIRST, GROUP_END = range(4)  # end: first column behind the group
+COPY_FROM, COPY_TO, COPY_POINTS = range(3)
+SINGLE_RACE, SINGLE_WINDOW, SINGLE_FROM, SINGLE_BASE = range(4)  # base: the race's window its points come from
+
+# Defects of the rollers (`roller_defects`): number of the roller, angle about its axis [rad], position along it [m],
+# height [m], extent [m], 1 if cosine-shaped.
+DEFECT_ROLLER, DEFECT_ANGLE, DEFECT_AXIAL, DEFECT_HEIGHT, DEFECT_EXTENT, DEFECT_COSINE = range(6)
+DEFECT_COLUMNS = 6
+
+# Continuous contact of a circle (`patch`), see `srbval.models.line`: force over d^(3/2), damper over d^(1/2), spread of
+# the slip over W d, square of the patch's half length over d.
+PATCH_STIFFNESS, PATCH_DAMPING, PATCH_SLIP_SPREAD, PATCH_LENGTH = range(4)
+
+# Totals of an evaluation of the right-hand side (`totals`).
+(
+    RING_FORCE_X, RING_FORCE_Y, RING_FORCE_Z,  # force of the rollers on the outer ring [N]
+    DEEPEST,  # deepest penetration into an undamaged race [m]
+    SHAFT_TORQUE,  # of the rollers on the shaft about its axis [N m]
+    FRICTION_POWER, DAMPING_POWER,  # lost to friction, to contact damping [W]
+    CONTACT_ENERGY,  # elastic energy in the contacts, K_c delta^2 / 2 [J]
+    DRIVE_POWER, LOAD_POWER,  # of the drive, of the external load [W]
+    HOUSING_POWER,  # lost in the housing's damper [W]
+    INERTIA_XX, INERTIA_YY, INERTIA_ZZ,  # of the cage with its rollers about the bearing centre [kg m2]
+    INERTIA_XY, INERTIA_XZ, INERTIA_YZ,
+) = range(17)  # fmt: skip
+TOTALS = 17
+RING_FORCE, INERTIA = slice(0, 3), slice(11, 17)
 
 
 def aligned_zeros(size: int) -> NDArray[np.float64]:
-    """Zeros, shape [size], that begin on a line of the cache, so that no eight places straddle two."""
+    """Zeros, shape [size], that begin on a line of the cache, so that no lane group straddles two."""
     per_line = CACHE_LINE // 8
     whole = np.zeros(size + per_line)
     skipped = -whole.ctypes.data % CACHE_LINE // 8

@@ -38,10 +38,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.errors import ConfigurationError
+from srbval.models.full import columns as col
 from srbval.models.full.drive_kernel import external_load, shaft_motion
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.point_cloud import DEEPEST_M
 from srbval.models.full.start import balance_friction, rolling_speeds
+from srbval.models.full.state import StateLayout
 from srbval.models.full.steps import rates
 
 FloatArray = NDArray[np.float64]
@@ -124,20 +126,20 @@ class _Statics:
 
     def __init__(self, model: Parameters, cage_angle_rad: float) -> None:
         self.rollers = len(model.slot_angle)
-        self.half = 2 * self.rollers + 6
+        self.layout = StateLayout(self.rollers)
         self.cage_speed, _ = rolling_speeds(model)
         self.rest = _at_rest(model)
-        self.y = np.zeros(2 * self.half)
-        self.y[2 * self.rollers + 2] = cage_angle_rad
+        self.y = np.zeros(2 * self.layout.half)
+        self.y[self.layout.cage] = 0.0, 0.0, cage_angle_rad
 
     def forces(self, slide: FloatArray, ring: FloatArray) -> tuple[FloatArray, FloatArray, float]:
         """Force along each slot [2 M] and on the ring [3], in N, and the deepest penetration [m]."""
-        model, n = self.rest, self.rollers
-        self.y[:n], self.y[2 * n + 3 : self.half] = slide, ring
+        model, layout = self.rest, self.layout
+        self.y[layout.slide], self.y[layout.ring] = slide, ring
         found = rates(model, 0.0, self.y)
         swing = (self.cage_speed * model.tilt_cosine) ** 2  # square of the speed about the axis across the slot
-        slide_n = model.roller_mass * (found.rate[self.half : self.half + n] + (model.centre_distance + slide) * swing)
-        return slide_n, model.ring_mass * found.rate[-3:], float(found.contact[3])
+        slide_n = model.roller_mass * (found.rate[layout.slide_rate] + (model.centre_distance + slide) * swing)
+        return slide_n, model.ring_mass * found.rate[layout.ring_rate], float(found.totals[col.DEEPEST])
 
     def slide_stiffness(self, slide: FloatArray, ring: FloatArray, slide_n: FloatArray) -> FloatArray:
         """Loss of force along each slot per slide, [2 M], in N/m: one roller's slide moves no other."""
@@ -145,8 +147,8 @@ class _Statics:
 
     def state(self, slide: FloatArray, ring: FloatArray) -> FloatArray:
         """State at rest with these displacements, [4 M + 12]."""
-        y, n = self.y.copy(), self.rollers
-        y[:n], y[2 * n + 3 : self.half] = slide, ring
+        y = self.y.copy()
+        y[self.layout.slide], y[self.layout.ring] = slide, ring
         return y
 
 

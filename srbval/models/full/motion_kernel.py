@@ -10,100 +10,61 @@ import math
 
 import numpy as np
 
-from srbval.models.full.columns import (
-    ALONE,
-    AT_ONCE,
-    CAGE_X,
-    CAGE_Y,
-    CAGE_Z,
-    DAMAGE,
-    DAMPED,
-    F_X,
-    F_Y,
-    F_Z,
-    RACE,
-    RUBBED,
-    SIDE,
-    SLIDE,
-    SLIDE_RATE,
-    SLIDE_RISE,
-    SPIN,
-    SPIN_RISE,
-    STORED,
-    T_X,
-    T_Y,
-    T_Z,
-    X_WX,
-    X_WY,
-    X_WZ,
-    Y_WX,
-    Y_WY,
-    Y_WZ,
-    Z_WX,
-    Z_WY,
-    Z_WZ,
-)  # fmt: skip
-from srbval.models.full.contact_kernel import contact_columns, elastic
+from srbval.models.full import columns as col
+from srbval.models.full.contact_kernel import Candidates, contact_columns, elastic
 from srbval.models.full.drive_kernel import external_load, shaft_motion
-from srbval.models.full.frames_kernel import read_rollers, roller_frames
-from srbval.models.full.roller_defect_kernel import flank_forces, raised_points
+from srbval.models.full.frames_kernel import cage_axes, cage_tilt, read_rollers, roller_frames, tilted_about_x
+from srbval.models.full.roller_defect_kernel import RollerSurface, flank_forces, raised_points
 from srbval.models.full.search_kernel import (
-    LONE,
-    bring_back,
-    face_points,
-    look_up,
-    set_apart,
-    spacing_of,
+    gather_columns,
+    plan_contacts,
+    prepare_columns,
+    scatter_sums,
+    spacing_of_windows,
 )
+from srbval.models.full.state import state_indices
 from srbval.models.jit import kernel
 
-CONTACT_VALUES = 17
 CIRCLES = 3
-INNER = np.uint64(RACE)
+WITH_DAMPING = 1  # for `right_hand_side`; None: without
 
 
 @kernel
-def right_hand_side(t, y, model, rate, contact, loads, damping):
-    """Fill `rate` (shape of `y`) and `contact` (see below) for state `y` at time `t`.
+def right_hand_side(t, y, model, rate, totals, loads, damping):
+    """Fill `rate` (shape of `y`) and `totals`, [col.TOTALS], for state `y` at time `t`.
 
-    `contact`, shape [CONTACT_VALUES]: 0-2 force of the rollers on the outer ring [N]; 3 deepest penetration [m] into
-    an undamaged race; 4 torque of the rollers on the shaft about its axis [N m]; 5 power lost to friction [W]; 6 power
-    lost to contact damping [W]; 7 elastic energy in the contacts, K_c delta^2 / 2 [J]; 8 power of the drive [W];
-    9 power of the external load [W]; 10 power lost in the housing's damper [W]; 11-16 inertia of the cage with its
-    rollers about the bearing centre, xx, yy, zz, xy, xz, yz [kg m2].
     `loads`, shape [2 races, 2 M, 3 circles] or empty: normal forces [N], filled where there is room. `damping`: None,
-    or anything else to have the columns' damping sums filled, see `damping_kernel`.
+    or `WITH_DAMPING` to have the columns' damping sums filled, see `damping_kernel`.
     """
     n = model.slot_angle.shape[0]
-    d = 2 * n + 6
-    law, races, scratch = model.law, model.races, model.scratch
+    at = state_indices(n)
+    races, scratch = model.races, model.scratch
     # arrays are taken out of their tuples once: inside a loop each would be counted in and out
-    space, plan, places = scratch.space, scratch.plan, scratch.places
+    space, plan = scratch.space, scratch.plan
     count = races.window_of.shape[2]
-    many = np.uint64(places)
+    slots = np.uint64(scratch.slots)
     shaft, shaft_angle = shaft_motion(t, model.drive)
+    tilt = cage_tilt(y[at.cage], y[at.cage + 1])
 
     # 1. every roller: its frame, and the points of both races within its reach
-    ca, sa = math.cos(y[2 * n]), math.sin(y[2 * n])
-    cb, sb = math.cos(y[2 * n + 1]), math.sin(y[2 * n + 1])
-    read_rollers(y, n, space)
-    roller_frames(y, n, many, (ca, sa, cb, sb), shaft, shaft_angle, count, model, space)
-    eights, moved, lone, deepest = look_up(places, races, space, plan, count)
-    spacing = spacing_of(count, model.patch)
-    face_points(eights, places, space, plan, spacing, damping)
+    read_rollers(y, at, n // 2, space)
+    roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model)
+    groups, compacted, single, deepest = plan_contacts(scratch.slots, races, space, plan, count)
+    spacing = spacing_of_windows(count, model.patch)
+    prepare_columns(groups, scratch.slots, space, plan, spacing, damping)
 
-    # 2. what the contacts do
-    set_apart(moved, lone, space, plan, spacing, count, damping)
-    if lone > 0:
-        shape_points(lone, y, model)
-    meet(law, races.points, races.starts, eights, lone, space, plan, 0, CIRCLES, damping, model.patch)
-    if lone > 0:
-        push_flanks(lone, y, model, damping)
-    bring_back(moved, lone, space, plan, damping)
+    # 2. contact forces
+    gather_columns(compacted, single, space, plan, spacing, count, damping)
+    if single > 0:
+        raise_points(single, y, model)
+    evaluate_contacts(model.law, races, groups, single, space, plan, 0, CIRCLES, damping, model.patch)
+    if single > 0:
+        push_flanks(single, y, model, damping)
+    scatter_sums(compacted, single, space, plan, damping)
 
-    # 3. every roller's own motion, and what it asks of ring, shaft and cage
-    omega_x, omega_y, omega_z = y[d + 2 * n], y[d + 2 * n + 1], y[d + 2 * n + 2]
-    t02, t12, t22 = sb, -sa * cb, ca * cb  # the cage's axis
+    # 3. every roller's own motion, and its force on ring, shaft and cage
+    omega_x, omega_y, omega_z = y[at.cage_rate], y[at.cage_rate + 1], y[at.cage_rate + 2]
+    _, _, _, _, _, _, t02, t12, t22 = cage_axes(tilt)
     # cage angular inertia about the bearing centre, and its torques, world axes
     i_t, i_d = model.cage_transverse, model.cage_axial - model.cage_transverse
     roller_axial, roller_transverse = model.roller_axial, model.roller_transverse
@@ -120,40 +81,40 @@ def right_hand_side(t, y, model, rate, contact, loads, damping):
     g_y = -i_d * spin * (omega_z * t02 - omega_x * t22)
     g_z = -i_d * spin * (omega_x * t12 - omega_y * t02)
     on_ring_x = on_ring_y = on_ring_z = on_shaft = 0.0
-    rubbed = damped = stored = 0.0
+    friction_loss = damping_loss = twice_energy = 0.0
     gravity, centre_distance = model.gravity, model.centre_distance
     roller_mass = model.roller_mass
     per_mass, per_axial = 1.0 / roller_mass, 1.0 / roller_axial
-    for p in range(many):
-        q = p + INNER
-        mass = roller_mass * space[SIDE + p] * space[SIDE + p]
-        x_x, x_y, x_z = space[X_WX + p], space[X_WY + p], space[X_WZ + p]
-        y_x, y_y, y_z = space[Y_WX + p], space[Y_WY + p], space[Y_WZ + p]
-        z_x, z_y, z_z = space[Z_WX + p], space[Z_WY + p], space[Z_WZ + p]
-        w_x, w_y, w_z = space[CAGE_X + p], space[CAGE_Y + p], space[CAGE_Z + p]
-        h_x, h_y, h_z = space[F_X + p], space[F_Y + p], space[F_Z + p]
+    for p in range(slots):
+        q = p + col.INNER
+        mass = roller_mass * space[col.SIDE + p] * space[col.SIDE + p]
+        x_x, x_y, x_z = space[col.X_WX + p], space[col.X_WY + p], space[col.X_WZ + p]
+        y_x, y_y, y_z = space[col.Y_WX + p], space[col.Y_WY + p], space[col.Y_WZ + p]
+        z_x, z_y, z_z = space[col.Z_WX + p], space[col.Z_WY + p], space[col.Z_WZ + p]
+        w_x, w_y, w_z = space[col.CAGE_X + p], space[col.CAGE_Y + p], space[col.CAGE_Z + p]
+        h_x, h_y, h_z = space[col.F_X + p], space[col.F_Y + p], space[col.F_Z + p]
         on_ring_x -= h_x * x_x + h_y * y_x + h_z * z_x
         on_ring_y -= h_x * x_y + h_y * y_y + h_z * z_y
         on_ring_z -= h_x * x_z + h_y * y_z + h_z * z_z
-        reach = centre_distance + space[SLIDE + p]
-        slide_rate, roller_spin = space[SLIDE_RATE + p], space[SPIN + p]
+        reach = centre_distance + space[col.SLIDE + p]
+        slide_rate, roller_spin = space[col.SLIDE_RATE + p], space[col.SPIN + p]
         # torque on the shaft: minus the shaft-axis part of (r x F + T) of the inner race's forces on the roller
-        i_x, i_y, i_z = space[F_X + q], space[F_Y + q], space[F_Z + q]
-        b_x, b_y, b_z = space[T_X + q], space[T_Y + q], space[T_Z + q]
+        i_x, i_y, i_z = space[col.F_X + q], space[col.F_Y + q], space[col.F_Z + q]
+        b_x, b_y, b_z = space[col.T_X + q], space[col.T_Y + q], space[col.T_Z + q]
         on_shaft -= b_x * x_z + (b_y - reach * i_z) * y_z
         on_shaft -= (b_z + reach * i_y) * z_z
-        rubbed += space[RUBBED + p] + space[RUBBED + q]
-        damped += space[DAMPED + p] + space[DAMPED + q]
-        stored += space[STORED + p] + space[STORED + q]
+        friction_loss += space[col.FRICTION_LOSS + p] + space[col.FRICTION_LOSS + q]
+        damping_loss += space[col.DAMPING_LOSS + p] + space[col.DAMPING_LOSS + q]
+        twice_energy += space[col.TWICE_ENERGY + p] + space[col.TWICE_ENERGY + q]
         weight = mass * gravity
         f_x = h_x + i_x + weight * x_y
         f_y = h_y + i_y + weight * y_y
         f_z = h_z + i_z + weight * z_y
-        t_x, t_y, t_z = space[T_X + p] + b_x, space[T_Y + p] + b_y, space[T_Z + p] + b_z
+        t_x, t_y, t_z = space[col.T_X + p] + b_x, space[col.T_Y + p] + b_y, space[col.T_Z + p] + b_z
 
         # roller: slide and spin
-        space[SLIDE_RISE + p] = reach * (w_y * w_y + w_z * w_z) + f_x * per_mass
-        space[SPIN_RISE + p] = t_z * per_axial
+        space[col.SLIDE_ACCELERATION + p] = reach * (w_y * w_y + w_z * w_z) + f_x * per_mass
+        space[col.SPIN_ACCELERATION + p] = t_z * per_axial
 
         # cage: torque and inertia of the roller it carries, slot axes
         arm = mass * reach * reach
@@ -173,14 +134,14 @@ def right_hand_side(t, y, model, rate, contact, loads, damping):
         m12 -= arm * x_y * x_z + roller_transverse * z_y * z_z
     half = n // 2
     for i in range(half):
-        place = np.uint64(2 * i)
+        slot = np.uint64(2 * i)
         for row in range(2):
             j = i + row * half
-            rate[j] = y[d + j]
-            rate[n + j] = y[d + n + j] - space[CAGE_Z + place]
-            rate[d + j] = space[SLIDE_RISE + place]
-            rate[d + n + j] = space[SPIN_RISE + place]
-            place += np.uint64(1)
+            rate[at.slide + j] = y[at.slide_rate + j]
+            rate[at.rotation + j] = y[at.spin + j] - space[col.CAGE_Z + slot]
+            rate[at.slide_rate + j] = space[col.SLIDE_ACCELERATION + slot]
+            rate[at.spin + j] = space[col.SPIN_ACCELERATION + slot]
+            slot += np.uint64(1)
 
     # cage: symmetric 3 x 3 solve by cofactors
     k00 = m11 * m22 - m12 * m12
@@ -190,131 +151,147 @@ def right_hand_side(t, y, model, rate, contact, loads, damping):
     k12 = m01 * m02 - m00 * m12
     k22 = m00 * m11 - m01 * m01
     determinant = m00 * k00 + m01 * k01 + m02 * k02
-    rate[d + 2 * n] = (k00 * g_x + k01 * g_y + k02 * g_z) / determinant
-    rate[d + 2 * n + 1] = (k01 * g_x + k11 * g_y + k12 * g_z) / determinant
-    rate[d + 2 * n + 2] = (k02 * g_x + k12 * g_y + k22 * g_z) / determinant
+    rate[at.cage_rate] = (k00 * g_x + k01 * g_y + k02 * g_z) / determinant
+    rate[at.cage_rate + 1] = (k01 * g_x + k11 * g_y + k12 * g_z) / determinant
+    rate[at.cage_rate + 2] = (k02 * g_x + k12 * g_y + k22 * g_z) / determinant
     # gimbal angles from the angular velocity: w = Rx(-a) omega = (a' + c' sin b, b', c' cos b)
-    w_y = ca * omega_y + sa * omega_z
-    w_z = ca * omega_z - sa * omega_y
-    rate[2 * n] = omega_x - w_z * sb / cb
-    rate[2 * n + 1] = w_y
-    rate[2 * n + 2] = w_z / cb
+    w_z, w_y = tilted_about_x(tilt, omega_y, omega_z)
+    rate[at.cage] = omega_x - w_z * tilt.sin_y / tilt.cos_y
+    rate[at.cage + 1] = w_y
+    rate[at.cage + 2] = w_z / tilt.cos_y
 
-    # outer ring on the housing's spring and damper
-    ring_x, ring_y, ring_z = y[2 * n + 3], y[2 * n + 4], y[2 * n + 5]
-    ring_vx, ring_vy, ring_vz = y[d + 2 * n + 3], y[d + 2 * n + 4], y[d + 2 * n + 5]
-    rate[2 * n + 3] = ring_vx
-    rate[2 * n + 4] = ring_vy
-    rate[2 * n + 5] = ring_vz
-    kh, ch = model.housing_stiffness, model.housing_damping
-    radial, axial = external_load(t, model.drive)
-    push_x, push_y = radial * model.drive.direction_cosine, radial * model.drive.direction_sine
-    push_y += model.ring_mass * gravity
-    rate[d + 2 * n + 3] = (push_x + on_ring_x - kh * ring_x - ch * ring_vx) / model.ring_mass
-    rate[d + 2 * n + 4] = (push_y + on_ring_y - kh * ring_y - ch * ring_vy) / model.ring_mass
-    rate[d + 2 * n + 5] = (axial + on_ring_z - kh * ring_z - ch * ring_vz) / model.ring_mass
-
-    contact[0] = on_ring_x
-    contact[1] = on_ring_y
-    contact[2] = on_ring_z
-    contact[3] = deepest
-    contact[4] = on_shaft
-    contact[5] = rubbed
-    contact[6] = damped
-    contact[7] = 0.5 * stored
-    contact[8] = -on_shaft * shaft
-    contact[9] = (
-        radial * (model.drive.direction_cosine * ring_vx + model.drive.direction_sine * ring_vy) + axial * ring_vz
-    )
-    contact[10] = ch * (ring_vx * ring_vx + ring_vy * ring_vy + ring_vz * ring_vz)
-    contact[11], contact[12], contact[13] = m00, m11, m22
-    contact[14], contact[15], contact[16] = m01, m02, m12
+    totals[col.RING_FORCE_X], totals[col.RING_FORCE_Y], totals[col.RING_FORCE_Z] = on_ring_x, on_ring_y, on_ring_z
+    totals[col.DEEPEST] = deepest
+    totals[col.SHAFT_TORQUE] = on_shaft
+    totals[col.FRICTION_POWER] = friction_loss
+    totals[col.DAMPING_POWER] = damping_loss
+    totals[col.CONTACT_ENERGY] = 0.5 * twice_energy
+    totals[col.DRIVE_POWER] = -on_shaft * shaft
+    totals[col.INERTIA_XX], totals[col.INERTIA_YY], totals[col.INERTIA_ZZ] = m00, m11, m22
+    totals[col.INERTIA_XY], totals[col.INERTIA_XZ], totals[col.INERTIA_YZ] = m01, m02, m12
+    ring_motion(t, y, at, model, rate, totals)
 
     if loads.shape[0] > 0:
-        normal_loads(model, eights, moved, lone, loads)
+        normal_loads(model, groups, compacted, single, loads)
 
 
 @kernel
-def meet(law, points, starts, eights, lone, space, plan, first_circle, end_circle, damping, patch):
-    """Let all columns that may touch meet the points of the circles from `first_circle` to `end_circle`.
+def ring_motion(t, y, at, model, rate, totals):
+    """Fill the rates of the outer ring on the housing's spring and damper, and the powers of load and housing."""
+    ring_x, ring_y, ring_z = y[at.ring], y[at.ring + 1], y[at.ring + 2]
+    ring_vx, ring_vy, ring_vz = y[at.ring_rate], y[at.ring_rate + 1], y[at.ring_rate + 2]
+    rate[at.ring], rate[at.ring + 1], rate[at.ring + 2] = ring_vx, ring_vy, ring_vz
+    on_ring_x, on_ring_y, on_ring_z = totals[col.RING_FORCE_X], totals[col.RING_FORCE_Y], totals[col.RING_FORCE_Z]
+    kh, ch = model.housing_stiffness, model.housing_damping
+    cosine, sine = model.drive.direction_cosine, model.drive.direction_sine
+    radial, axial = external_load(t, model.drive)
+    push_x, push_y = radial * cosine, radial * sine
+    push_y += model.ring_mass * model.gravity
+    rate[at.ring_rate] = (push_x + on_ring_x - kh * ring_x - ch * ring_vx) / model.ring_mass
+    rate[at.ring_rate + 1] = (push_y + on_ring_y - kh * ring_y - ch * ring_vy) / model.ring_mass
+    rate[at.ring_rate + 2] = (axial + on_ring_z - kh * ring_z - ch * ring_vz) / model.ring_mass
+    totals[col.LOAD_POWER] = radial * (cosine * ring_vx + sine * ring_vy) + axial * ring_vz
+    totals[col.HOUSING_POWER] = ch * (ring_vx * ring_vx + ring_vy * ring_vy + ring_vz * ring_vz)
 
-    With a `patch`, those that do not stand alone meet one point a circle that stands for all.
+
+@kernel
+def evaluate_contacts(law, races, groups, single, space, plan, first_circle, end_circle, damping, patch):
+    """Add the contact forces of the circles from `first_circle` to `end_circle` to the columns of the plan.
+
+    With a `patch`, all columns but the single ones meet one continuous contact per circle.
     """
-    for run in range(eights):
-        race, window = plan[run, 0], plan[run, 1]
-        contact_columns(
-            law, points, race, window, starts[race, window, first_circle], starts[race, window, end_circle],
-            space, plan[run, 2], plan[run, 3], damping, patch,
-        )  # fmt: skip
-    for i in range(lone):
-        race, window, made_from = plan[LONE + i, 0], plan[LONE + i, 1], plan[LONE + i, 3]
-        start = ALONE + i * AT_ONCE
-        contact_columns(
-            law, points, race, window, starts[race, made_from, first_circle], starts[race, made_from, end_circle],
-            space, start, start + AT_ONCE, damping, None,
-        )  # fmt: skip
+    points, starts = races.points, races.starts
+    for group in range(groups):
+        race, window = plan[group, col.GROUP_RACE], plan[group, col.GROUP_WINDOW]
+        first, end = starts[race, window, first_circle], starts[race, window, end_circle]
+        candidates = Candidates(points, race, window, first, end)
+        start, stop = plan[group, col.GROUP_FIRST], plan[group, col.GROUP_END]
+        contact_columns(law, candidates, space, start, stop, damping, patch)
+    for i in range(single):
+        row = col.FIRST_SINGLE + i
+        race, window, base = plan[row, col.SINGLE_RACE], plan[row, col.SINGLE_WINDOW], plan[row, col.SINGLE_BASE]
+        first, end = starts[race, base, first_circle], starts[race, base, end_circle]
+        candidates = Candidates(points, race, window, first, end)
+        start = col.SINGLE + i * col.LANES
+        contact_columns(law, candidates, space, start, start + col.LANES, damping, None)
 
 
 @kernel
-def shape_points(lone, y, model):
-    """Give the lone columns of damaged rollers points of their own: the race's, as their surface meets them."""
-    points, starts, space, plan = model.races.points, model.races.starts, model.scratch.space, model.scratch.plan
-    for i in range(lone):
-        at = LONE + i
-        roller = damaged_roller(at, model)
+def raise_points(single, y, model):
+    """Give the single columns of damaged rollers points of their own: the race's, as their surface meets them."""
+    plan = model.scratch.plan
+    for i in range(single):
+        row = col.FIRST_SINGLE + i
+        roller = damaged_roller(row, model)
         if roller >= 0:
-            race, made_from = plan[at, 0], plan[at, 3]
-            plan[at, 1] = points.shape[1] - 1 - model.spare_of[roller]
+            plan[row, col.SINGLE_WINDOW] = spare_window(roller, model)
             raised_points(
-                shape_of(roller, y, model), points, race, made_from, plan[at, 1], starts[race, made_from, CIRCLES],
-                space, ALONE + i * AT_ONCE,
+                surface_of(roller, y, model), candidates_of(row, model), plan[row, col.SINGLE_WINDOW],
+                model.scratch.space, col.SINGLE + i * col.LANES,
             )  # fmt: skip
 
 
 @kernel
-def push_flanks(lone, y, model, damping):
-    """Add what the flanks of defects on rollers push along the races, see `flank_forces`."""
-    points, starts, space, plan = model.races.points, model.races.starts, model.scratch.space, model.scratch.plan
-    for i in range(lone):
-        at = LONE + i
-        roller = damaged_roller(at, model)
+def push_flanks(single, y, model, damping):
+    """Add the forces of the flanks of defects on rollers along the races, see `flank_forces`."""
+    for i in range(single):
+        row = col.FIRST_SINGLE + i
+        roller = damaged_roller(row, model)
         if roller >= 0:
-            race, made_from = plan[at, 0], plan[at, 3]
             flank_forces(
-                model.law, shape_of(roller, y, model), points, race, made_from, plan[at, 1],
-                starts[race, made_from, CIRCLES], space, ALONE + i * AT_ONCE, damping,
+                model.law, surface_of(roller, y, model), candidates_of(row, model), spare_window(roller, model),
+                model.scratch.space, col.SINGLE + i * col.LANES, damping,
             )  # fmt: skip
 
 
 @kernel
-def damaged_roller(at, model):
-    """Which roller the lone column of row `at` of the plan belongs to; -1 if that roller is not damaged."""
-    place = model.scratch.plan[at, 2] % RACE
-    roller = place // 2 + (place % 2) * (model.slot_angle.shape[0] // 2)
-    return roller if model.scratch.space[DAMAGE + np.uint64(place)] > 0.0 else -1
+def spare_window(roller, model):
+    """The window that a damaged roller has for its own points."""
+    return model.races.points.shape[1] - 1 - model.spare_of[roller]
 
 
 @kernel
-def shape_of(roller, y, model):
-    """Surface of a roller as `lift_at` reads it."""
-    turned = y[model.slot_angle.shape[0] + roller]
-    return model.law.roller_radius, model.circle_half_gap, model.roller_defects, roller, turned
+def candidates_of(row, model):
+    """All of a race's points that the single column of a `row` of the plan may meet, as they lie on the race."""
+    plan, races = model.scratch.plan, model.races
+    race, base = plan[row, col.SINGLE_RACE], plan[row, col.SINGLE_BASE]
+    return Candidates(races.points, race, base, 0, races.starts[race, base, CIRCLES])
 
 
 @kernel
-def normal_loads(model, eights, moved, lone, loads):
+def damaged_roller(row, model):
+    """Number of the roller that the single column of a `row` of the plan belongs to; -1 if it is not damaged."""
+    slot = model.scratch.plan[row, col.SINGLE_FROM] % col.RACE
+    return roller_in(slot, model) if model.scratch.space[col.DAMAGE + np.uint64(slot)] > 0.0 else -1
+
+
+@kernel
+def roller_in(slot, model):
+    """Number of the roller in a slot: the rows stand in turn there, one after the other in the state."""
+    return slot // 2 + (slot % 2) * (model.slot_angle.shape[0] // 2)
+
+
+@kernel
+def surface_of(roller, y, model):
+    """Surface of a damaged roller at its angle in state `y`."""
+    at = state_indices(model.slot_angle.shape[0])
+    rotation = y[at.rotation + roller]
+    return RollerSurface(model.law.roller_radius, model.circle_half_gap, model.roller_defects, roller, rotation)
+
+
+@kernel
+def normal_loads(model, groups, compacted, single, loads):
     """Fill `loads` with the normal force of each race's circles on each roller; spoils the columns' sums."""
-    n = model.slot_angle.shape[0]
     races, space, plan = model.races, model.scratch.space, model.scratch.plan
     law = elastic(model.law, model.law.damping)
     for circle in range(CIRCLES):
-        for start in (F_X, F_Y, F_Z):
-            for j in range(np.uint64(ALONE + lone * AT_ONCE)):
+        for start in (col.F_X, col.F_Y, col.F_Z):
+            for j in range(np.uint64(col.SINGLE + single * col.LANES)):
                 space[start + j] = 0.0
-        meet(law, races.points, races.starts, eights, lone, space, plan, circle, circle + 1, None, model.patch)
-        bring_back(moved, lone, space, plan, None)
+        evaluate_contacts(law, races, groups, single, space, plan, circle, circle + 1, None, model.patch)
+        scatter_sums(compacted, single, space, plan, None)
         for race in range(2):
-            for place in range(n):
-                j = np.uint64(race * RACE + place)
-                square = space[F_X + j] ** 2 + space[F_Y + j] ** 2 + space[F_Z + j] ** 2
-                loads[race, place // 2 + (place % 2) * (n // 2), circle] = math.sqrt(square)
+            for slot in range(model.slot_angle.shape[0]):
+                j = np.uint64(race * col.RACE + slot)
+                square = space[col.F_X + j] ** 2 + space[col.F_Y + j] ** 2 + space[col.F_Z + j] ** 2
+                loads[race, roller_in(slot, model), circle] = math.sqrt(square)

@@ -11,34 +11,20 @@ from numpy.typing import NDArray
 
 from srbval.bearing import CIRCLES, Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
+from srbval.models.full import columns as col
 from srbval.models.full.bodies import outer_ring_mass_kg, roller_body
-from srbval.models.full.columns import (
-    ALONE,
-    AT_ONCE,
-    DAMAGE,
-    O_X,
-    RACE,
-    ROWS,
-    SIDE,
-    SLOT_ANGLE,
-    SLOT_COSINE,
-    SLOT_SINE,
-    STRIDE,
-    aligned_zeros,
-)  # fmt: skip
-from srbval.models.full.contact_law import ContactLaw
+from srbval.models.full.contact_kernel import ContactLaw
 from srbval.models.full.point_cloud import (
     FAR_M,
     Circle,
     CirclePoints,
-    aside_m,
     candidate_windows,
     circle_points,
+    clearance_aside_m,
     inner_circle,
     outer_circle,
     window_half_count,
 )
-from srbval.models.full.search_kernel import LONE
 from srbval.scene import Defect, DefectShape, LoadPath, RollerFit, Scene
 
 FloatArray = NDArray[np.float64]
@@ -46,14 +32,26 @@ IntArray = NDArray[np.int64]
 STANDARD_GRAVITY = 9.80665  # m/s2
 
 
+class RaceSearch(NamedTuple):
+    """What the search for candidates needs of one race.
+
+    `spacing`: least spacing of its points [m]; `clearance` of a roller that just touches to a point one spacing aside,
+    at least [m]; middle and half the width of the stretch outside of which `Races.window_of` names no window of
+    displaced points, in points.
+    """
+
+    spacing: float
+    clearance: float
+    own_middle: float
+    own_half: float
+
+
 class Races(NamedTuple):
     """Point clouds of both raceways as the kernels read them, outer first: see `point_cloud.Windows`.
 
-    `points` shape [2, W, 7, candidates], with a spare window for each damaged roller at the end; `starts` [2, W, 4];
-    `window_of` [2 races, 2 rows, points]; `highest` [2, W]; `plain`: how many windows hold undisplaced points. For each
-    race: least spacing of its points [m], and how far at least one a spacing aside stands clear of a roller [m];
-    `height`: farthest point from the mid-plane [m]; for each race: middle and half the width of the stretch outside of
-    which `window_of` names no window of displaced points, in points.
+    `points` shape [2, W, col.POINT_ROWS, candidates], with a spare window for each damaged roller at the end; `starts`
+    [2, W, 4]; `window_of` [2 races, 2 rows, points]; `highest` [2, W]; `plain`: how many windows hold undisplaced
+    points; `height`: farthest point from the mid-plane [m].
     """
 
     points: FloatArray
@@ -61,27 +59,20 @@ class Races(NamedTuple):
     window_of: IntArray
     highest: FloatArray
     plain: int
-    outer_spacing: float
-    inner_spacing: float
-    outer_aside: float
-    inner_aside: float
     height: float
-    outer_own_middle: float
-    inner_own_middle: float
-    outer_own_half: float
-    inner_own_half: float
+    outer: RaceSearch
+    inner: RaceSearch
 
 
 class Scratch(NamedTuple):
     """Space the kernels work in; one set for each run, so parameters are not to be shared between threads.
 
-    `space`: see `columns`; `plan`, integers, [runs and lone columns, 4]: see `search_kernel`; `places` of
-    rollers, filled up to a multiple of `AT_ONCE`.
+    `space` and `plan`: see `columns`; `slots` for rollers, padded to a multiple of `col.LANES`.
     """
 
     space: FloatArray
     plan: IntArray
-    places: int
+    slots: int
 
 
 class Drive(NamedTuple):
@@ -121,8 +112,7 @@ class Parameters(NamedTuple):
     drive: Drive
     # raceways and rollers' surfaces
     races: Races
-    # shape [D, 6]: roller, angle about its axis [rad], place along it [m], height [m], extent [m], 1 if cosine-shaped
-    roller_defects: FloatArray
+    roller_defects: FloatArray  # shape [D, col.DEFECT_COLUMNS]
     spare_of: IntArray  # which spare window a damaged roller has, shape [2 M]
     scratch: Scratch
     circle_half_gap: float  # half the distance between two circles along a roller [m]
@@ -171,7 +161,7 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
         roller_defects=_roller_defects(scene, geometry),
         spare_of=np.cumsum(_damaged(scene, geometry) > 0) - 1,
         scratch=_scratch(geometry, angle, _damaged(scene, geometry)),
-        circle_half_gap=_axial_place(geometry, 3) / 2,
+        circle_half_gap=_axial_position(geometry, 3) / 2,
     )
 
 
@@ -201,7 +191,7 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
     ]
     windows = max(len(race.highest) for race in both) + int(np.count_nonzero(_damaged(scene, geometry)))
     width = max(race.points.shape[2] for race in both)
-    points = np.full((2, windows, 7, width), FAR_M)
+    points = np.full((2, windows, col.POINT_ROWS, width), FAR_M)
     highest = np.zeros((2, windows))
     starts = np.zeros((2, windows, 4), dtype=np.int64)
     for i, race in enumerate(both):
@@ -209,24 +199,23 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
         points[i, :used, :, :candidates] = race.points
         highest[i, :used] = race.highest
         starts[i, :used] = race.starts
-    stretches = [_own_stretch(race.window_of, 2 * half + 1) for race in both]
-    spacing = [2 * math.pi / count * min(abs(x) for x in r) for r in radii]
-    aside = [min(aside_m(roller_radius, x, points_per_circle=count) for x in r) for r in radii]
+    outer, inner = (
+        RaceSearch(
+            2 * math.pi / count * min(abs(x) for x in r),
+            min(clearance_aside_m(roller_radius, x, points_per_circle=count) for x in r),
+            *_own_stretch(race.window_of, 2 * half + 1),
+        )
+        for race, r in zip(both, radii, strict=True)
+    )
     return Races(
         points=points,
         starts=starts,
         window_of=np.array([race.window_of for race in both]),
         highest=highest,
         plain=2 * half + 1,
-        outer_spacing=spacing[0],
-        inner_spacing=spacing[1],
-        outer_aside=aside[0],
-        inner_aside=aside[1],
         height=max(c.height_m for own in circles for c in own),
-        outer_own_middle=stretches[0][0],
-        inner_own_middle=stretches[1][0],
-        outer_own_half=stretches[0][1],
-        inner_own_half=stretches[1][1],
+        outer=outer,
+        inner=inner,
     )
 
 
@@ -279,7 +268,7 @@ def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArr
         (
             _roller_index(d, geometry),
             d.angle_rad,
-            _axial_place(geometry, d.circle) * (3 - 2 * d.row),
+            _axial_position(geometry, d.circle) * (3 - 2 * d.row),
             d.height_m,
             d.extent_m or 0.0,
             float(d.shape is DefectShape.COSINE),
@@ -287,7 +276,7 @@ def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArr
         for d in scene.defects
         if d.kind is Fault.ROLLER
     ]
-    return np.array(rows, dtype=np.float64).reshape(-1, 6)
+    return np.array(rows, dtype=np.float64).reshape(-1, col.DEFECT_COLUMNS)
 
 
 def _damaged(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
@@ -306,30 +295,27 @@ def _roller_index(defect: Defect, geometry: SphericalRollerGeometry) -> int:
     return (defect.row - 1) * geometry.rollers_per_row + defect.roller - 1
 
 
-def _axial_place(geometry: SphericalRollerGeometry, circle: int) -> float:
+def _axial_position(geometry: SphericalRollerGeometry, circle: int) -> float:
     """Where a circle of row 1 meets the outer side of its roller, along the roller's axis [m]."""
     return geometry.raceway_radius_m * math.sin((CIRCLES[circle - 1] - 1) * geometry.tilt_rad)
 
 
 def _scratch(geometry: SphericalRollerGeometry, slot_angle: FloatArray, damage: FloatArray) -> Scratch:
-    """Space for every roller on both races, and for all of them alone; what never changes filled in."""
+    """Space for every roller on both races, and for a single column of each; what never changes filled in."""
     count = len(slot_angle)
-    places = -(-count // AT_ONCE) * AT_ONCE
-    if ALONE + 2 * count * AT_ONCE > STRIDE or places + AT_ONCE > RACE:
+    slots = -(-count // col.LANES) * col.LANES
+    if col.SINGLE + 2 * count * col.LANES > col.STRIDE or slots + col.LANES > col.RACE:
         raise ConfigurationError(
             f"rollers_per_row = {geometry.rollers_per_row}: the full model has room for 48 rollers a row."
         )
-    space = aligned_zeros(ROWS * STRIDE)
-    space[int(O_X) : int(O_X) + STRIDE] = FAR_M
+    space = col.aligned_zeros(col.ROWS * col.STRIDE)
+    space[int(col.O_X) : int(col.O_X) + col.STRIDE] = FAR_M
     both_rows = {
-        SIDE: np.repeat([1.0, -1.0], count // 2),
-        SLOT_ANGLE: slot_angle, SLOT_COSINE: np.cos(slot_angle), SLOT_SINE: np.sin(slot_angle),
-        DAMAGE: damage,
+        col.SIDE: np.repeat([1.0, -1.0], count // 2),
+        col.SLOT_ANGLE: slot_angle, col.SLOT_COSINE: np.cos(slot_angle), col.SLOT_SINE: np.sin(slot_angle),
+        col.DAMAGE: damage,
     }  # fmt: skip
     for row, values in both_rows.items():
         space[int(row) : int(row) + count] = values.reshape(2, -1).T.ravel()
-    return Scratch(
-        space=space,
-        plan=np.zeros((LONE + 2 * count, 4), dtype=np.int64),
-        places=places,
-    )
+    plan = np.zeros((col.FIRST_SINGLE + 2 * count, 4), dtype=np.int64)
+    return Scratch(space=space, plan=plan, slots=slots)

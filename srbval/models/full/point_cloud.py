@@ -130,8 +130,8 @@ def window_half_count(roller_radius_m: float, race_radius_m: float, *, points_pe
     return max(1, math.floor(reach_m(DEEPEST_M + highest_m, roller_radius_m, race_radius_m) / spacing + 0.5))
 
 
-def aside_m(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int) -> float:
-    """How far at least a point one spacing aside of a roller that just touches stands clear of it, see `reach_m`."""
+def clearance_aside_m(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int) -> float:
+    """Least clearance of a point one spacing aside of a roller that just touches [m], see `reach_m`."""
     spacing = 2 * math.pi * abs(race_radius_m) / points_per_circle
     return SAGITTA_SHARE * spacing**2 / 2 * (1 / roller_radius_m + 1 / race_radius_m)
 
@@ -140,8 +140,7 @@ def aside_m(roller_radius_m: float, race_radius_m: float, *, points_per_circle: 
 class Windows:
     """Candidate points about each point of a race, in the frame of that point's meridian; those of row 2 mirrored.
 
-    `points`, shape [W, 7, candidates]: rows 0-2 position along the meridian, along the race, along the shaft [m]; 3
-    share of K_c and C_c; 4-6 surface normal in the same axes. `starts`, [W, 4]: where each circle's begin, and the
+    `points`, shape [W, col.POINT_ROWS, candidates]: see `columns`. `starts`, [W, 4]: where each circle's begin, and the
     end of the last. The first windows hold undisplaced points, window ``c - 1`` the c nearest of each circle: about the
     nearest point for odd c, about the point before the roller for even c. `window_of`, [2, points]: which window
     belongs to a nearest point, the last undisplaced one or one of its own. `highest`, [W]: highest displacement in it
@@ -187,7 +186,7 @@ def _lift_near(points: CirclePoints, nearest: int, offsets: IntArray, count: int
 def _window(
     circles: Sequence[Circle], points: Sequence[CirclePoints], nearest: int, offsets: IntArray, count: int
 ) -> list[FloatArray]:
-    """One window, circle by circle, each [7, candidates]."""
+    """One window, circle by circle, each [col.POINT_ROWS, candidates]."""
     columns = []
     for circle, own in zip(circles, points, strict=True):
         near = np.flatnonzero(np.isin(own.cell, (nearest + offsets) % count))

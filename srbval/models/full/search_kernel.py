@@ -1,10 +1,10 @@
-"""Kernels: which points of a race each roller may touch.
+"""Kernels: which points of a race each roller may be in contact with.
 
-Candidates follow from the angle, no search among points is needed. `touched_points` says how many points of a circle a
-column needs; an eight of columns is given a window that holds enough for most of them, and those that need more, or
-that alone of their eight need any, are moved together. The rows of `plan`: up to `RUNS`, eights: race, window, first
-column, end; up to `LONE`, the columns that are moved: column it is copied from, column it is copied to, points, 0; from
-`LONE`, the columns that stand alone: race, window, column it is copied from, window it is made from.
+Candidates follow from the angle, no search among points is needed. `frames_kernel.candidate_count` says how many points
+of a circle a column needs; a lane group of columns is given a window that holds enough for most of them. Columns that
+need more, or that alone of their group need any, are copied into common groups ("compacted"). Columns with points of
+their own, near a defect of a race or of a damaged roller, are copied to a group each ("single"). The result is the
+`plan`, see `columns`.
 """
 
 from __future__ import annotations
@@ -13,186 +13,177 @@ import math
 
 import numpy as np
 
-from srbval.models.full.columns import (
-    A_X,
-    A_Y,
-    A_Z,
-    ALONE,
-    AT_ONCE,
-    B_X,
-    B_Y,
-    B_Z,
-    BOUND,
-    DAMAGE,
-    DAMPING_SUMS,
-    DEPTH,
-    FRAME,
-    M_X,
-    M_Y,
-    M_Z,
-    MOVED,
-    N_X,
-    N_Y,
-    N_Z,
-    NEED,
-    O_X,
-    PLACE,
-    RACE,
-    SHIFT,
-    STORED,
-    STRIDE,
-    SUMS,
-    TOUCHED,
-)  # fmt: skip
-from srbval.models.full.frames_kernel import OWN, SKIP_MARGIN_M, need_of
+from srbval.models.full import columns as col
+from srbval.models.full.frames_kernel import OWN_POINTS, SKIP_MARGIN_M, candidate_code
 from srbval.models.full.point_cloud import FAR_M
 from srbval.models.jit import kernel
 
-RUNS = 64  # more than there can be: one for each eight of both races, where they stand and moved
-LONE = RUNS + 2 * RACE + 2
-# Of a column, in units of an eight's meeting one point of each circle: at 0.2 interference costs 8 % more.
-MOVE_COST = 0.3
-FACED_ROWS = 6  # rows of A and B
-FRAME_ROWS, FIRST_SUM, LAST_SUM, LAST_DAMPING_SUM = FRAME.stop, SUMS.start, SUMS.stop, DAMPING_SUMS.stop
-INNER = np.uint64(RACE)
+# Of a column, in units of a lane group's meeting one point of each circle: at 0.2 interference costs 8 % more.
+COPY_COST = 0.3
 
 
 @kernel
-def look_up(places, races, space, plan, count):
-    """Decide who looks where: number of eights, of columns moved, of columns alone, and the deepest penetration [m].
+def plan_contacts(slots, races, space, plan, count):
+    """Fill the plan: number of lane groups, of compacted and of single columns, and the deepest penetration [m].
 
-    See `Parameters` for `races`, `Scratch` for `places` and the rest; `count`: points in a circle.
+    See `Parameters` for `races`, `Scratch` for `slots` and the rest; `count`: points in a circle.
     """
-    lanes = np.uint64(AT_ONCE)
-    eights, moved, lone = 0, 0, 0
+    lanes = np.uint64(col.LANES)
+    groups, compacted, single = 0, 0, 0
     for race in range(2):
-        first_moved, last = moved, LONE
-        for begin in range(race * RACE, race * RACE + places, AT_ONCE):
-            need = need_of_eight(np.uint64(begin), space)
-            if need >= OWN:
-                lone = look_alone(race, begin, lone, races, space, plan, count)
-                need = need_of_eight(np.uint64(begin), space)
-            if need == 0.0:
+        first_copy, last = compacted, col.FIRST_SINGLE
+        for begin in range(race * col.RACE, race * col.RACE + slots, col.LANES):
+            code = code_of_group(np.uint64(begin), space)
+            if code >= OWN_POINTS:
+                single = plan_single_columns(race, begin, single, races, space, plan, count)
+                code = code_of_group(np.uint64(begin), space)
+            if code == 0.0:
                 continue
-            kept, most = worth_keeping(int(need), np.uint64(begin), space)
-            if kept > 0:
+            points, most = points_of_group(int(code), np.uint64(begin), space)
+            if points > 0:
                 for lane in range(lanes):
-                    space[SHIFT + np.uint64(begin) + lane] = 0.5 * (kept % 2)
-                if eights > 0 and plan[eights - 1, 3] == begin and plan[eights - 1, 1] == kept - 1:
-                    plan[eights - 1, 3] += AT_ONCE
+                    space[col.SHIFT + np.uint64(begin) + lane] = 0.5 * (points % 2)
+                if (
+                    groups > 0
+                    and plan[groups - 1, col.GROUP_END] == begin
+                    and plan[groups - 1, col.GROUP_WINDOW] == points - 1
+                ):
+                    plan[groups - 1, col.GROUP_END] += col.LANES
                 else:
-                    plan[eights, 0], plan[eights, 1], plan[eights, 2] = race, kept - 1, begin
-                    plan[eights, 3] = begin + AT_ONCE
-                    eights += 1
-            if kept < most:
+                    plan_group(plan, groups, race, points - 1, begin)
+                    groups += 1
+            if points < most:
                 # both lists are written to in any case, as a branch could not be foreseen
-                for at in range(begin, begin + AT_ONCE):
-                    own = int(space[TOUCHED + np.uint64(at)])
-                    several = own > max(kept, 1)
-                    plan[RUNS + moved, 0], plan[RUNS + moved, 2] = at, own
-                    moved += 1 if several else 0
-                    plan[last - 1, 0], plan[last - 1, 2] = at, own
-                    last -= 1 if own > kept and not several else 0
-        # those of one point last: the others' eights have room for them
-        for row in range(last, LONE):
-            plan[RUNS + moved, 0], plan[RUNS + moved, 2] = plan[row, 0], plan[row, 2]
-            moved += 1
-        for begin in range(first_moved, moved, AT_ONCE):
-            end = min(begin + AT_ONCE, moved)
-            most = 1
-            for i in range(begin, end):
-                most = max(most, plan[RUNS + i, 2])
-            to = MOVED + race * RACE + begin - first_moved
-            for i in range(begin, end):
-                plan[RUNS + i, 1], plan[RUNS + i, 2] = to + i - begin, most
-            plan[eights, 0], plan[eights, 1], plan[eights, 2], plan[eights, 3] = race, most - 1, to, to + AT_ONCE
-            eights += 1
-            for at in range(to + end - begin, to + AT_ONCE):
-                space[O_X + np.uint64(at)] = FAR_M
-    return eights, moved, lone, deepest_of(places, space)
+                for at in range(begin, begin + col.LANES):
+                    own = int(space[col.CANDIDATES + np.uint64(at)])
+                    several = own > max(points, 1)
+                    plan_copy(plan, col.FIRST_COPY + compacted, at, own)
+                    compacted += 1 if several else 0
+                    plan_copy(plan, last - 1, at, own)
+                    last -= 1 if own > points and not several else 0
+        # those of one point last: the others' groups have room for them
+        for row in range(last, col.FIRST_SINGLE):
+            plan_copy(plan, col.FIRST_COPY + compacted, plan[row, col.COPY_FROM], plan[row, col.COPY_POINTS])
+            compacted += 1
+        groups = plan_compacted_groups(race, first_copy, compacted, groups, space, plan)
+    return groups, compacted, single, deepest_of(slots, space)
 
 
 @kernel
-def need_of_eight(begin, space):
-    """Sum of the codes of an eight of columns, see `need_of`."""
-    need = 0.0
-    for lane in range(np.uint64(AT_ONCE)):
-        need += space[NEED + begin + lane]
-    return need
+def plan_group(plan, row, race, window, first):
+    """Enter a lane group that meets a window's points."""
+    plan[row, col.GROUP_RACE], plan[row, col.GROUP_WINDOW] = race, window
+    plan[row, col.GROUP_FIRST], plan[row, col.GROUP_END] = first, first + col.LANES
 
 
 @kernel
-def look_alone(race, begin, lone, races, space, plan, count):
-    """Find the columns with points of their own in an eight that may have some: `lone` more of them."""
+def plan_copy(plan, row, column, points):
+    """Enter a column to be copied and the number of points it needs; the place of its copy follows."""
+    plan[row, col.COPY_FROM], plan[row, col.COPY_POINTS] = column, points
+
+
+@kernel
+def plan_compacted_groups(race, first_copy, end_copy, groups, space, plan):
+    """Give the columns of a race that are compacted their places; each group the window of its neediest column."""
+    for begin in range(first_copy, end_copy, col.LANES):
+        end = min(begin + col.LANES, end_copy)
+        most = 1
+        for i in range(begin, end):
+            most = max(most, plan[col.FIRST_COPY + i, col.COPY_POINTS])
+        to = col.COMPACTED + race * col.RACE + begin - first_copy
+        for i in range(begin, end):
+            row = col.FIRST_COPY + i
+            plan[row, col.COPY_TO], plan[row, col.COPY_POINTS] = to + i - begin, most
+        plan_group(plan, groups, race, most - 1, to)
+        groups += 1
+        for at in range(to + end - begin, to + col.LANES):
+            space[col.O_X + np.uint64(at)] = FAR_M
+    return groups
+
+
+@kernel
+def code_of_group(begin, space):
+    """Sum of the codes of a lane group of columns, see `candidate_code`."""
+    code = 0.0
+    for lane in range(np.uint64(col.LANES)):
+        code += space[col.CANDIDATE_CODE + begin + lane]
+    return code
+
+
+@kernel
+def plan_single_columns(race, begin, single, races, space, plan, count):
+    """Enter the columns with points of their own in a lane group that may have some; the number of `single` ones."""
     window_of, highest, plain = races.window_of, races.highest, races.plain
-    for at in range(begin, begin + AT_ONCE):
-        column, place = np.uint64(at), at - race * RACE
-        if space[NEED + column] < OWN:
+    for at in range(begin, begin + col.LANES):
+        column, slot = np.uint64(at), at - race * col.RACE
+        if space[col.CANDIDATE_CODE + column] < OWN_POINTS:
             continue
-        nearest = int(space[PLACE + column] + 0.5)
-        # a state that is no longer finite has no place: anything but a look outside the array
-        window = window_of[race, place % 2, nearest if 0 <= nearest < count else 0]
-        damage = space[DAMAGE + np.uint64(place)]
+        nearest = int(space[col.POSITION + column] + 0.5)
+        # a state that is no longer finite has no position: never an index outside the array
+        window = window_of[race, slot % 2, nearest if 0 <= nearest < count else 0]
+        damage = space[col.DAMAGE + np.uint64(slot)]
         if window < plain and not damage > 0.0:
-            space[NEED + column] = need_of(space[TOUCHED + column])
+            space[col.CANDIDATE_CODE + column] = candidate_code(space[col.CANDIDATES + column])
             continue
-        space[TOUCHED + column], space[NEED + column], space[SHIFT + column] = 0.0, 0.0, 0.5
-        if space[BOUND + column] > -(highest[race, window] + damage + SKIP_MARGIN_M):
-            row = LONE + lone
-            plan[row, 0], plan[row, 1], plan[row, 2], plan[row, 3] = race, window, at, window
-            lone += 1
-    return lone
+        space[col.CANDIDATES + column], space[col.CANDIDATE_CODE + column] = 0.0, 0.0
+        space[col.SHIFT + column] = 0.5
+        if space[col.BOUND + column] > -(highest[race, window] + damage + SKIP_MARGIN_M):
+            row = col.FIRST_SINGLE + single
+            plan[row, col.SINGLE_RACE], plan[row, col.SINGLE_WINDOW] = race, window
+            plan[row, col.SINGLE_FROM], plan[row, col.SINGLE_BASE] = at, window
+            single += 1
+    return single
 
 
 @kernel
-def worth_keeping(need, begin, space):
-    """How many points of each circle an eight of columns had best meet where it stands, and how many the neediest.
+def points_of_group(code, begin, space):
+    """How many points of each circle a lane group had best meet where it stands, and how many its neediest column.
 
-    Those that need more move, at a cost. `need`: see `need_of_eight`, not 0.
+    Columns that need more are copied, at a cost. `code`: see `code_of_group`, not 0.
     """
-    touch, two, three = need % 64, need // 64 % 64, need // 4096
+    one, two, three = code % 64, code // 64 % 64, code // 4096
     if three == 0:
-        all_moved = touch * (MOVE_COST + 1.0 / AT_ONCE) + two * (1.0 / AT_ONCE)
-        some_moved = 1.0 + two * (MOVE_COST + 2.0 / AT_ONCE)
+        all_copied = one * (COPY_COST + 1.0 / col.LANES) + two * (1.0 / col.LANES)
+        some_copied = 1.0 + two * (COPY_COST + 2.0 / col.LANES)
         most = 2 if two > 0 else 1
-        kept = 1 if some_moved < most or two == 0 else 2
-        return (0 if all_moved < min(some_moved, 2.0) else kept), most
-    kept, points = 0, 0
+        best = 1 if some_copied < most or two == 0 else 2
+        return (0 if all_copied < min(some_copied, 2.0) else best), most
+    best, points = 0, 0
     least, more = math.inf, 1.0
     while more > 0.0:
         limit = float(points)
         more = 0.0
-        for lane in range(np.uint64(AT_ONCE)):
-            own = space[TOUCHED + begin + lane]
-            more += MOVE_COST + own / AT_ONCE if own > limit else 0.0
+        for lane in range(np.uint64(col.LANES)):
+            own = space[col.CANDIDATES + begin + lane]
+            more += COPY_COST + own / col.LANES if own > limit else 0.0
         if limit + more < least:
-            kept, least = points, limit + more
+            best, least = points, limit + more
         points += 1
-    return kept, points - 1
+    return best, points - 1
 
 
 @kernel
-def deepest_of(places, space):
+def deepest_of(slots, space):
     """Greatest depth of all columns [m]; a row of sums that is not yet in use serves to compare both races at once."""
-    for p in range(np.uint64(places)):
-        outer, inner = space[DEPTH + p], space[DEPTH + INNER + p]
-        space[STORED + p] = outer if outer > inner else inner
+    for p in range(np.uint64(slots)):
+        outer, inner = space[col.DEPTH + p], space[col.DEPTH + col.INNER + p]
+        space[col.TWICE_ENERGY + p] = outer if outer > inner else inner
     a, b, c, d = -1.0, -1.0, -1.0, -1.0
-    for p in range(np.uint64(0), np.uint64(places), np.uint64(4)):
-        a = max(a, space[STORED + p])
-        b = max(b, space[STORED + p + np.uint64(1)])
-        c = max(c, space[STORED + p + np.uint64(2)])
-        d = max(d, space[STORED + p + np.uint64(3)])
+    for p in range(np.uint64(0), np.uint64(slots), np.uint64(4)):
+        a = max(a, space[col.TWICE_ENERGY + p])
+        b = max(b, space[col.TWICE_ENERGY + p + np.uint64(1)])
+        c = max(c, space[col.TWICE_ENERGY + p + np.uint64(2)])
+        d = max(d, space[col.TWICE_ENERGY + p + np.uint64(3)])
     return max(max(a, b), max(c, d))
 
 
 @kernel
-def turned(place, shift, spacing):
+def angle_to_window(position, shift, spacing):
     """Cosine and sine of the angle from a roller to its window's middle point.
 
     The angle is at most `spacing`: taken from their series, exact to rounding up to 0.1 rad (60 points in a circle).
     """
-    turn = (math.floor(place + shift) - place) * spacing
+    turn = (math.floor(position + shift) - position) * spacing
     square = turn * turn
     cosine = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0 - square * (1.0 / 40320.0))))
     sine = 1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0 - square * (1.0 / 5040.0 - square * (1.0 / 362880.0))))
@@ -200,80 +191,83 @@ def turned(place, shift, spacing):
 
 
 @kernel
-def face(original, copy, place, shift, spacing, space):
-    """Turn a column, or its copy, to its window's middle point."""
-    m_x, m_y, m_z = space[M_X + place], space[M_Y + place], space[M_Z + place]
-    n_x, n_y, n_z = space[N_X + place], space[N_Y + place], space[N_Z + place]
-    c, s = turned(space[PLACE + original], shift, spacing)
-    space[A_X + copy], space[B_X + copy] = c * m_x + s * n_x, c * n_x - s * m_x
-    space[A_Y + copy], space[B_Y + copy] = c * m_y + s * n_y, c * n_y - s * m_y
-    space[A_Z + copy], space[B_Z + copy] = c * m_z + s * n_z, c * n_z - s * m_z
+def turn_to_window(original, copy, slot, shift, spacing, space):
+    """Turn the axes of a column, or of its copy, to its window's middle point."""
+    m_x, m_y, m_z = space[col.M_X + slot], space[col.M_Y + slot], space[col.M_Z + slot]
+    n_x, n_y, n_z = space[col.N_X + slot], space[col.N_Y + slot], space[col.N_Z + slot]
+    c, s = angle_to_window(space[col.POSITION + original], shift, spacing)
+    space[col.A_X + copy], space[col.B_X + copy] = c * m_x + s * n_x, c * n_x - s * m_x
+    space[col.A_Y + copy], space[col.B_Y + copy] = c * m_y + s * n_y, c * n_y - s * m_y
+    space[col.A_Z + copy], space[col.B_Z + copy] = c * m_z + s * n_z, c * n_z - s * m_z
 
 
 @kernel
-def face_points(eights, places, space, plan, spacing, damping):
-    """Turn the columns of the `eights` that stand in their places to their windows' points; clear all columns' sums.
+def prepare_columns(groups, slots, space, plan, spacing, damping):
+    """Turn the columns of the lane groups that stand in their places to their windows; clear all columns' sums.
 
     `spacing`: angle between points [rad].
     """
-    for i in range(eights):
-        if plan[i, 2] < MOVED:
-            start = np.uint64(plan[i, 0] * RACE)
-            for p in range(np.uint64(plan[i, 2]) - start, np.uint64(plan[i, 3]) - start):
+    for i in range(groups):
+        if plan[i, col.GROUP_FIRST] < col.COMPACTED:
+            start = np.uint64(plan[i, col.GROUP_RACE] * col.RACE)
+            for p in range(np.uint64(plan[i, col.GROUP_FIRST]) - start, np.uint64(plan[i, col.GROUP_END]) - start):
                 column = start + p
-                face(column, column, p, space[SHIFT + column], spacing, space)
-    for row in range(FIRST_SUM, LAST_SUM if damping is None else LAST_DAMPING_SUM):
-        clear = np.uint64(row * STRIDE)
-        for p in range(np.uint64(places)):
+                turn_to_window(column, column, p, space[col.SHIFT + column], spacing, space)
+    for row in range(col.FIRST_SUM, col.LAST_SUM if damping is None else col.LAST_DAMPING_SUM):
+        clear = np.uint64(row * col.STRIDE)
+        for p in range(np.uint64(slots)):
             space[clear + p] = 0.0
-            space[clear + INNER + p] = 0.0
+            space[clear + col.INNER + p] = 0.0
 
 
 @kernel
-def spacing_of(count, patch):
+def spacing_of_windows(count, patch):
     """Angle between the points that columns turn to [rad]; 0: a `patch` follows its roller."""
     return 2.0 * math.pi / count if patch is None else 0.0
 
 
 @kernel
 def copy_column(original, copy, space, damping):
-    """Copy a column but for the axes that `face` turns, clear the copy's sums and put the column out of reach."""
-    for row in range(FACED_ROWS, FRAME_ROWS):
-        start = np.uint64(row * STRIDE)
+    """Copy a column but for the axes of `turn_to_window`, clear the copy's sums and put the column out of reach."""
+    for row in range(col.FACED_ROWS, col.FRAME_ROWS):
+        start = np.uint64(row * col.STRIDE)
         space[start + copy] = space[start + original]
-    for row in range(FIRST_SUM, LAST_SUM if damping is None else LAST_DAMPING_SUM):
-        space[np.uint64(row * STRIDE) + copy] = 0.0
-    space[O_X + original] = FAR_M
+    for row in range(col.FIRST_SUM, col.LAST_SUM if damping is None else col.LAST_DAMPING_SUM):
+        space[np.uint64(row * col.STRIDE) + copy] = 0.0
+    space[col.O_X + original] = FAR_M
 
 
 @kernel
-def set_apart(moved, lone, space, plan, spacing, count, damping):
-    """Copy the columns that are moved or stand alone, each turned to its own points.
+def gather_columns(compacted, single, space, plan, spacing, count, damping):
+    """Copy the compacted and the single columns, each turned to its own window.
 
-    `spacing` of the points that moved columns meet, see `spacing_of`; the others always meet one of `count` points.
+    `spacing` of the points that compacted columns meet, see `spacing_of_windows`; single ones meet one of `count`.
     """
-    for i in range(RUNS, RUNS + moved):
-        original, copy = np.uint64(plan[i, 0]), np.uint64(plan[i, 1])
+    for i in range(col.FIRST_COPY, col.FIRST_COPY + compacted):
+        original, copy = np.uint64(plan[i, col.COPY_FROM]), np.uint64(plan[i, col.COPY_TO])
         copy_column(original, copy, space, damping)
-        face(original, copy, np.uint64(plan[i, 0] % RACE), 0.5 * (plan[i, 2] % 2), spacing, space)
-    for i in range(lone):
-        original, copy = np.uint64(plan[LONE + i, 2]), np.uint64(ALONE + i * AT_ONCE)
+        shift = 0.5 * (plan[i, col.COPY_POINTS] % 2)
+        turn_to_window(original, copy, np.uint64(plan[i, col.COPY_FROM] % col.RACE), shift, spacing, space)
+    for i in range(single):
+        at = plan[col.FIRST_SINGLE + i, col.SINGLE_FROM]
+        original, copy = np.uint64(at), np.uint64(col.SINGLE + i * col.LANES)
         copy_column(original, copy, space, damping)
-        face(original, copy, np.uint64(plan[LONE + i, 2] % RACE), 0.5, 2.0 * math.pi / count, space)
+        turn_to_window(original, copy, np.uint64(at % col.RACE), 0.5, 2.0 * math.pi / count, space)
 
 
 @kernel
-def bring_back(moved, lone, space, plan, damping):
+def scatter_sums(compacted, single, space, plan, damping):
     """Add the sums of the copied columns to those of the columns they were copied from."""
-    for i in range(moved):
-        add_column(np.uint64(plan[RUNS + i, 0]), np.uint64(plan[RUNS + i, 1]), space, damping)
-    for i in range(lone):
-        add_column(np.uint64(plan[LONE + i, 2]), np.uint64(ALONE + i * AT_ONCE), space, damping)
+    for i in range(col.FIRST_COPY, col.FIRST_COPY + compacted):
+        add_column(np.uint64(plan[i, col.COPY_FROM]), np.uint64(plan[i, col.COPY_TO]), space, damping)
+    for i in range(single):
+        original = np.uint64(plan[col.FIRST_SINGLE + i, col.SINGLE_FROM])
+        add_column(original, np.uint64(col.SINGLE + i * col.LANES), space, damping)
 
 
 @kernel
 def add_column(original, copy, space, damping):
     """Add the sums of a column's copy to its own."""
-    for row in range(FIRST_SUM, LAST_SUM if damping is None else LAST_DAMPING_SUM):
-        start = np.uint64(row * STRIDE)
+    for row in range(col.FIRST_SUM, col.LAST_SUM if damping is None else col.LAST_DAMPING_SUM):
+        start = np.uint64(row * col.STRIDE)
         space[start + original] += space[start + copy]

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from srbval.models.full.drive_kernel import external_load, shaft_motion
 from srbval.models.full.parameters import Parameters
+from srbval.models.full.state import StateLayout
 from srbval.models.full.steps import rates
 
 FloatArray = NDArray[np.float64]
@@ -36,14 +37,13 @@ def rolling_state(model: Parameters) -> FloatArray:
     The ring stands where the housing spring alone would carry the load. Not an equilibrium: what remains dies out
     in the scene's settling time; see `equilibrium.py` for one.
     """
-    n = len(model.slot_angle)
-    d = 2 * n + 6
-    y = np.zeros(2 * d)
-    y[d + 2 * n + 2], y[d + n : d + 2 * n] = rolling_speeds(model)
+    layout = StateLayout(len(model.slot_angle))
+    y = np.zeros(2 * layout.half)
+    y[layout.shaft_cage_rate], y[layout.spin] = rolling_speeds(model)
     if model.housing_stiffness > 0:
         radial, axial = external_load(0.0, model.drive)
         push = (radial * model.drive.direction_cosine, radial * model.drive.direction_sine, axial)
-        y[2 * n + 3 : 2 * n + 6] = np.array(push) / model.housing_stiffness
+        y[layout.ring] = np.array(push) / model.housing_stiffness
     return y
 
 
@@ -60,31 +60,25 @@ def balance_friction(model: Parameters, state: FloatArray) -> FloatArray:
 
     def cage_acceleration(speed: FloatArray) -> FloatArray:
         y = _spun(model, state, float(speed[0]))
-        return rates(model, 0.0, y).rate[_cage_place(model)]
+        return rates(model, 0.0, y).rate[StateLayout(len(model.slot_angle)).shaft_cage_rate]
 
     (balanced,) = _falling_root(cage_acceleration, np.array([cage - width]), np.array([cage + width]))
     return _spun(model, state, float(balanced))
 
 
-def _cage_place(model: Parameters) -> slice:
-    """Where the cage's angular velocity about the shaft lies in the state vector."""
-    last = 4 * len(model.slot_angle) + 8
-    return slice(last, last + 1)
-
-
 def _spun(model: Parameters, state: FloatArray, cage: float) -> FloatArray:
     """`state` at this cage speed, the rollers turning so that friction has no torque about their axes."""
-    n = len(model.slot_angle)
-    spins = slice(3 * n + 6, 4 * n + 6)
+    layout = StateLayout(len(model.slot_angle))
+    spins = layout.spin
     y = state.copy()
-    y[2 * n + 6 :] = 0.0
-    y[_cage_place(model)] = cage
+    y[layout.half :] = 0.0
+    y[layout.shaft_cage_rate] = cage
 
     def spin_acceleration(spin: FloatArray) -> FloatArray:
         y[spins] = spin
         return rates(model, 0.0, y).rate[spins]
 
-    rolling = np.full(n, -cage * model.centre_distance * model.tilt_cosine / model.law.roller_radius)
+    rolling = np.full(layout.rollers, -cage * model.centre_distance * model.tilt_cosine / model.law.roller_radius)
     width = np.abs(rolling) * SPIN_RANGE
     y[spins] = _falling_root(spin_acceleration, rolling - width, rolling + width)
     return y

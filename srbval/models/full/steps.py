@@ -7,31 +7,33 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.models.full.advance_kernel import OUTPUTS, advance, working_space
-from srbval.models.full.motion_kernel import CONTACT_VALUES, right_hand_side
+from srbval.models import output_columns as out_col
+from srbval.models.full import columns as col
+from srbval.models.full.advance_kernel import Recorder, advance
+from srbval.models.full.motion_kernel import CIRCLES, right_hand_side
 from srbval.models.full.parameters import Parameters
+from srbval.models.full.step_kernel import working_space
 from srbval.models.solvers import Method
 
 FloatArray = NDArray[np.float64]
-CIRCLES = 3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Rates:
-    """Time derivative of a state, and what the contacts do in it.
+    """Time derivative of a state, and the contact forces in it.
 
-    `rate` has the state's shape; `contact`, shape [CONTACT_VALUES], and `load_n`, the normal forces, shape
-    [outer and inner race, 2 M rollers, 3 circles] [N], are described at `motion_kernel.right_hand_side`.
+    `rate` has the state's shape; `totals`, shape [col.TOTALS], see `columns`; `load_n`: normal forces, shape
+    [outer and inner race, 2 M rollers, 3 circles] [N].
     """
 
     rate: FloatArray
-    contact: FloatArray
+    totals: FloatArray
     load_n: FloatArray
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Steps:
-    """Outputs of a stretch of integration: columns as in `advance_kernel.advance`, details where asked for."""
+    """Outputs of a stretch of integration: columns as in `output_columns`, details where asked for."""
 
     out: FloatArray
     spin_rad_s: FloatArray
@@ -40,10 +42,10 @@ class Steps:
 
 def rates(model: Parameters, time_s: float, state: FloatArray) -> Rates:
     """Evaluate the equations of motion once."""
-    rate, contact = np.zeros_like(state), np.zeros(CONTACT_VALUES)
+    rate, totals = np.zeros_like(state), np.zeros(col.TOTALS)
     loads = np.zeros((2, len(model.slot_angle), CIRCLES))
-    right_hand_side(time_s, state, model, rate, contact, loads, None)
-    return Rates(rate=rate, contact=contact, load_n=loads)
+    right_hand_side(time_s, state, model, rate, totals, loads, None)
+    return Rates(rate=rate, totals=totals, load_n=loads)
 
 
 def take_steps(
@@ -67,7 +69,7 @@ def take_steps(
     rollers = len(model.slot_angle)
     details = -(-intervals // intervals_per_detail) if intervals_per_detail else 0
     steps = Steps(
-        out=np.zeros((intervals, OUTPUTS)),
+        out=np.zeros((intervals, out_col.COUNT)),
         spin_rad_s=np.zeros((details, rollers)),
         load_n=np.zeros((details, 2, rollers, CIRCLES)),
     )
@@ -75,7 +77,7 @@ def take_steps(
     model = model._replace(law=model.law._replace(onset_s=onset_s))
     advance(
         state, memory, first_interval * steps_per_output, step_s, steps_per_output, method.coefficients, model,
-        working_space(len(state), len(method.coefficients.b)), steps.out, intervals_per_detail,
-        steps.spin_rad_s, steps.load_n,
+        working_space(len(state), len(method.coefficients.b)),
+        Recorder(steps.out, intervals_per_detail, steps.spin_rad_s, steps.load_n),
     )  # fmt: skip
     return steps

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from srbval.bearing import RACE_DEFECTS, load_bearing
 from srbval.errors import ConfigurationError
+from srbval.models.planar import ring_kernel
 from srbval.models.planar.rung import make_ring
 from srbval.models.run_statistics import RunStatistics
 from srbval.scene import Scene
@@ -51,6 +52,6 @@ def pulse_of(scene: Scene) -> Pulse:
     pulse = ring.bumps[0, round(at)]
     felt = np.flatnonzero(pulse > FELT * pulse.max())
     return Pulse(
-        length_m=2 * float(felt[-1]) * float(ring.defects[0, 4]),
-        pitch_m=2 * math.pi * float(ring.defects[0, 3]) / ring.rollers,
+        length_m=2 * float(felt[-1]) * float(ring.defects[0, ring_kernel.POSITION_STEP]),
+        pitch_m=2 * math.pi * float(ring.defects[0, ring_kernel.RACE_RADIUS]) / ring.rollers,
     )

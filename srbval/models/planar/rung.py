@@ -11,12 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.bearing import Fault
-from srbval.models.chunk import COLUMNS, Chunk
+from srbval.models import output_columns as col
+from srbval.models.chunk import Chunk
 from srbval.models.full.bodies import outer_ring_mass_kg
 from srbval.models.full.parameters import STANDARD_GRAVITY
 from srbval.models.kernel_cache import precompile
-from srbval.models.planar.statics import Slot, geometry_of, make_slot, races_of
-from srbval.models.planar.tables import Bump, Plain, bump_table, plain_table
+from srbval.models.planar import ring_kernel
+from srbval.models.planar.ring_kernel import STATE, Motion, Ring, advance_ring
+from srbval.models.planar.statics import Bump, Plain, Slot, bump_table, geometry_of, make_slot, plain_table, races_of
 from srbval.models.prescribed import Prescribed, refuse_axial
 from srbval.models.run_statistics import RunStatistics
 from srbval.models.simulate import chunks
@@ -26,11 +28,12 @@ FloatArray = NDArray[np.float64]
 
 LONGEST_STEP_S = 1 / 40_000  # a fifth of a radian of the ring's highest mode, 40 steps over the shortest bump
 KINDS = {
-    (Fault.OUTER, 0): 0.0,
-    (Fault.INNER, 1): 1.0,
-    (Fault.ROLLER, 0): 2.0,
-    (Fault.ROLLER, 1): 3.0,
+    (Fault.OUTER, 0): ring_kernel.ON_OUTER,
+    (Fault.INNER, 1): ring_kernel.ON_INNER,
+    (Fault.ROLLER, 0): ring_kernel.ROLLER_ON_OUTER,
+    (Fault.ROLLER, 1): ring_kernel.ROLLER_ON_INNER,
 }
+NO_MOTION = [col.ACCELERATION_Z, col.DISPLACEMENT_Z, col.CAGE_TILT_X, col.CAGE_TILT_Y, col.RING_FORCE_Z]  # nor tilt
 BALANCE_STEPS = 60
 NUDGE_M = 1e-8
 LONGEST_MOVE_M = 2e-5
@@ -39,7 +42,7 @@ BALANCED_N = 1e-3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanarRing:
-    """Everything the kernel needs: see `ring_kernel.push` for `defects` and `bumps`; `defect_of`: whose each is."""
+    """Everything the kernel needs, see `ring_kernel`; `defect_of`: which defect of the scene each of `defects` is."""
 
     scene: Scene
     motion: Prescribed
@@ -65,15 +68,24 @@ class PlanarRing:
     def sweep_m_s(self, table: int, time_s: FloatArray) -> FloatArray:
         """Speed at which a roller's contact passes the defect of `table`."""
         step = 1e-4
-        kind = int(self.defects[table, 0])
+        kind = int(self.defects[table, ring_kernel.KIND])
         after, before = time_s + step, time_s - step
-        if kind > 1:
+        if kind not in (ring_kernel.ON_OUTER, ring_kernel.ON_INNER):
             turned = self.motion.spun_rad(after) - self.motion.spun_rad(before)
-            return np.abs(turned) * self.defects[table, 5] / (2 * step)
+            return np.abs(turned) * self.defects[table, ring_kernel.ROLLER_RADIUS] / (2 * step)
         turned = self.motion.cage_rad(after) - self.motion.cage_rad(before)
-        if kind == 1:
+        if kind == ring_kernel.ON_INNER:
             turned = turned - (self.motion.shaft_rad(after) - self.motion.shaft_rad(before))
-        return np.abs(turned) * self.defects[table, 3] / (2 * step)
+        return np.abs(turned) * self.defects[table, ring_kernel.RACE_RADIUS] / (2 * step)
+
+    def for_kernel(self) -> Ring:
+        """The same as the kernel reads it."""
+        return Ring(
+            mass=self.mass_kg, stiffness=self.stiffness_n_m, damping=self.scene.housing.damping_ns_m,
+            weight=self.weight_n, direction_x=self.motion.direction[0], direction_y=self.motion.direction[1],
+            rollers=self.rollers, plain=self.plain.values, plain_start=self.plain.start_m, plain_step=self.plain.step_m,
+            defects=self.defects, bumps=self.bumps, bump_start=self.bump_start_m, bump_step=self.bump_step_m,
+        )  # fmt: skip
 
     @property
     def weight_n(self) -> float:
@@ -132,7 +144,7 @@ def make_ring(stats: RunStatistics) -> PlanarRing:
         mass_kg=outer_ring_mass_kg(geometry, scene.bodies.density_kg_m3) + scene.housing.mass_kg,
         stiffness_n_m=scene.housing.stiffness_n_m if scene.load.path is LoadPath.HOUSING else 0.0,
         plain=plain,
-        defects=np.array(rows, dtype=np.float64).reshape(-1, 6),
+        defects=np.array(rows, dtype=np.float64).reshape(-1, ring_kernel.DEFECT_COLUMNS),
         defect_of=tuple(owners),
         bumps=_stacked(tables),
         bump_start_m=tables[0].start_m if tables else 0.0,
@@ -148,10 +160,8 @@ def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Ch
     """The rung, see `srbval.models.ladder`."""
     scene, ring = stats.scene, make_ring(stats)
     stats.compile_s = precompile(scene.model)
-    from srbval.models.planar.ring_kernel import STATE, advance_ring
-
     started = time.perf_counter()
-    y, rate, trial, found = np.zeros(STATE), np.zeros((4, STATE)), np.zeros(STATE), np.zeros(3)
+    y, rate, trial = np.zeros(STATE), np.zeros((4, STATE)), np.zeros(STATE)
     y[:2] = ring.balance_m()
     load = float(ring.motion.radial_n(np.zeros(1))[0])
     push = np.array([*(ring.stiffness_n_m * y[:2] - load * ring.motion.direction), 0.0])
@@ -161,18 +171,14 @@ def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Ch
     step = 1 / (scene.output_rate_hz * per_output)
 
     def take(first: int, count: int) -> FloatArray:
-        out = np.full((count, COLUMNS), np.nan)
-        out[:, [2, 5, 7, 8, 11]] = 0.0  # no axial motion, no tilt
+        out = np.full((count, col.COUNT), np.nan)
+        out[:, NO_MOTION] = 0.0
         halves = (first * per_output + np.arange(2 * count * per_output + 1) / 2) * step
         motion = ring.motion
         cage = motion.cage_rad(halves)
-        advance_ring(
-            y, cage, motion.shaft_rad(halves), motion.spun_rad(halves), motion.radial_n(halves), step, ring.mass_kg,
-            ring.stiffness_n_m, scene.housing.damping_ns_m, *motion.direction, ring.weight_n, ring.rollers,
-            ring.plain.values, ring.plain.start_m, ring.plain.step_m, ring.defects, ring.bumps, ring.bump_start_m,
-            ring.bump_step_m, per_output, out, rate, trial, found,
-        )  # fmt: skip
-        out[:, 6] = np.diff(cage[:: 2 * per_output]) * scene.output_rate_hz
+        angles = Motion(cage, motion.shaft_rad(halves), motion.spun_rad(halves), motion.radial_n(halves))
+        advance_ring(y, angles, step, ring.for_kernel(), per_output, out, rate, trial)
+        out[:, col.CAGE_SPEED] = np.diff(cage[:: 2 * per_output]) * scene.output_rate_hz
         return out
 
     started = time.perf_counter()

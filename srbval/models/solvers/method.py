@@ -19,7 +19,8 @@ class Coefficients(NamedTuple):
 
     `a`, shape [s, s]: what a stage's state takes of earlier stages; `b`, [s]: what the result takes of them; `c`, [s]:
     the stages' times; `g`, [s, s]: what a stage's right-hand side takes of earlier stages; `powers`, [s]: weights of
-    the stages in mean forces and powers; `gamma`: share of the step that friction and damping are taken ahead;
+    the stages in mean forces and powers; `implicit_coefficient`: gamma of a W-method, the share of the step by
+    which friction and damping are taken implicitly;
     `ahead`: share of the last change of the velocities by which a leapfrog predicts where forces are made linear;
     `onset`: steps over which a point's coming into contact is averaged, see `contact_columns`.
     A leapfrog has one stage, `c` of a step after the step's start, and solves its linear equations ``len(b)`` times.
@@ -31,7 +32,7 @@ class Coefficients(NamedTuple):
     c: FloatArray
     g: FloatArray
     powers: FloatArray
-    gamma: float
+    implicit_coefficient: float
     ahead: float
     onset: float
 

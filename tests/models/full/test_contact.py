@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from srbval.models.full.columns import A_X, B_Y, F_X, O_X, ROWS, STRIDE, SUMS, V_X, Z_Z
-from srbval.models.full.contact_kernel import contact_columns
-from srbval.models.full.contact_law import ContactLaw
+from srbval.models.full import columns as col
+from srbval.models.full.contact_kernel import Candidates, ContactLaw, contact_columns
+from srbval.models.full.motion_kernel import WITH_DAMPING
 
 R, PROFILE = 0.020, 0.164
 K, C, W, MU_S, MU_D, V_C = 5e7, 1e3, 1e-8, 0.7, 0.5, 1e-3
@@ -21,19 +21,21 @@ def one_point(
     `velocity` is the ring's relative to the roller.
     """
     rho = np.sqrt((PROFILE - depth) ** 2 - along**2) - PROFILE + R
-    points = np.zeros((1, 1, 7, 1))
+    points = np.zeros((1, 1, col.POINT_ROWS, 1))
     points[0, 0, :4, 0] = (rho, 0.0, along, 1.0)
-    columns = np.zeros((ROWS, STRIDE))
-    for start in (A_X, B_Y, Z_Z):
-        columns[int(start) // STRIDE, 3] = 1.0
-    columns[int(O_X) // STRIDE, [0, 1, 2, 4, 5, 6, 7]] = 1e3
-    first = int(V_X) // STRIDE
-    columns[first : first + 3, 3] = velocity
+    space = np.zeros((col.ROWS, col.STRIDE))
+    for start in (col.A_X, col.B_Y, col.Z_Z):
+        space[int(start) // col.STRIDE, 3] = 1.0
+    space[int(col.O_X) // col.STRIDE, [0, 1, 2, 4, 5, 6, 7]] = 1e3
+    first = int(col.V_X) // col.STRIDE
+    space[first : first + 3, 3] = velocity
     law = ContactLaw(PROFILE, R, K, C, W, MU_S, MU_D, V_C, onset_s)
-    contact_columns(law, points, 0, 0, 0, 1, columns.ravel(), 0, 8, 1 if onset_s else None, None)
-    assert int(F_X) // STRIDE == SUMS.start
-    assert np.all(columns[SUMS][:, [0, 1, 2, 4, 5, 6, 7]] == 0.0), "columns do not mix"
-    return tuple(columns[SUMS, 3].tolist())
+    damping = WITH_DAMPING if onset_s else None
+    contact_columns(law, Candidates(points, 0, 0, 0, 1), space.ravel(), 0, col.LANES, damping, None)
+    assert int(col.F_X) // col.STRIDE == col.FIRST_SUM
+    sums = space[col.FIRST_SUM : col.LAST_SUM]
+    assert np.all(sums[:, [0, 1, 2, 4, 5, 6, 7]] == 0.0), "columns do not mix"
+    return tuple(sums[:, 3].tolist())
 
 
 def test_a_point_inside_pushes_the_roller_away() -> None:

@@ -10,9 +10,9 @@ from srbval.models.full.bodies import outer_ring_mass_kg, roller_body
 from srbval.models.full.parameters import make_parameters
 from srbval.models.full.point_cloud import (
     DEEPEST_M,
-    aside_m,
     candidate_windows,
     circle_points,
+    clearance_aside_m,
     cross_section,
     inner_circle,
     outer_circle,
@@ -91,7 +91,7 @@ def test_a_point_aside_stands_clear_by_no_less_than_said(points: int, sign: int)
     assert GEOMETRY is not None
     r = GEOMETRY.zero_play_diameter_m / 2
     radius = (inner_circle if sign > 0 else outer_circle)(GEOMETRY, 1.0).radius_m
-    said = aside_m(r, sign * radius, points_per_circle=points)
+    said = clearance_aside_m(r, sign * radius, points_per_circle=points)
     for spacings in (0.3, 1.0, 2.0):
         angle = spacings * 2 * math.pi / points
         clear = math.hypot(radius * math.cos(angle) - radius - sign * r, radius * math.sin(angle)) - r

@@ -15,7 +15,7 @@ from srbval.models.solvers.method import LEAPFROG, ROSENBROCK
 def growth(name: str, z: complex) -> complex:
     """x(h) / x(0) of x' = J x, z = h J, by the stages as the method's coefficients give them."""
     m = METHODS[name].coefficients
-    s = 1 / (1 - m.gamma * z)
+    s = 1 / (1 - m.implicit_coefficient * z)
     if m.family == LEAPFROG:
         k1 = s * z
         k2 = s * (z * (1 + k1) - 2 * k1)
@@ -24,7 +24,7 @@ def growth(name: str, z: complex) -> complex:
     u: list[complex] = []
     for stage in range(len(m.b)):
         state = 1 + sum(m.a[stage, p] * u[p] for p in range(stage))
-        u.append(m.gamma * s * (z * state + sum(m.g[stage, p] * u[p] for p in range(stage))))
+        u.append(m.implicit_coefficient * s * (z * state + sum(m.g[stage, p] * u[p] for p in range(stage))))
     return 1 + sum(b * value for b, value in zip(m.b, u, strict=True))
 
 

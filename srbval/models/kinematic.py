@@ -1,4 +1,9 @@
-"""The kinematic rung: clicks of one sample at the passages of pure rolling."""
+"""Kinematics only: a click whenever a rolling element of a purely rolling bearing passes a defect.
+
+Answers: where the fault lines are, but for slip. Cannot answer anything about heights: its clicks are all alike, of
+one sample and no particular strength, so harmonics, sidebands, noise floor and amplitude mean nothing; nor slip, which
+it takes to be none. A healthy bearing is silent. Needs no geometry: orders are enough.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +12,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from srbval.models.chunk import COLUMNS, Chunk
-from srbval.models.passages import passages
-from srbval.models.prescribed import Prescribed
+from srbval.models import output_columns as col
+from srbval.models.chunk import Chunk
+from srbval.models.prescribed import Prescribed, passages
 from srbval.models.run_statistics import RunStatistics
 from srbval.models.simulate import chunks
 
@@ -21,7 +26,7 @@ def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Ch
     started = time.perf_counter()
     scene, rate = stats.scene, stats.scene.output_rate_hz
     motion = Prescribed(scene=scene, orders=stats.bearing.orders)
-    out = np.full((whole, COLUMNS), np.nan)
+    out = np.full((whole, col.COUNT), np.nan)
     clicks = np.zeros(whole + 1)
     for defect in scene.defects:
         times = passages(defect, motion, stats.bearing.rolling_elements, scene.load.zone_rad, whole / rate).time_s
@@ -29,9 +34,9 @@ def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Ch
         below = place.astype(np.int64)
         np.add.at(clicks, below, CLICK_M_S2 * (1 - (place - below)))
         np.add.at(clicks, below + 1, CLICK_M_S2 * (place - below))
-    out[:, :2] = -clicks[:whole, None] * motion.direction
-    out[:, 2] = 0.0
-    out[:, 6] = np.diff(motion.cage_rad(np.arange(whole + 1) / rate)) * rate
+    out[:, [col.ACCELERATION_X, col.ACCELERATION_Y]] = -clicks[:whole, None] * motion.direction
+    out[:, col.ACCELERATION_Z] = 0.0
+    out[:, col.CAGE_SPEED] = np.diff(motion.cage_rad(np.arange(whole + 1) / rate)) * rate
     stats.wall_s += time.perf_counter() - started
     for first, count in chunks(settle, whole, 0, rate):
         yield first, Chunk(out=out[first : first + count])

@@ -1,0 +1,62 @@
+"""Layout of the full model's state vector, see the table at `srbval.models.full`."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.models.jit import kernel
+
+CAGE_AND_RING = 6  # coordinates besides the rollers': three gimbal angles, three displacements
+
+
+class StateIndices(NamedTuple):
+    """Index of the first value of each part of a state vector; velocities follow from `slide_rate` on."""
+
+    slide: int
+    rotation: int
+    cage: int
+    ring: int
+    slide_rate: int
+    spin: int
+    cage_rate: int
+    ring_rate: int
+
+
+def indices_of(rollers: int) -> StateIndices:
+    """Layout of the state of `rollers` rollers, both rows together."""
+    half = 2 * rollers + CAGE_AND_RING
+    return StateIndices(
+        0, rollers, 2 * rollers, 2 * rollers + 3, half, half + rollers, half + 2 * rollers, half + 2 * rollers + 3
+    )
+
+
+state_indices = kernel(indices_of)  # for kernels
+
+
+class StateLayout:
+    """The parts of the state of so many rollers as slices, so that ``y[layout.ring]`` is the ring's displacement.
+
+    `half` is the number of coordinates, with which the velocities begin; `coordinates` and `velocities` are the parts
+    of either half in order, `parts` all of them; `shaft_cage_rate` is the cage's angular velocity about the shaft.
+    """
+
+    def __init__(self, rollers: int) -> None:
+        self.rollers = rollers
+        first = indices_of(rollers)
+        self.half = half = first.slide_rate
+        self.slide, self.rotation = slice(0, first.rotation), slice(first.rotation, first.cage)
+        self.cage, self.ring = slice(first.cage, first.ring), slice(first.ring, half)
+        self.slide_rate, self.spin = slice(half, first.spin), slice(first.spin, first.cage_rate)
+        self.cage_rate, self.ring_rate = slice(first.cage_rate, first.ring_rate), slice(first.ring_rate, 2 * half)
+        self.shaft_cage_rate = slice(first.ring_rate - 1, first.ring_rate)
+        self.coordinates = (self.slide, self.rotation, self.cage, self.ring)
+        self.velocities = (self.slide_rate, self.spin, self.cage_rate, self.ring_rate)
+        self.parts = self.coordinates + self.velocities
+
+
+def layout_of(state: NDArray[np.float64]) -> StateLayout:
+    """Layout of a state vector."""
+    return StateLayout((len(state) // 2 - CAGE_AND_RING) // 2)

@@ -1,0 +1,253 @@
+"""Kernels: one step of the full model by each family of methods.
+
+Explicit Runge-Kutta methods, and two families that take friction and contact damping implicitly, see `damping_kernel`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.models.full import columns as col
+from srbval.models.full.damping_kernel import BORDER, factor, solve
+from srbval.models.full.frames_kernel import cage_tilt, tilted_about_x
+from srbval.models.full.motion_kernel import WITH_DAMPING, right_hand_side
+from srbval.models.full.state import state_indices
+from srbval.models.jit import kernel, kernel_part
+
+FloatArray = NDArray[np.float64]
+
+
+class WorkingSpace(NamedTuple):
+    """Arrays that a step works in, and the running mean over an output interval.
+
+    `rates`, [stages, size], and `trial`, [size]; `factors`, [BORDER, BORDER], and `frozen`, [col.TOTALS]: the factored
+    border and the totals it belongs to; `totals` of the latest evaluation and their `mean`, see `add_to_mean`, both
+    [col.TOTALS]; `no_loads`: empty.
+    """
+
+    rates: FloatArray
+    trial: FloatArray
+    factors: FloatArray
+    totals: FloatArray
+    mean: FloatArray
+    frozen: FloatArray
+    no_loads: FloatArray
+
+
+def working_space(size: int, stages: int) -> WorkingSpace:
+    """Arrays for states of `size` values and a method of so many stages."""
+    return WorkingSpace(
+        rates=np.zeros((max(2, stages), size)),
+        trial=np.zeros(size),
+        factors=np.zeros((BORDER, BORDER)),
+        totals=np.zeros(col.TOTALS),
+        mean=np.zeros(col.TOTALS),
+        frozen=np.zeros(col.TOTALS),
+        no_loads=np.zeros((0, 0, 0)),
+    )
+
+
+@kernel
+def clear_mean(mean):
+    """Begin an output interval."""
+    for m in range(col.TOTALS):
+        mean[m] = 0.0
+    mean[col.DEEPEST] = mean[col.CONTACT_ENERGY] = -1.0
+
+
+@kernel
+def add_to_mean(totals, weight, mean, first):
+    """Add `weight` times the totals to `mean`.
+
+    But the deepest penetration becomes the deepest so far, and the contacts' energy, where it is still negative, that
+    of the `first` evaluation.
+    """
+    for m in range(col.TOTALS):
+        if m == col.DEEPEST:
+            mean[m] = max(mean[m], totals[m])
+        elif m == col.CONTACT_ENERGY:
+            mean[m] = totals[m] if first and mean[m] < 0.0 else mean[m]
+        else:
+            mean[m] += weight * totals[m]
+
+
+@kernel_part
+def runge_kutta_step(y, t, step, method, model, work):
+    """Advance `y` in place from time `t` by `step`; add the weighted totals to the mean."""
+    size = y.shape[0]
+    rates, trial, totals = work.rates, work.trial, work.totals
+    a, b, c, powers = method.a, method.b, method.c, method.powers
+    stages = b.shape[0]
+    for s in range(stages):
+        for m in range(size):
+            trial[m] = y[m]
+        for p in range(s):
+            weight = step * a[s, p]
+            if weight != 0.0:
+                for m in range(size):
+                    trial[m] += weight * rates[p, m]
+        right_hand_side(t + c[s] * step, trial, model, rates[s], totals, work.no_loads, None)
+        add_to_mean(totals, powers[s], work.mean, s == 0)
+    for s in range(stages):
+        weight = step * b[s]
+        for m in range(size):
+            y[m] += weight * rates[s, m]
+
+
+@kernel_part
+def rosenbrock_step(y, t, step, method, model, work):
+    """Advance `y` in place from time `t` by `step`; add the weighted totals to the mean.
+
+    `work`: see `WorkingSpace`.
+    """
+    size = y.shape[0]
+    u, trial, totals, frozen, factors = work.rates, work.trial, work.totals, work.frozen, work.factors
+    a, b, c, g, powers, implicit = method.a, method.b, method.c, method.g, method.powers, method.implicit_coefficient
+    for s in range(b.shape[0]):
+        for m in range(size):
+            trial[m] = y[m]
+        for p in range(s):
+            for m in range(size):
+                trial[m] += a[s, p] * u[p, m]
+        right_hand_side(t + c[s] * step, trial, model, u[s], totals, work.no_loads, WITH_DAMPING)
+        if s == 0:
+            factor(implicit * step, model, totals, factors)
+            for m in range(frozen.shape[0]):
+                frozen[m] = totals[m]
+        add_to_mean(totals, powers[s], work.mean, s == 0)
+        for p in range(s):
+            weight = g[s, p] / step
+            for m in range(size):
+                u[s, m] += weight * u[p, m]
+        solve(implicit * step, model, frozen, factors, u[s])
+        for m in range(size):
+            u[s, m] *= implicit * step
+    for s in range(b.shape[0]):
+        for m in range(size):
+            y[m] += b[s] * u[s, m]
+
+
+class Leapfrog(NamedTuple):
+    """What a leapfrog reads at each step, see `Coefficients`; `before`: its one evaluation, share of the step.
+
+    `first`, `second`, [size]: working space.
+    """
+
+    b: FloatArray
+    implicit: float
+    before: float
+    share: float
+    first: FloatArray
+    second: FloatArray
+
+
+@kernel_part
+def leapfrog_of(method, work):
+    """`Leapfrog` of a method."""
+    return Leapfrog(method.b, method.implicit_coefficient, method.c[0], method.ahead, work.rates[0], work.rates[1])
+
+
+@kernel_part
+def leapfrog_step(y, t, step, method, model, work, ahead):
+    """Advance `y` in place from time `t` by `step`; add the totals to the mean. `method`: a `Leapfrog`.
+
+    `ahead`, [size]: predicted change of the velocities up to where forces are linearised; renewed for the next
+    step. With x the velocities less the predicted ones, a their accelerations and J the damping, the equation is
+    x' = a + J x from x = -ahead. The rollers' angles about their axes are moved in the middle, with the mean of both
+    velocities; where no roller is damaged, no force depends on them and the predicted velocities serve.
+    """
+    size = y.shape[0]
+    b, implicit, before, share, first, second = method
+    totals, factors = work.totals, work.factors
+    first_rate, end = np.uint64(size // 2), np.uint64(size)
+    per = 1.0 / (implicit * step)
+    damaged = model.roller_defects.shape[0] > 0
+    drift(y, before * step)
+    if damaged:
+        turn_rollers(y, 0.5 * step, model)
+    for m in range(first_rate, end):
+        y[m] += ahead[m]
+    right_hand_side(t + before * step, y, model, first, totals, work.no_loads, WITH_DAMPING)
+    factor(implicit * step, model, totals, factors)
+    add_to_mean(totals, 1.0, work.mean, True)
+    if not damaged:
+        rollers = (first_rate - np.uint64(6)) // np.uint64(2)
+        for m in range(rollers, np.uint64(2) * rollers):
+            y[m] += step * first[m]
+    # J x = (S x - x) / (gamma h), S = (1 - gamma h J)^-1, gamma the implicit coefficient
+    for m in range(first_rate, end):
+        second[m] = first[m]
+        first[m] -= ahead[m] * per
+    solve(implicit * step, model, totals, factors, first)
+    if b.shape[0] == 1:
+        for m in range(first_rate, end):
+            first[m] = b[0] * (first[m] + ahead[m] * per)
+    else:
+        for m in range(first_rate, end):
+            first[m] += ahead[m] * per
+            second[m] += (step * first[m] - ahead[m]) * per - 2.0 * first[m]
+        solve(implicit * step, model, totals, factors, second)
+        for m in range(first_rate, end):
+            own = second[m] - (step * first[m] - ahead[m]) * per
+            first[m] = b[0] * first[m] + b[1] * own
+    for m in range(first_rate, end):
+        rise = step * first[m]
+        y[m] += rise - ahead[m]
+        ahead[m] = share * rise
+    if damaged:
+        turn_rollers(y, 0.5 * step, model)
+    drift(y, (1.0 - before) * step)
+
+
+@kernel
+def drift(y, step):
+    """Move slides, cage and ring on for `step` [s] at their present velocities: the cage by the midpoint rule."""
+    n = (y.shape[0] // 2 - 6) // 2
+    at = state_indices(n)
+    for j in range(n):
+        y[j] += step * y[at.slide_rate + j]
+    c = at.cage
+    w_x, w_y, w_z = y[at.cage_rate], y[at.cage_rate + 1], y[at.cage_rate + 2]
+    rate_x, rate_y, _ = gimbal_rates(y[c], y[c + 1], w_x, w_y, w_z)
+    rate_x, rate_y, rate_z = gimbal_rates(y[c] + 0.5 * step * rate_x, y[c + 1] + 0.5 * step * rate_y, w_x, w_y, w_z)
+    y[c] += step * rate_x
+    y[c + 1] += step * rate_y
+    y[c + 2] += step * rate_z
+    for m in range(3):
+        y[at.ring + m] += step * y[at.ring_rate + m]
+
+
+@kernel
+def gimbal_rates(tilt_x, tilt_y, w_x, w_y, w_z):
+    """Rates of the cage's three gimbal angles at its first two and its angular velocity, world axes [rad/s]."""
+    tilt = cage_tilt(tilt_x, tilt_y)
+    w_z, rate_y = tilted_about_x(tilt, w_y, w_z)
+    about = w_z / tilt.cos_y
+    return w_x - about * tilt.sin_y, rate_y, about
+
+
+@kernel
+def turn_rollers(y, step, model):
+    """Turn the rollers on for `step` [s], relative to their slots as they stand in `y`."""
+    n = (y.shape[0] // 2 - 6) // 2
+    at = state_indices(n)
+    space = model.scratch.space
+    turn = y[at.cage + 2]
+    w_x, w_y, w_z = y[at.cage_rate], y[at.cage_rate + 1], y[at.cage_rate + 2]
+    tilt = cage_tilt(y[at.cage], y[at.cage + 1])
+    ct, st = math.cos(turn), math.sin(turn)
+    # the cage's angular velocity in its own tilted axes, and the part of it along each roller's axis
+    along, about_y = tilted_about_x(tilt, w_y, w_z)
+    about_x = tilt.cos_y * w_x - tilt.sin_y * along
+    along = model.tilt_cosine * (tilt.sin_y * w_x + tilt.cos_y * along)
+    p_c, p_s = model.tilt_sine * (ct * about_x + st * about_y), model.tilt_sine * (ct * about_y - st * about_x)
+    for row in range(2):
+        own, speed = at.rotation + row * (n // 2), at.spin + row * (n // 2)
+        for i in range(np.uint64(n // 2)):
+            slot = np.uint64(2) * i + np.uint64(row)
+            across = space[col.SLOT_COSINE + slot] * p_c + space[col.SLOT_SINE + slot] * p_s
+            y[np.uint64(own) + i] += step * (y[np.uint64(speed) + i] - along + space[col.SIDE + slot] * across)

@@ -1,0 +1,170 @@
+"""Force pulses at the passages of a defect, with random slip, load-zone modulation and one resonance.
+
+McFadden & Smith (1984, J. Sound Vib. 96, 69: the paper's ref. 54) with slip as a process of stationary increments
+(Antoni & Randall 2003, J. Vib. Acoust. 125, 282). Each pulse has the length and height that the defect has under a
+roller at that angle of the load zone (see `srbval.models.planar.statics`); the ring answers as a mass on housing and
+contacts linearised about static balance.
+
+Of a bearing without geometry only the places of the lines are right; the strength of the pulses is assumed. Half-sine
+pulses of one length act on a housing of its own mass and spring. Their height is the load of the rolling element that
+is struck, after Stribeck's distribution at no clearance (Harris & Kotzalas, Essential Concepts of Bearing Technology,
+2006, sect. 7.4), with the exponent of line contact. Contacts add no stiffness.
+
+Answers: where the lines are, harmonic pattern, sidebands and load-zone modulation, roughly the amplitude. Cannot
+answer: slip of the cage (its mean is none), noise floor, the healthy bearing (it is silent), anything that a moving
+ring does to the pulses, axial load.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.bearing import Fault
+from srbval.models import output_columns as col
+from srbval.models.chunk import Chunk
+from srbval.models.planar import ring_kernel
+from srbval.models.planar.rung import NUDGE_M, PlanarRing, make_ring
+from srbval.models.prescribed import Prescribed, passages, refuse_axial
+from srbval.models.run_statistics import RunStatistics
+from srbval.models.simulate import chunks
+from srbval.scene import Defect, Scene
+
+FloatArray = NDArray[np.float64]
+
+# Without geometry:
+PULSE_S = 5e-4  # up to 3 kHz is excited
+LINE_CONTACT = 10 / 9
+HIGHEST_SHARE = 4.08  # of the load over the number of elements, line contact, no clearance
+
+
+def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Chunk]]:
+    """The rung, see `srbval.models.ladder`."""
+    started = time.perf_counter()
+    rate = stats.scene.output_rate_hz
+    motion = Prescribed(scene=stats.scene, orders=stats.bearing.orders)
+    out = np.full((whole, col.COUNT), np.nan)
+    out[:, [col.ACCELERATION_X, col.ACCELERATION_Y]] = np.diff(_ring_velocity(stats, whole + 1), axis=0) * rate
+    out[:, col.ACCELERATION_Z] = 0.0
+    out[:, col.CAGE_SPEED] = np.diff(motion.cage_rad(np.arange(whole + 1) / rate)) * rate
+    stats.wall_s += time.perf_counter() - started
+    for first, count in chunks(settle, whole, 0, rate):
+        yield first, Chunk(out=out[first : first + count])
+
+
+def _ring_velocity(stats: RunStatistics, samples: int) -> FloatArray:
+    """Velocity of the ring, [samples, 2]."""
+    scene = stats.scene
+    if stats.bearing.geometry is None:
+        stiffness = scene.housing.stiffness_n_m * np.eye(2)
+        return _velocity(scene, scene.housing.mass_kg, stiffness, _assumed_pulses(stats, samples))
+    ring = make_ring(stats)
+    balance = ring.balance_m()
+    force = np.zeros((samples, 2))
+    for number in range(len(scene.defects)):
+        force += _pulses(ring, number, balance, samples)
+    here = ring.undamaged_force_n(balance)
+    contact = -np.array([ring.undamaged_force_n(balance + NUDGE_M * axis) - here for axis in np.eye(2)]) / NUDGE_M
+    stiffness = ring.stiffness_n_m * np.eye(2) + (contact + contact.T) / 2
+    return _velocity(scene, ring.mass_kg, stiffness, force)
+
+
+def _pulses(ring: PlanarRing, number: int, balance_m: FloatArray, samples: int) -> FloatArray:
+    """Force of defect `number` on the ring at each sample, [samples, 2], the ring held at `balance_m`."""
+    scene, motion, rate = ring.scene, ring.motion, ring.scene.output_rate_hz
+    defect = scene.defects[number]
+    random = np.random.default_rng([scene.seed, number])
+    jitter = scene.slip_jitter * random.standard_normal(int(samples / rate * ring.passing_hz) + 1000)
+    hits = passages(defect, motion, ring.rollers, scene.load.zone_rad, samples / rate, jitter)
+    angle = _defect_angle(defect, motion, ring.rollers, hits.time_s)
+    outwards = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    force = np.zeros((samples, 2))
+    tables = [i for i in range(len(ring.defects)) if ring.defect_of[i] == number]
+    for table in tables:
+        hit = hits.race == ring.defects[table, ring_kernel.KIND] % 2
+        _add(ring, table, hits.time_s[hit], outwards[hit], balance_m, force)
+    return force
+
+
+def _defect_angle(defect: Defect, motion: Prescribed, rolling_elements: int, time_s: FloatArray) -> FloatArray:
+    """Angle around the bearing at which the defect is at each time [rad]."""
+    if defect.kind is Fault.ROLLER:
+        return motion.cage_rad(time_s) + (defect.roller - 1) * 2 * math.pi / rolling_elements
+    turned = motion.shaft_rad(time_s) if defect.kind is Fault.INNER else np.zeros(time_s.shape)
+    return motion.scene.load.zone_rad + defect.angle_rad + turned
+
+
+def _add(
+    ring: PlanarRing, table: int, time_s: FloatArray, outwards: FloatArray, balance_m: FloatArray, force: FloatArray
+) -> None:
+    """Add the pulses of one defect on one race: what its table says at the approach and place of each sample."""
+    rate = ring.scene.output_rate_hz
+    at = np.clip((-outwards @ balance_m - ring.bump_start_m) / ring.bump_step_m, 0, ring.bumps.shape[1] - 1.001)
+    below = at.astype(np.int64)
+    share = (at - below)[:, None]
+    pulse = (1 - share) * ring.bumps[table, below] + share * ring.bumps[table, below + 1]
+    speed = ring.sweep_m_s(table, time_s)
+    places = pulse.shape[1] - 1
+    half = int(np.ceil(ring.defects[table, ring_kernel.POSITION_STEP] * places / max(speed.min(), 1e-6) * rate)) + 1
+    half = min(half, force.shape[0])
+    sample = np.round(time_s * rate).astype(np.int64)[:, None] + np.arange(-half, half + 1)
+    place = np.abs(sample / rate - time_s[:, None]) * speed[:, None] / ring.defects[table, ring_kernel.POSITION_STEP]
+    inside = (place < places) & (sample >= 0) & (sample < force.shape[0])
+    k = np.minimum(place.astype(np.int64), places - 1)
+    weight = place - k
+    height = (1 - weight) * np.take_along_axis(pulse, k, 1) + weight * np.take_along_axis(pulse, k + 1, 1)
+    for axis in range(2):
+        np.add.at(force[:, axis], sample[inside], (height * outwards[:, axis, None])[inside])
+
+
+def _assumed_pulses(stats: RunStatistics, samples: int) -> FloatArray:
+    """Force of all pulses on the ring of a bearing without geometry at each sample, [samples, 2]."""
+    scene, bearing = stats.scene, stats.bearing
+    refuse_axial(scene)
+    motion = Prescribed(scene=scene, orders=bearing.orders)
+    seconds = samples / scene.output_rate_hz
+    force = np.zeros((samples, 2))
+    for number, defect in enumerate(scene.defects):
+        random = np.random.default_rng([scene.seed, number])
+        most = int(seconds * scene.shaft_hz * 4 * bearing.rolling_elements) + 1000
+        jitter = scene.slip_jitter * random.standard_normal(most)
+        hits = passages(defect, motion, bearing.rolling_elements, scene.load.zone_rad, seconds, jitter)
+        angle = _defect_angle(defect, motion, bearing.rolling_elements, hits.time_s)
+        away = np.cos(angle - scene.load.zone_rad)
+        load_n = motion.radial_n(hits.time_s) * HIGHEST_SHARE / bearing.rolling_elements
+        strength = load_n * np.maximum(away, 0.0) ** LINE_CONTACT
+        _add_half_sines(
+            force, hits.time_s, strength[:, None] * np.stack([np.cos(angle), np.sin(angle)], 1), scene.output_rate_hz
+        )
+    return force
+
+
+def _add_half_sines(force: FloatArray, time_s: FloatArray, height: FloatArray, rate_hz: float) -> None:
+    """Add half-sine pulses of this `height`, [k, 2] [N], about each time."""
+    half = math.ceil(PULSE_S / 2 * rate_hz) + 1
+    sample = np.round(time_s * rate_hz).astype(np.int64)[:, None] + np.arange(-half, half + 1)
+    away = (sample / rate_hz - time_s[:, None]) / PULSE_S
+    inside = (np.abs(away) < 0.5) & (sample >= 0) & (sample < force.shape[0])
+    shape = np.cos(np.pi * away)
+    for axis in range(2):
+        np.add.at(force[:, axis], sample[inside], (shape * height[:, axis, None])[inside])
+
+
+def _velocity(scene: Scene, mass: float, stiffness: FloatArray, force: FloatArray) -> FloatArray:
+    """Velocity under `force`, [n, 2]: `mass` on `stiffness`, [2, 2], and the housing's damper, first-order hold."""
+    import scipy.signal
+
+    damping = scene.housing.damping_ns_m
+    velocity = np.zeros_like(force)
+    for own, mode in zip(*np.linalg.eigh(stiffness), strict=True):
+        a = np.array([[0.0, 1.0], [-own / mass, -damping / mass]])
+        system = (a, np.array([[0.0], [1 / mass]]), np.array([[0.0, 1.0]]), np.zeros((1, 1)))
+        discrete = scipy.signal.cont2discrete(system, 1 / scene.output_rate_hz, method="foh")
+        above, below = scipy.signal.ss2tf(*discrete[:4])
+        pushed = force @ mode
+        velocity += scipy.signal.lfilter(above[0], below, pushed - pushed[0])[:, None] * mode
+    return velocity

@@ -1,0 +1,17 @@
+"""Columns of a model's outputs, one row per output interval; `srbval.models.simulate.signals` names them for users."""
+
+(
+    ACCELERATION_X, ACCELERATION_Y, ACCELERATION_Z,  # of the outer ring, change of velocity over the interval [m/s2]
+    DISPLACEMENT_X, DISPLACEMENT_Y, DISPLACEMENT_Z,  # of the outer ring at its end [m]
+    CAGE_SPEED,  # mean [rad/s]
+    CAGE_TILT_X, CAGE_TILT_Y,  # at its end [rad]
+    RING_FORCE_X, RING_FORCE_Y, RING_FORCE_Z,  # force of the rollers on the outer ring, mean [N]
+    DEEPEST,  # deepest penetration [m]
+    DRIVE_POWER, LOAD_POWER,  # mean power of the drive, of the external load [W]
+    FRICTION_POWER, DAMPING_POWER, HOUSING_POWER,  # mean power lost to friction, contact damping, housing damper [W]
+    BODY_ENERGY, CONTACT_ENERGY, SPRING_ENERGY,  # at its start: bodies, contacts (first evaluation), housing spring [J]
+) = range(21)  # fmt: skip
+COUNT = 21
+
+ACCELERATION, DISPLACEMENT = slice(0, 3), slice(3, 6)
+CAGE_TILT, RING_FORCE = slice(7, 9), slice(9, 12)
