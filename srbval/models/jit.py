@@ -45,12 +45,17 @@ def kernel_part(function: Callable[..., Any]) -> Callable[..., Any]:
     return _compiled(function, inline="always")
 
 
+def exactly_rounded(function: Callable[..., Any]) -> Callable[..., Any]:
+    """As `kernel`, but each operation is rounded as written, whatever stands around the call."""
+    return _compiled(function, fastmath=False)
+
+
 def _compiled(function: Callable[..., Any], **more: Any) -> Callable[..., Any]:
     settings = vars(numba.config)
     before = settings["CACHE_DIR"]
     settings["CACHE_DIR"] = str(kernel_cache_folder())
     try:
-        compiled: Callable[..., Any] = numba.njit(**OPTIONS, **more)(function)
+        compiled: Callable[..., Any] = numba.njit(**(OPTIONS | more))(function)
     finally:
         settings["CACHE_DIR"] = before
     return compiled

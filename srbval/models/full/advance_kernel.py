@@ -13,7 +13,7 @@ from srbval.models.full.energy_kernel import mechanical_energy
 from srbval.models.full.motion_kernel import right_hand_side
 from srbval.models.full.state import state_indices
 from srbval.models.full.step_kernel import clear_mean, leapfrog_of, leapfrog_step, rosenbrock_step, runge_kutta_step
-from srbval.models.jit import kernel
+from srbval.models.jit import exactly_rounded, kernel
 from srbval.models.solvers.method import ROSENBROCK, RUNGE_KUTTA
 
 FloatArray = NDArray[np.float64]
@@ -32,6 +32,12 @@ class Recorder(NamedTuple):
     loads: FloatArray
 
 
+@exactly_rounded
+def time_of_step(number, step):
+    """Time at which a step begins [s], the same to the last digit for every method."""
+    return number * step
+
+
 @kernel
 def advance(y, ahead, first_step, step, steps_per_output, method, model, work, recorder):
     """Advance `y` in place over the recorder's output intervals, from step number `first_step`.
@@ -47,7 +53,7 @@ def advance(y, ahead, first_step, step, steps_per_output, method, model, work, r
     interval = step * steps_per_output
     for i in range(out.shape[0]):
         if per_detail > 0 and i % per_detail == 0:
-            t = (first_step + i * steps_per_output) * step
+            t = time_of_step(first_step + i * steps_per_output, step)
             detail = i // per_detail
             right_hand_side(t, y, model, work.rates[0], work.totals, recorder.loads[detail], None)
             for j in range(rollers):
@@ -59,7 +65,7 @@ def advance(y, ahead, first_step, step, steps_per_output, method, model, work, r
         spring = y[at.ring] ** 2 + y[at.ring + 1] ** 2 + y[at.ring + 2] ** 2
         out[i, out_col.SPRING_ENERGY] = 0.5 * model.housing_stiffness * spring
         for j in range(steps_per_output):
-            t = (first_step + i * steps_per_output + j) * step
+            t = time_of_step(first_step + i * steps_per_output + j, step)
             if method.family == RUNGE_KUTTA:
                 runge_kutta_step(y, t, step, method, model, work)
             elif method.family == ROSENBROCK:
