@@ -34,11 +34,11 @@ _HOME = {
     "Spectrum": "srbval.signal",
     "Analysis": "srbval.validation.analyse",
     "analyse": "srbval.validation.analyse",
-    "Evidence": "srbval.evidence.gather",
+    "Evidence": "srbval.evidence.evidence",
     "gather": "srbval.evidence.gather",
     "make_plan": "srbval.plan.plan",
     "run_check": "srbval.check.check",
-    "make_report": "srbval.report.make",
+    "make_report": "srbval.main_job",
     "SrbvalError": "srbval.errors",
     "ConfigurationError": "srbval.errors",
     "DataError": "srbval.errors",
@@ -79,13 +79,14 @@ if TYPE_CHECKING:
     from srbval.bearing import Bearing, known_bearings, load_bearing
     from srbval.check.check import run_check
     from srbval.errors import ConfigurationError, DataError, NumericsError, SrbvalError
-    from srbval.evidence.gather import Evidence, gather
+    from srbval.evidence.evidence import Evidence
+    from srbval.evidence.gather import gather
+    from srbval.main_job import make_report
     from srbval.models.run import Run, RunStatus
     from srbval.models.run_file import write_run
     from srbval.models.simulate import simulate
     from srbval.plan.plan import make_plan
     from srbval.recordings import Recording, ShaftSpeed, SpeedSource, load_recording, recording_from_run
-    from srbval.report.make import make_report
     from srbval.scene import Scene, load_scene, paper_scene
     from srbval.signal import Spectrum
     from srbval.validation.analyse import Analysis, analyse

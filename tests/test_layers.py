@@ -31,6 +31,7 @@ ORDER = (
     "check",
     "evidence",
     "report",
+    "main_job",
     "cli",
 )
 PACKAGE = Path(srbval.__file__).parent

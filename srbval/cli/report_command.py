@@ -16,7 +16,7 @@ def run(options: argparse.Namespace) -> int:
     started = time.perf_counter()
     with ProgressDisplay() as progress:
         with stage(progress, "Load the program"):
-            from srbval.report.make import make_report
+            from srbval.main_job import make_report
         made = make_report(
             folder,
             seconds=options.seconds,

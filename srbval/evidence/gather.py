@@ -1,22 +1,34 @@
-"""Everything the report shows, gathered once: runs, analyses, comparisons, sums, variations."""
+"""Gather everything the report shows: run, read, analyse and compare, each with its own progress."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
+from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Bearing, Fault, load_bearing
 from srbval.errors import ConfigurationError, NumericsError
+from srbval.evidence.bands import RecordKurtogram, record_kurtogram
+from srbval.evidence.bearing_views import bearing_views, load_path, load_zone_case, point_passing
+from srbval.evidence.evidence import Evidence
+from srbval.evidence.harmonics import harmonic_patterns, pattern_cases
 from srbval.evidence.other_rigs_in_background import BackgroundReading
+from srbval.evidence.provenance import provenance, run_facts
+from srbval.evidence.shown_records import envelope_scalogram, shown_record, sideband_shares
+from srbval.evidence.speeds import published_speed_rows, single_speed
+from srbval.evidence.stored import chosen_transform, known_sensitivity, shown_ladder, shown_results
+from srbval.models.kernel_cache import is_compiled, precompile
 from srbval.models.run import Run
+from srbval.models.run_file import scene_dict
 from srbval.progress import Progress, silent, stage
-from srbval.recordings import Origin, Recording, recording_from_run, write_stand_in
+from srbval.recordings import Recording, recording_from_run, write_stand_in
+from srbval.recordings.datasets.description import DatasetDescription, dataset
 from srbval.recordings.registry import RegisteredRecording, listing, rig_recordings
 from srbval.validation.analyse import Analysis, analyse
-from srbval.validation.comparison import Comparison
+from srbval.validation.bias import biases, pairs
 from srbval.validation.counterpart import AnalysedRun, run_counterpart
-from srbval.validation.effects import NO_SENSITIVITY, Sensitivity
+from srbval.validation.cross_band import cross_bands
+from srbval.validation.effects import Sensitivity
 from srbval.validation.fill_matrix import build_matrix, point_of
 from srbval.validation.matrix import Matrix
 from srbval.validation.other_rigs import OtherRecord
@@ -30,124 +42,199 @@ from srbval.validation.simulation_cases import (
     variation,
     variation_cases,
 )
-from srbval.validation.speed_and_slip import SpeedAndSlip, matrix_rows, table6_rows
-from srbval.validation.sum_rule import SumRule
-from srbval.validation.table6 import Table6, Table6Row, measured_rows, published_rows, sum_rules, table6
+from srbval.validation.speed_and_slip import matrix_rows, published_speeds, table6_rows
+from srbval.validation.table6 import Table6, measured_rows, published_rows, sum_rules, table6
 
 SHORTEST_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
 STAND_IN_SECONDS = 2.0
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Evidence:
-    """What the report is made of.
-
-    `matrix`, `other_rigs` and `slips` take in every registered recording; the rest shows the model beside the rig at
-    one of the matrix's speeds: `paper` are the model's analyses at 710 rpm; `rig` those of the rig's recordings, or of
-    stand-ins where a state has none; `beside_rig` those of the model at each rig recording's own speed (at 710 rpm
-    beside a stand-in). `cases` and `runs` are those shown, not those beside every other record of the matrix.
-    """
-
-    bearing: Bearing
-    printed: Table6
-    cases: tuple[SimulationCase, ...]
-    runs: Mapping[str, Run]
-    paper: Mapping[Fault, Analysis]
-    beside_rig: Mapping[Fault, Analysis]
-    rig: Mapping[Fault, Analysis]
-    rows: tuple[Table6Row, ...]
-    sums: tuple[SumRule, ...]
-    variations: tuple[Variation, ...]
-    known: Sensitivity
-    registered: tuple[RegisteredRecording, ...]
-    matrix: Matrix
-    other_rigs: tuple[OtherRecord, ...]
-    slips: tuple[SpeedAndSlip, ...]
-
-    @property
-    def comparisons(self) -> tuple[Comparison, ...]:
-        """Every quantity of the recordings that stand in the figures."""
-        return tuple(row for cell in self.matrix.cells if cell.point in self.matrix.sides for row in cell.comparisons)
-
-    @property
-    def measured_states(self) -> tuple[Fault, ...]:
-        """States for which the rig side is a measured recording."""
-        return tuple(s for s in self.rig if self.rig[s].recording.origin is Origin.MEASURED)
-
-
-def gather(
-    *,
-    seconds: float,
-    stand_in_folder: Path,
-    jobs: int | None = None,
-    progress: Progress = silent,
-    known: Sensitivity = NO_SENSITIVITY,
-) -> Evidence:
+def gather(*, seconds: float, stand_in_folder: Path, jobs: int | None = None, progress: Progress = silent) -> Evidence:
     """Run the cases and analyse everything; the rig's recordings are those registered.
 
-    `known` are the stored sensitivities, where there are any. `seconds` is the recorded duration of the paper's three
-    runs; `stand_in_folder` receives the stand-ins' files, where any are needed. Raises what simulation and
-    loading raise.
+    `seconds` is the recorded duration of the paper's three runs, `jobs` the runs and records at a time (default: one
+    per core); `stand_in_folder` receives the stand-ins' files, where any are needed. Raises what simulating and loading
+    raise; a failed run is a `NumericsError` that names it.
     """
     if seconds < SHORTEST_S:
         raise ConfigurationError(
             f"{seconds:g} s of simulation are too short to tell fault lines from shaft harmonics; use {SHORTEST_S:g} s "
             "or more."
         )
-    bearing = load_bearing(DEFAULT_BEARING)
-    printed = table6()
-    with stage(progress, "Look at the registered recordings"):
-        registered = choose_rig_recordings(printed)
-    shown = {state: point for state, entry in registered.items() if (point := point_of(entry)) is not None}
-    cases = [*paper_cases(seconds), *variation_cases(seconds)]
-    runs = run_cases(cases, jobs=jobs, progress=progress)
-    variations = tuple(
-        variation(c, runs[c.id], runs[f"paper-{c.state}"]) for c in cases if not c.id.startswith("paper-")
-    )
-    if not known.effects:
-        known = as_sensitivity(variations, runs["paper-outer"])
-    others = BackgroundReading(listing().recordings, jobs=jobs)
-    with stage(progress, "Fill the validation matrix, with a model run for every record"):
-        matrix = build_matrix(
-            rig_recordings(), bearing=bearing,
-            counterpart=lambda rig: run_counterpart(rig, progress=progress), sensitivity=known,
-            keep_sides_of=set(shown.values()), jobs=jobs,
-        )  # fmt: skip
-    measured = {state: matrix.sides[point] for state, point in shown.items() if point in matrix.sides}
-    beside_run = {state: _model_of(state, sides.model) for state, sides in measured.items()}
-    measured_side = {state: sides.rig for state, sides in measured.items()}
-    stand_ins = _stand_ins(set(PAPER_STATES) - set(measured), printed, stand_in_folder)
-    rig_side = measured_side | {state: analyse(r, bearing=bearing) for state, r in stand_ins.items()}
-    paper = {s: analyse(recording_from_run(runs[f"paper-{s}"]), bearing=bearing) for s in PAPER_STATES}
-    beside = paper | {state: side.analysis for state, side in beside_run.items()}
-    rows = (
-        *published_rows(printed, paper, runs),
-        *measured_rows(measured_side, {s: side.run for s, side in beside_run.items()}, known.effects),
-    )
-    return Evidence(
-        bearing=bearing,
-        printed=printed,
-        cases=(*cases, *(side.case for side in beside_run.values())),
-        runs=runs | {side.case.id: side.run for side in beside_run.values()},
-        paper=paper,
-        beside_rig=beside,
-        rig={state: rig_side[state] for state in PAPER_STATES},
-        rows=rows,
-        sums=tuple(sum_rules(printed, paper, runs, measured_side)),
-        variations=variations,
-        known=known,
-        registered=tuple(registered[state] for state in measured),
-        matrix=matrix,
-        other_rigs=others.records(),
-        slips=(*matrix_rows(matrix.cells, bearing), *table6_rows(printed, bearing)),
-    )
+    gathering = _Gathering(load_bearing(DEFAULT_BEARING), table6(), jobs, progress)
+    return gathering.evidence(seconds, stand_in_folder)
+
+
+@dataclass(frozen=True)
+class _Simulated:
+    """The runs that no recording asks for, and what they say of numerics and open inputs."""
+
+    cases: tuple[SimulationCase, ...]
+    runs: Mapping[str, Run]
+    variations: tuple[Variation, ...]
+    paper: Mapping[Fault, Analysis]
+
+
+@dataclass(frozen=True)
+class _RigSide:
+    """The records of the rig that figures show, the model's runs at their speeds, stand-ins where there are none."""
+
+    registered: tuple[RegisteredRecording, ...]
+    measured: Mapping[Fault, Analysis]
+    rig: Mapping[Fault, Analysis]
+    models: Mapping[Fault, AnalysedRun]
+
+
+@dataclass(frozen=True)
+class _Gathering:
+    """One gathering under way."""
+
+    bearing: Bearing
+    printed: Table6
+    jobs: int | None
+    progress: Progress
+
+    def evidence(self, seconds: float, stand_in_folder: Path) -> Evidence:
+        """All of it, in the order in which one thing needs another."""
+        results = shown_results()
+        with stage(self.progress, "Look up the registered recordings"):
+            chosen = choose_rig_recordings(self.printed)
+            others = BackgroundReading(listing().recordings, jobs=self.jobs)
+        simulated = self._simulate(seconds)
+        known = known_sensitivity(results)
+        if not known.effects:
+            known = as_sensitivity(simulated.variations, simulated.runs["paper-outer"])
+        matrix = self._matrix(chosen, known)
+        rig = self._rig_side(chosen, matrix, stand_in_folder)
+        model_at_rig = dict(simulated.paper) | {state: side.analysis for state, side in rig.models.items()}
+        shown_cases = (*simulated.cases, *(side.case for side in rig.models.values()))
+        runs = dict(simulated.runs) | {side.case.id: side.run for side in rig.models.values()}
+        transform = chosen_transform(results)
+        with stage(self.progress, "Prepare the records that figures show"):
+            sides = {"model": model_at_rig, "rig": rig.rig, "paper": simulated.paper if rig.measured else {}}
+            shown = {name: {s: shown_record(a) for s, a in side.items()} for name, side in sides.items()}
+            scalograms = {
+                name: {s: envelope_scalogram(record, transform) for s, record in shown[name].items()}
+                for name in ("model", "rig")
+            }
+        with stage(self.progress, "Wait for the recordings of other rigs"):
+            other_rigs = others.records()
+        scene, geometry = runs["paper-outer"].scene, self.bearing.geometry
+        assert geometry is not None, "the report's bearing is one the model can run"
+        found_pairs = pairs(matrix.cells)
+        return Evidence(
+            bearing=self.bearing,
+            printed=self.printed,
+            runs=runs,
+            run_facts=tuple(run_facts(case, runs[case.id]) for case in shown_cases),
+            scene_values=scene_dict(scene) | {"geometry": vars(geometry)},
+            paper=simulated.paper,
+            model_at_rig=model_at_rig,
+            rig=rig.rig,
+            shown=shown,
+            scalograms=scalograms,
+            transform=transform,
+            sidebands={name: sideband_shares(sides[name][Fault.INNER]) for name in ("model", "rig")},
+            views=bearing_views(scene, geometry, runs["load-zone"]),
+            load_path=load_path(runs["paper-healthy"]),
+            point_passing=point_passing(runs["paper-healthy"]),
+            patterns=harmonic_patterns(runs, self.progress),
+            kurtograms=self._kurtograms(model_at_rig, rig.rig),
+            crossed=cross_bands(model_at_rig, rig.rig),
+            rows=(
+                *published_rows(self.printed, simulated.paper, runs),
+                *measured_rows(rig.measured, {s: side.run for s, side in rig.models.items()}, known.effects),
+            ),
+            sums=tuple(sum_rules(self.printed, simulated.paper, runs, rig.measured)),
+            variations=simulated.variations,
+            known=known,
+            registered=rig.registered,
+            matrix=matrix,
+            pairs=found_pairs,
+            bias=biases(found_pairs),
+            other_rigs=other_rigs,
+            slips=(*matrix_rows(matrix.cells, self.bearing), *table6_rows(self.printed, self.bearing)),
+            single_speed=single_speed(self.printed, self.bearing),
+            published_speeds=published_speed_rows(),
+            speed_source=published_speeds(),
+            datasets=_datasets(rig.registered, other_rigs),
+            results=results,
+            ladder=shown_ladder(),
+            provenance=provenance(runs.values(), rig.registered),
+        )
+
+    def _simulate(self, seconds: float) -> _Simulated:
+        paper, varied = paper_cases(seconds), variation_cases(seconds)
+        outer = next(case for case in paper if case.state is Fault.OUTER)
+        cases = (*paper, *varied, load_zone_case(outer.scene), *pattern_cases())
+        for model in dict.fromkeys(case.scene.model for case in cases):
+            if not is_compiled(model):
+                with stage(self.progress, f"Compile the {model} model, once after installation"):
+                    precompile(model)
+        runs = run_cases(cases, jobs=self.jobs, progress=self.progress)
+        with stage(self.progress, "Analyse the paper's runs"):
+            analyses = {
+                state: analyse(recording_from_run(runs[f"paper-{state}"]), bearing=self.bearing)
+                for state in PAPER_STATES
+            }
+        return _Simulated(
+            cases=cases,
+            runs=runs,
+            variations=tuple(variation(case, runs[case.id], runs[f"paper-{case.state}"]) for case in varied),
+            paper=analyses,
+        )
+
+    def _matrix(self, chosen: Mapping[Fault, RegisteredRecording], known: Sensitivity) -> Matrix:
+        with stage(self.progress, "Fill the validation matrix: the model at every record's speed and load"):
+            return build_matrix(
+                rig_recordings(),
+                bearing=self.bearing,
+                counterpart=lambda rig: run_counterpart(rig, progress=self.progress),
+                sensitivity=known,
+                keep_sides_of={point for entry in chosen.values() if (point := point_of(entry)) is not None},
+                jobs=self.jobs,
+            )
+
+    def _rig_side(self, chosen: Mapping[Fault, RegisteredRecording], matrix: Matrix, folder: Path) -> _RigSide:
+        points = {state: point_of(entry) for state, entry in chosen.items()}
+        sides = {state: matrix.sides[p] for state, p in points.items() if p is not None and p in matrix.sides}
+        measured = {state: side.rig for state, side in sides.items()}
+        with stage(self.progress, "Read the stand-ins"):
+            stand_ins = _stand_ins(set(PAPER_STATES) - set(measured), self.printed, folder)
+            made = {state: analyse(recording, bearing=self.bearing) for state, recording in stand_ins.items()}
+        return _RigSide(
+            registered=tuple(chosen[state] for state in sides),
+            measured=measured,
+            rig={state: (measured | made)[state] for state in PAPER_STATES},
+            models={state: _model_of(state, side.model) for state, side in sides.items()},
+        )
+
+    def _kurtograms(
+        self, model: Mapping[Fault, Analysis], rig: Mapping[Fault, Analysis]
+    ) -> tuple[RecordKurtogram, ...]:
+        """Model and rig, outer race and inner race."""
+        wanted = [(fault, side[fault]) for fault in RACE_DEFECTS for side in (model, rig)]
+        found = []
+        for number, (fault, analysis) in enumerate(wanted):
+            self.progress("Look for impulsive bands", number / len(wanted))
+            assert fault.line is not None, "the defects of races have lines"
+            found.append(record_kurtogram(analysis, fault.line))
+        self.progress("Look for impulsive bands", 1.0)
+        return tuple(found)
 
 
 def _model_of(state: Fault, model: AnalysedRun | str) -> AnalysedRun:
     """Figures cannot do without the model's run."""
     if isinstance(model, str):
-        raise NumericsError(f"the model's run beside the {state} recording failed: {model}")
+        raise NumericsError(f"the model's run at the speed of the {state} recording failed: {model}")
     return model
+
+
+def _datasets(
+    registered: Iterable[RegisteredRecording], other_rigs: Iterable[OtherRecord]
+) -> dict[str, DatasetDescription]:
+    names = [*(entry.dataset for entry in registered), *(record.dataset for record in other_rigs)]
+    return {name: dataset(name) for name in names if name}
 
 
 def choose_rig_recordings(printed: Table6) -> dict[Fault, RegisteredRecording]:

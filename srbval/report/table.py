@@ -18,13 +18,14 @@ class Column:
     """One column. `format` is a Python format specification for numbers, such as ``.2f`` or ``+.3g``.
 
     A column with a format is numeric and set to the right; `align` (``left``, ``right``, ``center``)
-    overrules that. `unit` is shown below the title.
+    overrules that. `unit` is shown below the title. `timed` values differ from run to run: report.json leaves them out.
     """
 
     title: str
     unit: str = ""
     format: str = ""
     align: str = ""
+    timed: bool = False
 
     def __post_init__(self) -> None:
         if self.align not in ("", "left", "right", "center"):

@@ -15,9 +15,10 @@ from scipy.io import savemat
 
 from srbval.cli import main
 from srbval.recordings import load_recording
+from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import FileStatus, add
 from srbval.report.badges import Tone
-from srbval.report.content.other_rigs_section import other_rigs_section
+from srbval.report.content.other_rigs import other_rigs_section
 from srbval.report.html import render_html
 from srbval.report.model import Report, VerdictBox
 from srbval.validation.other_rigs import read_other_rigs
@@ -104,7 +105,7 @@ def test_reported_as_plain_text(tmp_path: Path) -> None:
     name = "105 **b** `c` <marquee onload=alert(1)> 'q' \"r\" & \x1b[2J.mat"
     savemat(tmp_path / name, {"X105_DE_time": files.vibration(6000)[:, None], "X105RPM": np.array([[1797]])})
     records = read_other_rigs(add(tmp_path).recordings)
-    sections = other_rigs_section(SimpleNamespace(other_rigs=records))  # type: ignore[arg-type]
+    sections = other_rigs_section(SimpleNamespace(other_rigs=records, datasets={"cwru": dataset("cwru")}))  # type: ignore[arg-type]
     verdict = VerdictBox(tone=Tone.NEUTRAL, headline="made for the test")
     page = Page(
         render_html(Report(title="t", generated_utc=datetime.now(UTC), verdict=verdict, sections=tuple(sections)))

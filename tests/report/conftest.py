@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from srbval.main_job import MadeReport, make_report
 from srbval.report import (
     Badge,
     Callout,
@@ -26,8 +27,9 @@ from srbval.report import (
     VerdictBox,
     literal,
 )
-from srbval.report.figures import acceleration_panel, envelope_spectrum_panel, fault_cursors
-from srbval.report.make import Made, make_report
+from srbval.report.figures.acceleration import acceleration_panel
+from srbval.report.figures.cursors import fault_cursors
+from srbval.report.figures.spectrum import envelope_spectrum_panel
 
 from .whole import SECONDS, hostile_file, write_hostile
 
@@ -35,7 +37,7 @@ HOSTILE = '<script>alert(1)</script> "q" \'s\' #panic("x") $x$ *a* _b_ `c` @ref 
 
 
 @pytest.fixture(scope="session")
-def alone(tmp_path_factory: pytest.TempPathFactory) -> tuple[Made, Path]:
+def alone(tmp_path_factory: pytest.TempPathFactory) -> tuple[MadeReport, Path]:
     """A report with no recording of the rig, but one of another rig under a hostile name."""
     folder = tmp_path_factory.mktemp("alone")
     with pytest.MonkeyPatch.context() as patch:
@@ -45,7 +47,7 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> tuple[Made, Path]:
 
 
 @pytest.fixture(scope="session")
-def with_rig(tmp_path_factory: pytest.TempPathFactory, recordings_dir: Path) -> tuple[Made, Path]:
+def with_rig(tmp_path_factory: pytest.TempPathFactory, recordings_dir: Path) -> tuple[MadeReport, Path]:
     """A report with the rig's recordings registered."""
     folder = tmp_path_factory.mktemp("rig")
     with pytest.MonkeyPatch.context() as patch:
@@ -56,7 +58,7 @@ def with_rig(tmp_path_factory: pytest.TempPathFactory, recordings_dir: Path) -> 
 
 @pytest.fixture(scope="session")
 def hostile_report(
-    alone: tuple[Made, Path], tmp_path_factory: pytest.TempPathFactory
+    alone: tuple[MadeReport, Path], tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Report, dict[str, Path]]:
     """A whole report in which every text that a recording may bring is hostile, and its files."""
     return write_hostile(alone[0].evidence, tmp_path_factory.mktemp("hostile"))

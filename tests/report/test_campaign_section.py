@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from srbval.evidence.stored import ShownResult, shown_result
 from srbval.report.blocks import Callout
-from srbval.report.content.campaign_section import campaign_section
+from srbval.report.content.campaigns import campaign_section
 from srbval.report.table import Table
 from srbval.storage.stored_result import CAMPAIGN_SCALE, NOISE_STUDY, StoredResult, stamped
 
@@ -19,9 +20,9 @@ EXTRAPOLATED: dict[str, Any] = {
 }  # fmt: skip
 
 
-def stored(kind: str, result: dict[str, Any]) -> StoredResult:
+def stored(kind: str, result: dict[str, Any]) -> ShownResult:
     content = stamped(kind, {"machine": MACHINE, **result}, command="a test", revision=None)
-    return StoredResult(path=Path(f"{kind}.json"), content=content)
+    return shown_result(kind, StoredResult(path=Path(f"{kind}.json"), content=content))
 
 
 def noise_row(snr_db: float | None, found: int) -> dict[str, Any]:
@@ -31,12 +32,14 @@ def noise_row(snr_db: float | None, found: int) -> dict[str, Any]:
 
 def test_the_lowest_ratio_at_which_every_draw_finds_the_line_is_stated() -> None:
     rows = [noise_row(None, 2), noise_row(20.0, 2), noise_row(10.0, 2), noise_row(0.0, 1)]
-    section = campaign_section(stored(NOISE_STUDY, {"rows": rows}), None)
+    section = campaign_section(stored(NOISE_STUDY, {"rows": rows}), shown_result(CAMPAIGN_SCALE, None))
     assert "outer race in white noise: down to **10 dB**" in str(section.blocks[1])
     assert sum(isinstance(block, Callout) for block in section.blocks) == 1  # the scale is missing
 
 
 def test_the_overhead_is_a_table() -> None:
-    section = campaign_section(None, stored(CAMPAIGN_SCALE, {"measured": MEASURED, "reckoned": [EXTRAPOLATED]}))
+    section = campaign_section(
+        shown_result(NOISE_STUDY, None), stored(CAMPAIGN_SCALE, {"measured": MEASURED, "reckoned": [EXTRAPOLATED]})
+    )
     tables = [block for block in section.blocks if isinstance(block, Table)]
     assert [(table.id, len(table.rows)) for table in tables] == [("scale-table", 1)]

@@ -8,25 +8,25 @@ from typing import Any
 
 import pytest
 
-from srbval.report.make import Made
+from srbval.main_job import MadeReport
 
 PANELS = {
     f"fig{n}{c}" for n, letters in (("11", "abcdef"), ("12", "ab"), ("13", "ab"), ("14", "abcdef")) for c in letters
 }
 
 
-def document(made: tuple[Made, Path]) -> dict[str, Any]:
+def document(made: tuple[MadeReport, Path]) -> dict[str, Any]:
     found: dict[str, Any] = json.loads(made[0].files["json"].read_text(encoding="utf-8"))
     return found
 
 
-def test_everything_is_written(alone: tuple[Made, Path]) -> None:
+def test_everything_is_written(alone: tuple[MadeReport, Path]) -> None:
     _, folder = alone
     assert {p.name for p in folder.iterdir()} == {"report.html", "report.pdf", "report.json", "figures"}
     assert {f"{panel}.svg" for panel in PANELS} <= {p.name for p in (folder / "figures").iterdir()}
 
 
-def test_json_has_the_keys_of_the_interface(alone: tuple[Made, Path]) -> None:
+def test_json_has_the_keys_of_the_interface(alone: tuple[MadeReport, Path]) -> None:
     found = document(alone)
     keys = "table6 closure figures speed_accuracy stability ladder recordings provenance schema_version status"
     assert set(keys.split()) <= set(found)
@@ -38,13 +38,13 @@ def test_json_has_the_keys_of_the_interface(alone: tuple[Made, Path]) -> None:
     assert all({"id", "caption", "alt", "file", "data"} <= set(figure) for figure in found["figures"])
 
 
-def test_model_lines_agree_with_the_cage_within_their_interval(alone: tuple[Made, Path]) -> None:
+def test_model_lines_agree_with_the_cage_within_their_interval(alone: tuple[MadeReport, Path]) -> None:
     for row in document(alone)["table6"]:
         assert abs(row["model_deviation_pct"]) < 0.35  # Coulomb friction on three circles; 0.30 % converged, play 0
         assert row["model_hz"] == pytest.approx(row["model_cage_hz"], abs=row["model_ci95_hz"])
 
 
-def test_a_stand_in_never_counts(alone: tuple[Made, Path]) -> None:
+def test_a_stand_in_never_counts(alone: tuple[MadeReport, Path]) -> None:
     found = document(alone)
     assert {row["rig_source"] for row in found["table6"]} == {"published"}
     assert {row["verdict"] for row in found["table6"]} == {"insufficient data"}
@@ -62,7 +62,7 @@ def test_a_stand_in_never_counts(alone: tuple[Made, Path]) -> None:
 
 
 @pytest.mark.recordings
-def test_each_side_is_read_in_both_bands_and_the_figure_says_what_drew_it(with_rig: tuple[Made, Path]) -> None:
+def test_each_side_is_read_in_both_bands_and_the_figure_says_what_drew_it(with_rig: tuple[MadeReport, Path]) -> None:
     crossed = document(with_rig)["crossed_bands"]
     assert len(crossed) == 8
     assert all(row["detected"] for row in crossed if row["own"])
@@ -72,7 +72,7 @@ def test_each_side_is_read_in_both_bands_and_the_figure_says_what_drew_it(with_r
 
 
 @pytest.mark.recordings
-def test_with_the_rig_the_rows_are_measured(with_rig: tuple[Made, Path]) -> None:
+def test_with_the_rig_the_rows_are_measured(with_rig: tuple[MadeReport, Path]) -> None:
     found = document(with_rig)
     measured = [row for row in found["table6"] if row["rig_source"] == "measured"]
     assert [row["defect"] for row in measured] == ["outer", "inner"]
@@ -86,7 +86,7 @@ def test_with_the_rig_the_rows_are_measured(with_rig: tuple[Made, Path]) -> None
 
 
 @pytest.mark.recordings
-def test_with_the_rig_its_sum_closes(with_rig: tuple[Made, Path]) -> None:
+def test_with_the_rig_its_sum_closes(with_rig: tuple[MadeReport, Path]) -> None:
     (rule,) = [s for s in document(with_rig)["closure"] if s["origin"] == "measured"]
     assert rule["total"] == pytest.approx(19, abs=0.01)
     assert rule["closed"] is True

@@ -6,16 +6,13 @@ import sys
 import numpy as np
 import pytest
 
-from srbval.report.figures import (
-    Deviation,
-    acceleration_panel,
-    bearing_scene,
-    deviation_plot,
-    envelope_spectrum_panel,
-    fault_cursors,
-    scalogram_panel,
-)
+from srbval.report.figures.acceleration import acceleration_panel
+from srbval.report.figures.cursors import fault_cursors
 from srbval.report.figures.decimate import block_means, extreme_indices
+from srbval.report.figures.deviation import Deviation, deviation_plot
+from srbval.report.figures.scalogram import scalogram_panel
+from srbval.report.figures.scene import bearing_scene
+from srbval.report.figures.spectrum import envelope_spectrum_panel
 
 LARGEST_BYTES = 150_000  # some twenty panels and more must fit into a page of 6 MB
 SHAFT_HZ, BPFI_HZ = 11.833, 128.04

@@ -7,7 +7,7 @@ import re
 from html import unescape
 from pathlib import Path
 
-from srbval.report.make import Made
+from srbval.main_job import MadeReport
 
 from .whole import FILE_NAME, HOSTILE, TEXT
 
@@ -19,7 +19,7 @@ def words(page: str) -> str:
     return unescape(re.sub(r"<[^>]*>", "", re.sub(r"<(script|style)>.*?</\1>", "", page, flags=re.DOTALL)))
 
 
-def test_a_hostile_file_name_is_in_its_table(alone: tuple[Made, Path]) -> None:
+def test_a_hostile_file_name_is_in_its_table(alone: tuple[MadeReport, Path]) -> None:
     page = alone[0].files["html"].read_text("utf-8")
     assert FILE_NAME in words(page)
     assert page.count("<script>") == 1
@@ -44,7 +44,7 @@ def test_nothing_is_written_elsewhere(hostile: dict[str, Path]) -> None:
     assert all(re.fullmatch(r"[a-z0-9-]+\.(svg|png|csv)", p.name) for p in (folder / "figures").iterdir())
 
 
-def test_both_files_are_small_enough(alone: tuple[Made, Path], hostile: dict[str, Path]) -> None:
+def test_both_files_are_small_enough(alone: tuple[MadeReport, Path], hostile: dict[str, Path]) -> None:
     for files in (alone[0].files, hostile):
         assert files["html"].stat().st_size < LARGEST_HTML
         assert files["pdf"].stat().st_size < LARGEST_PDF

@@ -1,28 +1,46 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 from srbval.bench.ladder.questions import Question
 from srbval.bench.ladder.table import load_calibration
 from srbval.errors import DataError
+from srbval.evidence.harmonics import HarmonicPattern, HarmonicPatterns
+from srbval.evidence.stored import shown_ladder, shown_results
 from srbval.models.ladder import MODELS
 from srbval.plan.calibrated import shipped_calibration
-from srbval.report.content.ladder_section import ladder_data, ladder_section
+from srbval.report.content.ladder import ladder_section
 from srbval.report.table import Table
 
 
 def test_one_row_for_each_question_and_rung() -> None:
-    rows = ladder_data()
+    rows = shown_ladder().rows
     assert {(row["question"], row["model"]) for row in rows} == {(q.value, m) for q in Question for m in MODELS}
     for row in rows:
         assert row["wall_per_simulated_s"] > 0
         assert row["unanswered"] <= row["scenes"]
 
 
+def evidence() -> Any:
+    rows = tuple(
+        HarmonicPattern(
+            model=model, roller_fit="play", height_mm=0.2, pulse_share=0.2, by_sinc=5.0, wide_band=None, paper_band=4.0
+        )
+        for model in MODELS
+    )
+    patterns = HarmonicPatterns(
+        height_mm=0.2, swept_model="impulse", wide_band_hz=(300.0, 3300.0), paper_band_hz=(500.0, 1500.0),
+        by_rung=rows, by_height=rows[:1],
+    )  # fmt: skip
+    return SimpleNamespace(ladder=shown_ladder(), results=shown_results(), patterns=patterns)
+
+
 def test_the_section_shows_every_rung(tmp_path: Path) -> None:
-    section = ladder_section(tmp_path)
+    section = ladder_section(evidence(), tmp_path)
     picture = (tmp_path / "ladder.svg").read_text(encoding="utf-8")
     for model in MODELS:
         assert model in picture
@@ -30,7 +48,7 @@ def test_the_section_shows_every_rung(tmp_path: Path) -> None:
     shown = [table.id for table in tables if table.id != "held-out-table"]
     assert shown == ["ladder-table", "pattern-rungs-table", "pattern-table"]
     (rungs,) = (table for table in tables if table.id == "pattern-rungs-table")
-    assert {row[0] for row in rungs.rows} == set(MODELS)
+    assert {row[0].value for row in rungs.cells} == set(MODELS)
 
 
 def test_the_shipped_table_names_its_solver_and_machine() -> None:

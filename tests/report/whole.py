@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from scipy.io import savemat
 
 from srbval.bearing import Fault
-from srbval.evidence.gather import Evidence
+from srbval.evidence.bands import RecordKurtogram
+from srbval.evidence.evidence import Evidence
+from srbval.evidence.shown_records import ShownRecord
 from srbval.report import Report
-from srbval.report.content import assemble
+from srbval.report.content.assemble import assemble
 from srbval.report.write import write_report
 from srbval.validation.analyse import Analysis
 from srbval.validation.other_rigs import OtherRecord
 
+Record = TypeVar("Record", ShownRecord, RecordKurtogram)
 SECONDS = 1.2  # enough to read the lines; the report itself runs 10 s
 TEXT = "<script>alert(1)</script> \"q\" 's' ../../../tmp/x {{ 7*7 }} *a* **b** `c` & \x00 \u202e #panic(1)"
 HOSTILE = TEXT + "A" * 10_000
@@ -36,6 +40,11 @@ def write_hostile(evidence: Evidence, folder: Path) -> tuple[Report, dict[str, P
     changed = dataclasses.replace(
         evidence,
         rig={state: _renamed(analysis) for state, analysis in evidence.rig.items()},
+        shown={
+            side: {state: _renamed_record(r) for state, r in records.items()}
+            for side, records in evidence.shown.items()
+        },
+        kurtograms=tuple(_renamed_record(record) for record in evidence.kurtograms),
         matrix=dataclasses.replace(evidence.matrix, unusable=((HOSTILE, HOSTILE),)),
         other_rigs=(*evidence.other_rigs, refused),
         slips=tuple(dataclasses.replace(s, record=HOSTILE) for s in evidence.slips),
@@ -44,6 +53,10 @@ def write_hostile(evidence: Evidence, folder: Path) -> tuple[Report, dict[str, P
     figures.mkdir()
     report = assemble(changed, figures, command=f"srbval report -o '{TEXT}'")
     return report, write_report(report, folder / "report")
+
+
+def _renamed_record(record: Record) -> Record:
+    return dataclasses.replace(record, analysis=_renamed(record.analysis))
 
 
 def _renamed(analysis: Analysis) -> Analysis:

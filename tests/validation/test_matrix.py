@@ -14,11 +14,12 @@ from scipy.io import savemat
 
 from srbval.bearing import Fault, load_bearing
 from srbval.recordings import Origin, SpeedSource
+from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import add, rig_recordings
 from srbval.recordings.stand_in import vibration
 from srbval.report.blocks import Paragraph
-from srbval.report.content.matrix_section import matrix_section
-from srbval.report.content.other_rigs_section import other_rigs_section
+from srbval.report.content.matrix import matrix_section
+from srbval.report.content.other_rigs import other_rigs_section
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.bias import biases, pairs
 from srbval.validation.compared_quantities import FREQUENCY, KINDS, PATTERN, PRESENCE, SHAPE
@@ -183,8 +184,13 @@ def test_damaged_healthy_record_is_listed_and_is_no_baseline(tmp_path: Path) -> 
     assert matrix.cells[0].call.basis is Basis.LINE_ALONE
 
 
+def evidence_of(matrix: Matrix) -> Any:
+    found = pairs(matrix.cells)
+    return SimpleNamespace(matrix=matrix, pairs=found, bias=biases(found))
+
+
 def test_maps_leave_empty_cells_empty(folder: Path, tmp_path: Path) -> None:
-    section = matrix_section(SimpleNamespace(matrix=made(folder)), tmp_path)  # type: ignore[arg-type]
+    section = matrix_section(evidence_of(made(folder)), tmp_path)
     drawn, bias = ["Paragraph", "FigureGrid", "Table", "Paragraph"], ["Table", "Paragraph", "Table", "FigureGrid"]
     assert [b.__class__.__name__ for b in section.blocks] == drawn + bias
     for kind in ("deviation", "detectability", "verdict"):
@@ -197,7 +203,7 @@ def test_maps_leave_empty_cells_empty(folder: Path, tmp_path: Path) -> None:
 
 def test_empty_matrix_says_so(tmp_path: Path) -> None:
     matrix = build_matrix((), bearing=BEARING, counterpart=another_impulse_model, sensitivity=NO_SENSITIVITY)
-    section = matrix_section(SimpleNamespace(matrix=matrix), tmp_path)  # type: ignore[arg-type]
+    section = matrix_section(evidence_of(matrix), tmp_path)
     assert "all 160 cells are empty" in section.blocks[-1].text  # type: ignore[union-attr]
     assert not list(tmp_path.iterdir())
 
@@ -206,7 +212,7 @@ def test_other_rigs_are_read_apart_from_the_rig(folder: Path) -> None:
     (record,) = read_other_rigs(add(folder).recordings)
     assert (record.dataset, record.state, record.line.name, record.diagnosable) == ("cwru", Fault.INNER, "BPFI", True)
     assert (record.line.detected, record.shown) == (False, False)  # the made file holds noise
-    evidence = SimpleNamespace(other_rigs=(record,))
+    evidence = SimpleNamespace(other_rigs=(record,), datasets={"cwru": dataset("cwru")})
     (section,) = other_rigs_section(evidence)  # type: ignore[arg-type]
     assert "0 of 1 race faults graded diagnosable (not " in section.blocks[2].text  # type: ignore[union-attr]
     said = " ".join(b.text for b in section.blocks if isinstance(b, Paragraph))

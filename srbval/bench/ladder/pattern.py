@@ -11,12 +11,9 @@ from dataclasses import dataclass
 
 from srbval.bearing import load_bearing
 from srbval.bench.ladder.questions import line_heights
-from srbval.errors import NumericsError
 from srbval.models.planar.pulse import Pulse, pulse_of
-from srbval.models.run import Run, RunStatus
-from srbval.models.simulate import simulate
+from srbval.models.run import Run
 from srbval.recordings import recording_from_run
-from srbval.scene import Scene
 from srbval.validation.analyse import analyse
 from srbval.validation.pipeline import SIMULATED_BAND_HZ
 
@@ -37,12 +34,9 @@ class MissingHarmonic:
     paper_band: float | None
 
 
-def missing_of(scene: Scene) -> MissingHarmonic:
-    """Run a scene with a race's defect and read which harmonic it lacks; `NumericsError` for a failed run."""
-    run = simulate(scene)
-    if run.status is not RunStatus.OK:
-        raise NumericsError(f"run failed ({run.status}): {run.reason}.")
-    pulse = pulse_of(scene)
+def missing_of(run: Run) -> MissingHarmonic:
+    """Read which harmonic a run with a race's defect, ended `RunStatus.OK`, lacks."""
+    pulse = pulse_of(run.scene)
     return MissingHarmonic(
         pulse=pulse,
         by_sinc=1 / pulse.share,

@@ -1,5 +1,1 @@
-"""What the report says: one file a section, from `Evidence` to blocks; no drawing, no rendering."""
-
-from srbval.report.content.assemble import assemble
-
-__all__ = ["assemble"]
+"""What the report says: pure functions from evidence to blocks. They select and word; they compute nothing."""

@@ -2,28 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
+from srbval.bearing import Fault
 from srbval.recordings import Origin
 from srbval.report.badges import Badge
 from srbval.validation.analyse import Analysis
 
-BADGE = {
-    Origin.MEASURED: Badge.MEASURED,
-    Origin.SIMULATED: Badge.SIMULATED,
-    Origin.STAND_IN: Badge.STAND_IN,
-}
 SIDE_NAME = {
     Origin.MEASURED: "test rig, measured",
     Origin.SIMULATED: "model",
     Origin.STAND_IN: "SYNTHETIC STAND-IN, not a measurement",
 }
 FETCH_COMMAND = "srbval data fetch torino-excerpts"
+VERDICT_TONE = {
+    "resolved": "warning",
+    "not resolved from uncertainty": "good",
+    "insufficient data": "neutral",
+}
 
 
 def badge_of(analysis: Analysis) -> Badge:
     """Badge of what an analysis was made from."""
-    return BADGE[analysis.recording.origin]
+    return Badge(analysis.recording.origin.value)
 
 
-def rpm_of(analysis: Analysis) -> float:
-    """Shaft speed of an analysis [rpm]."""
-    return 60 * analysis.speed.value_hz
+def side_of(analysis: Analysis) -> str:
+    """Which side of a comparison an analysis is, in words."""
+    return SIDE_NAME[analysis.recording.origin]
+
+
+def synthetic_states(side: Mapping[Fault, Analysis]) -> list[str]:
+    """The states of a side that are stand-ins, in words."""
+    return [state.label for state, analysis in side.items() if analysis.recording.origin is Origin.STAND_IN]

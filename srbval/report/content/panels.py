@@ -1,279 +1,273 @@
-"""Figures 11 to 14: the model beside the rig, each pair on identical axes."""
+"""Figures 11 to 14: the model and the rig, each pair on identical axes, and where their peaks lie."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from srbval.bearing import Fault
-from srbval.bench.scalogram_check import TRANSFORMS
+from srbval.bench.scalogram_check import LARGEST_ERROR, RANGE_HZ
+from srbval.evidence.evidence import Evidence
+from srbval.evidence.shown_records import SEGMENT_HZ, WINDOW_S, FloatArray, ShownRecord
 from srbval.recordings import Origin
-from srbval.report.blocks import Explore, Figure, FigureGrid
-from srbval.report.content.names import SIDE_NAME, badge_of, rpm_of
-from srbval.report.content.scalogram_checks import Window, choose_transform
-from srbval.report.figures import acceleration_panel, envelope_spectrum_panel, fault_cursors, scalogram_panel
-from srbval.report.inline import literal
-from srbval.signal import Scalogram
-from srbval.signal.scalogram import COLUMNS, ROWS
+from srbval.report.blocks import Block, Explore, Figure, FigureGrid
+from srbval.report.content.names import badge_of, side_of, synthetic_states
+from srbval.report.figures.acceleration import acceleration_panel
+from srbval.report.figures.band import band_panel
+from srbval.report.figures.cursors import fault_cursors
+from srbval.report.figures.scalogram import scalogram_panel
+from srbval.report.figures.spectrum import envelope_spectrum_panel
+from srbval.report.model import Section
+from srbval.report.section_texts import Texts
+from srbval.storage.stored_result import READING
 from srbval.validation.analyse import Analysis
+from srbval.validation.lines import Line
 
-FloatArray = NDArray[np.float64]
+TEXTS, PAPER_SPEED = Texts("figures"), Texts("paper_speed")
 
-WINDOW_S = (0.3, 0.5)  # shown in Figures 11 and 14: two to three shaft turns, clear of the filter's ends
 SPECTRUM_HZ = 600.0  # Figures 12 and 13
-SCALOGRAM_HZ = (40.0, 1000.0)  # Figure 14: from below the race lines to their high harmonics
-PAIRS = {Fault.HEALTHY: "ab", Fault.OUTER: "cd", Fault.INNER: "ef"}
+SPECTRUM_FIGURES = {"12": Fault.OUTER, "13": Fault.INNER}
+PANEL_LETTERS = {Fault.HEALTHY: "ab", Fault.OUTER: "cd", Fault.INNER: "ef"}
 COLOUR_QUANTILE = 0.995  # top of the shared colour scale, so that one burst does not darken all the rest
 HEAD_ROOM, LABEL_ROOM = 1.12, 1.4  # above the highest value on a shared axis, for the marks of found lines
+BAND_RANGE_DB, BAND_HEAD_DB = 75.0, 8.0  # of the spectra before demodulation: shown in all, above the highest level
+Side = Mapping[Fault, ShownRecord]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Side:
-    """One column of the figures: its analyses by state."""
-
-    analyses: Mapping[Fault, Analysis]
-
-    def scaled(self, state: Fault) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Time [s], band-passed acceleration and envelope in standard deviations of the former."""
-        shown = self.analyses[state].processed
-        spread = float(np.std(shown.filtered))
-        time = np.arange(len(shown.filtered)) / shown.fs_hz
-        return time, shown.filtered / spread, shown.envelope / spread
-
-    def spectrum(self, state: Fault) -> tuple[FloatArray, FloatArray]:
-        """Frequency [Hz] and envelope amplitude in standard deviations of the band-passed signal."""
-        shown = self.analyses[state].processed
-        return shown.spectrum.frequency_hz, shown.spectrum.amplitude / float(np.std(shown.filtered))
-
-    def scalogram(self, state: Fault) -> Scalogram:
-        """Wavelet transform of the envelope in the window, in the same unit; its ends are hatched in the picture."""
-        time, _, strength = self.scaled(state)
-        part = strength[_inside(time)]
-        transform = TRANSFORMS[choose_transform(self.scalogram_window(state)).transform]
-        return transform(
-            part - part.mean(), self.analyses[state].processed.fs_hz, range_hz=SCALOGRAM_HZ, rows=ROWS, columns=COLUMNS
-        )
-
-    def scalogram_window(self, state: Fault) -> Window:
-        """Samples in the window, their rate and the rows' range: what a transform is tried on."""
-        inside = _inside(self.scaled(state)[0])
-        return int(np.count_nonzero(inside)), self.analyses[state].processed.fs_hz, SCALOGRAM_HZ
-
-
-def figures_11_to_14(model: Side, rig: Side, folder: Path) -> list[FigureGrid]:
-    """The sixteen panels; (a, c, e) model, (b, d, f) rig."""
-    return [
+def figures_section(evidence: Evidence, folder: Path) -> Section:
+    """The sixteen panels, the tables of their peaks, and what draws Figure 14."""
+    model, rig = evidence.shown["model"], evidence.shown["rig"]
+    height_mm = 1e3 * evidence.runs["paper-inner"].scene.defect.height_m
+    sides = [(side_of(record[Fault.INNER].analysis), evidence.sidebands[name])
+             for name, record in (("model", model), ("rig", rig))]  # fmt: skip
+    return TEXTS.section(
+        TEXTS.paragraph("intro"),
+        _band_figure(evidence, folder),
         _figure_11(model, rig, folder),
-        _spectrum_figure("12", Fault.OUTER, model, rig, folder),
-        _spectrum_figure("13", Fault.INNER, model, rig, folder),
-        _figure_14(model, rig, folder),
-    ]
-
-
-def model_alone(model: Side, folder: Path) -> list[FigureGrid]:
-    """The model's panels at the paper's own speed, with no rig recording beside them."""
-    spectra = [
-        _spectrum_panel(f"fig{n}a-paper-speed", f"{n}a", state, model, model, folder)
-        for n, state in (("12", Fault.OUTER), ("13", Fault.INNER))
-    ]
-    limit = _largest(abs(model.scaled(s)[1][_inside(model.scaled(s)[0])]) for s in PAIRS)
-    time = [
-        _acceleration_panel(f"fig11{PAIRS[s][0]}-paper-speed", f"11{PAIRS[s][0]}", s, model, limit, folder)
-        for s in PAIRS
-    ]
-    return [
-        FigureGrid(figures=tuple(spectra), columns=1, label="Figures 12a and 13a at the paper's speed",
-                   caption="Envelope spectra of the model over the full run."),
-        FigureGrid(figures=tuple(time), columns=2, label="Figure 11 (a, c, e) at the paper's speed",
-                   caption="Band-passed acceleration of the model and its envelope."),
-    ]  # fmt: skip
-
-
-def _figure_11(model: Side, rig: Side, folder: Path) -> FigureGrid:
-    limit = _largest(abs(s.scaled(k)[1][_inside(s.scaled(k)[0])]) for s in (model, rig) for k in PAIRS)
-    panels = [
-        _acceleration_panel(f"fig11{letter}", f"11{letter}", state, side, limit, folder)
-        for state, letters in PAIRS.items()
-        for side, letter in zip((model, rig), letters, strict=True)
-    ]
-    return FigureGrid(
-        figures=tuple(panels),
-        columns=2,
-        label="Figure 11",
-        caption="Acceleration and its envelope, band-passed, in standard deviations of the band-passed record. "
-        "Left the model, right the rig side; all panels on the same axes. " + _again(model, rig, Fault.HEALTHY),
+        *(block for number in SPECTRUM_FIGURES for block in _spectrum_blocks(number, model, rig, folder)),
+        TEXTS.paragraph("sidebands", sides=sides, height_mm=height_mm),
+        _figure_14(evidence, folder),
+        *_scalogram_checks(evidence),
     )
 
 
-def _acceleration_panel(
-    name: str, letter: str, state: Fault, side: Side, limit: float, folder: Path
-) -> Figure:  # fmt: skip
-    analysis = side.analyses[state]
-    time, signal, strength = side.scaled(state)
-    line = state.line
-    period = None if line is None else 1 / analysis.line(line).kinematic_hz
+def paper_speed_section(evidence: Evidence, folder: Path) -> Section:
+    """The model's panels at the paper's own speed, with no rig recording to compare them with."""
+    model = evidence.shown["paper"]
+    limit = _largest(abs(record.acceleration) for record in model.values())
+    spectra = [
+        _spectrum_panel(f"fig{n}a-paper-speed", f"{n}a", state, model, model, folder)
+        for n, state in SPECTRUM_FIGURES.items()
+    ]
+    times = [
+        _acceleration_panel(f"fig11{letters[0]}-paper-speed", f"11{letters[0]}", state, model, limit, folder)
+        for state, letters in PANEL_LETTERS.items()
+    ]
+    return PAPER_SPEED.section(
+        PAPER_SPEED.paragraph("intro", rpm=evidence.printed.shaft_rpm),
+        FigureGrid(figures=tuple(spectra), columns=1, label="Figures 12a and 13a at the paper's speed",
+                   caption=TEXTS.text("grid-paper-spectra")),
+        FigureGrid(figures=tuple(times), columns=2, label="Figure 11 (a, c, e) at the paper's speed",
+                   caption=TEXTS.text("grid-paper-time")),
+        rpm=evidence.printed.shaft_rpm,
+    )  # fmt: skip
+
+
+def _band_figure(evidence: Evidence, folder: Path) -> FigureGrid:
+    """Spectra of all states before demodulation, model above rig, with the bands that are demodulated."""
+    sides = {name: evidence.shown[name] for name in ("model", "rig")}
+    records = [record for side in sides.values() for record in side.values()]
+    top = max(float(record.power_db.max()) for record in records) + BAND_HEAD_DB
+    reach = max(float(record.power_hz[-1]) for record in records)
+    panels = []
+    for (name, side), letter in zip(sides.items(), "ab", strict=True):
+        analysis = side[Fault.OUTER].analysis
+        synthetic = synthetic_states({state: record.analysis for state, record in side.items()})
+        origin, states = Origin.STAND_IN if synthetic else analysis.recording.origin, [s.label for s in side]
+        band = analysis.processed.band_hz
+        files = band_panel(
+            folder, f"band-{name}", frequency_hz=side[Fault.OUTER].power_hz,
+            levels_db={state.label: record.power_db for state, record in side.items()}, band_hz=band,
+            limits_db=(top - BAND_RANGE_DB, top), f_max_hz=reach, origin=origin.value, letter=letter,
+        )  # fmt: skip
+        figure = TEXTS.figure(
+            "band", files, id=f"band-{name}", badge=origin.value, side=name, band_hz=band, synthetic=synthetic,
+            states=states,
+        )  # fmt: skip
+        explore = Explore(
+            x="frequency_hz", x_label="Frequency, Hz", y_label="Power density, dB re 1/Hz",
+            curves={state.replace(" ", "_") + "_db": state for state in states},
+        )  # fmt: skip
+        panels.append(dataclasses.replace(figure, explore=explore))
+    return FigureGrid(
+        figures=tuple(panels), columns=1, label="Before demodulation",
+        caption=TEXTS.text("grid-band", resolution_hz=SEGMENT_HZ),
+    )  # fmt: skip
+
+
+def _figure_11(model: Side, rig: Side, folder: Path) -> FigureGrid:
+    limit = _largest(abs(record.acceleration) for side in (model, rig) for record in side.values())
+    panels = [
+        _acceleration_panel(f"fig11{letter}", f"11{letter}", state, side, limit, folder)
+        for state, letters in PANEL_LETTERS.items()
+        for side, letter in zip((model, rig), letters, strict=True)
+    ]
+    caption = TEXTS.text("grid-11", again=_again(model, rig, Fault.HEALTHY))
+    return FigureGrid(figures=tuple(panels), columns=2, label="Figure 11", caption=caption)
+
+
+def _acceleration_panel(name: str, letter: str, state: Fault, side: Side, limit: float, folder: Path) -> Figure:
+    record = side[state]
     files = acceleration_panel(
-        folder, name, time_s=time, acceleration=signal, envelope=strength,
-        origin=analysis.recording.origin.value, letter=letter[-1], title=_title(analysis, state),
-        window_s=WINDOW_S, y_limits=(-limit, limit), period_s=period, period_name=f"1/{line}" if line else "",
+        folder, name, time_s=record.time_s, acceleration=record.acceleration, envelope=record.envelope,
+        letter=letter[-1], window_s=WINDOW_S, y_limits=(-limit, limit), period_name=f"1/{state.line or ''}",
+        period_s=1 / record.analysis.line(state.line).kinematic_hz if state.line else None, **_head(record, state),
     )  # fmt: skip
-    return _figure(
-        name, letter, analysis, files.picture, files.data,
-        f"{_who(analysis, state)}; {_band(analysis)}, {1e3 * (WINDOW_S[1] - WINDOW_S[0]):.0f} ms of "
-        f"{analysis.recording.seconds:.3g} s.",
-        f"Acceleration over time with its envelope, {_who(analysis, state)}.",
-    )  # fmt: skip
+    return TEXTS.figure("acceleration", files, **_words(name, letter, record, state), window_s=WINDOW_S)
 
 
-def _spectrum_figure(number: str, state: Fault, model: Side, rig: Side, folder: Path) -> FigureGrid:
+def _spectrum_blocks(number: str, model: Side, rig: Side, folder: Path) -> tuple[Block, ...]:
+    """Figure 12 or 13 and the table of its peaks."""
+    state = SPECTRUM_FIGURES[number]
     panels = [
         _spectrum_panel(f"fig{number}{letter}", f"{number}{letter}", state, side, other, folder)
         for side, other, letter in ((model, rig, "a"), (rig, model, "b"))
     ]
-    return FigureGrid(
-        figures=tuple(panels),
-        columns=1,
-        label=f"Figure {number}",
-        caption=f"Envelope spectra, {state.label} defect, on the same axes, with the healthy bearing of the "
-        "same side dashed. Green: kinematic fault lines and their sidebands (fr: shaft speed), in Hz and shaft orders; "
-        "triangles: lines that were read and detected. " + _again(model, rig, state),
+    caption = TEXTS.text("grid-spectrum", state=state, again=_again(model, rig, state))
+    return (
+        FigureGrid(figures=tuple(panels), columns=1, label=f"Figure {number}", caption=caption),
+        TEXTS.table(f"peaks-{number}", _peaks(state, model[state].analysis, rig[state].analysis)),
     )
 
 
 def _spectrum_panel(name: str, letter: str, state: Fault, side: Side, other: Side, folder: Path) -> Figure:
-    analysis = side.analyses[state]
-    line = state.line or ""
-    shaft_hz = analysis.speed.value_hz
-    frequency, amplitude = side.spectrum(state)
-    top = _largest(_below(*s.spectrum(state)) for s in (side, other)) * LABEL_ROOM / HEAD_ROOM
+    record, line = side[state], state.line
+    assert line is not None, "only the defects of races have a spectrum figure"
+    shaft_hz = record.analysis.speed.value_hz
     cursors = fault_cursors(
-        line, analysis.line(line).kinematic_hz, f_max_hz=SPECTRUM_HZ, sideband_hz=shaft_hz,
-        sidebands=2 if state is Fault.INNER else 0,
+        line, record.analysis.line(line).kinematic_hz, f_max_hz=SPECTRUM_HZ, sideband_hz=shaft_hz,
+        sidebands=2 if state.sidebands else 0,
     )  # fmt: skip
-    peaks = [
-        (n.found_hz, _height_at(n.found_hz, frequency, amplitude))
-        for n in analysis.lines
-        if n.detected and n.found_hz is not None and n.name.startswith(line)
-    ]
+    top = _largest(_shown_amplitudes(s[state]) for s in (side, other)) * LABEL_ROOM / HEAD_ROOM
+    healthy = side[Fault.HEALTHY]
     files = envelope_spectrum_panel(
-        folder, name, frequency_hz=frequency, amplitude=amplitude, shaft_hz=shaft_hz,
-        origin=analysis.recording.origin.value, cursors=cursors, peaks=peaks,
-        healthy=side.spectrum(Fault.HEALTHY), letter=letter[-1], title=_title(analysis, state),
-        f_max_hz=SPECTRUM_HZ, y_limits=(0.0, top),
+        folder, name, frequency_hz=record.frequency_hz, amplitude=record.amplitude, shaft_hz=shaft_hz, cursors=cursors,
+        peaks=[(hz, height) for peak, hz, height in record.peaks if peak.startswith(line)], letter=letter[-1],
+        healthy=(healthy.frequency_hz, healthy.amplitude), f_max_hz=SPECTRUM_HZ, y_limits=(0.0, top),
+        **_head(record, state),
     )  # fmt: skip
-    resolution = analysis.processed.spectrum.resolution_hz
-    figure = _figure(
-        name, letter, analysis, files.picture, files.data,
-        f"{_who(analysis, state)}; {_band(analysis)}, resolution {resolution:.3g} Hz. {literal(analysis.verdict)}",
-        f"Envelope spectrum up to {SPECTRUM_HZ:.0f} Hz with {line} and its harmonics marked, {_who(analysis, state)}.",
-    )  # fmt: skip
-    return dataclasses.replace(
-        figure,
-        explore=Explore(
-            x="frequency_hz",
-            x_label="Frequency, Hz",
-            y_label="Envelope amplitude, std. dev.",
-            curves={"amplitude": state.label, "healthy_amplitude": "healthy"},
-            marks=tuple((c.name, c.frequency_hz) for c in cursors),
-            x_per_order=shaft_hz,
-        ),
+    figure = TEXTS.figure("spectrum", files, **_words(name, letter, record, state), f_max_hz=SPECTRUM_HZ)
+    explore = Explore(
+        x="frequency_hz",
+        x_label="Frequency, Hz",
+        y_label="Envelope amplitude, std. dev.",
+        curves={"amplitude": state.label, "healthy_amplitude": "healthy"},
+        marks=tuple((cursor.name, cursor.frequency_hz) for cursor in cursors),
+        x_per_order=shaft_hz,
     )
+    return dataclasses.replace(figure, explore=explore)
 
 
-def _figure_14(model: Side, rig: Side, folder: Path) -> FigureGrid:
-    images = {(id(side), s): side.scalogram(s) for side in (model, rig) for s in PAIRS}
-    top = float(np.quantile(np.concatenate([i.amplitude.ravel() for i in images.values()]), COLOUR_QUANTILE))
-    panels = []
-    for state, letters in PAIRS.items():
-        for side, letter in zip((model, rig), letters, strict=True):
-            panels.append(_scalogram_panel(letter, state, side, images[id(side), state], top, folder))
-    return FigureGrid(
-        figures=tuple(panels),
-        columns=2,
-        label="Figure 14",
-        caption="Magnitude of the continuous wavelet transform (complex Morlet) of the envelope; one colour scale for "
-        "all panels. Hatched: the cone of influence, where a row also sees the ends. Drawn by the transform that "
-        "passes the tests of unit tones and impulses at every scale; see the table below.",
-    )
+def _peaks(state: Fault, model: Analysis, rig: Analysis) -> Iterator[dict[str, Any]]:
+    """One row per line of the state's family, on both sides."""
+    for line in model.lines:
+        if line.name.startswith(state.line or ""):
+            yield {
+                "name": line.name if line.harmonic == 1 else f"{line.harmonic}x{line.name}",
+                "kinematic_order": line.kinematic_hz / model.speed.value_hz,
+                "model": _peak(line, model),
+                "rig": _peak(line, rig),
+            }
 
 
-def _scalogram_panel(
-    letter: str, state: Fault, side: Side, image: Scalogram, top: float, folder: Path
-) -> Figure:  # fmt: skip
-    analysis = side.analyses[state]
-    line = state.line
-    expected = None if line is None else analysis.line(line).kinematic_hz
+def _peak(wanted: Line, analysis: Analysis) -> dict[str, Any]:
+    found = [n for n in analysis.lines if (n.name, n.harmonic) == (wanted.name, wanted.harmonic)]
+    peak: dict[str, Any] = {
+        "found_hz": None,
+        "ci95_hz": None,
+        "badge": None,
+        "order": None,
+        "snr": found[0].snr if found else None,
+    }
+    if found and found[0].detected and found[0].found_hz is not None:
+        peak |= {
+            "found_hz": found[0].found_hz,
+            "ci95_hz": found[0].ci95_hz,
+            "order": found[0].found_hz / analysis.speed.value_hz,
+            "badge": badge_of(analysis) if wanted.harmonic == 1 else None,
+        }
+    return peak
+
+
+def _figure_14(evidence: Evidence, folder: Path) -> FigureGrid:
+    images = [image for side in evidence.scalograms.values() for image in side.values()]
+    top = float(np.quantile(np.concatenate([image.amplitude.ravel() for image in images]), COLOUR_QUANTILE))
+    panels = [
+        _scalogram_panel(letter, state, evidence, side, top, folder)
+        for state, letters in PANEL_LETTERS.items()
+        for side, letter in zip(("model", "rig"), letters, strict=True)
+    ]
+    return FigureGrid(figures=tuple(panels), columns=2, label="Figure 14", caption=TEXTS.text("grid-14"))
+
+
+def _scalogram_panel(letter: str, state: Fault, evidence: Evidence, side: str, top: float, folder: Path) -> Figure:
+    record, image = evidence.shown[side][state], evidence.scalograms[side][state]
     files = scalogram_panel(
         folder, f"fig14{letter}", time_s=image.time_s + WINDOW_S[0],
-        frequency_hz=image.frequency_hz, magnitude=image.amplitude, limits=(0.0, top),
-        origin=analysis.recording.origin.value, letter=letter, title=_title(analysis, state),
+        frequency_hz=image.frequency_hz, magnitude=image.amplitude, limits=(0.0, top), letter=letter,
         window_s=WINDOW_S, edge_s=image.edge_s, record_s=WINDOW_S,
-        period_s=1 / analysis.speed.value_hz if state is Fault.INNER else None,
-        period_name="1/fr", line_hz=expected, line_name=line or "",
+        period_s=1 / record.analysis.speed.value_hz if state.sidebands else None, period_name="1/fr",
+        line_hz=record.analysis.line(state.line).kinematic_hz if state.line else None, line_name=state.line or "",
+        **_head(record, state),
     )  # fmt: skip
-    return _figure(
-        f"fig14{letter}", f"14{letter}", analysis, files.picture, files.data,
-        f"{_who(analysis, state)}; {_band(analysis)}.",
-        f"Scalogram of the envelope from {SCALOGRAM_HZ[0]:.0f} to {SCALOGRAM_HZ[1]:.0f} Hz, {_who(analysis, state)}.",
-    )  # fmt: skip
+    words = _words(f"fig14{letter}", f"14{letter}", record, state)
+    return TEXTS.figure("scalogram", files, **words, range_hz=RANGE_HZ)
 
 
-def _figure(
-    name: str, letter: str, analysis: Analysis, picture: Path, data: Path, caption: str, alt: str
-) -> Figure:  # fmt: skip
-    return Figure(
-        id=name, label=f"Figure {letter}", caption=caption, alt=alt, file=picture, data=data,
-        badge=badge_of(analysis), synthetic=analysis.recording.origin is Origin.STAND_IN,
-    )  # fmt: skip
+def _scalogram_checks(evidence: Evidence) -> Iterator[Block]:
+    result = evidence.results[READING]
+    if result.content and result.content.get("transforms"):
+        yield TEXTS.table(
+            "scalogram-checks", result.content["transforms"], command=result.command, allowed=LARGEST_ERROR,
+            drawn_by=evidence.transform,
+        )  # fmt: skip
+
+
+def _head(record: ShownRecord, state: Fault) -> dict[str, Any]:
+    """What heads a panel: the origin of its signal and its title."""
+    rpm = 60 * record.analysis.speed.value_hz
+    return {"origin": record.analysis.recording.origin.value, "title": f"{state.label}, {rpm:.4g} rpm"}
+
+
+def _words(name: str, letter: str, record: ShownRecord, state: Fault) -> dict[str, Any]:
+    """What caption and alt text of a panel are made of."""
+    analysis = record.analysis
+    rpm, shown = 60 * analysis.speed.value_hz, analysis.processed
+    return {
+        "id": name,
+        "letter": letter,
+        "badge": badge_of(analysis),
+        "analysis": analysis,
+        "state": state,
+        "who": TEXTS.text("who", side=side_of(analysis), state=state, rpm=rpm, analysis=analysis),
+        "band": TEXTS.text("band", shown=shown),
+    }
 
 
 def _again(model: Side, rig: Side, state: Fault) -> str:
     """The commands that make a pair of panels again."""
-    own, other = model.analyses[state], rig.analyses[state].recording
+    own, other = model[state].analysis, rig[state].analysis.recording
     file = Path(other.file).name if other.file and other.origin is Origin.MEASURED else ""
-    named = f"; rig: `srbval analyse` {literal(file)}" if file else ""
-    return (
-        f"Once more, model: `srbval simulate --defect {state.scene_word} --rpm {rpm_of(own):.4f} --seconds "
-        f"{own.recording.seconds:.4g} -o run.h5`, then `srbval analyse run.h5`{named}."
-    )
+    return TEXTS.text("again", state=state, rpm=60 * own.speed.value_hz, model=own, file=file)
 
 
-def _title(analysis: Analysis, state: Fault) -> str:
-    return f"{state.label}, {rpm_of(analysis):.4g} rpm"
-
-
-def _who(analysis: Analysis, state: Fault) -> str:
-    what = "healthy bearing" if state is Fault.HEALTHY else f"{state.label} defect"
-    return f"{SIDE_NAME[analysis.recording.origin]}, {what}, shaft {rpm_of(analysis):.2f} rpm ({analysis.speed.source})"
-
-
-def _band(analysis: Analysis) -> str:
-    shown = analysis.processed
-    low, high = shown.band_hz
-    return (
-        f"band {low:g} to {high:g} Hz ({shown.band_filter.value}), envelope (modulus) in standard deviations of the "
-        "band-passed signal"
-    )
-
-
-def _inside(time: FloatArray) -> NDArray[np.bool_]:
-    inside: NDArray[np.bool_] = (time >= WINDOW_S[0]) & (time <= WINDOW_S[1])
-    return inside
-
-
-def _height_at(line_hz: float, frequency: FloatArray, amplitude: FloatArray) -> float:
-    """Height of a line: the larger of the two bins it lies between."""
-    return float(amplitude[np.argsort(np.abs(frequency - line_hz))[:2]].max())
-
-
-def _below(frequency: FloatArray, amplitude: FloatArray) -> FloatArray:
-    """Amplitudes in the shown range, above the slow trend at its very start."""
-    return amplitude[(frequency > 1.0) & (frequency <= SPECTRUM_HZ)]
+def _shown_amplitudes(record: ShownRecord) -> FloatArray:
+    """Amplitudes in the range shown, above the slow trend at its very start."""
+    return record.amplitude[(record.frequency_hz > 1.0) & (record.frequency_hz <= SPECTRUM_HZ)]
 
 
 def _largest(parts: Iterable[FloatArray]) -> float:

@@ -1,4 +1,4 @@
-"""Table 6 as a picture: deviation from the kinematic frequency, with its uncertainty, source by source."""
+"""Comparisons as pictures: Table 6's deviations from kinematics, and predicted against measured quantities."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 
 from srbval.report.figures.files import PanelFiles, save_panel
 from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, figure_style
+from srbval.validation.bias import Pair
 
 # kind: (marker, face colour, edge colour); shape and filling tell them apart without colour.
 MARKS = {
@@ -96,3 +97,22 @@ def _columns(points: Sequence[Deviation]) -> dict[str, list[Any]]:
         "deviation_pct": [p.deviation_pct for p in points],
         "ci95_pct": [float("nan") if p.ci95_pct is None else p.ci95_pct for p in points],
     }
+
+
+def agreement_plot(folder: Path, name: str, *, pairs: Sequence[Pair], label: str) -> PanelFiles:
+    """Draw `pairs` of one unit, with the line of agreement and the data's 95 % intervals; write picture and CSV."""
+    with figure_style():
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=(3.6, 3.4), layout="constrained")
+        FigureCanvasAgg(figure)
+        axes = figure.add_subplot()
+        rig, model = [p.rig for p in pairs], [p.model for p in pairs]
+        ends = [min(rig + model), max(rig + model)]
+        axes.plot(ends, ends, color=INK, lw=0.9)
+        half = [p.data_ci95 for p in pairs]
+        axes.errorbar(rig, model, xerr=half, fmt="o", color=BLUE, ms=4, lw=0.8)
+        axes.set(xlabel=f"Measured {label}", ylabel=f"Predicted {label}")
+        columns = {"measured": rig, "predicted": model, "measured_ci95": half}
+        return save_panel(figure, folder, name, columns)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.bearing import CIRCLES, SphericalRollerGeometry
-from srbval.models.full.point_cloud import CirclePoints, inner_circle, outer_circle
+from srbval.bearing import SphericalRollerGeometry
+from srbval.evidence.bearing_views import DEFECT_CIRCLE, DefectPoints, RacewayCircle
 from srbval.report.figures.files import PanelFiles, save_panel
 from srbval.report.figures.style import BLUE, INK, ORANGE, SOFT, VERMILION, figure_style
 
@@ -45,20 +45,22 @@ def roller_of(geometry: SphericalRollerGeometry) -> Roller:
     )
 
 
-def axial_section(folder: Path, name: str, *, geometry: SphericalRollerGeometry) -> PanelFiles:
+def axial_section(
+    folder: Path, name: str, *, geometry: SphericalRollerGeometry, circles: Sequence[RacewayCircle]
+) -> PanelFiles:
     """The paper's Figure 1: upper half of a section in the shaft's plane; write picture and CSV (contact circles)."""
     with figure_style():
         figure, axes = _figure(SECTION_INCHES)
         for side in (1, -1):
-            _draw_row(axes, geometry, side)
+            _draw_row(axes, geometry, circles, side)
         _draw_dimensions(axes, geometry)
         outer = geometry.outer_diameter_m / 2 * 1e3
         axes.set(aspect="equal", xlabel="Along the shaft, mm", ylabel="From the shaft's axis, mm",
                  xlim=(-112, 168), ylim=(92, outer + 6))  # fmt: skip
-        return save_panel(figure, folder, name, _circle_columns(geometry))
+        return save_panel(figure, folder, name, _circle_columns(circles))
 
 
-def _draw_row(axes: Any, geometry: SphericalRollerGeometry, side: int) -> None:
+def _draw_row(axes: Any, geometry: SphericalRollerGeometry, circles: Sequence[RacewayCircle], side: int) -> None:
     """Races and roller of the row at `side` (1: right) of the middle."""
     alpha, raceway = geometry.tilt_rad, geometry.raceway_radius_m
     reach = np.linspace(0.0, min(1.9 * alpha, math.asin(geometry.width_m / 2 / raceway)), 60)
@@ -73,9 +75,9 @@ def _draw_row(axes: Any, geometry: SphericalRollerGeometry, side: int) -> None:
     axes.plot(side * inner_z * 1e3, inner * 1e3, color=SOFT, lw=0.8)
     z, r = _outline(geometry)
     axes.fill(side * z * 1e3, r * 1e3, fc="#cfe3f2", ec=INK, lw=1.0, zorder=3)
-    for p in CIRCLES:
-        for circle, colour in ((outer_circle(geometry, p), VERMILION), (inner_circle(geometry, p), ORANGE)):
-            axes.plot(side * circle.height_m * 1e3, circle.radius_m * 1e3, "o", color=colour, ms=4, zorder=5)
+    for circle in circles:
+        colour = VERMILION if circle.raceway == "outer" else ORANGE
+        axes.plot(side * circle.height_m * 1e3, circle.radius_m * 1e3, "o", color=colour, ms=4, zorder=5)
 
 
 def _outline(geometry: SphericalRollerGeometry) -> tuple[FloatArray, FloatArray]:
@@ -112,48 +114,44 @@ def _draw_dimensions(axes: Any, geometry: SphericalRollerGeometry) -> None:
         axes.text(62, height, text, **notes | {"color": colour}, zorder=6, bbox=white)
 
 
-def _circle_columns(geometry: SphericalRollerGeometry) -> dict[str, list[Any]]:
-    races = {"outer": outer_circle, "inner": inner_circle}
-    rows = [(race, p, make(geometry, p)) for race, make in races.items() for p in CIRCLES]
-    return {
-        "raceway": [race for race, _, _ in rows],
-        "circle": [p for _, p, _ in rows],
-        "radius_m": [c.radius_m for _, _, c in rows],
-        "height_m": [c.height_m for _, _, c in rows],
-    }
+def _circle_columns(circles: Sequence[RacewayCircle]) -> dict[str, list[Any]]:
+    return {name: [getattr(c, name) for c in circles] for name in ("raceway", "circle", "radius_m", "height_m")}
 
 
-def defect_cloud(
-    folder: Path, name: str, *, points: Mapping[float, CirclePoints], radii_m: Mapping[float, float], zone_rad: float
-) -> PanelFiles:
+def defect_cloud(folder: Path, name: str, *, points: Sequence[DefectPoints]) -> PanelFiles:
     """The paper's Figure 5: the points of one row of a raceway about its defect, seen flat and from the side.
 
-    `points` and `radii_m` by circle (`bearing.geometry.CIRCLES`); write picture and CSV.
+    `points` of each circle; write picture and CSV.
     """
     with figure_style():
         figure, (flat, side) = _figure(CLOUD_INCHES, 2)
         columns: dict[str, list[float]] = {"circle": [], "along_mm": [], "lift_mm": []}
-        for row, (p, own) in enumerate(points.items()):
-            along = ((own.angle - zone_rad + np.pi) % (2 * np.pi) - np.pi) * radii_m[p] * 1e3
-            near = np.argsort(along)
-            near = near[np.abs(along[near]) <= NEAR_MM]
-            lifted = own.lift[near] != 0
-            flat.plot(along[near], np.full(near.size, row), "o", color=BLUE, ms=4)
-            flat.plot(along[near][lifted], np.full(int(lifted.sum()), row), "o", color=VERMILION, ms=7, zorder=4)
+        for row, own in enumerate(points):
+            near = np.abs(own.along_m) <= NEAR_MM / 1e3
+            along, lift = own.along_m[near] * 1e3, own.lift_m[near] * 1e3
+            lifted = lift != 0
+            flat.plot(along, np.full(along.size, row), "o", color=BLUE, ms=4)
+            flat.plot(along[lifted], np.full(int(lifted.sum()), row), "o", color=VERMILION, ms=7, zorder=4)
             if lifted.any():
-                side.plot(along[near], own.lift[near] * 1e3, "-o", color=SOFT, mfc=BLUE, mec=BLUE, ms=4, lw=0.8)
-                side.plot(along[near][lifted], own.lift[near][lifted] * 1e3, "o", color=VERMILION, ms=7, zorder=4)
-            columns["circle"] += [p] * near.size
-            columns["along_mm"] += along[near].tolist()
-            columns["lift_mm"] += (own.lift[near] * 1e3).tolist()
-        flat.set_yticks(range(len(points)), labels=[f"p = {p:g}" for p in points])
+                side.plot(along, lift, "-o", color=SOFT, mfc=BLUE, mec=BLUE, ms=4, lw=0.8)
+                side.plot(along[lifted], lift[lifted], "o", color=VERMILION, ms=7, zorder=4)
+            columns["circle"] += [own.circle] * along.size
+            columns["along_mm"] += along.tolist()
+            columns["lift_mm"] += lift.tolist()
+        flat.set_yticks(range(len(points)), labels=[f"p = {own.circle:g}" for own in points])
         flat.set(xlabel="Along the race, mm", ylabel="Circle", ylim=(-0.6, len(points) - 0.4), title="Seen flat")
         side.set(xlabel="Along the race, mm", ylabel="Raised by, mm", title="Circle with the defect, from the side")
         return save_panel(figure, folder, name, columns)
 
 
 def whole_bearing(
-    folder: Path, name: str, *, geometry: SphericalRollerGeometry, slot_angle_rad: FloatArray, defect_rad: float
+    folder: Path,
+    name: str,
+    *,
+    geometry: SphericalRollerGeometry,
+    circles: Sequence[RacewayCircle],
+    slot_angle_rad: FloatArray,
+    defect_rad: float,
 ) -> PanelFiles:
     """The paper's Figure 8: point clouds of both raceways and all rollers, in three dimensions; picture (PNG) and CSV.
 
@@ -166,8 +164,8 @@ def whole_bearing(
         for sign, angles in zip((1, -1), np.split(slot_angle_rad, 2), strict=True):
             for angle in angles:
                 axes.plot_surface(*_surface(geometry, angle, sign), color="#9cc7e6", lw=0, alpha=0.9, shade=True)
-            _scatter(axes, geometry, sign)
-        circle = outer_circle(geometry, 1.0)
+            _scatter(axes, circles, sign)
+        circle = next(c for c in circles if (c.raceway, c.circle) == ("outer", DEFECT_CIRCLE))
         at = np.array([circle.radius_m * math.cos(defect_rad), circle.radius_m * math.sin(defect_rad)]) * 1e3
         axes.plot([at[0]], [circle.height_m * 1e3], [at[1]], "*", color=VERMILION, ms=14, mec="white", zorder=99)
         axes.set(xlim=(-150, 150), ylim=(-150, 150), zlim=(-150, 150))
@@ -193,13 +191,12 @@ def _surface(geometry: SphericalRollerGeometry, angle: float, sign: int) -> tupl
     return x * 1e3, axial * 1e3, z * 1e3
 
 
-def _scatter(axes: Any, geometry: SphericalRollerGeometry, sign: int) -> None:
+def _scatter(axes: Any, circles: Sequence[RacewayCircle], sign: int) -> None:
     turn = np.linspace(0, 2 * np.pi, 160, endpoint=False)
-    for make, colour in ((outer_circle, SOFT), (inner_circle, ORANGE)):
-        for p in CIRCLES:
-            circle = make(geometry, p)
-            axes.scatter(circle.radius_m * np.cos(turn) * 1e3, np.full(turn.size, sign * circle.height_m * 1e3),
-                         circle.radius_m * np.sin(turn) * 1e3, s=1.2, color=colour, depthshade=False)  # fmt: skip
+    for circle in circles:
+        colour = SOFT if circle.raceway == "outer" else ORANGE
+        axes.scatter(circle.radius_m * np.cos(turn) * 1e3, np.full(turn.size, sign * circle.height_m * 1e3),
+                     circle.radius_m * np.sin(turn) * 1e3, s=1.2, color=colour, depthshade=False)  # fmt: skip
 
 
 def _figure(size: tuple[float, float], columns: int = 1, **looks: Any) -> tuple[Any, Any]:

@@ -1,0 +1,95 @@
+"""The evidence: all that the report shows, as frozen data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from srbval.bearing import Bearing, Fault
+from srbval.evidence.bands import RecordKurtogram
+from srbval.evidence.bearing_views import BearingViews, LoadPath, PointPassing
+from srbval.evidence.harmonics import HarmonicPatterns
+from srbval.evidence.provenance import RunFacts
+from srbval.evidence.shown_records import ShownRecord, SidebandShares
+from srbval.evidence.speeds import PublishedSpeedRow, SingleSpeed
+from srbval.evidence.stored import ShownLadder, ShownResult
+from srbval.models.run import Run
+from srbval.recordings import Origin
+from srbval.recordings.datasets.description import DatasetDescription, PublishedSpeeds
+from srbval.recordings.registry import RegisteredRecording
+from srbval.signal import Scalogram
+from srbval.validation.analyse import Analysis
+from srbval.validation.bias import Bias, Pair
+from srbval.validation.comparison import Comparison
+from srbval.validation.cross_band import CrossBand
+from srbval.validation.effects import Sensitivity
+from srbval.validation.matrix import Matrix
+from srbval.validation.other_rigs import OtherRecord
+from srbval.validation.simulation_cases import Variation
+from srbval.validation.speed_and_slip import SpeedAndSlip
+from srbval.validation.sum_rule import SumRule
+from srbval.validation.table6 import Table6, Table6Row
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Evidence:
+    """What the report is made of.
+
+    `matrix`, `pairs`, `bias`, `other_rigs` and `slips` take in every registered recording; the rest shows the model and
+    the rig at one of the matrix's speeds: `paper` are the model's analyses at 710 rpm; `rig` those of the rig's
+    recordings, or of stand-ins where a state has none; `model_at_rig` those of the model at each rig recording's own
+    speed (at 710 rpm for a stand-in). `runs`, with `run_facts`, are those shown, by the id of their case, not those of
+    every other record of the matrix.
+
+    `shown` holds the arrays of the figures, of the sides ``model``, ``rig`` and ``paper``; `scalograms` those of
+    ``model`` and ``rig``, drawn by `transform`; `sidebands` of the inner-race line, None where it was not read.
+    `scene_values` are all values of the paper's outer-race scene and the bearing's geometry. `datasets` describes, by
+    name, every data set a recording was read from; `results` are the stored results by kind.
+    """
+
+    bearing: Bearing
+    printed: Table6
+    runs: Mapping[str, Run]
+    run_facts: tuple[RunFacts, ...]
+    scene_values: Mapping[str, Any]
+    paper: Mapping[Fault, Analysis]
+    model_at_rig: Mapping[Fault, Analysis]
+    rig: Mapping[Fault, Analysis]
+    shown: Mapping[str, Mapping[Fault, ShownRecord]]
+    scalograms: Mapping[str, Mapping[Fault, Scalogram]]
+    transform: str
+    sidebands: Mapping[str, SidebandShares | None]
+    views: BearingViews
+    load_path: LoadPath
+    point_passing: PointPassing
+    patterns: HarmonicPatterns
+    kurtograms: tuple[RecordKurtogram, ...]
+    crossed: tuple[CrossBand, ...]
+    rows: tuple[Table6Row, ...]
+    sums: tuple[SumRule, ...]
+    variations: tuple[Variation, ...]
+    known: Sensitivity
+    registered: tuple[RegisteredRecording, ...]
+    matrix: Matrix
+    pairs: tuple[Pair, ...]
+    bias: tuple[Bias, ...]
+    other_rigs: tuple[OtherRecord, ...]
+    slips: tuple[SpeedAndSlip, ...]
+    single_speed: SingleSpeed
+    published_speeds: tuple[PublishedSpeedRow, ...]
+    speed_source: PublishedSpeeds
+    datasets: Mapping[str, DatasetDescription]
+    results: Mapping[str, ShownResult]
+    ladder: ShownLadder
+    provenance: Mapping[str, Any]
+
+    @property
+    def comparisons(self) -> tuple[Comparison, ...]:
+        """Every quantity of the recordings that stand in the figures."""
+        return tuple(row for cell in self.matrix.cells if cell.point in self.matrix.sides for row in cell.comparisons)
+
+    @property
+    def measured_states(self) -> tuple[Fault, ...]:
+        """States for which the rig side is a measured recording."""
+        return tuple(s for s in self.rig if self.rig[s].recording.origin is Origin.MEASURED)

@@ -1,0 +1,73 @@
+"""Where the evidence comes from: how each run went, versions, revision, machine, seeds and recordings."""
+
+from __future__ import annotations
+
+import os
+import platform
+from collections.abc import Iterable
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from srbval import __version__
+from srbval.models.ladder import rung_of
+from srbval.models.run import Run
+from srbval.recordings.registry import RegisteredRecording
+from srbval.storage.own_package import git_revision
+from srbval.validation.simulation_cases import SimulationCase
+
+PACKAGES = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib")
+
+
+def provenance(runs: Iterable[Run], registered: Iterable[RegisteredRecording]) -> dict[str, Any]:
+    """Facts for ``report.json`` and the report's section of that name."""
+    return {
+        "srbval": __version__,
+        "git_revision": git_revision(),
+        "python": platform.python_version(),
+        "packages": {name: metadata.version(name) for name in PACKAGES},
+        "machine": {"system": platform.system(), "processor": platform.machine(), "cores": os.cpu_count()},
+        "seeds": sorted({run.scene.seed for run in runs}),
+        "recordings": {Path(entry.file).name: entry.sha256 for entry in registered},
+    }
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunFacts:
+    """How one run went; `step_s` is None where the model has a solver of its own.
+
+    `energy_imbalance` is relative to what was lost, NaN where a model has no energies.
+    """
+
+    id: str
+    purpose: str
+    model: str
+    shaft_rpm: float
+    seconds: float
+    solver: str
+    step_s: float | None
+    status: str
+    reason: str
+    cage_ratio: float
+    energy_imbalance: float
+    wall_per_simulated_s: float
+
+
+def run_facts(case: SimulationCase, run: Run) -> RunFacts:
+    """The facts of a case's run."""
+    scene, own_solver = run.scene, rung_of(run.scene.model).own_solver
+    return RunFacts(
+        id=case.id,
+        purpose=case.purpose,
+        model=scene.model,
+        shaft_rpm=60 * scene.shaft_hz,
+        seconds=run.seconds,
+        solver=own_solver or scene.solver.name,
+        step_s=None if own_solver else scene.solver.step_s,
+        status=run.status.value,
+        reason=run.reason,
+        cage_ratio=run.cage_ratio,
+        energy_imbalance=run.energy_imbalance,
+        wall_per_simulated_s=run.wall_per_simulated_s,
+    )

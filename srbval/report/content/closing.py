@@ -1,0 +1,110 @@
+"""The last sections: what is open, what is not validated, what failed, runs, scene, provenance, references."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from srbval.evidence.evidence import Evidence
+from srbval.models.run import RunStatus
+from srbval.report.blocks import Command, KeyValues, Listing
+from srbval.report.model import Section
+from srbval.report.section_texts import Texts
+from srbval.report.table import Value
+from srbval.storage.stored_result import SPEED_ACCURACY, STABILITY
+from srbval.validation.matrix import NOT_DETECTED
+
+ASSUMPTIONS, LIMITS, FAILURES, RUNS = Texts("assumptions"), Texts("limits"), Texts("failures"), Texts("runs")
+SCENE, PROVENANCE, REFERENCES = Texts("scene"), Texts("provenance"), Texts("references")
+PAPER_WALL_PER_S = 86_400 / 1.26  # section 2.3: 1.26 simulated seconds per day
+SHOWN_DIGITS = 12  # of a scene's values: beyond them stands the rounding of a conversion of units
+
+
+def assumptions_section(evidence: Evidence) -> Section:
+    """What the paper leaves open, what each choice does, and how the load divides."""
+    base = evidence.runs["paper-outer"]
+    scene, geometry = base.scene, evidence.bearing.geometry
+    assert geometry is not None, "the report's bearing is one the model can run"
+    as_simulated = {
+        "purpose": "as simulated here", "state": "outer", "cage_ratio": base.cage_ratio, "bpfo_hz": base.bpfo_hz,
+        "bpfi_hz": base.bpfi_hz, "bpfo_change_pct": 0.0, "roller_load_share": base.roller_load_share,
+    }  # fmt: skip
+    return ASSUMPTIONS.section(
+        ASSUMPTIONS.listing(
+            "assumptions", geometry=geometry, contact=scene.contact, defect=scene.defect, bodies=scene.bodies
+        ),
+        ASSUMPTIONS.table(
+            "variations", [as_simulated, *evidence.variations], shaft_rpm=evidence.printed.shaft_rpm
+        ),
+        ASSUMPTIONS.paragraph("load-path", path=evidence.load_path),
+    )  # fmt: skip
+
+
+def limits_section(evidence: Evidence) -> Section:
+    """What nothing in this report says anything about."""
+    return LIMITS.section(LIMITS.listing("limits", passing=evidence.point_passing))
+
+
+def failures_section(evidence: Evidence) -> Section:
+    """One line per failure; those of stored results by their number, since their sections name each."""
+    bench, stability = (evidence.results[kind].content or {} for kind in (SPEED_ACCURACY, STABILITY))
+    failed = [run for run in evidence.run_facts if run.status != RunStatus.OK]
+    unusable = [(Path(file).name, why) for file, why in evidence.matrix.unusable]
+    cells = evidence.matrix.cells
+    summary = FAILURES.listing(
+        "summary",
+        failed_runs=failed,
+        runs=len(evidence.run_facts),
+        undetected=[Path(cell.file).name for cell in cells if cell.verdict == NOT_DETECTED],
+        cells=len(cells),
+        refused=sum(bool(record.refused) for record in evidence.other_rigs),
+        other_rigs=len(evidence.other_rigs),
+        bench=bench.get("runs"),
+        counts=stability.get("counts"),
+    )
+    items = (
+        *(item for run in failed for item in FAILURES.listing("run", run=run).items),
+        *(item for file, why in unusable for item in FAILURES.listing("record", file=file, why=why).items),
+        *summary.items,
+    )
+    return FAILURES.section(FAILURES.paragraph("intro"), Listing(items=items))
+
+
+def runs_section(evidence: Evidence) -> Section:
+    """Every run behind the report: how it ended and what it cost."""
+    slowest = max(run.wall_per_simulated_s for run in evidence.run_facts)
+    return RUNS.section(
+        RUNS.table("runs-table", evidence.run_facts),
+        RUNS.paragraph("cost", paper_wall_per_s=PAPER_WALL_PER_S, slowest=slowest),
+    )
+
+
+def scene_section(evidence: Evidence) -> Section:
+    """Every value of the paper's outer-race scene, SI units in the names."""
+    return SCENE.section(SCENE.paragraph("intro"), KeyValues(pairs=flatten(evidence.scene_values)))
+
+
+def provenance_section(origin: Mapping[str, Any]) -> Section:
+    """The command that makes the report again, versions, machine, seeds and recordings."""
+    flat = {key: ", ".join(map(str, v)) if isinstance(v, list) else v for key, v in flatten(origin).items()}
+    command = str(flat.pop("command"))
+    return PROVENANCE.section(PROVENANCE.paragraph("again"), Command(command), KeyValues(pairs=flat))
+
+
+def references_section(evidence: Evidence) -> Section:
+    """Papers first, then the data sets of the recordings that were read."""
+    sets = (REFERENCES.listing("recordings", set=description) for description in evidence.datasets.values())
+    papers = REFERENCES.listing("papers").items
+    return REFERENCES.section(Listing(items=(*papers, *(item for listing in sets for item in listing.items))))
+
+
+def flatten(table: Mapping[str, Any], prefix: str = "") -> dict[str, Value]:
+    """A nested table with dotted keys."""
+    flat: dict[str, Value] = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            flat |= flatten(value, f"{prefix}{key}.")
+        else:
+            flat[prefix + key] = float(f"{value:.{SHOWN_DIGITS}g}") if isinstance(value, float) else value
+    return flat

@@ -1,0 +1,80 @@
+"""The ladder of models: error against cost, predictions against fresh scenes, and the missing harmonic."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from srbval.evidence.evidence import Evidence
+from srbval.evidence.harmonics import HarmonicPattern, HarmonicPatterns
+from srbval.evidence.stored import ShownLadder, ShownResult
+from srbval.report.badges import Badge
+from srbval.report.blocks import Block, Listing
+from srbval.report.content.stored import missing, origin_of
+from srbval.report.figures.ladder import ladder_plot
+from srbval.report.model import Section
+from srbval.report.section_texts import Texts
+from srbval.report.table import Table
+from srbval.storage.stored_result import HELD_OUT
+
+TEXTS = Texts("ladder")
+
+
+def ladder_section(evidence: Evidence, folder: Path) -> Section:
+    """Figure, table, rungs, held-out scenes, harmonic pattern."""
+    ladder = evidence.ladder
+    rungs = [item for name, title in ladder.rungs for item in TEXTS.listing("rung", name=name, title=title).items]
+    files = ladder_plot(folder, "ladder", rows=ladder.rows)
+    return TEXTS.section(
+        TEXTS.paragraph("intro", ladder=ladder),
+        Listing(items=tuple(rungs)),
+        TEXTS.figure("ladder-figure", files, badge=Badge.SIMULATED),
+        _table(ladder),
+        *_held_out(evidence.results[HELD_OUT]),
+        *_patterns(evidence.patterns),
+    )
+
+
+def _table(ladder: ShownLadder) -> Table:
+    questions = dict.fromkeys(row["title"] for row in ladder.rows)
+    rows = [
+        {"title": title, "rungs": {row["model"]: row for row in ladder.rows if row["title"] == title}}
+        for title in questions
+    ]
+    return TEXTS.table(
+        "ladder-table",
+        rows,
+        models=list(dict.fromkeys(row["model"] for row in ladder.rows)),
+        cost={row["model"]: row["wall_per_simulated_s"] for row in ladder.rows},
+        meanings=list({row["title"]: row for row in ladder.rows}.values()),
+    )
+
+
+def _held_out(result: ShownResult) -> Iterator[Block]:
+    """Predicted against measured errors on drawn scenes, as last stored."""
+    if result.content is None:
+        yield missing(result)
+        return
+    tallies = result.content["tallies"]
+    yield TEXTS.paragraph("held-out", total=tallies[-1])
+    yield origin_of(result)
+    yield TEXTS.table("held-out-table", tallies, seconds=result.content["seconds"])
+
+
+def _patterns(patterns: HarmonicPatterns) -> Iterator[Block]:
+    """Conclusion, each rung at the paper's bump, one rung over bump heights."""
+
+    def measured(*models: str) -> list[float]:
+        rows: list[HarmonicPattern] = [row for row in patterns.by_rung if row.model in models]
+        return [row.paper_band for row in rows if row.paper_band is not None]
+
+    yield TEXTS.paragraph(
+        "missing-harmonic",
+        patterns=patterns,
+        sinc=[row.by_sinc for row in patterns.by_rung],
+        pulses=measured("impulse", "planar"),
+        full=measured("full"),
+        harmonics=lambda values: TEXTS.text("harmonics", values=values),
+    )
+    yield TEXTS.table("pattern-rungs-table", patterns.by_rung, patterns=patterns)
+    yield TEXTS.table("pattern-table", patterns.by_height, patterns=patterns)

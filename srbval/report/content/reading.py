@@ -1,0 +1,37 @@
+"""How well frequencies are read: the stored Monte-Carlo of ``srbval bench --reading``."""
+
+from __future__ import annotations
+
+from srbval.evidence.stored import ShownResult
+from srbval.report.content.stored import missing, origin_of
+from srbval.report.model import Section
+from srbval.report.section_texts import Texts
+
+TEXTS = Texts("reading")
+# A line this far above the noise is strong: what is asked of an error is asked from here on.
+STRONG_DB = 16.0
+COVERAGE = (0.92, 0.98)  # of a 95 % interval, as counted in so many records
+
+
+def reading_section(result: ShownResult) -> Section:
+    """Error against the Cramer-Rao bound, coverage of the stated intervals, false alarms, the chain."""
+    if result.content is None:
+        return TEXTS.section(missing(result))
+    rows, chains = result.content["accuracy"], result.content.get("chains")
+    steady = [row for row in rows if row["jitter"] == 0]
+    weak = [row for row in steady if row["weakest_db"] < STRONG_DB]
+    coverage = [row["coverage"] for row in rows]
+    return TEXTS.section(
+        origin_of(result),
+        TEXTS.paragraph(
+            "intro",
+            strong=[row["rmse_over_bound"] for row in steady if row["weakest_db"] >= STRONG_DB],
+            strong_db=STRONG_DB,
+            weak=max(weak, key=lambda row: row["rmse_over_bound"], default=None),
+            coverage=coverage,
+            covered=sum(COVERAGE[0] <= share <= COVERAGE[1] for share in coverage),
+        ),
+        TEXTS.table("reading-accuracy", rows),
+        TEXTS.table("reading-false-alarms", result.content["false_alarms"]),
+        *((TEXTS.table("reading-chains", chains),) if chains else ()),
+    )

@@ -1,0 +1,106 @@
+"""Speed against accuracy, from the stored bench of the default scenes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from srbval.bench.scenes import PAPER_STEP_S
+from srbval.evidence.stored import ShownResult
+from srbval.report.badges import Badge
+from srbval.report.blocks import Block, Figure
+from srbval.report.content.stored import missing, origin_of
+from srbval.report.figures.speed_accuracy import CostPoint, speed_accuracy_plot
+from srbval.report.inline import literal
+from srbval.report.model import Section
+from srbval.report.section_texts import Texts
+from srbval.report.table import Table
+from srbval.scene import SolverSettings
+
+TEXTS = Texts("speed_accuracy")
+Row = Mapping[str, Any]
+PANELS = {
+    "cage_error": "Cage speed's error",
+    "band_rms_error": "500-1500 Hz RMS error",
+    "noise_floor": "Envelope noise floor",
+}
+PAPER_SOLVER = "ode4"
+
+
+def speed_accuracy_section(result: ShownResult, default: SolverSettings, folder: Path) -> Section:
+    """Charts, the rows that matter, the targets; a remark where nothing is stored. `default`: the default solver."""
+    if result.content is None:
+        return TEXTS.section(missing(result))
+    content = result.content
+    rows = [_marked(row, default) for row in content["runs"]]
+    scenes = [scene for scene in dict.fromkeys(row["scene"] for row in rows) if scene in content["reference"]]
+    known = [r["own_cage_error"] for r in content["reference"].values() if r["own_cage_error"] is not None]
+    intro: Block = TEXTS.paragraph(
+        "intro",
+        runs=len(rows),
+        failed=sum(row["status"] != "ok" for row in rows),
+        reference_error=max(known, default=math.nan),
+    )
+    charts = (_chart(content, [row for row in rows if row["scene"] == scene], scene, folder) for scene in scenes)
+    return TEXTS.section(
+        intro, origin_of(result), *charts, _table(rows), TEXTS.table("speed-accuracy-targets", content["targets"])
+    )
+
+
+def _marked(row: Row, default: SolverSettings) -> dict[str, Any]:
+    """A stored row with its step as a divisor of a second and the marks that it is shown with."""
+    is_default = row["solver"] == default.name and math.isclose(row["dt_s"], default.step_s, rel_tol=1e-6)
+    is_paper = row["solver"] == PAPER_SOLVER and math.isclose(row["dt_s"], PAPER_STEP_S, rel_tol=1e-6)
+    marks = {"default": is_default, "the paper's": is_paper, "on the front": row["pareto"]}
+    return {**row, "steps_per_s": 1 / row["dt_s"], "marks": [mark for mark, holds in marks.items() if holds]}
+
+
+def _shown(rows: Sequence[Row]) -> list[Row]:
+    """The marked rows and those that failed."""
+    return [row for row in rows if row["status"] != "ok" or row["marks"]]
+
+
+def _chart(content: Mapping[str, Any], rows: Sequence[Row], scene: str, folder: Path) -> Figure:
+    reference, name = content["reference"][scene], f"speed-accuracy-{scene}"
+    files = speed_accuracy_plot(
+        folder,
+        name,
+        points=[_point(row) for row in rows],
+        panels=PANELS,
+        fronts=("cage_error", "band_rms_error"),
+        floors={
+            "cage_error": reference["own_cage_error"],
+            "band_rms_error": reference["own_band_rms_error"],
+            "noise_floor": reference["noise_floor"],
+        },
+    )
+    return TEXTS.figure(
+        "speed-accuracy", files, id=name, badge=Badge.SIMULATED, scene=scene, runs=len(rows), rows=_shown(rows)
+    )
+
+
+def _point(row: Row) -> CostPoint:
+    return CostPoint(
+        solver=row["solver"],
+        dt_s=row["dt_s"],
+        cost=row["wall_per_simulated_s"],
+        values={name: row[name] for name in PANELS},
+        status=row["status"],
+        ringed="default" in row["marks"],
+    )
+
+
+def _table(rows: Sequence[Row]) -> Table:
+    shown = _shown(rows)
+    return TEXTS.table("speed-accuracy-table", shown, further_notes=list(_reasons(shown)))
+
+
+def _reasons(rows: Sequence[Row]) -> Iterator[str]:
+    """Each kind of failure once, in the words of its first run."""
+    first: dict[str, str] = {}
+    for row in rows:
+        if row["status"] != "ok":
+            first.setdefault(row["status"], row["reason"])
+    yield from (f"**{status}**, for instance: {literal(reason)}." for status, reason in first.items())

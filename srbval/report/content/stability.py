@@ -1,0 +1,131 @@
+"""Where each method fails, from the stored stability map."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from srbval.evidence.stored import ShownResult
+from srbval.report.badges import Badge, Tone
+from srbval.report.blocks import Block, Figure, Listing
+from srbval.report.content.stored import missing, origin_of
+from srbval.report.figures.stability_map import MapBlock, stability_map
+from srbval.report.inline import literal
+from srbval.report.model import Section
+from srbval.report.section_texts import Texts
+from srbval.scene import SolverSettings
+
+TEXTS = Texts("stability")
+CLAIM_TONE = {True: Tone.GOOD, False: Tone.BAD, None: Tone.NEUTRAL}
+Row = Mapping[str, Any]
+
+
+def stability_section(result: ShownResult, default: SolverSettings, folder: Path) -> Section:
+    """Claims, map, table of limits and what the runs did not notice; `default`: the default solver and its step."""
+    if result.content is None:
+        return TEXTS.section(missing(result))
+    content = result.content
+    cells, grid, references = content["cells"], content["grid"], content["references"]
+    scenes = list(dict.fromkeys(c["scene"] for c in cells))
+    return TEXTS.section(
+        TEXTS.paragraph(
+            "intro",
+            grid=grid,
+            counts=content["counts"],
+            reference_error=max(max(r["own_cage_error"], r["own_load_error"]) for r in references),
+        ),
+        origin_of(result),
+        *(block for claim in content["claims"] for block in _claim(claim)),
+        *(_map(content, scene, folder) for scene in grid["scenes"]),
+        TEXTS.table("stability-limits", _limits(cells, scenes), scenes=scenes),
+        TEXTS.listing(
+            "outcomes",
+            default=_default(cells, default),
+            counts=content["counts"],
+            planted=content["planted"],
+            references=references,
+            unlike=[c for c in cells if c["status"] == "unlike-reference"],
+        ),
+    )
+
+
+def _claim(claim: Row) -> Iterator[Block]:
+    yield TEXTS.callout("claim", tone=CLAIM_TONE[claim["borne_out"]], claim=claim)
+    yield Listing(items=tuple(literal(line) for line in claim["evidence"]))
+
+
+def _map(content: Mapping[str, Any], scene: str, folder: Path) -> Figure:
+    grid, name = content["grid"], f"stability-{scene}"
+    cells = {
+        (c["solver"], c["critical_velocity_m_s"], round(1 / c["dt_s"]), c["rpm"]): c
+        for c in content["cells"]
+        if c["scene"] == scene
+    }
+    steps, rpm = sorted(grid["steps_per_s"], reverse=True), sorted(grid["rpm"])
+
+    def block(solver: str, velocity: float) -> MapBlock:
+        rows = [[cells[solver, velocity, n, r] for r in rpm] for n in steps]
+        return MapBlock(
+            title=f"{solver}, critical velocity {_velocity(velocity)}",
+            statuses=[[c["status"] for c in row] for row in rows],
+            limits_s=[(c["predicted_elastic_limit_dt_s"], c["predicted_limit_dt_s"]) for c in rows[0]],
+        )
+
+    blocks = [[block(s, v) for v in sorted(grid["critical_velocity_m_s"])] for s in grid["solvers"]]
+    files = stability_map(folder, name, blocks=blocks, steps_per_s=steps, rpm=rpm)
+    good = [
+        {"title": b.title, "good": [sum(status == "ok" for status in line) for line in b.statuses]}
+        for b in (b for row in blocks for b in row)
+    ]
+    return TEXTS.figure(
+        "stability", files, id=name, badge=Badge.SIMULATED, scene=scene, blocks=good, steps=steps, speeds=len(rpm)
+    )
+
+
+def _limits(cells: Sequence[Row], scenes: Sequence[str]) -> Iterator[dict[str, Any]]:
+    """For each method and scene: the longest step with every run ok, and what linear theory gives."""
+    for solver, velocity in dict.fromkeys((c["solver"], c["critical_velocity_m_s"]) for c in cells):
+        own = [c for c in cells if (c["solver"], c["critical_velocity_m_s"]) == (solver, velocity)]
+        by_scene = {scene: [c for c in own if c["scene"] == scene] for scene in scenes}
+        yield {
+            "method": f"{solver}, {_velocity(velocity)}",
+            "scenes": {
+                scene: {
+                    "ok": _longest(rows, lambda c: c["status"] == "ok"),
+                    "holds": _longest(rows, lambda c: bool(c["holds"])),
+                    "elastic_limit": _per_s(rows, "predicted_elastic_limit_dt_s"),
+                    "limit": _per_s(rows, "predicted_limit_dt_s"),
+                }
+                for scene, rows in by_scene.items()
+            },
+        }
+
+
+def _velocity(m_s: float) -> str:
+    return f"{m_s:g} m/s" if m_s >= 0.1 else f"{1e3 * m_s:g} mm/s"
+
+
+def _longest(cells: Sequence[Row], good: Callable[[Row], bool]) -> float | None:
+    """Divisor of the longest step such that it and all shorter ones are good at every speed."""
+    found = None
+    for steps in sorted({round(1 / c["dt_s"]) for c in cells}, reverse=True):
+        if not all(good(c) for c in cells if round(1 / c["dt_s"]) == steps):
+            break
+        found = float(steps)
+    return found
+
+
+def _per_s(cells: Sequence[Row], name: str) -> float | None:
+    least = min((c[name] for c in cells if c[name] is not None), default=math.inf)
+    return 1 / least if math.isfinite(least) else None
+
+
+def _default(cells: Sequence[Row], solver: SolverSettings) -> str:
+    """How the default solver fares at its default step."""
+    own = [c for c in cells if c["solver"] == solver.name and math.isclose(c["dt_s"], solver.step_s, rel_tol=1e-6)]
+    failed = [c for c in own if c["status"] != "ok"]
+    return TEXTS.text(
+        "default", solver=solver, own=own, good=len(own) - len(failed), failed=failed, velocity=_velocity
+    )  # fmt: skip

@@ -1,0 +1,96 @@
+"""The verdict, and Table 6 with uncertainties: at the paper's speed, and at the rig recordings' own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from srbval.bearing import Fault
+from srbval.evidence.evidence import Evidence
+from srbval.report.badges import Tone
+from srbval.report.blocks import Block, Figure
+from srbval.report.content.names import FETCH_COMMAND, VERDICT_TONE
+from srbval.report.figures.deviation import Deviation, deviation_plot
+from srbval.report.model import Section, VerdictBox
+from srbval.report.section_texts import Texts
+from srbval.storage.strict_json import json_object
+from srbval.validation.comparison import ComparisonVerdict
+from srbval.validation.table6 import RigSource, Table6Row
+
+TEXTS, VERDICT = Texts("table6"), Texts("verdict")
+# The paper's own largest deviation of its model from kinematics is 0.22 %; this leaves it its rounding.
+TABLE6_LIMIT_PCT = 0.25
+
+
+def verdict_box(evidence: Evidence) -> VerdictBox:
+    """The answer in plain words, first on the page: all from the comparisons; stand-ins take no part."""
+    published, measured = _by_source(evidence)
+    within = all(abs(row.model_deviation_pct) <= TABLE6_LIMIT_PCT for row in published)
+    points = VERDICT.listing(
+        "points",
+        measured=measured,
+        resolved=[row.line.name for row in measured if row.comparison.verdict is ComparisonVerdict.RESOLVED],
+        paper_sum=next(s for s in evidence.sums if s.source == "paper's rig"),
+        rig_sum=next((s for s in evidence.sums if s.origin == "measured"), None),
+        fetch_command=FETCH_COMMAND,
+    )
+    return VerdictBox(
+        tone=Tone.BAD if not within else Tone.GOOD if measured else Tone.WARNING,
+        headline=VERDICT.text("headline", within=within, limit_pct=TABLE6_LIMIT_PCT, published=published),
+        points=points.items,
+    )
+
+
+def table6_section(evidence: Evidence, folder: Path) -> Section:
+    """Both tables and how to read them."""
+    published, measured = _by_source(evidence)
+    blocks: list[Block] = [
+        TEXTS.table("table-6-paper-speed", map(json_object, published), shaft_rpm=evidence.printed.shaft_rpm),
+        _deviations(evidence, folder),
+    ]
+    if not measured:
+        blocks.append(TEXTS.callout("no-recording", tone=Tone.WARNING, fetch_command=FETCH_COMMAND))
+        return TEXTS.section(*blocks)
+    nominal_rpm = evidence.rig[Fault.OUTER].recording.nominal_rpm
+    blocks += [
+        TEXTS.table(
+            "table-6-rig-speed", map(json_object, measured), nominal_rpm=nominal_rpm, verdict_tone=VERDICT_TONE
+        ),
+        TEXTS.table("uncertainty-parts", measured[0].comparison.parts, compared=[row.comparison for row in measured]),
+        TEXTS.paragraph("how-to-read"),
+    ]
+    if evidence.comparisons:
+        blocks.append(TEXTS.table("quantities", map(json_object, evidence.comparisons), verdict_tone=VERDICT_TONE))
+        blocks.append(TEXTS.paragraph("amplitude"))
+    return TEXTS.section(*blocks)
+
+
+def _by_source(evidence: Evidence) -> tuple[list[Table6Row], list[Table6Row]]:
+    """The rows against published values, and those against recordings."""
+    published = [row for row in evidence.rows if row.rig_source is RigSource.PUBLISHED]
+    return published, [row for row in evidence.rows if row.rig_source is RigSource.MEASURED]
+
+
+def _deviations(evidence: Evidence, folder: Path) -> Figure:
+    """Deviations from kinematics of every source in Table 6."""
+    points = [point for row in evidence.rows for point in _points(json_object(row))]
+    return TEXTS.figure("table6-deviations", deviation_plot(folder, "table6-deviations", points=points))
+
+
+def _points(row: Mapping[str, Any]) -> list[Deviation]:
+    """The sources of one row of Table 6, as `report.json` has it."""
+    group = f"{Fault(row['defect']).code} at {row['shaft_rpm']:.0f} rpm"
+    sources = [("our model", "simulated", row["model_deviation_pct"], row["model_ci95_hz"])]
+    if row["rig_source"] == RigSource.MEASURED:
+        sources += [("rig, measured", "measured", row["rig_deviation_pct"], row["rig_ci95_hz"])]
+    else:
+        sources += [("paper's rig", "published", row["rig_deviation_pct"], None)]
+        sources += [("paper's model", "published", row["paper_model_recomputed_pct"], None)]
+    return [
+        Deviation(
+            group=group, source=source, kind=kind, deviation_pct=deviation,
+            ci95_pct=100 * ci95 / row["kinematic_hz"] if ci95 else None,
+        )
+        for source, kind, deviation, ci95 in sources
+    ]  # fmt: skip

@@ -1,0 +1,174 @@
+"""The prose and the tables of a section as data: one TOML file for each section in `srbval/report/texts`.
+
+A file holds the section's ``id`` and ``title`` and the tables ``text`` (a template or a list of templates by name),
+``callout``, ``figure`` and ``table``. Sentences are Jinja templates, whole; a column of a table says what it is called,
+its unit, its format and by which expression (over ``row`` and the values given) its cells are read. Consecutive columns
+with the same ``for`` are repeated for each ``item`` of that expression, and so is the ``note`` of a table with
+``note-for``. A table may be ``like`` another one in all that it does not say itself.
+"""
+
+from __future__ import annotations
+
+import itertools
+import re
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cache, cached_property, lru_cache
+from importlib import resources
+from typing import Any
+
+from srbval.bearing import Fault
+from srbval.report.badges import Badge, Tone
+from srbval.report.blocks import Block, Callout, Figure, Listing, Paragraph
+from srbval.report.figures.files import PanelFiles
+from srbval.report.inline import literal
+from srbval.report.model import Section
+from srbval.report.table import Cell, Column, Table, format_value
+
+Entry = Mapping[str, Any]
+
+
+class Texts:
+    """Prose, tables and figure captions of the section whose file is ``texts/<name>.toml``.
+
+    Every method takes the values that its templates name; a name that a template asks for and nobody gives is an error.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    @cached_property
+    def _content(self) -> Entry:
+        file = resources.files("srbval.report") / "texts" / f"{self._name}.toml"
+        return tomllib.loads(file.read_text(encoding="utf-8"))
+
+    def section(self, *blocks: Block, **values: Any) -> Section:
+        """The section with these blocks."""
+        return Section(id=self._content["id"], title=_render(self._content["title"], values), blocks=blocks)
+
+    def text(self, name: str, /, **values: Any) -> str:
+        """One text."""
+        return _render(self._content["text"][name], values)
+
+    def paragraph(self, name: str, /, **values: Any) -> Paragraph:
+        """One text as a paragraph."""
+        return Paragraph(self.text(name, **values))
+
+    def paragraphs(self, *names: str, **values: Any) -> Iterator[Paragraph]:
+        """Texts as paragraphs, those that come out empty left out."""
+        yield from (Paragraph(text) for name in names if (text := self.text(name, **values)))
+
+    def listing(self, name: str, /, **values: Any) -> Listing:
+        """A list of texts, those that come out empty left out."""
+        items = (_render(item, values) for item in self._content["text"][name])
+        return Listing(items=tuple(filter(None, items)))
+
+    def callout(self, name: str, /, *, tone: Tone, **values: Any) -> Callout:
+        """A boxed remark."""
+        entry = self._content["callout"][name]
+        return Callout(tone=tone, title=_render(entry.get("title", ""), values), text=_render(entry["text"], values))
+
+    def figure(
+        self, name: str, files: PanelFiles, /, *, id: str = "", badge: str | None = None, **values: Any
+    ) -> Figure:
+        """A figure with its label, caption and alt text; `id` is `name` unless given."""
+        entry = self._content["figure"][name]
+        label, caption, alt = (_render(entry.get(key, ""), values) for key in ("label", "caption", "alt"))
+        source = Badge(badge) if badge else None
+        return Figure(
+            id=id or name, file=files.picture, data=files.data, badge=source, synthetic=source is Badge.STAND_IN,
+            wide=entry.get("wide", True), label=label, caption=caption, alt=alt,
+        )  # fmt: skip
+
+    def table(self, name: str, rows: Iterable[Any], /, *, further_notes: Iterable[str] = (), **values: Any) -> Table:
+        """A table of one row for each of `rows`; `further_notes` stand before its own."""
+        entry = self._content["table"][name]
+        entry = self._content["table"].get(entry.get("like"), {}) | entry
+        columns = list(_columns(entry["columns"], values))
+        notes = [_render(note, values) for note in entry.get("notes", ())]
+        if "note-for" in entry:
+            notes += [_render(entry["note"], {**values, "item": item}) for item in _value(entry["note-for"], values)]
+        return Table(
+            id=name,
+            label=_render(entry.get("label", ""), values),
+            caption=_render(entry["caption"], values),
+            columns=tuple(_heading(column, given) for column, given in columns),
+            rows=[[_cell(column, given | {"row": row}) for column, given in columns] for row in rows],
+            notes=tuple(filter(None, (*further_notes, *notes))),
+        )
+
+
+def _columns(entries: Iterable[Entry], values: Mapping[str, Any]) -> Iterator[tuple[Entry, dict[str, Any]]]:
+    """Each column's entry with the values that its templates and expressions may name."""
+    for items, group in itertools.groupby(entries, key=lambda entry: entry.get("for")):
+        columns = list(group)
+        for item in _value(items, values) if items else (None,):
+            yield from ((column, {**values, "item": item}) for column in columns)
+
+
+def _heading(entry: Entry, values: Mapping[str, Any]) -> Column:
+    return Column(
+        title=_render(entry["title"], values),
+        unit=entry.get("unit", ""),
+        format=entry.get("format", ""),
+        timed=entry.get("timed", False),
+    )
+
+
+def _cell(entry: Entry, values: Mapping[str, Any]) -> Cell:
+    found = {key: _value(entry[key], values) for key in ("value", "ci95", "badge", "tone") if key in entry}
+    badge, tone = found.get("badge"), found.get("tone")
+    return Cell(
+        value=found["value"],
+        ci95=found.get("ci95"),
+        badge=Badge(badge) if badge else None,
+        tone=Tone(tone) if tone else None,
+        note=_render(entry.get("note", ""), values),
+    )
+
+
+def _render(source: str, values: Mapping[str, Any]) -> str:
+    return str(_template(source).render(values))
+
+
+def _value(expression: str, values: Mapping[str, Any]) -> Any:
+    return _expression(expression)(**values)
+
+
+@lru_cache(maxsize=1)
+def _environment() -> Any:
+    from jinja2 import Environment, StrictUndefined
+
+    environment = Environment(undefined=StrictUndefined, autoescape=False)
+    environment.filters |= {"fmt": _format, "literal": _literal}
+    environment.globals["Fault"] = Fault
+    return environment
+
+
+@cache
+def _template(source: str) -> Any:
+    """A compiled template; line breaks of its source are spaces."""
+    return _environment().from_string(re.sub(r"\s*\n\s*", " ", source.strip()))
+
+
+@cache
+def _expression(source: str) -> Any:
+    from jinja2 import Undefined
+
+    compiled = _environment().compile_expression(source, undefined_to_none=False)
+
+    def value(**values: Any) -> Any:
+        found = compiled(**values)
+        if isinstance(found, Undefined):
+            raise KeyError(f"{source!r} names nothing that the table has.")
+        return found
+
+    return value
+
+
+def _format(value: Any, spec: str) -> str:
+    return format_value(value, spec)
+
+
+def _literal(value: Any) -> str:
+    return literal(str(value))
