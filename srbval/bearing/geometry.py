@@ -10,7 +10,7 @@ from srbval.errors import ConfigurationError
 
 # Axial positions of the three circles of a raceway, in units of the tilt angle (paper, below eq. 17).
 CIRCLES = (0.5, 1.0, 1.5)
-# A printed roller diameter may differ by this share from the gap between the raceways; play and interference are far smaller.
+# A printed roller diameter may differ by this share from the gap between the raceways; play is far smaller than that.
 FIT = 0.05
 
 

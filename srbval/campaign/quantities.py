@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from srbval.bearing import DEFECTS
 from srbval.models.run import Run
 
 
@@ -23,7 +24,7 @@ class Output(enum.StrEnum):
 
 
 ALL_OUTPUTS = tuple(output.value for output in Output)
-LINES = ("BPFO", "BPFI", "2xBSF", "FTF")
+LINES = (*(fault.line or "" for fault in DEFECTS), "FTF")
 LEAST_REVOLUTIONS = 12  # of a record whose lines are read, without its ends
 ENDS_S = 0.1  # of a record, disturbed by the filter's transients
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any, NoReturn
 
 from srbval import __version__
+from srbval.bearing import DEFECTS
 from srbval.errors import ConfigurationError
 
 
@@ -105,7 +106,7 @@ def _plan(command: Parser) -> None:
 def _scene_options(command: Parser) -> None:
     command.add_argument("scene", nargs="?", metavar="SCENE.toml", help="scene file (default: the paper's scene)")
     command.option("--bearing", "B", "known name or TOML file (default: the scene's)")
-    command.option("--defect", "none|outer|inner|roller", "position of the defect")
+    command.option("--defect", "|".join(("none", *DEFECTS)), "position of the defect")
     command.option("--defect-height-mm", "MM", "bump > 0, pit < 0", type=_number)
     command.option("--rpm", "R", "shaft speed [rpm]", type=_positive)
     command.option("--radial-kn", "KN", "radial load [kN]", type=_number)
@@ -138,7 +139,7 @@ def _analyse(command: Parser) -> None:
         help="band-pass filter (default: %(default)s)",
     )
     command.add_argument(
-        "--defect", choices=("outer", "inner", "roller", "cage"), help="print the lines of this part only"
+        "--defect", choices=(*DEFECTS, "cage"), help="print the lines of this part only"
     )
 
 

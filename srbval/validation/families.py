@@ -2,7 +2,7 @@
 
 The strongest family is read first. Its harmonics and sidebands are masked before the next is read, and a
 weaker line on a simple ratio of a stronger one is marked as explained by it: in several bearings three times
-BPFO lies within a per cent of twice BPFI.
+BPFO lies within one per cent of twice BPFI.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from srbval.bearing import Bearing
+from srbval.bearing import DEFECTS, Bearing
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import LineReading, Periodogram, read_comb
 
@@ -75,19 +75,25 @@ class Found:
 
 def highest_line_hz(bearing: Bearing, shaft_hz: float) -> float:
     """Highest frequency the readings of `bearing` need [Hz]."""
-    orders = bearing.orders
-    highest = max(orders.bpfo, orders.bpfi, 2 * orders.bsf)
+    highest = max(fault.line_order(bearing.orders) for fault in DEFECTS)
     return (HARMONICS * (1 + SLIP_WINDOW) * highest + _OWN_SIDEBANDS) * shaft_hz
 
 
 def families_of(bearing: Bearing, shaft_hz: float) -> tuple[Family, ...]:
     """Race, roller and cage families at a shaft speed [Hz], the cage last."""
-    at = bearing.orders.at(shaft_hz)
+    orders = bearing.orders
+    cage = Family(name="FTF", kinematic_hz=orders.ftf * shaft_hz, sideband_hz=0.0, sideband_name="")
     return (
-        Family(name="BPFO", kinematic_hz=at.bpfo_hz, sideband_hz=0.0, sideband_name=""),
-        Family(name="BPFI", kinematic_hz=at.bpfi_hz, sideband_hz=shaft_hz, sideband_name="fr"),
-        Family(name="2xBSF", kinematic_hz=2 * at.bsf_hz, sideband_hz=at.ftf_hz, sideband_name="FTF"),
-        Family(name="FTF", kinematic_hz=at.ftf_hz, sideband_hz=0.0, sideband_name=""),
+        *(
+            Family(
+                name=fault.line or "",
+                kinematic_hz=fault.line_order(orders) * shaft_hz,
+                sideband_hz=fault.sideband_order(orders) * shaft_hz,
+                sideband_name=fault.sidebands or "",
+            )
+            for fault in DEFECTS
+        ),
+        cage,
     )
 
 
@@ -107,13 +113,13 @@ def find_families(record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, s
         readings = {f.name: _fundamental(record, f, search) for f in waiting}
         strongest = max(waiting, key=lambda f: _strength(readings[f.name]))
         waiting.remove(strongest)
-        latest = _judge(strongest, readings[strongest.name], record, search, found)
+        latest = _found(strongest, readings[strongest.name], record, search, found)
         if latest is not None:
             found.append(latest)
             if latest.detected:
                 record = _without(record, latest)
                 search = search.settled(latest.reading.found_hz / strongest.kinematic_hz)
-    cage_line = _judge(cage, _fundamental(bare, cage, search), bare, search, [])
+    cage_line = _found(cage, _fundamental(bare, cage, search), bare, search, [])
     return {f.family.name: f for f in (*found, cage_line) if f is not None}
 
 
@@ -130,7 +136,7 @@ def _fundamental(record: Periodogram, family: Family, search: Search) -> LineRea
     )
 
 
-def _judge(
+def _found(
     family: Family, reading: LineReading | None, record: Periodogram, search: Search, stronger: list[Found]
 ) -> Found | None:
     if reading is None:

@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
-from srbval.bearing import Bearing
+from srbval.bearing import RACE_DEFECTS, Bearing
 from srbval.recordings import ShaftSpeed
 from srbval.signal import LEAST_SNR, LineReading, Periodogram, peak_snr, read_comb
 from srbval.validation.families import Family, Found, families_of, find_families
 
-RACE_LINES = ("BPFO", "BPFI")
+RACE_LINES = tuple(fault.line or "" for fault in RACE_DEFECTS)
 # A comb's first harmonic stands at least this high beside its second.
 HALF_SHARE = 0.5
 
@@ -90,9 +90,9 @@ def _lines_of(family: Family, found: Found | None, speed: ShaftSpeed) -> list[Li
 
 
 def _second_harmonic_of_other(found: Found, half_snr: float | None) -> str | None:
-    """Said of a race line with a line about as high at half its frequency: it is that one's second harmonic.
+    """What explains a race line with a line about as high at half its frequency, of which it is the second harmonic.
 
-    A roller strikes both races in a turn, its own rate is half the line that is looked for and no stranger.
+    Not asked for a roller's line: a roller strikes both races in a turn, so its own rate is half its line.
     """
     least = max(LEAST_SNR, HALF_SHARE * found.reading.snr[0])
     if not found.detected or found.family.name not in RACE_LINES or (half_snr or 0.0) <= least:
