@@ -6,6 +6,7 @@ import pytest
 from srbval.models.solvers import METHODS
 from srbval.models.solvers.method import RUNGE_KUTTA
 
+ROUNDING = 1e-15  # of sums of a few fractions below one
 EXPLICIT = [name for name, method in METHODS.items() if method.coefficients.family == RUNGE_KUTTA]
 
 
@@ -21,7 +22,7 @@ def test_order_conditions(name: str) -> None:
         [(b @ c**3, 1 / 4), (b @ (c * (a @ c)), 1 / 8), (b @ a @ c**2, 1 / 12), (b @ a @ a @ c, 1 / 24)],
     ]
     for order, equations in enumerate(conditions, start=1):
-        met = all(np.isclose(found, wanted, atol=1e-15) for found, wanted in equations)
+        met = all(np.isclose(found, wanted, atol=ROUNDING) for found, wanted in equations)
         assert met == (order <= METHODS[name].order), f"order {order}"
 
 
