@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Iterator
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -37,6 +38,7 @@ ORDER = (
 PACKAGE = Path(srbval.__file__).parent
 SOURCES = {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(PACKAGE.rglob("*.py"))}
 FILES = [path for path in SOURCES if path.parent not in (PACKAGE, PACKAGE / "docs")]
+WRITING_FUNCTIONS = {"document", "json_object", "strict_json", "write_json"}
 LONGEST_FUNCTION = 80  # lines; more does not fit on a screen. Kernels are compiled as a whole and may be longer.
 
 
@@ -100,6 +102,11 @@ def test_nothing_imports_the_whole_package() -> None:
                 assert {alias.name for alias in node.names} <= {"__version__", *ORDER}, path
 
 
+def test_no_class_name_occurs_twice() -> None:
+    names = Counter(node.name for tree in SOURCES.values() for node in ast.walk(tree) if isinstance(node, ast.ClassDef))
+    assert [name for name, count in names.items() if count > 1] == []
+
+
 def test_no_function_is_too_long() -> None:
     for path, tree in SOURCES.items():
         if path.stem.endswith("_kernel"):
@@ -108,6 +115,16 @@ def test_no_function_is_too_long() -> None:
             if isinstance(node, ast.FunctionDef):
                 length = (node.end_lineno or 0) - node.lineno + 1
                 assert length <= LONGEST_FUNCTION, f"{path.relative_to(PACKAGE)}: {node.name}: {length} lines"
+
+
+def test_the_report_computes_nothing() -> None:
+    """Of other rooms it takes types and constants, and of their functions those alone that write what is there."""
+    for path in (PACKAGE / "report").rglob("*.py"):
+        for node in ast.walk(SOURCES[path]):
+            if isinstance(node, ast.ImportFrom) and not f"{node.module}.".startswith("srbval.report."):
+                names = {alias.name for alias in node.names} if f"{node.module}.".startswith("srbval.") else set()
+                functions = {name for name in names if name.islower()}
+                assert functions <= WRITING_FUNCTIONS, f"{path.relative_to(PACKAGE)}: {functions}"
 
 
 def test_signal_knows_only_arrays() -> None:

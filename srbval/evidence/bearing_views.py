@@ -73,7 +73,7 @@ class BearingViews:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LoadPath:
+class LoadSharing:
     """What carries the radial load in the healthy run [N]: the housing's spring and the rollers."""
 
     radial_n: float
@@ -156,10 +156,10 @@ def _roller_angles_deg(run: Run, slots: FloatArray) -> FloatArray:
     return np.degrees(wrapped(slots + cage[:, None] - scene.load.zone_rad))
 
 
-def load_path(run: Run) -> LoadPath:
+def load_path(run: Run) -> LoadSharing:
     """How the load divides between spring and rollers in a run."""
     radial_n, share = run.scene.load.radial_n, run.roller_load_share
-    return LoadPath(
+    return LoadSharing(
         radial_n=radial_n,
         spring_n=math.hypot(*(run.displacement_m.mean(axis=0))) * run.scene.housing.stiffness_n_m,
         roller_n=share * radial_n,

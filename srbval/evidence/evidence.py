@@ -8,7 +8,7 @@ from typing import Any
 
 from srbval.bearing import Bearing, Fault
 from srbval.evidence.bands import RecordKurtogram
-from srbval.evidence.bearing_views import BearingViews, LoadPath, PointPassing
+from srbval.evidence.bearing_views import BearingViews, LoadSharing, PointPassing
 from srbval.evidence.harmonics import HarmonicPatterns
 from srbval.evidence.provenance import RunFacts
 from srbval.evidence.shown_records import ShownRecord, SidebandShares
@@ -61,7 +61,7 @@ class Evidence:
     transform: str
     sidebands: Mapping[str, SidebandShares | None]
     views: BearingViews
-    load_path: LoadPath
+    load_path: LoadSharing
     point_passing: PointPassing
     patterns: HarmonicPatterns
     kurtograms: tuple[RecordKurtogram, ...]
