@@ -99,26 +99,20 @@ class Comparison:
         return ComparisonVerdict.RESOLVED if resolved else ComparisonVerdict.NOT_RESOLVED
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values for ``report.json``."""
-        return {
-            "record": self.record,
-            "kind": self.kind,
-            "state": self.fault,
-            "defect": self.fault,
-            "quantity": self.quantity,
-            "unit": self.unit,
+        """Plain values for ``report.json``; the model is the paper's scene at the record's speed and load."""
+        entry = dict(vars(self))
+        state = entry.pop("fault")
+        return entry | {
+            "state": state,
+            "defect": state,
             "scene": "paper",
-            "error_unit": self.error_unit,
             "model": self.model.value,
             "rig": self.rig.value,
             "model_present": self.model.present,
             "rig_present": self.rig.present,
-            "error": self.error,
-            "parts": self.parts,
             "uncertainty": self.uncertainty,
             "dominant": self.dominant,
             "verdict": self.verdict,
-            "verdict_override": self.verdict_override,
         }
 
 

@@ -29,15 +29,7 @@ class CrossBand:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for ``report.json``."""
-        return {
-            "state": self.state,
-            "origin": self.origin,
-            "file": self.file,
-            "band_hz": self.band_hz,
-            "own": self.own,
-            **line_entry(self.line),
-            "why": self.why,
-        }
+        return vars(self) | line_entry(self.line)
 
 
 def cross_bands(model: Mapping[Fault, Analysis], rig: Mapping[Fault, Analysis]) -> tuple[CrossBand, ...]:

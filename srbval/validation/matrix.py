@@ -84,27 +84,19 @@ class MatrixCell:
     def to_dict(self) -> dict[str, Any]:
         """Plain values for ``report.json``; the deviation from kinematics is null where the line is not detected."""
         line = self.line
-        return {
-            "state": self.state,
-            "radial_kn": self.radial_kn,
-            "axial_kn": self.axial_kn,
-            "nominal_rpm": self.nominal_rpm,
-            "file": self.file,
+        entry = vars(self) | line_entry(line)
+        del entry["speed"]
+        return entry | {
             "shaft_rpm": self.shaft_rpm,
             "speed_ci95_rpm": 60 * self.speed.ci95_hz,
             "speed_source": self.speed.source,
-            **line_entry(line),
             "rig_hz": line.found_hz,
             "rig_ci95_hz": line.ci95_hz,
             "deviation_pct": line.detected_deviation_pct,
             "deviation_ci95_pct": line.deviation_ci95_pct if line.detected else None,
-            "model_hz": self.model_hz,
             "error_pct": self.error_pct,
             "uncertainty_pct": self.uncertainty_pct,
             "verdict": self.verdict,
-            "call": self.call,
-            "comparisons": self.comparisons,
-            "remark": self.remark,
         }
 
 

@@ -64,24 +64,13 @@ class OtherRecord:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for ``report.json``."""
-        return {
-            "dataset": self.dataset,
-            "file": self.file,
-            "state": self.state,
-            "shaft_hz": self.speed and self.speed.value_hz,
-            "shaft_ci95_hz": self.speed and self.speed.ci95_hz,
-            "speed_source": self.speed and self.speed.source,
-            **line_entry(self.line),
-            "shown": self.shown,
-            "grade": self.grade,
-            "plain_grade": self.plain_grade,
-            "radial_n": self.radial_n,
-            "cage_pct": self.cage_pct,
-            "cage_ci95_pct": self.cage_ci95_pct,
-            "call": self.call,
-            "caution": self.caution,
-            "refused": self.refused,
-            "diagnosable": self.diagnosable,
+        speed = self.speed
+        entry = vars(self) | line_entry(self.line) | {"diagnosable": self.diagnosable}
+        del entry["speed"]
+        return entry | {
+            "shaft_hz": speed and speed.value_hz,
+            "shaft_ci95_hz": speed and speed.ci95_hz,
+            "speed_source": speed and speed.source,
         }
 
 
