@@ -10,6 +10,13 @@ from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
 from srbval.storage.strict_json import json_object
 from srbval.validation.analyse import analyse
 
+SIDEBAND_HZ = 0.05  # a fifth of a bin of four seconds: sidebands are read one by one
+HARMONIC_RELATIVE = 1e-3  # harmonics are read one by one, by a quarter of a bin at the first
+FILTER_ENDS_RELATIVE = 0.01  # the filter's ends are dropped to the sample, 0.1 s is rounded
+INTERVAL_RELATIVE = 0.5  # the reading's own interval may move with the masks of a wider speed
+SPEED_SHARE_RELATIVE = 0.05  # the speed's interval outweighs that of the reading, which joins it as a square
+SAME_CHAIN_HZ = 1e-6  # the same samples but for rounding of the two axes
+
 FS_HZ = 20_480.0
 SECONDS = 4.0
 SHAFT_HZ = 14.3
@@ -83,8 +90,8 @@ def test_inner_race_line_is_found_with_its_sidebands(inner):
     assert {"BPFI", "BPFI-fr", "BPFI+fr"} <= detected(inner)
     assert inner.verdict.startswith("BPFI (inner race) line detected")
     found = inner.line("BPFI").found_hz
-    assert inner.line("BPFI+fr").found_hz == pytest.approx(found + SHAFT_HZ, abs=0.05)
-    assert inner.line("BPFI-fr").found_hz == pytest.approx(found - SHAFT_HZ, abs=0.05)
+    assert inner.line("BPFI+fr").found_hz == pytest.approx(found + SHAFT_HZ, abs=SIDEBAND_HZ)
+    assert inner.line("BPFI-fr").found_hz == pytest.approx(found - SHAFT_HZ, abs=SIDEBAND_HZ)
 
 
 def test_every_harmonic_in_reach_is_a_line_of_its_own(outer):
@@ -92,13 +99,13 @@ def test_every_harmonic_in_reach_is_a_line_of_its_own(outer):
     assert [line.harmonic for line in harmonics] == [1, 2, 3, 4, 5]
     for line in harmonics:
         assert line.kinematic_hz == pytest.approx(line.harmonic * BEARING.orders.bpfo * SHAFT_HZ)
-        assert line.found_hz == pytest.approx(line.harmonic * outer.line("BPFO").found_hz, rel=1e-3)
+        assert line.found_hz == pytest.approx(line.harmonic * outer.line("BPFO").found_hz, rel=HARMONIC_RELATIVE)
 
 
 def test_half_and_double_frequency_are_looked_at_and_resolution_is_printed(outer):
     line = outer.line("BPFO")
     assert line.half_snr < 20 < line.double_snr
-    assert line.resolution_hz == pytest.approx(1 / (SECONDS - 0.1), rel=0.01)
+    assert line.resolution_hz == pytest.approx(1 / (SECONDS - 0.1), rel=FILTER_ENDS_RELATIVE)
     assert line.sideband_hz is None
 
 
@@ -140,8 +147,8 @@ def test_json_of_a_closed_sum_and_of_noise_is_plain_too():
 def test_speed_uncertainty_enters_the_deviation_not_the_line(outer):
     unsure = ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.05, source=SpeedSource.STATED)
     line = analyse(outer.recording, bearing=BEARING, speed=unsure).line("BPFO")
-    assert line.ci95_hz == pytest.approx(outer.line("BPFO").ci95_hz, rel=0.5)
-    assert line.deviation_ci95_pct == pytest.approx(100 * 0.05 / SHAFT_HZ, rel=0.05)
+    assert line.ci95_hz == pytest.approx(outer.line("BPFO").ci95_hz, rel=INTERVAL_RELATIVE)
+    assert line.deviation_ci95_pct == pytest.approx(100 * 0.05 / SHAFT_HZ, rel=SPEED_SHARE_RELATIVE)
 
 
 def test_simulated_axes_go_through_the_same_chain_as_a_sensor_between_them(outer):
@@ -149,7 +156,7 @@ def test_simulated_axes_go_through_the_same_chain_as_a_sensor_between_them(outer
     axes = {"y": samples / np.sqrt(2), "z": samples / np.sqrt(2)}
     run = recording(samples, channels=axes, channel=None, axes=("y", "z"), origin=Origin.SIMULATED)
     result = analyse(run, bearing=BEARING)
-    assert result.line("BPFO").found_hz == pytest.approx(outer.line("BPFO").found_hz, abs=1e-6)
+    assert result.line("BPFO").found_hz == pytest.approx(outer.line("BPFO").found_hz, abs=SAME_CHAIN_HZ)
     np.testing.assert_allclose(result.processed.envelope, outer.processed.envelope, rtol=1e-6, atol=1e-9)
     assert result.verdict.endswith("The record is simulated.")
 
