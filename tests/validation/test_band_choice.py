@@ -36,8 +36,6 @@ def test_a_band_chosen_on_the_record_pays_for_every_band_tried(record):
     for dear, free in zip(first_harmonics(chosen), first_harmonics(given), strict=True):
         corrected = 1 - (1 - free.false_alarm) ** chosen.band.trials
         assert dear.false_alarm == pytest.approx(corrected, rel=ROUNDING, abs=ROUNDING_PROBABILITY)
-            1 - (1 - free.false_alarm) ** chosen.band.trials, rel=ROUNDING, abs=ROUNDING_PROBABILITY
-        )
 
 
 def test_the_ringing_band_is_chosen_and_the_fault_still_found():
