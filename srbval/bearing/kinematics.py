@@ -29,12 +29,7 @@ class FaultOrders:
 
     @classmethod
     def from_dimensions(
-        cls,
-        *,
-        rolling_elements: int,
-        element_diameter_m: float,
-        pitch_diameter_m: float,
-        contact_angle_rad: float,
+        cls, *, rolling_elements: int, element_diameter_m: float, pitch_diameter_m: float, contact_angle_rad: float
     ) -> FaultOrders:
         """Orders from the geometry (Randall, Vibration-based Condition Monitoring, 2011, sect. 2.2.3).
 

@@ -1,7 +1,6 @@
 """What is to be run and what is asked of it: speed, loads, defect, duration, model, solver."""
 
-from srbval.scene.defect import Defect, DefectShape
-from srbval.scene.parts import Bodies, Contact, Housing, Load, LoadPath, RollerFit
+from srbval.scene.parts import Bodies, Contact, Defect, DefectShape, Housing, Load, LoadPath, RollerFit
 from srbval.scene.profile import LoadProfile, SpeedProfile
 from srbval.scene.read import load_scene, merge, paper_scene
 from srbval.scene.scene import Scene, SolverSettings

@@ -127,12 +127,7 @@ def _fundamental(record: Periodogram, family: Family, search: Search) -> LineRea
     centre = search.scale * family.kinematic_hz
     half = search.half_window_hz(centre, record.bin_hz)
     return read_comb(
-        record,
-        centre,
-        half,
-        harmonics=HARMONICS,
-        sideband_hz=family.sideband_hz,
-        shortest_block_s=search.block_s,
+        record, centre, half, harmonics=HARMONICS, sideband_hz=family.sideband_hz, shortest_block_s=search.block_s
     )
 
 

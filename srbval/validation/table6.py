@@ -162,9 +162,7 @@ def published_rows(printed: Table6, paper: Mapping[Fault, Analysis], runs: Mappi
 
 
 def measured_rows(
-    rig: Mapping[Fault, Analysis],
-    runs: Mapping[Fault, Run],
-    effects: Sequence[Effect],
+    rig: Mapping[Fault, Analysis], runs: Mapping[Fault, Run], effects: Sequence[Effect]
 ) -> Iterator[Table6Row]:
     """Our model at each recording's measured speed beside that recording; states without a found line are left out.
 
@@ -184,10 +182,7 @@ def measured_rows(
         recording = rig[fault].recording
         made = line_comparison(fault, recording.file or recording.name, QuantityValue(value=model_hz), own, parts)
         yield Table6Row(
-            comparison=made,
-            rig_source=RigSource.MEASURED,
-            shaft_rpm=60 * speed.value_hz,
-            model_cage_hz=model_hz,
+            comparison=made, rig_source=RigSource.MEASURED, shaft_rpm=60 * speed.value_hz, model_cage_hz=model_hz
         )
 
 

@@ -27,7 +27,7 @@ def first_harmonics(analysis):
 
 
 @pytest.mark.parametrize("record", [OUTER, NOISE], ids=["fault", "noise"])
-def test_a_band_chosen_on_the_record_pays_for_every_band_tried(record):
+def test_every_band_tried_on_the_record_counts_as_a_trial(record):
     chosen = analyse(record, bearing=BEARING, choose_on_record=True)
     assert chosen.band.trials > 20
     assert str(chosen.band.trials) in chosen.to_dict()["band_choice"]["why"]

@@ -25,7 +25,7 @@ def unlabelled(recording: Recording) -> Recording:
     return dataclasses.replace(recording, state=None)
 
 
-def nothing_reported(result: Analysis, baseline: Analysis | None = None) -> None:
+def assert_nothing_reported(result: Analysis, baseline: Analysis | None = None) -> None:
     """Race and roller lines were all within reach, and none of them makes a fault, neither called nor pointed to."""
     assert all(result.line_of(fault).found_hz is not None for fault in DEFECTS)
     call = call_fault(result, baseline)
@@ -55,7 +55,7 @@ def test_healthy_record_indicates_no_fault_without_its_label(
     recording = load_recording(recordings_dir / name, channel=channel)
     if not name.startswith("uestc"):
         assert recording.bearing == bearing
-    nothing_reported(analyse(unlabelled(recording), bearing=load_bearing(bearing)))
+    assert_nothing_reported(analyse(unlabelled(recording), bearing=load_bearing(bearing)))
     if recording.state is Fault.HEALTHY:
         labelled = call_fault(analyse(recording, bearing=load_bearing(bearing)))
         assert labelled.sentence.startswith("No fault is called")
@@ -77,7 +77,7 @@ def test_rig_s_healthy_record_is_no_fault_by_its_own_baseline_rule(
     healthy = load_recording(recordings_dir / "torino" / f"H_{rpm}rpm_sample.mat")
     first, second = (part(healthy, *piece) for piece in pieces)
     for judged, before in ((first, second), (second, first)):
-        nothing_reported(analyse(unlabelled(judged), bearing=RIG), analyse(before, bearing=RIG))
+        assert_nothing_reported(analyse(unlabelled(judged), bearing=RIG), analyse(before, bearing=RIG))
 
 
 @pytest.mark.recordings
@@ -92,8 +92,8 @@ def test_the_same_rule_calls_the_rig_s_faults(recordings_dir: Path, name: str) -
 def test_healthy_model_shows_no_fault(rpm: float, fit: str) -> None:
     """Judged as if it had been measured and not labelled, alone and against another run of the same bearing."""
     judged, before = (model(rpm, fit, settle) for settle in ("0.05 s", "0.17 s"))
-    nothing_reported(judged)
-    nothing_reported(judged, before)
+    assert_nothing_reported(judged)
+    assert_nothing_reported(judged, before)
 
 
 def test_the_same_rule_tells_the_model_s_fault() -> None:

@@ -44,7 +44,7 @@ def test_line_is_found_within_the_nominal_speed_s_interval(off: float) -> None:
     assert "3 trials" in result.search
 
 
-def test_every_speed_tried_is_paid_for(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_speed_tried_counts_as_a_trial(monkeypatch: pytest.MonkeyPatch) -> None:
     """The same line read at one speed has a third of the false-alarm probability."""
     noise = record(shaft_hz=NOMINAL_HZ, fault=False, seed=4)
     paid = analyse(noise, bearing=BEARING).line("BPFO").false_alarm
