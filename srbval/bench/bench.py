@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from srbval.bench.calibration import calibrate
-from srbval.bench.machine import Machine, describe_machine, load_average
+from srbval.bench.machine import Machine, calibrate, describe_machine, load_average
 from srbval.bench.processes import Processes, measure_processes
 from srbval.bench.reference import SceneReference, references
 from srbval.bench.row import BenchRun

@@ -8,10 +8,9 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from srbval.check.check import CheckResult, run_check
+from srbval.check.check import CheckResult, Difference, differences, renewed, run_check
 from srbval.check.junit import write_junit
 from srbval.check.reference import ReferenceQuantity, read_reference, reference_path, write_reference
-from srbval.check.update import Difference, differences, renewed
 from srbval.cli.output import print_json, print_table
 from srbval.progress import ProgressDisplay, prefixed
 from srbval.storage.strict_json import json_object

@@ -29,18 +29,17 @@ CHUNK_S = 0.02  # simulated time between two reports of progress
 MakeParameters = Callable[[Scene, SphericalRollerGeometry], "Parameters"]
 
 
-def simulate(scene: Scene, *, progress: Progress = silent, make: MakeParameters | None = None) -> Run:
+def simulate(scene: Scene, *, progress: Progress = silent) -> Run:
     """Run `scene` from static balance and keep its signals.
 
-    `progress` gets the fraction of the task ``Simulate`` that is done, settling included. `make` assembles other
-    parameters than the full model's for its equations of motion: for trying what can be left out.
+    `progress` gets the fraction of the task ``Simulate`` that is done, settling included.
 
     Raises `ConfigurationError` for an unknown model or solver, a bearing without geometry, or a load that crushes the
     contacts. A failed run is returned, not raised: its `status` says so and its `reason` says what to do; one beyond
     recovery ends early, and its signals with it.
     """
     stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
-    chunks = list(_recorded(stats, progress, make))
+    chunks = list(_recorded(stats, progress))
     out = np.concatenate([chunk.out for chunk in chunks])
     return Run(
         **vars(stats.summary()),
@@ -90,14 +89,13 @@ def signals(out: FloatArray) -> dict[str, Any]:
     }
 
 
-def _recorded(stats: RunStatistics, progress: Progress, make: MakeParameters | None = None) -> Iterator[Outputs]:
+def _recorded(stats: RunStatistics, progress: Progress) -> Iterator[Outputs]:
     """The recorded chunks of the scene's model; `stats` are kept up to date."""
     scene = stats.scene
     rung = rung_of(scene.model)
     settle = round(scene.settle_s * scene.output_rate_hz)
     whole = settle + scene.samples
-    stretches = rung.run(stats, settle, whole) if make is None else full_model(stats, settle, whole, make=make)
-    for first, steps in stretches:
+    for first, steps in rung.run(stats, settle, whole):
         progress("Simulate", (first + len(steps.out)) / whole)
         if first >= settle or stats.unfit(steps.out):
             stats.add(steps.out)

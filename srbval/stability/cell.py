@@ -10,8 +10,7 @@ from typing import Any, ClassVar
 from srbval.bench.scenes import PAPER_STEP_S
 from srbval.models.run import RunStatus
 from srbval.stability.grid import StabilityCase
-from srbval.stability.outcome import StabilityOutcome
-from srbval.stability.reference import StabilityReference, relative
+from srbval.stability.outcome import StabilityOutcome, StabilityReference, relative
 from srbval.stability.step_limits import StepLimits
 
 CAGE_LIMIT = 0.01  # relative, from the converged run

@@ -7,14 +7,19 @@ from dataclasses import dataclass
 from typing import Any
 
 from srbval.bearing import load_bearing
-from srbval.bench.calibration import calibrate
-from srbval.bench.machine import Machine, describe_machine, load_average
+from srbval.bench.machine import Machine, calibrate, describe_machine, load_average
 from srbval.progress import Progress, silent
 from srbval.stability.cell import NO_REFERENCE, UNLIKE, Planted, StabilityCell, planted_in
 from srbval.stability.claims import Claim, claims
 from srbval.stability.grid import FULL, StabilityCase, StabilityGrid, StabilityGroup
-from srbval.stability.outcome import StabilityOutcome, outcome_store, outcomes
-from srbval.stability.reference import StabilityReference, reference_cases, reference_of
+from srbval.stability.outcome import (
+    StabilityOutcome,
+    StabilityReference,
+    outcome_store,
+    outcomes,
+    reference_cases,
+    reference_of,
+)
 from srbval.stability.step_limits import StepLimits, predict
 from srbval.storage.content_store import ContentStore
 

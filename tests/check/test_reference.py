@@ -10,10 +10,9 @@ from xml.etree import ElementTree
 
 import pytest
 
-from srbval.check.check import Checked, CheckResult
+from srbval.check.check import Checked, CheckResult, differences, renewed
 from srbval.check.junit import write_junit
 from srbval.check.reference import ReferenceQuantity, read_reference, write_reference
-from srbval.check.update import differences, renewed
 from srbval.errors import ConfigurationError, DataError
 
 REPORTS = Path(__file__).parents[2] / "reports"

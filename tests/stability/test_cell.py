@@ -10,8 +10,7 @@ import pytest
 from srbval.stability.cell import UNLIKE, StabilityCell, planted_in
 from srbval.stability.claims import claims
 from srbval.stability.grid import StabilityCase, StabilityGroup
-from srbval.stability.outcome import StabilityOutcome
-from srbval.stability.reference import StabilityReference
+from srbval.stability.outcome import StabilityOutcome, StabilityReference
 from srbval.stability.step_limits import StepLimits
 
 

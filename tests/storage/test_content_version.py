@@ -76,3 +76,11 @@ def test_lazily_imported_rungs_belong_to_a_run() -> None:
 def test_stored_ladder_answers_depend_on_what_reads_the_lines() -> None:
     names = {path.relative_to(package_folder()).as_posix() for path in sources_of("srbval.bench.ladder.measure")}
     assert {"validation/lines.py", "signal/slip_interval.toml"} <= names
+
+
+def test_every_kernel_of_the_models_is_behind_the_version_of_the_kernel_cache() -> None:
+    """Its folder is named by the content of ``*_kernel.py``: a kernel elsewhere could be loaded out of date."""
+    models = package_folder() / "models"
+    kernels = {path for path in models.rglob("*.py") if "\n@kernel" in path.read_text(encoding="utf-8")}
+    assert len(kernels) > 1
+    assert {path.name for path in kernels if not path.stem.endswith("_kernel")} == set()

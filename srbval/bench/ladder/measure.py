@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from multiprocessing import get_context
 
 from srbval.bearing import Fault, load_bearing
-from srbval.bench.calibration import calibrate
 from srbval.bench.ladder.cases import CalibrationScene, quick_grid
 from srbval.bench.ladder.questions import Answer, Question, answers, asked_of, error_pct
 from srbval.bench.ladder.table import Entry, LadderCalibration, RungEntry
-from srbval.bench.machine import describe_machine, load_average, usable_cores
+from srbval.bench.machine import calibrate, describe_machine, load_average, usable_cores
 from srbval.bench.scenes import scene_content
 from srbval.bench.timing import attempt
 from srbval.models.kernel_cache import precompile
