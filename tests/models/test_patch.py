@@ -21,9 +21,15 @@ from srbval.models.patch import Patch, Piece, patches, piece
 from srbval.models.simulate import simulate
 from srbval.scene import RollerFit, Scene, paper_scene
 
-DENSE = 4000  # points a circle: eight times the paper's
+DENSE = 4000  # points per circle: eight times the paper's
+MILLION = 1_000_000  # points per circle: dense enough to be the limit
 CAGE_TOLERANCE = 2e-4
 QUIETER = 10
+LIMIT = 1e-5  # of the force, from the sum over a million points: the contact ends between two of them; 4e-7 seen
+EXACT = 1e-9  # closed form against closed form
+EDGE, EDGE_N = 5e-3, 2.0  # of the force of a raised piece: its edges fall between two of the points
+LOAD, LOAD_N = 0.01, 5.0  # of a roller's load: 16 000 points are not yet the limit; 0.9 % seen
+TRACTION = 0.07  # of the largest traction: slips spread along the patch, a point has its own; 5.7 % seen
 
 
 def geometry() -> SphericalRollerGeometry:
@@ -64,8 +70,8 @@ def sum_of_points(patch: Patch, depth: float, count: int, raised: Piece | None =
 
 @pytest.mark.parametrize("depth_m", [5e-6, 2e-5, 1e-4])
 def test_force_is_the_dense_limit_of_the_points(patch: Patch, depth_m: float) -> None:
-    limit = sum_of_points(patch, depth_m, 1_000_000)
-    assert patch.force_n(np.array([depth_m]))[0] == pytest.approx(limit, rel=1e-4)
+    limit = sum_of_points(patch, depth_m, MILLION)
+    assert patch.force_n(np.array([depth_m]))[0] == pytest.approx(limit, rel=LIMIT)
 
 
 def test_force_grows_with_the_power_three_halves(patch: Patch) -> None:
@@ -75,10 +81,10 @@ def test_force_grows_with_the_power_three_halves(patch: Patch) -> None:
 
 
 def test_damper_is_that_of_the_touching_points(patch: Patch) -> None:
-    depth, count = 3e-5, 1_000_000
+    depth, count = 3e-5, MILLION
     touching = 2 * math.sqrt(2 * depth / patch.curvature_1_m) / (2 * math.pi * patch.race_radius_m / count)
     per_point = paper_scene().contact.damping_ns_m * 500 / count
-    assert patch.damper_ns_m(np.array([depth]))[0] == pytest.approx(touching * per_point, rel=1e-9)
+    assert patch.damper_ns_m(np.array([depth]))[0] == pytest.approx(touching * per_point, rel=EXACT)
 
 
 @pytest.mark.parametrize("middle_m", [0.0, 1e-3, 3e-3])
@@ -88,15 +94,15 @@ def test_a_raised_piece_adds_what_its_points_do(patch: Patch, depth_m: float, mi
     defect = {"kind": "outer", "height": "0.1 mm", "extent": "3 mm", "shape": shape}
     part = piece(paper_scene(defect=defect).defect, patch.spacing_m)
     added = patch.raised_force_n(np.array([depth_m]), np.array([middle_m]), part)[0]
-    direct = sum_of_points(patch, depth_m, 1_000_000, part, middle_m) - sum_of_points(patch, depth_m, 1_000_000)
-    assert added == pytest.approx(direct, rel=5e-3, abs=2.0)
+    direct = sum_of_points(patch, depth_m, MILLION, part, middle_m) - sum_of_points(patch, depth_m, MILLION)
+    assert added == pytest.approx(direct, rel=EDGE, abs=EDGE_N)
 
 
 def test_loads_in_balance_are_those_of_dense_points() -> None:
     line = line_parameters(dense_scene(500), geometry())
     dense = make_parameters(dense_scene(16_000), geometry())
     state = equilibrium_state(line).state
-    assert rates(line, 0.0, state).load_n == pytest.approx(rates(dense, 0.0, state).load_n, rel=0.01, abs=5.0)
+    assert rates(line, 0.0, state).load_n == pytest.approx(rates(dense, 0.0, state).load_n, rel=LOAD, abs=LOAD_N)
 
 
 def pull(model: Parameters, state: np.ndarray, spin: float) -> float:
@@ -109,13 +115,13 @@ def pull(model: Parameters, state: np.ndarray, spin: float) -> float:
 
 
 def test_friction_of_a_patch_is_that_of_dense_points() -> None:
-    """Within 4 % of what both races can hold, from sticking to sliding: slips spread along the patch."""
+    """From sticking to sliding."""
     line = line_parameters(dense_scene(500), geometry())
     dense = make_parameters(dense_scene(16_000), geometry())
     state = equilibrium_state(line).state
     spins = (-3.0, -1.0, -0.5, -0.2, -0.1, 0.0, 0.1, 0.2, 0.5, 1.0, 3.0)
     own, right = (np.array([pull(model, state, spin) for spin in spins]) for model in (line, dense))
-    assert np.abs(own - right).max() < 0.07 * np.abs(right).max()
+    assert np.abs(own - right).max() < TRACTION * np.abs(right).max()
     assert own[0] > 0 > own[-1]
 
 
@@ -152,4 +158,4 @@ def test_patches_do_not_see_where_the_cage_stands() -> None:
         moved[: len(line.slot_angle)] = 0.0
         moved[turn + 1 : turn + 4] = 0.0
         forces.append(rates(line, 0.0, moved).totals[col.CONTACT_ENERGY])  # elastic energy
-    assert np.ptp(forces) < 1e-9 * forces[0]
+    assert np.ptp(forces) < EXACT * forces[0]

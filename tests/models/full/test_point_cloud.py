@@ -23,7 +23,14 @@ from srbval.scene import Defect, DefectShape, paper_scene
 
 GEOMETRY = load_bearing("skf-22240").geometry
 assert GEOMETRY is not None
+LEAST_CLEARANCE = 0.97  # of the true one: the rest is the circles' own curvature
 ROUNDED_TABLE_1_M = 2e-5  # Table 1 gives hundredths of a millimetre
+ROUNDING = 1e-12  # of a length
+ANGLE_ROUNDING = 1e-9  # of an angle in points
+SLICES = 1e-6  # of a volume, from 20 000 slices
+MASS_KG = 0.01  # of a roller, estimated to hundredths
+BARREL = 0.05  # of a cylinder's inertia: the barrel is thinner at its ends
+DIAMETER_M = 1e-5  # as Table 1 rounds it
 
 
 @pytest.mark.parametrize("p", CIRCLES)
@@ -44,7 +51,7 @@ def test_both_raceways_face_the_roller(p: float) -> None:
 
 
 def made(**changes: object) -> Defect:
-    """The paper's defect with `changes` laid over it."""
+    """The paper's defect with `changes`."""
     return paper_scene(defect={"kind": "outer", **changes}).defect
 
 
@@ -95,7 +102,7 @@ def test_a_point_aside_stands_clear_by_no_less_than_said(points: int, sign: int)
     for spacings in (0.3, 1.0, 2.0):
         angle = spacings * 2 * math.pi / points
         clear = math.hypot(radius * math.cos(angle) - radius - sign * r, radius * math.sin(angle)) - r
-        assert 0.97 <= said * spacings**2 / clear <= 1.0
+        assert LEAST_CLEARANCE <= said * spacings**2 / clear <= 1.0
 
 
 def test_windows_of_undisplaced_points_lie_about_the_roller() -> None:
@@ -107,7 +114,7 @@ def test_windows_of_undisplaced_points_lie_about_the_roller() -> None:
     for c, offsets in enumerate(([0], [0, 1], [-1, 0, 1], [-1, 0, 1, 2], [-2, -1, 0, 1, 2]), start=1):
         assert windows.starts[c - 1].tolist() == [0, c, 2 * c, 3 * c]
         angle = np.arctan2(windows.points[c - 1, 1, :c], windows.points[c - 1, 0, :c])
-        assert angle * 500 / (2 * math.pi) == pytest.approx(offsets, abs=1e-9)
+        assert angle * 500 / (2 * math.pi) == pytest.approx(offsets, abs=ANGLE_ROUNDING)
 
 
 @pytest.mark.parametrize("points", [500, 1000, 4000])
@@ -134,9 +141,9 @@ def test_roller_mass_and_inertia() -> None:
     """About 0.36 kg of steel; a cylinder's inertia within the barrel's few per cent."""
     assert GEOMETRY is not None
     body = roller_body(GEOMETRY, 0.04, 7850.0)
-    assert body.mass_kg == pytest.approx(0.36, abs=0.01)
-    assert body.axial_kg_m2 == pytest.approx(body.mass_kg * 0.02**2 / 2, rel=0.05)
-    assert body.transverse_kg_m2 == pytest.approx(body.mass_kg * (3 * 0.02**2 + 0.037**2) / 12, rel=0.05)
+    assert body.mass_kg == pytest.approx(0.36, abs=MASS_KG)
+    assert body.axial_kg_m2 == pytest.approx(body.mass_kg * 0.02**2 / 2, rel=BARREL)
+    assert body.transverse_kg_m2 == pytest.approx(body.mass_kg * (3 * 0.02**2 + 0.037**2) / 12, rel=BARREL)
 
 
 def test_outer_ring_mass() -> None:
@@ -144,13 +151,13 @@ def test_outer_ring_mass() -> None:
     assert GEOMETRY is not None
     z = (np.arange(20_000) + 0.5) / 20_000 * 0.098 - 0.049
     slices = np.pi * (0.18**2 - (0.164**2 - z**2))
-    assert outer_ring_mass_kg(GEOMETRY, 7850.0) == pytest.approx(7850 * slices.mean() * 0.098, rel=1e-6)
+    assert outer_ring_mass_kg(GEOMETRY, 7850.0) == pytest.approx(7850 * slices.mean() * 0.098, rel=SLICES)
 
 
 @pytest.mark.parametrize(("play", "diameter"), [("0 m", 0.04001), ("0.1 mm", 0.03991), ("-0.05 mm", 0.04006)])
 def test_diameter_follows_from_the_play(play: str, diameter: float) -> None:
     assert GEOMETRY is not None
     model = make_parameters(paper_scene(contact={"radial_play": play}), GEOMETRY)
-    assert 2 * model.law.roller_radius == pytest.approx(diameter, abs=1e-5)
+    assert 2 * model.law.roller_radius == pytest.approx(diameter, abs=DIAMETER_M)
     printed = make_parameters(paper_scene(contact={"roller_fit": "printed"}), GEOMETRY)
-    assert 2 * printed.law.roller_radius == pytest.approx(0.0401, rel=1e-12)
+    assert 2 * printed.law.roller_radius == pytest.approx(0.0401, rel=ROUNDING)
