@@ -1,1 +1,1 @@
-"""Validation: analyse a recording, hold the model against the paper and the rig, with uncertainty and verdict."""
+"""Validation: analyse a recording, compare the model with the paper and the rig, with uncertainty and verdict."""

@@ -65,7 +65,7 @@ def counterpart_case(rig: Analysis) -> SimulationCase:
 
 
 def analyse_run(case: SimulationCase, run: Run, bearing: Bearing) -> AnalysedRun:
-    """Analyse a run. A roller's line is looked for about the roller's own turning, which contacts decide, not pitch."""
+    """Analyse a run. A roller's line is searched about the roller's own rotation, which the contacts decide."""
     order = line_order(run, case.state, bearing)
     if case.state is Fault.ROLLER and order is not None:
         bearing = dataclasses.replace(bearing, orders=dataclasses.replace(bearing.orders, bsf=order / 2))
@@ -77,8 +77,8 @@ def analyse_run(case: SimulationCase, run: Run, bearing: Bearing) -> AnalysedRun
 def line_order(run: Run, state: Fault, bearing: Bearing) -> float | None:
     """The line of `state` in orders of the shaft, by the run's mean speeds of cage or roller; None for a healthy one.
 
-    A roller strikes both races in a turn about its own axis, seen from its slot, which turns with the cage and leans by
-    the bearing's tilt. None too where the run kept no rollers' speeds.
+    A defect on a roller strikes both races once per revolution of the roller relative to its slot, which turns with the
+    cage and is inclined by the bearing's tilt. None too where the run recorded no roller speeds.
     """
     if state is not Fault.ROLLER:
         return state.passing_order(run.rolling_elements, run.cage_ratio)

@@ -52,7 +52,7 @@ class FaultCall:
 
 
 def call_fault(analysis: Analysis, baseline: Analysis | None = None) -> FaultCall:
-    """Judge `analysis` against `baseline`, the analysis of a healthy record in the same band.
+    """Compare `analysis` with `baseline`, the analysis of a healthy record in the same band.
 
     Modulations are compared in the squared envelope's own unit where both records state one, else as depths
     (share of the mean), since amplitudes of unknown scale cannot be compared. Without a baseline a line like a

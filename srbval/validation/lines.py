@@ -12,7 +12,7 @@ from srbval.signal import LEAST_SNR, LineReading, Periodogram, peak_snr, read_co
 from srbval.validation.families import Family, Found, families_of, find_families
 
 RACE_LINES = tuple(fault.line or "" for fault in RACE_DEFECTS)
-# A comb's first harmonic stands at least this high beside its second.
+# Least power over noise of a comb's first harmonic, as a share of that of its second.
 HALF_SHARE = 0.5
 
 
@@ -23,7 +23,7 @@ class Line:
     `snr` is power over local mean noise power in the squared envelope spectrum, `depth` the line's amplitude
     there over the squared envelope's mean. The first harmonic comes from the joint fit of all, and so does
     its `false_alarm`; the others are read one by one. A sideband counts only with its own line.
-    `resolution_hz` is one over the record's duration: two lines closer than that are not told apart. `sideband_hz` is
+    `resolution_hz` is one over the record's duration: two lines closer than that are not resolved. `sideband_hz` is
     the spacing of the sidebands fitted with the line, where some stood out. `half_snr` and `double_snr` are the power
     over noise at half and at twice the frequency found: a comb at half of it would make it but a second harmonic.
     `explained_by` names the stronger line whose frequency this one is a simple multiple of. Values are
@@ -92,7 +92,7 @@ def _lines_of(family: Family, found: Found | None, speed: ShaftSpeed) -> list[Li
 def _second_harmonic_of_other(found: Found, half_snr: float | None) -> str | None:
     """What explains a race line with a line about as high at half its frequency, of which it is the second harmonic.
 
-    Not asked for a roller's line: a roller strikes both races in a turn, so its own rate is half its line.
+    Not applied to a roller's line: a roller strikes both races per revolution, so its own rate is half its line.
     """
     least = max(LEAST_SNR, HALF_SHARE * found.reading.snr[0])
     if not found.detected or found.family.name not in RACE_LINES or (half_snr or 0.0) <= least:
@@ -131,7 +131,7 @@ def _sidebands(found: Found, speed: ShaftSpeed) -> list[Line]:
 
 
 def _read_one(line: Line, found: Found, number: int, offset_hz: float, speed: ShaftSpeed) -> Line:
-    """A single line beside the found fundamental, or about its kinematic place where that was not found.
+    """A single line at its distance from the found fundamental, or about its kinematic frequency without one.
 
     It slips as its fundamental does, whose course was followed: that one's interval, `number` times, joins the noise.
     """

@@ -4,8 +4,8 @@ The power of the squared envelope is averaged in bins that are shares of the fau
 it to half a line above the last harmonic used, and its logarithm centred: a gain falls out with the mean, a shift of
 the line with the scale. The measure is the angle whose cosine is the correlation of two such spectra (spectral
 correlation mapper: de Carvalho & Meneses 2000, after the spectral angle of Kruse et al. 1993, Remote Sens. Environ.
-44, 145): 0 degrees alike, 90 degrees unrelated. A record is cut in halves, so that it can also be held against itself:
-no model can be more like a record than the record's halves are like each other.
+44, 145): 0 degrees alike, 90 degrees unrelated. A record is cut in halves, so that it can also be compared with itself:
+no model can resemble a record more closely than the record's halves resemble each other.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Table 6: the paper's rows as data, and ours beside them at the paper's speed and at the rig recordings' own."""
+"""Table 6: the paper's rows as data, compared with our model at the paper's speed and at the rig recordings' own."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Table6Row:
     """A row of Table 6: our model's line against a rig's, frequencies [Hz] with deviations [%].
 
     The kinematic frequency is printed at the paper's speed, computed at the rig recordings'. `model_cage_hz` is the
-    model's line by its mean cage speed; `printed` is the paper's own row, None beside a measured recording.
+    model's line by its mean cage speed; `printed` is the paper's own row, None for a measured recording.
     """
 
     comparison: Comparison
@@ -143,7 +143,7 @@ def line_comparison(
 
 
 def published_rows(printed: Table6, paper: Mapping[Fault, Analysis], runs: Mapping[str, Run]) -> Iterator[Table6Row]:
-    """Our model at the paper's speed beside the paper's model and rig, against the printed kinematic frequency.
+    """Our model at the paper's speed with the paper's model and rig, and the printed kinematic frequency.
 
     The paper gives its rig values no uncertainty and no measured speed, so these rows cannot be resolved.
     """
@@ -164,9 +164,9 @@ def published_rows(printed: Table6, paper: Mapping[Fault, Analysis], runs: Mappi
 def measured_rows(
     rig: Mapping[Fault, Analysis], runs: Mapping[Fault, Run], effects: Sequence[Effect]
 ) -> Iterator[Table6Row]:
-    """Our model at each recording's measured speed beside that recording; states without a found line are left out.
+    """Our model compared with each recording at its measured speed; states without a found line are left out.
 
-    The model's line is its mean cage speed's, free of a reading's noise; `effects` tell what numerics and inputs do.
+    The model's line is its mean cage speed's, free of a reading's noise; `effects` are those of numerics and inputs.
     """
     for fault in RACE_DEFECTS:
         if fault not in rig or not found_line(rig[fault], fault).detected:

@@ -6,8 +6,17 @@ import numpy as np
 import pytest
 
 from srbval.bearing import Fault
-from srbval.validation.compared_quantities import COMPARED, PRESENCE, compare, own_effects
-from srbval.validation.comparison import ComparisonVerdict
+from srbval.validation import compared_quantities
+from srbval.validation.compared_quantities import (
+    COMPARED,
+    PATTERN,
+    PRESENCE,
+    ComparedQuantity,
+    compare,
+    difference,
+    own_effects,
+)
+from srbval.validation.comparison import ComparisonVerdict, QuantityValue
 from srbval.validation.effects import Effect, Sensitivity
 from srbval.validation.lines import Line
 
@@ -114,3 +123,13 @@ def test_the_run_s_own_speed_gives_the_model_s_line():
     row = compare(Fault.INNER, analysis(), analysis(found_hz=107.0), known, model_order=10.83)[0]
     assert (row.quantity, row.model.value, row.parts["model reading"]) == ("BPFI", 10.83, 0.0)
     assert compare(Fault.HEALTHY, analysis(), analysis(), known) == ()
+
+
+def test_a_row_is_all_that_a_new_quantity_needs(monkeypatch):
+    row = ComparedQuantity(
+        kind=PATTERN, name="{line} depth", unit="dB", effects=own_effects, compare=difference,
+        read=lambda analysis, fault: QuantityValue(value=20 * math.log10(analysis.line_of(fault).depth)),
+    )  # fmt: skip
+    monkeypatch.setattr(compared_quantities, "COMPARED", (*COMPARED, row))
+    (found,) = (r for q, r in rows(analysis(), analysis()).items() if q == "BPFI depth")
+    assert (found.kind, found.unit, found.error) == ("harmonic pattern", "dB", 0.0)
