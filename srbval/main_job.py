@@ -9,9 +9,9 @@ from pathlib import Path
 from srbval.evidence.evidence import Evidence
 from srbval.evidence.gather import gather
 from srbval.progress import Progress, silent, stage
+from srbval.report import FORMATS, write_report
 from srbval.report.content.assemble import assemble
 from srbval.report.pdf import require_typst
-from srbval.report.write import FORMATS, write_report
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -107,6 +107,27 @@ def test_no_class_name_occurs_twice() -> None:
     assert [name for name, count in names.items() if count > 1] == []
 
 
+def offered(path: Path) -> set[str]:
+    """Names in the ``__all__`` of a file."""
+    for node in SOURCES[path].body:
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
+            return set(ast.literal_eval(node.value))
+    return set()
+
+
+def test_one_import_path_for_each_name() -> None:
+    """What a folder offers in its ``__all__`` the files outside import from the folder, not from the module."""
+    folders = {module_name(p): offered(p) for p in FILES if p.name == "__init__.py" and offered(p)}
+    for path, tree in SOURCES.items():
+        for node in ast.walk(tree):
+            if not isinstance(node, ast.ImportFrom) or node.module in folders:
+                continue
+            for folder, names in folders.items():
+                if (node.module or "").startswith(folder + ".") and not module_name(path).startswith(folder):
+                    twice = names & {alias.name for alias in node.names}
+                    assert not twice, f"{path.relative_to(PACKAGE)}: import {twice} from {folder}"
+
+
 def test_no_function_is_too_long() -> None:
     for path, tree in SOURCES.items():
         if path.stem.endswith("_kernel"):

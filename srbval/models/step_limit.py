@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.state import layout_of
 from srbval.models.full.steps import rates
+from srbval.models.solvers import Method
 from srbval.models.solvers.linear_stability import Linear, longest_step
-from srbval.models.solvers.method import Method
 
 FloatArray = NDArray[np.float64]
 SLIDE_M, SLIDE_RATE_M_S = 1e-10, 1e-6  # differences: far below the contacts' smoothing, far above rounding

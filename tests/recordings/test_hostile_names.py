@@ -17,10 +17,9 @@ from srbval.cli import main
 from srbval.recordings import load_recording
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import FileStatus, add
-from srbval.report.badges import Tone
+from srbval.report import Report, Tone, VerdictBox
 from srbval.report.content.other_rigs import other_rigs_section
 from srbval.report.html import render_html
-from srbval.report.model import Report, VerdictBox
 from srbval.validation.other_rigs import read_other_rigs
 
 from . import files
