@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from srbval.bearing import Bearing, Fault
 from srbval.evidence.bands import RecordKurtogram
-from srbval.evidence.bearing_views import BearingViews, LoadSharing, PointPassing
+from srbval.evidence.bearing_views import BearingViews, LoadSharing, LoadZone, PointPassing
 from srbval.evidence.harmonics import HarmonicPatterns
 from srbval.evidence.provenance import RunFacts
 from srbval.evidence.shown_records import ShownRecord, SidebandShares
@@ -19,6 +20,7 @@ from srbval.recordings import Origin
 from srbval.recordings.datasets.description import DatasetDescription, PublishedSpeeds
 from srbval.recordings.registry import RegisteredRecording
 from srbval.signal import Scalogram
+from srbval.storage.stored_result import CAMPAIGN_SCALE, NOISE_STUDY, READING, SPEED_ACCURACY, STABILITY
 from srbval.validation.analyse import Analysis
 from srbval.validation.bias import Bias, Pair
 from srbval.validation.comparison import Comparison
@@ -30,6 +32,10 @@ from srbval.validation.simulation_cases import Variation
 from srbval.validation.speed_and_slip import SpeedAndSlip
 from srbval.validation.sum_rule import SumRule
 from srbval.validation.table6 import Table6, Table6Row
+
+SCHEMA_VERSION = 1
+TIMED = ("wall_per_simulated_s",)  # what differs from one run to the next is not written
+READING_KEYS = ("accuracy", "false_alarms", "timings", "chains", "transforms")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -93,3 +99,67 @@ class Evidence:
     def measured_states(self) -> tuple[Fault, ...]:
         """States for which the rig side is a measured recording."""
         return tuple(s for s in self.rig if self.rig[s].recording.origin is Origin.MEASURED)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The content of ``report.json``: all numbers; arrays that figures draw lie in the figures' data files."""
+        content = {kind: result.content or {} for kind, result in self.results.items()}
+        sides = {"paper": self.paper, "beside-rig": self.model_at_rig, "rig": self.rig}
+        return {
+            "schema_version": SCHEMA_VERSION,
+            "status": "ok",
+            "table6": self.rows,
+            "closure": self.sums,
+            "comparisons": self.comparisons,
+            "bias": self.bias,
+            "sensitivity": self.known.effects,
+            "variations": self.variations,
+            "analyses": {
+                f"{name}-{state}": analysis for name, side in sides.items() for state, analysis in side.items()
+            },
+            "sidebands": self.sidebands,
+            "load_zone": _load_zone(self.views.load_zone),
+            "load_path": self.load_path,
+            "point_passing": self.point_passing,
+            "harmonic_patterns": self.patterns,
+            "kurtograms": [_kurtogram(record) for record in self.kurtograms],
+            "speed_accuracy": content[SPEED_ACCURACY].get("runs", []),
+            "stability": content[STABILITY].get("cells", []),
+            "kept_results": {kind: result.origin for kind, result in self.results.items() if result.origin},
+            "ladder": self.ladder.rows,
+            "detection_under_noise": content[NOISE_STUDY].get("rows", []),
+            "reading": {key: content[READING].get(key, []) for key in READING_KEYS},
+            "campaign_scale": content[CAMPAIGN_SCALE].get("reckoned", []),
+            "matrix": self.matrix.cells,
+            "crossed_bands": self.crossed,
+            "other_rigs": self.other_rigs,
+            "speed_and_slip": self.slips,
+            "published_speeds": self.published_speeds,
+            "single_speed": self.single_speed,
+            "runs": [_fields(run, omitted=TIMED) for run in self.run_facts],
+            "scene": self.scene_values,
+            "recordings": self.registered,
+        }
+
+
+def _fields(instance: Any, *, omitted: tuple[str, ...]) -> dict[str, Any]:
+    """The fields of a dataclass but the omitted ones."""
+    return {f.name: getattr(instance, f.name) for f in dataclasses.fields(instance) if f.name not in omitted}
+
+
+def _load_zone(zone: LoadZone) -> dict[str, Any]:
+    return _fields(zone, omitted=("angle_deg", "outer_n", "inner_n"))
+
+
+def _kurtogram(record: RecordKurtogram) -> dict[str, Any]:
+    picture, second = record.kurtogram, record.second_comb
+    return {
+        "file": record.analysis.recording.file,
+        "origin": record.analysis.recording.origin,
+        "state": record.analysis.recording.state,
+        "line": record.line,
+        "band_hz": record.analysis.processed.band_hz,
+        "most_impulsive_hz": picture.best_hz,
+        "kurtosis_less_2": float(picture.kurtosis.max()),
+        "bands": picture.size,
+        "second_comb": None if second is None else second.line(record.line),
+    }

@@ -31,7 +31,7 @@ from srbval.report.figures.acceleration import acceleration_panel
 from srbval.report.figures.cursors import fault_cursors
 from srbval.report.figures.spectrum import envelope_spectrum_panel
 
-from .whole import SECONDS, hostile_file, write_hostile
+from .whole import SECONDS, HostileReport, hostile_file, write_hostile
 
 HOSTILE = '<script>alert(1)</script> "q" \'s\' #panic("x") $x$ *a* _b_ `c` @ref ../../etc \x00 漢'
 
@@ -57,17 +57,15 @@ def with_rig(tmp_path_factory: pytest.TempPathFactory, recordings_dir: Path) -> 
 
 
 @pytest.fixture(scope="session")
-def hostile_report(
-    alone: tuple[MadeReport, Path], tmp_path_factory: pytest.TempPathFactory
-) -> tuple[Report, dict[str, Path]]:
+def hostile_report(alone: tuple[MadeReport, Path], tmp_path_factory: pytest.TempPathFactory) -> HostileReport:
     """A whole report in which every text that a recording may bring is hostile, and its files."""
     return write_hostile(alone[0].evidence, tmp_path_factory.mktemp("hostile"))
 
 
 @pytest.fixture(scope="session")
-def hostile(hostile_report: tuple[Report, dict[str, Path]]) -> dict[str, Path]:
+def hostile(hostile_report: HostileReport) -> dict[str, Path]:
     """The files of that report."""
-    return hostile_report[1]
+    return hostile_report.files
 
 
 @pytest.fixture(scope="session")

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+import sys
+from dataclasses import dataclass
 from pathlib import Path
+from types import CodeType
 from typing import TypeVar
 
 import numpy as np
 from scipy.io import savemat
 
+import srbval
 from srbval.bearing import Fault
 from srbval.evidence.bands import RecordKurtogram
 from srbval.evidence.evidence import Evidence
@@ -19,11 +23,21 @@ from srbval.report.write import write_report
 from srbval.validation.analyse import Analysis
 from srbval.validation.other_rigs import OtherRecord
 
+PACKAGE = Path(srbval.__file__).parent
 Record = TypeVar("Record", ShownRecord, RecordKurtogram)
 SECONDS = 1.2  # enough to read the lines; the report itself runs 10 s
 TEXT = "<script>alert(1)</script> \"q\" 's' ../../../tmp/x {{ 7*7 }} *a* **b** `c` & \x00 \u202e #panic(1)"
 HOSTILE = TEXT + "A" * 10_000
 FILE_NAME = "1_200_S1_Inner_F3_R1<script>alert(1)<script>\"q\"'s'..{{7*7}}.mat"
+
+
+@dataclass(frozen=True)
+class HostileReport:
+    """A report and its files, and the functions of the package (room, qualified name) called to put it together."""
+
+    report: Report
+    files: dict[str, Path]
+    functions_called: set[tuple[str, str]]
 
 
 def hostile_file(folder: Path) -> Path:
@@ -34,7 +48,7 @@ def hostile_file(folder: Path) -> Path:
     return path
 
 
-def write_hostile(evidence: Evidence, folder: Path) -> tuple[Report, dict[str, Path]]:
+def write_hostile(evidence: Evidence, folder: Path) -> HostileReport:
     """The report of `evidence` with every text that a recording may bring replaced by a hostile one, and its files."""
     refused = OtherRecord(dataset="cwru", file=HOSTILE, state=Fault.OUTER, refused=HOSTILE)
     changed = dataclasses.replace(
@@ -51,8 +65,21 @@ def write_hostile(evidence: Evidence, folder: Path) -> tuple[Report, dict[str, P
     )
     figures = folder / "drawn"
     figures.mkdir()
-    report = assemble(changed, figures, command=f"srbval report -o '{TEXT}'")
-    return report, write_report(report, folder / "report")
+    called: set[tuple[str, str]] = set()
+    sys.setprofile(lambda frame, event, _: called.add(_function(frame.f_code)) if event == "call" else None)
+    try:
+        report = assemble(changed, figures, command=f"srbval report -o '{TEXT}'")
+    finally:
+        sys.setprofile(None)
+    return HostileReport(report, write_report(report, folder / "report"), {(r, f) for r, f in called if r})
+
+
+def _function(code: CodeType) -> tuple[str, str]:
+    """Room and qualified name of a function of the package; of another package's without a room."""
+    try:
+        return Path(code.co_filename).relative_to(PACKAGE).parts[0], code.co_qualname
+    except ValueError:
+        return "", ""
 
 
 def _renamed_record(record: Record) -> Record:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from pathlib import Path
 
-from srbval.evidence.document import document
 from srbval.evidence.evidence import Evidence
 from srbval.report.content.bands import band_section
 from srbval.report.content.bearing import bearing_section
@@ -66,5 +65,5 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
             provenance_section(origin),
             references_section(evidence),
         ),
-        data=document(evidence) | {"provenance": origin},
+        data=evidence.to_dict() | {"provenance": origin},
     )
