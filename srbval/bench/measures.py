@@ -81,7 +81,7 @@ def scatter(values: FloatArray) -> float:
 def noise_floor(envelope: FloatArray, fs_hz: float) -> float:
     """Median height of an envelope's spectrum between 60 and 90 Hz over the envelope's mean.
 
-    Under a Hann window: without one, the skirts of the strong lines beside the range are all that is seen of a clean
+    With a Hann window: without one, the leakage of the strong lines about the range would hide the floor of a clean
     run. Heights are such that white noise has those of a plain amplitude spectrum. Broadband noise stands lower in a
     longer record, by its square root: compare equal durations only.
     """

@@ -13,7 +13,7 @@ FloatArray = NDArray[np.float64]
 
 FS_HZ = 2000.0
 SHAFT_HZ = 71 / 6  # 710 rpm
-LINE_HZ = 96.79  # the 22240's BPFO at that speed: none of five harmonics meets one of the shaft's
+LINE_HZ = 96.79  # the 22240's BPFO at that speed: none of five harmonics coincides with one of the shaft's
 LIMIT_HZ = 520.0
 # The window about the kinematic line, how far off its middle the true line lies, and the shortest block of a course.
 HALF_SHARE, OFF_SHARE = 0.01, 0.001

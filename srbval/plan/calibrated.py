@@ -100,7 +100,7 @@ def _unlike(calibration: LadderCalibration, scene: Scene) -> list[str]:
     )
     found = list(_differences("", vars(like), vars(paper)))
     if scene.duration_s < LONGER * calibration.seconds:
-        found.append(f"{scene.duration_s:g} s are short beside the calibrated {calibration.seconds:g} s")
+        found.append(f"{scene.duration_s:g} s are short compared with the calibrated {calibration.seconds:g} s")
     if scene.solver.name != calibration.solver or scene.solver.step_s > calibration.step_s * (1 + 1e-6):
         found.append(
             f"the full model was measured with {calibration.solver} at {calibration.step_s:.4g} s, "

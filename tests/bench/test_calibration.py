@@ -1,4 +1,4 @@
-"""The yardstick computes what it should, so that no compiler can skip it."""
+"""The timed arithmetic computes what it should, so that no compiler can skip it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The figures that runs are judged by, on signals whose answer is known."""
+"""The measures that runs are compared by, on signals whose answer is known."""
 
 from __future__ import annotations
 

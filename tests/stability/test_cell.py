@@ -1,4 +1,4 @@
-"""How a cell is judged, on outcomes made up for it: the run's own word first, the comparison second, never quietly."""
+"""Status of a cell, on synthetic outcomes: the run's own status first, the comparison second."""
 
 from __future__ import annotations
 

@@ -68,21 +68,21 @@ def test_document(result: StabilityResult) -> None:
 
 def test_what_was_run_is_not_run_again(result: StabilityResult, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: Any, **__: Any) -> None:
-        raise AssertionError("a kept run was made again")
+        raise AssertionError("a stored run was made again")
 
     monkeypatch.setattr(outcome_module, "run_all", refuse)
     again = run_stability(PLANTED_GRID, store=replace(outcome_store(), folder=folder))
     assert [c.to_dict() for c in again.cells] == [c.to_dict() for c in result.cells]
 
 
-def test_an_interrupted_map_goes_on(result: StabilityResult, folder: Path, tmp_path: Path) -> None:
-    kept = sorted(folder.glob("*.json"))
-    for path in kept[: len(kept) // 2]:
+def test_an_interrupted_map_continues(result: StabilityResult, folder: Path, tmp_path: Path) -> None:
+    stored = sorted(folder.glob("*.json"))
+    for path in stored[: len(stored) // 2]:
         (tmp_path / path.name).write_bytes(path.read_bytes())
-    (tmp_path / kept[-1].name).write_text("{}", encoding="utf-8")
+    (tmp_path / stored[-1].name).write_text("{}", encoding="utf-8")
     again = run_stability(PLANTED_GRID, store=replace(outcome_store(), folder=tmp_path))
     assert [c.status for c in again.cells] == [c.status for c in result.cells]
-    assert len(list(tmp_path.glob("*.json"))) == len(kept)
+    assert len(list(tmp_path.glob("*.json"))) == len(stored)
 
 
 def test_default_solver_and_the_paper_s_step_are_in_the_map() -> None:
