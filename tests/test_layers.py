@@ -39,6 +39,7 @@ PACKAGE = Path(srbval.__file__).parent
 SOURCES = {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(PACKAGE.rglob("*.py"))}
 FILES = [path for path in SOURCES if path.parent not in (PACKAGE, PACKAGE / "docs")]
 WRITING_FUNCTIONS = {"document", "json_object", "strict_json", "write_json"}
+MOST_FILES = 300  # so that a newcomer finds the one to change
 LONGEST_FUNCTION = 80  # lines; more does not fit on a screen. Kernels are compiled as a whole and may be longer.
 
 
@@ -126,6 +127,10 @@ def test_one_import_path_for_each_name() -> None:
                 if (node.module or "").startswith(folder + ".") and not module_name(path).startswith(folder):
                     twice = names & {alias.name for alias in node.names}
                     assert not twice, f"{path.relative_to(PACKAGE)}: import {twice} from {folder}"
+
+
+def test_there_are_not_too_many_files() -> None:
+    assert len(SOURCES) <= MOST_FILES
 
 
 def test_no_function_is_too_long() -> None:

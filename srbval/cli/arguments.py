@@ -138,9 +138,7 @@ def _analyse(command: Parser) -> None:
         default="butterworth",
         help="band-pass filter (default: %(default)s)",
     )
-    command.add_argument(
-        "--defect", choices=(*DEFECTS, "cage"), help="print the lines of this part only"
-    )
+    command.add_argument("--defect", choices=(*DEFECTS, "cage"), help="print the lines of this part only")
 
 
 def _recording_settings(command: Parser) -> None:
