@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.report.figures.files import PanelFiles, save_panel
-from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, figure_style
+from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, figure_style, new_figure
 from srbval.validation.bias import Pair
 
 # kind: (marker, face colour, edge colour); shape and filling tell them apart without colour.
@@ -62,11 +62,7 @@ def deviation_plot(
 
 
 def _axes(rows: int) -> tuple[Any, Any]:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(WIDTH_INCHES, FRAME_INCHES + ROW_INCHES * rows))
-    FigureCanvasAgg(figure)
+    figure = new_figure((WIDTH_INCHES, FRAME_INCHES + ROW_INCHES * rows))
     return figure, figure.add_subplot()
 
 
@@ -102,11 +98,7 @@ def _columns(points: Sequence[Deviation]) -> dict[str, list[Any]]:
 def agreement_plot(folder: Path, name: str, *, pairs: Sequence[Pair], label: str) -> PanelFiles:
     """Draw `pairs` of one unit, with the line of agreement and the data's 95 % intervals; write picture and CSV."""
     with figure_style():
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-
-        figure = Figure(figsize=(3.6, 3.4), layout="constrained")
-        FigureCanvasAgg(figure)
+        figure = new_figure((3.6, 3.4), layout="constrained")
         axes = figure.add_subplot()
         rig, model = [p.rig for p in pairs], [p.model for p in pairs]
         ends = [min(rig + model), max(rig + model)]

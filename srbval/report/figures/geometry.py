@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from srbval.bearing import SphericalRollerGeometry
 from srbval.evidence.bearing_views import DEFECT_CIRCLE, DefectPoints, RacewayCircle
 from srbval.report.figures.files import PanelFiles, save_panel
-from srbval.report.figures.style import BLUE, INK, ORANGE, SOFT, VERMILION, figure_style
+from srbval.report.figures.style import BLUE, INK, ORANGE, SOFT, VERMILION, figure_style, new_figure
 
 FloatArray = NDArray[np.float64]
 SECTION_INCHES, CLOUD_INCHES, SCENE_INCHES = (7.6, 3.1), (7.6, 2.7), (4.2, 3.9)
@@ -200,9 +200,5 @@ def _scatter(axes: Any, circles: Sequence[RacewayCircle], sign: int) -> None:
 
 
 def _figure(size: tuple[float, float], columns: int = 1, **looks: Any) -> tuple[Any, Any]:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=size)
-    FigureCanvasAgg(figure)
+    figure = new_figure(size)
     return figure, figure.subplots(1, columns, subplot_kw=looks)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.report.figures.files import PanelFiles, save_panel
-from srbval.report.figures.style import BLUE, GREEN, INK, ORANGE, PURPLE, SOFT, VERMILION, figure_style
+from srbval.report.figures.style import BLUE, GREEN, INK, ORANGE, PURPLE, SOFT, VERMILION, figure_style, new_figure
 
 # Shape and colour of each rung, from the bottom of the ladder up.
 MARKS = (("v", ORANGE), ("D", GREEN), ("s", BLUE), ("P", PURPLE), ("o", VERMILION))
@@ -22,14 +22,10 @@ def ladder_plot(folder: Path, name: str, *, rows: Sequence[Mapping[str, Any]]) -
 
     A rung that never answered stands in the strip above the axis, hollow.
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     questions = list(dict.fromkeys(row["question"] for row in rows))
     models = list(dict.fromkeys(row["model"] for row in rows))
     with figure_style():
-        figure = Figure(figsize=SIZE_INCHES)
-        FigureCanvasAgg(figure)
+        figure = new_figure(SIZE_INCHES)
         grid = figure.subplots(math.ceil(len(questions) / COLUMNS), COLUMNS, squeeze=False, sharex=True, sharey=True)
         for axes, question in zip(grid.flat, questions, strict=False):
             _panel(axes, [row for row in rows if row["question"] == question], models)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.report.figures.files import PanelFiles, save_panel
-from srbval.report.figures.style import INK, SOFT, figure_style
+from srbval.report.figures.style import INK, SOFT, figure_style, new_figure
 
 CELL_INCHES = (0.56, 0.3)
 FRAME_INCHES = (2.0, 1.5)
@@ -61,12 +61,8 @@ def heat_map(
 
 
 def _axes(rows: int, columns: int) -> tuple[Any, Any]:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     size = (FRAME_INCHES[0] + CELL_INCHES[0] * columns, FRAME_INCHES[1] + CELL_INCHES[1] * rows)
-    figure = Figure(figsize=size)
-    FigureCanvasAgg(figure)
+    figure = new_figure(size)
     return figure, figure.add_subplot()
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from srbval.report.figures.files import PanelFiles, save_panel
-from srbval.report.figures.style import BLUE, INK, SOFT, VERMILION, figure_style
+from srbval.report.figures.style import BLUE, INK, SOFT, VERMILION, figure_style, new_figure
 
 SIZE_INCHES = (4.2, 3.9)
 DOWN = -np.pi / 2
@@ -60,11 +60,7 @@ def bearing_scene(
 
 
 def _axes(outer_radius_m: float) -> tuple[Any, Any]:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=SIZE_INCHES)
-    FigureCanvasAgg(figure)
+    figure = new_figure(SIZE_INCHES)
     axes = figure.add_subplot()
     reach = 1.42 * outer_radius_m * 1e3
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xlabel="mm", ylabel="mm")

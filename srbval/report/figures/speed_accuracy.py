@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.report.figures.files import PanelFiles, save_panel
-from srbval.report.figures.style import BLUE, GREEN, INK, ORANGE, PURPLE, SOFT, VERMILION, figure_style
+from srbval.report.figures.style import BLUE, GREEN, INK, ORANGE, PURPLE, SOFT, VERMILION, figure_style, new_figure
 
 # Shape and colour tell the methods apart, each alone.
 MARKS = ("v", "<", ">", "^", "s", "o", "D", "P", "X")
@@ -68,11 +68,7 @@ def speed_accuracy_plot(
 
 
 def _axes(columns: int) -> tuple[Any, Any]:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=SIZE_INCHES)
-    FigureCanvasAgg(figure)
+    figure = new_figure(SIZE_INCHES)
     return figure, figure.subplots(2, columns, height_ratios=(1, 8), sharex="col", squeeze=False)
 
 

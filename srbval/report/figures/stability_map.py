@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from srbval.report.figures.files import PanelFiles, save_panel
-from srbval.report.figures.style import INK, SOFT, figure_style
+from srbval.report.figures.style import INK, SOFT, figure_style, new_figure
 
 # status: (sign, face colour, ink, what it means). Light: may be read; dark: the bearing has come apart.
 LOOKS = {
@@ -76,11 +76,7 @@ def _middles(values: Sequence[float]) -> list[float]:
 
 
 def _axes(rows: int, columns: int, steps: int) -> tuple[Any, Any]:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(WIDTH_INCHES, HEAD_INCHES + rows * (GAP_INCHES + steps * ROW_INCHES)))
-    FigureCanvasAgg(figure)
+    figure = new_figure((WIDTH_INCHES, HEAD_INCHES + rows * (GAP_INCHES + steps * ROW_INCHES)))
     return figure, figure.subplots(rows, columns, squeeze=False)
 
 

@@ -57,13 +57,19 @@ def figure_style() -> Iterator[None]:
         yield
 
 
-def new_axes(size: str = "half") -> tuple[Any, Any]:
-    """A figure of the given size (``half`` or ``wide``) and its one pair of axes, without pyplot."""
+def new_figure(inches: tuple[float, float], **looks: Any) -> Any:
+    """An empty figure of a width and height [inch], without pyplot."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=SIZES[size])
+    figure = Figure(figsize=inches, **looks)
     FigureCanvasAgg(figure)
+    return figure
+
+
+def new_axes(size: str = "half") -> tuple[Any, Any]:
+    """A figure of the given size (``half`` or ``wide``) and its one pair of axes."""
+    figure = new_figure(SIZES[size])
     return figure, figure.add_subplot()
 
 
