@@ -25,8 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.bearing import Fault
-from srbval.models import output_columns as col
-from srbval.models.chunk import Chunk
+from srbval.models import outputs as col
+from srbval.models.outputs import Chunk
 from srbval.models.planar import ring_kernel
 from srbval.models.planar.rung import NUDGE_M, PlanarRing, make_ring
 from srbval.models.prescribed import Prescribed, passages, refuse_axial

@@ -12,8 +12,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from srbval.models import output_columns as col
-from srbval.models.chunk import Chunk
+from srbval.models import outputs as col
+from srbval.models.outputs import Chunk
 from srbval.models.prescribed import Prescribed, passages
 from srbval.models.run_statistics import RunStatistics
 from srbval.models.simulate import chunks

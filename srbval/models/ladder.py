@@ -1,6 +1,6 @@
 """The ladder of models, cheapest first: one entry a rung, one interface.
 
-A rung is a function ``run(stats, settle, whole)`` that yields `chunk.Outputs` of consecutive output intervals with
+A rung is a function ``run(stats, settle, whole)`` that yields `outputs.Outputs` of consecutive output intervals with
 the number of their first; the first `settle` of the `whole` are not recorded. It keeps the statistics' `wall_s` and
 `compile_s`.
 """
@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from srbval.errors import ConfigurationError
-from srbval.models import output_columns as col
+from srbval.models import outputs as col
 from srbval.scene import Scene
 
 
@@ -22,7 +22,7 @@ from srbval.scene import Scene
 class Rung:
     """A model's `name`, what it is in a few words, and where its function stands, as ``module:function``.
 
-    `columns`: those of `output_columns` that it fills; the others are NaN.
+    `columns`: those of `outputs` that it fills; the others are NaN.
     `own_solver`: what integrates it, where that is not the scene's choice. `coarser`: how many of the scene's
     steps it takes in one, as far as the output interval allows. `lacks`: questions that it cannot answer whatever the
     scene, and why.

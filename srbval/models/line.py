@@ -31,9 +31,9 @@ from numpy.typing import NDArray
 
 from srbval.bearing import CIRCLES, Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
-from srbval.models.chunk import Outputs
 from srbval.models.full.parameters import Parameters, make_parameters, roller_diameter_m
 from srbval.models.full.point_cloud import inner_circle, outer_circle
+from srbval.models.outputs import Outputs
 from srbval.models.patch import Patch, patches
 from srbval.models.run_statistics import RunStatistics
 from srbval.models.simulate import full_model

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from srbval.bearing import Bearing
-from srbval.models import output_columns as col
+from srbval.models import outputs as col
 from srbval.models.full.point_cloud import DEEPEST_M
 from srbval.models.health import HealthIndicators, assess
 from srbval.models.ladder import rung_of
@@ -31,7 +31,7 @@ class EnergyBalance:
     pending_lost_w: float = 0.0
 
     def add(self, out: FloatArray) -> None:
-        """Enter a chunk's rows, see `output_columns`."""
+        """Enter a chunk's rows, see `outputs`."""
         work = out[:, col.DRIVE_POWER] + out[:, col.LOAD_POWER]
         lost = out[:, col.FRICTION_POWER] + out[:, col.DAMPING_POWER] + out[:, col.HOUSING_POWER]
         stored = out[:, col.BODY_ENERGY] + out[:, col.CONTACT_ENERGY] + out[:, col.SPRING_ENERGY]

@@ -12,10 +12,10 @@ import numpy as np
 
 from srbval.bearing import SphericalRollerGeometry, load_bearing
 from srbval.errors import ConfigurationError
-from srbval.models import output_columns as col
-from srbval.models.chunk import Outputs
+from srbval.models import outputs as col
 from srbval.models.kernel_cache import precompile
 from srbval.models.ladder import check_known, rung_of
+from srbval.models.outputs import Outputs
 from srbval.models.run import EnergyFlow, FloatArray, Run, RunStatus, RunSummary
 from srbval.models.run_statistics import RunStatistics
 from srbval.progress import Progress, silent
@@ -68,7 +68,7 @@ def simulate_to_file(scene: Scene, path: Path, *, progress: Progress = silent) -
 
 
 def signals(out: FloatArray) -> dict[str, Any]:
-    """Columns of a model's output, see `output_columns`, by their names in `Run`."""
+    """Columns of a model's output, see `outputs`, by their names in `Run`."""
     return {
         "acceleration_m_s2": np.ascontiguousarray(out[:, col.ACCELERATION]),
         "displacement_m": np.ascontiguousarray(out[:, col.DISPLACEMENT]),

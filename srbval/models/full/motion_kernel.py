@@ -23,7 +23,7 @@ from srbval.models.full.search_kernel import (
     spacing_of_windows,
 )
 from srbval.models.full.state import state_indices
-from srbval.models.jit import kernel
+from srbval.models.jit import kernel, kernel_part
 
 CIRCLES = 3
 WITH_DAMPING = 1  # for `right_hand_side`; None: without
@@ -169,19 +169,22 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     totals[col.DRIVE_POWER] = -on_shaft * shaft
     totals[col.INERTIA_XX], totals[col.INERTIA_YY], totals[col.INERTIA_ZZ] = m00, m11, m22
     totals[col.INERTIA_XY], totals[col.INERTIA_XZ], totals[col.INERTIA_YZ] = m01, m02, m12
-    ring_motion(t, y, at, model, rate, totals)
+    ring_motion(t, y, at, model, (on_ring_x, on_ring_y, on_ring_z), rate, totals)
 
     if loads.shape[0] > 0:
         normal_loads(model, groups, compacted, single, loads)
 
 
-@kernel
-def ring_motion(t, y, at, model, rate, totals):
-    """Fill the rates of the outer ring on the housing's spring and damper, and the powers of load and housing."""
+@kernel_part
+def ring_motion(t, y, at, model, on_ring, rate, totals):
+    """Fill the rates of the outer ring on the housing's spring and damper, and the powers of load and housing.
+
+    `on_ring`: force of the rollers on it, x, y, z [N].
+    """
     ring_x, ring_y, ring_z = y[at.ring], y[at.ring + 1], y[at.ring + 2]
     ring_vx, ring_vy, ring_vz = y[at.ring_rate], y[at.ring_rate + 1], y[at.ring_rate + 2]
     rate[at.ring], rate[at.ring + 1], rate[at.ring + 2] = ring_vx, ring_vy, ring_vz
-    on_ring_x, on_ring_y, on_ring_z = totals[col.RING_FORCE_X], totals[col.RING_FORCE_Y], totals[col.RING_FORCE_Z]
+    on_ring_x, on_ring_y, on_ring_z = on_ring
     kh, ch = model.housing_stiffness, model.housing_damping
     cosine, sine = model.drive.direction_cosine, model.drive.direction_sine
     radial, axial = external_load(t, model.drive)

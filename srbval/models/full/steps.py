@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.models import output_columns as out_col
+from srbval.models import outputs as out_col
 from srbval.models.full import columns as col
 from srbval.models.full.advance_kernel import Recorder, advance
 from srbval.models.full.motion_kernel import CIRCLES, right_hand_side
@@ -33,7 +33,7 @@ class Rates:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Steps:
-    """Outputs of a stretch of integration: columns as in `output_columns`, details where asked for."""
+    """Outputs of a stretch of integration: columns as in `outputs`, details where asked for."""
 
     out: FloatArray
     spin_rad_s: FloatArray

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from srbval.models import output_columns as col
+from srbval.models import outputs as col
 from srbval.models.jit import kernel
 
 FloatArray = NDArray[np.float64]
@@ -113,7 +113,7 @@ def push(y, cage, shaft, spun, ring):
 def advance_ring(y, motion, step, ring, per_output, out, rate, trial):
     """Advance `y` in place, classical Runge-Kutta, over ``out.shape[0]`` output intervals of `per_output` steps.
 
-    Fills acceleration, displacement, force on the ring and depth in `out`, see `output_columns`. `rate`, [4, STATE],
+    Fills acceleration, displacement, force on the ring and depth in `out`, see `outputs`. `rate`, [4, STATE],
     and `trial`, [STATE]: working space.
     """
     stiffness, damping = ring.stiffness, ring.damping

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.bearing import Fault
-from srbval.models import output_columns as col
-from srbval.models.chunk import Chunk
+from srbval.models import outputs as col
 from srbval.models.full.bodies import outer_ring_mass_kg
 from srbval.models.full.parameters import STANDARD_GRAVITY
 from srbval.models.kernel_cache import precompile
+from srbval.models.outputs import Chunk
 from srbval.models.planar import ring_kernel
 from srbval.models.planar.ring_kernel import STATE, Motion, Ring, advance_ring
 from srbval.models.planar.statics import Bump, Plain, Slot, bump_table, geometry_of, make_slot, plain_table, races_of

@@ -1,0 +1,58 @@
+"""What a model hands over as it goes: stretches of output intervals, and the columns of their quantities.
+
+`srbval.models.simulate.signals` gives the columns their names for users.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+(
+    ACCELERATION_X, ACCELERATION_Y, ACCELERATION_Z,  # of the outer ring, change of velocity over the interval [m/s2]
+    DISPLACEMENT_X, DISPLACEMENT_Y, DISPLACEMENT_Z,  # of the outer ring at its end [m]
+    CAGE_SPEED,  # mean [rad/s]
+    CAGE_TILT_X, CAGE_TILT_Y,  # at its end [rad]
+    RING_FORCE_X, RING_FORCE_Y, RING_FORCE_Z,  # force of the rollers on the outer ring, mean [N]
+    DEEPEST,  # deepest penetration [m]
+    DRIVE_POWER, LOAD_POWER,  # mean power of the drive, of the external load [W]
+    FRICTION_POWER, DAMPING_POWER, HOUSING_POWER,  # mean power lost to friction, contact damping, housing damper [W]
+    BODY_ENERGY, CONTACT_ENERGY, SPRING_ENERGY,  # at its start: bodies, contacts (first evaluation), housing spring [J]
+) = range(21)  # fmt: skip
+COUNT = 21
+
+ACCELERATION, DISPLACEMENT = slice(0, 3), slice(3, 6)
+CAGE_TILT, RING_FORCE = slice(7, 9), slice(9, 12)
+
+
+class Outputs(Protocol):
+    """`out`, one row per interval, by the columns above; spins and loads of the detailed outputs, if any.
+
+    A column of NaN is a quantity that the model does not have.
+    """
+
+    @property
+    def out(self) -> FloatArray:
+        """One row an output interval."""
+
+    @property
+    def spin_rad_s(self) -> FloatArray:
+        """Roller spins, [k, 2 M]."""
+
+    @property
+    def load_n(self) -> FloatArray:
+        """Normal forces, [k, 2 races, 2 M rollers, 3 circles]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Chunk:
+    """Outputs of a model without detailed ones."""
+
+    out: FloatArray
+    spin_rad_s: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    load_n: FloatArray = field(default_factory=lambda: np.zeros((0, 2, 0, 3)))
