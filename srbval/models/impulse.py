@@ -101,21 +101,21 @@ def _defect_angle(defect: Defect, motion: Prescribed, rolling_elements: int, tim
 def _add(
     ring: PlanarRing, table: int, time_s: FloatArray, outwards: FloatArray, balance_m: FloatArray, force: FloatArray
 ) -> None:
-    """Add the pulses of one defect on one race: what its table says at the approach and place of each sample."""
+    """Add the pulses of one defect on one race: what its table says at the approach and position of each sample."""
     rate = ring.scene.output_rate_hz
     at = np.clip((-outwards @ balance_m - ring.bump_start_m) / ring.bump_step_m, 0, ring.bumps.shape[1] - 1.001)
     below = at.astype(np.int64)
     share = (at - below)[:, None]
     pulse = (1 - share) * ring.bumps[table, below] + share * ring.bumps[table, below + 1]
     speed = ring.sweep_m_s(table, time_s)
-    places = pulse.shape[1] - 1
-    half = int(np.ceil(ring.defects[table, ring_kernel.POSITION_STEP] * places / max(speed.min(), 1e-6) * rate)) + 1
+    positions = pulse.shape[1] - 1
+    half = int(np.ceil(ring.defects[table, ring_kernel.POSITION_STEP] * positions / max(speed.min(), 1e-6) * rate)) + 1
     half = min(half, force.shape[0])
     sample = np.round(time_s * rate).astype(np.int64)[:, None] + np.arange(-half, half + 1)
-    place = np.abs(sample / rate - time_s[:, None]) * speed[:, None] / ring.defects[table, ring_kernel.POSITION_STEP]
-    inside = (place < places) & (sample >= 0) & (sample < force.shape[0])
-    k = np.minimum(place.astype(np.int64), places - 1)
-    weight = place - k
+    position = np.abs(sample / rate - time_s[:, None]) * speed[:, None] / ring.defects[table, ring_kernel.POSITION_STEP]
+    inside = (position < positions) & (sample >= 0) & (sample < force.shape[0])
+    k = np.minimum(position.astype(np.int64), positions - 1)
+    weight = position - k
     height = (1 - weight) * np.take_along_axis(pulse, k, 1) + weight * np.take_along_axis(pulse, k + 1, 1)
     for axis in range(2):
         np.add.at(force[:, axis], sample[inside], (height * outwards[:, axis, None])[inside])

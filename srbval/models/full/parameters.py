@@ -220,15 +220,15 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
 
 
 def _own_stretch(window_of: IntArray, plain: int) -> tuple[float, float]:
-    """Middle and half width, in points, of the shortest stretch that holds every place with a window of its own."""
+    """Middle and half width, in points, of the shortest stretch that holds every point with a window of its own."""
     count = window_of.shape[1]
-    places = np.flatnonzero((window_of >= plain).any(axis=0))
-    if len(places) == 0:
+    points = np.flatnonzero((window_of >= plain).any(axis=0))
+    if len(points) == 0:
         return 0.0, 0.0
-    gaps = np.diff(places, append=places[0] + count)
+    gaps = np.diff(points, append=points[0] + count)
     widest = int(np.argmax(gaps))
     width = count - int(gaps[widest])
-    return float(places[(widest + 1) % len(places)]) + width / 2, width / 2 + 1.0
+    return float(points[(widest + 1) % len(points)]) + width / 2, width / 2 + 1.0
 
 
 def _rows(scene: Scene, circles: Sequence[Circle], kind: Fault) -> list[list[CirclePoints]]:

@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 DEEPEST_M = 2e-4  # penetration within which every touching point is among the candidates; checked in each run
-FAR_M = 1e3  # where unused places lie: out of everybody's reach
+FAR_M = 1e3  # where unused points and columns lie: out of reach of every roller
 SAGITTA_SHARE = 0.98  # of what a point stands clear by its circle's curvature: circles are not quite parallel-axis
 
 

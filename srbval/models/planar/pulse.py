@@ -32,14 +32,8 @@ class Pulse:
 
     @property
     def share(self) -> float:
-        """Pulse length over the passing period, f tau: the same at every speed."""
+        """Pulse length over the passing period, f tau of eq. (20): the same at every speed."""
         return self.length_m / self.pitch_m
-
-    def sinc_pattern(self, harmonics: int) -> FloatArray:
-        """Heights of the first harmonics of rectangular pulses of this length, over the first one's (eq. 20)."""
-        heights = np.abs(np.sinc(self.share * np.arange(1, harmonics + 1)))
-        pattern: FloatArray = heights / heights[0]
-        return pattern
 
 
 def pulse_of(scene: Scene) -> Pulse:

@@ -132,7 +132,7 @@ def make_ring(stats: RunStatistics) -> PlanarRing:
             fixed = defect.angle_rad + (0.0 if defect.kind is Fault.ROLLER else scene.load.zone_rad)
             radius = slot.outer_excess_m + geometry.raceway_radius_m - geometry.roller_centre_distance_m
             rows.append(
-                [KINDS[defect.kind, race], fixed, defect.roller - 1, patch.race_radius_m, table.place_m, radius]
+                [KINDS[defect.kind, race], fixed, defect.roller - 1, patch.race_radius_m, table.position_step_m, radius]
             )
             tables.append(table)
             owners.append(number)

@@ -31,7 +31,7 @@ HALVINGS = 40  # of that range: to 2e-15 m
 DEEPEST_M = 2e-4  # approach of the rings that the tables reach; half of it is each race's
 STEP_M = 2.5e-7  # between entries of the plain table; force is off by less than 1e-4 of a loaded roller's
 DEFECT_STEP_M = 2e-6
-PLACES = 64  # of a defect, from straight under the roller to out of its reach
+POSITIONS = 64  # of a defect, from straight under the roller to out of its reach
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -164,20 +164,15 @@ class Plain:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Bump:
-    """What a defect adds to a roller's force [N]: over ``start_m + i step_m`` of approach and ``k place_m`` of place.
+    """Force that a defect adds to a roller's [N]: approach ``start_m + i step_m``, position ``k position_step_m``.
 
-    A place is the distance along the race from roller to defect, without sign: defects are symmetric.
+    A position is the distance along the race from roller to defect, without sign: defects are symmetric.
     """
 
     start_m: float
     step_m: float
-    place_m: float
+    position_step_m: float
     values: FloatArray
-
-    @property
-    def reach_m(self) -> float:
-        """Where the defect is no longer felt."""
-        return self.place_m * (self.values.shape[1] - 1)
 
 
 def plain_table(slot: Slot, highest_m: float) -> Plain:
@@ -194,13 +189,13 @@ def bump_table(slot: Slot, plain: Plain, defect: Defect, *, race: int) -> Bump:
     part = raised_at(defect, slot, np.zeros(1), race=race).part
     deepest = DEEPEST_M + max(0.0, defect.height_m)
     reach = math.sqrt(2 * deepest / patch.curvature_1_m) + part.length_m / 2
-    place = np.linspace(0.0, reach, PLACES)
+    position = np.linspace(0.0, reach, POSITIONS)
     approach = np.arange(plain.start_m, DEEPEST_M, DEFECT_STEP_M)
-    pressed = slot.press(approach[:, None], [raised_at(defect, slot, place[None, :], race=race)])
+    pressed = slot.press(approach[:, None], [raised_at(defect, slot, position[None, :], race=race)])
     return Bump(
         start_m=plain.start_m,
         step_m=DEFECT_STEP_M,
-        place_m=float(place[1]),
+        position_step_m=float(position[1]),
         values=pressed.force_n - plain.force_n(approach)[:, None],
     )
 

@@ -136,8 +136,8 @@ def step_map(method: Method, system: Linear, step_s: float) -> FloatArray:
 
 def _leapfrog(method: Coefficients, system: Linear, h: float, damp: FloatArray) -> FloatArray:
     """q, v and the predicted change of v, as `step_kernel.leapfrog_step` advances them."""
-    places, speeds = system.motion.shape
-    q, v, ahead = np.split(np.eye(places + 2 * speeds), [places, places + speeds])
+    coordinates, speeds = system.motion.shape
+    q, v, ahead = np.split(np.eye(coordinates + 2 * speeds), [coordinates, coordinates + speeds])
     jacobian = system.damping
     q = q + method.c[0] * h * system.motion @ v
     predicted = v + ahead
@@ -153,10 +153,10 @@ def _leapfrog(method: Coefficients, system: Linear, h: float, damp: FloatArray) 
 
 def _rosenbrock(method: Coefficients, system: Linear, h: float, damp: FloatArray) -> FloatArray:
     """q and v, as `step_kernel.rosenbrock_step` advances them; only the velocities are solved for."""
-    places = len(system.motion)
+    coordinates = len(system.motion)
     start = np.eye(sum(system.motion.shape))
     solve = np.eye(len(start))
-    solve[places:, places:] = damp
+    solve[coordinates:, coordinates:] = damp
     stages: list[FloatArray] = []
     for s in range(len(method.b)):
         trial = start + sum((method.a[s, p] * stages[p] for p in range(s)), np.zeros_like(start))
