@@ -1,7 +1,7 @@
 """File formats that can be read: one module per format, which turns a file into a `RawFile` and interprets nothing.
 
-A new format is a module with a `FORMAT` and its entry in `FORMATS`. A file's format is recognised by its first bytes, never
-by its name.
+A new format is a module with a `FORMAT` and its entry in `FORMATS`. A file's format is recognised by its first bytes,
+never by its name.
 """
 
 from __future__ import annotations
