@@ -14,7 +14,8 @@ from srbval.cli.output import print_json, print_table
 from srbval.storage.cache import KERNELS, cache_folder, cache_use, clear_cache
 from srbval.storage.own_package import shipped_folder
 
-REQUIRED = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib", "jinja2", "rich", "pooch")
+REQUIRED = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib", "jinja2", "rich", "pooch",
+            "filelock", "platformdirs", "threadpoolctl")  # fmt: skip
 EXTRAS = {"typst": "pdf", "distributed": "cluster", "sphinx": "docs", "pytest": "test"}
 MEGABYTE = 1e6  # [bytes]
 
