@@ -12,7 +12,7 @@ def test_nothing_is_computed_while_the_report_is_drawn(hostile_report: HostileRe
     foreign = {
         f"{room}: {function}"
         for room, function in hostile_report.functions_called
-        if room not in OWN_ROOMS and "." not in function
+        if room not in OWN_ROOMS and "." not in function and function != "<module>"
     }
     assert ("report", "assemble") in hostile_report.functions_called
     assert foreign == set()

@@ -6,7 +6,7 @@ import dataclasses
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from types import CodeType
+from types import CodeType, FrameType
 from typing import TypeVar
 
 import numpy as np
@@ -33,7 +33,7 @@ FILE_NAME = "1_200_S1_Inner_F3_R1<script>alert(1)<script>\"q\"'s'..{{7*7}}.mat"
 
 @dataclass(frozen=True)
 class HostileReport:
-    """A report and its files, and the functions of the package (room, qualified name) called to put it together."""
+    """A report and its files, and the functions of the package (room, qualified name) that its room called for it."""
 
     report: Report
     files: dict[str, Path]
@@ -66,7 +66,13 @@ def write_hostile(evidence: Evidence, folder: Path) -> HostileReport:
     figures = folder / "drawn"
     figures.mkdir()
     called: set[tuple[str, str]] = set()
-    sys.setprofile(lambda frame, event, _: called.add(_function(frame.f_code)) if event == "call" else None)
+
+    def note(frame: FrameType, event: str, _: object) -> None:
+        """Note what is called by the report itself, directly or through another package (templates)."""
+        if event == "call" and frame.f_back is not None and _function(frame.f_back.f_code)[0] in ("report", ""):
+            called.add(_function(frame.f_code))
+
+    sys.setprofile(note)
     try:
         report = assemble(changed, figures, command=f"srbval report -o '{TEXT}'")
     finally:
