@@ -8,8 +8,6 @@ The names below are loaded when they are first used, so that ``import srbval`` c
     analysis = srbval.analyse(srbval.recording_from_run(run), bearing=srbval.load_bearing("skf-22240"))
 """
 
-from __future__ import annotations
-
 import importlib
 from typing import TYPE_CHECKING, Any
 

@@ -4,8 +4,6 @@ Every expected failure raises one of these; the command line prints its text and
 `exit_code`. Anything else that is raised is a bug.
 """
 
-from __future__ import annotations
-
 
 class SrbvalError(Exception):
     """Base of all expected failures; `exit_code` is what the command line returns."""

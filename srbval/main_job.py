@@ -1,7 +1,5 @@
 """The main job as one call: gather the evidence, draw the report, write it."""
 
-from __future__ import annotations
-
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path

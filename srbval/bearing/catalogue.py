@@ -4,8 +4,6 @@ A bearing file has a `title`, a `source` and one of three tables: `[geometry]` (
 all of the paper's Table 1), `[elements]` (number, diameters, contact angle) or `[orders]` (published).
 """
 
-from __future__ import annotations
-
 import difflib
 from dataclasses import dataclass
 from importlib import resources

@@ -1,7 +1,5 @@
 """Geometry of a double-row spherical roller bearing, after the paper's Table 1 and Figure 1."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

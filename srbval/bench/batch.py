@@ -1,7 +1,5 @@
 """Many runs in parallel, measured as they end; for accuracy only, nothing here is timed."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable, Hashable, Mapping

@@ -3,8 +3,6 @@
 ``python -m srbval.bench.child compile`` or ``... memory SECONDS``; prints one JSON object.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from pathlib import Path

@@ -5,15 +5,13 @@ and the centrifugal force balance along its slot; then the points inside it are 
 the rollers' own bouncing are left out: counts are good to a few per cent.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.bearing import CIRCLES, SphericalRollerGeometry, load_bearing
 from srbval.models.full.bodies import roller_body
 from srbval.models.full.parameters import roller_diameter_m
@@ -21,7 +19,6 @@ from srbval.models.full.point_cloud import Circle, inner_circle, outer_circle, r
 from srbval.models.run import Run
 from srbval.scene import Scene
 
-FloatArray = NDArray[np.float64]
 SLIDE_LIMIT_M = 2e-4
 HALVINGS = 36  # of the slide's interval: far below a micrometre's thousandth
 SNAPSHOTS = 12

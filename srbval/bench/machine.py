@@ -1,7 +1,5 @@
 """The machine that a benchmark ran on, and a fixed piece of arithmetic timed on it: makes times comparable."""
 
-from __future__ import annotations
-
 import math
 import os
 import platform
@@ -11,12 +9,10 @@ from importlib import metadata
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from srbval import __version__
+from srbval.arrays import FloatArray
 from srbval.models.jit import kernel
-
-FloatArray = NDArray[np.float64]
 
 LENGTH = 512  # doubles: 4 kB, in every first-level cache
 SWEEPS = 195_313  # about 1e8 multiply-adds

@@ -1,21 +1,17 @@
 """What runs are compared by: cage speed, noise floor of the envelope, vibration in the band, harmonic pattern."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 import numpy as np
 import scipy.fft
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.models.run import Run
 from srbval.recordings import recording_from_run
 from srbval.signal import Spectrum
 from srbval.validation.pipeline import SIMULATED_BAND_HZ, process
-
-FloatArray = NDArray[np.float64]
 
 FLOOR_HZ = (60.0, 90.0)  # below BPFO and BPFI, above nothing but multiples of the shaft speed
 HARMONICS = 5

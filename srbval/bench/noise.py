@@ -1,15 +1,11 @@
 """Added noise at a stated signal-to-noise ratio: white, or with the spectrum of a recording."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.errors import ConfigurationError
-
-FloatArray = NDArray[np.float64]
 
 WHITE = "white"
 SEGMENT = 2048  # samples per Welch segment: smears the recording's lines, keeps the shape of its spectrum

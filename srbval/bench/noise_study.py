@@ -1,7 +1,5 @@
 """Detection under noise: fault lines of simulated bearings, read under added noise of stated ratio and spectrum."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from statistics import median

@@ -1,7 +1,5 @@
 """What only a new process can show: compile time, start-up time, peak memory."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

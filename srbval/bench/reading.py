@@ -1,7 +1,5 @@
 """The bench of reading a frequency: accuracy against the Cramer-Rao bound, false alarms, the signal chain, timings."""
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import multiprocessing

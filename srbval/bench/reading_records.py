@@ -1,15 +1,11 @@
 """Synthetic records for the Monte-Carlo bench of reading: combs with slip in noise, and noise only; reading them."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.signal import LineReading, Periodogram, frequency_error_hz, read_comb
-
-FloatArray = NDArray[np.float64]
 
 FS_HZ = 2000.0
 SHAFT_HZ = 71 / 6  # 710 rpm

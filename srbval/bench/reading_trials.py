@@ -1,14 +1,12 @@
 """Monte-Carlo of reading a frequency: error against the Cramer-Rao bound, coverage, false alarms."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.bench.reading_records import (
     LINE_HZ,
     PROFILES,
@@ -19,8 +17,6 @@ from srbval.bench.reading_records import (
     read_record,
 )
 from srbval.signal import NORMAL_95, Phasors
-
-FloatArray = NDArray[np.float64]
 
 # Frequencies that the informed fit tries, as far from the line as it can be off.
 _INFORMED_BINS, _INFORMED_PLACES = 2.0, 801

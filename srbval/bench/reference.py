@@ -1,7 +1,5 @@
 """The converged run of a scene that others are compared with, and how converged it is."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields

@@ -1,7 +1,5 @@
 """One row of a benchmark: a scene, a solver, a step; its cost and its errors."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

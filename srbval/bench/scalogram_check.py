@@ -1,19 +1,15 @@
 """Accuracy of wavelet transforms: unit tones and unit impulses at every scale, as in the paper's Figure 14."""
 
-from __future__ import annotations
-
 import functools
 import math
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.signal import Scalogram, check_range, column_width, morlet_scalogram
 from srbval.signal.scalogram import BANDWIDTH, COLUMNS, ROWS
-
-FloatArray = NDArray[np.float64]
 
 # pywt samples the integrated wavelet at 2^precision points and picks the nearest. At its default of 10 the
 # low rows of an impulsive signal are wrong by more than their own size.

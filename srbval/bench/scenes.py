@@ -1,7 +1,5 @@
 """The scenes that solvers are compared on: the paper's with play, and with its printed roller diameter."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Durations and repetitions of a benchmark."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

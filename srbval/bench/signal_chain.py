@@ -1,7 +1,5 @@
 """The one-pass signal chain against the paper's chain and the usual library calls: errors and wall times."""
 
-from __future__ import annotations
-
 import statistics
 import time
 from collections.abc import Callable
@@ -9,8 +7,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 import scipy.fft
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.signal import (
     analytic_signal,
     bandpass,
@@ -21,8 +19,6 @@ from srbval.signal import (
     squared_envelope,
     squared_envelope_one_pass,
 )
-
-FloatArray = NDArray[np.float64]
 
 FS_HZ, SAMPLES = 20_480.0, 614_400
 BANDS_HZ = ((1400.0, 2800.0), (500.0, 1500.0))  # of the rig's and of the simulated signals

@@ -1,7 +1,5 @@
 """What each solver costs on each scene, and whether points in contact set that cost or all points that exist."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any

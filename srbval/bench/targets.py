@@ -1,7 +1,5 @@
 """The limits that a benchmark's results should keep; each is shown, whether met or not."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

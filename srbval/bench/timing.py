@@ -1,7 +1,5 @@
 """Wall time of a scene on one core: best and median of several runs, after one that is not timed."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass, replace
 

@@ -4,22 +4,19 @@ All runs of a scene start from the same state, the model's static equilibrium. A
 depends on its start (rollers rattle in the unloaded zone) and a pointwise error is meaningless: hence the short window.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.bench.reference import reference_solver
 from srbval.bench.scenes import PAPER_STEP_S, bench_scene
 from srbval.bench.settings import BenchSettings
 from srbval.bench.timing import attempt
 from srbval.progress import Progress, silent
 
-FloatArray = NDArray[np.float64]
 REFERENCE_POWER = 6  # powers of two below the paper's step
 POWERS = (0, 1, 2)
 

@@ -1,7 +1,5 @@
 """Every solver at every step, compared with the reference of its scene; which runs no other beats in cost and error."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

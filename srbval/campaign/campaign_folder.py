@@ -3,8 +3,6 @@
 The result files are what counts; the journal says when and at what cost, and an incomplete line of it is skipped.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from datetime import UTC, datetime

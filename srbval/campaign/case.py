@@ -1,7 +1,5 @@
 """The cases of a campaign: as planned, as handed to a worker, as ended; and the keys of their results."""
 
-from __future__ import annotations
-
 import enum
 import json
 from collections.abc import Mapping, Sequence

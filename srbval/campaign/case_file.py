@@ -3,8 +3,6 @@
 A case with signals is a run file too, so that every command that reads runs reads it.
 """
 
-from __future__ import annotations
-
 import io
 import json
 from collections.abc import Sequence
@@ -14,10 +12,11 @@ from typing import Any, Self
 
 import numpy as np
 
+from srbval.arrays import FloatArray
 from srbval.campaign.case import Ending
 from srbval.campaign.quantities import CaseQuantity, Output
 from srbval.errors import DataError
-from srbval.models.run import FloatArray, Run
+from srbval.models.run import Run
 from srbval.models.run_file import RunWriter, scene_dict
 from srbval.scene import Scene
 from srbval.storage.own_hdf5 import SCHEMA_VERSION

@@ -1,7 +1,5 @@
 """A labelled data set from a campaign: segments of its signals in one HDF5 file, with a data card."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from importlib import resources
@@ -12,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval import __version__
+from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.bench.noise import WHITE, NoiseSpectrum, add_noise, noise_spectrum
 from srbval.campaign.campaign_folder import CampaignFolder
@@ -19,8 +18,6 @@ from srbval.campaign.case import CampaignCase
 from srbval.errors import ConfigurationError, DataError
 from srbval.storage.own_hdf5 import SCHEMA_VERSION
 from srbval.storage.whole_file import whole_file
-
-FloatArray = NDArray[np.float64]
 
 # Labels of a segment: unit and what they are. Without a defect, height is 0 and so is extent; without added noise the
 # ratio is infinite.

@@ -1,7 +1,5 @@
 """One campaign at a time per folder: the system releases the lock when its process ends, however it ends."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

@@ -1,7 +1,5 @@
 """From a campaign to its cases: scenes checked, models chosen, keys of the results, expected costs."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """The numbers of a case: one name, one value, one unit each."""
 
-from __future__ import annotations
-
 import enum
 import math
 from collections.abc import Iterator, Sequence

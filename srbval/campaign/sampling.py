@@ -1,7 +1,5 @@
 """Points of a campaign: what each case changes in the base scene."""
 
-from __future__ import annotations
-
 import itertools
 import re
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Overhead of a campaign of very many cases besides the simulations: measured with tiny cases, extrapolated."""
 
-from __future__ import annotations
-
 import tempfile
 import time
 from dataclasses import dataclass

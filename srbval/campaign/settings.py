@@ -1,7 +1,5 @@
 """What a campaign file says: a base scene, axes laid over it, seeds, repeats, outputs wanted."""
 
-from __future__ import annotations
-
 import enum
 import math
 from collections.abc import Mapping

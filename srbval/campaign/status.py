@@ -1,7 +1,5 @@
 """How far a campaign is, from its folder alone; and its table of results."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """What a worker process does: load and compile, run a case within its time limit, write the result."""
 
-from __future__ import annotations
-
 import contextlib
 import faulthandler
 import importlib

@@ -1,7 +1,5 @@
 """Compute everything anew and compare it with the reference results; replace these by the new ones."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A check as a JUnit report, the form that build servers read."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from xml.etree import ElementTree
 

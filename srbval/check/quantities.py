@@ -4,8 +4,6 @@ A group is a function of that scene to values by name. What cannot be computed h
 what could not be computed because something failed is NaN.
 """
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Callable, Mapping

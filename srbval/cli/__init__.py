@@ -1,7 +1,5 @@
 """The command line: `srbval COMMAND`. Thin; everything it does is callable from Python."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Sequence

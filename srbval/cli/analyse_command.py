@@ -1,7 +1,5 @@
 """``srbval analyse``: one recording or simulated run through the one signal pipeline."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 

@@ -1,7 +1,5 @@
 """``srbval bench``: speed against accuracy, and the studies that the report and the planner build on."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

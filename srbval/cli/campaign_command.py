@@ -1,7 +1,5 @@
 """``srbval campaign``: run many cases, show their progress, export a labelled data set, and studies of both."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """``srbval check``: a fresh run against the reference results."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time

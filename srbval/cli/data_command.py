@@ -1,7 +1,5 @@
 """``srbval data``: register, list, verify and download recordings."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Sequence
 

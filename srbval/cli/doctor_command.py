@@ -1,7 +1,5 @@
 """``srbval doctor``: versions, threads, caches, extras; and the way to clear the cache."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import platform

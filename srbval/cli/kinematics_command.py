@@ -1,7 +1,5 @@
 """``srbval kinematics``: fault frequencies of a bearing at a shaft speed."""
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 

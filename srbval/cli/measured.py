@@ -1,7 +1,5 @@
 """What the measuring commands have in common: measure under a progress display, stamp, store and print."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Callable

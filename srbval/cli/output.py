@@ -1,7 +1,5 @@
 """What the commands print: data on standard output, messages on standard error."""
 
-from __future__ import annotations
-
 import shlex
 import sys
 import tomllib

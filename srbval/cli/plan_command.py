@@ -1,7 +1,5 @@
 """``srbval plan``: the simplest model that answers a question about a scene."""
 
-from __future__ import annotations
-
 import argparse
 import math
 import sys

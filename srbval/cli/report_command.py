@@ -1,7 +1,5 @@
 """``srbval report``: the main job."""
 
-from __future__ import annotations
-
 import argparse
 import time
 from pathlib import Path

@@ -1,7 +1,5 @@
 """``srbval simulate``: run the bundled model on a scene."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from dataclasses import replace

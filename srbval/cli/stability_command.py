@@ -1,7 +1,5 @@
 """``srbval stability``: where each method of time integration fails."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

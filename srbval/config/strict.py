@@ -5,8 +5,6 @@ A field declared with `quantity(dimension)` is named with its SI unit (``radial_
 under the unit-less key is refused, so no file can be read in the wrong unit.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import difflib
 import enum

@@ -4,8 +4,6 @@ A quantity in a configuration file is a plain number in the SI unit of its field
 as ``"124.8 kN"``. Only the units a bearing scene needs are known; this is not a unit algebra.
 """
 
-from __future__ import annotations
-
 import math
 import re
 

@@ -4,8 +4,6 @@ A page ``api/ROOM.md`` says what a room of the package is for; the reference of 
 `MODULES`, from the docstrings, so that none can be forgotten. `NAMES` stands for what the package itself offers.
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any

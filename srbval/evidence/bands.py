@@ -1,7 +1,5 @@
 """Which bands of the shown records are impulsive, and what the most impulsive one reads."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,21 +1,17 @@
 """The simulated bearing as the figures show it: slots, circles of points, the defect among them, the load zone."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.bearing import CIRCLES, Fault, SphericalRollerGeometry
 from srbval.models.full.parameters import make_parameters
 from srbval.models.full.point_cloud import circle_points, inner_circle, outer_circle, wrapped
 from srbval.models.run import Run
 from srbval.scene import Defect, Scene
 from srbval.validation.simulation_cases import SimulationCase
-
-FloatArray = NDArray[np.float64]
 
 # The forces of every roller are kept in a short run of their own: some passages of the load zone are enough.
 LOAD_ZONE_ID, LOAD_ZONE_SECONDS, LOAD_SNAPSHOTS_HZ = "load-zone", 0.5, 160.0

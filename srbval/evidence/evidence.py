@@ -1,7 +1,5 @@
 """The evidence: all that the report shows, as frozen data."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass

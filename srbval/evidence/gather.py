@@ -1,7 +1,5 @@
 """Gather everything the report shows: run, read, analyse and compare, each with its own progress."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path

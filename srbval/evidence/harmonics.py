@@ -1,7 +1,5 @@
 """Which harmonic of BPFO is missing, on every rung of the ladder and over the height of the bump."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

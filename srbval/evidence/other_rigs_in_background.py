@@ -5,8 +5,6 @@ Reading lines is Python's own work for the most part, so threads would only take
 output.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import pickle

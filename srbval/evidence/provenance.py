@@ -1,7 +1,5 @@
 """Where the evidence comes from: how each run went, versions, revision, machine, seeds and recordings."""
 
-from __future__ import annotations
-
 import os
 import platform
 from collections.abc import Iterable

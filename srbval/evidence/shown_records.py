@@ -1,18 +1,14 @@
 """What Figures 11 to 14 show of each record: signal and envelope, spectra and scalogram, ready to be drawn."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.bench.scalogram_check import RANGE_HZ, TRANSFORMS
 from srbval.signal import Scalogram
 from srbval.signal.scalogram import COLUMNS, ROWS
 from srbval.validation.analyse import Analysis
-
-FloatArray = NDArray[np.float64]
 
 WINDOW_S = (0.3, 0.5)  # shown in Figures 11 and 14: two to three shaft turns, clear of the filter's ends
 SEGMENT_HZ = 20.0  # resolution of the Welch spectra: fine enough for resonances, coarse enough to smooth the rest

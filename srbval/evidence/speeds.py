@@ -1,7 +1,5 @@
 """The rig's published shaft speeds, and the paper's two rig lines taken as one speed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from srbval.bearing import Bearing, Fault

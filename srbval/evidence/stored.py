@@ -1,7 +1,5 @@
 """The stored results that the report shows, and what follows from them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -5,8 +5,6 @@ the cage stops. So what is tested is what a bearing must do: stay finite, stay w
 cage, carry its load, dissipate no more energy than is supplied, and resolve its stiffest contacts in time.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -15,15 +15,13 @@ answer: slip of the cage (its mean is none), noise floor, the healthy bearing (i
 ring does to the pulses, axial load.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.models import outputs as col
 from srbval.models.outputs import Chunk
@@ -33,8 +31,6 @@ from srbval.models.prescribed import Prescribed, passages, refuse_axial
 from srbval.models.run_statistics import RunStatistics
 from srbval.models.simulate import chunks
 from srbval.scene import Defect, Scene
-
-FloatArray = NDArray[np.float64]
 
 # Without geometry:
 PULSE_S = 5e-4  # up to 3 kHz is excited

@@ -5,8 +5,6 @@ Set ``NUMBA_DISABLE_JIT=1`` to run every kernel as plain Python, for stepping th
 Compiled kernels are kept on disk, see `kernel_cache`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

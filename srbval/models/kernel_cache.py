@@ -7,8 +7,6 @@ Numba looks only at a kernel's own file when it decides whether a cached one is 
 so the cache's folder is named by the content of all of them.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import os

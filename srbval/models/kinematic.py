@@ -5,8 +5,6 @@ one sample and no particular strength, so harmonics, sidebands, noise floor and 
 it takes to be none. A healthy bearing is silent. Needs no geometry: orders are enough.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 

@@ -5,8 +5,6 @@ the number of their first; the first `settle` of the `whole` are not recorded. I
 `compile_s`.
 """
 
-from __future__ import annotations
-
 import difflib
 import importlib
 from collections.abc import Callable, Mapping

@@ -20,14 +20,11 @@ Answers: all questions, without the excitation by points passing. Cannot answer:
 rollers.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from srbval.bearing import CIRCLES, Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
@@ -38,8 +35,6 @@ from srbval.models.patch import Patch, patches
 from srbval.models.run_statistics import RunStatistics
 from srbval.models.simulate import full_model
 from srbval.scene import Defect, Scene
-
-FloatArray = NDArray[np.float64]
 
 DENSER = 4  # points for each of the scene's, near a defect
 

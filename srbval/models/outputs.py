@@ -3,15 +3,12 @@
 `srbval.models.simulate.signals` gives the columns their names for users.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from srbval.arrays import FloatArray
 
 (
     ACCELERATION_X, ACCELERATION_Y, ACCELERATION_Z,  # of the outer ring, change of velocity over the interval [m/s2]

@@ -19,13 +19,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.bearing import CIRCLES, SphericalRollerGeometry
 from srbval.models.full.point_cloud import cross_section
 from srbval.scene import Contact, Defect, DefectShape
-
-FloatArray = NDArray[np.float64]
 
 PARTS = 24  # of a defect that is not flat, each of one height
 

@@ -3,8 +3,6 @@
 ``python -m srbval.models.precompile MODEL`` is the process that `kernel_cache.precompile` starts.
 """
 
-from __future__ import annotations
-
 import contextlib
 import sys
 import threading

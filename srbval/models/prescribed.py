@@ -1,18 +1,16 @@
 """Motion that the lower rungs prescribe: drive, cage and rollers as in pure rolling, and the passages of defects."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.bearing import Fault, FaultOrders
 from srbval.errors import ConfigurationError
 from srbval.scene import Defect, Scene
 
-FloatArray = NDArray[np.float64]
 GRID_S = 1e-3  # on which angles are inverted to times; between, speeds are taken as constant
 
 

@@ -6,14 +6,11 @@ import enum
 import math
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from srbval.arrays import FloatArray
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
 from srbval.errors import SrbvalError
 from srbval.scene import Scene
 
-FloatArray = NDArray[np.float64]
 AMPLITUDES = "amplitudes and the noise floor"
 
 

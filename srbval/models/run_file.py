@@ -3,8 +3,6 @@
 Written chunk by chunk into a file aside that takes its place only when the run ended well.
 """
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import enum
@@ -16,7 +14,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from srbval.models.run import FloatArray, Run, RunSummary
+from srbval.arrays import FloatArray
+from srbval.models.run import Run, RunSummary
 from srbval.scene import Scene
 from srbval.storage.own_hdf5 import SCHEMA_VERSION
 from srbval.storage.whole_file import whole_file

@@ -1,18 +1,17 @@
 """Running sums over a run, enough to assess it without its signals in memory."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
 from srbval.models import outputs as col
 from srbval.models.full.point_cloud import DEEPEST_M
 from srbval.models.health import HealthIndicators, assess
 from srbval.models.ladder import rung_of
-from srbval.models.run import FloatArray, RunSummary
+from srbval.models.run import RunSummary
 from srbval.scene import Scene
 
 

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from srbval.arrays import FloatArray
 from srbval.bearing import SphericalRollerGeometry, load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models import outputs as col
 from srbval.models.kernel_cache import precompile
 from srbval.models.ladder import check_known, rung_of
 from srbval.models.outputs import Outputs
-from srbval.models.run import EnergyFlow, FloatArray, Run, RunStatus, RunSummary
+from srbval.models.run import EnergyFlow, Run, RunStatus, RunSummary
 from srbval.models.run_statistics import RunStatistics
 from srbval.progress import Progress, silent
 from srbval.scene import Scene

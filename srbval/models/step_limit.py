@@ -4,18 +4,15 @@ The rollers are the lightest bodies on the stiffest springs, so the one that bou
 out: taken explicitly it chatters between bounds but does not diverge.
 """
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.state import layout_of
 from srbval.models.full.steps import rates
 from srbval.models.solvers import Method
 from srbval.models.solvers.linear_stability import Linear, longest_step
 
-FloatArray = NDArray[np.float64]
 SLIDE_M, SLIDE_RATE_M_S = 1e-10, 1e-6  # differences: far below the contacts' smoothing, far above rounding
 
 

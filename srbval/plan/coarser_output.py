@@ -1,7 +1,5 @@
 """An output rate no higher than the question's band needs: tried on a short run of the scene, then used."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 from srbval.bearing import load_bearing

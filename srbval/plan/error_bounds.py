@@ -1,7 +1,5 @@
 """Bounds of a rung's error on a scene: the calibration scenes about it, and how far errors go beyond theirs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache

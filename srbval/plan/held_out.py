@@ -1,7 +1,5 @@
 """Predicted against measured errors on scenes that were used neither for the calibration nor for its margins."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar

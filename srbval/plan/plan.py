@@ -1,7 +1,5 @@
 """Choose the cheapest rung whose measured error answers the question."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import ClassVar

@@ -1,7 +1,5 @@
 """The signature of every progress callback, the callback that does nothing, and ways to call one."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Callable, Iterator
 

@@ -1,7 +1,5 @@
 """The display of progress on standard error: bars on a terminal, plain lines in logs and pipes."""
 
-from __future__ import annotations
-
 import sys
 import threading
 import time

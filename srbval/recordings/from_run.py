@@ -1,7 +1,5 @@
 """A simulated run as a recording: the same type as a measured file."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from srbval.models.run import Run

@@ -1,7 +1,5 @@
 """`load_recording`: from a path to a `Recording`, whatever the format of the file."""
 
-from __future__ import annotations
-
 import hashlib
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Result of a loader: the named arrays and texts of a file, before anybody interprets them; and the loader's limits."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

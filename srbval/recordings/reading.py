@@ -1,7 +1,5 @@
 """Contents of a file as a recogniser understood them, before the user's settings decide what is still open."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

@@ -1,18 +1,14 @@
 """The one type in which vibration enters the signal pipeline, whatever its origin."""
 
-from __future__ import annotations
-
 import enum
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.errors import DataError
-
-FloatArray = NDArray[np.float64]
 
 
 class Origin(enum.StrEnum):

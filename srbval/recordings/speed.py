@@ -1,7 +1,5 @@
 """Shaft speed from a tachometer signal, from a stated value or from a set point."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -7,14 +7,12 @@ localized faults, J. Vib. Acoust. 125, 2003), ringing one resonance, under noise
 measurement, is never counted as one and enters no verdict.
 """
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.bearing import DEFAULT_BEARING, Fault, FaultOrders, load_bearing
 from srbval.errors import ConfigurationError
 from srbval.recordings.load import load_recording
@@ -34,8 +32,6 @@ IMPACT_SPREAD = 0.2  # standard deviation of one impact's strength, relative
 RATTLE_M_S2 = 0.6  # RMS of the resonance under random excitation, present in every state
 NOISE_M_S2 = 0.8
 LOAD_ZONE = 0.5  # load distribution factor of a bearing without play
-
-FloatArray = NDArray[np.float64]
 
 
 def write_stand_in(

@@ -3,8 +3,6 @@
 Both are words first. Colour only repeats what the word and the sign already say.
 """
 
-from __future__ import annotations
-
 import enum
 
 

@@ -1,7 +1,5 @@
 """What a section of the report may hold besides tables: text, pictures, key-value lists, callouts."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

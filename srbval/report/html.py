@@ -1,7 +1,5 @@
 """The report as one HTML file: no network, pictures and data inside, whole without its one small script."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import re

@@ -1,7 +1,5 @@
 """Identifiers of sections, tables and figures: they become anchors and file names, so they are strict."""
 
-from __future__ import annotations
-
 import re
 
 _IDENTIFIER = re.compile(r"[a-z][a-z0-9-]{0,63}")

@@ -4,8 +4,6 @@ A backslash before ``*``, a backtick or a backslash makes it text. Text that com
 recording goes through `literal` first, so that it can never turn into markup.
 """
 
-from __future__ import annotations
-
 import re
 
 Span = tuple[str, str]  # (kind, text), kind one of "text", "strong", "code"

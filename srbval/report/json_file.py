@@ -1,7 +1,5 @@
 """The content of ``report.json``."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from srbval.report.model import Report

@@ -1,7 +1,5 @@
 """The report as a small tree of frozen dataclasses; renderers walk it and compute nothing."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime

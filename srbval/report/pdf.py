@@ -1,7 +1,5 @@
 """The report as a tagged PDF (PDF/UA-1), typeset by typst from the same plain tree as the page."""
 
-from __future__ import annotations
-
 import json
 import re
 from functools import lru_cache

@@ -3,8 +3,6 @@
 Every number is formatted here and only here, so the HTML page and the PDF cannot differ.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from functools import singledispatch
 from typing import Any

@@ -7,8 +7,6 @@ with the same ``for`` are repeated for each ``item`` of that expression, and so 
 ``note-for``. A table may be ``like`` another one in all that it does not say itself.
 """
 
-from __future__ import annotations
-
 import itertools
 import re
 import tomllib

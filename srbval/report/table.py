@@ -1,7 +1,5 @@
 """Tables of the report: columns with units and formats, cells with badges and tones."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field

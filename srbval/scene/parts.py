@@ -1,7 +1,5 @@
 """The parts of a scene that stay the same over time: housing, masses, contact, load, defects."""
 
-from __future__ import annotations
-
 import enum
 import math
 from dataclasses import dataclass

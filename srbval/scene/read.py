@@ -1,7 +1,5 @@
 """Scenes from TOML: the paper's scene, with a user's file or options laid over it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import cache
 from importlib import resources

@@ -4,8 +4,6 @@ The values have no defaults here; they come from `paper.toml` (the paper's Table
 a user's file is laid.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,16 +1,11 @@
 """Zero-phase band-pass filter, and the samples that it spoils at both ends of a record."""
 
-from __future__ import annotations
-
 import math
 
-import numpy as np
 import scipy.signal
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.errors import ConfigurationError, DataError
-
-FloatArray = NDArray[np.float64]
 
 # Order of the Butterworth prototype; the two-way pass doubles the slope. The paper does not state its own.
 ORDER = 4

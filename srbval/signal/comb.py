@@ -1,18 +1,14 @@
 """Frequency of a fault line by a joint fit of its harmonics and sidebands."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.signal.false_alarm import false_alarm, neg_log_p, true_noise_ratio
 from srbval.signal.joint_fit import Components, JointFit, fit
 from srbval.signal.periodogram import Noise, Periodogram
-
-FloatArray = NDArray[np.float64]
 
 # Harmonics fitted together, as far as they lie below the limit of the record.
 HARMONICS = 5

@@ -1,15 +1,11 @@
 """From the recorded axes to one signal of zero mean and unit standard deviation."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.errors import DataError
-
-FloatArray = NDArray[np.float64]
 
 # Direction of the rig's accelerometers, from the first radial axis towards the second [rad].
 SENSOR_ANGLE_RAD = math.pi / 4

@@ -4,22 +4,17 @@ In one pass only the bins of the band itself are transformed back. The two-step 
 chain is compared with.
 """
 
-from __future__ import annotations
-
 import enum
 import math
 
 import numpy as np
 import scipy.fft
 import scipy.signal
-from numpy.typing import NDArray
 
+from srbval.arrays import ComplexArray, FloatArray
 from srbval.errors import DataError
 from srbval.signal.bandpass import ORDER, check_band, end_s
 from srbval.signal.spectrum import Spectrum, amplitude_spectrum
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 # The closed-form gain is cut off where it has fallen to this value.
 _LEAST_GAIN = 1e-5

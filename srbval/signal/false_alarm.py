@@ -6,14 +6,11 @@ equal tail probability, exactly; summed over harmonics it is a gamma variable. H
 somewhere in the window searched is given by Rice's formula.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from srbval.arrays import FloatArray
 
 
 def neg_log_p(snr: FloatArray, bins: FloatArray) -> FloatArray:

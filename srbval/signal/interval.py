@@ -1,7 +1,5 @@
 """Uncertainty of a line's frequency: the Cramer-Rao bound of noise, and a calibrated table where slip may add to it."""
 
-from __future__ import annotations
-
 import functools
 import importlib.resources
 import math

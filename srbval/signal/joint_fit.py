@@ -7,12 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.signal.interval import NORMAL_95, frequency_error_hz
 from srbval.signal.periodogram import Noise, Periodogram
 from srbval.signal.phasors import Phasors
 from srbval.signal.slip import track_slip
-
-FloatArray = NDArray[np.float64]
 
 # A sideband this far above the noise is taken as present.
 SIDEBAND_SNR = 12.0

@@ -1,7 +1,5 @@
 """Kurtogram: how impulsive each band of a record is, over centre and width of the band."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -9,10 +7,9 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.errors import ConfigurationError
 from srbval.signal.bandpass import END_S
-
-FloatArray = NDArray[np.float64]
 
 # The highest edge, as a share of the Nyquist frequency: a band must lie below it.
 _TOP = 0.99

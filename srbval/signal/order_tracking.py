@@ -6,11 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.errors import DataError
-
-FloatArray = NDArray[np.float64]
 
 # Parts of the record whose mean speeds give its drift: shorter ones would show the tachometer's noise.
 DRIFT_PARTS = 8

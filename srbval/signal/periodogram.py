@@ -11,10 +11,9 @@ import scipy.fft
 import scipy.signal
 from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.errors import DataError
 from srbval.signal.phasors import Phasors
-
-FloatArray = NDArray[np.float64]
 
 # Points per independent bin of the padded transform.
 PADDING = 8

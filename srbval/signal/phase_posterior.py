@@ -6,8 +6,6 @@ block, and the likelihood of the record for a given mean frequency and slip is s
 recursion (Rabiner 1989, Proc. IEEE 77, 257). A strong line needs a finer circle than this: see `slip`.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -15,8 +13,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+from srbval.arrays import ComplexArray, FloatArray
 
 # Points of the circle: enough for a line whose phase the whole record gives no better than to 0.03 rad.
 CIRCLE = 128

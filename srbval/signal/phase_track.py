@@ -5,16 +5,13 @@ path is therefore found at once by dynamic programming (Viterbi 1967, IEEE Trans
 likelihood of each block's phase from all harmonics, less the cost of each step of the random walk.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+from srbval.arrays import ComplexArray, FloatArray
 
 # Phases of the fundamental tried for each block; the fifth harmonic still has 19 per turn.
 GRID = 96

@@ -6,10 +6,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+from srbval.arrays import ComplexArray, FloatArray
 
 # Blocks that a record is summed in. A line within a bin of its frequency loses less than 2e-4 of its power in them.
 BLOCKS = 96

@@ -4,19 +4,14 @@ The wavelet's spectrum is a Gaussian in closed form, so each row is one inverse 
 needs.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft
-from numpy.typing import NDArray
 
+from srbval.arrays import ComplexArray, FloatArray
 from srbval.errors import ConfigurationError
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 # Morlet wavelet exp(-t^2 / B) exp(2 i pi t), in periods of its row: short enough to separate the impulses of a
 # fault, at a relative bandwidth (one standard deviation) of 1 / (pi sqrt(2 B)), some 18 %.

@@ -16,15 +16,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 
+from srbval.arrays import ComplexArray, FloatArray
 from srbval.signal.interval import NORMAL_95, frequency_error_hz, half_width, walk_share, weak_factor
 from srbval.signal.phase_posterior import posterior
 from srbval.signal.phase_track import PhaseTrack, refine, viterbi_path
 from srbval.signal.phasors import Phasors
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 # Numbers of blocks that the record may be cut into; the largest that noise and sidebands allow is used.
 BLOCK_NUMBERS = (96, 48, 32, 24, 16, 12, 8, 6, 5)

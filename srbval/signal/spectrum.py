@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from srbval.arrays import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

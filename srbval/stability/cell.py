@@ -1,7 +1,5 @@
 """One cell of the map: the run's own status and its comparison with the converged run; planted failures."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The paper's two claims about its time integration, tested by counting cells of the map."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Outcomes of the runs of the map, stored so that an interrupted map continues; the converged runs among them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields

@@ -6,15 +6,13 @@ there is; elastic forces are those of the balanced contacts. Effects of rotation
 and leave contact, impacts of a defect) are not included.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models.full.equilibrium import equilibrium_state
@@ -24,8 +22,6 @@ from srbval.models.solvers import METHODS
 from srbval.models.solvers.linear_stability import Linear, longest_step
 from srbval.models.step_limit import held, without_friction
 from srbval.scene import Scene
-
-FloatArray = NDArray[np.float64]
 
 # Differences: far below a point's smoothing width of 1e-8 m and the 1 mm/s at which friction turns over (at most 0.2 m
 # from an axis), far above rounding.

@@ -4,8 +4,6 @@ Below ``platformdirs.user_cache_dir("srbval")``: compiled kernels, results of co
 kernels alone go elsewhere where ``NUMBA_CACHE_DIR`` names a folder.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Results of single scenes on disk: one small JSON file each, named by everything that it depends on."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from dataclasses import dataclass, field

@@ -4,8 +4,6 @@ The files follow from the imports, from module to module within the package, tho
 nobody keeps a list of them, and a result is out of date exactly when something changed that may have changed it.
 """
 
-from __future__ import annotations
-
 import ast
 import hashlib
 import itertools

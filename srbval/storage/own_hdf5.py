@@ -1,7 +1,5 @@
 """This program's own HDF5 layout: runs and stand-ins, readable by xarray with names and units."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

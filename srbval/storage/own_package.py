@@ -1,7 +1,5 @@
 """Where this package lies, its revision, what is shipped with it, and how a child process finds the very same one."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 from importlib.resources import files

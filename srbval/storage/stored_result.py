@@ -3,8 +3,6 @@
 A file says on which machine it was made, when, from which revision and by which command.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass

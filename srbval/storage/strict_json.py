@@ -13,8 +13,6 @@ A class whose JSON object has another shape than its fields has a method ``to_di
 values may be anything that can be written, other dataclasses included.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import enum
 import json

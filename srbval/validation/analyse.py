@@ -1,7 +1,5 @@
 """`analyse`: one recording, measured or simulated, through the one pipeline to its fault lines."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Which band a record is demodulated in, who chose it, and the correction for a choice made on the record itself."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from dataclasses import dataclass

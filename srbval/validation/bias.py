@@ -4,8 +4,6 @@ After the practice of the NIST fire-model validation guide (McGrattan et al., NI
 model's bias; what the errors scatter by beyond the data's own uncertainty is the model's.
 """
 
-from __future__ import annotations
-
 import math
 import statistics
 from collections.abc import Iterable, Sequence

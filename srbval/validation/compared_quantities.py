@@ -3,8 +3,6 @@
 Amplitudes are not compared: neither the sensor's path nor the contact's damping is modelled.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple

@@ -4,8 +4,6 @@ After ASME V&V 20 (2009): comparison error E = S - D, validation uncertainty U f
 of squares. Where |E| exceeds U the model's error is resolved; otherwise it is lost in the uncertainty.
 """
 
-from __future__ import annotations
-
 import enum
 import math
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """A recording's counterpart: a run of the model at the record's own speed and load, through the same chain."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from dataclasses import dataclass

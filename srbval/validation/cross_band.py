@@ -1,7 +1,5 @@
 """Each side's fault line in its own demodulation band and in the other side's."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Effects of numerics and inputs: of each term on a compared quantity, and on the shape of the spectrum."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

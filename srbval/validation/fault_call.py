@@ -1,7 +1,5 @@
 """Whether a record shows a fault, compared with the healthy record of the same rig, speed and load."""
 
-from __future__ import annotations
-
 import enum
 import math
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Fill the validation matrix: every record through the one chain, a model run for it, every quantity compared."""
 
-from __future__ import annotations
-
 import os
 import threading
 from collections.abc import Callable, Collection, Mapping, Sequence

@@ -1,7 +1,5 @@
 """The lines of a bearing in a recording: race, roller and cage lines, their harmonics and sidebands."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from typing import Any

@@ -3,8 +3,6 @@
 Every registered record fills a cell, and every cell of a fault compares every quantity; there is no other list.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,7 +1,5 @@
 """Recordings of other rigs: does the same pipeline find the lines that should be there?"""
 
-from __future__ import annotations
-
 import dataclasses
 import os
 from collections.abc import Sequence

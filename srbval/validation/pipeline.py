@@ -1,13 +1,12 @@
 """The one chain from a recording to its envelope spectrum, the same for measured and simulated records."""
 
-from __future__ import annotations
-
 import functools
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
 from srbval.errors import ConfigurationError
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
@@ -24,8 +23,6 @@ from srbval.signal import (
     rotate_axes,
     squared_envelope_one_pass,
 )
-
-FloatArray = NDArray[np.float64]
 
 # Giraudo et al. 2025 (Sensors 25, 2419), sect. 5: bands found best for the simulated and the rig's signals.
 SIMULATED_BAND_HZ = (500.0, 1500.0)

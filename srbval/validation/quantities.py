@@ -1,7 +1,5 @@
 """How one analysed record's value of a compared quantity is read: line order, levels, shape of the spectrum."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """The effect of numerics and open inputs on each compared quantity: one run per term, and its change from the base."""
 
-from __future__ import annotations
-
 import math
 import statistics
 import tempfile

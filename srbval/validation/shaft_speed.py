@@ -1,20 +1,16 @@
 """The shaft speed of a record without a tachometer, from its fault harmonics and the shaft's sidebands."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import Periodogram, frequency_error_hz
 from srbval.validation.lines import Line
-
-FloatArray = NDArray[np.float64]
 
 HARMONICS = 5  # of the fault line whose sidebands are used
 SIDEBANDS = 3  # shaft orders to either side of each

@@ -4,8 +4,6 @@ A variation changes one thing that the paper leaves open or that the numerics de
 so on the race lines, is the uncertainty that this thing leaves.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor

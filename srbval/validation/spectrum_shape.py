@@ -8,20 +8,16 @@ correlation mapper: de Carvalho & Meneses 2000, after the spectral angle of Krus
 no model can resemble a record more closely than the record's halves resemble each other.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.signal import NORMAL_95
 from srbval.validation.analyse import Analysis
 from srbval.validation.speed_search import USABLE_SHARE
-
-FloatArray = NDArray[np.float64]
 
 HARMONICS, LEAST_HARMONICS = 5, 2
 # Bins from one harmonic to the next: sidebands at the shaft's or the cage's speed fall in bins of their own.

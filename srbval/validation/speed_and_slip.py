@@ -1,7 +1,5 @@
 """What part of a line's deviation is the shaft's speed and what part the cage's slip."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass

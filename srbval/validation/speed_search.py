@@ -5,8 +5,6 @@ harmonics; where they do not show, lines are read about several speeds within th
 apart, and each of these speeds counts as a trial in the false-alarm probabilities (Sidak correction).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

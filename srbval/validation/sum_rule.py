@@ -6,8 +6,6 @@ was not taken at one and the same stated speed. Where the two lines come from tw
 in one than in the other stays in the sum.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import ClassVar

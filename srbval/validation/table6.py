@@ -1,7 +1,5 @@
 """Table 6: the paper's rows as data, compared with our model at the paper's speed and at the rig recordings' own."""
 
-from __future__ import annotations
-
 import enum
 import math
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """The verdict on one record: a sentence that says which lines were found, and nothing more."""
 
-from __future__ import annotations
-
 from srbval.bearing import Fault
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
 from srbval.validation.lines import Line

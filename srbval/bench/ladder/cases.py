@@ -1,7 +1,5 @@
 """The scenes that the ladder is calibrated on: a grid about the paper's scene, and random ones within it."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Run every rung on every calibration scene and compare it with the full model at half its step."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ A rectangular pulse of length tau, repeated at f, lacks its harmonic 1 / (f tau)
 envelope spectra the missing one is found where the heights change sign.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -3,8 +3,6 @@
 Every answer is read from a run through the pipeline of every recording; errors are in per cent.
 """
 
-from __future__ import annotations
-
 import enum
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -12,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.bench.measures import measure, smooth_mean
 from srbval.errors import DataError
@@ -22,7 +20,6 @@ from srbval.recordings import recording_from_run
 from srbval.signal import rotate_axes
 from srbval.validation.analyse import Analysis, analyse
 
-FloatArray = NDArray[np.float64]
 Answer = tuple[float, ...]
 
 SIDEBANDS = (-2, -1, 1, 2)  # multiples of the shaft speed about the line

@@ -1,7 +1,5 @@
 """The calibration table: errors and costs of every rung on every calibration scene; its JSON file, its summary."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass

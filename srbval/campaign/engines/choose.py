@@ -1,7 +1,5 @@
 """Engines by name."""
 
-from __future__ import annotations
-
 from importlib import util
 
 from srbval.bench.machine import usable_cores

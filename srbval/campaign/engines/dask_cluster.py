@@ -1,7 +1,5 @@
 """Dask clusters: one that runs already, or one whose workers are SLURM jobs."""
 
-from __future__ import annotations
-
 import contextlib
 import itertools
 import threading

@@ -3,8 +3,6 @@
 ``python -m srbval.campaign.engines.worker``; ends when its input ends, in the middle of a case if need be.
 """
 
-from __future__ import annotations
-
 import os
 import pickle
 import queue

@@ -1,13 +1,11 @@
 """Kernel: steps of the full model by any method, with the outputs averaged over each interval."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.models import outputs as out_col
 from srbval.models.full import columns as col
 from srbval.models.full.frames_kernel import cage_axes, cage_tilt, slot_axes
@@ -16,8 +14,6 @@ from srbval.models.full.state import state_indices
 from srbval.models.full.step_kernel import clear_mean, leapfrog_of, leapfrog_step, rosenbrock_step, runge_kutta_step
 from srbval.models.jit import exactly_rounded, kernel
 from srbval.models.solvers.method import ROSENBROCK, RUNGE_KUTTA
-
-FloatArray = NDArray[np.float64]
 
 
 class Recorder(NamedTuple):

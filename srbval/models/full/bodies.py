@@ -1,7 +1,5 @@
 """Masses and moments of inertia of the bodies, from their shapes and densities."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

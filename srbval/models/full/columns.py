@@ -13,8 +13,6 @@ roller) is copied to `SINGLE` or behind, one to each lane group.
 Row 2 is row 1 mirrored at the mid-plane: the shaft axes of its columns are reversed, and its points are those of row 1.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

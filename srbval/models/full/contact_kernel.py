@@ -4,8 +4,6 @@ Everything is in the rollers' slot frames: x along the slot (outwards), y along 
 origin at the roller's centre. See `columns` for the layout.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

@@ -15,8 +15,6 @@ M / h + D is an arrow: a 2 x 2 block for each roller, bordered by cage and ring,
 border is factored by Cholesky's method (Golub & Van Loan, Matrix Computations, 2013, sect. 4.2).
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Kernels: what drives the bearing from outside, as functions of time."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from srbval.models.jit import kernel

@@ -30,13 +30,11 @@ cage (0.2 s) there, and in proportion at other speeds.
 `test_a_run_is_settled_from_its_first_sample` holds the last two rows, at the plain step.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
 from srbval.models.full.drive_kernel import external_load, shaft_motion
@@ -45,8 +43,6 @@ from srbval.models.full.point_cloud import DEEPEST_M
 from srbval.models.full.start import balance_friction, rolling_speeds
 from srbval.models.full.state import StateLayout
 from srbval.models.full.steps import rates
-
-FloatArray = NDArray[np.float64]
 
 RING_TOLERANCE_N = 1e-2  # where the iteration stops; rounding leaves 1e-5 N at the paper's stiffness
 BALANCED_N = 1.0  # what counts as balanced: a ring with play and no load has no stiffness to be settled by

@@ -3,8 +3,6 @@
 The slot axes of a roller: x along the slot, outwards, y along the race, z along the roller; see `srbval.models.full`.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

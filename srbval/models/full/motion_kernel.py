@@ -4,8 +4,6 @@ Newton-Euler in the generalised speeds (slides, spins, cage angular velocity, ri
 Kane's method; the equations and the layout of the state stand at `srbval.models.full`.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

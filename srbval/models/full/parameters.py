@@ -1,7 +1,5 @@
 """All numbers the kernels need, in one flat tuple of floats and arrays."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -9,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.bearing import CIRCLES, Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
@@ -27,7 +26,6 @@ from srbval.models.full.point_cloud import (
 )
 from srbval.scene import Defect, DefectShape, LoadPath, RollerFit, Scene
 
-FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 STANDARD_GRAVITY = 9.80665  # m/s2
 

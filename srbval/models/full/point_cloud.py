@@ -1,7 +1,5 @@
 """The raceways as point clouds (paper, eqs 16 and 17), and which of their points a roller can touch."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -9,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.bearing import SphericalRollerGeometry
 from srbval.scene import Defect, DefectShape
 
-FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 DEEPEST_M = 2e-4  # penetration within which every touching point is among the candidates; checked in each run

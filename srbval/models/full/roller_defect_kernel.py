@@ -7,8 +7,6 @@ the race's point, follows from the spring's potential energy (virtual work: Gold
 Mechanics, 2002, sect. 1.4).
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

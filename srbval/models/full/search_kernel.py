@@ -7,8 +7,6 @@ their own, near a defect of a race or of a damaged roller, are copied to a group
 `plan`, see `columns`.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

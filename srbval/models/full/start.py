@@ -1,18 +1,15 @@
 """Velocities a run starts with: of pure rolling, or such that friction balances; and a start without load balance."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.models.full.drive_kernel import external_load, shaft_motion
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.state import StateLayout
 from srbval.models.full.steps import rates
 
-FloatArray = NDArray[np.float64]
 CAGE_RANGE = 0.05  # about pure rolling; the outer and inner circles alone would give -1.5 % and +2.6 %
 SPIN_RANGE = 0.15  # about pure rolling; 6 % seen
 NOTICED_RAD_S2 = 1e-3  # rounding leaves 1e-9; the lightest rolling contact makes thousands

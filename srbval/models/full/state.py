@@ -1,7 +1,5 @@
 """Layout of the full model's state vector, see the table at `srbval.models.full`."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -3,22 +3,18 @@
 Explicit Runge-Kutta methods, and two families that take friction and contact damping implicitly, see `damping_kernel`.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.models.full import columns as col
 from srbval.models.full.damping_kernel import BORDER, factor, solve
 from srbval.models.full.frames_kernel import cage_tilt, tilted_about_x
 from srbval.models.full.motion_kernel import WITH_DAMPING, right_hand_side
 from srbval.models.full.state import state_indices
 from srbval.models.jit import kernel, kernel_part
-
-FloatArray = NDArray[np.float64]
 
 
 class WorkingSpace(NamedTuple):

@@ -1,12 +1,10 @@
 """The full model's kernels behind documented calls: rates of a state, and steps of a method."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.models import outputs as out_col
 from srbval.models.full import columns as col
 from srbval.models.full.advance_kernel import Recorder, advance
@@ -14,8 +12,6 @@ from srbval.models.full.motion_kernel import CIRCLES, right_hand_side
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.step_kernel import working_space
 from srbval.models.solvers import Method
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

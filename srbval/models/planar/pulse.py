@@ -1,12 +1,9 @@
 """How long a roller feels a defect, beside how far apart rollers follow: what sets a fault's harmonic pattern."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from srbval.bearing import RACE_DEFECTS, load_bearing
 from srbval.errors import ConfigurationError
@@ -14,8 +11,6 @@ from srbval.models.planar import ring_kernel
 from srbval.models.planar.rung import make_ring
 from srbval.models.run_statistics import RunStatistics
 from srbval.scene import Scene
-
-FloatArray = NDArray[np.float64]
 
 FELT = 0.01  # of the pulse's height: where it begins and ends
 

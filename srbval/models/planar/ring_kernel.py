@@ -1,17 +1,11 @@
 """Kernel: Runge-Kutta steps of a ring in its plane, pushed by rollers at prescribed angles."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from srbval.arrays import FloatArray
 from srbval.models import outputs as col
 from srbval.models.jit import kernel
-
-FloatArray = NDArray[np.float64]
 
 # State: displacement [m] and velocity [m/s].
 X, Y, V_X, V_Y = range(4)

@@ -1,15 +1,13 @@
 """The planar rung: tables, static balance, then integration in chunks."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.models import outputs as col
 from srbval.models.full.bodies import outer_ring_mass_kg
@@ -23,8 +21,6 @@ from srbval.models.prescribed import Prescribed, refuse_axial
 from srbval.models.run_statistics import RunStatistics
 from srbval.models.simulate import chunks
 from srbval.scene import LoadPath, Scene
-
-FloatArray = NDArray[np.float64]
 
 LONGEST_STEP_S = 1 / 40_000  # a fifth of a radian of the ring's highest mode, 40 steps over the shortest bump
 KINDS = {

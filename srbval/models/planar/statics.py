@@ -8,22 +8,18 @@ inner one by (e_i - slide) cos b, with e the roller's radius less the gap to the
 The force is tabulated once per run: over the approach, and over the position of a defect besides.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full.parameters import roller_diameter_m
 from srbval.models.patch import Patch, Piece, patches, piece
 from srbval.scene import Defect, Scene
-
-FloatArray = NDArray[np.float64]
 
 NUDGE_M = 1e-9  # for the stiffness
 SLIDE_M = 2e-3  # how far a roller may slide: twice the highest defect

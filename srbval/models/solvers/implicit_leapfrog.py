@@ -11,8 +11,6 @@ largest natural frequency of the contacts. The first step of a run has no last o
 nothing. Points come into contact over two steps, see `contact_columns`.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -3,8 +3,6 @@
 The formulas are those of `step_kernel`, friction and damping implicit in the velocities, stiffness explicit.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,10 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.arrays import ComplexArray, FloatArray
 from srbval.models.solvers.method import LEAPFROG, Coefficients, Method
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 # Eigenvalues closer to zero are bodies that move freely, read with the rounding of the differences [1/s].
 FREE_PER_S = 1.0

@@ -7,8 +7,6 @@ the largest natural frequency (Hairer, Lubich & Wanner, Geometric Numerical Inte
 is the cheapest step there is, and the most damped: what friction lets slide slowly is slowed to first order only.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from srbval.models.solvers.method import LEAPFROG, ONSET, Coefficients, Method

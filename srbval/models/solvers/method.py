@@ -1,14 +1,11 @@
 """A method of time integration: what the kernels need of it, and what a user should know."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from srbval.arrays import FloatArray
 
 RUNGE_KUTTA, ROSENBROCK, LEAPFROG = range(3)  # families, one kernel each
 ONSET = 2.0  # implicit methods: neighbouring steps share a point's coming into contact; 1 leaves more noise

@@ -7,8 +7,6 @@ friction relaxes some 300 times faster than ode4 resolves at 1/61440 s: it chatt
 diverging, and the chatter is broadband noise in the acceleration. No step control, no implicit part.
 """
 
-from __future__ import annotations
-
 from srbval.models.solvers.method import explicit
 
 ODE1 = explicit("ode1", "Euler", 1, [], [1.0])

@@ -14,8 +14,6 @@ Ordinary Differential Equations II, 1996, sect. IV.7). No step control; points t
 observed order.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -4,8 +4,6 @@ A data set is described by a file in `data_manifest`; its `reader` names the rec
 A new layout is a module with a reader and its entry in `READERS`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from srbval.recordings.datasets.cwru import read_cwru

@@ -5,8 +5,6 @@ from the data set's own list (`records` of the description); the file's name, wh
 things, is checked against it.
 """
 
-from __future__ import annotations
-
 import re
 
 from srbval.bearing import Fault

@@ -1,7 +1,5 @@
 """Description of a published data set, as `data_manifest/*.toml` states it, and the rules to recognise its files."""
 
-from __future__ import annotations
-
 import functools
 import re
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Recogniser for files of no known data set: named vectors, with rate and speed from variables of known names."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 

@@ -5,8 +5,6 @@ label names the display unit and its ``unit_transformation.factor`` leads from t
 unit. A signal is recognised by its quantity, never by its number.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import dataclass

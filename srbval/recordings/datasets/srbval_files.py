@@ -1,7 +1,5 @@
 """Files that this program writes: runs of the model and stand-ins (HDF5 with the attribute ``srbval_kind``)."""
 
-from __future__ import annotations
-
 import json
 import re
 

@@ -1,7 +1,5 @@
 """Recogniser for data sets of plain named variables: it only applies the rules of the description."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

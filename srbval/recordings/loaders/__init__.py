@@ -4,8 +4,6 @@ A new format is a module with a `FORMAT` and its entry in `FORMATS`. A file's fo
 never by its name.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from srbval.errors import DataError

@@ -1,7 +1,5 @@
 """HDF5 files: MATLAB v7.3, this program's runs and stand-ins, and plain ones."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

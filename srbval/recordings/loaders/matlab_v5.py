@@ -7,8 +7,6 @@ flipped bits make it allocate gigabytes or end the process (bus error, scipy 1.1
 reference in the tests.
 """
 
-from __future__ import annotations
-
 import math
 import struct
 import zlib

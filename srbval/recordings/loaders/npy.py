@@ -1,7 +1,5 @@
 """NumPy .npy files; pickled objects are never opened."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Text tables: comma, semicolon, tab or blank separated, with or without a header line."""
 
-from __future__ import annotations
-
 import itertools
 import re
 import threading

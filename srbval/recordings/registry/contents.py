@@ -1,7 +1,5 @@
 """A list of registered files as the `data` commands report it, and the grids of operating points that it covers."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

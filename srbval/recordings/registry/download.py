@@ -1,7 +1,5 @@
 """Download of open data sets: pinned addresses and hashes, only when asked."""
 
-from __future__ import annotations
-
 import logging
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Inspection of one file: hash it, read it, describe its contents and what is wrong with it."""
 
-from __future__ import annotations
-
 import stat
 from dataclasses import replace
 from pathlib import Path

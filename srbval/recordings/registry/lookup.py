@@ -1,7 +1,5 @@
 """Registered recordings for a purpose: the rig's, one operating point, the healthy baseline; loading with settings."""
 
-from __future__ import annotations
-
 import dataclasses
 import os
 from pathlib import Path

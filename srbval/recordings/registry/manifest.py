@@ -1,7 +1,5 @@
 """The manifest file: read whole, written whole, changed by one process at a time."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

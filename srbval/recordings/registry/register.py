@@ -1,7 +1,5 @@
 """The register itself: `srbval data add`, `list` and `verify`."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 from collections.abc import Iterable, Iterator

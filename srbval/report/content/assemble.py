@@ -1,7 +1,5 @@
 """Put the report together from the evidence."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The demodulation bands: how impulsive the others are, and each side's line in the other side's band."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The bearing that is simulated: the paper's Figures 1, 5 and 8, the scene along the shaft and the load zone."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

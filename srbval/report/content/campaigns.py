@@ -1,7 +1,5 @@
 """Detection under noise, and what a campaign costs, from the stored studies."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any

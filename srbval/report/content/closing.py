@@ -1,7 +1,5 @@
 """The last sections: what is open, what is not validated, what failed, runs, scene, provenance, references."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """What the race lines' sum says of speed and slip, and what part of a deviation is either."""
 
-from __future__ import annotations
-
 from srbval.evidence.evidence import Evidence
 from srbval.report.badges import Tone
 from srbval.report.model import Section

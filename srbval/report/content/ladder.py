@@ -1,7 +1,5 @@
 """The ladder of models: error against cost, predictions against fresh scenes, and the missing harmonic."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The validation matrix: maps, tables, bias and scatter of every registered record of the rig."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from pathlib import Path

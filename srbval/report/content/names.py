@@ -1,7 +1,5 @@
 """Names and badges that all sections share."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from srbval.bearing import Fault

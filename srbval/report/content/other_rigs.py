@@ -1,7 +1,5 @@
 """What the one pipeline finds in recordings of other rigs, whose faults are known."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Figures 11 to 14: the model and the rig, each pair on identical axes, and where their peaks lie."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -9,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.bench.scalogram_check import LARGEST_ERROR, RANGE_HZ
 from srbval.evidence.evidence import Evidence
-from srbval.evidence.shown_records import SEGMENT_HZ, WINDOW_S, FloatArray, ShownRecord
+from srbval.evidence.shown_records import SEGMENT_HZ, WINDOW_S, ShownRecord
 from srbval.recordings import Origin
 from srbval.report.blocks import Block, Explore, Figure, FigureGrid
 from srbval.report.content.names import badge_of, side_of, synthetic_states

@@ -1,7 +1,5 @@
 """How well frequencies are read: the stored Monte-Carlo of ``srbval bench --reading``."""
 
-from __future__ import annotations
-
 from srbval.evidence.stored import ShownResult
 from srbval.report.content.stored import missing, origin_of
 from srbval.report.model import Section

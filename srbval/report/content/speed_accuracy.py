@@ -1,7 +1,5 @@
 """Speed against accuracy, from the stored bench of the default scenes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Where each method fails, from the stored stability map."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What every section of a stored result says of it: its origin, or how to make one."""
 
-from __future__ import annotations
-
 from srbval.evidence.stored import ShownResult
 from srbval.report.badges import Tone
 from srbval.report.blocks import Callout, Paragraph

@@ -1,7 +1,5 @@
 """The verdict, and Table 6 with uncertainties: at the paper's speed, and at the rig recordings' own."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

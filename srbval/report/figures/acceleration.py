@@ -1,7 +1,5 @@
 """Figure 11's kind: normalised acceleration and its envelope against time."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Spectra before demodulation, with the band that is demodulated shaded."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 

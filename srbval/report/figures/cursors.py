@@ -1,7 +1,5 @@
 """Named lines to look for in an envelope spectrum: harmonics of a fault line and their sidebands."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

@@ -1,13 +1,12 @@
 """Fewer points for the same picture: extremes kept for lines, means for images."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from srbval.arrays import FloatArray
+
 IntArray = NDArray[np.intp]
 
 

@@ -1,7 +1,5 @@
 """Comparisons as pictures: Table 6's deviations from kinematics, and predicted against measured quantities."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

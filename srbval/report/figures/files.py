@@ -1,7 +1,5 @@
 """Save a panel as a picture and, beside it, the plotted data as CSV."""
 
-from __future__ import annotations
-
 import io
 import re
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """The bearing as the model has it: a section along the shaft, its point clouds, and a look at all of it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,14 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.bearing import SphericalRollerGeometry
 from srbval.evidence.bearing_views import DEFECT_CIRCLE, DefectPoints, RacewayCircle
 from srbval.report.figures.files import PanelFiles, save_panel
 from srbval.report.figures.style import BLUE, INK, ORANGE, SOFT, VERMILION, figure_style, new_figure
 
-FloatArray = NDArray[np.float64]
 SECTION_INCHES, CLOUD_INCHES, SCENE_INCHES = (7.6, 3.1), (7.6, 2.7), (4.2, 3.9)
 PIXELS_PER_INCH = 130  # of the three-dimensional picture
 NEAR_MM = 22.0  # shown either side of a defect

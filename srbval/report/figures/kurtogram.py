@@ -1,19 +1,16 @@
 """A kurtogram: how impulsive each band is, with the band that is used drawn into it."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.report.figures.files import PanelFiles, save_panel
 from srbval.report.figures.style import figure_style, new_axes, stamp_stand_in, title_panel
 from srbval.signal import Kurtogram
 
-FloatArray = NDArray[np.float64]
 USED, BEST = "#ffffff", "#d62728"
 
 

@@ -1,7 +1,5 @@
 """The ladder as a picture: error against cost, one panel a question, one mark a rung."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path

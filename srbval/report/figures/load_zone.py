@@ -1,18 +1,16 @@
 """Which rollers carry the load: contact force against the angle from the load's direction."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from srbval.arrays import FloatArray
 from srbval.report.figures.files import PanelFiles, save_panel
 from srbval.report.figures.style import BLUE, SOFT, VERMILION, figure_style, legend_above, new_axes
 
 STRETCH_DEG = 12.0
 LIGHT = "#a9cfe6"
-FloatArray = NDArray[np.float64]
 
 
 def _means(angle: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:

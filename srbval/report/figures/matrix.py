@@ -1,7 +1,5 @@
 """The validation matrix as a picture: speeds across, state and load down, empty where nothing was measured."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,20 +1,18 @@
 """Figure 14's kind: the magnitude of the continuous wavelet transform over time and frequency."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from srbval.arrays import FloatArray
 from srbval.report.figures.decimate import block_means
 from srbval.report.figures.files import PanelFiles, rounded, save_panel
 from srbval.report.figures.style import INK, figure_style, new_axes, row_above, stamp_stand_in, title_panel
 
 COLUMNS, ROWS, LEVELS = 320, 110, 64
 CSV_COLUMNS, CSV_ROWS = 180, 40
-FloatArray = NDArray[np.float64]
 
 
 def scalogram_panel(

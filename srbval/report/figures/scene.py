@@ -1,19 +1,17 @@
 """The bearing seen along the shaft: rollers, load, load zone, defect, sensor."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from srbval.arrays import FloatArray
 from srbval.report.figures.files import PanelFiles, save_panel
 from srbval.report.figures.style import BLUE, INK, SOFT, VERMILION, figure_style, new_figure
 
 SIZE_INCHES = (4.2, 3.9)
 DOWN = -np.pi / 2
-FloatArray = NDArray[np.float64]
 
 
 def bearing_scene(

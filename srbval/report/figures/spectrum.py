@@ -1,14 +1,13 @@
 """Figures 12 and 13's kind: envelope spectrum with named fault lines."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from srbval.arrays import FloatArray
 from srbval.report.figures.cursors import Cursor
 from srbval.report.figures.decimate import extreme_indices
 from srbval.report.figures.files import PanelFiles, rounded, save_panel
@@ -28,7 +27,6 @@ PLOTTED_BINS = 600
 DATA_BINS = 1500  # of the data file: all of a short record, the least and greatest of each stretch of a long one
 HEALTHY_DASHES = (0, (3, 1.2))
 ORDER_LABEL_POINTS = 15.0  # height of the row of the order axis' label above the axes
-FloatArray = NDArray[np.float64]
 
 
 def envelope_spectrum_panel(

@@ -1,7 +1,5 @@
 """Speed against accuracy: error over cost, a mark a solver, the best front as a line, failed runs in a row above."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The stability map: a block a solver, steps down, speeds across, a colour and a sign for each run's end."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The look of the figures: one style file, one colour and one line style for each origin."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass

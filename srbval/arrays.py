@@ -1,0 +1,7 @@
+"""Types of the arrays that functions take and return; shapes and units stand in their docstrings."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
