@@ -83,12 +83,10 @@ def load_bearing(name_or_path: str | Path) -> Bearing:
     Raises `ConfigurationError` for an unknown name or impossible values, `DataError` for a missing file.
     """
     text = str(name_or_path)
-    if text in known_bearings():
-        path = Path(str(_folder() / f"{text}.toml"))
-        return _assemble(build(_BearingFile, read_toml(path), text), text)
-    if text.endswith(".toml"):
-        path = Path(text)
-        return _assemble(build(_BearingFile, read_toml(path), str(path)), path.stem)
+    known = text in known_bearings()
+    if known or text.endswith(".toml"):
+        path = Path(str(_folder() / f"{text}.toml")) if known else Path(text)
+        return _assemble(build(_BearingFile, read_toml(path), text if known else str(path)), path.stem)
     close = difflib.get_close_matches(text, known_bearings(), n=1, cutoff=0.4)
     hint = f" Did you mean {close[0]!r}?" if close else ""
     raise ConfigurationError(

@@ -22,8 +22,7 @@ class FaultOrders:
     ftf: float
 
     def __post_init__(self) -> None:
-        for name in ("bpfo", "bpfi", "bsf", "ftf"):
-            value = getattr(self, name)
+        for name, value in vars(self).items():
             if not (math.isfinite(value) and value > 0):
                 raise ConfigurationError(f"order {name} = {value} must be a positive number.")
 
@@ -57,11 +56,7 @@ class FaultOrders:
     def at(self, shaft_hz: float) -> FaultFrequencies:
         """Frequencies at a shaft speed of `shaft_hz` [Hz]."""
         return FaultFrequencies(
-            shaft_hz=shaft_hz,
-            bpfo_hz=self.bpfo * shaft_hz,
-            bpfi_hz=self.bpfi * shaft_hz,
-            bsf_hz=self.bsf * shaft_hz,
-            ftf_hz=self.ftf * shaft_hz,
+            shaft_hz=shaft_hz, **{f"{name}_hz": order * shaft_hz for name, order in vars(self).items()}
         )
 
 

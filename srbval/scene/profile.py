@@ -6,6 +6,7 @@ import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -22,26 +23,35 @@ def _check_table(what: str, time_s: Sequence[float], *columns: Sequence[float]) 
         raise ConfigurationError(f"{what} profile: times must rise; found {list(time_s)}.")
 
 
-def _check_covers(what: str, time_s: Sequence[float], duration_s: float) -> None:
-    if time_s[0] > 0 or time_s[-1] < duration_s * (1 - 1e-9):
-        raise ConfigurationError(
-            f"{what} profile covers {time_s[0]:g} to {time_s[-1]:g} s; the run records 0 to {duration_s:g} s: "
-            "extend the profile or shorten the duration."
-        )
+@dataclass(frozen=True, kw_only=True)
+class _Profile:
+    """A table over `time_s`, two or more entries that rise; `WHAT` names it in messages."""
 
+    WHAT: ClassVar[str]
 
-def _mean(time_s: Sequence[float], values: Sequence[float], duration_s: float) -> float:
-    """Mean of a table from 0 to `duration_s`."""
-    inside = [t for t in time_s if 0 < t < duration_s]
-    times = np.array([0.0, *inside, duration_s])
-    return float(np.trapezoid(np.interp(times, time_s, values), times) / duration_s)
+    time_s: tuple[float, ...] = quantity("time")
+
+    def check_covers(self, duration_s: float) -> None:
+        """Refuse a table that leaves part of the recorded time open."""
+        first, last = self.time_s[0], self.time_s[-1]
+        if first > 0 or last < duration_s * (1 - 1e-9):
+            raise ConfigurationError(
+                f"{self.WHAT} profile covers {first:g} to {last:g} s; the run records 0 to {duration_s:g} s: "
+                "extend the profile or shorten the duration."
+            )
+
+    def _mean(self, values: Sequence[float], duration_s: float) -> float:
+        inside = [t for t in self.time_s if 0 < t < duration_s]
+        times = np.array([0.0, *inside, duration_s])
+        return float(np.trapezoid(np.interp(times, self.time_s, values), times) / duration_s)
 
 
 @dataclass(frozen=True, kw_only=True)
-class SpeedProfile:
+class SpeedProfile(_Profile):
     """Shaft speed over the recorded time: `time_s` and `speed_rad_s`, two or more entries, never negative."""
 
-    time_s: tuple[float, ...] = quantity("time")
+    WHAT = "speed"
+
     speed_rad_s: tuple[float, ...] = quantity("speed")
 
     def __post_init__(self) -> None:
@@ -55,20 +65,17 @@ class SpeedProfile:
         times = np.linspace(0.0, duration_s, max(2, math.ceil(duration_s / step_s) + 1))
         return cls(time_s=tuple(times.tolist()), speed_rad_s=tuple(float(function(t)) for t in times.tolist()))
 
-    def check_covers(self, duration_s: float) -> None:
-        """Refuse a table that leaves part of the recorded time open."""
-        _check_covers("speed", self.time_s, duration_s)
-
     def mean(self, duration_s: float) -> float:
         """Mean speed from 0 to `duration_s` [rad/s]."""
-        return _mean(self.time_s, self.speed_rad_s, duration_s)
+        return self._mean(self.speed_rad_s, duration_s)
 
 
 @dataclass(frozen=True, kw_only=True)
-class LoadProfile:
+class LoadProfile(_Profile):
     """Radial and axial load over the recorded time; the direction stays that of the constant load."""
 
-    time_s: tuple[float, ...] = quantity("time")
+    WHAT = "load"
+
     radial_n: tuple[float, ...] = quantity("force")
     axial_n: tuple[float, ...] = quantity("force")
 
@@ -77,10 +84,6 @@ class LoadProfile:
         if min(self.radial_n) < 0:
             raise ConfigurationError(f"load profile: radial load {min(self.radial_n)} N must not be negative.")
 
-    def check_covers(self, duration_s: float) -> None:
-        """Refuse a table that leaves part of the recorded time open."""
-        _check_covers("load", self.time_s, duration_s)
-
     def mean_radial_n(self, duration_s: float) -> float:
         """Mean radial load from 0 to `duration_s` [N]."""
-        return _mean(self.time_s, self.radial_n, duration_s)
+        return self._mean(self.radial_n, duration_s)

@@ -5,11 +5,15 @@ import math
 from dataclasses import dataclass
 
 from srbval.bearing import Bearing
-from srbval.recordings import Recording, ShaftSpeed
+from srbval.errors import ConfigurationError
+from srbval.recordings import Origin, Recording, ShaftSpeed
 from srbval.signal import FALSE_ALARM, Kurtogram, kurtogram, normalise
 from srbval.validation.lines import Line
-from srbval.validation.pipeline import choose_band, one_signal
+from srbval.validation.pipeline import SIMULATED_BAND_HZ, one_signal
 
+# Giraudo et al. 2025 (Sensors 25, 2419), sect. 5: band found best for the rig's signals.
+RIG_BAND_HZ = (1400.0, 2800.0)
+RIG_BEARING = "skf-22240"
 # A band must hold this many harmonics of the higher race line in its envelope.
 HARMONICS_HELD = 3
 
@@ -24,12 +28,22 @@ class BandChoice:
 
 
 def declared_band(recording: Recording, band_hz: tuple[float, float] | None) -> BandChoice:
-    """The band given, or the data set's, or the paper's (see `choose_band`)."""
-    chosen = choose_band(recording, band_hz)
+    """The band given [Hz], or the data set's, or the paper's for the model or its rig.
+
+    No rule guesses one for an unknown machine: a band chosen on the record it then judges finds lines in
+    noise (`auto_band` chooses one and says what that costs). `ConfigurationError` asks for it instead.
+    """
     if band_hz is not None:
-        return BandChoice(band_hz=chosen, why="given")
-    by = "declared by the data set" if recording.band_hz is not None else "the paper's"
-    return BandChoice(band_hz=chosen, why=by)
+        return BandChoice(band_hz=band_hz, why="given")
+    if recording.band_hz is not None:
+        return BandChoice(band_hz=recording.band_hz, why="declared by the data set")
+    simulated = recording.origin is Origin.SIMULATED
+    if simulated or recording.bearing == RIG_BEARING:
+        return BandChoice(band_hz=SIMULATED_BAND_HZ if simulated else RIG_BAND_HZ, why="the paper's")
+    raise ConfigurationError(
+        f"{recording.name}: neither the file nor its data set states a demodulation band; give --band LO HI "
+        "[Hz], about a structural resonance that the fault would excite, or --auto-band."
+    )
 
 
 def auto_band(recording: Recording, bearing: Bearing, speed: ShaftSpeed, *, channel: str | None = None) -> BandChoice:

@@ -107,9 +107,7 @@ class ComparedQuantity:
 
 def own_effects(sensitivity: Sensitivity, fault: Fault, quantity: str, _: QuantityValue) -> dict[str, float]:
     """Bounds of the terms that were measured on this very quantity."""
-    return {
-        f"{e.kind}: {e.term}": e.bound for e in sensitivity.effects if (e.defect, e.quantity) == (fault.value, quantity)
-    }
+    return {e.part: e.bound for e in sensitivity.effects if (e.defect, e.quantity) == (fault.value, quantity)}
 
 
 def shape_effects(sensitivity: Sensitivity, fault: Fault, _: str, rig: QuantityValue) -> dict[str, float]:
@@ -117,8 +115,7 @@ def shape_effects(sensitivity: Sensitivity, fault: Fault, _: str, rig: QuantityV
     bounds: dict[str, float] = {}
     for effect in sensitivity.shapes:
         if effect.defect == fault.value and rig.halves is not None:
-            name = f"{effect.kind}: {effect.term}"
-            bounds[name] = max(effect.bound_with(rig.halves), bounds.get(name, 0.0))
+            bounds[effect.part] = max(effect.bound_with(rig.halves), bounds.get(effect.part, 0.0))
     return bounds
 
 

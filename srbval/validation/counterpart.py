@@ -37,18 +37,12 @@ class AnalysedRun:
 
 
 def run_counterpart(rig: Analysis, *, progress: Progress = silent) -> AnalysedRun | str:
-    """The paper's scene at the recording's speed and load with the defect of its state; the reason where it failed."""
-    case = counterpart_case(rig)
-    try:
-        return analyse_run(case, run_cases([case], jobs=1, progress=progress)[case.id], rig.bearing)
-    except SrbvalError as error:
-        return str(error)
+    """`TURNS` turns of the paper's scene at the recording's measured speed and its load, with the defect of its state.
 
-
-def counterpart_case(rig: Analysis) -> SimulationCase:
-    """`TURNS` turns of the shaft at the recording's measured speed and its load, with the defect of its state."""
+    The reason where that failed.
+    """
     recording, state = rig.recording, rig.recording.state or Fault.HEALTHY
-    return SimulationCase(
+    case = SimulationCase(
         id=f"counterpart-{recording.name}",
         purpose="at the recording's own speed and load",
         state=state,
@@ -60,6 +54,10 @@ def counterpart_case(rig: Analysis) -> SimulationCase:
             detail_rate_hz=DETAIL_HZ.get(state, 0.0),
         ),
     )
+    try:
+        return analyse_run(case, run_cases([case], jobs=1, progress=progress)[case.id], rig.bearing)
+    except SrbvalError as error:
+        return str(error)
 
 
 def analyse_run(case: SimulationCase, run: Run, bearing: Bearing) -> AnalysedRun:

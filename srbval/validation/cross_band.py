@@ -1,6 +1,6 @@
 """Each side's fault line in its own demodulation band and in the other side's."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -36,39 +36,22 @@ def cross_bands(model: Mapping[Fault, Analysis], rig: Mapping[Fault, Analysis]) 
     Both bands were fixed before these records were looked at, so neither costs a trial.
     """
     return tuple(
-        row
+        _row(state, side, band_hz)
         for state in RACE_DEFECTS
         if state in model and state in rig
         for side, other in ((model[state], rig[state]), (rig[state], model[state]))
-        for row in _both(state, side, other)
+        for band_hz in dict.fromkeys((side.processed.band_hz, other.processed.band_hz))
     )
 
 
-def _both(state: Fault, side: Analysis, other: Analysis) -> Iterator[CrossBand]:
-    line = side.line_of(state)
-    yield _row(state, side, side.processed.band_hz, line, own=True)
-    band_hz = other.processed.band_hz
-    if band_hz == side.processed.band_hz:
-        return
-    try:
-        crossed = analyse(side.recording, bearing=side.bearing, speed=side.speed, band_hz=band_hz)
-    except SrbvalError as error:
-        unread = Line(name=line.name, harmonic=1, kinematic_hz=line.kinematic_hz)
-        yield _row(state, side, band_hz, unread, own=False, why=str(error))
-        return
-    yield _row(state, crossed, band_hz, crossed.line_of(state), own=False)
-
-
-def _row(
-    state: Fault, analysis: Analysis, band_hz: tuple[float, float], line: Line, *, own: bool, why: str = ""
-) -> CrossBand:
-    recording = analysis.recording
+def _row(state: Fault, side: Analysis, band_hz: tuple[float, float]) -> CrossBand:
+    line, why, own = side.line_of(state), "", band_hz == side.processed.band_hz
+    if not own:
+        try:
+            line = analyse(side.recording, bearing=side.bearing, speed=side.speed, band_hz=band_hz).line_of(state)
+        except SrbvalError as error:
+            line, why = Line(name=line.name, harmonic=1, kinematic_hz=line.kinematic_hz), str(error)
+    file = side.recording.file or side.recording.name
     return CrossBand(
-        state=state,
-        origin=recording.origin.value,
-        file=recording.file or recording.name,
-        band_hz=band_hz,
-        own=own,
-        line=line,
-        why=why,
+        state=state, origin=side.recording.origin.value, file=file, band_hz=band_hz, own=own, line=line, why=why
     )

@@ -11,13 +11,24 @@ from srbval.validation.spectrum_shape import angle_between
 
 
 @dataclass(frozen=True, kw_only=True)
-class Effect:
-    """Effect of one term (or ensemble of terms) on one quantity of one defect: a 95 % bound, in `unit`."""
+class _TermEffect:
+    """What one term (or ensemble of terms) does to the lines of one defect."""
 
     term: str
     kind: str
     source: str
     defect: str
+
+    @property
+    def part(self) -> str:
+        """The term as a part of an uncertainty."""
+        return f"{self.kind}: {self.term}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effect(_TermEffect):
+    """Effect on one quantity: a 95 % bound, in `unit`."""
+
     quantity: str
     unit: str
     base: float
@@ -30,13 +41,9 @@ class Effect:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ShapeEffect:
-    """A term's run and the base run as spectra of one defect (see `spectrum_shape.halves_of`), [2, bins] each."""
+class ShapeEffect(_TermEffect):
+    """A term's run and the base run as spectra (see `spectrum_shape.halves_of`), [2, bins] each."""
 
-    term: str
-    kind: str
-    source: str
-    defect: str
     base: Sequence[Sequence[float]]
     varied: Sequence[Sequence[float]]
 

@@ -5,10 +5,9 @@ weaker line on a simple ratio of a stronger one is marked as explained by it: in
 BPFO lies within one per cent of twice BPFI.
 """
 
-from __future__ import annotations
-
+import itertools
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,8 +22,8 @@ HARMONICS = 5
 _OWN_SIDEBANDS = 3
 # Blocks of the phase wander last at least this many revolutions, or a line's sidebands leak into its phase.
 _BLOCK_REVOLUTIONS = 2
-# A weaker line on a simple ratio of a stronger one's frequency is taken as part of it up to these integers.
-_LARGEST_RATIO = 4
+# A weaker line on one of these ratios of a stronger one's frequency is taken as part of it.
+_RATIOS = [(up, down) for up in range(1, 5) for down in range(1, 5) if math.gcd(up, down) == 1]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,39 +37,24 @@ class Family:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Search:
-    """Where lines are looked for: about `scale` times kinematic; `block_s` for wander.
-
-    With `settles` the first line found decides the scale of the others: they stand there too but for slip.
-    """
-
-    block_s: float
-    scale: float = 1.0
-    settles: bool = False
-
-    def settled(self, scale: float) -> Search:
-        """After a line at `scale` times kinematic."""
-        return replace(self, scale=scale, settles=False) if self.settles else self
-
-    def half_window_hz(self, frequency_hz: float, bin_hz: float) -> float:
-        """Half width of the window about a frequency [Hz], at least one bin."""
-        return max(SLIP_WINDOW * frequency_hz, bin_hz)
-
-
-@dataclass(frozen=True, kw_only=True)
 class Found:
-    """A family as read, with the record and the search it was read in."""
+    """A family as read in `record`, about `scale` times kinematic."""
 
     family: Family
     reading: LineReading
     record: Periodogram
-    search: Search
+    scale: float
     explained_by: str | None
 
     @property
     def detected(self) -> bool:
         """Whether the line is there and its own."""
         return self.reading.detected and self.explained_by is None
+
+
+def half_window_hz(frequency_hz: float, record: Periodogram) -> float:
+    """Half width of the search window about a frequency [Hz], at least one bin."""
+    return max(SLIP_WINDOW * frequency_hz, record.bin_hz)
 
 
 def highest_line_hz(bearing: Bearing, shaft_hz: float) -> float:
@@ -101,62 +85,54 @@ def find_families(record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, s
     """Every family of `bearing` that `record`, a periodogram of the squared envelope, can show, by name.
 
     They are looked for about `scale` times kinematic; with a nominal speed the first detected line also settles the
-    scale of the others. The cage line is read by itself: its harmonics coincide with every other line's.
+    scale of the others, which stand there too but for slip. The cage line is read by itself: its harmonics coincide
+    with every other line's.
     """
     *waiting, cage = families_of(bearing, speed.value_hz)
-    search = Search(
-        block_s=_BLOCK_REVOLUTIONS / speed.value_hz, scale=scale, settles=speed.source is SpeedSource.NOMINAL
-    )
+    block_s, settles = _BLOCK_REVOLUTIONS / speed.value_hz, speed.source is SpeedSource.NOMINAL
     found: list[Found] = []
     bare = record
-    while waiting:
-        readings = {f.name: _fundamental(record, f, search) for f in waiting}
-        strongest = max(waiting, key=lambda f: _strength(readings[f.name]))
+    while read := _fundamentals(record, waiting, scale, block_s):
+        # Detected lines first, the deepest modulation before all.
+        strongest = max(read, key=lambda f: read[f].depth if read[f].detected else 0.0)
         waiting.remove(strongest)
-        latest = _found(strongest, readings[strongest.name], record, search, found)
-        if latest is not None:
-            found.append(latest)
-            if latest.detected:
-                record = _without(record, latest)
-                search = search.settled(latest.reading.found_hz / strongest.kinematic_hz)
-    cage_line = _found(cage, _fundamental(bare, cage, search), bare, search, [])
-    return {f.family.name: f for f in (*found, cage_line) if f is not None}
+        latest = _found(strongest, read[strongest], record, scale, found)
+        found.append(latest)
+        if latest.detected:
+            record = _without(record, latest)
+            if settles:
+                scale, settles = latest.reading.found_hz / strongest.kinematic_hz, False
+    found += [_found(f, reading, bare, scale, []) for f, reading in _fundamentals(bare, [cage], scale, block_s).items()]
+    return {f.family.name: f for f in found}
 
 
-def _fundamental(record: Periodogram, family: Family, search: Search) -> LineReading | None:
-    centre = search.scale * family.kinematic_hz
-    half = search.half_window_hz(centre, record.bin_hz)
-    return read_comb(
-        record, centre, half, harmonics=HARMONICS, sideband_hz=family.sideband_hz, shortest_block_s=search.block_s
-    )
+def _fundamentals(
+    record: Periodogram, families: list[Family], scale: float, block_s: float
+) -> dict[Family, LineReading]:
+    """Those families that are in the record's reach, as read; wander is followed in blocks of `block_s`."""
+    found = {}
+    for family in families:
+        centre = scale * family.kinematic_hz
+        reading = read_comb(
+            record, centre, half_window_hz(centre, record),
+            harmonics=HARMONICS, sideband_hz=family.sideband_hz, shortest_block_s=block_s,
+        )  # fmt: skip
+        if reading is not None:
+            found[family] = reading
+    return found
 
 
-def _found(
-    family: Family, reading: LineReading | None, record: Periodogram, search: Search, stronger: list[Found]
-) -> Found | None:
-    if reading is None:
-        return None
+def _found(family: Family, reading: LineReading, record: Periodogram, scale: float, stronger: list[Found]) -> Found:
     explained = _explained_by(reading, stronger, record.bin_hz) if reading.detected else None
-    return Found(family=family, reading=reading, record=record, search=search, explained_by=explained)
-
-
-def _strength(reading: LineReading | None) -> float:
-    """Order of reading: detected lines first, the deepest modulation before all."""
-    if reading is None:
-        return -1.0
-    return reading.depth if reading.detected else 0.0
+    return Found(family=family, reading=reading, record=record, scale=scale, explained_by=explained)
 
 
 def _explained_by(reading: LineReading, stronger: list[Found], bin_hz: float) -> str | None:
-    for other in stronger:
-        if not other.detected:
-            continue
-        for up in range(1, _LARGEST_RATIO + 1):
-            for down in range(1, _LARGEST_RATIO + 1):
-                expected = other.reading.found_hz * up / down
-                margin = bin_hz + math.hypot(reading.ci95_hz, other.reading.ci95_hz * up / down)
-                if math.gcd(up, down) == 1 and abs(reading.found_hz - expected) <= margin:
-                    return f"{up}/{down} {other.family.name}"
+    for other, (up, down) in itertools.product(stronger, _RATIOS):
+        expected = other.reading.found_hz * up / down
+        margin = bin_hz + math.hypot(reading.ci95_hz, other.reading.ci95_hz * up / down)
+        if other.detected and abs(reading.found_hz - expected) <= margin:
+            return f"{up}/{down} {other.family.name}"
     return None
 
 

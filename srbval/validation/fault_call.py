@@ -10,7 +10,7 @@ from srbval.bearing import Fault
 from srbval.recordings import Origin
 from srbval.signal import NORMAL_95
 from srbval.validation.analyse import Analysis
-from srbval.validation.lines import Line
+from srbval.validation.lines import Line, detected_fault_lines
 from srbval.validation.verdict import SHALLOW_DEPTH
 
 # A fault is called where its line stands this many times above the healthy bearing's (6 dB, the usual alarm
@@ -63,8 +63,7 @@ def call_fault(analysis: Analysis, baseline: Analysis | None = None) -> FaultCal
         return FaultCall(basis=Basis.NOT_MEASURED, sentence="No fault is called on a record that is not measured.")
     if baseline is not None and baseline.processed.band_hz != analysis.processed.band_hz:
         raise ValueError(f"bands differ: {analysis.processed.band_hz}, {baseline.processed.band_hz}.")
-    lines = [x for x in analysis.lines if x.harmonic == 1 and Fault.of_line(x.name) and x.detected]
-    lines.sort(key=lambda x: x.depth or 0.0, reverse=True)
+    lines = detected_fault_lines(analysis.lines)
     if recording.state is Fault.HEALTHY:
         return _declared_healthy(analysis, lines)
     return _alone(analysis, lines) if baseline is None else _compared(analysis, lines, baseline)

@@ -2,7 +2,8 @@
 
 import os
 import threading
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 from srbval.bearing import DEFECTS, Bearing, Fault
@@ -41,17 +42,20 @@ def build_matrix(
         if point is not None and (entry.seconds or 0) > (chosen[point].seconds or 0 if point in chosen else 0):
             chosen[point] = entry
     # Slow shafts first: theirs are the longest runs. Records of one point follow each other.
-    ordered = sorted(chosen.items(), key=lambda item: (item[0][3], item[0][1:3], item[0][0]))
-    baselines = {point[1:]: _Baseline(chosen, point[1:], bearing) for point in chosen}
+    ordered = sorted(chosen.items(), key=lambda item: (item[0].nominal_rpm, item[0][1:3], item[0].state))
+    baselines = {
+        place: _Baseline(chosen.get(Point(Fault.HEALTHY, *place)), users, bearing)
+        for place, users in Counter(point[1:] for point in chosen).items()
+    }
 
     def one(item: tuple[Point, RegisteredRecording]) -> tuple[Point, MatrixCell | str, CellSides | None]:
         point, entry = item
         baseline = baselines[point[1:]]
         try:
-            rig = baseline.analysis() if point[0] is Fault.HEALTHY else analyse(load_entry(entry), bearing=bearing)
+            rig = baseline.analysis() if point.state is Fault.HEALTHY else analyse(load_entry(entry), bearing=bearing)
             assert rig is not None, "the point's healthy record is this one"
             wanted = point in keep_sides_of
-            model = counterpart(rig) if wanted or point[0] in DEFECTS else None
+            model = counterpart(rig) if wanted or point.state in DEFECTS else None
             cell = _cell(point, rig, baseline.usable_analysis(), model, sensitivity)
         except SrbvalError as error:
             return point, str(error), None
@@ -72,11 +76,8 @@ def build_matrix(
 class _Baseline:
     """The healthy record of one operating point: analysed once, released after the point's last record."""
 
-    def __init__(
-        self, chosen: Mapping[Point, RegisteredRecording], place: tuple[float, float, float], bearing: Bearing
-    ) -> None:
-        self._entry, self._bearing = chosen.get((Fault.HEALTHY, *place)), bearing
-        self._users = sum(point[1:] == place for point in chosen)
+    def __init__(self, entry: RegisteredRecording | None, users: int, bearing: Bearing) -> None:
+        self._entry, self._users, self._bearing = entry, users, bearing
         self._lock = threading.Lock()
         self._analysis: Analysis | None = None
 
@@ -106,7 +107,7 @@ def point_of(entry: RegisteredRecording) -> Point | None:
     """The operating point of a record, None where one of state, load and speed is not known."""
     if entry.state is None or entry.radial_kn is None or entry.nominal_rpm is None:
         return None
-    return entry.state, entry.radial_kn, entry.axial_kn or 0.0, entry.nominal_rpm
+    return Point(entry.state, entry.radial_kn, entry.axial_kn or 0.0, entry.nominal_rpm)
 
 
 def _cell(
@@ -116,18 +117,15 @@ def _cell(
     model: AnalysedRun | str | None,
     sensitivity: Sensitivity,
 ) -> MatrixCell:
-    state, radial_kn, axial_kn, nominal_rpm = point
+    state = point.state
     # A healthy bearing's line is its baseline, not a fault.
     line = analysis.line_of(Fault.OUTER if state is Fault.HEALTHY else state)
     rows: tuple[Comparison, ...] = ()
-    if line.detected and isinstance(model, AnalysedRun):
-        rows = compare(state, analysis, model.analysis, sensitivity, model_order=model.line_order)
     model_order = model.line_order if isinstance(model, AnalysedRun) else None
+    if line.detected and isinstance(model, AnalysedRun):
+        rows = compare(state, analysis, model.analysis, sensitivity, model_order=model_order)
     return MatrixCell(
-        state=state,
-        radial_kn=radial_kn,
-        axial_kn=axial_kn,
-        nominal_rpm=nominal_rpm,
+        **point._asdict(),
         file=analysis.recording.file or analysis.recording.name,
         speed=analysis.speed,
         line=line,

@@ -1,17 +1,22 @@
 """The lines of a bearing in a recording: race, roller and cage lines, their harmonics and sidebands."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from srbval.bearing import RACE_DEFECTS, Bearing
+from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.recordings import ShaftSpeed
 from srbval.signal import LEAST_SNR, LineReading, Periodogram, peak_snr, read_comb
-from srbval.validation.families import Family, Found, families_of, find_families
+from srbval.validation.families import Family, Found, families_of, find_families, half_window_hz
 
 RACE_LINES = tuple(fault.line or "" for fault in RACE_DEFECTS)
 # Least power over noise of a comb's first harmonic, as a share of that of its second.
 HALF_SHARE = 0.5
+# What a line takes over from its reading.
+_AS_READ = (
+    "found_hz", "ci95_hz", "depth", "false_alarm", "detected", "resolution_hz", "sideband_hz", "sideband_ci95_hz",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,6 +68,12 @@ def line_entry(line: Line | None) -> dict[str, Any]:
     return {"line": line and line.name} | values | {"detected": line is not None and line.detected}
 
 
+def detected_fault_lines(lines: Iterable[Line]) -> list[Line]:
+    """First harmonics of the race and roller lines that were detected, the deepest first."""
+    shown = (line for line in lines if line.detected and line.harmonic == 1 and Fault.of_line(line.name))
+    return sorted(shown, key=lambda line: line.depth or 0.0, reverse=True)
+
+
 def read_lines(record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, scale: float = 1.0) -> tuple[Line, ...]:
     """All lines of `bearing` in `record`, a periodogram of the squared envelope, about `scale` times kinematic.
 
@@ -81,10 +92,20 @@ def _lines_of(family: Family, found: Found | None, speed: ShaftSpeed) -> list[Li
     if found is None:
         return [first]
     first = _measured(first, found.reading, speed)
-    octaves = _octaves(found)
+    # Out of reach, or hidden by the shaft, there is none.
+    octaves: dict[str, Any] = {
+        name: peak_snr(found.record, times * found.reading.found_hz, found.record.bin_hz + 2 * found.reading.ci95_hz)
+        for name, times in (("half_snr", 0.5), ("double_snr", 2.0))
+    }
     explained = found.explained_by or _second_harmonic_of_other(found, octaves["half_snr"])
     first = replace(first, detected=found.detected and explained is None, explained_by=explained, **octaves)
-    return [first, *_harmonics(found, speed), *_sidebands(found, speed)]
+    harmonics = [_read_one(found, speed, family.name, number) for number in range(2, len(found.reading.snr) + 1)]
+    sides = [
+        _read_one(found, speed, f"{family.name}{sign}{family.sideband_name}", 1, offset)
+        for sign, offset in (("-", -family.sideband_hz), ("+", family.sideband_hz))
+        if offset
+    ]
+    return [first, *harmonics, *(replace(x, detected=x.detected and found.detected) for x in sides)]
 
 
 def _second_harmonic_of_other(found: Found, half_snr: float | None) -> str | None:
@@ -98,50 +119,20 @@ def _second_harmonic_of_other(found: Found, half_snr: float | None) -> str | Non
     return "2/1 a line at half its frequency"
 
 
-def _octaves(found: Found) -> dict[str, Any]:
-    """Power over noise at half and twice the frequency found; None out of reach or hidden by the shaft."""
-    halves = {"half_snr": 0.5, "double_snr": 2.0}
-    return {name: _snr_near(found, times * found.reading.found_hz) for name, times in halves.items()}
-
-
-def _snr_near(found: Found, frequency_hz: float) -> float | None:
-    return peak_snr(found.record, frequency_hz, found.record.bin_hz + 2 * found.reading.ci95_hz)
-
-
-def _harmonics(found: Found, speed: ShaftSpeed) -> list[Line]:
-    lines = []
-    for number in range(2, len(found.reading.snr) + 1):
-        kinematic = number * found.family.kinematic_hz
-        line = Line(name=found.family.name, harmonic=number, kinematic_hz=kinematic)
-        lines.append(_read_one(line, found, number, 0.0, speed))
-    return lines
-
-
-def _sidebands(found: Found, speed: ShaftSpeed) -> list[Line]:
-    family, lines = found.family, []
-    for sign in (-1, 1) if family.sideband_hz else ():
-        offset = sign * family.sideband_hz
-        name = f"{family.name}{'+' if sign > 0 else '-'}{family.sideband_name}"
-        line = Line(name=name, harmonic=1, kinematic_hz=family.kinematic_hz + offset)
-        side = _read_one(line, found, 1, offset, speed)
-        lines.append(replace(side, detected=side.detected and found.detected))
-    return lines
-
-
-def _read_one(line: Line, found: Found, number: int, offset_hz: float, speed: ShaftSpeed) -> Line:
+def _read_one(found: Found, speed: ShaftSpeed, name: str, number: int, offset_hz: float = 0.0) -> Line:
     """A single line at its distance from the found fundamental, or about its kinematic frequency without one.
 
     It slips as its fundamental does, whose course was followed: that one's interval, `number` times, joins the noise.
     """
-    record, search = found.record, found.search
-    slip_hz = 0.0
+    line = Line(name=name, harmonic=number, kinematic_hz=number * found.family.kinematic_hz + offset_hz)
+    record, slip_hz = found.record, 0.0
     if found.detected:
         slip_hz = number * found.reading.ci95_hz
         centre = number * found.reading.found_hz + offset_hz
         half = record.bin_hz + slip_hz + (speed.ci95_hz if offset_hz else 0.0)
     else:
-        centre = search.scale * line.kinematic_hz
-        half = search.half_window_hz(centre, record.bin_hz)
+        centre = found.scale * line.kinematic_hz
+        half = half_window_hz(centre, record)
     reading = read_comb(record, centre, half, harmonics=1, shortest_block_s=None)
     if reading is None:
         return line
@@ -152,15 +143,8 @@ def _measured(line: Line, reading: LineReading, speed: ShaftSpeed) -> Line:
     relative = math.hypot(reading.ci95_hz / reading.found_hz, speed.ci95_hz / speed.value_hz)
     return replace(
         line,
-        found_hz=reading.found_hz,
-        ci95_hz=reading.ci95_hz,
+        **{name: getattr(reading, name) for name in _AS_READ},
         deviation_pct=100 * (reading.found_hz / line.kinematic_hz - 1),
         deviation_ci95_pct=100 * relative * reading.found_hz / line.kinematic_hz,
         snr=reading.snr[0],
-        depth=reading.depth,
-        false_alarm=reading.false_alarm,
-        detected=reading.detected,
-        resolution_hz=reading.resolution_hz,
-        sideband_hz=reading.sideband_hz,
-        sideband_ci95_hz=reading.sideband_ci95_hz,
     )

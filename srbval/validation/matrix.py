@@ -5,7 +5,7 @@ Every registered record fills a cell, and every cell of a fault compares every q
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 from srbval.bearing import Fault
 from srbval.recordings import ShaftSpeed
@@ -21,7 +21,14 @@ from srbval.validation.lines import Line, line_entry
 # Verdicts of cells that hold no comparison.
 NOT_DETECTED, BASELINE = "line not detected", "baseline"
 
-Point = tuple[Fault, float, float, float]  # state, radial kN, axial kN, nominal motor rpm
+
+class Point(NamedTuple):
+    """An operating point of Table 5: state, loads [kN], nominal motor speed [rpm]."""
+
+    state: Fault
+    radial_kn: float
+    axial_kn: float
+    nominal_rpm: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,8 +54,8 @@ class MatrixCell:
 
     @property
     def point(self) -> Point:
-        """State, radial and axial load [kN], nominal motor speed [rpm]."""
-        return self.state, self.radial_kn, self.axial_kn, self.nominal_rpm
+        """The cell's place in the matrix."""
+        return Point(self.state, self.radial_kn, self.axial_kn, self.nominal_rpm)
 
     @property
     def shaft_rpm(self) -> float:
@@ -118,7 +125,7 @@ class Matrix:
     unusable: tuple[tuple[str, str], ...] = ()
     sides: Mapping[Point, CellSides] = field(default_factory=dict)
 
-    def at(self, point: Point) -> MatrixCell | None:
+    def at(self, point: tuple[Fault, float, float, float]) -> MatrixCell | None:
         """The cell of one operating point, None where nothing was measured."""
         return next((c for c in self.cells if c.point == point), None)
 

@@ -77,9 +77,8 @@ def read_other_rigs(registered: Sequence[RegisteredRecording], *, jobs: int | No
 
     `jobs` records are read at a time (default: one per core).
     """
-    others = usable(registered)
+    others, baselines = usable(registered), Baselines()
     ordered = sorted(others, key=lambda r: (r.dataset or "", r.file))
-    baselines: Baselines = {}
     with ThreadPoolExecutor(max_workers=jobs or os.cpu_count() or 1) as pool:
         return tuple(pool.map(lambda r: _record(r, tuple(others), baselines), ordered))
 
@@ -122,11 +121,6 @@ def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...],
     except SrbvalError as error:
         return dataclasses.replace(record, refused=str(error).removeprefix(f"{entry.file}: "))
     special = {r.note for r in dataset(name).records}
-    record = dataclasses.replace(record, caution="; ".join(n for n in recording.notes if n in special))
-    return _with_line(record, analysis, call_fault(analysis, healthy))
-
-
-def _with_line(record: OtherRecord, analysis: Analysis, call: FaultCall) -> OtherRecord:
     line = _line(analysis, record.state)
     shows_slip = line.detected and line.name in RACE_LINES and record.state in DEFECTS
     to_cage = cage_factor(line.name, analysis.bearing) if shows_slip else None
@@ -138,7 +132,8 @@ def _with_line(record: OtherRecord, analysis: Analysis, call: FaultCall) -> Othe
         speed=analysis.speed,
         line=line,
         shown=_shown(analysis, line, record.state),
-        call=call,
+        call=call_fault(analysis, healthy),
+        caution="; ".join(n for n in recording.notes if n in special),
     )
 
 

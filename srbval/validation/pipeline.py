@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
 from srbval.errors import ConfigurationError
-from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
+from srbval.recordings import Recording, ShaftSpeed, SpeedSource
 from srbval.signal import (
     BandFilter,
     ShaftAngle,
@@ -24,10 +24,8 @@ from srbval.signal import (
     squared_envelope_one_pass,
 )
 
-# Giraudo et al. 2025 (Sensors 25, 2419), sect. 5: bands found best for the simulated and the rig's signals.
+# Giraudo et al. 2025 (Sensors 25, 2419), sect. 5: band found best for the simulated signals.
 SIMULATED_BAND_HZ = (500.0, 1500.0)
-RIG_BAND_HZ = (1400.0, 2800.0)
-RIG_BEARING = "skf-22240"
 # Signals are normalised, so every amplitude is in standard deviations of the whole record.
 UNIT, SQUARED_UNIT = "standard deviations", "squared standard deviations"
 # A line that moves by more than this many bins in the record is smeared over them.
@@ -117,7 +115,7 @@ class Processed:
 def process(
     recording: Recording,
     *,
-    band_hz: tuple[float, float] | None = None,
+    band_hz: tuple[float, float],
     channel: str | None = None,
     band_filter: BandFilter = BandFilter.BUTTERWORTH,
     tracking: Tracking = NOT_TRACKED,
@@ -126,20 +124,19 @@ def process(
 
     Follows sect. 5 of the paper, whose chain (`bandpass`, `envelope`) the one pass equals within 1e-5 of the largest
     value wherever that chain itself is right. `channel` picks one channel instead of the recording's own choice.
-    Raises `ConfigurationError` for an unknown channel or band, `DataError` for a constant or short record.
+    Raises `ConfigurationError` for an unknown channel or a band out of reach, `DataError` for a constant or short one.
     """
-    band = choose_band(recording, band_hz)
-    check_band(band, recording.fs_hz)
+    check_band(band_hz, recording.fs_hz)
     signal = one_signal(recording, channel)
     whole = normalise(signal)
-    ends = end_s(band)
-    square, rate = squared_envelope_one_pass(whole, recording.fs_hz, band, band_filter=band_filter)
+    ends = end_s(band_hz)
+    square, rate = squared_envelope_one_pass(whole, recording.fs_hz, band_hz, band_filter=band_filter)
     return Processed(
         whole=whole,
         squared=tracked(drop_ends(square, rate, ends), rate, ends, tracking),
         squared_fs_hz=rate,
         fs_hz=recording.fs_hz,
-        band_hz=band,
+        band_hz=band_hz,
         band_filter=band_filter,
         end_s=ends,
         scale=float(np.std(signal)),
@@ -179,25 +176,6 @@ def tracked(samples: FloatArray, fs_hz: float, start_s: float, tracking: Trackin
     if tracking.course is None:
         return samples
     return tracking.course.resample(samples, fs_hz, start_s, tracking.mean_hz)
-
-
-def choose_band(recording: Recording, band_hz: tuple[float, float] | None) -> tuple[float, float]:
-    """The demodulation band: the caller's, the data set's, else the paper's for the model or its rig [Hz].
-
-    No rule guesses one for an unknown machine: a band chosen on the record it then judges finds lines in
-    noise (`auto_band` chooses one and says what that costs). `ConfigurationError` asks for it instead.
-    """
-    declared = band_hz if band_hz is not None else recording.band_hz
-    if declared is not None:
-        return declared
-    if recording.origin is Origin.SIMULATED:
-        return SIMULATED_BAND_HZ
-    if recording.bearing == RIG_BEARING:
-        return RIG_BAND_HZ
-    raise ConfigurationError(
-        f"{recording.name}: neither the file nor its data set states a demodulation band; give --band LO HI "
-        "[Hz], about a structural resonance that the fault would excite, or --auto-band."
-    )
 
 
 def one_signal(recording: Recording, channel: str | None = None) -> FloatArray:

@@ -43,6 +43,11 @@ class UncertaintyTerm:
     geometry: dict[str, Any] = field(default_factory=dict)
     relative_speed: float = 1.0
 
+    def effect_on(self, state: Fault) -> dict[str, str]:
+        """What its effects on a state have in common; those of an ensemble go by its name."""
+        term = self.ensemble or self.name
+        return {"term": term, "kind": self.kind, "source": self.source, "defect": state.value}
+
 
 def terms() -> tuple[UncertaintyTerm, ...]:
     """The table of terms."""
@@ -86,14 +91,7 @@ def _shape_effects(
     for term in listed:
         varied = shapes[term.name, state]
         if base is not None and varied is not None:
-            yield ShapeEffect(
-                term=term.ensemble or term.name,
-                kind=term.kind,
-                source=term.source,
-                defect=state.value,
-                base=base.round(3).tolist(),
-                varied=varied.round(3).tolist(),
-            )
+            yield ShapeEffect(**term.effect_on(state), base=base.round(3).tolist(), varied=varied.round(3).tolist())
 
 
 def _cases(listed: Sequence[UncertaintyTerm], files: Mapping[str, str], seconds: float) -> Iterator[SimulationCase]:
@@ -133,37 +131,22 @@ def _effects(
         if base is None:
             continue
         for term, bound in _bounds(listed, base, {t.name: found[t.name, state].get(quantity) for t in listed}):
-            yield Effect(
-                term=term.ensemble or term.name,
-                kind=term.kind,
-                source=term.source,
-                defect=state.value,
-                quantity=quantity,
-                unit=row.unit,
-                base=base,
-                bound=bound,
-            )
+            yield Effect(**term.effect_on(state), quantity=quantity, unit=row.unit, base=base, bound=bound)
 
 
 def _bounds(
     listed: Sequence[UncertaintyTerm], base: float, values: Mapping[str, float | None]
 ) -> Iterator[tuple[UncertaintyTerm, float]]:
-    """Each single term's change from the base, then the interval of every ensemble, by its first term."""
+    """Each single term's change from the base, then Student's 95 % interval of every ensemble, by its first term."""
+    from scipy.special import stdtrit
+
     ensembles: dict[str, list[float]] = {}
     for term in listed:
         value = values[term.name]
-        if value is None:
-            continue
-        if term.ensemble:
+        if value is not None and term.ensemble:
             ensembles.setdefault(term.ensemble, [base]).append(value)
-        else:
+        elif value is not None:
             yield term, abs(value - base)
     for name, members in ensembles.items():
-        yield next(t for t in listed if t.ensemble == name), _interval(members)
-
-
-def _interval(values: Sequence[float]) -> float:
-    """95 % half width of one run among repeats, Student's."""
-    import scipy.special
-
-    return float(scipy.special.stdtrit(len(values) - 1, 0.975)) * statistics.stdev(values)
+        student = float(stdtrit(len(members) - 1, 0.975))
+        yield next(t for t in listed if t.ensemble == name), student * statistics.stdev(members)

@@ -1,16 +1,16 @@
 """The shaft speed of a record without a tachometer, from its fault harmonics and the shaft's sidebands."""
 
 import dataclasses
+import itertools
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.bearing import Fault
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import Periodogram, frequency_error_hz
-from srbval.validation.lines import Line
+from srbval.validation.lines import Line, detected_fault_lines
 
 HARMONICS = 5  # of the fault line whose sidebands are used
 SIDEBANDS = 3  # shaft orders to either side of each
@@ -34,8 +34,7 @@ ALLOWANCE = 8e-4
 _GRID_PER_BIN = 16
 
 
-@dataclass(frozen=True, kw_only=True)
-class SpectralTerm:
+class SpectralTerm(NamedTuple):
     """A line at ``harmonic`` times the fault line plus ``order`` times the shaft."""
 
     harmonic: int
@@ -57,8 +56,7 @@ def estimate_speed(record: Periodogram, lines: tuple[Line, ...], nominal: ShaftS
     certain than the nominal speed. A drift within the record is averaged, not followed.
     """
     bare = dataclasses.replace(record, masks_hz=np.empty((0, 2)))
-    shown = deepest(lines)
-    line = 0.0 if shown is None or shown.found_hz is None else shown.found_hz
+    line = next((x.found_hz or 0.0 for x in detected_fault_lines(lines)), 0.0)
     half = max(LEAST_WINDOW, nominal.ci95_hz / nominal.value_hz) * nominal.value_hz
     start = _search(bare, line, nominal.value_hz, half)
     if start is None:
@@ -69,21 +67,17 @@ def estimate_speed(record: Periodogram, lines: tuple[Line, ...], nominal: ShaftS
     return found
 
 
-def deepest(lines: tuple[Line, ...]) -> Line | None:
-    """The deepest detected race or roller line, None without one."""
-    fault = [x for x in lines if x.detected and x.harmonic == 1 and Fault.of_line(x.name)]
-    return max(fault, key=lambda x: x.depth or 0.0, default=None)
-
-
 def _terms(line_hz: float) -> list[SpectralTerm]:
-    shaft = [SpectralTerm(harmonic=0, order=k) for k in range(1, SHAFT_HARMONICS + 1)]
+    """Harmonics of the shaft and, where there is a fault line, the sidebands of its harmonics."""
     orders = [k for k in range(-SIDEBANDS, SIDEBANDS + 1) if k]
-    sides = [SpectralTerm(harmonic=h, order=k) for h in range(1, HARMONICS + 1) for k in orders] if line_hz else []
-    return shaft + sides
+    sides = itertools.product(range(1, HARMONICS + 1), orders) if line_hz else ()
+    return [SpectralTerm(*term) for term in (*((0, k) for k in range(1, SHAFT_HARMONICS + 1)), *sides)]
 
 
 def _search(record: Periodogram, line_hz: float, nominal_hz: float, half_hz: float) -> float | None:
     """The speed in the window with the largest joint -log p of all terms; None where noise would reach as much."""
+    from scipy.special import gammaincc
+
     speeds = np.arange(nominal_hz - half_hz, nominal_hz + half_hz, record.bin_hz / _GRID_PER_BIN)
     score, used = np.zeros(speeds.size), 0
     for term in _terms(line_hz):
@@ -99,19 +93,14 @@ def _search(record: Periodogram, line_hz: float, nominal_hz: float, half_hz: flo
     if not used:
         return None
     best = int(np.argmax(score))
-    trials = max(1.0, 2 * half_hz / record.bin_hz * SIDEBANDS)
-    return float(speeds[best]) if _chance(float(score[best]), used, trials) < FALSE_ALARM else None
-
-
-def _chance(score: float, terms: int, trials: float) -> float:
-    """Probability that noise alone reaches `score` with so many terms at one of `trials` independent speeds."""
-    from scipy.special import gammaincc
-
-    return float(min(1.0, trials * gammaincc(terms, score)))
+    trials = max(1.0, 2 * half_hz / record.bin_hz * SIDEBANDS)  # independent speeds
+    return float(speeds[best]) if trials * gammaincc(used, float(score[best])) < FALSE_ALARM else None
 
 
 def _fit(record: Periodogram, line_hz: float, shaft_hz: float) -> ShaftSpeed | None:
     """Least squares through the peaks of all terms that stand out, for line and shaft together."""
+    from scipy.stats import t as student
+
     whole = [SpectralTerm(harmonic=h, order=0) for h in range(1, HARMONICS + 1)] if line_hz else []
     read = [(t, *p) for t in whole + _terms(line_hz) if (p := _peak(record, float(t.at(line_hz, shaft_hz))))]
     unknowns = 2 if any(t.harmonic for t, *_ in read) else 1
@@ -127,7 +116,7 @@ def _fit(record: Periodogram, line_hz: float, shaft_hz: float) -> ShaftSpeed | N
     scatter = float(np.sum(((peak_hz - design @ solution) / sigma) ** 2)) / freedom
     variance = float(np.linalg.inv(weighted.T @ weighted)[0, 0]) * max(1.0, scatter)
     value = float(solution[0])
-    half = math.hypot(_student(freedom) * math.sqrt(variance), ALLOWANCE * value)
+    half = math.hypot(float(student.ppf(0.975, freedom)) * math.sqrt(variance), ALLOWANCE * value)
     return ShaftSpeed(value_hz=value, ci95_hz=half, source=SpeedSource.ESTIMATED)
 
 
@@ -145,9 +134,3 @@ def _peak(record: Periodogram, about_hz: float) -> tuple[float, float] | None:
     left, middle, right = np.log(power[top - 1 : top + 2])  # a parabola through the logs: within 0.01 bins of the peak
     peak_hz = record.step_hz * (first + top + 0.5 * float((left - right) / (left - 2 * middle + right)))
     return peak_hz, max(frequency_error_hz(snr, 1 / record.bin_hz), LEAST_PEAK_ERROR_BINS * record.bin_hz)
-
-
-def _student(freedom: int) -> float:
-    from scipy.stats import t
-
-    return float(t.ppf(0.975, freedom))

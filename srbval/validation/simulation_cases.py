@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
-from srbval.bearing import RACE_DEFECTS, Fault
+from srbval.bearing import Fault
 from srbval.errors import ConfigurationError, NumericsError
 from srbval.models.precompile import load_kernels
 from srbval.models.run import Run, RunStatus
@@ -135,24 +135,19 @@ def variation(case: SimulationCase, run: Run, base: Run) -> Variation:
 
 def as_sensitivity(variations: Iterable[Variation], base: Run) -> Sensitivity:
     """The effects of the outer-race run's variations on both race lines, where no study of all terms is stored."""
-    return Sensitivity(
-        effects=tuple(
-            _effect(v, fault, base) for v in variations if v.state == Fault.OUTER.value for fault in RACE_DEFECTS
+    effects, shaft_hz = [], base.scene.shaft_hz
+    for varied in variations:
+        kind, _, term = varied.purpose.partition(": ")
+        changes = (
+            (Fault.OUTER, base.bpfo_hz, varied.bpfo_change_pct),
+            (Fault.INNER, base.bpfi_hz, varied.bpfi_change_pct),
         )
-    )
-
-
-def _effect(varied: Variation, fault: Fault, base: Run) -> Effect:
-    outer, shaft_hz = fault is Fault.OUTER, base.scene.shaft_hz
-    base_hz, pct = (base.bpfo_hz, varied.bpfo_change_pct) if outer else (base.bpfi_hz, varied.bpfi_change_pct)
-    kind, _, term = varied.purpose.partition(": ")
-    return Effect(
-        term=term,
-        kind=kind,
-        source="the report's own runs",
-        defect=fault.value,
-        quantity=fault.line or "",
-        unit="order",
-        base=base_hz / shaft_hz,
-        bound=abs(pct) / 100 * base_hz / shaft_hz,
-    )
+        for fault, base_hz, pct in changes if varied.state == Fault.OUTER.value else ():
+            effects.append(
+                Effect(
+                    term=term, kind=kind, source="the report's own runs", defect=fault.value,
+                    quantity=fault.line or "", unit="order", base=base_hz / shaft_hz,
+                    bound=abs(pct) / 100 * base_hz / shaft_hz,
+                )
+            )  # fmt: skip
+    return Sensitivity(effects=tuple(effects))

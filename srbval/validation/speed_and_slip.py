@@ -17,13 +17,8 @@ PRINTED_CI95_HZ = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
-class SpeedAndSlip:
-    """A line's deviation, split: ``(1 + total) = (1 + speed effect) (1 + slip effect)``; all in per cent.
-
-    `reference_rpm` is the speed the deviation is counted from, `shaft_rpm` the one the shaft had, by
-    `speed_source`. `cage_pct` is what the slip effect means for the cage: a slipping cage is slower, which
-    lowers BPFO and raises BPFI. Intervals are 95 % half widths.
-    """
+class LineAtSpeed:
+    """A race line: `reference_rpm` is the speed its deviation is counted from, `shaft_rpm` the one the shaft had."""
 
     record: str
     origin: str
@@ -32,6 +27,16 @@ class SpeedAndSlip:
     shaft_rpm: float
     shaft_ci95_rpm: float
     speed_source: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpeedAndSlip(LineAtSpeed):
+    """A line's deviation, split: ``(1 + total) = (1 + speed effect) (1 + slip effect)``; all in per cent.
+
+    `cage_pct` is what the slip effect means for the cage: a slipping cage is slower, which
+    lowers BPFO and raises BPFI. Intervals are 95 % half widths.
+    """
+
     total_pct: float
     total_ci95_pct: float
     speed_pct: float
@@ -42,36 +47,18 @@ class SpeedAndSlip:
     cage_ci95_pct: float
 
 
-def split_speed_and_slip(
-    *,
-    record: str,
-    origin: str,
-    line: str,
-    bearing: Bearing,
-    found_hz: float,
-    found_ci95_hz: float,
-    reference_rpm: float,
-    shaft_rpm: float,
-    shaft_ci95_rpm: float,
-    speed_source: str,
-) -> SpeedAndSlip:
-    """Speed and slip effects of a race line [Hz] read at a known shaft speed [rpm]."""
-    order = {"BPFO": bearing.orders.bpfo, "BPFI": bearing.orders.bpfi}[line]
-    slip = deviation_pct(found_hz, order * shaft_rpm / 60)
-    reading_pct, speed_ci = 100 * found_ci95_hz / found_hz, 100 * shaft_ci95_rpm / shaft_rpm
+def split_speed_and_slip(line: LineAtSpeed, bearing: Bearing, found_hz: float, found_ci95_hz: float) -> SpeedAndSlip:
+    """Speed and slip effects of a race line that was read at `found_hz` [Hz]."""
+    order = {"BPFO": bearing.orders.bpfo, "BPFI": bearing.orders.bpfi}[line.line]
+    slip = deviation_pct(found_hz, order * line.shaft_rpm / 60)
+    reading_pct, speed_ci = 100 * found_ci95_hz / found_hz, 100 * line.shaft_ci95_rpm / line.shaft_rpm
     slip_ci = math.hypot(reading_pct, speed_ci)
-    to_cage = cage_factor(line, bearing)
+    to_cage = cage_factor(line.line, bearing)
     return SpeedAndSlip(
-        record=record,
-        origin=origin,
-        line=line,
-        reference_rpm=reference_rpm,
-        shaft_rpm=shaft_rpm,
-        shaft_ci95_rpm=shaft_ci95_rpm,
-        speed_source=speed_source,
-        total_pct=deviation_pct(found_hz, order * reference_rpm / 60),
+        **vars(line),
+        total_pct=deviation_pct(found_hz, order * line.reference_rpm / 60),
         total_ci95_pct=reading_pct,
-        speed_pct=deviation_pct(shaft_rpm, reference_rpm),
+        speed_pct=deviation_pct(line.shaft_rpm, line.reference_rpm),
         speed_ci95_pct=speed_ci,
         slip_pct=slip,
         slip_ci95_pct=slip_ci,
@@ -90,36 +77,32 @@ def matrix_rows(cells: Iterable[MatrixCell], bearing: Bearing) -> Iterator[Speed
     for cell in cells:
         if cell.state not in RACE_DEFECTS or not cell.line.detected or cell.line.found_hz is None:
             continue
-        yield split_speed_and_slip(
+        line = LineAtSpeed(
             record=Path(cell.file).stem,
             origin=Origin.MEASURED.value,
             line=cell.line.name,
-            bearing=bearing,
-            found_hz=cell.line.found_hz,
-            found_ci95_hz=cell.line.ci95_hz or 0.0,
             reference_rpm=cell.nominal_rpm,
             shaft_rpm=cell.shaft_rpm,
             shaft_ci95_rpm=60 * cell.speed.ci95_hz,
             speed_source=cell.speed.source.value,
         )
+        yield split_speed_and_slip(line, bearing, cell.line.found_hz, cell.line.ci95_hz or 0.0)
 
 
 def table6_rows(printed: Table6, bearing: Bearing) -> Iterator[SpeedAndSlip]:
     """The paper's rig lines, with the shaft speed each state had by the published means of the same rig."""
     for state in RACE_DEFECTS:
         rpm, ci95 = published_rpm(state, float(printed.motor_rpm))
-        yield split_speed_and_slip(
+        line = LineAtSpeed(
             record=f"Table 6, rig, {state.line}",
             origin="published",
             line=state.line or "",
-            bearing=bearing,
-            found_hz=printed.of(state.value).rig_hz,
-            found_ci95_hz=PRINTED_CI95_HZ,
             reference_rpm=printed.shaft_rpm,
             shaft_rpm=rpm,
             shaft_ci95_rpm=ci95,
             speed_source="published means, between",
         )
+        yield split_speed_and_slip(line, bearing, printed.of(state.value).rig_hz, PRINTED_CI95_HZ)
 
 
 def published_speeds() -> PublishedSpeeds:

@@ -14,9 +14,9 @@ from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import Periodogram
 from srbval.validation.band_choice import sidak_corrected
 from srbval.validation.families import SLIP_WINDOW, highest_line_hz
-from srbval.validation.lines import Line, read_lines
+from srbval.validation.lines import Line, detected_fault_lines, read_lines
 from srbval.validation.pipeline import Processed
-from srbval.validation.shaft_speed import deepest, estimate_speed
+from srbval.validation.shaft_speed import estimate_speed
 
 # Share of the band's width up to which the squared envelope's spectrum is used; its floor ends at the width.
 USABLE_SHARE = 0.9
@@ -57,16 +57,17 @@ def search(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> SpeedSe
     if speed.source is not SpeedSource.NOMINAL:
         return SpeedSearch(lines=_read(processed, bearing, speed), speed=speed)
     estimated = estimate_speed(periodogram_of(processed, bearing, speed), (), speed)
-    if estimated is not None:
+    if estimated is None:
+        found = _try_speeds(processed, bearing, speed)
+    else:
         found = SpeedSearch(lines=_read(processed, bearing, estimated), speed=estimated)
-        return _refined(found, processed, bearing, speed)
-    return _refined(_try_speeds(processed, bearing, speed), processed, bearing, speed)
+    return _refined(found, processed, bearing, speed)
 
 
 def _refined(found: SpeedSearch, processed: Processed, bearing: Bearing, nominal: ShaftSpeed) -> SpeedSearch:
     """The lines read again at the speed given by the sidebands of a detected line, where there is one."""
     lines = sidak_corrected(found.lines, found.tried)
-    if not deepest(lines):
+    if not detected_fault_lines(lines):
         return found
     estimated = estimate_speed(periodogram_of(processed, bearing, found.speed), lines, nominal)
     if estimated is None:
@@ -78,9 +79,11 @@ def _try_speeds(processed: Processed, bearing: Bearing, nominal: ShaftSpeed) -> 
     """Lines about every trial speed; those with the deepest fault line after the Sidak correction."""
     scales = tuple(_scales(nominal))
     readings = [_read(processed, bearing, nominal, scale) for scale in scales]
-    depths = [_depth(sidak_corrected(lines, len(scales))) for lines in readings]
-    best = depths.index(max(depths))
-    return SpeedSearch(lines=readings[best], speed=nominal, tried=len(scales))
+
+    def depth(lines: tuple[Line, ...]) -> float:
+        return max((x.depth or 0.0 for x in detected_fault_lines(sidak_corrected(lines, len(scales)))), default=0.0)
+
+    return SpeedSearch(lines=max(readings, key=depth), speed=nominal, tried=len(scales))
 
 
 def _scales(nominal: ShaftSpeed) -> Iterator[float]:
@@ -89,11 +92,6 @@ def _scales(nominal: ShaftSpeed) -> Iterator[float]:
     for step in range(1, math.ceil(nominal.ci95_hz / nominal.value_hz / SLIP_WINDOW - 1e-9)):
         yield 1 - step * SLIP_WINDOW
         yield 1 + step * SLIP_WINDOW
-
-
-def _depth(lines: tuple[Line, ...]) -> float:
-    line = deepest(lines)
-    return 0.0 if line is None else line.depth or 0.0
 
 
 def _read(processed: Processed, bearing: Bearing, speed: ShaftSpeed, scale: float = 1.0) -> tuple[Line, ...]:

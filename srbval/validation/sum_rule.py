@@ -37,9 +37,9 @@ class Closure:
 class SumRule:
     """One pair of race lines, as orders of the shaft speed each was taken at.
 
-    `ci95` are 95 % half widths, None where the source states none. `stated_rpm` is the speed the orders refer
-    to. `slip_difference` is what the cage speeds of the two records differ by, in orders, where they are known; it is
-    taken off before `closed`.
+    `ci95` is the 95 % half width of their sum, None where the source states none. `stated_rpm` is the mean speed the
+    orders refer to. `slip_difference` is what the cage speeds of the two records differ by, in orders, where they are
+    known; it is taken off before `closed`.
     """
 
     JSON_PROPERTIES: ClassVar = ("total", "difference_pct", "implied_rpm", "closed")
@@ -98,29 +98,4 @@ def closure_of(lines: tuple[Line, ...], bearing: Bearing, speed: ShaftSpeed) -> 
         ci95_pct=ci_pct,
         closed=closed,
         why="" if closed else "The sum is off by more than its uncertainty: speed or a line is wrong.",
-    )
-
-
-def sum_rule(
-    source: str,
-    origin: str,
-    rolling_elements: int,
-    *,
-    bpfo_hz: float,
-    bpfi_hz: float,
-    outer_shaft_hz: float,
-    inner_shaft_hz: float,
-    ci95: tuple[float, float] | None = None,
-    slip_difference: float = 0.0,
-) -> SumRule:
-    """The rule for a pair of lines [Hz], each at its own shaft speed [Hz]; `ci95` are those of the two orders."""
-    return SumRule(
-        source=source,
-        origin=origin,
-        rolling_elements=rolling_elements,
-        bpfo_order=bpfo_hz / outer_shaft_hz,
-        bpfi_order=bpfi_hz / inner_shaft_hz,
-        ci95=None if ci95 is None else math.hypot(*ci95),
-        stated_rpm=60 * (outer_shaft_hz + inner_shaft_hz) / 2,
-        slip_difference=slip_difference,
     )

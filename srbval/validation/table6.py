@@ -17,7 +17,7 @@ from srbval.validation.compared_quantities import FREQUENCY
 from srbval.validation.comparison import RIG_READING, RIG_SPEED, Comparison, QuantityValue, deviation_pct
 from srbval.validation.effects import Effect
 from srbval.validation.lines import Line
-from srbval.validation.sum_rule import SumRule, sum_rule
+from srbval.validation.sum_rule import SumRule
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -146,9 +146,9 @@ def published_rows(printed: Table6, paper: Mapping[Fault, Analysis], runs: Mappi
     The paper gives its rig values no uncertainty and no measured speed, so these rows cannot be resolved.
     """
     for fault in RACE_DEFECTS:
-        row, read = printed.of(fault.value), found_line(paper[fault], fault)
+        row, (line, found_hz, ci95_hz) = printed.of(fault.value), found_line(paper[fault], fault)
         theirs = Line(name=row.line, harmonic=1, kinematic_hz=row.kinematic_hz, found_hz=row.rig_hz)
-        model = QuantityValue(value=_found(read), ci95=_ci95(read), line=read)
+        model = QuantityValue(value=found_hz, ci95=ci95_hz, line=line)
         rig = QuantityValue(value=row.rig_hz, ci95=None, line=theirs)
         yield Table6Row(
             comparison=line_comparison(fault, printed.table, model, rig, {}),
@@ -167,16 +167,18 @@ def measured_rows(
     The model's line is its mean cage speed's, free of a reading's noise; `effects` are those of numerics and inputs.
     """
     for fault in RACE_DEFECTS:
-        if fault not in rig or not found_line(rig[fault], fault).detected:
+        if fault not in rig:
             continue
-        read, speed = found_line(rig[fault], fault), rig[fault].speed
+        (line, found_hz, ci95_hz), speed = found_line(rig[fault], fault), rig[fault].speed
+        if not line.detected:
+            continue
         model_hz = cage_line_hz(runs[fault], fault)
         parts = {
-            RIG_READING: 100 * _ci95(read) / _found(read),
+            RIG_READING: 100 * ci95_hz / found_hz,
             RIG_SPEED: 100 * speed.ci95_hz / speed.value_hz,
-            **{f"{e.kind}: {e.term}": e.bound_pct for e in effects if e.quantity == read.name},
+            **{e.part: e.bound_pct for e in effects if e.quantity == line.name},
         }
-        own = QuantityValue(value=_found(read), ci95=_ci95(read), line=read)
+        own = QuantityValue(value=found_hz, ci95=ci95_hz, line=line)
         recording = rig[fault].recording
         made = line_comparison(fault, recording.file or recording.name, QuantityValue(value=model_hz), own, parts)
         yield Table6Row(
@@ -199,22 +201,24 @@ def sum_rules(
         ("paper's model", "published", outer.model_hz, inner.model_hz),
         ("paper's rig", "published", outer.rig_hz, inner.rig_hz),
     ):
-        yield sum_rule(source, origin, rollers, bpfo_hz=bpfo, bpfi_hz=bpfi,
-                       outer_shaft_hz=shaft_hz, inner_shaft_hz=shaft_hz)  # fmt: skip
+        yield SumRule(
+            source=source, origin=origin, rolling_elements=rollers,
+            bpfo_order=bpfo / shaft_hz, bpfi_order=bpfi / shaft_hz, ci95=None, stated_rpm=60 * shaft_hz,
+        )  # fmt: skip
     cage = {state: runs[f"paper-{state}"].cage_ratio for state in RACE_DEFECTS}
     slip = rollers * (cage[Fault.OUTER] - cage[Fault.INNER])
     yield _read_pair("our model, two runs", "simulated", rollers, paper, slip)
-    if all(s in rig and found_line(rig[s], s).detected for s in RACE_DEFECTS):
+    if all(s in rig and found_line(rig[s], s)[0].detected for s in RACE_DEFECTS):
         rpm = rig[Fault.OUTER].recording.nominal_rpm
         yield _read_pair(f"rig recordings, {rpm:g} rpm nominal", "measured", rollers, rig)
 
 
-def found_line(analysis: Analysis, fault: Fault) -> Line:
-    """First harmonic of a line; `DataError` where it lies outside the record's reach."""
+def found_line(analysis: Analysis, fault: Fault) -> tuple[Line, float, float]:
+    """First harmonic of a line, its frequency and 95 % half width [Hz]; `DataError` outside the record's reach."""
     line = analysis.line_of(fault)
     if line.found_hz is None:
         raise DataError(f"{analysis.recording.name}: {fault.line} cannot be read; the record is too short.")
-    return line
+    return line, line.found_hz, line.ci95_hz or 0.0
 
 
 def cage_line_hz(run: Run, fault: Fault) -> float:
@@ -225,30 +229,14 @@ def cage_line_hz(run: Run, fault: Fault) -> float:
 def _read_pair(
     source: str, origin: str, rollers: int, sides: Mapping[Fault, Analysis], slip_difference: float = 0.0
 ) -> SumRule:
-    outer, inner = sides[Fault.OUTER], sides[Fault.INNER]
-    bpfo, bpfi = found_line(outer, Fault.OUTER), found_line(inner, Fault.INNER)
-    return sum_rule(
-        source,
-        origin,
-        rollers,
-        bpfo_hz=_found(bpfo),
-        bpfi_hz=_found(bpfi),
-        outer_shaft_hz=outer.speed.value_hz,
-        inner_shaft_hz=inner.speed.value_hz,
-        ci95=(_order_ci95(outer, bpfo), _order_ci95(inner, bpfi)),
-        slip_difference=slip_difference,
-    )
-
-
-def _order_ci95(analysis: Analysis, line: Line) -> float:
-    relative = math.hypot(_ci95(line) / _found(line), analysis.speed.ci95_hz / analysis.speed.value_hz)
-    return relative * _found(line) / analysis.speed.value_hz
-
-
-def _found(line: Line) -> float:
-    assert line.found_hz is not None, "found_line has checked this"
-    return float(line.found_hz)
-
-
-def _ci95(line: Line) -> float:
-    return float(line.ci95_hz or 0.0)
+    orders, ci95 = [], []
+    for fault in (Fault.OUTER, Fault.INNER):
+        (_, found_hz, ci95_hz), speed = found_line(sides[fault], fault), sides[fault].speed
+        orders.append(found_hz / speed.value_hz)
+        relative = math.hypot(ci95_hz / found_hz, speed.ci95_hz / speed.value_hz)
+        ci95.append(relative * found_hz / speed.value_hz)
+    shaft_hz = (sides[Fault.OUTER].speed.value_hz + sides[Fault.INNER].speed.value_hz) / 2
+    return SumRule(
+        source=source, origin=origin, rolling_elements=rollers, bpfo_order=orders[0], bpfi_order=orders[1],
+        ci95=math.hypot(*ci95), stated_rpm=60 * shaft_hz, slip_difference=slip_difference,
+    )  # fmt: skip

@@ -2,7 +2,7 @@
 
 from srbval.bearing import Fault
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
-from srbval.validation.lines import Line
+from srbval.validation.lines import Line, detected_fault_lines
 
 # A defect that is struck once a period modulates the squared envelope by about its mean and more. Lines below
 # this share occur in healthy bearings and as by-lines of other faults.
@@ -19,17 +19,13 @@ def verdict(lines: tuple[Line, ...], recording: Recording, speed: ShaftSpeed) ->
     if recording.origin is Origin.STAND_IN:
         return "No verdict: this file is a synthetic stand-in, not a measurement."
     parts = [line for line in lines if Fault.of_line(line.name) and line.harmonic == 1]
-    detected = sorted((line for line in parts if line.detected), key=_strength, reverse=True)
+    detected = detected_fault_lines(lines)
     sentences = [_found(detected, speed) if detected else _nothing(parts)]
     if detected:
         sentences.append(_caution(detected, recording))
     if recording.origin is Origin.SIMULATED:
         sentences.append("The record is simulated.")
     return " ".join(sentences)
-
-
-def _strength(line: Line) -> float:
-    return line.depth or 0.0
 
 
 def _found(detected: list[Line], speed: ShaftSpeed) -> str:

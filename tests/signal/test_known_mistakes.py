@@ -69,8 +69,9 @@ def test_the_pipeline_keeps_nothing_that_the_ends_have_spoilt(seed):
     processed = process(
         Recording(
             name="cut", origin=Origin.MEASURED, channels={"a": record}, channel="a", fs_hz=FS_HZ, unit="m/s2",
-            speed=ShaftSpeed(value_hz=14.0, ci95_hz=0.0, source=SpeedSource.STATED), band_hz=BAND_HZ,
-        )
+            speed=ShaftSpeed(value_hz=14.0, ci95_hz=0.0, source=SpeedSource.STATED),
+        ),
+        band_hz=BAND_HZ,
     )  # fmt: skip
     expected = truth[END:-END] / processed.scale
     np.testing.assert_allclose(processed.envelope, expected, atol=ONE_PASS * expected.max())

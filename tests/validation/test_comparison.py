@@ -5,7 +5,7 @@ import pytest
 from srbval.bearing import Fault
 from srbval.validation.comparison import ComparisonVerdict, QuantityValue
 from srbval.validation.lines import Line
-from srbval.validation.sum_rule import sum_rule
+from srbval.validation.sum_rule import SumRule
 from srbval.validation.table6 import RigSource, Table6Row, line_comparison
 
 ROUNDING_PCT = 1e-12  # sums of exact numbers
@@ -40,10 +40,18 @@ def test_verdicts() -> None:
     assert row(rig_ci95_hz=None).comparison.verdict is ComparisonVerdict.INSUFFICIENT
 
 
+def pair(bpfo_hz: float, bpfi_hz: float, ci95: float | None = None) -> SumRule:
+    """Both race lines of 19 rollers, read at 600 rpm."""
+    return SumRule(
+        source="x", origin="measured", rolling_elements=19, bpfo_order=bpfo_hz / 10, bpfi_order=bpfi_hz / 10,
+        ci95=ci95, stated_rpm=600.0,
+    )  # fmt: skip
+
+
 def test_the_sum_is_blind_to_slip_and_sees_speed() -> None:
-    exact = sum_rule("x", "measured", 19, bpfo_hz=81.0, bpfi_hz=109.0, outer_shaft_hz=10.0, inner_shaft_hz=10.0)
-    slipped = sum_rule("x", "measured", 19, bpfo_hz=80.0, bpfi_hz=110.0, outer_shaft_hz=10.0, inner_shaft_hz=10.0)
-    slower = sum_rule("x", "measured", 19, bpfo_hz=80.19, bpfi_hz=107.91, outer_shaft_hz=10.0, inner_shaft_hz=10.0)
+    exact = pair(81.0, 109.0)
+    slipped = pair(80.0, 110.0)
+    slower = pair(80.19, 107.91)
     assert exact.difference_pct == pytest.approx(0.0, abs=ROUNDING_PCT)
     assert slipped.difference_pct == pytest.approx(0.0, abs=ROUNDING_PCT)
     assert slower.implied_rpm == pytest.approx(0.99 * 600)
@@ -51,6 +59,5 @@ def test_the_sum_is_blind_to_slip_and_sees_speed() -> None:
 
 
 def test_a_sum_closes_within_its_uncertainty() -> None:
-    pair = {"bpfo_hz": 81.01, "bpfi_hz": 109.0, "outer_shaft_hz": 10.0, "inner_shaft_hz": 10.0}
-    assert sum_rule("x", "measured", 19, **pair, ci95=(0.003, 0.004)).closed is True
-    assert sum_rule("x", "measured", 19, **pair, ci95=(0.0003, 0.0004)).closed is False
+    assert pair(81.01, 109.0, ci95=0.005).closed is True
+    assert pair(81.01, 109.0, ci95=0.0005).closed is False

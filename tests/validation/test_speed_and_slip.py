@@ -10,6 +10,7 @@ from srbval.bearing import Fault, load_bearing
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.validation.lines import Line
 from srbval.validation.speed_and_slip import (
+    LineAtSpeed,
     matrix_rows,
     one_speed_reading,
     published_rpm,
@@ -31,10 +32,11 @@ def test_effects_are_recovered(line: str, speed: float, cage: float) -> None:
     shaft_hz = speed * 710 / 60
     bpfo = BEARING.orders.bpfo * shaft_hz * cage
     found = bpfo if line == "BPFO" else (BEARING.orders.bpfo + BEARING.orders.bpfi) * shaft_hz - bpfo
-    row = split_speed_and_slip(
-        record="made", origin="simulated", line=line, bearing=BEARING, found_hz=found, found_ci95_hz=0.01,
-        reference_rpm=710.0, shaft_rpm=speed * 710, shaft_ci95_rpm=0.1, speed_source="tachometer",
+    read = LineAtSpeed(
+        record="made", origin="simulated", line=line, reference_rpm=710.0, shaft_rpm=speed * 710, shaft_ci95_rpm=0.1,
+        speed_source="tachometer",
     )  # fmt: skip
+    row = split_speed_and_slip(read, BEARING, found, 0.01)
     assert row.speed_pct == pytest.approx(100 * (speed - 1))
     assert row.cage_pct == pytest.approx(100 * (cage - 1), abs=EXACT_PCT)
     assert (1 + row.total_pct / 100) == pytest.approx((1 + row.speed_pct / 100) * (1 + row.slip_pct / 100))
