@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -13,6 +15,21 @@ import srbval
 @pytest.mark.parametrize("name", srbval.__all__)
 def test_every_name_is_there(name: str) -> None:
     assert getattr(srbval, name) is not None
+
+
+def test_what_is_promised_is_what_is_loaded_and_what_type_checkers_see() -> None:
+    """The source of `srbval` names its public names for Python, for the loading and for type checkers."""
+    imports = [(f"srbval.{module}", name) for module, names in srbval._NAMES.items() for name in names]
+    tree = ast.parse(Path(srbval.__file__).read_text(encoding="utf-8"))
+    (checked,) = (node for node in tree.body if isinstance(node, ast.If))
+    seen = [
+        (str(node.module), alias.name)
+        for node in checked.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    ]
+    assert sorted(seen) == sorted(imports)
+    assert sorted(srbval.__all__) == sorted(["__version__", *(name for _, name in imports)])
 
 
 def test_an_unknown_name_is_an_attribute_error() -> None:

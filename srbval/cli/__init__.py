@@ -1,5 +1,6 @@
 """The command line: `srbval COMMAND`. Thin; everything it does is callable from Python."""
 
+import importlib
 import os
 import sys
 from collections.abc import Sequence
@@ -25,7 +26,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if options.command is None:
             parser().print_help(sys.stderr)
             raise ConfigurationError("name a command, for example: srbval report")
-        code: int = options.run(options)
+        # The module of a command is imported only when it runs: `srbval --help` answers at once.
+        code: int = importlib.import_module(f"srbval.cli.{options.command}_command").run(options)
         sys.stdout.flush()
         return code
     except SrbvalError as error:

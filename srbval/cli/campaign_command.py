@@ -11,13 +11,12 @@ from srbval.campaign.engines.choose import choose_engine
 from srbval.campaign.export import ExportSettings, export_campaign
 from srbval.campaign.planning import plan_cases, totals
 from srbval.campaign.run import run_campaign
-from srbval.campaign.scale import extrapolations, measure_scale
 from srbval.campaign.settings import Campaign, load_campaign
 from srbval.campaign.status import campaign_status
 from srbval.cli.measured import measure_and_print
 from srbval.cli.output import print_json, print_rows, print_table
 from srbval.progress import Progress, ProgressDisplay
-from srbval.storage.stored_result import CAMPAIGN_SCALE, NOISE_STUDY
+from srbval.storage.stored_result import NOISE_STUDY
 from srbval.storage.strict_json import json_object
 
 DONE, WITH_FAILURES = 0, 1
@@ -111,17 +110,4 @@ def _noise(options: argparse.Namespace) -> int:
     return DONE
 
 
-def _scale(options: argparse.Namespace) -> int:
-    def measure(progress: Progress) -> dict[str, Any]:
-        found = measure_scale(options.cases, choose_engine(options.engine), progress=progress)
-        return {"measured": vars(found), "reckoned": extrapolations(found)}
-
-    def show(found: Mapping[str, Any]) -> None:
-        print_table(("measured", "value"), list(found["measured"].items()))
-        print_rows(found["reckoned"])
-
-    measure_and_print(CAMPAIGN_SCALE, options, measure, complete=True, show=show)
-    return DONE
-
-
-ACTIONS = {"run": _run, "status": _status, "export": _export, "noise": _noise, "scale": _scale}
+ACTIONS = {"run": _run, "status": _status, "export": _export, "noise": _noise}

@@ -73,7 +73,7 @@ def _changes(options: argparse.Namespace) -> dict[str, Any]:
     """The command line's options as a scene table; only what was given."""
     table = {
         "bearing": options.bearing,
-        "model": options.model,
+        "model": getattr(options, "model", None),  # `plan` has no such option: it chooses the model
         "seed": options.seed,
         "duration_s": options.seconds,
         "shaft_speed_rad_s": options.rpm and options.rpm * 2 * math.pi / 60,

@@ -22,7 +22,7 @@ COMMAND = {
     SPEED_ACCURACY: "srbval bench",
     STABILITY: "srbval stability",
     NOISE_STUDY: "srbval campaign noise",
-    CAMPAIGN_SCALE: "srbval campaign scale",
+    CAMPAIGN_SCALE: "python -m tests.calibrators.campaign_scale",
     READING: "srbval bench --reading",
     SENSITIVITY: "srbval bench --sensitivity",
     HELD_OUT: "srbval bench --ladder --held-out",

@@ -1,1 +1,1 @@
-"""Programs for developers that compute the constants of `srbval.signal` anew; each prints its table."""
+"""Programs for developers: they compute the constants of `srbval.signal` anew, or measure what a campaign costs."""

@@ -11,6 +11,8 @@ import pytest
 from scipy.io import savemat
 
 from srbval.cli import main
+from srbval.cli.analyse_command import LINE_OF_PART
+from srbval.cli.arguments import parser
 
 BPFO_HZ, BPFI_HZ = 96.79, 128.04  # printed in Table 6 of the paper, at 710 rpm
 PRINTED_HZ = 0.05  # the paper's dimensions are rounded; its frequencies follow from them to this
@@ -183,6 +185,11 @@ def good_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_failure_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     code, found = ask(capsys, "analyse", "nowhere.mat")
     assert (code, found["status"], found["exit_code"]) == (3, "failed", 3)
+
+
+@pytest.mark.parametrize("part", LINE_OF_PART)
+def test_every_part_can_be_asked_for(part: str) -> None:
+    assert parser().parse_args(["analyse", "file.h5", "--defect", part]).defect == part
 
 
 def test_texts_of_a_terminal(capsys: pytest.CaptureFixture[str], good_run: Path) -> None:

@@ -12,8 +12,10 @@ import pytest
 
 from srbval.campaign.engines.local import LocalProcesses
 from srbval.campaign.planning import plan_cases
-from srbval.campaign.scale import CampaignScale, extrapolations, measure_scale, tiny
+from srbval.storage.stored_result import CAMPAIGN_SCALE
+from tests.calibrators.campaign_scale import CampaignScale, extrapolations, measure_scale, tiny
 
+ROOT = Path(__file__).parents[2]
 LIMIT_BYTES = 300e6  # of the coordinating process, with ten thousand cases
 PROGRAM_SHARE = 0.5  # of that limit, about what the program itself takes
 MANY = 10_000
@@ -45,11 +47,13 @@ def test_the_plan_of_ten_thousand_cases_is_small() -> None:
 @pytest.mark.slow
 def test_ten_thousand_cases_stay_within_the_memory(tmp_path: Path) -> None:
     """Measured with fewer, in a process of its own, so that what other tests loaded does not count."""
-    command = [sys.executable, "-m", "srbval", "campaign", "scale", "--cases", str(MEASURED), "--engine", "local"]
-    done = subprocess.run(
-        [*command, "--json", "-o", str(tmp_path / "s.json")], capture_output=True, text=True, check=True
-    )
-    measured = CampaignScale(**json.loads(done.stdout)["measured"])
+    stored = tmp_path / "scale.json"
+    command = [sys.executable, "-m", "tests.calibrators.campaign_scale", "--cases", str(MEASURED), "--engine", "local"]
+    subprocess.run([*command, "-o", str(stored)], cwd=ROOT, capture_output=True, check=True)
+    content = json.loads(stored.read_text(encoding="utf-8"))
+    assert content["kind"] == CAMPAIGN_SCALE
+    assert content["reckoned"][0]["cases"] == MANY
+    measured = CampaignScale(**content["measured"])
     assert measured.cases == MEASURED
     peak_bytes = measured.extrapolate(MANY, workers=1)["peak_bytes"]
     assert peak_bytes is None or peak_bytes < LIMIT_BYTES

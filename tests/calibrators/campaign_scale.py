@@ -1,5 +1,11 @@
-"""Overhead of a campaign of very many cases besides the simulations: measured with tiny cases, extrapolated."""
+"""Overhead of a campaign of very many cases besides the simulations: measured with tiny cases, extrapolated.
 
+``python -m tests.calibrators.campaign_scale`` stores the result in the user's cache, where the report finds it.
+"""
+
+from __future__ import annotations
+
+import argparse
 import tempfile
 import time
 from dataclasses import dataclass
@@ -8,11 +14,15 @@ from typing import Any
 
 from srbval.bench.child import peak_bytes
 from srbval.campaign.campaign_folder import JOURNAL, PLAN
+from srbval.campaign.engines.choose import NAMES, choose_engine
 from srbval.campaign.engines.engine import Engine
 from srbval.campaign.planning import plan_cases
 from srbval.campaign.run import run_campaign
 from srbval.campaign.settings import Campaign, campaign_of
-from srbval.progress import Progress, silent
+from srbval.cli.measured import this_machine
+from srbval.progress import Progress, ProgressDisplay, silent
+from srbval.storage.own_package import git_revision
+from srbval.storage.stored_result import CAMPAIGN_SCALE, COMMAND, stamped, store_result
 
 CASE_S = 5.0  # assumed wall time of a real case on one core: 10 s of the full model
 EXTRAPOLATED = ((10_000, 64), (1_000_000, 2000))
@@ -102,3 +112,22 @@ def tiny(cases: int) -> Campaign:
         },
         "tiny",
     )
+
+
+def main() -> None:
+    """Measure and store."""
+    parser = argparse.ArgumentParser(description="The overhead of very many cases, measured with tiny ones.")
+    parser.add_argument("--cases", metavar="N", type=int, default=10_000, help="number of cases (default: 10000)")
+    parser.add_argument("--engine", choices=NAMES, default="auto", help="as for `srbval campaign run`")
+    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="default: the user's cache")
+    options = parser.parse_args()
+    revision = git_revision()  # at the beginning: measuring may take long
+    with ProgressDisplay() as progress:
+        found = measure_scale(options.cases, choose_engine(options.engine), progress=progress)
+    result = {"machine": this_machine(), "measured": vars(found), "reckoned": extrapolations(found)}
+    command = f"{COMMAND[CAMPAIGN_SCALE]} --cases {options.cases} --engine {options.engine}"
+    print(store_result(stamped(CAMPAIGN_SCALE, result, command=command, revision=revision), options.output))
+
+
+if __name__ == "__main__":
+    main()
