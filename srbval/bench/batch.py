@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Hashable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from srbval.bench.machine import usable_cores
 from srbval.bench.measures import Measures, measure
@@ -30,26 +30,6 @@ class Measured:
 
 class RunStopped(Exception):
     """Raised inside a run when another one failed with an exception or the user interrupted."""
-
-
-class _TotalProgress:
-    """Reports the progress of all runs together, each weighted with its cost."""
-
-    def __init__(self, scenes: Mapping[Any, Scene], task: str, progress: Progress) -> None:
-        self._weight: dict[Hashable, float] = {key: _cost(scene) for key, scene in scenes.items()}
-        self._done: dict[Hashable, float] = {}
-        self._lock = threading.Lock()
-        self._task, self._progress = task, progress
-        self.stop = False
-
-    def done(self, key: Hashable, share: float) -> None:
-        if self.stop:
-            raise RunStopped
-        with self._lock:
-            self._done[key] = share
-            total = sum(self._weight.values())
-            reached = sum(self._weight[k] * s for k, s in self._done.items()) / total
-            self._progress(self._task, min(reached, 0.999))
 
 
 def _cost(scene: Scene) -> float:
@@ -79,23 +59,33 @@ def run_all(
 ) -> dict[Key, Result]:
     """Run all `scenes` as `measure_all` does; `read` turns each attempt and its wall time [s] into its result.
 
-    `read` is called in the thread of the run as soon as it has ended, so that it can store the result.
+    `read` is called in the thread of the run as soon as it has ended, so that it can store the result. The progress of
+    a run counts by its cost.
     """
-    shares = _TotalProgress(scenes, task, progress)
+    cost = {key: _cost(scene) for key, scene in scenes.items()}
+    shares: dict[Key, float] = {}
+    lock, stop = threading.Lock(), threading.Event()
+
+    def reached(key: Key, share: float) -> None:
+        if stop.is_set():
+            raise RunStopped
+        with lock:
+            shares[key] = share
+            total = sum(cost[k] * s for k, s in shares.items()) / sum(cost.values())
+            progress(task, min(total, 0.999))
 
     def one(key: Key) -> Result:
         scene, started = scenes[key], time.perf_counter()
-        tried = attempt(scene, progress=lambda _, fraction: shares.done(key, fraction or 0.0))
-        shares.done(key, 1.0)
+        tried = attempt(scene, progress=lambda _, fraction: reached(key, fraction or 0.0))
+        reached(key, 1.0)
         return read(key, tried, time.perf_counter() - started)
 
-    ordered = sorted(scenes, key=lambda key: -_cost(scenes[key]))
     with ThreadPoolExecutor(max_workers=jobs or usable_cores()) as pool:
-        futures = {key: pool.submit(one, key) for key in ordered}
+        futures = {key: pool.submit(one, key) for key in sorted(cost, key=lambda key: -cost[key])}
         try:
             results = {key: futures[key].result() for key in scenes}
         except BaseException:
-            shares.stop = True
+            stop.set()
             pool.shutdown(wait=True, cancel_futures=True)
             raise
     progress(task, 1.0)

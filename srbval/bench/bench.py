@@ -9,12 +9,10 @@ from srbval.bench.machine import Machine, calibrate, describe_machine, load_aver
 from srbval.bench.processes import Processes, measure_processes
 from srbval.bench.reference import SceneReference, references
 from srbval.bench.row import BenchRun
-from srbval.bench.scenes import PAPER_STEP_S, SCENES, check_scenes
-from srbval.bench.settings import FULL, BenchSettings
+from srbval.bench.scenes import FULL, PAPER_STEP_S, SCENES, BenchSettings, check_scenes
 from srbval.bench.speed import ContactCost, contact_costs, speed_rows
 from srbval.bench.targets import Target, accuracy_targets, speed_targets
-from srbval.bench.trajectory import Trajectory, trajectories
-from srbval.bench.work_precision import with_accuracy
+from srbval.bench.work_precision import Trajectory, trajectories, with_accuracy
 from srbval.errors import ConfigurationError
 from srbval.models.solvers import SOLVERS
 from srbval.progress import Progress, silent
@@ -36,15 +34,8 @@ class BenchResult:
 
     def to_dict(self) -> dict[str, Any]:
         """What is written as JSON."""
-        return {
-            "machine": self.machine,
-            "reference": self.references,
-            "runs": self.runs,
-            "trajectories": self.trajectories,
-            "touch_costs": self.contact_costs,
-            "processes": self.processes,
-            "targets": self.targets,
-        }
+        names = {"references": "reference", "contact_costs": "touch_costs"}
+        return {names.get(name, name): value for name, value in vars(self).items()}
 
 
 def run_bench(

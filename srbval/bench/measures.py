@@ -136,21 +136,21 @@ class MeasureErrors:
 def errors_against(measures: Measures, reference: Measures) -> MeasureErrors:
     """Errors of `measures`; both from the same scene and duration."""
     own, right = measures.harmonics, reference.harmonics
-    ratio = _ratio(measures.noise_floor, reference.noise_floor)
-    defect = _ratio(measures.defect_hz, reference.defect_hz)
+    defect = ratio_or_none(measures.defect_hz, reference.defect_hz)
     return MeasureErrors(
         cage_error=abs(measures.cage_ratio / reference.cage_ratio - 1),
         defect_hz_error=None if defect is None else abs(defect - 1),
-        noise_floor_ratio=ratio,
+        noise_floor_ratio=ratio_or_none(measures.noise_floor, reference.noise_floor),
         band_rms_error=abs(measures.band_rms_m_s2 / reference.band_rms_m_s2 - 1),
         harmonic_error=max(abs(a - b) for a, b in zip(own, right, strict=True)) if own and right else None,
     )
 
 
-def plain_or_nulls(part: MeasureErrors | Measures | None, kind: type[MeasureErrors] | type[Measures]) -> dict[str, Any]:
-    """Plain values of `part`; the names of `kind` with None where there is none."""
+def plain_or_nulls(part: Any, kind: type[Any]) -> dict[str, Any]:
+    """Plain values of `part`, a dataclass `kind`; the names of its fields with None where there is none."""
     return dict.fromkeys(field.name for field in fields(kind)) if part is None else asdict(part)
 
 
-def _ratio(value: float | None, reference: float | None) -> float | None:
-    return None if value is None or reference is None else value / reference
+def ratio_or_none(value: float | None, reference: float | None) -> float | None:
+    """`value` over `reference`; None where one of them is missing or the reference is zero."""
+    return None if value is None or not reference else value / reference

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from srbval.bench.settings import BenchSettings
+from srbval.bench.scenes import BenchSettings
 from srbval.errors import NumericsError
 from srbval.progress import Progress, silent
 from srbval.storage.own_package import child_environment

@@ -3,6 +3,7 @@
 import contextlib
 import functools
 import multiprocessing
+import operator
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
@@ -69,14 +70,14 @@ def run_reading_bench(
     read = _in_pieces(
         [functools.partial(trials_of, cell) for cell in cells],
         settings.trials,
-        [(seed, index) for index in range(len(cells))],
+        (seed, 0),
         jobs,
         functools.partial(progress, "reading accuracy"),
     )
     noise = _in_pieces(
         [functools.partial(chances_of, noise) for noise in NOISES],
         settings.noise_records,
-        [(seed, _NOISE_SEED + index) for index in range(len(NOISES))],
+        (seed, _NOISE_SEED),
         jobs,
         functools.partial(progress, "false alarms"),
     )
@@ -92,20 +93,20 @@ def run_reading_bench(
 def _in_pieces(
     works: Sequence[Callable[[int, Sequence[int]], list[Piece]]],
     count: int,
-    seeds: Sequence[tuple[int, ...]],
+    seed: tuple[int, int],
     jobs: int,
     report: Callable[[float], None],
 ) -> list[list[Piece]]:
-    """`count` results of each work, made in pieces of `_TASK` with seeds of their own."""
+    """`count` results of each work, made in pieces of `_TASK`, each with a seed of its own: `seed` + work, piece."""
     sizes = [min(_TASK, count - done) for done in range(0, count, _TASK)]
     tasks = [
-        (work, size, (*seed, piece))
-        for work, seed in zip(works, seeds, strict=True)
+        functools.partial(work, size, (seed[0], seed[1] + number, piece))
+        for number, work in enumerate(works)
         for piece, size in enumerate(sizes)
     ]
     results: list[list[Piece]] = [[] for _ in works]
     with _mapped(jobs) as mapped:
-        for index, piece in enumerate(mapped(_do, tasks)):
+        for index, piece in enumerate(mapped(operator.call, tasks)):
             results[index // len(sizes)] += piece
             report((index + 1) / len(tasks))
     return results
@@ -119,8 +120,3 @@ def _mapped(jobs: int) -> Iterator[Callable[..., Iterable[Any]]]:
         return
     with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
         yield pool.map
-
-
-def _do(task: tuple[Callable[[int, Sequence[int]], list[Piece]], int, Sequence[int]]) -> list[Piece]:
-    work, size, seed = task
-    return work(size, seed)

@@ -1,25 +1,80 @@
-"""Monte-Carlo of reading a frequency: error against the Cramer-Rao bound, coverage, false alarms."""
+"""Monte-Carlo of reading a frequency: error against the Cramer-Rao bound, coverage, false alarms.
+
+Records are synthetic: combs with slip in noise, and noise only.
+"""
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.bench.reading_records import (
-    LINE_HZ,
-    PROFILES,
-    comb_record,
-    cramer_rao_hz,
-    noise_record,
-    periodogram_of,
-    read_record,
-)
-from srbval.signal import NORMAL_95, Phasors
+from srbval.signal import NORMAL_95, LineReading, Periodogram, Phasors, frequency_error_hz, read_comb
 
+FS_HZ = 2000.0
+SHAFT_HZ = 71 / 6  # 710 rpm
+LINE_HZ = 96.79  # the 22240's BPFO at that speed: none of five harmonics coincides with one of the shaft's
+LIMIT_HZ = 520.0
+# The window about the kinematic line, how far off its middle the true line lies, and the shortest block of a course.
+HALF_SHARE, OFF_SHARE = 0.01, 0.001
+BLOCK_S = 2 / SHAFT_HZ
+MEAN = 3.0  # a squared envelope is positive
+# Amplitudes of the harmonics: all equal, and decreasing as those of a short burst do.
+PROFILES = {"equal": (1.0,) * 5, "falling": (1.0, 1 / 2, 1 / 3, 1 / 4, 1 / 5)}
+COLOUR_POLE = 0.9  # first-order noise: power falls by a factor 300 over the band, by a third over five lines' reach
 # Frequencies that the informed fit tries, as far from the line as it can be off.
 _INFORMED_BINS, _INFORMED_PLACES = 2.0, 801
+
+
+def comb_record(
+    rng: np.random.Generator, seconds: float, *, snr_db: float, jitter: float, amplitudes: tuple[float, ...]
+) -> FloatArray:
+    """A line and its harmonics in white noise, [FS_HZ seconds].
+
+    Periods scatter independently by `jitter` (relative, one standard deviation), so that the phase is a random walk.
+    The first harmonic's power over the mean noise power of a bin is `snr_db`.
+    """
+    time_s = np.arange(round(seconds * FS_HZ)) / FS_HZ
+    impacts = round(seconds * LINE_HZ * (1 + 10 * jitter)) + 20
+    at_s = np.cumsum(1 + jitter * rng.standard_normal(impacts)) / LINE_HZ
+    at_s = np.concatenate(([0.0], at_s)) - (1 + rng.random()) / LINE_HZ
+    phase = 2 * math.pi * np.interp(time_s, at_s, np.arange(impacts + 1))
+    signal = sum(a * np.cos(h * phase + rng.uniform(0, 2 * math.pi)) for h, a in enumerate(amplitudes, 1))
+    sigma = math.sqrt(time_s.size / 4 / 10 ** (snr_db / 10))
+    record: FloatArray = MEAN + signal + sigma * rng.standard_normal(time_s.size)
+    return record
+
+
+def noise_record(rng: np.random.Generator, seconds: float, *, coloured: bool) -> FloatArray:
+    """Gaussian noise, white or of first order, [FS_HZ seconds]."""
+    noise = rng.standard_normal(round(seconds * FS_HZ))
+    if coloured:
+        import scipy.signal
+
+        noise = scipy.signal.lfilter([1.0], [1.0, -COLOUR_POLE], noise)
+    record: FloatArray = MEAN + noise
+    return record
+
+
+def cramer_rao_hz(seconds: float, snr_db: float, amplitudes: tuple[float, ...]) -> float:
+    """Cramer-Rao bound of the standard error of the line's frequency [Hz], noise being the only cause."""
+    information = 10 ** (snr_db / 10) * sum((h * a) ** 2 for h, a in enumerate(amplitudes, 1))
+    return frequency_error_hz(information, seconds)
+
+
+def periodogram_of(record: FloatArray) -> Periodogram:
+    """The periodogram that every reading starts from."""
+    return Periodogram.of(record, FS_HZ, limit_hz=LIMIT_HZ, shaft_hz=SHAFT_HZ)
+
+
+def read_record(record: FloatArray, harmonics: int = 5) -> LineReading | None:
+    """Read the line, in a search window that is not centred on it."""
+    middle = LINE_HZ * (1 + OFF_SHARE)
+    return read_comb(
+        periodogram_of(record), middle, HALF_SHARE * LINE_HZ, harmonics=harmonics, shortest_block_s=BLOCK_S
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +92,7 @@ class AccuracyCell:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Accuracy:
+class Accuracy(AccuracyCell):
     """One cell; all figures but `detected` are of the lines detected, for a frequency is stated of no other.
 
     `weakest_db` is the weakest harmonic's line-to-noise ratio, `detected` the share of `trials`. `rmse_over_bound` is
@@ -46,11 +101,7 @@ class Accuracy:
     `ci95_over_error` the median half width over 1.96 root-mean-square errors: one where it is no wider than needed.
     """
 
-    seconds: float
-    snr_db: float
     weakest_db: float
-    profile: str
-    jitter: float
     trials: int
     detected: float
     rmse_hz: float
@@ -103,9 +154,9 @@ def summary(cell: AccuracyCell, trials: Sequence[Trial]) -> Accuracy:
     bound = cramer_rao_hz(cell.seconds, cell.snr_db, amplitudes)
     rmse = _rms(error)
     return Accuracy(
-        seconds=cell.seconds, snr_db=cell.snr_db, weakest_db=cell.snr_db + 20 * float(np.log10(min(amplitudes))),
-        profile=cell.profile, jitter=cell.jitter, trials=len(trials), detected=float(np.mean(detected)), rmse_hz=rmse,
-        rmse_over_bound=rmse / bound, informed_over_bound=None if cell.jitter else _rms(informed) / bound,
+        **vars(cell), weakest_db=cell.snr_db + 20 * float(np.log10(min(amplitudes))), trials=len(trials),
+        detected=float(np.mean(detected)), rmse_hz=rmse, rmse_over_bound=rmse / bound,
+        informed_over_bound=None if cell.jitter else _rms(informed) / bound,
         coverage=float(np.mean(np.abs(error) <= half)), ci95_over_error=float(np.median(half)) / (NORMAL_95 * rmse),
     )  # fmt: skip
 

@@ -7,8 +7,7 @@ from typing import Any
 
 from srbval.bench.batch import Measured, measure_all
 from srbval.bench.measures import MeasureErrors, Measures, errors_against, plain_or_nulls
-from srbval.bench.scenes import PAPER_STEP_S, bench_scene, scene_content
-from srbval.bench.settings import BenchSettings
+from srbval.bench.scenes import PAPER_STEP_S, BenchSettings, bench_scene, scene_content
 from srbval.bench.timing import time_scene
 from srbval.progress import Progress, silent
 from srbval.scene import Scene, paper_scene
@@ -38,18 +37,10 @@ class SceneReference:
 
     def to_dict(self) -> dict[str, Any]:
         """What is written as JSON, flat."""
-        own = plain_or_nulls(self.own_errors, MeasureErrors)
-        return {
-            "scene": self.scene,
-            "solver": self.solver,
-            "dt_s": self.dt_s,
-            "status": self.status,
-            "reason": self.reason,
-            **plain_or_nulls(self.measures, Measures),
-            **{f"own_{name}": value for name, value in own.items()},
-            "wall_s": self.wall_s,
-            "cached": self.cached,
-        }
+        plain = dict(vars(self))
+        measures = plain_or_nulls(plain.pop("measures"), Measures)
+        own = plain_or_nulls(plain.pop("own_errors"), MeasureErrors)
+        return plain | measures | {f"own_{name}": value for name, value in own.items()}
 
 
 def reference_solver() -> str:
@@ -134,16 +125,11 @@ def _reference(name: str, fine: Measured, coarse: Measured) -> SceneReference:
 
 def _from_dict(table: dict[str, Any]) -> SceneReference:
     """A stored reference."""
-    harmonics = table["harmonics"]
     measures = {field.name: table[field.name] for field in fields(Measures)}
+    measures["harmonics"] = None if table["harmonics"] is None else tuple(table["harmonics"])
     return SceneReference(
-        scene=table["scene"],
-        solver=table["solver"],
-        dt_s=table["dt_s"],
-        status=table["status"],
-        reason=table["reason"],
-        measures=Measures(**measures | {"harmonics": None if harmonics is None else tuple(harmonics)}),
+        **{name: table[name] for name in ("scene", "solver", "dt_s", "status", "reason", "wall_s")},
+        measures=Measures(**measures),
         own_errors=MeasureErrors(**{field.name: table[f"own_{field.name}"] for field in fields(MeasureErrors)}),
-        wall_s=table["wall_s"],
         cached=True,
     )

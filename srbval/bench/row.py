@@ -68,27 +68,18 @@ class BenchRun:
 
     def to_dict(self) -> dict[str, Any]:
         """What is written as JSON, flat."""
-        wall = self.wall_per_simulated_s
+        timing = plain_or_nulls(self.timing, RunTiming)
+        wall, median = timing.pop("best"), timing.pop("median")
+        own = ("scene", "model", "solver", "dt_s", "rhs_per_simulated_s", "us_per_rhs", "cage_error_bound",
+               "reference_limited", "status", "reason", "pareto", "pareto_band")  # fmt: skip
         return {
-            "scene": self.scene,
-            "model": self.model,
-            "solver": self.solver,
-            "dt_s": self.dt_s,
+            **{name: getattr(self, name) for name in own},
             "wall_per_simulated_s": wall,
-            "wall_median_per_simulated_s": None if self.timing is None else self.timing.median,
+            "wall_median_per_simulated_s": median,
             "wall_in_calibrations": None if wall is None else wall / self.calibration_s,
-            "repeats": None if self.timing is None else self.timing.repeats,
-            "core_share": None if self.timing is None else self.timing.core_share,
-            "rhs_per_simulated_s": self.rhs_per_simulated_s,
-            "us_per_rhs": self.us_per_rhs,
+            **timing,
             **plain_or_nulls(self.errors, MeasureErrors),
             **plain_or_nulls(self.measures, Measures),
-            "cage_error_bound": self.cage_error_bound,
-            "reference_limited": self.reference_limited,
-            "status": self.status,
-            "reason": self.reason,
-            "pareto": self.pareto,
-            "pareto_band": self.pareto_band,
         }
 
 

@@ -2,8 +2,9 @@
 
 import functools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 import numpy as np
 
@@ -21,19 +22,11 @@ SAMPLES, FS_HZ = 4097, 20_480.0
 RANGE_HZ = (40.0, 1000.0)
 # Both errors must stay below this for a transform to draw the report's figure.
 LARGEST_ERROR = 0.005
+# A scalogram of samples [n] at a sampling rate [Hz], with `range_hz`, `rows` and `columns` as `morlet_scalogram`.
+Transform = Callable[..., Scalogram]
 # Tones are tried at this many of the rows.
 _TONES = 12
 _ROWS_PER_CALL = 8
-
-
-class Transform(Protocol):
-    """A scalogram of `samples` [n]."""
-
-    def __call__(
-        self, samples: FloatArray, fs_hz: float, *, range_hz: tuple[float, float], rows: int, columns: int
-    ) -> Scalogram:
-        """The image: `rows` from low to high within `range_hz` [Hz], at most `columns`."""
-        ...
 
 
 def pywt_scalogram(
@@ -123,60 +116,47 @@ def scalogram_checks() -> tuple[ScalogramCheck, ...]:
     return tuple(check_scalogram(name) for name in TRANSFORMS)
 
 
-def check_scalogram(
-    name: str,
-    *,
-    samples: int = SAMPLES,
-    fs_hz: float = FS_HZ,
-    range_hz: tuple[float, float] = RANGE_HZ,
-    rows: int = ROWS,
-    columns: int = COLUMNS,
-    places: tuple[float, ...] = PLACES,
-) -> ScalogramCheck:
-    """Check the transform called `name` in `TRANSFORMS` on records of `samples` at `fs_hz`.
+def check_scalogram(name: str, *, rows: int = ROWS, places: tuple[float, ...] = PLACES) -> ScalogramCheck:
+    """Check the transform called `name` in `TRANSFORMS` on records like those of Figure 14.
 
     An impulse is compared with the direct sum, which for one impulse is the sampled wavelet itself, averaged over the
     samples of each column; a tone with one, away from the ends.
     """
     transform = TRANSFORMS[name]
-    errors = np.concatenate([
-        _impulse_errors(transform, round(place * samples), samples, fs_hz, range_hz, rows, columns)
-        for place in places
-    ])  # fmt: skip
+    errors = np.concatenate([_impulse_errors(transform, round(place * SAMPLES), rows) for place in places])
     return ScalogramCheck(
         transform=name,
-        samples=samples,
-        fs_hz=fs_hz,
-        low_hz=range_hz[0],
-        high_hz=range_hz[1],
-        tone_error=_tone_error(transform, samples, fs_hz, range_hz, columns),
+        samples=SAMPLES,
+        fs_hz=FS_HZ,
+        low_hz=RANGE_HZ[0],
+        high_hz=RANGE_HZ[1],
+        tone_error=_tone_error(transform),
         impulse_error=float(errors.max()),
         median_impulse_error=float(np.median(errors)),
     )
 
 
-def _impulse_errors(
-    transform: Transform, at: int, samples: int, fs_hz: float, range_hz: tuple[float, float], rows: int, columns: int
-) -> FloatArray:
-    impulse = np.zeros(samples)
+def _impulse_errors(transform: Transform, at: int, rows: int) -> FloatArray:
+    """Largest error of each of the `rows` for a unit impulse at sample `at`, relative to the row's peak."""
+    impulse = np.zeros(SAMPLES)
     impulse[at] = 1.0
-    image = transform(impulse, fs_hz, range_hz=range_hz, rows=rows, columns=columns)
-    width = column_width(samples, columns)
-    whole = samples // width
-    periods = (np.arange(samples) - at)[None, : whole * width] / fs_hz * image.frequency_hz[:, None]
-    height = 2 * image.frequency_hz / fs_hz / np.sqrt(np.pi * BANDWIDTH)
+    image = transform(impulse, FS_HZ, range_hz=RANGE_HZ, rows=rows, columns=COLUMNS)
+    width = column_width(SAMPLES, COLUMNS)
+    whole = SAMPLES // width
+    periods = (np.arange(SAMPLES) - at)[None, : whole * width] / FS_HZ * image.frequency_hz[:, None]
+    height = 2 * image.frequency_hz / FS_HZ / np.sqrt(np.pi * BANDWIDTH)
     wavelet = height[:, None] * np.exp(-(periods**2) / BANDWIDTH)
     expected = wavelet.reshape(rows, whole, width).mean(axis=2)
     errors: FloatArray = np.abs(image.amplitude[:, :whole] - expected).max(axis=1) / expected.max(axis=1)
     return errors
 
 
-def _tone_error(transform: Transform, samples: int, fs_hz: float, range_hz: tuple[float, float], columns: int) -> float:
+def _tone_error(transform: Transform) -> float:
     worst = 0.0
-    time_s = np.arange(samples) / fs_hz
-    for tone_hz in np.geomspace(range_hz[0], range_hz[1] / 1.01, _TONES):
+    time_s = np.arange(SAMPLES) / FS_HZ
+    for tone_hz in np.geomspace(RANGE_HZ[0], RANGE_HZ[1] / 1.01, _TONES):
         tone = np.cos(2 * np.pi * tone_hz * time_s + 0.3)
-        image = transform(tone, fs_hz, range_hz=(tone_hz, 1.01 * tone_hz), rows=2, columns=columns)
+        image = transform(tone, FS_HZ, range_hz=(tone_hz, 1.01 * tone_hz), rows=2, columns=COLUMNS)
         inside = slice(2 * image.time_s.size // 5, 3 * image.time_s.size // 5)
         worst = max(worst, float(np.abs(image.amplitude[0, inside] - 1).max()))
     return worst

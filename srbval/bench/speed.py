@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import ClassVar
 
-from srbval.bench.contact_counts import ContactCounts, count_contacts
+from srbval.bench.contact_counts import count_contacts
+from srbval.bench.measures import ratio_or_none
 from srbval.bench.row import BenchRun, row_of
-from srbval.bench.scenes import CONTACTS, PAPER_STEP_S, bench_scene
-from srbval.bench.settings import BenchSettings
-from srbval.bench.timing import Attempt, time_scene
+from srbval.bench.scenes import CONTACTS, PAPER_STEP_S, BenchSettings, bench_scene
+from srbval.bench.timing import time_scene
 from srbval.progress import Progress, silent
 from srbval.scene import paper_scene
 
@@ -21,43 +21,31 @@ SLOW_RAD_S, LOOSE_M = 1e-6, 3e-3
 
 @dataclass(frozen=True, kw_only=True)
 class ContactCost:
-    """Cost of a healthy scene and what is in contact in it (`touching` None: the run failed).
+    """Cost of a healthy scene and what is in contact in it, see `ContactCounts` (None: the run failed).
 
     `us_per_step` is the best wall time of one step, `ns_per_point` the same per point in contact.
     """
+
+    JSON_PROPERTIES: ClassVar = ("ns_per_point",)
 
     scene: str
     solver: str
     points_per_circle: int
     us_per_step: float | None
-    touching: ContactCounts | None
+    touching_points: float | None = None
+    touching_contacts: float | None = None
+    touching_loaded_rollers: float | None = None
 
     @property
     def ns_per_point(self) -> float | None:
         """Wall time of a step per point in contact [ns]; None where nothing is in contact."""
-        return (
-            None
-            if self.us_per_step is None or not self.touching or not self.touching.points
-            else 1e3 * self.us_per_step / self.touching.points
-        )
+        return ratio_or_none(None if self.us_per_step is None else 1e3 * self.us_per_step, self.touching_points)
 
     def contact_us(self, bodies_us: float) -> float | None:
         """Wall time of a step beyond `bodies_us`, per roller-race pair in contact [us]."""
-        if self.us_per_step is None or self.touching is None or not self.touching.contacts:
+        if self.us_per_step is None or not self.touching_contacts:
             return None
-        return (self.us_per_step - bodies_us) / self.touching.contacts
-
-    def to_dict(self) -> dict[str, Any]:
-        """What is written as JSON: flat, the counts named `touching_...`."""
-        counts = vars(self.touching) if self.touching else dict.fromkeys(("points", "contacts", "loaded_rollers"))
-        return {
-            "scene": self.scene,
-            "solver": self.solver,
-            "points_per_circle": self.points_per_circle,
-            "us_per_step": self.us_per_step,
-            **{f"touching_{name}": count for name, count in counts.items()},
-            "ns_per_point": self.ns_per_point,
-        }
+        return (self.us_per_step - bodies_us) / self.touching_contacts
 
 
 def speed_rows(
@@ -108,11 +96,12 @@ def _contact_cost(name: str, points: int, solver: str, settings: BenchSettings) 
             scene, shaft_speed_rad_s=SLOW_RAD_S, load=replace(scene.load, radial_n=0.0),
             contact=replace(scene.contact, radial_play_m=LOOSE_M),
         )  # fmt: skip
-    timed: Attempt = time_scene(scene, settings.repeats)
+    timed = time_scene(scene, settings.repeats)
+    counts = vars(count_contacts(timed.run)) if timed.ok and timed.run is not None else {}
     return ContactCost(
         scene=name,
         solver=solver,
         points_per_circle=points,
         us_per_step=None if timed.timing is None else 1e6 * timed.timing.best * PAPER_STEP_S,
-        touching=count_contacts(timed.run) if timed.ok and timed.run is not None else None,
+        **{f"touching_{name}": count for name, count in counts.items()},
     )

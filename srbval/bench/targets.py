@@ -1,10 +1,12 @@
 """The limits that a benchmark's results should keep; each is shown, whether met or not."""
 
 import math
+import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
+from srbval.bench.measures import ratio_or_none
 from srbval.bench.processes import Processes
 from srbval.bench.row import BenchRun
 from srbval.bench.scenes import PAPER_STEP_S
@@ -19,6 +21,8 @@ SECOND_START_LIMIT_S = 2.0
 GROWTH_LIMIT = 1.0
 OUTER = ("play0-outer", "interference-outer")
 Read = Callable[[BenchRun], float | None]
+_wall: Read = operator.attrgetter("wall_per_simulated_s")
+_cage: Read = operator.attrgetter("cage_error_bound")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,12 +50,9 @@ class Target:
 
 def speed_targets(rows: Sequence[BenchRun], costs: Sequence[ContactCost], processes: Processes | None) -> list[Target]:
     """The speed figures of the full model, from what this run of the benchmark measured."""
-    own = [
-        _of_row(rows, scene, "ode4", PAPER_STEP_S, _wall, f"full model, ode4 at 1/61440 s, {scene}", REAL_TIME, "s/s")
-        for scene in OUTER
-    ]
     return [
-        *own,
+        *(_of_row(_row(rows, scene, "ode4", PAPER_STEP_S), _wall, f"full model, ode4 at 1/61440 s, {scene}", REAL_TIME,
+                  "s/s") for scene in OUTER),
         Target(name=f"time over touching points, growth from {POINTS[0]} to {POINTS[-1]} points per circle",
                value=points_growth(costs), limit=GROWTH_LIMIT, unit="1"),
         Target(name="contact time per touching roller and race, play0-healthy over interference-healthy",
@@ -71,57 +72,40 @@ def accuracy_targets(rows: Sequence[BenchRun]) -> list[Target]:
     play, printed = OUTER
 
     def own(scene: str, read: Read, what: str, limit: float, unit: str = "1") -> Target:
-        return _of_row(rows, scene, name, step, read, f"default ({name}), {scene}: {what}", limit, unit)
+        return _of_row(_row(rows, scene, name, step), read, f"default ({name}), {scene}: {what}", limit, unit)
 
     def over_ode4(read: Read) -> Read:
         explicit = _row(rows, printed, "ode4", PAPER_STEP_S)
-        return lambda row: _over(read(row), None if explicit is None else read(explicit))
+        return lambda row: ratio_or_none(read(row), None if explicit is None else read(explicit))
+
+    def band(row: BenchRun) -> float | None:
+        return None if row.errors is None else row.errors.band_rms_error
+
+    def floor(row: BenchRun) -> float | None:
+        return None if row.measures is None else row.measures.noise_floor
 
     return [
         own(play, _wall, "wall time", 0.35, "s/s"),
         own(printed, _wall, "wall time", 0.6, "s/s"),
         own(printed, _cage, "cage error", 2e-5),
-        own(printed, _floor, "noise floor", 1e-3),
-        own(printed, _band, "500-1500 Hz RMS error", 0.05),
+        own(printed, floor, "noise floor", 1e-3),
+        own(printed, band, "500-1500 Hz RMS error", 0.05),
         own(printed, over_ode4(_cage), "cage error over ode4's at 1/61440 s", 0.1),
-        own(printed, over_ode4(_floor), "noise floor over ode4's at 1/61440 s", 0.1),
+        own(printed, over_ode4(floor), "noise floor over ode4's at 1/61440 s", 0.1),
         own(printed, over_ode4(_wall), "wall time over ode4's at 1/61440 s", 0.5),
         Target(name="least cage error of a run at real time or faster, any scene", value=_closest(rows),
                limit=2e-6, unit="1", attempted=True),
     ]  # fmt: skip
 
 
-def _of_row(
-    rows: Sequence[BenchRun], scene: str, solver: str, step_s: float, read: Read, name: str, limit: float, unit: str
-) -> Target:
-    row = _row(rows, scene, solver, step_s)
+def _of_row(row: BenchRun | None, read: Read, name: str, limit: float, unit: str) -> Target:
     value = read(row) if row is not None and row.ok else None
     return Target(name=name, value=value, limit=limit, unit=unit, attempted=row is not None)
 
 
 def _row(rows: Sequence[BenchRun], scene: str, solver: str, step_s: float) -> BenchRun | None:
-    own = [r for r in rows if (r.scene, r.solver) == (scene, solver) and math.isclose(r.dt_s, step_s, rel_tol=1e-6)]
-    return own[0] if own else None
-
-
-def _wall(row: BenchRun) -> float | None:
-    return row.wall_per_simulated_s
-
-
-def _cage(row: BenchRun) -> float | None:
-    return row.cage_error_bound
-
-
-def _band(row: BenchRun) -> float | None:
-    return None if row.errors is None else row.errors.band_rms_error
-
-
-def _floor(row: BenchRun) -> float | None:
-    return None if row.measures is None else row.measures.noise_floor
-
-
-def _over(value: float | None, other: float | None) -> float | None:
-    return None if value is None or not other else value / other
+    own = (r for r in rows if (r.scene, r.solver) == (scene, solver) and math.isclose(r.dt_s, step_s, rel_tol=1e-6))
+    return next(own, None)
 
 
 def _closest(rows: Sequence[BenchRun]) -> float | None:
@@ -133,7 +117,7 @@ def points_growth(costs: Sequence[ContactCost]) -> float | None:
     """Time per point in contact at the most points over that at the fewest; above 1, other points cost time too."""
     per_point = {c.points_per_circle: c.ns_per_point for c in costs if c.scene == HEALTHY[0]}
     few, many = per_point.get(POINTS[0]), per_point.get(POINTS[-1])
-    return None if few is None or many is None else many / few
+    return ratio_or_none(many, few)
 
 
 def contact_cost_ratio(costs: Sequence[ContactCost]) -> float | None:
@@ -146,7 +130,7 @@ def contact_cost_ratio(costs: Sequence[ContactCost]) -> float | None:
     if bodies_us is None or not set(HEALTHY) <= set(own):
         return None
     some, every = (own[scene].contact_us(bodies_us) for scene in HEALTHY)
-    return None if some is None or every is None else some / every
+    return ratio_or_none(some, every)
 
 
 def _memory_mb(processes: Processes | None) -> float | None:

@@ -3,13 +3,16 @@
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
+from xml.etree import ElementTree
 
 from srbval.check.quantities import GROUPS
 from srbval.check.reference import ReferenceQuantity, read_reference, reference_path
 from srbval.errors import ConfigurationError
 from srbval.progress import Progress, silent
 from srbval.scene import Scene, paper_scene
+from srbval.storage.whole_file import whole_file
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,6 +94,30 @@ def _checked(name: str, value: float, wanted: ReferenceQuantity | None) -> Check
         name=name, value=value, low=middle - wanted.tolerance, high=middle + wanted.tolerance, unit=wanted.unit,
         reason=wanted.reason,
     )  # fmt: skip
+
+
+def write_junit(path: Path, result: CheckResult, *, seconds: float) -> None:
+    """Write a JUnit report, which build servers read; `DataError` where that cannot be.
+
+    It has one test case per quantity, with a failure's values as its message.
+    """
+    failed = sum(not check.ok for check in result.checks)
+    counts = {"tests": len(result.checks) + len(result.skipped), "failures": failed, "skipped": len(result.skipped)}
+    suite = ElementTree.Element("testsuite", {"name": "srbval check", "errors": "0", "time": f"{seconds:.1f}"})
+    suite.attrib |= {key: str(count) for key, count in counts.items()}
+    for check in result.checks:
+        case = ElementTree.SubElement(suite, "testcase", {"classname": "srbval.check", "name": check.name})
+        if not check.ok:
+            message = f"{check.value:.9g} is not within {check.low:.9g} to {check.high:.9g} {check.unit}"
+            ElementTree.SubElement(case, "failure", {"message": message}).text = check.reason
+    for name in result.skipped:
+        case = ElementTree.SubElement(suite, "testcase", {"classname": "srbval.check", "name": name})
+        ElementTree.SubElement(case, "skipped", {"message": "needs a recording that is not registered"})
+    suites = ElementTree.Element("testsuites")
+    suites.append(suite)
+    ElementTree.indent(suites)
+    with whole_file(path) as part:
+        ElementTree.ElementTree(suites).write(part, encoding="utf-8", xml_declaration=True)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,20 +5,19 @@ what could not be computed because something failed is NaN.
 """
 
 import math
-import os
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
+from srbval.bench.batch import run_all
 from srbval.bench.measures import measure
 from srbval.errors import ConfigurationError
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import make_parameters
 from srbval.models.precompile import load_kernels
-from srbval.models.run import Run, RunStatus
+from srbval.models.run import Run
 from srbval.models.run_statistics import RunStatistics
-from srbval.models.simulate import simulate, static_share
+from srbval.models.simulate import static_share
 from srbval.progress import Progress
 from srbval.recordings import load_recording, recording_from_run
 from srbval.recordings.registry import find_recording
@@ -44,18 +43,8 @@ def with_defect(base: Scene, kind: Fault) -> Scene:
 
 def run_side_by_side(scenes: Mapping[str, Scene], progress: Progress) -> dict[str, Run | None]:
     """Run every scene, one per core at a time; None where a run failed or found no start."""
-
-    def one(name: str) -> Run | None:
-        scene = scenes[name]
-        try:
-            run = simulate(scene, progress=lambda _, fraction: progress(name, fraction))
-        except ConfigurationError:  # the reference scenes are valid: the model is at fault
-            return None
-        return run if run.status is RunStatus.OK else None
-
     load_kernels(scene.model for scene in scenes.values())
-    with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:
-        return dict(zip(scenes, pool.map(one, scenes), strict=True))
+    return run_all(scenes, lambda _, tried, __: tried.run if tried.ok else None, task="runs", progress=progress)
 
 
 def measures_of(run: Run | None) -> dict[str, float]:

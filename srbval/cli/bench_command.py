@@ -13,8 +13,7 @@ from srbval.bench.ladder.measure import answer_store, measure_ladder
 from srbval.bench.ladder.table import summary
 from srbval.bench.machine import Machine, usable_cores
 from srbval.bench.reading import QUICK_READING, ReadingBench, ReadingSettings, run_reading_bench
-from srbval.bench.scenes import SCENES
-from srbval.bench.settings import FULL, QUICK
+from srbval.bench.scenes import FULL, QUICK, SCENES
 from srbval.cli.measured import measure_and_print
 from srbval.cli.output import print_columns, print_json, print_rows
 from srbval.errors import ConfigurationError

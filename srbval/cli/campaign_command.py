@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from srbval.bench.noise_study import noise_study
+from srbval.bench.noise import noise_study
 from srbval.campaign.engines.choose import choose_engine
 from srbval.campaign.export import ExportSettings, export_campaign
 from srbval.campaign.planning import plan_cases, totals

@@ -6,8 +6,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from srbval.check.check import CheckResult, Difference, differences, renewed, run_check
-from srbval.check.junit import write_junit
+from srbval.check.check import CheckResult, Difference, differences, renewed, run_check, write_junit
 from srbval.check.reference import ReferenceQuantity, read_reference, reference_path, write_reference
 from srbval.cli.output import print_json, print_table
 from srbval.progress import ProgressDisplay, prefixed

@@ -5,13 +5,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from srbval.bench.ladder.questions import MEANING, Question, asked_of
-from srbval.bench.ladder.table import LadderCalibration
+from srbval.bench.ladder.table import REFERENCE_MODEL, LadderCalibration
 from srbval.errors import ConfigurationError
 from srbval.models.ladder import RUNGS, Rung
 from srbval.plan.calibrated import Neighbours, neighbours, shipped_calibration
 from srbval.scene import Scene
-
-REFERENCE_MODEL = "full"
 
 
 @dataclass(frozen=True, kw_only=True)

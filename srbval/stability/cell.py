@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from srbval.bench.scenes import PAPER_STEP_S
 from srbval.models.run import RunStatus
-from srbval.stability.grid import StabilityCase
+from srbval.stability.grid import StabilityCase, StabilityGroup
 from srbval.stability.outcome import StabilityOutcome, StabilityReference, relative
 from srbval.stability.step_limits import StepLimits
 
@@ -91,43 +91,29 @@ class StabilityCell:
     def to_dict(self) -> dict[str, Any]:
         """What is written as JSON, flat. `points_per_step`: points of the inner race that pass a roller per step."""
         outcome = self.outcome
+        own = ("model", "status", "reason", "like_reference", "holds", "cage_error", "load_part", "band_rms_part",
+               "points_per_step")  # fmt: skip
+        measured = ("energy_imbalance", "cage_ratio", "load_share", "seconds", "wall_s")
         return {
-            "scene": self.case.group.scene,
-            "model": self.model,
+            **vars(self.case.group),
             "solver": self.case.solver,
             "dt_s": self.case.step_s,
-            "rpm": self.case.group.rpm,
-            "critical_velocity_m_s": self.case.group.critical_velocity_m_s,
-            "status": self.status,
-            "reason": self.reason,
+            **{name: getattr(self, name) for name in own},
             "predicted_limit_dt_s": self.limits.whole_s,
             "predicted_elastic_limit_dt_s": self.limits.elastic_s,
             "run_status": outcome.status,
-            "like_reference": self.like_reference,
-            "holds": self.holds,
-            "cage_error": self.cage_error,
-            "load_part": self.load_part,
-            "band_rms_part": self.band_rms_part,
-            "energy_imbalance": outcome.energy_imbalance,
-            "points_per_step": self.points_per_step,
-            "cage_ratio": outcome.cage_ratio,
-            "load_share": outcome.load_share,
-            "seconds": outcome.seconds,
-            "wall_s": outcome.wall_s,
+            **{name: getattr(outcome, name) for name in measured},
         }
 
 
 @dataclass(frozen=True, kw_only=True)
-class Planted:
+class Planted(StabilityGroup):
     """A planted failure: detected (`caught`) where the run's own status is not ``ok``."""
 
     JSON_PROPERTIES: ClassVar = ("caught",)
 
-    scene: str
-    critical_velocity_m_s: float
     solver: str
     dt_s: float
-    rpm: float
     run_status: str
 
     @property
@@ -140,16 +126,11 @@ def planted_in(cells: Sequence[StabilityCell]) -> tuple[Planted, ...]:
     """The planted failures among `cells`."""
     return tuple(
         Planted(
-            scene=cell.case.group.scene,
-            critical_velocity_m_s=cell.case.group.critical_velocity_m_s,
-            solver=cell.case.solver,
-            dt_s=cell.case.step_s,
-            rpm=cell.case.group.rpm,
-            run_status=cell.outcome.status,
+            **vars(cell.case.group), solver=cell.case.solver, dt_s=cell.case.step_s, run_status=cell.outcome.status
         )
         for cell in cells
         if _is_planted(cell)
-    )
+    )  # fmt: skip
 
 
 def _is_planted(cell: StabilityCell) -> bool:

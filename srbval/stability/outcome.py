@@ -1,7 +1,6 @@
 """Outcomes of the runs of the map, stored so that an interrupted map continues; the converged runs among them."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
@@ -10,12 +9,13 @@ from srbval.bench.measures import band_rms, smooth_mean
 from srbval.bench.reference import reference_solver
 from srbval.bench.scenes import scene_content
 from srbval.bench.timing import Attempt
-from srbval.models.run import Run
 from srbval.progress import Progress
 from srbval.scene import Scene
 from srbval.stability.grid import StabilityCase, StabilityGrid, StabilityGroup
 from srbval.storage.content_store import ContentStore
 from srbval.validation.pipeline import SIMULATED_BAND_HZ
+
+MEASURED = ("cage_ratio", "load_share", "band_rms_m_s2", "energy_imbalance")  # of a run: fields of its outcome
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,31 +67,22 @@ def outcomes(
         store.save(scene_content(scenes[case]), asdict(outcome))
         return outcome
 
-    fresh: Mapping[StabilityCase, StabilityOutcome] = (
-        run_all(missing, read, task=task, jobs=jobs, progress=progress) if missing else {}
-    )  # fmt: skip
+    fresh = run_all(missing, read, task=task, jobs=jobs, progress=progress) if missing else {}
     return {case: found[case] or fresh[case] for case in cases}
 
 
 def outcome_of(tried: Attempt, wall_s: float) -> StabilityOutcome:
     """What is stored of an attempt."""
     scene, run = tried.scene, tried.run
-    figures = dict.fromkeys(("cage_ratio", "load_share", "band_rms_m_s2", "energy_imbalance"), math.nan)
+    measured = [math.nan] * len(MEASURED)
     if run is not None and run.samples > 0:
-        figures = _figures(run)
+        band = band_rms(run.acceleration_m_s2[:, 1], scene.output_rate_hz, SIMULATED_BAND_HZ)
+        cage_ratio = smooth_mean(run.cage_rad_s) / scene.mean_shaft_rad_s
+        measured = [cage_ratio, run.roller_load_share, band, run.energy_imbalance]
     return StabilityOutcome(
-        status=tried.status, reason=tried.reason, **figures,
+        status=tried.status, reason=tried.reason, **dict(zip(MEASURED, measured, strict=True)),
         seconds=scene.duration_s, settle_s=scene.settle_s, wall_s=wall_s,
     )  # fmt: skip
-
-
-def _figures(run: Run) -> dict[str, float]:
-    return {
-        "cage_ratio": smooth_mean(run.cage_rad_s) / run.scene.mean_shaft_rad_s,
-        "load_share": run.roller_load_share,
-        "band_rms_m_s2": band_rms(run.acceleration_m_s2[:, 1], run.scene.output_rate_hz, SIMULATED_BAND_HZ),
-        "energy_imbalance": run.energy_imbalance,
-    }
 
 
 def _stored(store: ContentStore, scene: Scene) -> StabilityOutcome | None:
@@ -132,15 +123,12 @@ class StabilityReference:
         """Plain values."""
         worse = self.coarse if self.fine.ok else self.fine
         return {
-            **asdict(self.group),
+            **vars(self.group),
             "solver": self.solver,
             "dt_s": 1 / self.steps_per_s,
             "status": worse.status,
             "reason": worse.reason,
-            "cage_ratio": self.fine.cage_ratio,
-            "load_share": self.fine.load_share,
-            "band_rms_m_s2": self.fine.band_rms_m_s2,
-            "energy_imbalance": self.fine.energy_imbalance,
+            **{name: getattr(self.fine, name) for name in MEASURED},
             "own_cage_error": self.own_cage_error,
             "own_load_error": self.own_load_error,
         }
@@ -148,14 +136,12 @@ class StabilityReference:
 
 def reference_cases(grid: StabilityGrid) -> dict[StabilityGroup, tuple[StabilityCase, StabilityCase]]:
     """For each part of the map the reference and the run at twice its step."""
-    solver, steps = reference_solver(), grid.reference_steps_per_s
-    return {
-        group: (
-            StabilityCase(group=group, solver=solver, steps_per_s=steps),
-            StabilityCase(group=group, solver=solver, steps_per_s=steps // 2),
-        )
-        for group in grid.groups
-    }
+    fine = grid.reference_steps_per_s
+
+    def case(group: StabilityGroup, steps: int) -> StabilityCase:
+        return StabilityCase(group=group, solver=reference_solver(), steps_per_s=steps)
+
+    return {group: (case(group, fine), case(group, fine // 2)) for group in grid.groups}
 
 
 def reference_of(

@@ -1,23 +1,16 @@
 """The complete stability map."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from srbval.bearing import load_bearing
 from srbval.bench.machine import Machine, calibrate, describe_machine, load_average
 from srbval.progress import Progress, silent
+from srbval.scene import Scene
 from srbval.stability.cell import NO_REFERENCE, UNLIKE, Planted, StabilityCell, planted_in
 from srbval.stability.claims import Claim, claims
 from srbval.stability.grid import FULL, StabilityCase, StabilityGrid, StabilityGroup
-from srbval.stability.outcome import (
-    StabilityOutcome,
-    StabilityReference,
-    outcome_store,
-    outcomes,
-    reference_cases,
-    reference_of,
-)
+from srbval.stability.outcome import StabilityReference, outcome_store, outcomes, reference_cases, reference_of
 from srbval.stability.step_limits import StepLimits, predict
 from srbval.storage.content_store import ContentStore
 
@@ -88,9 +81,18 @@ def run_stability(
     both = tuple(case for pair in pairs.values() for case in pair)
     converged = outcomes(grid, both, task=CONVERGING, store=store, jobs=jobs, progress=progress)
     references = {group: reference_of(pair, converged) for group, pair in pairs.items()}
-    cases = tuple(grid.cases)
-    found = outcomes(grid, cases, task=MAPPING, store=store, jobs=jobs, progress=progress)
-    cells = _cells(grid, cases, found, references, limits)
+    found = outcomes(grid, tuple(grid.cases), task=MAPPING, store=store, jobs=jobs, progress=progress)
+    cells = tuple(
+        StabilityCell(
+            case=case,
+            model=grid.scene(case).model,
+            outcome=found[case],
+            reference=references[case.group],
+            limits=limits[case.group][case.solver],
+            points_per_step=_points_per_step(grid.scene(case)),
+        )
+        for case in grid.cases
+    )
     return StabilityResult(
         machine=describe_machine(calibration, calibrate(), load),
         grid=grid,
@@ -111,28 +113,7 @@ def _limits(grid: StabilityGrid, progress: Progress) -> dict[StabilityGroup, dic
     return found
 
 
-def _cells(
-    grid: StabilityGrid,
-    cases: Sequence[StabilityCase],
-    found: dict[StabilityCase, StabilityOutcome],
-    references: dict[StabilityGroup, StabilityReference],
-    limits: dict[StabilityGroup, dict[str, StepLimits]],
-) -> tuple[StabilityCell, ...]:
-    return tuple(
-        StabilityCell(
-            case=case,
-            model=grid.scene(case).model,
-            outcome=found[case],
-            reference=references[case.group],
-            limits=limits[case.group][case.solver],
-            points_per_step=_points_per_step(grid, case),
-        )
-        for case in cases
-    )
-
-
-def _points_per_step(grid: StabilityGrid, case: StabilityCase) -> float:
-    scene = grid.scene(case)
+def _points_per_step(scene: Scene) -> float:
     bearing = load_bearing(scene.bearing)
     passing_hz = bearing.orders.at(scene.shaft_hz).bpfi_hz / bearing.rolling_elements
-    return scene.contact.points_per_circle * passing_hz * case.step_s
+    return scene.contact.points_per_circle * passing_hz * scene.solver.step_s

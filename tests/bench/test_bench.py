@@ -14,18 +14,15 @@ import pytest
 from srbval.bearing import Fault
 from srbval.bench import bench, processes
 from srbval.bench.bench import BenchResult, run_bench, step_sizes
-from srbval.bench.contact_counts import ContactCounts
 from srbval.bench.measures import Measures
 from srbval.bench.processes import Processes
 from srbval.bench.reference import reference_solver, reference_store, references
 from srbval.bench.row import row_of
-from srbval.bench.scenes import SCENES, bench_scene, output_rate_hz
-from srbval.bench.settings import QUICK, BenchSettings
+from srbval.bench.scenes import QUICK, SCENES, BenchSettings, bench_scene, output_rate_hz
 from srbval.bench.speed import NOTHING_TOUCHES, ContactCost
 from srbval.bench.targets import Target, contact_cost_ratio, points_growth, speed_targets
 from srbval.bench.timing import time_scene
-from srbval.bench.trajectory import observed_order, path_error
-from srbval.bench.work_precision import with_accuracy
+from srbval.bench.work_precision import observed_order, path_error, with_accuracy
 from srbval.cli import bench_command, main
 from srbval.errors import ConfigurationError
 from srbval.scene import RollerFit
@@ -96,7 +93,7 @@ def test_document(result: BenchResult) -> None:
 
 
 def test_touch_costs(result: BenchResult) -> None:
-    costs = [cost.to_dict() for cost in result.contact_costs]
+    costs = [json_object(cost) for cost in result.contact_costs]
     assert [c["points_per_circle"] for c in costs] == [500, 1000, 2000, 4000, 500, 500]
     assert costs[0]["touching_points"] < costs[3]["touching_points"]
 
@@ -167,8 +164,8 @@ def test_targets_are_shown_met_or_not() -> None:
 
 def test_growth_is_of_time_per_touching_thing() -> None:
     def cost(scene: str, points: int, us: float, touching: float, contacts: float) -> ContactCost:
-        counts = ContactCounts(points=touching, contacts=contacts, loaded_rollers=1.0)
-        return ContactCost(scene=scene, solver="ode4", points_per_circle=points, us_per_step=us, touching=counts)
+        return ContactCost(scene=scene, solver="ode4", points_per_circle=points, us_per_step=us,
+                           touching_points=touching, touching_contacts=contacts)  # fmt: skip
 
     costs = [cost("play0-healthy", 500, 10.0, 100.0, 50.0), cost("play0-healthy", 4000, 40.0, 800.0, 50.0),
              cost("interference-healthy", 500, 20.0, 300.0, 80.0),

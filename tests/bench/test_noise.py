@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import welch
 
-from srbval.bench.noise import WHITE, NoiseSpectrum, add_noise, noise_spectrum
-from srbval.bench.noise_study import noise_study
+from srbval.bench.noise import WHITE, NoiseSpectrum, add_noise, noise_spectrum, noise_study
 from srbval.errors import ConfigurationError
 from srbval.models.run_file import write_run
 from srbval.models.simulate import simulate

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.bench.machine import usable_cores
-from srbval.bench.reading_records import (
+from srbval.bench.reading_trials import (
     BLOCK_S,
     HALF_SHARE,
     LINE_HZ,

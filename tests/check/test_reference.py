@@ -10,8 +10,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from srbval.check.check import Checked, CheckResult, differences, renewed
-from srbval.check.junit import write_junit
+from srbval.check.check import Checked, CheckResult, differences, renewed, write_junit
 from srbval.check.reference import ReferenceQuantity, read_reference, write_reference
 from srbval.errors import ConfigurationError, DataError
 

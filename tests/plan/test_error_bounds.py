@@ -3,8 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from srbval.plan.calibrated import shipped_calibration
-from srbval.plan.error_bounds import LEAST_SCENES, margin, margins
+from srbval.plan.calibrated import LEAST_SCENES, margin, margins, shipped_calibration
 
 # A margin is meant to be exceeded by one scene in hundreds.
 ONE_IN_HUNDREDS = 0.003

@@ -8,8 +8,7 @@ from srbval.bench.ladder.cases import grid
 from srbval.bench.ladder.questions import Question
 from srbval.bench.ladder.table import LadderCalibration
 from srbval.errors import ConfigurationError
-from srbval.plan.calibrated import neighbours, shipped_calibration
-from srbval.plan.error_bounds import margins
+from srbval.plan.calibrated import margins, neighbours, shipped_calibration
 from srbval.plan.plan import Plan, make_plan
 from srbval.scene import Scene, paper_scene
 

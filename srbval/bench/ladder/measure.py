@@ -2,13 +2,12 @@
 
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass
 from multiprocessing import get_context
 
 from srbval.bearing import Fault, load_bearing
 from srbval.bench.ladder.cases import CalibrationScene, quick_grid
-from srbval.bench.ladder.questions import Answer, Question, answers, asked_of, error_pct
-from srbval.bench.ladder.table import Entry, LadderCalibration, RungEntry
+from srbval.bench.ladder.questions import answers, asked_of, error_pct
+from srbval.bench.ladder.table import Answered, Entry, LadderCalibration, RungEntry, read_answers
 from srbval.bench.machine import calibrate, describe_machine, load_average, usable_cores
 from srbval.bench.scenes import scene_content
 from srbval.bench.timing import attempt
@@ -23,15 +22,6 @@ from srbval.storage.strict_json import json_object
 SECONDS = 2.0  # eleven revolutions at the slowest speed
 WARM_UP_S = 0.01
 REFINEMENT = 2  # of the reference's step
-
-
-@dataclass(frozen=True, kw_only=True)
-class Answered:
-    """A run's answers and cost; `answers` is empty where the run failed (`status`)."""
-
-    status: str
-    wall_per_simulated_s: float | None
-    answers: dict[Question, Answer | None]
 
 
 def answer_store() -> ContentStore:
@@ -118,28 +108,25 @@ def measure_case(
         reference={q: right.answers.get(q) for q in asked},
         rungs={
             model: RungEntry(
-                status=own.status,
-                wall_per_simulated_s=own.wall_per_simulated_s,
+                status=own.status, wall_per_simulated_s=own.wall_per_simulated_s,
                 answers={q: own.answers.get(q) for q in asked},
                 error_pct={q: error_pct(q, own.answers.get(q), right.answers.get(q)) for q in asked},
             )
             for model, own in rungs.items()
         },
-    )
+    )  # fmt: skip
 
 
 def answer(scene: Scene, store: ContentStore | None = None) -> Answered:
     """Run a scene and read its answers, or fetch them from `store`."""
     stored = None if store is None else store.load(scene_content(scene))
     if stored is not None:
-        found = {Question(q): None if a is None else tuple(a) for q, a in stored["answers"].items()}
-        return Answered(status=stored["status"], wall_per_simulated_s=stored["wall_per_simulated_s"], answers=found)
+        return Answered(**stored | {"answers": read_answers(stored["answers"])})
     tried = attempt(scene)
-    good = tried.ok and tried.run is not None
     fresh = Answered(
         status=tried.status,
         wall_per_simulated_s=None if tried.run is None else tried.run.wall_s / (tried.run.seconds + scene.settle_s),
-        answers=answers(tried.run, load_bearing(scene.bearing)) if good and tried.run is not None else {},
+        answers=answers(tried.run, load_bearing(scene.bearing)) if tried.ok and tried.run is not None else {},
     )
     if store is not None:
         store.save(scene_content(scene), fresh)

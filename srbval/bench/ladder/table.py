@@ -17,15 +17,18 @@ SCHEMA_VERSION = 2
 
 
 @dataclass(frozen=True, kw_only=True)
-class RungEntry:
-    """A rung on a scene: how the run ended, its cost, its answers and their errors [%]; None: no answer.
-
-    The cost is the wall time of the solution, as `Run.wall_s`.
-    """
+class Answered:
+    """A run's answers (None or left out: none) and its cost: the wall time of the solution, as `Run.wall_s`."""
 
     status: str
     wall_per_simulated_s: float | None
     answers: Mapping[Question, Answer | None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RungEntry(Answered):
+    """A rung on a scene, with the errors of its answers [%]; None: no answer."""
+
     error_pct: Mapping[Question, float | None]
 
 
@@ -39,11 +42,7 @@ class Entry:
 
     def to_dict(self) -> dict[str, Any]:
         """What is written as JSON, the scene's values flat."""
-        return {
-            **vars(self.case),
-            "reference": self.reference,
-            "rungs": self.rungs,
-        }
+        return {**vars(self.case), "reference": self.reference, "rungs": self.rungs}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -80,11 +79,7 @@ def load_calibration(path: Path) -> LadderCalibration:
     try:
         table = json.loads(path.read_text(encoding="utf-8"))
         return LadderCalibration(
-            reference=table["reference"],
-            solver=table["solver"],
-            step_s=table["step_s"],
-            seconds=table["seconds"],
-            machine=table["machine"],
+            **{name: table[name] for name in ("reference", "solver", "step_s", "seconds", "machine")},
             entries=tuple(_entry(e) for e in table["entries"]),
             between=tuple(_entry(e) for e in table["between"]),
         )
@@ -97,20 +92,22 @@ def load_calibration(path: Path) -> LadderCalibration:
 def _entry(table: Mapping[str, Any]) -> Entry:
     return Entry(
         case=CalibrationScene(**{name: table[name] for name in ("kind", "fit", "rpm", "radial_kn", "height_mm")}),
-        reference=_answers(table["reference"]),
+        reference=read_answers(table["reference"]),
         rungs={
             model: RungEntry(
-                status=rung["status"],
-                wall_per_simulated_s=rung["wall_per_simulated_s"],
-                answers=_answers(rung["answers"]),
-                error_pct={Question(q): e for q, e in rung["error_pct"].items()},
+                **rung
+                | {
+                    "answers": read_answers(rung["answers"]),
+                    "error_pct": {Question(q): e for q, e in rung["error_pct"].items()},
+                }
             )
             for model, rung in table["rungs"].items()
         },
     )
 
 
-def _answers(table: Mapping[str, Any]) -> dict[Question, Answer | None]:
+def read_answers(table: Mapping[str, Any]) -> dict[Question, Answer | None]:
+    """The answers that a JSON object holds."""
     return {Question(q): None if a is None else tuple(a) for q, a in table.items()}
 
 
