@@ -8,7 +8,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -39,10 +39,13 @@ class CaseResult:
 
 def write_result(path: Path, run: Run, quantities: Sequence[CaseQuantity], outputs: Sequence[Output]) -> None:
     """Write the `outputs` of a run that ended well, whole or not at all; `OSError` where that fails."""
+    import h5py
+
     image = io.BytesIO()
     if {Output.SIGNALS, Output.ACCELERATION} & set(outputs):
         signals = run if Output.SIGNALS in outputs else _acceleration_only(run)
-        with _ImageWriter(image, run.scene) as writer:
+        with h5py.File(image, "w", track_order=True) as file:
+            writer = _ImageWriter(file, run.scene)
             writer.append({f.name: getattr(signals, f.name) for f in fields(signals)})
             writer.finish(
                 replace(signals, wall_s=0.0, compile_s=0.0)
@@ -84,16 +87,6 @@ def read_result(path: Path) -> CaseResult:
 
 class _ImageWriter(RunWriter):
     """Writes a run file into memory: on a full disk HDF5 crashes the process, a plain write does not."""
-
-    def __init__(self, image: io.BytesIO, scene: Scene) -> None:
-        super().__init__(Path(), scene)
-        self._image = image
-
-    def __enter__(self) -> Self:
-        import h5py
-
-        self._file = self._stack.enter_context(h5py.File(self._image, "w", track_order=True))
-        return self
 
     def _extend(self, name: str, values: FloatArray, units: str, long_name: str) -> None:
         """Write each variable at once: otherwise their order depends on when HDF5 happens to flush them."""

@@ -23,13 +23,12 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
-from srbval.models import outputs as col
-from srbval.models.outputs import Chunk
+from srbval.models.outputs import Outputs
 from srbval.models.planar import ring_kernel
 from srbval.models.planar.rung import NUDGE_M, PlanarRing, make_ring
 from srbval.models.prescribed import Prescribed, passages, refuse_axial
 from srbval.models.run_statistics import RunStatistics
-from srbval.models.simulate import chunks
+from srbval.models.simulate import prescribed_outputs
 from srbval.scene import Defect, Scene
 
 # Without geometry:
@@ -38,18 +37,12 @@ LINE_CONTACT = 10 / 9
 HIGHEST_SHARE = 4.08  # of the load over the number of elements, line contact, no clearance
 
 
-def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Chunk]]:
+def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
     """The rung, see `srbval.models.ladder`."""
     started = time.perf_counter()
-    rate = stats.scene.output_rate_hz
     motion = Prescribed(scene=stats.scene, orders=stats.bearing.orders)
-    out = np.full((whole, col.COUNT), np.nan)
-    out[:, [col.ACCELERATION_X, col.ACCELERATION_Y]] = np.diff(_ring_velocity(stats, whole + 1), axis=0) * rate
-    out[:, col.ACCELERATION_Z] = 0.0
-    out[:, col.CAGE_SPEED] = np.diff(motion.cage_rad(np.arange(whole + 1) / rate)) * rate
-    stats.wall_s += time.perf_counter() - started
-    for first, count in chunks(settle, whole, 0, rate):
-        yield first, Chunk(out=out[first : first + count])
+    acceleration = np.diff(_ring_velocity(stats, whole + 1), axis=0) * stats.scene.output_rate_hz
+    return prescribed_outputs(stats, settle, motion, acceleration, started)
 
 
 def _ring_velocity(stats: RunStatistics, samples: int) -> FloatArray:
@@ -65,8 +58,8 @@ def _ring_velocity(stats: RunStatistics, samples: int) -> FloatArray:
         force += _pulses(ring, number, balance, samples)
     here = ring.undamaged_force_n(balance)
     contact = -np.array([ring.undamaged_force_n(balance + NUDGE_M * axis) - here for axis in np.eye(2)]) / NUDGE_M
-    stiffness = ring.stiffness_n_m * np.eye(2) + (contact + contact.T) / 2
-    return _velocity(scene, ring.mass_kg, stiffness, force)
+    stiffness = ring.kernel.stiffness * np.eye(2) + (contact + contact.T) / 2
+    return _velocity(scene, ring.kernel.mass, stiffness, force)
 
 
 def _pulses(ring: PlanarRing, number: int, balance_m: FloatArray, samples: int) -> FloatArray:
@@ -75,14 +68,13 @@ def _pulses(ring: PlanarRing, number: int, balance_m: FloatArray, samples: int) 
     defect = scene.defects[number]
     random = np.random.default_rng([scene.seed, number])
     jitter = scene.slip_jitter * random.standard_normal(int(samples / rate * ring.passing_hz) + 1000)
-    hits = passages(defect, motion, ring.rollers, scene.load.zone_rad, samples / rate, jitter)
-    angle = _defect_angle(defect, motion, ring.rollers, hits.time_s)
+    time_s, race = passages(defect, motion, ring.kernel.rollers, scene.load.zone_rad, samples / rate, jitter)
+    angle = _defect_angle(defect, motion, ring.kernel.rollers, time_s)
     outwards = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     force = np.zeros((samples, 2))
-    tables = [i for i in range(len(ring.defects)) if ring.defect_of[i] == number]
-    for table in tables:
-        hit = hits.race == ring.defects[table, ring_kernel.KIND] % 2
-        _add(ring, table, hits.time_s[hit], outwards[hit], balance_m, force)
+    for table in (i for i, owner in enumerate(ring.defect_of) if owner == number):
+        hit = race == ring.kernel.defects[table, ring_kernel.KIND] % 2
+        _add(ring, table, time_s[hit], outwards[hit], balance_m, force)
     return force
 
 
@@ -98,17 +90,18 @@ def _add(
     ring: PlanarRing, table: int, time_s: FloatArray, outwards: FloatArray, balance_m: FloatArray, force: FloatArray
 ) -> None:
     """Add the pulses of one defect on one race: what its table says at the approach and position of each sample."""
-    rate = ring.scene.output_rate_hz
-    at = np.clip((-outwards @ balance_m - ring.bump_start_m) / ring.bump_step_m, 0, ring.bumps.shape[1] - 1.001)
+    rate, kernel = ring.scene.output_rate_hz, ring.kernel
+    bumps, position_step = kernel.bumps[table], kernel.defects[table, ring_kernel.POSITION_STEP]
+    at = np.clip((-outwards @ balance_m - kernel.bump_start) / kernel.bump_step, 0, len(bumps) - 1.001)
     below = at.astype(np.int64)
     share = (at - below)[:, None]
-    pulse = (1 - share) * ring.bumps[table, below] + share * ring.bumps[table, below + 1]
+    pulse = (1 - share) * bumps[below] + share * bumps[below + 1]
     speed = ring.sweep_m_s(table, time_s)
     positions = pulse.shape[1] - 1
-    half = int(np.ceil(ring.defects[table, ring_kernel.POSITION_STEP] * positions / max(speed.min(), 1e-6) * rate)) + 1
+    half = int(np.ceil(position_step * positions / max(speed.min(), 1e-6) * rate)) + 1
     half = min(half, force.shape[0])
     sample = np.round(time_s * rate).astype(np.int64)[:, None] + np.arange(-half, half + 1)
-    position = np.abs(sample / rate - time_s[:, None]) * speed[:, None] / ring.defects[table, ring_kernel.POSITION_STEP]
+    position = np.abs(sample / rate - time_s[:, None]) * speed[:, None] / position_step
     inside = (position < positions) & (sample >= 0) & (sample < force.shape[0])
     k = np.minimum(position.astype(np.int64), positions - 1)
     weight = position - k
@@ -128,14 +121,13 @@ def _assumed_pulses(stats: RunStatistics, samples: int) -> FloatArray:
         random = np.random.default_rng([scene.seed, number])
         most = int(seconds * scene.shaft_hz * 4 * bearing.rolling_elements) + 1000
         jitter = scene.slip_jitter * random.standard_normal(most)
-        hits = passages(defect, motion, bearing.rolling_elements, scene.load.zone_rad, seconds, jitter)
-        angle = _defect_angle(defect, motion, bearing.rolling_elements, hits.time_s)
+        time_s, _ = passages(defect, motion, bearing.rolling_elements, scene.load.zone_rad, seconds, jitter)
+        angle = _defect_angle(defect, motion, bearing.rolling_elements, time_s)
         away = np.cos(angle - scene.load.zone_rad)
-        load_n = motion.radial_n(hits.time_s) * HIGHEST_SHARE / bearing.rolling_elements
+        load_n = motion.radial_n(time_s) * HIGHEST_SHARE / bearing.rolling_elements
         strength = load_n * np.maximum(away, 0.0) ** LINE_CONTACT
-        _add_half_sines(
-            force, hits.time_s, strength[:, None] * np.stack([np.cos(angle), np.sin(angle)], 1), scene.output_rate_hz
-        )
+        height = strength[:, None] * np.stack([np.cos(angle), np.sin(angle)], 1)
+        _add_half_sines(force, time_s, height, scene.output_rate_hz)
     return force
 
 

@@ -4,7 +4,6 @@
 """
 
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 
@@ -25,30 +24,15 @@ COUNT = 21
 
 ACCELERATION, DISPLACEMENT = slice(0, 3), slice(3, 6)
 CAGE_TILT, RING_FORCE = slice(7, 9), slice(9, 12)
-
-
-class Outputs(Protocol):
-    """`out`, one row per interval, by the columns above; spins and loads of the detailed outputs, if any.
-
-    A column of NaN is a quantity that the model does not have.
-    """
-
-    @property
-    def out(self) -> FloatArray:
-        """One row an output interval."""
-
-    @property
-    def spin_rad_s(self) -> FloatArray:
-        """Roller spins, [k, 2 M]."""
-
-    @property
-    def load_n(self) -> FloatArray:
-        """Normal forces, [k, 2 races, 2 M rollers, 3 circles]."""
+ENERGY = slice(13, 21)  # powers and energies, in the order of `run.EnergyFlow`
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Chunk:
-    """Outputs of a model without detailed ones."""
+class Outputs:
+    """`out`, one row per output interval, by the columns above; a column of NaN is a quantity the model does not have.
+
+    Of the detailed outputs, if any: roller spins, [k, 2 M], and normal forces, [k, 2 races, 2 M rollers, 3 circles].
+    """
 
     out: FloatArray
     spin_rad_s: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))

@@ -71,14 +71,6 @@ def refuse_axial(scene: Scene) -> None:
         )
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Passages:
-    """Passages of one defect: `time_s` of the run, rising, `race` that is hit (0 outer, 1 inner), both [k]."""
-
-    time_s: FloatArray
-    race: NDArray[np.int64]
-
-
 def passages(
     defect: Defect,
     motion: Prescribed,
@@ -86,8 +78,8 @@ def passages(
     zone_rad: float,
     seconds: float,
     jitter: FloatArray | None = None,
-) -> Passages:
-    """All passages from 0 to `seconds`, a few before and after besides.
+) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Rising times of all passages from 0 to `seconds`, a few before and after besides [s]; race hit, 0 outer, 1 inner.
 
     `jitter`, [k] or longer: random parts of the spacings, relative to the mean one, added up one after the other: a
     process of stationary increments (Antoni & Randall 2003, J. Vib. Acoust. 125, 282), whose phase wanders off. None:
@@ -98,11 +90,9 @@ def passages(
     numbers = np.arange(np.ceil(phase[0]), np.floor(phase[-1]) + 1)
     wander = np.zeros(len(numbers)) if jitter is None else np.cumsum(jitter[: len(numbers)])
     time_s = np.interp(numbers + wander, phase, grid)
-    if defect.kind is Fault.ROLLER:
-        race = numbers.astype(np.int64) % 2
-    else:
-        race = np.full(len(numbers), int(defect.kind is Fault.INNER))
-    return Passages(time_s=time_s, race=race)
+    roller, inner = defect.kind is Fault.ROLLER, int(defect.kind is Fault.INNER)
+    race = numbers.astype(np.int64) % 2 if roller else np.full(len(numbers), inner)
+    return time_s, race
 
 
 def _phase(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import enum
-import math
 from dataclasses import dataclass
 
 from srbval.arrays import FloatArray
@@ -94,7 +93,7 @@ class Run(RunSummary):
     load_n: FloatArray
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class EnergyFlow:
     """Powers, interval means [W], and energies at each interval's start [J], all of shape [n].
 
@@ -111,14 +110,6 @@ class EnergyFlow:
     mechanical_j: FloatArray
     contact_j: FloatArray
     spring_j: FloatArray
-
-    def imbalance(self, interval_s: float) -> float:
-        """Work in less stored less lost over all but the last interval, as a share of what was lost."""
-        lost = (self.friction_w + self.damping_w + self.housing_w)[:-1] * interval_s
-        work = (self.drive_w + self.load_w)[:-1] * interval_s
-        stored = self.mechanical_j + self.contact_j + self.spring_j
-        total = float(lost.sum())
-        return float(work.sum() - (stored[-1] - stored[0]) - total) / total if total else math.nan
 
 
 def not_validated(scene: Scene) -> tuple[str, ...]:

@@ -7,10 +7,11 @@ import contextlib
 import dataclasses
 import enum
 import json
-from collections.abc import Mapping
+import tomllib
+from collections.abc import Iterator, Mapping
+from importlib.resources import files
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -20,56 +21,26 @@ from srbval.scene import Scene
 from srbval.storage.own_hdf5 import SCHEMA_VERSION
 from srbval.storage.whole_file import whole_file
 
-AXES = ("x", "y", "z")
 ROWS = 4096  # of a chunk on disk
-MEAN = "mean of the interval"
-START = "at the interval's start"
-ENERGY = {
-    "drive_w": ("W", f"power of the drive, {MEAN}"),
-    "load_w": ("W", f"power of the external load, {MEAN}"),
-    "friction_w": ("W", f"slip power, lost to friction in the contacts, {MEAN}"),
-    "damping_w": ("W", f"power lost to damping in the contacts, {MEAN}"),
-    "housing_w": ("W", f"power lost in the housing's damper, {MEAN}"),
-    "mechanical_j": ("J", f"kinetic and potential energy of the bodies, {START}"),
-    "contact_j": ("J", f"elastic energy in the contacts, {START}"),
-    "spring_j": ("J", f"elastic energy in the housing, {START}"),
-}
+DETAIL_DIMENSIONS = {"spin_rad_s": ("detail_time_s", "roller"), "load_n": ("detail_time_s", "race", "roller", "circle")}
+VARIABLES = tomllib.loads((files("srbval.models") / "run_variables.toml").read_text(encoding="utf-8"))
 
 
 class RunWriter:
-    """Writes a run as it goes; use as a context manager, `append` each chunk, `finish` once.
+    """Writes a run into an open HDF5 file as it goes: `append` each chunk, `finish` once."""
 
-    Without `finish`, or after an exception, nothing is left behind. Raises `DataError` where the place cannot be
-    written.
-    """
-
-    def __init__(self, path: Path, scene: Scene) -> None:
-        self._path, self._scene = path, scene
-        self._stack = contextlib.ExitStack()
-        self._finished = False
-        self._file: Any = None
-
-    def __enter__(self) -> Self:
-        import h5py
-
-        part = self._stack.enter_context(whole_file(self._path))
-        self._file = self._stack.enter_context(h5py.File(part, "w", track_order=True))
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if error is None and not self._finished:
-            with contextlib.suppress(_UnfinishedError):
-                self._stack.__exit__(_UnfinishedError, _UnfinishedError(), None)
-        else:
-            self._stack.__exit__(kind, error, trace)
+    def __init__(self, file: Any, scene: Scene) -> None:
+        self._file, self._scene = file, scene
+        self.finished = False
 
     def append(self, signals: Mapping[str, Any]) -> None:
         """Add a chunk: the arrays of a `Run` by their names there, `energy` among them."""
-        for name, (values, units, long_name) in _variables(signals).items():
+        arrays = {**signals, **vars(signals["energy"])}
+        for name, variable in VARIABLES.items():
+            values = arrays[variable.get("array", name)]
+            values = values[:, variable["column"]] if "column" in variable else values
             if not np.isnan(values).all():  # a quantity that the model does not have
-                self._extend(name, values, units, long_name)
+                self._extend(name, values, variable["units"], variable["long_name"])
         if len(signals["spin_rad_s"]):
             self._extend("spin_rad_s", signals["spin_rad_s"], "rad s-1", "spin about the rollers' axes")
             self._extend("load_n", signals["load_n"], "N", "normal force, by race, roller, circle")
@@ -86,10 +57,10 @@ class RunWriter:
             self._scale("circle", np.arange(3) + 1, "1", "of a raceway, from the mid-plane outwards")
         for name, dataset in self._file.items():
             if not dataset.is_scale:
-                for dimension, scale in enumerate(_dimensions(name)):
+                for dimension, scale in enumerate(DETAIL_DIMENSIONS.get(name, ("time_s",))):
                     dataset.dims[dimension].attach_scale(self._file[scale])
         self._file.attrs.update({"schema_version": SCHEMA_VERSION, "fs_hz": fs_hz, **_attributes(summary)})
-        self._finished = True
+        self.finished = True
 
     def _extend(self, name: str, values: FloatArray, units: str, long_name: str) -> None:
         if name not in self._file:
@@ -111,12 +82,28 @@ class _UnfinishedError(Exception):
     """Tells the file's context to discard what was written."""
 
 
+@contextlib.contextmanager
+def run_writer(path: Path, scene: Scene) -> Iterator[RunWriter]:
+    """A writer of the run file `path`; without its `finish`, or after an exception, nothing is left behind.
+
+    Raises `DataError` where the place cannot be written.
+    """
+    import h5py
+
+    with contextlib.suppress(_UnfinishedError), whole_file(path) as part:
+        with h5py.File(part, "w", track_order=True) as file:
+            writer = RunWriter(file, scene)
+            yield writer
+        if not writer.finished:
+            raise _UnfinishedError
+
+
 def write_run(run: Run, path: Path) -> None:
     """Write `run` to `path`, whole or not at all; times are the ends of the output intervals.
 
     Raises `DataError` where the place cannot be written.
     """
-    with RunWriter(path, run.scene) as writer:
+    with run_writer(path, run.scene) as writer:
         writer.append({f.name: getattr(run, f.name) for f in dataclasses.fields(run)})
         writer.finish(run)
 
@@ -154,29 +141,3 @@ def _attributes(run: RunSummary) -> dict[str, Any]:
         "not_validated": "; ".join(run.not_validated),
         "wall_s": run.wall_s,
     }
-
-
-def _variables(signals: Mapping[str, Any]) -> dict[str, tuple[FloatArray, str, str]]:
-    table: dict[str, tuple[FloatArray, str, str]] = {}
-    for i, axis in enumerate(AXES):
-        table |= {
-            f"acceleration_{axis}_m_s2": (
-                signals["acceleration_m_s2"][:, i], "m s-2", f"outer ring acceleration, {axis}, {MEAN}",
-            ),
-            f"displacement_{axis}_m": (signals["displacement_m"][:, i], "m", f"outer ring displacement, {axis}"),
-            f"roller_force_{axis}_n": (
-                signals["roller_force_n"][:, i], "N", f"rollers' force on the outer ring, {axis}, {MEAN}",
-            ),
-        }  # fmt: skip
-    for i, axis in enumerate(AXES[:2]):
-        table[f"cage_tilt_{axis}_rad"] = (signals["cage_tilt_rad"][:, i], "rad", f"cage tilt about {axis}")
-    table["cage_speed_rad_s"] = (signals["cage_rad_s"], "rad s-1", f"cage speed, {MEAN}")
-    table["depth_m"] = (signals["depth_m"], "m", "deepest penetration into an undamaged raceway")
-    flow = signals["energy"]
-    return table | {name: (getattr(flow, name), units, text) for name, (units, text) in ENERGY.items()}
-
-
-def _dimensions(name: str) -> tuple[str, ...]:
-    return {"spin_rad_s": ("detail_time_s", "roller"), "load_n": ("detail_time_s", "race", "roller", "circle")}.get(
-        name, ("time_s",)
-    )

@@ -12,11 +12,11 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import SphericalRollerGeometry, load_bearing
-from srbval.errors import ConfigurationError
 from srbval.models import outputs as col
 from srbval.models.kernel_cache import precompile
 from srbval.models.ladder import check_known, rung_of
 from srbval.models.outputs import Outputs
+from srbval.models.prescribed import Prescribed
 from srbval.models.run import EnergyFlow, Run, RunStatus, RunSummary
 from srbval.models.run_statistics import RunStatistics
 from srbval.progress import Progress, silent
@@ -24,7 +24,6 @@ from srbval.scene import Scene
 
 if TYPE_CHECKING:
     from srbval.models.full.parameters import Parameters
-    from srbval.models.full.steps import Steps
 
 CHUNK_S = 0.02  # simulated time between two reports of progress
 MakeParameters = Callable[[Scene, SphericalRollerGeometry], "Parameters"]
@@ -56,10 +55,10 @@ def simulate_to_file(scene: Scene, path: Path, *, progress: Progress = silent) -
     The file is there only if the run ended well; otherwise as `simulate`. Raises `DataError` where the place cannot be
     written.
     """
-    from srbval.models.run_file import RunWriter
+    from srbval.models.run_file import run_writer
 
     stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
-    with RunWriter(path, scene) as writer:
+    with run_writer(path, scene) as writer:
         for chunk in _recorded(stats, progress):
             writer.append(signals(chunk.out) | {"spin_rad_s": chunk.spin_rad_s, "load_n": chunk.load_n})
         summary = stats.summary()
@@ -77,16 +76,7 @@ def signals(out: FloatArray) -> dict[str, Any]:
         "cage_tilt_rad": np.ascontiguousarray(out[:, col.CAGE_TILT]),
         "roller_force_n": np.ascontiguousarray(out[:, col.RING_FORCE]),
         "depth_m": out[:, col.DEEPEST].copy(),
-        "energy": EnergyFlow(
-            drive_w=out[:, col.DRIVE_POWER].copy(),
-            load_w=out[:, col.LOAD_POWER].copy(),
-            friction_w=out[:, col.FRICTION_POWER].copy(),
-            damping_w=out[:, col.DAMPING_POWER].copy(),
-            housing_w=out[:, col.HOUSING_POWER].copy(),
-            mechanical_j=out[:, col.BODY_ENERGY].copy(),
-            contact_j=out[:, col.CONTACT_ENERGY].copy(),
-            spring_j=out[:, col.SPRING_ENERGY].copy(),
-        ),
+        "energy": EnergyFlow(*out[:, col.ENERGY].T.copy()),
     }
 
 
@@ -107,13 +97,13 @@ def _recorded(stats: RunStatistics, progress: Progress) -> Iterator[Outputs]:
 
 def full_model(
     stats: RunStatistics, settle: int, whole: int, *, make: MakeParameters | None = None
-) -> Iterator[tuple[int, Steps]]:
+) -> Iterator[tuple[int, Outputs]]:
     """The full model's rung, see `ladder`: from static balance, with the scene's solver.
 
     `make` assembles the parameters of a model that shares its equations of motion.
     """
     from srbval.models.full.equilibrium import equilibrium_state
-    from srbval.models.full.parameters import make_parameters
+    from srbval.models.full.parameters import geometry_of, make_parameters
     from srbval.models.full.state import layout_of
     from srbval.models.full.steps import take_steps
     from srbval.models.solvers import METHODS
@@ -121,11 +111,10 @@ def full_model(
 
     scene, bearing = stats.scene, stats.bearing
     check_known("solver", scene.solver.name, tuple(METHODS))
-    if bearing.geometry is None:
-        raise ConfigurationError(f"bearing {bearing.name!r} has no [geometry]; the full model cannot run it.")
+    geometry = geometry_of(bearing)
     stats.compile_s = precompile(scene.model)
     method = METHODS[scene.solver.name]
-    model = (make or make_parameters)(scene, bearing.geometry)
+    model = (make or make_parameters)(scene, geometry)
     state = equilibrium_state(model).state
     memory = np.zeros_like(state)
     stats.balanced_share = static_share(stats, model, state[layout_of(state).ring])
@@ -133,7 +122,7 @@ def full_model(
     step = 1 / (scene.output_rate_hz * per_output)
     stats.step_s, stats.step_limit_s = step, elastic_limit_s(method, model, state) or math.inf
 
-    def take(first: int, intervals: int, detail: int) -> Steps:
+    def take(first: int, intervals: int, detail: int) -> Outputs:
         return take_steps(
             model, state, method, step_s=step, intervals=intervals, steps_per_output=per_output,
             first_interval=first, intervals_per_detail=detail, memory=memory,
@@ -154,6 +143,19 @@ def static_share(stats: RunStatistics, model: Parameters, ring_m: FloatArray) ->
     load_n = float(model.drive.load[1, 0])
     push = np.array([model.drive.direction_cosine, model.drive.direction_sine, 0.0]) * load_n
     return stats.load_share(model.housing_stiffness * ring_m - push, load_n)  # what the spring does not carry
+
+
+def prescribed_outputs(
+    stats: RunStatistics, settle: int, motion: Prescribed, acceleration: FloatArray, started: float
+) -> Iterator[tuple[int, Outputs]]:
+    """Outputs of a rung that is computed at once since `started`: `acceleration` in the plane, [whole, 2]."""
+    whole, rate = len(acceleration), stats.scene.output_rate_hz
+    out = np.full((whole, col.COUNT), np.nan)
+    out[:, [col.ACCELERATION_X, col.ACCELERATION_Y]], out[:, col.ACCELERATION_Z] = acceleration, 0.0
+    out[:, col.CAGE_SPEED] = np.diff(motion.cage_rad(np.arange(whole + 1) / rate)) * rate
+    stats.wall_s += time.perf_counter() - started
+    for first, count in chunks(settle, whole, 0, rate):
+        yield first, Outputs(out=out[first : first + count])
 
 
 def chunks(settle: int, whole: int, per_detail: int, rate_hz: float) -> Iterator[tuple[int, int]]:

@@ -14,9 +14,8 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
-from srbval.errors import ConfigurationError
 from srbval.models.full.equilibrium import equilibrium_state
-from srbval.models.full.parameters import Parameters, make_parameters
+from srbval.models.full.parameters import Parameters, geometry_of, make_parameters
 from srbval.models.full.steps import rates
 from srbval.models.solvers import METHODS
 from srbval.models.solvers.linear_stability import Linear, longest_step
@@ -35,11 +34,9 @@ def balanced(scene: Scene, *, pitches: float = 0.0) -> tuple[Parameters, FloatAr
 
     The cage is turned by `pitches` of the rollers' spacing.
     """
-    bearing = load_bearing(scene.bearing)
-    if bearing.geometry is None:
-        raise ConfigurationError(f"bearing {bearing.name!r} has no [geometry]; the full model cannot run it.")
-    model = make_parameters(scene, bearing.geometry)
-    angle = pitches * 2 * math.pi / bearing.geometry.rollers_per_row
+    geometry = geometry_of(load_bearing(scene.bearing))
+    model = make_parameters(scene, geometry)
+    angle = pitches * 2 * math.pi / geometry.rollers_per_row
     state = equilibrium_state(model, cage_angle_rad=angle).state
     state[len(state) // 2 :] = 0.0
     return held(model), state

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
-from srbval.bearing import CIRCLES, Fault, SphericalRollerGeometry
+from srbval.bearing import CIRCLES, Bearing, Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
 from srbval.models.full.bodies import outer_ring_mass_kg, roller_body
@@ -161,6 +161,13 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
         scratch=_scratch(geometry, angle, _damaged(scene, geometry)),
         circle_half_gap=_axial_position(geometry, 3) / 2,
     )
+
+
+def geometry_of(bearing: Bearing, model: str = "full") -> SphericalRollerGeometry:
+    """The bearing's geometry; `ConfigurationError` for a bearing without one."""
+    if bearing.geometry is None:
+        raise ConfigurationError(f"bearing {bearing.name!r} has no [geometry]; the {model} model cannot run it.")
+    return bearing.geometry
 
 
 def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:

@@ -11,6 +11,7 @@ from srbval.models.full.advance_kernel import Recorder, advance
 from srbval.models.full.motion_kernel import CIRCLES, right_hand_side
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.step_kernel import working_space
+from srbval.models.outputs import Outputs
 from srbval.models.solvers import Method
 
 
@@ -24,15 +25,6 @@ class Rates:
 
     rate: FloatArray
     totals: FloatArray
-    load_n: FloatArray
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Steps:
-    """Outputs of a stretch of integration: columns as in `outputs`, details where asked for."""
-
-    out: FloatArray
-    spin_rad_s: FloatArray
     load_n: FloatArray
 
 
@@ -55,7 +47,7 @@ def take_steps(
     first_interval: int = 0,
     intervals_per_detail: int = 0,
     memory: FloatArray | None = None,
-) -> Steps:
+) -> Outputs:
     """Advance `state` in place over `intervals` output intervals of `steps_per_output` steps each.
 
     `first_interval` tells how many intervals lie before, and so the time. No interval at all only compiles.
@@ -64,7 +56,7 @@ def take_steps(
     memory = np.zeros_like(state) if memory is None else memory
     rollers = len(model.slot_angle)
     details = -(-intervals // intervals_per_detail) if intervals_per_detail else 0
-    steps = Steps(
+    steps = Outputs(
         out=np.zeros((intervals, out_col.COUNT)),
         spin_rad_s=np.zeros((details, rollers)),
         load_n=np.zeros((details, 2, rollers, CIRCLES)),

@@ -37,10 +37,10 @@ def pulse_of(scene: Scene) -> Pulse:
         raise ConfigurationError(f"defect {scene.defect.kind.scene_word}: only a race's defect has a pulse length.")
     ring = make_ring(RunStatistics(scene=scene, bearing=load_bearing(scene.bearing)))
     zone = np.array([math.cos(scene.load.zone_rad), math.sin(scene.load.zone_rad)])
-    at = (-float(ring.balance_m() @ zone) - ring.bump_start_m) / ring.bump_step_m
-    pulse = ring.bumps[0, round(at)]
+    at = (-float(ring.balance_m() @ zone) - ring.kernel.bump_start) / ring.kernel.bump_step
+    pulse = ring.kernel.bumps[0, round(at)]
     felt = np.flatnonzero(pulse > FELT * pulse.max())
     return Pulse(
-        length_m=2 * float(felt[-1]) * float(ring.defects[0, ring_kernel.POSITION_STEP]),
-        pitch_m=2 * math.pi * float(ring.defects[0, ring_kernel.RACE_RADIUS]) / ring.rollers,
+        length_m=2 * float(felt[-1]) * float(ring.kernel.defects[0, ring_kernel.POSITION_STEP]),
+        pitch_m=2 * math.pi * float(ring.kernel.defects[0, ring_kernel.RACE_RADIUS]) / ring.kernel.rollers,
     )

@@ -11,12 +11,12 @@ from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.models import outputs as col
 from srbval.models.full.bodies import outer_ring_mass_kg
-from srbval.models.full.parameters import STANDARD_GRAVITY
+from srbval.models.full.parameters import STANDARD_GRAVITY, geometry_of
 from srbval.models.kernel_cache import precompile
-from srbval.models.outputs import Chunk
+from srbval.models.outputs import Outputs
 from srbval.models.planar import ring_kernel
 from srbval.models.planar.ring_kernel import STATE, Motion, Ring, advance_ring
-from srbval.models.planar.statics import Bump, Plain, Slot, bump_table, geometry_of, make_slot, plain_table, races_of
+from srbval.models.planar.statics import DEFECT_STEP_M, Plain, bump_table, make_slot, plain_table
 from srbval.models.prescribed import Prescribed, refuse_axial
 from srbval.models.run_statistics import RunStatistics
 from srbval.models.simulate import chunks
@@ -38,20 +38,13 @@ BALANCED_N = 1e-3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanarRing:
-    """Everything the kernel needs, see `ring_kernel`; `defect_of`: which defect of the scene each of `defects` is."""
+    """The ring as the `kernel` reads it; `defect_of`: which defect of the scene each of its `defects` is."""
 
     scene: Scene
     motion: Prescribed
-    slot: Slot
-    rollers: int
-    mass_kg: float
-    stiffness_n_m: float
     plain: Plain
-    defects: FloatArray
     defect_of: tuple[int, ...]
-    bumps: FloatArray
-    bump_start_m: float
-    bump_step_m: float
+    kernel: Ring
 
     @property
     def passing_hz(self) -> float:
@@ -64,43 +57,29 @@ class PlanarRing:
     def sweep_m_s(self, table: int, time_s: FloatArray) -> FloatArray:
         """Speed at which a roller's contact passes the defect of `table`."""
         step = 1e-4
-        kind = int(self.defects[table, ring_kernel.KIND])
+        kind = int(self.kernel.defects[table, ring_kernel.KIND])
         after, before = time_s + step, time_s - step
         if kind not in (ring_kernel.ON_OUTER, ring_kernel.ON_INNER):
             turned = self.motion.spun_rad(after) - self.motion.spun_rad(before)
-            return np.abs(turned) * self.defects[table, ring_kernel.ROLLER_RADIUS] / (2 * step)
+            return np.abs(turned) * self.kernel.defects[table, ring_kernel.ROLLER_RADIUS] / (2 * step)
         turned = self.motion.cage_rad(after) - self.motion.cage_rad(before)
         if kind == ring_kernel.ON_INNER:
             turned = turned - (self.motion.shaft_rad(after) - self.motion.shaft_rad(before))
-        return np.abs(turned) * self.defects[table, ring_kernel.RACE_RADIUS] / (2 * step)
-
-    def for_kernel(self) -> Ring:
-        """The same as the kernel reads it."""
-        return Ring(
-            mass=self.mass_kg, stiffness=self.stiffness_n_m, damping=self.scene.housing.damping_ns_m,
-            weight=self.weight_n, direction_x=self.motion.direction[0], direction_y=self.motion.direction[1],
-            rollers=self.rollers, plain=self.plain.values, plain_start=self.plain.start_m, plain_step=self.plain.step_m,
-            defects=self.defects, bumps=self.bumps, bump_start=self.bump_start_m, bump_step=self.bump_step_m,
-        )  # fmt: skip
-
-    @property
-    def weight_n(self) -> float:
-        """Weight of ring and housing mass along y, where the scene has gravity."""
-        return -self.mass_kg * STANDARD_GRAVITY if self.scene.load.gravity else 0.0
+        return np.abs(turned) * self.kernel.defects[table, ring_kernel.RACE_RADIUS] / (2 * step)
 
     def undamaged_force_n(self, ring_m: FloatArray, cage_rad: float = 0.0) -> FloatArray:
         """Force of both rows on the ring displaced by `ring_m`, [2], without defects."""
-        angle = cage_rad + np.arange(self.rollers) * 2 * np.pi / self.rollers
+        angle = cage_rad + np.arange(self.kernel.rollers) * 2 * np.pi / self.kernel.rollers
         outwards = np.array([np.cos(angle), np.sin(angle)])
         force: FloatArray = 2 * outwards @ self.plain.force_n(-ring_m @ outwards)
         return force
 
     def balance_m(self) -> FloatArray:
         """Ring displacement, [2], at which load, housing and undamaged rollers balance at time zero."""
-        load = self.motion.radial_n(np.zeros(1))[0] * self.motion.direction + np.array([0.0, self.weight_n])
+        load = self.motion.radial_n(np.zeros(1))[0] * self.motion.direction + np.array([0.0, self.kernel.weight])
 
         def left(ring: FloatArray) -> FloatArray:
-            return load + self.undamaged_force_n(ring) - self.stiffness_n_m * ring
+            return load + self.undamaged_force_n(ring) - self.kernel.stiffness * ring
 
         ring = np.zeros(2)
         for _ in range(BALANCE_STEPS):
@@ -120,39 +99,32 @@ def make_ring(stats: RunStatistics) -> PlanarRing:
     geometry = geometry_of(stats.bearing, scene.model)
     slot = make_slot(scene, geometry)
     plain = plain_table(slot, sum(abs(d.height_m) for d in scene.defects))
-    rows, tables, owners = [], [], []
+    rows, bumps, owners = [], [], []
     for number, defect in enumerate(scene.defects):
-        for race in races_of(defect):
-            table = bump_table(slot, plain, defect, race=race)
-            patch = (slot.outer, slot.inner)[race][defect.circle - 1]
+        for race in [race for kind, race in KINDS if kind is defect.kind]:
+            bump, position_step_m = bump_table(slot, plain, defect, race)
             fixed = defect.angle_rad + (0.0 if defect.kind is Fault.ROLLER else scene.load.zone_rad)
-            radius = slot.outer_excess_m + geometry.raceway_radius_m - geometry.roller_centre_distance_m
-            rows.append(
-                [KINDS[defect.kind, race], fixed, defect.roller - 1, patch.race_radius_m, table.position_step_m, radius]
-            )
-            tables.append(table)
+            radius = slot.excess_m[0] + geometry.raceway_radius_m - geometry.roller_centre_distance_m
+            race_radius = slot.patches[race][defect.circle - 1].race_radius_m
+            rows.append([KINDS[defect.kind, race], fixed, defect.roller - 1, race_radius, position_step_m, radius])
+            bumps.append(bump)
             owners.append(number)
-    return PlanarRing(
-        scene=scene,
-        motion=Prescribed(scene=scene, orders=stats.bearing.orders),
-        slot=slot,
-        rollers=geometry.rollers_per_row,
-        mass_kg=outer_ring_mass_kg(geometry, scene.bodies.density_kg_m3) + scene.housing.mass_kg,
-        stiffness_n_m=scene.housing.stiffness_n_m if scene.load.path is LoadPath.HOUSING else 0.0,
-        plain=plain,
+    motion = Prescribed(scene=scene, orders=stats.bearing.orders)
+    mass = outer_ring_mass_kg(geometry, scene.bodies.density_kg_m3) + scene.housing.mass_kg
+    kernel = Ring(
+        mass=mass,
+        stiffness=scene.housing.stiffness_n_m if scene.load.path is LoadPath.HOUSING else 0.0,
+        damping=scene.housing.damping_ns_m,
+        weight=-mass * STANDARD_GRAVITY if scene.load.gravity else 0.0,
+        direction_x=motion.direction[0], direction_y=motion.direction[1], rollers=geometry.rollers_per_row,
+        plain=plain.values, plain_start=plain.start_m, plain_step=plain.step_m,
         defects=np.array(rows, dtype=np.float64).reshape(-1, ring_kernel.DEFECT_COLUMNS),
-        defect_of=tuple(owners),
-        bumps=_stacked(tables),
-        bump_start_m=tables[0].start_m if tables else 0.0,
-        bump_step_m=tables[0].step_m if tables else 1.0,
-    )
+        bumps=np.array(bumps) if bumps else np.zeros((0, 2, 2)), bump_start=plain.start_m, bump_step=DEFECT_STEP_M,
+    )  # fmt: skip
+    return PlanarRing(scene=scene, motion=motion, plain=plain, defect_of=tuple(owners), kernel=kernel)
 
 
-def _stacked(tables: list[Bump]) -> FloatArray:
-    return np.array([table.values for table in tables]) if tables else np.zeros((0, 2, 2))
-
-
-def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Chunk]]:
+def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
     """The rung, see `srbval.models.ladder`."""
     scene, ring = stats.scene, make_ring(stats)
     stats.compile_s = precompile(scene.model)
@@ -160,7 +132,7 @@ def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Ch
     y, rate, trial = np.zeros(STATE), np.zeros((4, STATE)), np.zeros(STATE)
     y[:2] = ring.balance_m()
     load = float(ring.motion.radial_n(np.zeros(1))[0])
-    push = np.array([*(ring.stiffness_n_m * y[:2] - load * ring.motion.direction), 0.0])
+    push = np.array([*(ring.kernel.stiffness * y[:2] - load * ring.motion.direction), 0.0])
     stats.balanced_share = stats.load_share(push, load)
     stats.wall_s += time.perf_counter() - started
     per_output = math.ceil(1 / (scene.output_rate_hz * LONGEST_STEP_S))
@@ -173,7 +145,7 @@ def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Ch
         motion = ring.motion
         cage = motion.cage_rad(halves)
         angles = Motion(cage, motion.shaft_rad(halves), motion.spun_rad(halves), motion.radial_n(halves))
-        advance_ring(y, angles, step, ring.for_kernel(), per_output, out, rate, trial)
+        advance_ring(y, angles, step, ring.kernel, per_output, out, rate, trial)
         out[:, col.CAGE_SPEED] = np.diff(cage[:: 2 * per_output]) * scene.output_rate_hz
         return out
 
@@ -184,4 +156,4 @@ def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Ch
         started = time.perf_counter()
         out = take(first, count)
         stats.wall_s += time.perf_counter() - started
-        yield first, Chunk(out=out)
+        yield first, Outputs(out=out)

@@ -9,14 +9,12 @@ The force is tabulated once per run: over the approach, and over the position of
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.bearing import Bearing, Fault, SphericalRollerGeometry
-from srbval.errors import ConfigurationError
+from srbval.bearing import SphericalRollerGeometry
 from srbval.models.full.parameters import roller_diameter_m
 from srbval.models.patch import Patch, Piece, patches, piece
 from srbval.scene import Defect, Scene
@@ -40,60 +38,45 @@ class Raised:
     middle_m: FloatArray
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Pressed:
-    """A roller in balance: radial `force_n` on the outer ring, both races' dampers in series, deepest penetration."""
-
-    force_n: FloatArray
-    damper_ns_m: FloatArray
-    depth_m: FloatArray
-
-
 @dataclass(frozen=True, kw_only=True)
 class Slot:
-    """A roller's contacts: `outer` and `inner` patches, roller's excess over the gap to each race at rest [m]."""
+    """A roller's contacts, outer race first: `patches` of each race, `excess_m` over the gap to each at rest."""
 
-    outer: tuple[Patch, ...]
-    inner: tuple[Patch, ...]
-    outer_excess_m: float
-    inner_excess_m: float
+    patches: tuple[list[Patch], list[Patch]]
+    excess_m: tuple[float, float]
 
-    def press(self, approach_m: FloatArray, raised: Sequence[Raised] = ()) -> Pressed:
-        """Balance the roller at each `approach_m`, any shape; bisection, since more slide always presses outwards."""
-        shape = np.broadcast_shapes(approach_m.shape, *(r.middle_m.shape for r in raised))
+    def press(self, approach_m: FloatArray, raised: Raised | None = None) -> FloatArray:
+        """Balance the roller at each `approach_m`, any shape; bisection, since more slide always presses outwards.
+
+        Radial force on the outer ring [N], both races' dampers in series [N s/m], deepest penetration [m]: [3, ...].
+        """
+        shape = approach_m.shape if raised is None else np.broadcast_shapes(approach_m.shape, raised.middle_m.shape)
         low, high = np.full(shape, -SLIDE_M), np.full(shape, SLIDE_M)
         for _ in range(HALVINGS):
             slide = (low + high) / 2
-            inwards, _ = self._side(0, approach_m, slide, raised)
-            outwards, _ = self._side(1, approach_m, slide, raised)
-            too_far = inwards > outwards
+            too_far = self._side(0, approach_m, slide, raised)[0] > self._side(1, approach_m, slide, raised)[0]
             low, high = np.where(too_far, low, slide), np.where(too_far, slide, high)
         slide = (low + high) / 2
-        _, force = self._side(0, approach_m, slide, raised)
-        return Pressed(
-            force_n=force,
-            damper_ns_m=self._damper(approach_m, slide),
-            depth_m=np.maximum(self._depth(0, 1, approach_m, slide), self._depth(1, 1, approach_m, slide)),
-        )
+        depth = np.maximum(self._depth(0, 1, approach_m, slide), self._depth(1, 1, approach_m, slide))
+        return np.array([self._side(0, approach_m, slide, raised)[1], self._damper(approach_m, slide), depth])
 
     def _depth(self, race: int, circle: int, approach: FloatArray, slide: FloatArray) -> FloatArray:
-        patch = (self.outer, self.inner)[race][circle]
+        patch = self.patches[race][circle]
         lean = math.cos(patch.lean_rad)
         if race == 0:
-            return approach * math.cos(patch.normal_rad) + (slide + self.outer_excess_m) * lean
-        return (self.inner_excess_m - slide) * lean
+            return approach * math.cos(patch.normal_rad) + (slide + self.excess_m[0]) * lean
+        return (self.excess_m[1] - slide) * lean
 
     def _side(
-        self, race: int, approach: FloatArray, slide: FloatArray, raised: Sequence[Raised]
+        self, race: int, approach: FloatArray, slide: FloatArray, raised: Raised | None = None
     ) -> tuple[FloatArray, FloatArray]:
         """Force of a race along the slot, and along the bearing's radius."""
         along, radial = np.zeros(slide.shape), np.zeros(slide.shape)
-        for circle, patch in enumerate((self.outer, self.inner)[race]):
+        for circle, patch in enumerate(self.patches[race]):
             depth = self._depth(race, circle, approach, slide)
             force = patch.force_n(depth)
-            for r in raised:
-                if (r.race, r.circle) == (race, circle):
-                    force = force + patch.raised_force_n(depth, r.middle_m, r.part)
+            if raised is not None and (raised.race, raised.circle) == (race, circle):
+                force = force + patch.raised_force_n(depth, raised.middle_m, raised.part)
             along += force * math.cos(patch.lean_rad)
             radial += force * math.cos(patch.normal_rad)
         return along, radial
@@ -102,11 +85,11 @@ class Slot:
         """Both races' dampers in series with the split of motion that the stiffnesses make, radial."""
         stiffness, damper = [], []
         for race, sign in ((0, 1.0), (1, -1.0)):
-            near, _ = self._side(race, approach, slide, ())
-            far, _ = self._side(race, approach, slide + sign * NUDGE_M, ())
+            near, _ = self._side(race, approach, slide)
+            far, _ = self._side(race, approach, slide + sign * NUDGE_M)
             stiffness.append((far - near) / NUDGE_M + 1.0)
-            each = (self.outer, self.inner)[race]
-            damper.append(sum(p.damper_ns_m(self._depth(race, i, approach, slide)) for i, p in enumerate(each)))
+            each = enumerate(self.patches[race])
+            damper.append(sum(p.damper_ns_m(self._depth(race, i, approach, slide)) for i, p in each))
         whole = stiffness[0] + stiffness[1]
         series: FloatArray = damper[0] * (stiffness[1] / whole) ** 2 + damper[1] * (stiffness[0] / whole) ** 2
         return series
@@ -118,30 +101,12 @@ def make_slot(scene: Scene, geometry: SphericalRollerGeometry) -> Slot:
     gap_outer = geometry.raceway_radius_m - geometry.roller_centre_distance_m
     gap_inner = geometry.zero_play_diameter_m - gap_outer
     return Slot(
-        outer=tuple(patches(geometry, scene.contact, radius, inner=False)),
-        inner=tuple(patches(geometry, scene.contact, radius, inner=True)),
-        outer_excess_m=radius - gap_outer,
-        inner_excess_m=radius - gap_inner,
+        patches=(
+            patches(geometry, scene.contact, radius, inner=False),
+            patches(geometry, scene.contact, radius, inner=True),
+        ),
+        excess_m=(radius - gap_outer, radius - gap_inner),
     )
-
-
-def raised_at(defect: Defect, slot: Slot, middle_m: FloatArray, *, race: int) -> Raised:
-    """A defect met by a race's patch at `middle_m` from the roller."""
-    circle = defect.circle - 1
-    spacing = (slot.outer, slot.inner)[race][circle].spacing_m
-    return Raised(race=race, circle=circle, part=piece(defect, spacing), middle_m=middle_m)
-
-
-def geometry_of(bearing: Bearing, model: str) -> SphericalRollerGeometry:
-    """The bearing's geometry; `ConfigurationError` for a bearing without one."""
-    if bearing.geometry is None:
-        raise ConfigurationError(f"bearing {bearing.name!r} has no [geometry]; the {model} model cannot run it.")
-    return bearing.geometry
-
-
-def races_of(defect: Defect) -> tuple[int, ...]:
-    """Which races a defect is met at: its own, or both for a roller's."""
-    return {Fault.OUTER: (0,), Fault.INNER: (1,), Fault.ROLLER: (0, 1)}.get(defect.kind, ())
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -158,45 +123,24 @@ class Plain:
         return np.interp(approach_m, grid, self.values[0])
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Bump:
-    """Force that a defect adds to a roller's [N]: approach ``start_m + i step_m``, position ``k position_step_m``.
-
-    A position is the distance along the race from roller to defect, without sign: defects are symmetric.
-    """
-
-    start_m: float
-    step_m: float
-    position_step_m: float
-    values: FloatArray
-
-
 def plain_table(slot: Slot, highest_m: float) -> Plain:
-    """Undamaged roller, from clear of everything to `DEEPEST_M`."""
-    start = -_free(slot, highest_m)
-    approach = np.arange(start, DEEPEST_M, STEP_M)
-    pressed = slot.press(approach)
-    return Plain(start_m=start, step_m=STEP_M, values=np.array([pressed.force_n, pressed.damper_ns_m, pressed.depth_m]))
+    """Undamaged roller, from clear of everything, the highest bump included, to `DEEPEST_M`."""
+    start = -(1.1 * (highest_m + max(0.0, sum(slot.excess_m))) + 2e-4)
+    return Plain(start_m=start, step_m=STEP_M, values=slot.press(np.arange(start, DEEPEST_M, STEP_M)))
 
 
-def bump_table(slot: Slot, plain: Plain, defect: Defect, *, race: int) -> Bump:
-    """A defect on one race, or a roller's defect against it."""
-    patch = (slot.outer, slot.inner)[race][defect.circle - 1]
-    part = raised_at(defect, slot, np.zeros(1), race=race).part
+def bump_table(slot: Slot, plain: Plain, defect: Defect, race: int) -> tuple[FloatArray, float]:
+    """Force that a defect on one race, or a roller's defect against it, adds to a roller's [N], [approach, positions].
+
+    The approach begins as in `plain` and goes by `DEFECT_STEP_M`; the step of the positions [m] is returned with it. A
+    position is the distance along the race from roller to defect, without sign: defects are symmetric.
+    """
+    circle = defect.circle - 1
+    patch = slot.patches[race][circle]
+    part = piece(defect, patch.spacing_m)
     deepest = DEEPEST_M + max(0.0, defect.height_m)
     reach = math.sqrt(2 * deepest / patch.curvature_1_m) + part.length_m / 2
     position = np.linspace(0.0, reach, POSITIONS)
     approach = np.arange(plain.start_m, DEEPEST_M, DEFECT_STEP_M)
-    pressed = slot.press(approach[:, None], [raised_at(defect, slot, position[None, :], race=race)])
-    return Bump(
-        start_m=plain.start_m,
-        step_m=DEFECT_STEP_M,
-        position_step_m=float(position[1]),
-        values=pressed.force_n - plain.force_n(approach)[:, None],
-    )
-
-
-def _free(slot: Slot, highest_m: float) -> float:
-    """Distance of the rings at which nothing touches, the highest bump included [m]."""
-    squeezed = max(0.0, slot.outer_excess_m + slot.inner_excess_m)
-    return 1.1 * (highest_m + squeezed) + 2e-4
+    raised = Raised(race=race, circle=circle, part=part, middle_m=position[None, :])
+    return slot.press(approach[:, None], raised)[0] - plain.force_n(approach)[:, None], float(position[1])
