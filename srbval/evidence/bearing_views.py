@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -45,6 +46,8 @@ class LoadZone:
     `angle_deg` counts from the middle of the load zone. `near_n` and `far_n` are the mean forces on the outer race
     within `within_deg` of the middle and of the place opposite.
     """
+
+    JSON_OMITTED: ClassVar = ("angle_deg", "outer_n", "inner_n")  # they lie in the figure's data file
 
     angle_deg: FloatArray
     outer_n: FloatArray

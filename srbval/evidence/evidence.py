@@ -1,13 +1,12 @@
 """The evidence: all that the report shows, as frozen data."""
 
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from srbval.bearing import Bearing, Fault
 from srbval.evidence.bands import RecordKurtogram
-from srbval.evidence.bearing_views import BearingViews, LoadSharing, LoadZone, PointPassing
+from srbval.evidence.bearing_views import BearingViews, LoadSharing, PointPassing
 from srbval.evidence.harmonics import HarmonicPatterns
 from srbval.evidence.provenance import RunFacts
 from srbval.evidence.shown_records import ShownRecord, SidebandShares
@@ -32,7 +31,6 @@ from srbval.validation.sum_rule import SumRule
 from srbval.validation.table6 import Table6, Table6Row
 
 SCHEMA_VERSION = 1
-TIMED = ("wall_per_simulated_s",)  # what differs from one run to the next is not written
 READING_KEYS = ("accuracy", "false_alarms", "timings", "chains", "transforms")
 
 
@@ -115,7 +113,7 @@ class Evidence:
                 f"{name}-{state}": analysis for name, side in sides.items() for state, analysis in side.items()
             },
             "sidebands": self.sidebands,
-            "load_zone": _load_zone(self.views.load_zone),
+            "load_zone": self.views.load_zone,
             "load_path": self.load_path,
             "point_passing": self.point_passing,
             "harmonic_patterns": self.patterns,
@@ -133,19 +131,10 @@ class Evidence:
             "speed_and_slip": self.slips,
             "published_speeds": self.published_speeds,
             "single_speed": self.single_speed,
-            "runs": [_fields(run, omitted=TIMED) for run in self.run_facts],
+            "runs": self.run_facts,
             "scene": self.scene_values,
             "recordings": self.registered,
         }
-
-
-def _fields(instance: Any, *, omitted: tuple[str, ...]) -> dict[str, Any]:
-    """The fields of a dataclass but the omitted ones."""
-    return {f.name: getattr(instance, f.name) for f in dataclasses.fields(instance) if f.name not in omitted}
-
-
-def _load_zone(zone: LoadZone) -> dict[str, Any]:
-    return _fields(zone, omitted=("angle_deg", "outer_n", "inner_n"))
 
 
 def _kurtogram(record: RecordKurtogram) -> dict[str, Any]:

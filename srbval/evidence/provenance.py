@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from srbval import __version__
 from srbval.models.ladder import rung_of
@@ -37,6 +37,8 @@ class RunFacts:
 
     `energy_imbalance` is relative to what was lost, NaN where a model has no energies.
     """
+
+    JSON_OMITTED: ClassVar = ("wall_per_simulated_s",)  # it differs from one run to the next
 
     id: str
     purpose: str

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from srbval.report.badges import Badge, Tone
-from srbval.report.identifiers import check_identifier
-from srbval.report.table import Table, Value
+from srbval.report.table import Table, Value, check_identifier
 
 PICTURES = (".svg", ".png")
 

@@ -7,8 +7,7 @@ from typing import Any
 
 from srbval.report.badges import Tone
 from srbval.report.blocks import Block, Figure, FigureGrid
-from srbval.report.identifiers import check_identifier
-from srbval.report.table import Table
+from srbval.report.table import Table, check_identifier
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,7 +4,6 @@ Every number is formatted here and only here, so the HTML page and the PDF canno
 """
 
 import dataclasses
-from functools import singledispatch
 from typing import Any
 
 from srbval.report import blocks
@@ -36,41 +35,31 @@ def as_plain(report: Report) -> Plain:
     }
 
 
-@singledispatch
-def plain_block(block: object) -> Plain:
-    """One block as a dict with its `kind`; an unknown kind of block is a bug."""
-    raise TypeError(f"{type(block).__name__} is not a block of a report.")
+def plain_block(block: blocks.Block) -> Plain:
+    """One block as a dict with its `kind`."""
+    match block:
+        case blocks.Paragraph():
+            return {"kind": "paragraph", "text": spans(block.text)}
+        case blocks.Listing():
+            return {"kind": "listing", "numbered": block.numbered, "items": [spans(item) for item in block.items]}
+        case blocks.Callout():
+            return {"kind": "callout", "tone": block.tone.value, "sign": block.tone.sign,
+                    "title": printable(block.title), "text": spans(block.text)}  # fmt: skip
+        case blocks.Command():
+            return {"kind": "command", "text": printable(block.text)}
+        case blocks.KeyValues():
+            pairs = [(printable(str(key)), printable(format_value(value, ""))) for key, value in block.pairs.items()]
+            return {"kind": "key-values", "pairs": pairs}
+        case blocks.Figure():
+            return _plain_figure(block)
+        case blocks.FigureGrid():
+            return {"kind": "grid", "columns": block.columns, "label": printable(block.label),
+                    "caption": spans(block.caption), "figures": [_plain_figure(f) for f in block.figures]}  # fmt: skip
+        case Table():
+            return _plain_table(block)
 
 
-@plain_block.register
-def _(block: blocks.Paragraph) -> Plain:
-    return {"kind": "paragraph", "text": spans(block.text)}
-
-
-@plain_block.register
-def _(block: blocks.Listing) -> Plain:
-    return {"kind": "listing", "numbered": block.numbered, "items": [spans(item) for item in block.items]}
-
-
-@plain_block.register
-def _(block: blocks.Callout) -> Plain:
-    return {"kind": "callout", "tone": block.tone.value, "sign": block.tone.sign,
-            "title": printable(block.title), "text": spans(block.text)}  # fmt: skip
-
-
-@plain_block.register
-def _(block: blocks.Command) -> Plain:
-    return {"kind": "command", "text": printable(block.text)}
-
-
-@plain_block.register
-def _(block: blocks.KeyValues) -> Plain:
-    pairs = [(printable(str(key)), printable(format_value(value, ""))) for key, value in block.pairs.items()]
-    return {"kind": "key-values", "pairs": pairs}
-
-
-@plain_block.register
-def _(block: blocks.Figure) -> Plain:
+def _plain_figure(block: blocks.Figure) -> Plain:
     return {
         "kind": "figure",
         "id": block.id,
@@ -86,28 +75,19 @@ def _(block: blocks.Figure) -> Plain:
     }
 
 
-@plain_block.register
-def _(block: blocks.FigureGrid) -> Plain:
-    return {"kind": "grid", "columns": block.columns, "label": printable(block.label),
-            "caption": spans(block.caption), "figures": [plain_block(f) for f in block.figures]}  # fmt: skip
-
-
-@plain_block.register
-def _(block: Table) -> Plain:
+def _plain_table(block: Table) -> Plain:
     return {
         "kind": "table",
         "id": block.id,
         "label": printable(block.label),
         "caption": spans(block.caption),
         "row_headers": block.row_headers,
-        "columns": [_plain_column(c) for c in block.columns],
+        "columns": [
+            {"title": printable(c.title), "unit": printable(c.unit), "align": c.alignment} for c in block.columns
+        ],
         "rows": [[_plain_cell(v, c) for v, c in zip(row, block.columns, strict=True)] for row in block.cells],
         "notes": [spans(note) for note in block.notes],
     }
-
-
-def _plain_column(column: Column) -> Plain:
-    return {"title": printable(column.title), "unit": printable(column.unit), "align": column.alignment}
 
 
 def _plain_cell(cell: Cell, column: Column) -> Plain:

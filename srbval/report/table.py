@@ -1,14 +1,15 @@
 """Tables of the report: columns with units and formats, cells with badges and tones."""
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from srbval.report.badges import Badge, Tone
-from srbval.report.identifiers import check_identifier
 
 Value = float | int | str | bool | None
 MISSING = "–"
+_IDENTIFIER = re.compile(r"[a-z][a-z0-9-]{0,63}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,6 +87,14 @@ class Table:
                 raise ValueError(f"table {self.id!r}, row {number}: {len(row)} cells for {len(self.columns)} columns.")
         cells = tuple(tuple(c if isinstance(c, Cell) else Cell(value=c) for c in row) for row in self.rows)
         object.__setattr__(self, "cells", cells)
+
+
+def check_identifier(identifier: str, what: str) -> None:
+    """Raise ValueError unless an id, which names anchors and files, is lower-case letters, digits and hyphens."""
+    if not _IDENTIFIER.fullmatch(identifier):
+        raise ValueError(
+            f"{what} id {identifier[:80]!r}: use at most 64 lower-case letters, digits and hyphens, a letter first."
+        )
 
 
 def format_value(value: Value, spec: str) -> str:

@@ -28,8 +28,7 @@ from srbval.report import (
     literal,
 )
 from srbval.report.figures.acceleration import acceleration_panel
-from srbval.report.figures.cursors import fault_cursors
-from srbval.report.figures.spectrum import envelope_spectrum_panel
+from srbval.report.figures.spectrum import envelope_spectrum_panel, fault_cursors
 
 from .whole import SECONDS, HostileReport, hostile_file, write_hostile
 
@@ -76,7 +75,7 @@ def panels(tmp_path_factory: pytest.TempPathFactory) -> tuple[Figure, ...]:
     time = np.arange(4000) / 20_480
     made = acceleration_panel(
         folder, "fig11b", time_s=time, acceleration=rng.standard_normal(4000), envelope=np.ones(4000),
-        origin="stand-in", letter="b", title="healthy",
+        origin="stand-in", letter="b", title="healthy", window_s=(0.0, float(time[-1])), y_limits=(-4.0, 4.0),
     )  # fmt: skip
     stand_in = Figure(
         id="fig11b", label="Figure 11b", caption="Acceleration.", alt="Noise without bursts, 195 ms long",
@@ -85,7 +84,8 @@ def panels(tmp_path_factory: pytest.TempPathFactory) -> tuple[Figure, ...]:
     frequency = np.arange(1, 6000) * 0.1
     made = envelope_spectrum_panel(
         folder, "fig12a", frequency_hz=frequency, amplitude=rng.random(5999), shaft_hz=11.83,
-        origin="simulated", cursors=fault_cursors("BPFO", 96.79, f_max_hz=600),
+        origin="simulated", cursors=fault_cursors("BPFO", 96.79, f_max_hz=600), peaks=(),
+        healthy=(frequency, np.zeros(5999)), f_max_hz=600.0, y_limits=(0.0, 1.12),
     )  # fmt: skip
     model = Figure(
         id="fig12a", label="Figure 12a", caption="Envelope spectrum.", alt="Six lines at BPFO's harmonics",

@@ -1,6 +1,6 @@
 """report.json is strict JSON and carries what the pages show."""
 
-from srbval.report.json_file import report_data
+from srbval.report.write import report_data
 
 
 def test_figures_are_listed_from_the_tree(report):

@@ -6,7 +6,7 @@ from typing import Any
 
 from srbval.evidence.stored import ShownResult
 from srbval.report.blocks import Block
-from srbval.report.content.stored import missing, origin_of
+from srbval.report.content.names import missing, origin_of
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
 

@@ -8,7 +8,7 @@ from srbval.evidence.harmonics import HarmonicPattern, HarmonicPatterns
 from srbval.evidence.stored import ShownLadder, ShownResult
 from srbval.report.badges import Badge
 from srbval.report.blocks import Block, Listing
-from srbval.report.content.stored import missing, origin_of
+from srbval.report.content.names import missing, origin_of
 from srbval.report.figures.ladder import ladder_plot
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts

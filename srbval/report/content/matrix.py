@@ -11,7 +11,7 @@ from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Figure, FigureGrid, Listing
 from srbval.report.content.names import FETCH_COMMAND
 from srbval.report.figures.deviation import agreement_plot
-from srbval.report.figures.matrix import HeatMap, heat_map
+from srbval.report.figures.matrix import heat_map
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
 from srbval.validation.compared_quantities import KINDS, PRESENCE, Kind
@@ -104,13 +104,11 @@ def _map(
     files = heat_map(
         folder,
         name,
-        shown=HeatMap(
-            values=np.array(numbers, dtype=np.float64),
-            texts=[["" if c is None else text(c) for c in line] for line in cells],
-            label=label,
-            limits=limits,
-            colours=colours,
-        ),
+        values=np.array(numbers, dtype=np.float64),
+        texts=[["" if c is None else text(c) for c in line] for line in cells],
+        label=label,
+        limits=limits,
+        colours=colours,
         rows=[f"{state.code}  {radial:g}/{axial:g}" for state, radial, axial in rows],
         columns=[f"{rpm:g}" for rpm in grid.nominal_rpm],
         groups=len(loads),

@@ -1,12 +1,16 @@
-"""Names and badges that all sections share."""
+"""Names, badges and remarks that several sections share."""
 
 from collections.abc import Mapping
 
 from srbval.bearing import Fault
+from srbval.evidence.stored import ShownResult
 from srbval.recordings import Origin
-from srbval.report.badges import Badge
+from srbval.report.badges import Badge, Tone
+from srbval.report.blocks import Callout, Paragraph
+from srbval.report.section_texts import Texts
 from srbval.validation.analyse import Analysis
 
+STORED = Texts("stored")
 SIDE_NAME = {
     Origin.MEASURED: "test rig, measured",
     Origin.SIMULATED: "model",
@@ -33,3 +37,13 @@ def side_of(analysis: Analysis) -> str:
 def synthetic_states(side: Mapping[Fault, Analysis]) -> list[str]:
     """The states of a side that are stand-ins, in words."""
     return [state.label for state, analysis in side.items() if analysis.recording.origin is Origin.STAND_IN]
+
+
+def origin_of(result: ShownResult) -> Paragraph:
+    """Machine, date, revision and command of a stored result."""
+    return STORED.paragraph("origin", origin=result.origin)
+
+
+def missing(result: ShownResult) -> Callout:
+    """What stands in place of a result that is not there."""
+    return STORED.callout("missing", tone=Tone.WARNING, command=result.command)

@@ -17,9 +17,8 @@ from srbval.report.blocks import Block, Explore, Figure, FigureGrid
 from srbval.report.content.names import badge_of, side_of, synthetic_states
 from srbval.report.figures.acceleration import acceleration_panel
 from srbval.report.figures.band import band_panel
-from srbval.report.figures.cursors import fault_cursors
 from srbval.report.figures.scalogram import scalogram_panel
-from srbval.report.figures.spectrum import envelope_spectrum_panel
+from srbval.report.figures.spectrum import envelope_spectrum_panel, fault_cursors
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
 from srbval.storage.stored_result import READING
@@ -218,7 +217,7 @@ def _scalogram_panel(letter: str, state: Fault, evidence: Evidence, side: str, t
     files = scalogram_panel(
         folder, f"fig14{letter}", time_s=image.time_s + WINDOW_S[0],
         frequency_hz=image.frequency_hz, magnitude=image.amplitude, limits=(0.0, top), letter=letter,
-        window_s=WINDOW_S, edge_s=image.edge_s, record_s=WINDOW_S,
+        window_s=WINDOW_S, edge_s=image.edge_s,
         period_s=1 / record.analysis.speed.value_hz if state.sidebands else None, period_name="1/fr",
         line_hz=record.analysis.line(state.line).kinematic_hz if state.line else None, line_name=state.line or "",
         **_head(record, state),

@@ -1,7 +1,7 @@
 """How well frequencies are read: the stored Monte-Carlo of ``srbval bench --reading``."""
 
 from srbval.evidence.stored import ShownResult
-from srbval.report.content.stored import missing, origin_of
+from srbval.report.content.names import missing, origin_of
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
 

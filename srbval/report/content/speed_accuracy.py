@@ -9,12 +9,11 @@ from srbval.bench.scenes import PAPER_STEP_S
 from srbval.evidence.stored import ShownResult
 from srbval.report.badges import Badge
 from srbval.report.blocks import Block, Figure
-from srbval.report.content.stored import missing, origin_of
-from srbval.report.figures.speed_accuracy import CostPoint, speed_accuracy_plot
+from srbval.report.content.names import missing, origin_of
+from srbval.report.figures.speed_accuracy import speed_accuracy_plot
 from srbval.report.inline import literal
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
-from srbval.report.table import Table
 from srbval.scene import SolverSettings
 
 TEXTS = Texts("speed_accuracy")
@@ -42,9 +41,10 @@ def speed_accuracy_section(result: ShownResult, default: SolverSettings, folder:
         reference_error=max(known, default=math.nan),
     )
     charts = (_chart(content, [row for row in rows if row["scene"] == scene], scene, folder) for scene in scenes)
-    return TEXTS.section(
-        intro, origin_of(result), *charts, _table(rows), TEXTS.table("speed-accuracy-targets", content["targets"])
-    )
+    shown = _shown(rows)
+    table = TEXTS.table("speed-accuracy-table", shown, further_notes=list(_reasons(shown)))
+    targets = TEXTS.table("speed-accuracy-targets", content["targets"])
+    return TEXTS.section(intro, origin_of(result), *charts, table, targets)
 
 
 def _marked(row: Row, default: SolverSettings) -> dict[str, Any]:
@@ -65,7 +65,7 @@ def _chart(content: Mapping[str, Any], rows: Sequence[Row], scene: str, folder: 
     files = speed_accuracy_plot(
         folder,
         name,
-        points=[_point(row) for row in rows],
+        runs=rows,
         panels=PANELS,
         fronts=("cage_error", "band_rms_error"),
         floors={
@@ -77,22 +77,6 @@ def _chart(content: Mapping[str, Any], rows: Sequence[Row], scene: str, folder: 
     return TEXTS.figure(
         "speed-accuracy", files, id=name, badge=Badge.SIMULATED, scene=scene, runs=len(rows), rows=_shown(rows)
     )
-
-
-def _point(row: Row) -> CostPoint:
-    return CostPoint(
-        solver=row["solver"],
-        dt_s=row["dt_s"],
-        cost=row["wall_per_simulated_s"],
-        values={name: row[name] for name in PANELS},
-        status=row["status"],
-        ringed="default" in row["marks"],
-    )
-
-
-def _table(rows: Sequence[Row]) -> Table:
-    shown = _shown(rows)
-    return TEXTS.table("speed-accuracy-table", shown, further_notes=list(_reasons(shown)))
 
 
 def _reasons(rows: Sequence[Row]) -> Iterator[str]:

@@ -8,7 +8,7 @@ from typing import Any
 from srbval.evidence.stored import ShownResult
 from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Figure, Listing
-from srbval.report.content.stored import missing, origin_of
+from srbval.report.content.names import missing, origin_of
 from srbval.report.figures.stability_map import MapBlock, stability_map
 from srbval.report.inline import literal
 from srbval.report.model import Section

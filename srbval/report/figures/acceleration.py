@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from srbval.report.figures.decimate import extreme_indices
-from srbval.report.figures.files import PanelFiles, rounded, save_panel
+from srbval.report.figures.files import PanelFiles, extreme_indices, rounded, save_panel
 from srbval.report.figures.style import (
+    HALF,
     INK,
     figure_style,
     legend_above,
@@ -29,13 +29,12 @@ def acceleration_panel(
     acceleration: ArrayLike,
     envelope: ArrayLike,
     origin: str,
+    window_s: tuple[float, float],
+    y_limits: tuple[float, float],
     letter: str = "",
     title: str = "",
-    window_s: tuple[float, float] | None = None,
-    y_limits: tuple[float, float] | None = None,
     period_s: float | None = None,
     period_name: str = "",
-    size: str = "half",
 ) -> PanelFiles:
     """Draw acceleration (light) and envelope (strong) over `window_s`; write picture and CSV.
 
@@ -44,13 +43,13 @@ def acceleration_panel(
     (named `period_name`) as a bar, to be compared with the spacing of the bursts.
     """
     time, signal, strength = (np.asarray(a, dtype=np.float64) for a in (time_s, acceleration, envelope))
-    start, stop = window_s or (float(time[0]), float(time[-1]))
+    start, stop = window_s
     inside = (time >= start) & (time <= stop)
     time, signal, strength = time[inside] - start, signal[inside], strength[inside]
     kept = extreme_indices(signal, PLOTTED_BINS)
     style = origin_style(origin)
     with figure_style():
-        figure, axes = new_axes(size)
+        figure, axes = new_axes(HALF)
         axes.plot(time[kept] * 1e3, signal[kept], color=style.light, lw=0.6, label="acceleration")
         axes.plot(time[kept] * 1e3, strength[kept], color=style.colour, lw=1.2, label="its envelope")
         axes.set(xlabel="Time, ms", ylabel="Acceleration, std. dev.", xlim=(0, (stop - start) * 1e3), ylim=y_limits)
@@ -70,8 +69,8 @@ def _mark_period(axes: Any, period_ms: float, period_name: str) -> None:
     level = low + 0.07 * (high - low)
     start = 0.03 * axes.get_xlim()[1]
     axes.errorbar(start + period_ms / 2, level, xerr=period_ms / 2, color=INK, lw=1.3, capsize=3, zorder=40)
-    label = f"{period_name} = {period_ms:.2f} ms" if period_name else f"{period_ms:.2f} ms"
     axes.text(
-        start + period_ms + 0.015 * axes.get_xlim()[1], level, label, va="center", fontsize=7.5, zorder=40,
+        start + period_ms + 0.015 * axes.get_xlim()[1], level, f"{period_name} = {period_ms:.2f} ms",
+        va="center", fontsize=7.5, zorder=40,
         bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1},
     )  # fmt: skip

@@ -12,6 +12,7 @@ from srbval.report.figures.style import (
     GREEN,
     HEALTHY,
     VERMILION,
+    WIDE,
     figure_style,
     legend_above,
     new_axes,
@@ -41,7 +42,7 @@ def band_panel(
     """
     frequency = np.asarray(frequency_hz, dtype=float)
     with figure_style():
-        figure, axes = new_axes("wide")
+        figure, axes = new_axes(WIDE)
         axes.axvspan(band_hz[0] / 1e3, band_hz[1] / 1e3, color=GREEN, alpha=0.16, lw=0, zorder=0)
         axes.text(
             band_hz[0] / 1e3, limits_db[1], f" demodulated: {band_hz[0]:g} to {band_hz[1]:g} Hz", color=GREEN,

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.report.figures.files import PanelFiles, save_panel
-from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, figure_style, new_figure
+from srbval.report.figures.style import BLUE, INK, VERMILION, figure_style, new_axes
 from srbval.validation.bias import Pair
 
 # kind: (marker, face colour, edge colour); shape and filling tell them apart without colour.
@@ -36,20 +36,14 @@ class Deviation:
             raise ValueError(f"{self.source}: kind {self.kind!r} is not one of {', '.join(MARKS)}.")
 
 
-def deviation_plot(
-    folder: Path, name: str, *, points: Sequence[Deviation], tolerance_pct: float | None = None
-) -> PanelFiles:
+def deviation_plot(folder: Path, name: str, *, points: Sequence[Deviation]) -> PanelFiles:
     """Draw one row a point, grouped by defect, zero in the middle; write picture and CSV.
 
-    `tolerance_pct` shades the band within plus and minus it. A stand-in is no comparison: it is refused.
+    A stand-in is no comparison: it is refused.
     """
     with figure_style():
-        figure, axes = _axes(len(points))
+        figure, axes = new_axes((WIDTH_INCHES, FRAME_INCHES + ROW_INCHES * len(points)))
         axes.axvline(0, color=INK, lw=0.9)
-        if tolerance_pct:
-            axes.axvspan(-tolerance_pct, tolerance_pct, color=GREEN, alpha=0.12, lw=0)
-            axes.text(tolerance_pct, 1.01, f"tolerance ±{tolerance_pct:g} %", color=GREEN, fontsize=7.5,
-                      transform=axes.get_xaxis_transform(), ha="right", va="bottom")  # fmt: skip
         for row, point in enumerate(points):
             _draw_point(axes, row, point)
         _separate_groups(axes, points)
@@ -57,11 +51,6 @@ def deviation_plot(
         axes.set(ylim=(len(points) - 0.4, -0.6), xlabel="Deviation from the kinematic frequency, %")
         axes.margins(x=0.12)
         return save_panel(figure, folder, name, _columns(points))
-
-
-def _axes(rows: int) -> tuple[Any, Any]:
-    figure = new_figure((WIDTH_INCHES, FRAME_INCHES + ROW_INCHES * rows))
-    return figure, figure.add_subplot()
 
 
 def _draw_point(axes: Any, row: int, point: Deviation) -> None:
@@ -96,8 +85,7 @@ def _columns(points: Sequence[Deviation]) -> dict[str, list[Any]]:
 def agreement_plot(folder: Path, name: str, *, pairs: Sequence[Pair], label: str) -> PanelFiles:
     """Draw `pairs` of one unit, with the line of agreement and the data's 95 % intervals; write picture and CSV."""
     with figure_style():
-        figure = new_figure((3.6, 3.4), layout="constrained")
-        axes = figure.add_subplot()
+        figure, axes = new_axes((3.6, 3.4), layout="constrained")
         rig, model = [p.rig for p in pairs], [p.model for p in pairs]
         ends = [min(rig + model), max(rig + model)]
         axes.plot(ends, ends, color=INK, lw=0.9)

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,29 +16,14 @@ from srbval.report.figures.style import BLUE, INK, ORANGE, SOFT, VERMILION, figu
 SECTION_INCHES, CLOUD_INCHES, SCENE_INCHES = (7.6, 3.1), (7.6, 2.7), (4.2, 3.9)
 PIXELS_PER_INCH = 130  # of the three-dimensional picture
 NEAR_MM = 22.0  # shown either side of a defect
+CIRCLE_COLUMNS = ("raceway", "circle", "radius_m", "height_m")
 ROLLER_LINES = (13, 9)  # of a drawn roller's surface, around and along
 
 
-@dataclass(frozen=True, kw_only=True)
-class Roller:
-    """A barrel roller's profile: half width and greatest radius [m], radius of its generator [m]."""
-
-    half_width_m: float
-    radius_m: float
-    profile_m: float
-
-    def radius_at(self, along_m: FloatArray) -> FloatArray:
-        """Radius at a distance from its middle along its axis [m]."""
-        return np.asarray(np.sqrt(self.profile_m**2 - along_m**2) - (self.profile_m - self.radius_m))
-
-
-def roller_of(geometry: SphericalRollerGeometry) -> Roller:
-    """The roller that just touches both raceways."""
-    return Roller(
-        half_width_m=geometry.roller_width_m / 2,
-        radius_m=geometry.zero_play_diameter_m / 2,
-        profile_m=geometry.raceway_radius_m,
-    )
+def _roller_radius(geometry: SphericalRollerGeometry, along_m: FloatArray) -> FloatArray:
+    """Radius, at a distance from its middle along its axis, of the barrel that just touches both raceways [m]."""
+    profile, radius = geometry.raceway_radius_m, geometry.zero_play_diameter_m / 2
+    return np.asarray(np.sqrt(profile**2 - along_m**2) - (profile - radius))
 
 
 def axial_section(
@@ -54,7 +38,7 @@ def axial_section(
         outer = geometry.outer_diameter_m / 2 * 1e3
         axes.set(aspect="equal", xlabel="Along the shaft, mm", ylabel="From the shaft's axis, mm",
                  xlim=(-112, 168), ylim=(92, outer + 6))  # fmt: skip
-        return save_panel(figure, folder, name, _circle_columns(circles))
+        return save_panel(figure, folder, name, {key: [getattr(c, key) for c in circles] for key in CIRCLE_COLUMNS})
 
 
 def _draw_row(axes: Any, geometry: SphericalRollerGeometry, circles: Sequence[RacewayCircle], side: int) -> None:
@@ -79,9 +63,9 @@ def _draw_row(axes: Any, geometry: SphericalRollerGeometry, circles: Sequence[Ra
 
 def _outline(geometry: SphericalRollerGeometry) -> tuple[FloatArray, FloatArray]:
     """Outline of a roller in the section: along the shaft, from the axis [m]."""
-    roller, (c, s) = roller_of(geometry), (math.cos(geometry.tilt_rad), math.sin(geometry.tilt_rad))
-    along = np.linspace(-roller.half_width_m, roller.half_width_m, 41)
-    across = roller.radius_at(along)
+    c, s, half_width = math.cos(geometry.tilt_rad), math.sin(geometry.tilt_rad), geometry.roller_width_m / 2
+    along = np.linspace(-half_width, half_width, 41)
+    across = _roller_radius(geometry, along)
     along, across = np.concatenate([along, along[::-1]]), np.concatenate([across, -across[::-1]])
     middle = geometry.roller_centre_distance_m
     return middle * s + across * s + along * c, middle * c + across * c - along * s
@@ -98,21 +82,21 @@ def _draw_dimensions(axes: Any, geometry: SphericalRollerGeometry) -> None:
     axes.text(-76, at[1], f"pitch radius d$_p$\n{geometry.pitch_radius_m * 1e3:.2f} mm", ha="right", va="center",
               bbox=white, **looks)  # fmt: skip
     axes.text(3, 97, f"tilt α = {math.degrees(alpha):.2f}°", ha="left", va="center", bbox=white, **looks)
+    diameter_mm, length_mm = 1e3 * geometry.zero_play_diameter_m, 1e3 * geometry.roller_width_m
     notes = {"fontsize": 8, "va": "center", "ha": "left", "color": INK}
-    roller = roller_of(geometry)
     lines = (
         (176, f"outer raceway: sphere of radius R$_x$ = {geometry.raceway_radius_m * 1e3:g} mm", VERMILION),
-        (158, f"roller: ⌀ {2e3 * roller.radius_m:.2f} mm, {geometry.roller_width_m * 1e3:g} mm long", INK),
+        (
+            158,
+            f"roller: ⌀ {diameter_mm:.2f} mm, {length_mm:g} mm long",
+            INK,
+        ),
         (140, "dots: circles of contact points,", VERMILION),
         (132, "three on either raceway of a row", VERMILION),
         (114, "inner raceway: arc of radius R$_x$", ORANGE),
     )
     for height, text, colour in lines:
         axes.text(62, height, text, **notes | {"color": colour}, zorder=6, bbox=white)
-
-
-def _circle_columns(circles: Sequence[RacewayCircle]) -> dict[str, list[Any]]:
-    return {name: [getattr(c, name) for c in circles] for name in ("raceway", "circle", "radius_m", "height_m")}
 
 
 def defect_cloud(folder: Path, name: str, *, points: Sequence[DefectPoints]) -> PanelFiles:
@@ -176,11 +160,12 @@ def whole_bearing(
 
 def _surface(geometry: SphericalRollerGeometry, angle: float, sign: int) -> tuple[FloatArray, ...]:
     """A roller's surface [mm]: x to the right, the shaft along y, z up."""
-    roller, (c, s) = roller_of(geometry), (math.cos(geometry.tilt_rad), math.sin(geometry.tilt_rad))
+    c, s, half_width = math.cos(geometry.tilt_rad), math.sin(geometry.tilt_rad), geometry.roller_width_m / 2
     turn, along = np.meshgrid(
-        np.linspace(0, 2 * np.pi, ROLLER_LINES[0]), np.linspace(-1, 1, ROLLER_LINES[1]) * roller.half_width_m
+        np.linspace(0, 2 * np.pi, ROLLER_LINES[0]), np.linspace(-1, 1, ROLLER_LINES[1]) * half_width
     )
-    across, sideways = roller.radius_at(along) * np.cos(turn), roller.radius_at(along) * np.sin(turn)
+    radius = _roller_radius(geometry, along)
+    across, sideways = radius * np.cos(turn), radius * np.sin(turn)
     middle = geometry.roller_centre_distance_m
     radial, axial = (middle + across) * c - along * s, sign * ((middle + across) * s + along * c)
     x = radial * math.cos(angle) - sideways * math.sin(angle)

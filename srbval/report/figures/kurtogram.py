@@ -8,7 +8,7 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.report.figures.files import PanelFiles, save_panel
-from srbval.report.figures.style import figure_style, new_axes, stamp_stand_in, title_panel
+from srbval.report.figures.style import HALF, figure_style, new_axes, stamp_stand_in, title_panel
 from srbval.signal import Kurtogram
 
 USED, BEST = "#ffffff", "#d62728"
@@ -21,23 +21,21 @@ def kurtogram_panel(
     picture: Kurtogram,
     band_hz: tuple[float, float],
     origin: str,
-    letter: str = "",
-    title: str = "",
-    top_hz: float | None = None,
-    size: str = "half",
+    letter: str,
+    title: str,
+    top_hz: float,
 ) -> PanelFiles:
     """Draw kurtosis over frequency and level; `band_hz`, the band used, outlined white, the most impulsive red.
 
-    Frequencies from zero to `top_hz` (the highest there is). Writes picture and CSV.
+    Frequencies from zero to `top_hz`. Writes picture and CSV.
     """
-    top = top_hz or float(picture.band_hz.max())
     rows = np.unique(picture.level)
     with figure_style():
-        figure, axes = new_axes(size)
+        figure, axes = new_axes(HALF)
         axes.grid(False)
         shown = _draw(axes, picture, rows)
         widths = [float(np.diff(picture.band_hz[picture.level == level]).max()) for level in rows]
-        axes.set(xlim=(0, top / 1e3), ylim=(len(rows) - 0.5, -0.5), xlabel="Frequency, kHz", ylabel="Band width, Hz")
+        axes.set(xlim=(0, top_hz / 1e3), ylim=(len(rows) - 0.5, -0.5), xlabel="Frequency, kHz", ylabel="Band width, Hz")
         axes.set_yticks(range(len(rows)), labels=[f"{width:.0f}" for width in widths])
         axes.tick_params(axis="y", labelsize=6.5)
         _outline(axes, picture.best_hz, _row(rows, widths, picture.best_hz), BEST, ":")

@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from srbval.arrays import FloatArray
-from srbval.report.figures.decimate import block_means
 from srbval.report.figures.files import PanelFiles, rounded, save_panel
-from srbval.report.figures.style import INK, figure_style, new_axes, row_above, stamp_stand_in, title_panel
+from srbval.report.figures.style import HALF, INK, figure_style, new_axes, row_above, stamp_stand_in, title_panel
 
 COLUMNS, ROWS, LEVELS = 320, 110, 64
 CSV_COLUMNS, CSV_ROWS = 180, 40
@@ -24,45 +23,39 @@ def scalogram_panel(
     magnitude: ArrayLike,
     limits: tuple[float, float],
     origin: str,
+    window_s: tuple[float, float],
+    edge_s: FloatArray,
     letter: str = "",
     title: str = "",
-    window_s: tuple[float, float] | None = None,
     period_s: float | None = None,
     period_name: str = "",
     line_hz: float | None = None,
     line_name: str = "",
-    edge_s: ArrayLike | None = None,
-    record_s: tuple[float, float] | None = None,
-    colour_label: str = "|CWT|, std. dev.",
-    size: str = "half",
 ) -> PanelFiles:
     """Draw |CWT| as an image over time and logarithmic frequency; write picture and CSV.
 
     `magnitude` has shape [frequencies, times], `frequency_hz` [frequencies] is positive and monotonic,
     `time_s` [times] uniform. `limits` is the colour scale, shared by all panels of a figure. `period_s`
-    (named `period_name`) puts ticks of that spacing along the top; `line_hz` marks one frequency. Where `edge_s`,
-    [frequencies], and `record_s` (first and last moment transformed) are given, what lies nearer than `edge_s` to
-    either end, the cone of influence, is hatched.
+    (named `period_name`) puts ticks of that spacing along the top; `line_hz` marks one frequency. What lies
+    nearer than `edge_s`, [frequencies], to either end of `window_s`, the cone of influence, is hatched.
     """
     time = np.asarray(time_s, dtype=float)
-    start, stop = window_s or (float(time[0]), float(time[-1]))
+    start, stop = window_s
     inside = (time >= start) & (time <= stop)
     frequency, image = _on_log_grid(frequency_hz, np.asarray(magnitude, dtype=float)[:, inside])
     span = (0.0, (stop - start) * 1e3)
     with figure_style():
-        figure, axes = new_axes(size)
+        figure, axes = new_axes(HALF)
         shown = _draw_image(axes, image, frequency, span, limits)
         axes.set(xlabel="Time, ms", ylabel="Frequency, Hz")
         _log_ticks(axes, frequency)
-        if edge_s is not None and record_s is not None:
-            reach = (record_s[0] - start, record_s[1] - start)
-            _hatch_cone(axes, np.asarray(frequency_hz, dtype=float), np.asarray(edge_s, dtype=float), reach, span)
+        _hatch_cone(axes, np.asarray(frequency_hz, dtype=float), edge_s, span)
         if line_hz:
             _mark_line(axes, line_hz, line_name, span)
         if period_s:
             _mark_periods(axes, period_s * 1e3, period_name, span)
         bar = figure.colorbar(shown, ax=axes, pad=0.02, aspect=18, extend="max")
-        bar.set_label(colour_label, fontsize=7.5)
+        bar.set_label("|CWT|, std. dev.", fontsize=7.5)
         bar.ax.tick_params(labelsize=7.5)
         title_panel(axes, origin, letter, title, pad=20.0)
         stamp_stand_in(axes, origin)
@@ -106,12 +99,10 @@ def _log_ticks(axes: Any, frequency: FloatArray) -> None:
     axes.tick_params(direction="out")
 
 
-def _hatch_cone(
-    axes: Any, frequency: FloatArray, edge_s: FloatArray, record_s: tuple[float, float], span: tuple[float, float]
-) -> None:
+def _hatch_cone(axes: Any, frequency: FloatArray, edge_s: FloatArray, span: tuple[float, float]) -> None:
     """Hatch where a row also sees the ends of what was transformed; times [s] count from the picture's left edge."""
     level = np.log10(frequency)
-    inner = (np.clip((record_s[0] + edge_s) * 1e3, *span), np.clip((record_s[1] - edge_s) * 1e3, *span))
+    inner = (np.clip(edge_s * 1e3, *span), np.clip(span[1] - edge_s * 1e3, *span))
     for border, outer in zip(inner, span, strict=True):
         axes.fill_betweenx(level, border, outer, facecolor="none", edgecolor="white", hatch="////", lw=0.0)
         axes.plot(border, level, color="white", lw=0.8, scalex=False, scaley=False)
@@ -120,8 +111,7 @@ def _hatch_cone(
 def _mark_line(axes: Any, line_hz: float, line_name: str, span: tuple[float, float]) -> None:
     level = float(np.log10(line_hz))
     axes.axhline(level, color="white", lw=0.8, ls="--")
-    if line_name:
-        axes.text(span[1] * 0.99, level, line_name, color="white", fontsize=7.5, ha="right", va="bottom")
+    axes.text(span[1] * 0.99, level, line_name, color="white", fontsize=7.5, ha="right", va="bottom")
 
 
 def _mark_periods(axes: Any, period_ms: float, period_name: str, span: tuple[float, float]) -> None:
@@ -129,7 +119,7 @@ def _mark_periods(axes: Any, period_ms: float, period_name: str, span: tuple[flo
     at = np.arange(0.0, span[1], period_ms)
     blended = axes.get_xaxis_transform()
     axes.vlines(at, 1.012, 1.05, transform=blended, color=INK, lw=0.9, clip_on=False)
-    label = f"ticks: {period_name} = {period_ms:.2f} ms" if period_name else f"ticks: {period_ms:.2f} ms"
+    label = f"ticks: {period_name} = {period_ms:.2f} ms"
     axes.text(1.0, 1.0, label, transform=row_above(axes, 8.0), fontsize=7.5, ha="right", va="baseline")
 
 
@@ -141,3 +131,13 @@ def _columns(image: FloatArray, frequency: FloatArray, span: tuple[float, float]
     time = (np.arange(n) + 0.5) / n * span[1] / 1e3
     lines = {f"magnitude_at_{f:.4g}_hz": rounded(row) for f, row in zip(frequency[rows], coarse, strict=True)}
     return {"time_s": time} | lines
+
+
+def block_means(values: FloatArray, columns: int) -> FloatArray:
+    """Means over `columns` equal stretches of the last axis; values unchanged when there are no more."""
+    n = values.shape[-1]
+    if n <= columns:
+        return values
+    edges = np.linspace(0, n, columns + 1).astype(int)
+    widths = np.diff(edges)
+    return np.add.reduceat(values, edges[:-1], axis=-1) / widths

@@ -1,93 +1,60 @@
-"""The bearing seen along the shaft: rollers, load, load zone, defect, sensor."""
+"""The bearing seen along the shaft (rollers, load, load zone, defect, sensor), and which rollers carry the load."""
 
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from srbval.arrays import FloatArray
+from srbval.bearing import SphericalRollerGeometry
+from srbval.evidence.bearing_views import LoadZone
 from srbval.report.figures.files import PanelFiles, save_panel
-from srbval.report.figures.style import BLUE, INK, SOFT, VERMILION, figure_style, new_figure
+from srbval.report.figures.style import BLUE, INK, SOFT, VERMILION, WIDE, figure_style, legend_above, new_axes
+from srbval.scene import Scene
 
 SIZE_INCHES = (4.2, 3.9)
-DOWN = -np.pi / 2
+SENSOR_RAD = np.pi / 4
+STRETCH_DEG = 12.0
+LIGHT = "#a9cfe6"
 
 
-def bearing_scene(
-    folder: Path,
-    name: str,
-    *,
-    pitch_radius_m: float,
-    roller_diameter_m: float,
-    rollers: int,
-    outer_diameter_m: float,
-    roller_load_n: ArrayLike | None = None,
-    load_text: str = "",
-    load_angle_rad: float = DOWN,
-    defect: str = "",
-    defect_angle_rad: float = DOWN,
-    sensor_angle_rad: float | None = None,
-    first_roller_rad: float = DOWN,
-    title: str = "",
-) -> PanelFiles:
-    """Draw one row of rollers; write picture and CSV.
+def bearing_scene(folder: Path, name: str, *, scene: Scene, geometry: SphericalRollerGeometry) -> PanelFiles:
+    """Draw one row of rollers of `scene`, whose defect is in the outer race; write picture and CSV.
 
-    Angles are counter-clockwise from the right [rad]; `load_angle_rad` is the direction in which the load pushes
-    the outer ring, so that the load zone lies opposite. `roller_load_n`, shape [rollers], colours each roller by
-    its contact force. `defect` is ``outer``, ``inner`` or empty; it is drawn on that raceway at `defect_angle_rad`.
+    Angles are counter-clockwise from the right; the load pushes the outer ring, so that the load zone lies opposite.
     """
-    if defect not in ("", "outer", "inner"):
-        raise ValueError(f"defect {defect!r} is not outer, inner or empty.")
-    angles = first_roller_rad + 2 * np.pi * np.arange(rollers) / rollers
-    centres = pitch_radius_m * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    load = None if roller_load_n is None else np.asarray(roller_load_n, dtype=float)
-    races = {"outer": pitch_radius_m + roller_diameter_m / 2, "inner": pitch_radius_m - roller_diameter_m / 2}
+    load, rollers, outer_mm = scene.load, geometry.rollers_per_row, geometry.outer_diameter_m / 2 * 1e3
+    angles = 2 * np.pi * np.arange(rollers) / rollers
+    centres = geometry.pitch_radius_m * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    half_m, reach = geometry.roller_diameter_m / 2, 1.42 * outer_mm
+    race_mm, inner_mm = (geometry.pitch_radius_m + half_m) * 1e3, (geometry.pitch_radius_m - half_m) * 1e3
     with figure_style():
-        figure, axes = _axes(outer_diameter_m / 2)
-        _draw_rings(axes, outer_diameter_m / 2, races)
-        _draw_rollers(figure, axes, centres * 1e3, roller_diameter_m * 1e3, load)
-        _draw_load(axes, load_angle_rad, outer_diameter_m / 2 * 1e3, races["inner"] * 1e3, load_text)
-        if defect:
-            _draw_defect(axes, defect, races[defect] * 1e3, defect_angle_rad)
-        if sensor_angle_rad is not None:
-            _draw_sensor(axes, sensor_angle_rad, outer_diameter_m / 2 * 1e3)
-        axes.set_title(title, parse_math=False)
+        figure, axes = new_axes(SIZE_INCHES)
+        axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xlabel="mm", ylabel="mm")
+        _draw_rings(axes, outer_mm, race_mm, inner_mm)
+        _draw_rollers(axes, centres * 1e3, geometry.roller_diameter_m * 1e3)
+        _draw_load(axes, load.direction_rad, outer_mm, inner_mm, f"{load.radial_n / 1e3:g} kN")
+        _draw_defect(axes, race_mm, load.zone_rad + scene.defect.angle_rad)
+        _draw_sensor(axes, SENSOR_RAD, outer_mm)
+        axes.set_title("One row, seen along the shaft", parse_math=False)
         columns = {"roller": np.arange(rollers), "x_m": centres[:, 0], "y_m": centres[:, 1]}
-        return save_panel(figure, folder, name, columns | ({} if load is None else {"load_n": load}))
+        return save_panel(figure, folder, name, columns)
 
 
-def _axes(outer_radius_m: float) -> tuple[Any, Any]:
-    figure = new_figure(SIZE_INCHES)
-    axes = figure.add_subplot()
-    reach = 1.42 * outer_radius_m * 1e3
-    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xlabel="mm", ylabel="mm")
-    return figure, axes
-
-
-def _draw_rings(axes: Any, outer_radius_m: float, races: dict[str, float]) -> None:
+def _draw_rings(axes: Any, outer: float, race: float, inner: float) -> None:
     from matplotlib.patches import Annulus, Circle
 
-    outer, race, inner = outer_radius_m * 1e3, races["outer"] * 1e3, races["inner"] * 1e3
     axes.add_patch(Annulus((0, 0), outer, outer - race, fc="#dfe5ec", ec=SOFT, lw=0.8))
     axes.add_patch(Annulus((0, 0), inner, 0.16 * inner, fc="#dfe5ec", ec=SOFT, lw=0.8))
     axes.add_patch(Circle((0, 0), 0.84 * inner, fc="#f3f5f8", ec=SOFT, lw=0.8))
 
 
-def _draw_rollers(figure: Any, axes: Any, centres_mm: FloatArray, diameter_mm: float, load: Any) -> None:
+def _draw_rollers(axes: Any, centres_mm: FloatArray, diameter_mm: float) -> None:
     from matplotlib.collections import PatchCollection
     from matplotlib.patches import Circle
 
     circles = [Circle((x, y), diameter_mm / 2) for x, y in centres_mm]
-    rollers = PatchCollection(circles, edgecolor=INK, linewidth=0.7, facecolor="#ffffff", zorder=4)
-    axes.add_collection(rollers)
-    if load is not None:
-        rollers.set_array(load / 1e3)
-        rollers.set_cmap("YlOrBr")
-        rollers.set_clim(0, max(float(load.max()) / 1e3, 1e-9))
-        bar = figure.colorbar(rollers, ax=axes, pad=0.02, aspect=24, shrink=0.85)
-        bar.set_label("Contact force, kN", fontsize=7.5)
-        bar.ax.tick_params(labelsize=7.5)
+    axes.add_collection(PatchCollection(circles, edgecolor=INK, linewidth=0.7, facecolor="#ffffff", zorder=4))
 
 
 def _draw_load(axes: Any, angle: float, outer_mm: float, inner_mm: float, text: str) -> None:
@@ -97,18 +64,17 @@ def _draw_load(axes: Any, angle: float, outer_mm: float, inner_mm: float, text: 
     axes.annotate("", xy=-1.02 * direction * outer_mm, xytext=-1.34 * direction * outer_mm, arrowprops=arrow, zorder=6)
     x, y = -1.2 * direction * outer_mm - 0.06 * outer_mm * np.array([abs(direction[1]), abs(direction[0])])
     side = {"ha": "right", "va": "center"} if abs(direction[1]) > abs(direction[0]) else {"ha": "center", "va": "top"}
-    axes.text(x, y, text or "load", color=BLUE, fontweight="bold", parse_math=False, **side)
+    axes.text(x, y, text, color=BLUE, fontweight="bold", parse_math=False, **side)
     zone = -0.62 * direction * inner_mm
     axes.text(*zone, "load zone", ha="center", va="center", color=BLUE, fontsize=8)
 
 
-def _draw_defect(axes: Any, defect: str, radius_mm: float, angle: float) -> None:
+def _draw_defect(axes: Any, radius_mm: float, angle: float) -> None:
     at = radius_mm * np.array([np.cos(angle), np.sin(angle)])
     axes.plot(*at, marker="*", ms=13, mfc=VERMILION, mec="white", mew=0.8, ls="none", zorder=8)
-    label = {"outer": "outer-race defect", "inner": "inner-race defect"}[defect]
     right, top = bool(at[0] > 0), bool(at[1] > 0)
     axes.annotate(
-        label, at, xytext=(0.98 if right else 0.02, 0.98 if top else 0.02), textcoords="axes fraction",
+        "outer-race defect", at, xytext=(0.98 if right else 0.02, 0.98 if top else 0.02), textcoords="axes fraction",
         ha="right" if right else "left", va="top" if top else "bottom", color=VERMILION, fontsize=8, zorder=9,
         arrowprops={"arrowstyle": "-", "color": VERMILION, "lw": 0.8, "shrinkB": 5},
         bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.9, "pad": 1},
@@ -119,3 +85,30 @@ def _draw_sensor(axes: Any, angle: float, outer_mm: float) -> None:
     at = 1.05 * outer_mm * np.array([np.cos(angle), np.sin(angle)])
     axes.plot(*at, marker="s", ms=8, mfc=INK, mec="white", zorder=8)
     axes.annotate("sensor", at, xytext=(7, 5), textcoords="offset points", fontsize=8, zorder=9)
+
+
+def load_zone(folder: Path, name: str, *, zone: LoadZone) -> PanelFiles:
+    """Draw the force of every roller on either race at every moment kept; write picture and CSV."""
+    order = np.argsort(zone.angle_deg)
+    angle, outer, inner = zone.angle_deg[order], zone.outer_n[order] / 1e3, zone.inner_n[order] / 1e3
+    with figure_style():
+        figure, axes = new_axes(WIDE)
+        middles, means = _means(angle, outer)
+        axes.plot(angle, outer, ".", color=LIGHT, ms=1.5, label="one roller, one moment", rasterized=True)
+        axes.plot(middles, means, "-o", color=BLUE, ms=3, label="mean, outer race")
+        axes.plot(middles, _means(angle, inner)[1], "--", color=VERMILION, label="mean, inner race")
+        axes.axvline(0, color=SOFT, lw=0.8, ls="--")
+        axes.set(xlabel="Roller's angle from the middle of the load zone, degrees", ylabel="Contact force, kN",
+                 xlim=(-180, 180), xticks=range(-180, 181, 60))  # fmt: skip
+        axes.set_ylim(0, 1.1 * float(np.quantile(outer, 0.995)))
+        legend_above(axes)
+        columns = {"angle_deg": angle, "outer_race_n": 1e3 * outer, "inner_race_n": 1e3 * inner}
+        return save_panel(figure, folder, name, columns)
+
+
+def _means(angle: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Middles of stretches of `STRETCH_DEG` and the mean force in each."""
+    edges = np.arange(-180.0, 180.0 + STRETCH_DEG, STRETCH_DEG)
+    count, _ = np.histogram(angle, edges)
+    total, _ = np.histogram(angle, edges, weights=force)
+    return (edges[:-1] + edges[1:]) / 2, total / np.maximum(count, 1)

@@ -1,6 +1,7 @@
 """Figures 12 and 13's kind: envelope spectrum with named fault lines."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -8,13 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from srbval.arrays import FloatArray
-from srbval.report.figures.cursors import Cursor
-from srbval.report.figures.decimate import extreme_indices
-from srbval.report.figures.files import PanelFiles, rounded, save_panel
+from srbval.report.figures.files import PanelFiles, extreme_indices, rounded, save_panel
 from srbval.report.figures.style import (
     GREEN,
     HEALTHY,
     INK,
+    WIDE,
     figure_style,
     legend_above,
     new_axes,
@@ -26,7 +26,42 @@ from srbval.report.figures.style import (
 PLOTTED_BINS = 600
 DATA_BINS = 1500  # of the data file: all of a short record, the least and greatest of each stretch of a long one
 HEALTHY_DASHES = (0, (3, 1.2))
+Y_LABEL = "Envelope (modulus), std. dev."
 ORDER_LABEL_POINTS = 15.0  # height of the row of the order axis' label above the axes
+
+
+@dataclass(frozen=True)
+class Cursor:
+    """One named frequency [Hz]; a sideband is drawn fainter than a harmonic."""
+
+    name: str
+    frequency_hz: float
+    sideband: bool = False
+
+
+def fault_cursors(
+    line: str,
+    frequency_hz: float,
+    *,
+    f_max_hz: float,
+    sideband_hz: float = 0.0,
+    sideband_name: str = "fr",
+    sidebands: int = 0,
+) -> tuple[Cursor, ...]:
+    """Cursors of all harmonics of `line` up to `f_max_hz`, each with `sidebands` on either side.
+
+    Named as the field does: ``BPFI``, ``2xBPFI``, ``BPFI-fr``, ``2xBPFI+2fr``.
+    """
+    found = []
+    for harmonic in range(1, int(f_max_hz // frequency_hz) + 1):
+        name = line if harmonic == 1 else f"{harmonic}x{line}"
+        found.append(Cursor(name, harmonic * frequency_hz))
+        for k in range(-sidebands, sidebands + 1):
+            at = harmonic * frequency_hz + k * sideband_hz
+            if k and 0 < at <= f_max_hz:
+                times = "" if abs(k) == 1 else str(abs(k))
+                found.append(Cursor(f"{name}{'+' if k > 0 else '-'}{times}{sideband_name}", at, sideband=True))
+    return tuple(sorted(found, key=lambda cursor: cursor.frequency_hz))
 
 
 def envelope_spectrum_panel(
@@ -37,16 +72,13 @@ def envelope_spectrum_panel(
     amplitude: ArrayLike,
     shaft_hz: float,
     origin: str,
-    cursors: Sequence[Cursor] = (),
-    peaks: Sequence[tuple[float, float]] = (),
-    healthy: tuple[ArrayLike, ArrayLike] | None = None,
+    cursors: Sequence[Cursor],
+    peaks: Sequence[tuple[float, float]],
+    healthy: tuple[FloatArray, FloatArray],
+    f_max_hz: float,
+    y_limits: tuple[float, float],
     letter: str = "",
     title: str = "",
-    f_max_hz: float = 600.0,
-    y_limits: tuple[float, float] | None = None,
-    y_label: str = "Envelope (modulus), std. dev.",
-    log_scale: bool = False,
-    size: str = "wide",
 ) -> PanelFiles:
     """Draw an envelope spectrum up to `f_max_hz`, Hz below and shaft orders on top; write picture and CSV.
 
@@ -55,17 +87,13 @@ def envelope_spectrum_panel(
     both sides of a comparison the same `y_limits`.
     """
     frequency, height = _plotted(frequency_hz, amplitude, f_max_hz)
-    reference = None if healthy is None else _plotted(*healthy, f_max_hz)
-    top = y_limits or _limits(height, reference, log_scale)
     style = origin_style(origin)
     with figure_style():
-        figure, axes = new_axes(size)
-        axes.set(xlim=(0, f_max_hz), ylim=top, xlabel="Frequency, Hz", ylabel=y_label)
-        if log_scale:
-            axes.set_yscale("log")
+        figure, axes = new_axes(WIDE)
+        axes.set(xlim=(0, f_max_hz), ylim=y_limits, xlabel="Frequency, Hz", ylabel=Y_LABEL)
         axes.plot(frequency, height, color=style.colour, lw=1.0, label=style.word.lower(), zorder=4)
-        if reference is not None:
-            axes.plot(*reference, color=HEALTHY, lw=0.8, ls=HEALTHY_DASHES, label="healthy", zorder=5)
+        dashed = {"color": HEALTHY, "lw": 0.8, "ls": HEALTHY_DASHES, "label": "healthy", "zorder": 5}
+        axes.plot(*_plotted(*healthy, f_max_hz), **dashed)
         _draw_peaks(axes, peaks, f_max_hz)
         _draw_cursors(axes, cursors, shaft_hz)
         _order_axis(axes, shaft_hz)
@@ -84,14 +112,6 @@ def _plotted(
     frequency, height = frequency[inside], height[inside]
     kept = extreme_indices(height, bins)
     return frequency[kept], height[kept]
-
-
-def _limits(
-    height: FloatArray, reference: tuple[FloatArray, FloatArray] | None, log_scale: bool
-) -> tuple[float, float]:
-    highest = max(float(height.max()), float(reference[1].max()) if reference else 0.0)
-    lowest = max(float(np.median(height)) / 30, highest * 1e-6) if log_scale else 0.0
-    return lowest, highest * (4 if log_scale else 1.12)
 
 
 def _draw_cursors(axes: Any, cursors: Sequence[Cursor], shaft_hz: float) -> None:
@@ -130,11 +150,12 @@ def _order_axis(axes: Any, shaft_hz: float) -> None:
 
 
 def _columns(
-    shown: tuple[FloatArray, FloatArray], healthy: tuple[ArrayLike, ArrayLike] | None, shaft_hz: float
+    shown: tuple[FloatArray, FloatArray], healthy: tuple[FloatArray, FloatArray], shaft_hz: float
 ) -> dict[str, FloatArray]:
     frequency, height = shown
-    columns = {"frequency_hz": frequency, "shaft_order": frequency / shaft_hz, "amplitude": rounded(height)}
-    if healthy is not None:
-        known, below = (np.asarray(values, dtype=float) for values in healthy)
-        columns["healthy_amplitude"] = rounded(np.interp(frequency, known, below))
-    return columns
+    return {
+        "frequency_hz": frequency,
+        "shaft_order": frequency / shaft_hz,
+        "amplitude": rounded(height),
+        "healthy_amplitude": rounded(np.interp(frequency, *healthy)),
+    }

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,81 +12,60 @@ from srbval.report.figures.style import BLUE, GREEN, INK, ORANGE, PURPLE, SOFT, 
 MARKS = ("v", "<", ">", "^", "s", "o", "D", "P", "X")
 COLOURS = ("#7a8794", "#4e5a68", ORANGE, INK, PURPLE, BLUE, GREEN, VERMILION, "#a3161f")
 SIZE_INCHES = (7.6, 3.3)
-
-
-@dataclass(frozen=True, kw_only=True)
-class CostPoint:
-    """A run: `cost` in wall seconds per simulated second, `values` by panel (None: not measured), `failed` or not.
-
-    `ringed`: the default solver at its default step.
-    """
-
-    solver: str
-    dt_s: float
-    cost: float | None
-    values: Mapping[str, float | None]
-    status: str
-    ringed: bool
-
-    @property
-    def failed(self) -> bool:
-        """Is it drawn in the row of the failed?"""
-        return self.status != "ok"
+COST = "wall_per_simulated_s"
+Row = Mapping[str, Any]
 
 
 def speed_accuracy_plot(
     folder: Path,
     name: str,
     *,
-    points: Sequence[CostPoint],
+    runs: Sequence[Row],
     panels: Mapping[str, str],
     fronts: Sequence[str],
     floors: Mapping[str, float | None],
 ) -> PanelFiles:
     """Draw one panel for each of `panels` (value's name, axis label); write picture and CSV.
 
-    `fronts` names those values of which less is better, so that a front is drawn; `floors`: what the converged run
-    itself vouches for, drawn as a dashed line. A failed run without a cost stands at the left edge.
+    `runs` are rows of the stored bench with the `marks` that they are shown with; a value of None was not measured. The
+    default solver at its default step has a ring. `fronts` names those values of which less is better, so that a front
+    is drawn; `floors`: what the converged run itself vouches for, drawn as a dashed line. A failed run without a cost
+    stands at the left edge.
     """
-    solvers = list(dict.fromkeys(point.solver for point in points))
+    solvers = list(dict.fromkeys(run["solver"] for run in runs))
     with figure_style():
-        figure, rows = _axes(len(panels))
+        figure = new_figure(SIZE_INCHES)
+        rows = figure.subplots(2, len(panels), height_ratios=(1, 8), sharex="col", squeeze=False)
         for place, (value, label) in enumerate(panels.items()):
             above, ax = rows[0][place], rows[1][place]
-            _failed(above, points, solvers, first=place == 0)
-            _panel(ax, points, solvers, value, front=value in fronts)
+            _failed(above, runs, solvers, first=place == 0)
+            _panel(ax, runs, solvers, value, front=value in fronts)
             _floor(ax, floors.get(value))
             ax.set(xlabel="Wall s per simulated s", ylabel=label)
             ax.axvline(1.0, color="#9aa5b1", lw=0.7, ls=":")
             _ticks(ax.xaxis, ax.get_xlim())
             _ticks(ax.yaxis, ax.get_ylim())
         _legend(figure, solvers)
-        return save_panel(figure, folder, name, _columns(points, panels))
+        return save_panel(figure, folder, name, _columns(runs, panels))
 
 
-def _axes(columns: int) -> tuple[Any, Any]:
-    figure = new_figure(SIZE_INCHES)
-    return figure, figure.subplots(2, columns, height_ratios=(1, 8), sharex="col", squeeze=False)
-
-
-def _panel(ax: Any, points: Sequence[CostPoint], solvers: Sequence[str], value: str, *, front: bool) -> None:
+def _panel(ax: Any, runs: Sequence[Row], solvers: Sequence[str], value: str, *, front: bool) -> None:
     ax.set(xscale="log", yscale="log")
     drawn = []
-    for point in points:
-        height = point.values.get(value)
-        if point.failed or point.cost is None or not height:
+    for run in runs:
+        cost, height = run[COST], run[value]
+        if run["status"] != "ok" or cost is None or not height:
             continue
-        drawn.append((point.cost, height))
-        mark, colour = _look(solvers, point.solver)
-        ax.plot(point.cost, height, mark, color=colour, ms=5, mew=0.6, mec="white", zorder=4)
-        if point.ringed:
-            ax.plot(point.cost, height, "o", mfc="none", mec=INK, ms=11, mew=1.1, zorder=5)
+        drawn.append((cost, height, run["solver"]))
+        mark, colour = _look(solvers, run["solver"])
+        ax.plot(cost, height, mark, color=colour, ms=5, mew=0.6, mec="white", zorder=4)
+        if "default" in run["marks"]:
+            ax.plot(cost, height, "o", mfc="none", mec=INK, ms=11, mew=1.1, zorder=5)
     for solver in solvers:
-        own = sorted((p.cost, h) for p in points if p.solver == solver and not p.failed
-                     and p.cost is not None and (h := p.values.get(value)))  # fmt: skip
+        own = sorted((x, y) for x, y, name in drawn if name == solver)
         ax.plot([x for x, _ in own], [y for _, y in own], color=_look(solvers, solver)[1], lw=0.7, alpha=0.4, zorder=1)
     ax.margins(0.08)
-    best = _front(drawn) if front else []
+    best = _front([(x, y) for x, y, _ in drawn]) if front else []
     ax.plot([x for x, _ in best], [y for _, y in best], color=GREEN, lw=1.6, alpha=0.55, zorder=2)
 
 
@@ -112,15 +90,15 @@ def _ticks(axis: Any, limits: tuple[float, float]) -> None:
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
-def _failed(above: Any, points: Sequence[CostPoint], solvers: Sequence[str], *, first: bool) -> None:
+def _failed(above: Any, runs: Sequence[Row], solvers: Sequence[str], *, first: bool) -> None:
     """The failed runs of a panel at their cost, in a row of their own."""
     above.set_xscale("log")
-    left = min((p.cost for p in points if p.cost is not None), default=1.0)
-    for point in points:
-        if point.failed:
-            mark, colour = _look(solvers, point.solver)
-            above.plot(point.cost or left, 0.5, "x", color="#a3161f", ms=9, mew=1.3)
-            above.plot(point.cost or left, 0.5, mark, color=colour, ms=5, mew=0.6, mec="white")
+    left = min((run[COST] for run in runs if run[COST] is not None), default=1.0)
+    for run in runs:
+        if run["status"] != "ok":
+            mark, colour = _look(solvers, run["solver"])
+            above.plot(run[COST] or left, 0.5, "x", color="#a3161f", ms=9, mew=1.3)
+            above.plot(run[COST] or left, 0.5, mark, color=colour, ms=5, mew=0.6, mec="white")
     above.set(ylim=(0, 1), yticks=[])
     above.set_facecolor("#faf0f0")
     above.tick_params(labelbottom=False, length=0, which="both")
@@ -156,12 +134,6 @@ def _legend(figure: Any, solvers: Sequence[str]) -> None:
                   columnspacing=0.9, handletextpad=0.3, handlelength=1.4)  # fmt: skip
 
 
-def _columns(points: Sequence[CostPoint], panels: Mapping[str, str]) -> dict[str, list[Any]]:
-    columns: dict[str, list[Any]] = {
-        "solver": [p.solver for p in points],
-        "dt_s": [p.dt_s for p in points],
-        "wall_per_simulated_s": [math.nan if p.cost is None else p.cost for p in points],
-    }
-    for value in panels:
-        columns[value] = [math.nan if (v := p.values.get(value)) is None else v for p in points]
-    return columns | {"status": [p.status for p in points]}
+def _columns(runs: Sequence[Row], panels: Mapping[str, str]) -> dict[str, list[Any]]:
+    names = ("solver", "dt_s", COST, *panels, "status")
+    return {name: [math.nan if run[name] is None else run[name] for run in runs] for name in names}

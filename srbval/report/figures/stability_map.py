@@ -53,7 +53,9 @@ def stability_map(
     Limits are drawn as lines: solid elastic, dashed whole.
     """
     with figure_style():
-        figure, axes = _axes(len(blocks), len(blocks[0]), len(steps_per_s))
+        height = HEAD_INCHES + len(blocks) * (GAP_INCHES + len(steps_per_s) * ROW_INCHES)
+        figure = new_figure((WIDTH_INCHES, height))
+        axes = figure.subplots(len(blocks), len(blocks[0]), squeeze=False)
         for line, row in zip(axes, blocks, strict=True):
             for ax, block in zip(line, row, strict=True):
                 _draw(ax, block, steps_per_s)
@@ -71,11 +73,6 @@ def stability_map(
 
 def _middles(values: Sequence[float]) -> list[float]:
     return [i + 0.5 for i in range(len(values))]
-
-
-def _axes(rows: int, columns: int, steps: int) -> tuple[Any, Any]:
-    figure = new_figure((WIDTH_INCHES, HEAD_INCHES + rows * (GAP_INCHES + steps * ROW_INCHES)))
-    return figure, figure.subplots(rows, columns, squeeze=False)
 
 
 def _draw(ax: Any, block: MapBlock, steps_per_s: Sequence[int]) -> None:

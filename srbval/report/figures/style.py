@@ -10,7 +10,6 @@ from typing import Any
 HALF = (4.2, 2.55)
 WIDE = (7.6, 2.9)
 TITLE_CHARACTERS_PER_INCH = 10.8  # of the bold 9 pt title
-SIZES = {"half": HALF, "wide": WIDE}
 
 # Okabe & Ito's palette (2008), told apart by the common colour-vision deficiencies.
 BLUE, VERMILION, GREEN, PURPLE, ORANGE = "#0072B2", "#D55E00", "#00795A", "#8E3B76", "#B26F00"
@@ -25,14 +24,13 @@ class OriginStyle:
     word: str
     colour: str
     light: str
-    line: str
     stamped: bool = False
 
 
 ORIGINS = {
-    "simulated": OriginStyle("Simulated", BLUE, "#a9cfe6", "-"),
-    "measured": OriginStyle("Measured", VERMILION, "#f0bd99", "-"),
-    "stand-in": OriginStyle("Synthetic stand-in", PURPLE, "#dab9d0", "-", stamped=True),
+    "simulated": OriginStyle("Simulated", BLUE, "#a9cfe6"),
+    "measured": OriginStyle("Measured", VERMILION, "#f0bd99"),
+    "stand-in": OriginStyle("Synthetic stand-in", PURPLE, "#dab9d0", stamped=True),
 }
 
 
@@ -65,9 +63,9 @@ def new_figure(inches: tuple[float, float], **looks: Any) -> Any:
     return figure
 
 
-def new_axes(size: str = "half") -> tuple[Any, Any]:
-    """A figure of the given size (``half`` or ``wide``) and its one pair of axes."""
-    figure = new_figure(SIZES[size])
+def new_axes(inches: tuple[float, float], **looks: Any) -> tuple[Any, Any]:
+    """A figure of a width and height [inch] and its one pair of axes."""
+    figure = new_figure(inches, **looks)
     return figure, figure.add_subplot()
 
 
