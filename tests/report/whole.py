@@ -17,6 +17,7 @@ from srbval.bearing import Fault
 from srbval.evidence.bands import RecordKurtogram
 from srbval.evidence.evidence import Evidence
 from srbval.evidence.shown_records import ShownRecord
+from srbval.recordings.datasets.description import dataset
 from srbval.report import Report
 from srbval.report.content.assemble import assemble
 from srbval.report.write import write_report
@@ -61,22 +62,25 @@ def write_hostile(evidence: Evidence, folder: Path) -> HostileReport:
         kurtograms=tuple(_renamed_record(record) for record in evidence.kurtograms),
         matrix=dataclasses.replace(evidence.matrix, unusable=((HOSTILE, HOSTILE),)),
         other_rigs=(*evidence.other_rigs, refused),
+        datasets={**evidence.datasets, refused.dataset: dataset(refused.dataset)},
         slips=tuple(dataclasses.replace(s, record=HOSTILE) for s in evidence.slips),
     )
     figures = folder / "drawn"
     figures.mkdir()
-    called: set[tuple[str, str]] = set()
+    calls: set[tuple[CodeType, CodeType]] = set()
 
     def note(frame: FrameType, event: str, _: object) -> None:
-        """Note what is called by the report itself, directly or through another package (templates)."""
-        if event == "call" and frame.f_back is not None and _function(frame.f_back.f_code)[0] in ("report", ""):
-            called.add(_function(frame.f_code))
+        """Note who calls what; whose code that is, is looked up afterwards: drawing makes millions of calls."""
+        if event == "call" and frame.f_back is not None:
+            calls.add((frame.f_back.f_code, frame.f_code))
 
     sys.setprofile(note)
     try:
         report = assemble(changed, figures, command=f"srbval report -o '{TEXT}'")
     finally:
         sys.setprofile(None)
+    # What the report itself calls, directly or through another package (templates).
+    called = {_function(called) for caller, called in calls if _function(caller)[0] in ("report", "")}
     return HostileReport(report, write_report(report, folder / "report"), {(r, f) for r, f in called if r})
 
 
