@@ -27,8 +27,7 @@ from srbval.validation.bias import biases, pairs
 from srbval.validation.counterpart import AnalysedRun, run_counterpart
 from srbval.validation.cross_band import cross_bands
 from srbval.validation.effects import Sensitivity
-from srbval.validation.fill_matrix import build_matrix, point_of
-from srbval.validation.matrix import Matrix
+from srbval.validation.matrix import Matrix, build_matrix, point_of
 from srbval.validation.other_rigs import OtherRecord
 from srbval.validation.simulation_cases import (
     PAPER_STATES,

@@ -86,16 +86,14 @@ class Scene:
     @property
     def mean_shaft_rad_s(self) -> float:
         """Mean shaft speed over the recorded time [rad/s]."""
-        if self.speed_profile is None:
-            return self.shaft_speed_rad_s
-        return self.speed_profile.mean(self.duration_s)
+        profile = self.speed_profile
+        return self.shaft_speed_rad_s if profile is None else profile.mean(self.duration_s)
 
     @property
     def mean_radial_n(self) -> float:
         """Mean radial load over the recorded time [N]."""
-        if self.load_profile is None:
-            return self.load.radial_n
-        return self.load_profile.mean_radial_n(self.duration_s)
+        profile = self.load_profile
+        return self.load.radial_n if profile is None else profile.mean_radial_n(self.duration_s)
 
     @property
     def defects(self) -> tuple[Defect, ...]:

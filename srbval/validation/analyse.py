@@ -69,11 +69,7 @@ class Analysis:
                 "standard_deviation": self.processed.scale,
                 "standard_deviation_unit": self.recording.unit,
             },
-            "order_tracking": {
-                "used": self.processed.tracking.used,
-                "drift_bins": self.processed.tracking.drift_bins,
-                "why": self.processed.tracking.why,
-            },
+            "order_tracking": {key: getattr(self.processed.tracking, key) for key in ("used", "drift_bins", "why")},
             "shaft_hz": {
                 "value": self.speed.value_hz,
                 "ci95": self.speed.ci95_hz,

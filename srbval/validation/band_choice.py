@@ -77,20 +77,17 @@ def sidak_corrected(lines: tuple[Line, ...], trials: int) -> tuple[Line, ...]:
     """
     if trials == 1:
         return lines
-    corrected = [dataclasses.replace(x, false_alarm=_corrected(x.false_alarm, trials)) for x in lines]
-    passed = [x.detected and x.false_alarm is not None and x.false_alarm < FALSE_ALARM for x in corrected]
-    own = {x.name for x, ok in zip(corrected, passed, strict=True) if ok and x.harmonic == 1}
+    corrected = [_corrected(line, trials) for line in lines]
+    own = {x.name for x in corrected if x.detected and x.harmonic == 1}
+    # A sideband's name begins with its line's: ``BPFI-fr``.
     return tuple(
-        dataclasses.replace(x, detected=ok and _line_of(x.name) in own) for x, ok in zip(corrected, passed, strict=True)
+        dataclasses.replace(x, detected=x.detected and x.name.replace("+", "-").split("-")[0] in own) for x in corrected
     )
 
 
-def _line_of(name: str) -> str:
-    """The line a sideband belongs to: ``BPFI`` of ``BPFI-fr``."""
-    return name.replace("+", "-").split("-")[0]
-
-
-def _corrected(false_alarm: float | None, trials: int) -> float | None:
-    if false_alarm is None or false_alarm >= 1:
-        return false_alarm
-    return -math.expm1(trials * math.log1p(-false_alarm))
+def _corrected(line: Line, trials: int) -> Line:
+    chance = line.false_alarm
+    if chance is not None and chance < 1:
+        chance = -math.expm1(trials * math.log1p(-chance))
+    detected = line.detected and chance is not None and chance < FALSE_ALARM
+    return dataclasses.replace(line, false_alarm=chance, detected=detected)

@@ -3,11 +3,13 @@
 Amplitudes are not compared: neither the sensor's path nor the contact's damping is modelled.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from srbval.bearing import DEFECTS, Fault
+from srbval.signal import LEAST_SNR, NORMAL_95
 from srbval.validation.analyse import Analysis
 from srbval.validation.comparison import (
     MODEL_READING,
@@ -18,8 +20,12 @@ from srbval.validation.comparison import (
     QuantityValue,
 )
 from srbval.validation.effects import Sensitivity
-from srbval.validation.quantities import Read, harmonic_level, line_order, sideband_level, spectrum_shape
-from srbval.validation.spectrum_shape import angle_between
+from srbval.validation.lines import Line
+from srbval.validation.spectrum_shape import angle_between, angle_within, halves_of
+
+Read = Callable[[Analysis, Fault], QuantityValue | None]
+
+_DB = 20 / math.log(10)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,25 +47,18 @@ class Kind:
 
 LEVEL_AXIS = "level over the first harmonic, dB"
 FREQUENCY = Kind(
-    name="line frequency",
-    heading="Frequency, %",
-    error_unit="%",
-    relative=True,
-    plot="order",
-    axis="line's deviation from kinematics, %",
-)
+    name="line frequency", heading="Frequency, %", error_unit="%", relative=True,
+    plot="order", axis="line's deviation from kinematics, %",
+)  # fmt: skip
 PATTERN = Kind(name="harmonic pattern", heading="Harmonics, dB", error_unit="dB", plot="level", axis=LEVEL_AXIS)
 PRESENCE = Kind(
     name="sideband presence", heading="Sidebands, model / rig", error_unit="yes or no", yes_or_no=True
 )  # fmt: skip
 SIDEBANDS = Kind(name="sideband level", heading="Sideband level, dB", error_unit="dB", plot="level", axis=LEVEL_AXIS)
 SHAPE = Kind(
-    name="spectrum shape",
-    heading="Spectrum shape, degrees",
-    error_unit="degrees",
-    plot="shape",
-    axis="angle with the rig's spectrum, degrees",
-)
+    name="spectrum shape", heading="Spectrum shape, degrees", error_unit="degrees",
+    plot="shape", axis="angle with the rig's spectrum, degrees",
+)  # fmt: skip
 
 
 class Sides(NamedTuple):
@@ -103,6 +102,64 @@ class ComparedQuantity:
         """The quantity's name for a fault; a multiple of a line that is one itself reads ``2 x 2xBSF``."""
         line = fault.line or ""
         return self.name.replace("x{line}", " x {line}" if line[:1].isdigit() else "x{line}").format(line=line)
+
+
+def line_order(analysis: Analysis, fault: Fault) -> QuantityValue | None:
+    """The fault's line in orders of the shaft."""
+    line, shaft_hz = analysis.line_of(fault), analysis.speed.value_hz
+    if line.found_hz is None or not line.depth:
+        return None
+    return QuantityValue(
+        value=line.found_hz / shaft_hz, ci95=(line.ci95_hz or 0.0) / shaft_hz, present=line.detected, line=line
+    )
+
+
+def harmonic_level(number: int) -> Read:
+    """Level of a harmonic over the first [dB]."""
+    return lambda analysis, fault: _level(analysis, fault, (fault.line,), number)
+
+
+def sideband_level(analysis: Analysis, fault: Fault) -> QuantityValue | None:
+    """Mean level of the sidebands next to the line over it [dB]; None for a fault without sidebands."""
+    if fault.sidebands is None:
+        return None
+    return _level(analysis, fault, (f"{fault.line}-{fault.sidebands}", f"{fault.line}+{fault.sidebands}"), 1)
+
+
+def spectrum_shape(analysis: Analysis, fault: Fault) -> QuantityValue | None:
+    """Angle of the spectra of a record's halves with each other [degrees], see `srbval.validation.spectrum_shape`."""
+    halves = halves_of(analysis, fault)
+    if halves is None:
+        return None
+    within = angle_within(halves)
+    line = analysis.line_of(fault)
+    return QuantityValue(value=within.degrees, ci95=within.ci95, present=within.related, line=line, halves=halves)
+
+
+def _level(analysis: Analysis, fault: Fault, names: tuple[str | None, ...], harmonic: int) -> QuantityValue | None:
+    """Mean level of lines over the first harmonic [dB]; Rayleigh's scatter of an amplitude in noise is its interval.
+
+    None where they are out of the record's reach.
+    """
+    first = analysis.line_of(fault)
+    lines = [x for name in names for x in analysis.lines if (x.name, x.harmonic) == (name, harmonic) and x.depth]
+    if first.found_hz is None or not first.depth or not lines:
+        return None
+    depth = sum(line.depth or 0.0 for line in lines) / len(lines)
+    spread = math.hypot(*(_scatter_db(line) / len(lines) for line in lines), _scatter_db(first))
+    least = max((line.depth or 0.0) * math.sqrt(LEAST_SNR / max(line.snr or 0.0, 0.5)) for line in lines)
+    return QuantityValue(
+        value=_DB * math.log(depth / first.depth),
+        ci95=NORMAL_95 * spread,
+        present=first.detected and all(line.detected for line in lines),
+        least=_DB * math.log(least / first.depth),
+        line=first,
+    )
+
+
+def _scatter_db(line: Line) -> float:
+    """Standard error of a line's level [dB]: one over the root of twice its power over noise, at most one."""
+    return _DB / math.sqrt(2 * max(line.snr or 0.0, 0.5))
 
 
 def own_effects(sensitivity: Sensitivity, fault: Fault, quantity: str, _: QuantityValue) -> dict[str, float]:

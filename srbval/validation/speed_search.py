@@ -40,12 +40,12 @@ class SpeedSearch:
     def description(self) -> str:
         """How the lines and the speed were looked for, in words."""
         window = f"windows of {100 * SLIP_WINDOW:g} % about each line"
-        if self.tried > 1:
-            return (
-                f"{window}, at {self.tried} speeds because the nominal one may be off by more than a window; "
-                f"false-alarm probabilities count {self.tried} trials"
-            )
-        return window
+        if self.tried == 1:
+            return window
+        return (
+            f"{window}, at {self.tried} speeds because the nominal one may be off by more than a window; "
+            f"false-alarm probabilities count {self.tried} trials"
+        )
 
 
 def search(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> SpeedSearch:

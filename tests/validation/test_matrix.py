@@ -26,9 +26,8 @@ from srbval.validation.compared_quantities import FREQUENCY, KINDS, PATTERN, PRE
 from srbval.validation.counterpart import AnalysedRun
 from srbval.validation.effects import NO_SENSITIVITY, Effect, Sensitivity
 from srbval.validation.fault_call import Basis
-from srbval.validation.fill_matrix import build_matrix
 from srbval.validation.lines import RACE_LINES
-from srbval.validation.matrix import BASELINE, NOT_DETECTED, Matrix
+from srbval.validation.matrix import BASELINE, NOT_DETECTED, Matrix, build_matrix
 from srbval.validation.other_rigs import read_other_rigs
 from tests.recordings import files
 
