@@ -4,8 +4,7 @@ Other rooms import the names below from here, those of the register from `srbval
 from its module.
 """
 
-from srbval.recordings.from_run import recording_from_run
-from srbval.recordings.load import load_recording
+from srbval.recordings.load import load_recording, recording_from_run
 from srbval.recordings.recording import Origin, Recording, ShaftSpeed, SpeedSignal, SpeedSource
 from srbval.recordings.settings import RecordingSettings
 from srbval.recordings.stand_in import write_stand_in

@@ -1,15 +1,20 @@
-"""`load_recording`: from a path to a `Recording`, whatever the format of the file."""
+"""From a file of any format, or a simulated run, to a `Recording`."""
 
+import dataclasses
 import hashlib
 from pathlib import Path
 
+import numpy as np
+
 from srbval.errors import DataError
+from srbval.models.run import Run
 from srbval.recordings.datasets import recognise
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.loaders import detect_format
-from srbval.recordings.reading import Channel, Reading
-from srbval.recordings.recording import Recording
+from srbval.recordings.reading import Reading
+from srbval.recordings.recording import Origin, Recording, SourceFacts
 from srbval.recordings.settings import RecordingSettings, apply_settings, open_questions
+from srbval.recordings.speed import RPM_PER_HZ, prescribed_speed, profile_signal
 
 
 def load_recording(
@@ -32,6 +37,32 @@ def load_recording(
     settings = RecordingSettings(channel=channel, fs_hz=fs_hz, unit=unit, rpm=rpm)
     file = Path(path)
     return _assemble(file, apply_settings(file, read_file(file), settings), sha256_of(file))
+
+
+def recording_from_run(run: Run) -> Recording:
+    """The outer ring's acceleration with its radial axes x and y, to be rotated onto the sensor's direction.
+
+    Does not look at the run's status: check that first, a failed run is no vibration.
+    """
+    scene = run.scene
+    profile = scene.speed_profile
+    return Recording(
+        name=f"{scene.model} model, {scene.defect.kind.scene_word} defect, {scene.shaft_hz * RPM_PER_HZ:.6g} rpm",
+        origin=Origin.SIMULATED,
+        channels={a: np.ascontiguousarray(run.acceleration_m_s2[:, i]) for i, a in enumerate("xyz")},
+        axes=("x", "y"),
+        fs_hz=scene.output_rate_hz,
+        unit="m/s2",
+        speed=prescribed_speed(scene.shaft_hz),
+        speed_signal=None
+        if profile is None
+        else profile_signal(np.array(profile.time_s), np.array(profile.speed_rad_s), run.seconds),
+        bearing=scene.bearing,
+        state=scene.defect.kind,
+        radial_n=scene.load.radial_n,
+        axial_n=scene.load.axial_n,
+        notes=(f"not validated: {'; '.join(run.not_validated)}",),
+    )
 
 
 def read_file(path: Path) -> Reading:
@@ -61,30 +92,20 @@ def _assemble(path: Path, reading: Reading, sha256: str) -> Recording:
         for key, c in reading.channels.items()
         if len(c.samples) == len(main.samples) and c.recording_unit == main.recording_unit
     }
+    stated = {f.name: getattr(reading, f.name) for f in dataclasses.fields(SourceFacts)}
+    stated["axes"] = None if reading.channel is not None else reading.axes
+    band_hz = main.band_hz
+    if band_hz is None and reading.dataset is not None:
+        band_hz = dataset(reading.dataset).band_hz(reading.fs_hz, reading.channel)
     return Recording(
         name=reading.name or path.stem,
-        origin=reading.origin,
         channels={key: c.converted() for key, c in same.items()},
         fs_hz=reading.fs_hz,
         unit=main.recording_unit,
-        channel=reading.channel,
-        axes=None if reading.channel is not None else reading.axes,
-        speed=reading.speed,
-        speed_signal=reading.speed_signal,
         bearing=main.bearing,
         state=main.state,
-        radial_n=reading.radial_n,
-        axial_n=reading.axial_n,
-        nominal_rpm=reading.nominal_rpm,
-        band_hz=_band(reading, reading.fs_hz, main),
-        dataset=reading.dataset,
+        band_hz=band_hz,
         file=str(path),
         sha256=sha256,
-        notes=reading.notes,
+        **stated,
     )
-
-
-def _band(reading: Reading, fs_hz: float, main: Channel) -> tuple[float, float] | None:
-    if main.band_hz is not None or reading.dataset is None:
-        return main.band_hz
-    return dataset(reading.dataset).band_hz(fs_hz, reading.channel)

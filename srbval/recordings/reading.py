@@ -1,13 +1,13 @@
 """Contents of a file as a recogniser understood them, before the user's settings decide what is still open."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.bearing import Fault
-from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSignal
+from srbval.recordings.recording import Origin, SourceFacts
 
 STANDARD_GRAVITY_M_S2 = 9.80665
 N_PER_KN = 1e3
@@ -35,7 +35,7 @@ class Channel:
     `unit` is ``unknown`` where the data set is known to state none, None where the file should have stated one.
     """
 
-    samples: NDArray[np.float64]
+    samples: FloatArray
     unit: str | None = None
     bearing: str | None = None
     band_hz: tuple[float, float] | None = None
@@ -48,14 +48,14 @@ class Channel:
         unit = self.unit or UNKNOWN
         return UNITS.get(unit, (unit, 1.0))[0]
 
-    def converted(self) -> NDArray[np.float64]:
+    def converted(self) -> FloatArray:
         """A copy of the samples in `recording_unit`: a view would keep the whole file in memory."""
         factor = UNITS.get(self.unit or UNKNOWN, ("", 1.0))[1]
         return np.array(self.samples) if factor == 1.0 else self.samples * factor
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Reading:
+class Reading(SourceFacts):
     """Contents of a file. `channel` is None where the file leaves the choice open, as is `fs_hz`.
 
     `speed_problem` says why the speed found cannot be trusted; only one given by the user resolves it.
@@ -63,15 +63,6 @@ class Reading:
 
     channels: Mapping[str, Channel]
     origin: Origin = Origin.MEASURED
-    dataset: str | None = None
-    channel: str | None = None
-    axes: tuple[str, str] | None = None
     fs_hz: float | None = None
-    speed: ShaftSpeed | None = None
-    speed_signal: SpeedSignal | None = None
     speed_problem: str | None = None
-    radial_n: float | None = None
-    axial_n: float | None = None
-    nominal_rpm: float | None = None
     name: str | None = None
-    notes: tuple[str, ...] = field(default=())

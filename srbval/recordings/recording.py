@@ -2,7 +2,7 @@
 
 import enum
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -54,7 +54,23 @@ class SpeedSignal:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Recording:
+class SourceFacts:
+    """What the source of a record says of it; None where it says nothing. Loads in N, nominal speed in rpm."""
+
+    origin: Origin
+    dataset: str | None = None
+    channel: str | None = None
+    axes: tuple[str, str] | None = None
+    speed: ShaftSpeed | None = None
+    speed_signal: SpeedSignal | None = None
+    radial_n: float | None = None
+    axial_n: float | None = None
+    nominal_rpm: float | None = None
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Recording(SourceFacts):
     """Vibration of one bearing, all channels at one rate.
 
     `channels` maps a channel's name to its samples, float64, shape [n]. `unit` is that of the samples as
@@ -66,24 +82,14 @@ class Recording:
     """
 
     name: str
-    origin: Origin
     channels: Mapping[str, FloatArray]
     fs_hz: float
     unit: str
-    channel: str | None = None
-    axes: tuple[str, str] | None = None
-    speed: ShaftSpeed | None = None
-    speed_signal: SpeedSignal | None = None
     bearing: str | None = None
     state: Fault | None = None
-    radial_n: float | None = None
-    axial_n: float | None = None
-    nominal_rpm: float | None = None
     band_hz: tuple[float, float] | None = None
-    dataset: str | None = None
     file: str | None = None
     sha256: str | None = None
-    notes: tuple[str, ...] = field(default=())
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.fs_hz) and self.fs_hz > 0):

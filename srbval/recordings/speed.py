@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from srbval.arrays import FloatArray
 from srbval.errors import DataError
 from srbval.recordings.recording import ShaftSpeed, SpeedSignal, SpeedSource
 
@@ -16,7 +16,7 @@ PROFILE_STEP_S = 1e-3
 LIMIT_HZ = 2000.0  # above the speed of any rolling bearing
 
 
-def tachometer_speed(speed_hz: NDArray[np.float64]) -> ShaftSpeed:
+def tachometer_speed(speed_hz: FloatArray) -> ShaftSpeed:
     """Mean of a tachometer signal [Hz], evenly sampled, with its 95 % interval and drift.
 
     The interval is 1.96 standard errors, the samples' correlation counted by their integrated
@@ -32,7 +32,9 @@ def tachometer_speed(speed_hz: NDArray[np.float64]) -> ShaftSpeed:
     quarter = speed_hz.size // 4
     drift = float(np.mean(speed_hz[-quarter:]) - np.mean(speed_hz[:quarter]))
     sign = math.copysign(1.0, mean)  # fault lines do not depend on the direction of rotation
-    blocks = _block_means(speed_hz)
+    # Means of at most `MAX_BLOCKS` equal blocks: their mean has the same scatter, and they are fewer.
+    length = -(-speed_hz.size // MAX_BLOCKS)
+    blocks = speed_hz[: speed_hz.size // length * length].reshape(-1, length).mean(axis=1)
     half = Z95 * math.sqrt(float(np.var(blocks)) * correlated_samples(blocks) / blocks.size)
     return ShaftSpeed(
         value_hz=abs(mean),
@@ -43,13 +45,7 @@ def tachometer_speed(speed_hz: NDArray[np.float64]) -> ShaftSpeed:
     )
 
 
-def _block_means(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Means of at most `MAX_BLOCKS` equal blocks: their mean has the same scatter, and they are fewer."""
-    length = -(-values.size // MAX_BLOCKS)
-    return values[: values.size // length * length].reshape(-1, length).mean(axis=1)
-
-
-def correlated_samples(values: NDArray[np.float64]) -> float:
+def correlated_samples(values: FloatArray) -> float:
     """Samples per independent sample: 1 + 2 times the sum of the autocorrelation up to its first zero."""
     from scipy import fft
 
@@ -64,11 +60,16 @@ def correlated_samples(values: NDArray[np.float64]) -> float:
     return float(1 + 2 * np.sum(correlation[1:stop]))
 
 
-def profile_signal(time_s: NDArray[np.float64], speed_rad_s: NDArray[np.float64], seconds: float) -> SpeedSignal:
+def profile_signal(time_s: FloatArray, speed_rad_s: FloatArray, seconds: float) -> SpeedSignal:
     """A prescribed speed, linear between its entries, sampled about every `PROFILE_STEP_S` over `seconds`."""
     count = math.ceil(seconds / PROFILE_STEP_S) + 1
     values = np.interp(np.linspace(0, seconds, count), time_s, speed_rad_s) / (2 * math.pi)
     return SpeedSignal(values_hz=values, rate_hz=(count - 1) / seconds)
+
+
+def prescribed_speed(value_hz: float) -> ShaftSpeed:
+    """The speed at which a simulation drove the shaft [Hz]."""
+    return ShaftSpeed(value_hz=value_hz, ci95_hz=0.0, source=SpeedSource.PRESCRIBED)
 
 
 def stated_speed(rpm: float, ci95_rpm: float) -> ShaftSpeed:

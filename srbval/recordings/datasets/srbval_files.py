@@ -9,8 +9,8 @@ from srbval.bearing import Fault
 from srbval.errors import DataError
 from srbval.recordings.raw import RawFile, printable
 from srbval.recordings.reading import Channel, Reading
-from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSignal, SpeedSource
-from srbval.recordings.speed import profile_signal
+from srbval.recordings.recording import Origin, SpeedSignal
+from srbval.recordings.speed import prescribed_speed, profile_signal
 
 KIND_ATTRIBUTE = "srbval_kind"
 PREFIX = "acceleration"
@@ -37,71 +37,43 @@ def read_srbval_file(raw: RawFile) -> Reading:
     if not set(wanted) <= set(channels):
         missing = " and ".join(wanted)
         raise DataError(f"{raw.path}: a {kind} without {missing} acceleration; it is incomplete.")
+    speed_hz = raw.number("shaft_speed_hz")
+    missing = printable(raw.text("not_validated") or "", LONGEST_NOTE)
     return Reading(
         channels=channels,
         origin=Origin.SIMULATED if kind == "run" else Origin.STAND_IN,
         channel=None if kind == "run" else PREFIX,
         axes=RUN_AXES if kind == "run" else None,
         fs_hz=raw.number("fs_hz"),
-        speed=_speed(raw),
+        speed=None if speed_hz is None else prescribed_speed(speed_hz),
         speed_signal=_speed_signal(raw, next(iter(channels.values())).samples.size),
         radial_n=raw.number("radial_n"),
         axial_n=raw.number("axial_n"),
         nominal_rpm=raw.number("nominal_rpm"),
         name=printable(raw.text("name") or "") or None,
-        notes=_notes(raw, kind),
+        notes=(f"{kind} written by srbval", *([f"not validated: {missing}"] if missing else [])),
     )
-
-
-def _notes(raw: RawFile, kind: str) -> tuple[str, ...]:
-    missing = printable(raw.text("not_validated") or "", LONGEST_NOTE)
-    return (f"{kind} written by srbval", *([f"not validated: {missing}"] if missing else []))
 
 
 def _channels(raw: RawFile) -> dict[str, Channel]:
     channels = {}
-    for variable in raw.variables:
-        array = raw.array(variable)
-        if array is None or not (variable.startswith(PREFIX) and variable.endswith(SUFFIX)):
-            continue
-        name = variable.removesuffix(SUFFIX).removeprefix(PREFIX + "_") or PREFIX
-        channels[name] = Channel(
-            samples=raw.signal(variable),
-            unit="m/s2",
-            bearing=_bearing(raw),
-            state=_state(raw),
-            band_hz=_band(raw),
-            variable=variable,
-        )
-    return channels
-
-
-def _bearing(raw: RawFile) -> str | None:
-    """The bearing's name; a path is refused, so that no file makes the program open another one."""
-    text = raw.text("bearing")
-    return text if text and re.fullmatch(r"[\w .+-]{1,80}", text) and not text.endswith(".toml") else None
-
-
-def _state(raw: RawFile) -> Fault | None:
-    text = raw.text("state")
-    if text is None:
-        return None
-    try:
-        return Fault(text)
-    except ValueError:
-        raise DataError(f"{raw.path}: state {text!r} is not one of {', '.join(Fault)}.") from None
-
-
-def _band(raw: RawFile) -> tuple[float, float] | None:
     low, high = raw.number("band_low_hz"), raw.number("band_high_hz")
-    return None if low is None or high is None else (low, high)
-
-
-def _speed(raw: RawFile) -> ShaftSpeed | None:
-    value = raw.number("shaft_speed_hz")
-    if value is None:
-        return None
-    return ShaftSpeed(value_hz=value, ci95_hz=0.0, source=SpeedSource.PRESCRIBED)
+    bearing, state = raw.text("bearing"), raw.text("state")
+    if state is not None and state not in tuple(Fault):
+        raise DataError(f"{raw.path}: state {state!r} is not one of {', '.join(Fault)}.")
+    # A path is refused, so that no file makes the program open another one.
+    named = bearing and re.fullmatch(r"[\w .+-]{1,80}", bearing) and not bearing.endswith(".toml")
+    for variable in raw.variables:
+        if raw.array(variable) is not None and variable.startswith(PREFIX) and variable.endswith(SUFFIX):
+            channels[variable.removesuffix(SUFFIX).removeprefix(PREFIX + "_") or PREFIX] = Channel(
+                samples=raw.signal(variable),
+                unit="m/s2",
+                bearing=bearing if named else None,
+                state=None if state is None else Fault(state),
+                band_hz=None if low is None or high is None else (low, high),
+                variable=variable,
+            )
+    return channels
 
 
 def _speed_signal(raw: RawFile, samples: int) -> SpeedSignal | None:

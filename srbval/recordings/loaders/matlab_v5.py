@@ -7,13 +7,13 @@ flipped bits make it allocate gigabytes or end the process (bus error, scipy 1.1
 reference in the tests.
 """
 
+import itertools
 import math
 import struct
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,17 +45,18 @@ def load_matlab_v5(path: Path) -> RawFile:
     reader = _MatlabReader(path, ">" if bytes(data[126:128]) == b"MI" else "<")
     if len(data) < HEADER_BYTES + 8:
         raise reader.damaged(f"{len(data)} bytes; its header alone has {HEADER_BYTES}")
-    reader.top_level(data)
+    reader.top_level(data[HEADER_BYTES:])
     return RawFile(path=path, format=FORMAT.name, variables=reader.variables)
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Element:
-    """A tag with its data: MATLAB's type number, and where the data lie."""
+class _Element(NamedTuple):
+    """A tag with its data: MATLAB's type number, and the bytes."""
 
     kind: int
-    start: int
-    stop: int
+    data: memoryview
+
+
+_MISSING = _Element(0, memoryview(b""))
 
 
 class _MatlabReader:
@@ -72,29 +73,26 @@ class _MatlabReader:
         return DataError(f"{self.path}: truncated or damaged MATLAB v5 file ({what}). Copy it again.")
 
     def top_level(self, data: memoryview) -> None:
-        for element in self._elements(data, HEADER_BYTES, len(data)):
-            if element.kind == MI_COMPRESSED:
-                inner = self._expanded(data[element.start : element.stop])
-                for one in self._elements(inner, 0, len(inner)):
-                    self._array(inner, one, None, 0)
-            else:
-                self._array(data, element, None, 0)
+        for element in self._elements(data):
+            compressed = element.kind == MI_COMPRESSED
+            for array in self._elements(self._expanded(element.data)) if compressed else (element,):
+                self._array(array, None, 0)
 
-    def _elements(self, data: memoryview, start: int, stop: int) -> Iterator[_Element]:
-        """Elements between `start` and `stop`; each must end before `stop`."""
-        at = start
-        while at + 8 <= stop:
+    def _elements(self, data: memoryview) -> Iterator[_Element]:
+        """Elements of `data`; each must end before its end."""
+        at = 0
+        while at + 8 <= len(data):
             self.elements += 1
             if self.elements > MAX_ELEMENTS:
                 raise self.damaged(f"more than {MAX_ELEMENTS} elements")
             kind, count = struct.unpack_from(self.order + "II", data, at)
             if kind >> 16:  # small element: byte count and up to 4 bytes of data share the tag
-                yield _Element(kind=kind & 0xFFFF, start=at + 4, stop=at + 4 + min(kind >> 16, 4))
+                yield _Element(kind & 0xFFFF, data[at + 4 : at + 4 + min(kind >> 16, 4)])
                 at += 8
                 continue
-            if at + 8 + count > stop:
-                raise self.damaged(f"an element of {count} bytes at byte {at} of {stop}")
-            yield _Element(kind=kind, start=at + 8, stop=at + 8 + count)
+            if at + 8 + count > len(data):
+                raise self.damaged(f"an element of {count} bytes at byte {at} of {len(data)}")
+            yield _Element(kind, data[at + 8 : at + 8 + count])
             at += 8 + count + (0 if kind == MI_COMPRESSED else -count % 8)
 
     def _expanded(self, stream: memoryview) -> memoryview:
@@ -109,88 +107,71 @@ class _MatlabReader:
         except zlib.error as error:
             raise self.damaged(f"compressed data, {error}") from None
 
-    def _array(self, data: memoryview, element: _Element, name: str | None, depth: int) -> None:
+    def _array(self, element: _Element, name: str | None, depth: int) -> None:
         """Read one array under `name`, or under its own name at the top level."""
         if element.kind != MI_MATRIX:
-            raise self.damaged(f"element type {element.kind} at byte {element.start} where an array should be")
+            raise self.damaged(f"element type {element.kind} where an array should be")
         if depth > MAX_DEPTH:
             raise self.damaged(f"arrays nested deeper than {MAX_DEPTH}")
-        parts = self._elements(data, element.start, element.stop)
-        flags = self._integers(data, next(parts, None), "u4")
+        parts = itertools.chain(self._elements(element.data), itertools.repeat(_MISSING))
+        flags = self._integers(next(parts), "u4")
         kind = flags[0] & 0xFF if flags else 0
         if kind not in (CELL, STRUCT, OBJECT, CHAR, *NUMERIC_CLASSES):
             return
-        shape = self._integers(data, next(parts, None), "i4")
-        own_name = self._text(data, next(parts, None))
+        shape = self._integers(next(parts), "i4")
+        own_name = self._text(next(parts))
         name = own_name if name is None else name
         total = math.prod(shape)
-        if any(n < 0 for n in shape) or total > element.stop - element.start:
-            claim = " x ".join(map(str, shape))
-            raise self.damaged(f"{name!r} claims {claim} in {element.stop - element.start} bytes")
+        if any(n < 0 for n in shape) or total > len(element.data):
+            raise self.damaged(f"{name!r} claims {' x '.join(map(str, shape))} in {len(element.data)} bytes")
         if kind == CHAR:
-            self.variables[name] = self._text(data, next(parts, None)).strip()
+            self.variables[name] = self._text(next(parts)).strip()
         elif kind in NUMERIC_CLASSES:
             if not flags[0] & COMPLEX_FLAG:
-                self.variables[name] = self._numbers(data, next(parts, None), shape, name)
-        elif kind == CELL:
-            self._members(data, parts, total, [""], name, depth)
+                self.variables[name] = self._numbers(next(parts), shape, name)
         else:
             if kind == OBJECT:
-                next(parts, None)  # the class's name
-            self._members(data, parts, total, self._fields(data, parts), name, depth)
+                next(parts)  # the class's name
+            fields = [""] if kind == CELL else self._fields(parts)
+            for i in range(total if fields else 0):
+                index = "" if total == 1 else f"({i + 1})"
+                for field in fields:
+                    member = next(parts)
+                    if member is _MISSING:
+                        raise self.damaged(f"{name}{index}{field} is missing")
+                    self._array(member, f"{name}{index}{field}", depth + 1)
 
-    def _fields(self, data: memoryview, parts: Iterator[_Element]) -> list[str]:
+    def _fields(self, parts: Iterator[_Element]) -> list[str]:
         """Names of a struct's fields: texts of one length, padded with zeros."""
-        length = self._integers(data, next(parts, None), "i4")
-        names = next(parts, None)
-        if names is None or not length or length[0] <= 0:
+        length, raw = self._integers(next(parts), "i4"), bytes(next(parts).data)
+        if not length or length[0] <= 0:
             raise self.damaged("a struct without field names")
-        raw = bytes(data[names.start : names.stop])
         if len(raw) // length[0] > MAX_ELEMENTS:
             raise self.damaged(f"more than {MAX_ELEMENTS} field names")
         cut = [raw[i : i + length[0]] for i in range(0, len(raw) - length[0] + 1, length[0])]
         return ["." + text.split(b"\0", 1)[0].decode("latin-1") for text in cut]
 
-    def _members(
-        self, data: memoryview, parts: Iterator[_Element], total: int, fields: list[str], name: str, depth: int
-    ) -> None:
-        """Elements of a cell or struct array, each with its fields in turn."""
-        for i in range(total if fields else 0):
-            index = "" if total == 1 else f"({i + 1})"
-            for field in fields:
-                member = next(parts, None)
-                if member is None:
-                    raise self.damaged(f"{name}{index}{field} is missing")
-                self._array(data, member, f"{name}{index}{field}", depth + 1)
-
-    def _integers(self, data: memoryview, element: _Element | None, kind: str) -> list[int]:
+    def _integers(self, element: _Element, kind: str) -> list[int]:
         """A few integers: flags, dimensions, a length."""
-        if element is None or element.stop - element.start > 256:
-            return []
-        raw = data[element.start : element.stop]
+        raw = element.data if len(element.data) <= 256 else b""
         return [int(n) for n in np.frombuffer(raw[: len(raw) // 4 * 4], self.order + kind)]
 
-    def _text(self, data: memoryview, element: _Element | None) -> str:
+    def _text(self, element: _Element) -> str:
         """A text in whichever encoding its type says; overlong ones are cut."""
-        if element is None:
-            return ""
         coding = TEXTS.get(element.kind, "latin-1")
         ends = {"<": "-le", ">": "-be"}[self.order] if coding in ("utf-16", "utf-32") else ""
-        raw = bytes(data[element.start : min(element.stop, element.start + MAX_TEXT_BYTES)])
-        return raw.decode(coding + ends, "replace").replace("\0", "")
+        return bytes(element.data[:MAX_TEXT_BYTES]).decode(coding + ends, "replace").replace("\0", "")
 
-    def _numbers(self, data: memoryview, element: _Element | None, shape: list[int], name: str) -> NDArray[Any]:
+    def _numbers(self, element: _Element, shape: list[int], name: str) -> NDArray[Any]:
         """The real part as stored (MATLAB stores whole numbers in fewer bytes), column-major."""
-        if math.prod(shape) == 0 or element is None:
+        if math.prod(shape) == 0 or element is _MISSING:
             return np.zeros(0)
         if element.kind not in NUMBERS:
             raise self.damaged(f"{name!r} has data of type {element.kind}")
-        kind = np.dtype(self.order + NUMBERS[element.kind])
-        if math.prod(shape) * kind.itemsize != element.stop - element.start:
-            claim = " x ".join(map(str, shape))
-            raise self.damaged(f"{name!r} claims {claim} numbers in {element.stop - element.start} bytes")
-        values = np.frombuffer(data, kind, math.prod(shape), element.start)
-        return values.reshape(shape, order="F")
+        kind, held = np.dtype(self.order + NUMBERS[element.kind]), len(element.data)
+        if math.prod(shape) * kind.itemsize != held:
+            raise self.damaged(f"{name!r} claims {' x '.join(map(str, shape))} numbers in {held} bytes")
+        return np.frombuffer(element.data, kind).reshape(shape, order="F")
 
 
 FORMAT = FileFormat(

@@ -1,8 +1,14 @@
 """The user's register of recordings: which files there are, what they hold, whether they changed."""
 
-from srbval.recordings.registry.contents import Coverage, GridPoint, RegisterListing
 from srbval.recordings.registry.download import fetch
-from srbval.recordings.registry.entry import FileStatus, RegisteredRecording, without_copies
+from srbval.recordings.registry.entry import (
+    Coverage,
+    FileStatus,
+    GridPoint,
+    RegisteredRecording,
+    RegisterListing,
+    without_copies,
+)
 from srbval.recordings.registry.lookup import (
     RIG_DATASETS,
     find_recording,

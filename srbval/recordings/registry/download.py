@@ -7,7 +7,7 @@ from srbval.errors import DataError
 from srbval.progress import Progress, silent
 from srbval.recordings.datasets.description import DatasetDescription, ExpectedFile, dataset, known_datasets
 from srbval.recordings.raw import first_line
-from srbval.recordings.registry.contents import RegisterListing
+from srbval.recordings.registry.entry import RegisterListing
 from srbval.recordings.registry.manifest import home_folder
 from srbval.recordings.registry.register import add
 

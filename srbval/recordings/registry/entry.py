@@ -1,15 +1,22 @@
-"""One registered file."""
+"""Registered files, their list as the `data` commands report it, and the grids of operating points it covers."""
 
 from __future__ import annotations
 
 import dataclasses
 import enum
-from collections.abc import Iterable
+import itertools
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 from srbval.bearing import Fault
+from srbval.recordings.datasets.description import known_datasets
+from srbval.recordings.raw import TEXT
 from srbval.recordings.recording import Origin
 from srbval.recordings.settings import RecordingSettings
+
+SCHEMA_VERSION = 1
 
 
 class FileStatus(enum.StrEnum):
@@ -64,3 +71,75 @@ def without_copies(recordings: Iterable[RegisteredRecording]) -> list[Registered
     for recording in recordings:
         found.setdefault((recording.sha256 or recording.file, recording.settings or None), recording)
     return list(found.values())
+
+
+@dataclass(frozen=True)
+class GridPoint:
+    """One operating point [kN, rpm] of a grid (for the rig: of the paper's Table 5) and its registered files."""
+
+    state: Fault
+    radial_kn: float
+    axial_kn: float
+    nominal_rpm: float
+    files: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Coverage:
+    """All points of one data set's grid."""
+
+    dataset: str
+    points: tuple[GridPoint, ...]
+
+    @property
+    def missing(self) -> tuple[GridPoint, ...]:
+        """Points without a usable file."""
+        return tuple(p for p in self.points if not p.files)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Its JSON object counts the missing points."""
+        return {"dataset": self.dataset, "points": self.points, "missing": len(self.missing)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class RegisterListing:
+    """The register, or the part of it that a command changed, and the operating points that it covers."""
+
+    manifest: Path
+    recordings: tuple[RegisteredRecording, ...]
+    coverage: tuple[Coverage, ...] = ()
+
+    @property
+    def problems(self) -> tuple[RegisteredRecording, ...]:
+        """Recordings that are not ok; texts that never were one (a licence, a readme) do not count."""
+        return tuple(
+            r
+            for r in self.recordings
+            if r.status is not FileStatus.OK and not (r.status is FileStatus.UNREADABLE and r.format == TEXT)
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON document of `srbval data`."""
+        return {
+            "schema_version": SCHEMA_VERSION,
+            "status": "problems" if self.problems else "ok",
+            "manifest": str(self.manifest),
+            "recordings": self.recordings,
+            "coverage": self.coverage,
+        }
+
+
+def coverage_of(recordings: Sequence[RegisteredRecording]) -> tuple[Coverage, ...]:
+    """Grids of the data sets that have a registered file; files that are not ok do not cover a point."""
+    files: dict[tuple[object, ...], list[str]] = {}
+    for r in recordings:
+        if r.status is FileStatus.OK:
+            files.setdefault((r.dataset, r.state, r.radial_kn, r.axial_kn, r.nominal_rpm), []).append(r.file)
+    covered = []
+    for name, grid in ((d.name, d.grid) for d in known_datasets()):
+        if grid is not None and name in {r.dataset for r in recordings}:
+            loads = zip(grid.radial_kn, grid.axial_kn, strict=True)
+            points = [(s, *load, rpm) for s, load, rpm in itertools.product(grid.states, loads, grid.nominal_rpm)]
+            found = [(*p, tuple(files.get((name, *p), ()))) for p in points]
+            covered.append(Coverage(dataset=name, points=tuple(GridPoint(*point) for point in found)))
+    return tuple(covered)

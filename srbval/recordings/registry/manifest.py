@@ -9,8 +9,7 @@ from typing import Any
 
 from srbval.config.strict import build
 from srbval.errors import ConfigurationError, DataError
-from srbval.recordings.registry.contents import SCHEMA_VERSION
-from srbval.recordings.registry.entry import RegisteredRecording
+from srbval.recordings.registry.entry import SCHEMA_VERSION, RegisteredRecording
 from srbval.storage.strict_json import json_value
 from srbval.storage.whole_file import whole_file
 

@@ -2,23 +2,16 @@
 
 import contextlib
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from srbval.errors import DataError
 from srbval.progress import Progress, silent
 from srbval.recordings.load import sha256_of
-from srbval.recordings.registry.contents import RegisterListing, coverage_of
-from srbval.recordings.registry.entry import FileStatus, RegisteredRecording
+from srbval.recordings.registry.entry import FileStatus, RegisteredRecording, RegisterListing, coverage_of
 from srbval.recordings.registry.inspect import inspect_file
-from srbval.recordings.registry.manifest import (
-    Entries,
-    inspected_path,
-    manifest_path,
-    read_manifest,
-    update_manifest,
-)
+from srbval.recordings.registry.manifest import Entries, inspected_path, manifest_path, read_manifest, update_manifest
 from srbval.recordings.settings import RecordingSettings
 
 MAX_WORKERS = 4
@@ -105,16 +98,13 @@ def _files_under(folder: Path) -> list[Path]:
         return [Path(os.path.abspath(folder))]
     if not folder.is_dir():
         raise DataError(f"{folder}: no such folder. Check the path.")
-    found = sorted(_walk(Path(os.path.abspath(folder))))
+    found = []
+    for parent, folders, names in os.walk(os.path.abspath(folder)):
+        folders[:] = [name for name in folders if not name.startswith(".")]
+        found += [Path(parent, name) for name in names if not name.startswith(".")]
     if not found:
         raise DataError(f"{folder}: holds no file. Name the folder that holds the recordings.")
-    return found
-
-
-def _walk(folder: Path) -> Iterator[Path]:
-    for parent, folders, names in os.walk(folder):
-        folders[:] = [name for name in folders if not name.startswith(".")]
-        yield from (Path(parent, name) for name in names if not name.startswith("."))
+    return sorted(found)
 
 
 def _inspect(
@@ -213,7 +203,13 @@ def _with_environment_folder(entries: Entries) -> Entries:
     found = {e.file: _against_pin(known.get(e.file), e) for e in _inspect(_files_under(folder), known, silent)}
     if any(key not in known for key in found):
         with contextlib.suppress(DataError):  # a home that cannot be written costs time, not the recordings
-            _store_inspected({key: entry for key, entry in found.items() if key not in entries})
+
+            def change(stored: Entries) -> None:
+                for key in [key for key in stored if not os.path.exists(key)]:
+                    del stored[key]
+                stored.update((key, entry) for key, entry in found.items() if key not in entries)
+
+            update_manifest(change, inspected_path())
     return {**entries, **found}
 
 
@@ -225,14 +221,3 @@ def _inspected_before() -> Entries:
         with contextlib.suppress(OSError):
             inspected_path().unlink()
         return {}
-
-
-def _store_inspected(found: Entries) -> None:
-    """Add the entries that were found, and remove those of files that no longer exist."""
-
-    def change(entries: Entries) -> None:
-        for key in [key for key in entries if not os.path.exists(key)]:
-            del entries[key]
-        entries.update(found)
-
-    update_manifest(change, inspected_path())
