@@ -7,7 +7,7 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.signal.false_alarm import false_alarm, neg_log_p, true_noise_ratio
-from srbval.signal.joint_fit import Components, JointFit, fit
+from srbval.signal.joint_fit import Components, fit
 from srbval.signal.periodogram import Noise, Periodogram
 
 # Harmonics fitted together, as far as they lie below the limit of the record.
@@ -99,7 +99,20 @@ def read_comb(
     visible = np.count_nonzero([~record.masked(h * candidates) for h in number], axis=0)
     share = np.bincount(visible, minlength=used + 1) / candidates.size
     probability = false_alarm(*max(_totals(snr, bins), highest), share, half_window_hz, record.seconds)
-    return _reading(record, result, snr, expected_hz, half_window_hz, probability, noise[0])
+    inside = abs(result.found_hz - expected_hz) < half_window_hz
+    return LineReading(
+        found_hz=result.found_hz,
+        ci95_hz=min(result.ci95_hz, half_window_hz),
+        snr=tuple(snr.tolist()),
+        false_alarm=probability,
+        half_window_hz=half_window_hz,
+        depth=record.depth_at(result.found_hz),
+        isolated=inside and _isolated(record, result.found_hz, noise[0], float(snr[0])),
+        noise_ci95_hz=result.noise_ci95_hz,
+        resolution_hz=record.bin_hz,
+        sideband_hz=result.sideband_hz,
+        sideband_ci95_hz=result.sideband_ci95_hz,
+    )
 
 
 def peak_snr(record: Periodogram, expected_hz: float, half_window_hz: float) -> float | None:
@@ -118,31 +131,6 @@ def peak_snr(record: Periodogram, expected_hz: float, half_window_hz: float) -> 
 def _totals(snr: FloatArray, bins: FloatArray) -> tuple[float, float]:
     """`neg_log_p` of all harmonics together, and the sum of their ratios to the true noise (`true_noise_ratio`)."""
     return float(neg_log_p(snr, bins).sum()), float(true_noise_ratio(snr, bins).sum())
-
-
-def _reading(
-    record: Periodogram,
-    result: JointFit,
-    snr: FloatArray,
-    expected_hz: float,
-    half_window_hz: float,
-    probability: float,
-    noise: Noise,
-) -> LineReading:
-    inside = abs(result.found_hz - expected_hz) < half_window_hz
-    return LineReading(
-        found_hz=result.found_hz,
-        ci95_hz=min(result.ci95_hz, half_window_hz),
-        snr=tuple(snr.tolist()),
-        false_alarm=probability,
-        half_window_hz=half_window_hz,
-        depth=record.depth_at(result.found_hz),
-        isolated=inside and _isolated(record, result.found_hz, noise, float(snr[0])),
-        noise_ci95_hz=result.noise_ci95_hz,
-        resolution_hz=record.bin_hz,
-        sideband_hz=result.sideband_hz,
-        sideband_ci95_hz=result.sideband_ci95_hz,
-    )
 
 
 def _highest_peak(candidates: FloatArray, score: FloatArray) -> float | None:

@@ -43,15 +43,13 @@ def squared_envelope(samples: FloatArray, *, fade: int = 0) -> FloatArray:
     50 ms from the ends. With `fade`, that many samples at each end are first brought smoothly to zero, which removes
     the effect beyond them.
     """
-    faded = samples * _taper(samples.size, fade) if fade else samples
+    faded = samples
+    if fade:
+        rise = np.sin(np.pi / 2 * (np.arange(fade) + 0.5) / fade) ** 2
+        faded = samples * np.concatenate((rise, np.ones(samples.size - 2 * fade), rise[::-1]))
     length = scipy.fft.next_fast_len(samples.size)
     analytic = scipy.signal.hilbert(faded, N=length)[: samples.size]
     return analytic.real**2 + analytic.imag**2
-
-
-def _taper(size: int, fade: int) -> FloatArray:
-    rise = np.sin(np.pi / 2 * (np.arange(fade) + 0.5) / fade) ** 2
-    return np.concatenate((rise, np.ones(size - 2 * fade), rise[::-1]))
 
 
 def envelope(samples: FloatArray) -> FloatArray:

@@ -20,10 +20,8 @@ def neg_log_p(snr: FloatArray, bins: FloatArray) -> FloatArray:
     The k-th of n ordered exponential variables is a sum of independent ones of rates n, n - 1, ... n - k + 1 (Renyi
     1953, Acta Math. Hung. 4, 191), so that E exp(-x M / ln 2) is a product: its log is summed here.
     """
-    result = np.empty(np.shape(snr))
-    for column, count in enumerate(bins):
-        result[..., column] = np.log1p(np.asarray(snr)[..., column, None] / _rates(count)).sum(axis=-1)
-    return result
+    each = [np.log1p(np.asarray(snr)[..., h, None] / _rates(n)).sum(axis=-1) for h, n in enumerate(bins)]
+    return np.stack(each, axis=-1)
 
 
 def true_noise_ratio(snr: FloatArray, bins: FloatArray) -> FloatArray:
@@ -31,11 +29,8 @@ def true_noise_ratio(snr: FloatArray, bins: FloatArray) -> FloatArray:
 
     Noise reaches far above its estimate mostly where the estimate is too low. With `neg_log_p` S this is x dS/dx.
     """
-    result = np.empty(np.shape(snr))
-    for column, count in enumerate(bins):
-        ratio = np.asarray(snr)[..., column, None]
-        result[..., column] = (ratio / (_rates(count) + ratio)).sum(axis=-1)
-    return result
+    ratios = [np.asarray(snr)[..., h, None] for h in range(len(bins))]
+    return np.stack([(r / (_rates(n) + r)).sum(axis=-1) for r, n in zip(ratios, bins, strict=True)], axis=-1)
 
 
 def _rates(bins: float) -> FloatArray:

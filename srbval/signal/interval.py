@@ -5,6 +5,7 @@ import importlib.resources
 import math
 import tomllib
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.special
@@ -54,16 +55,10 @@ def slip_interval() -> SlipInterval:
     """The table that this version was calibrated with (`slip_interval.toml`)."""
     file = importlib.resources.files("srbval.signal") / "slip_interval.toml"
     table = tomllib.loads(file.read_text(encoding="utf-8"))
-    return SlipInterval(
-        floor=table["floor"],
-        start=table["start"],
-        log_spread=tuple(table["log_spread"]),
-        factor=tuple(table["factor"]),
-        weak_steady=tuple(table["weak"]["steady"]),
-        weak_factor=tuple(table["weak"]["steady_factor"]),
-        wide=tuple(table["weak"]["wide"]),
-        wide_factor=tuple(table["weak"]["wide_factor"]),
-    )
+    weak = table.pop("weak")
+    weak["weak_steady"], weak["weak_factor"] = weak.pop("steady"), weak.pop("steady_factor")
+    values: dict[str, Any] = {key: tuple(v) if isinstance(v, list) else v for key, v in (table | weak).items()}
+    return SlipInterval(**values)
 
 
 def walk_share(log_spread: float) -> float:

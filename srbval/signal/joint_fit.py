@@ -49,9 +49,7 @@ class Components:
 
     def selected(self, mask: NDArray[np.bool_]) -> Components:
         """Those that `mask` [c] selects."""
-        return Components(
-            number=self.number[mask], side=self.side[mask], noise_power=self.noise_power[mask], snr=self.snr[mask]
-        )
+        return Components(**{field: values[mask] for field, values in vars(self).items()})
 
     @property
     def has_sidebands(self) -> bool:

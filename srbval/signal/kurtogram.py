@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft
-from numpy.typing import NDArray
 
-from srbval.arrays import FloatArray
+from srbval.arrays import ComplexArray, FloatArray
 from srbval.errors import ConfigurationError
 from srbval.signal.bandpass import END_S
 
@@ -59,27 +58,20 @@ def kurtogram(samples: FloatArray, fs_hz: float, *, least_width_hz: float) -> Ku
         )
     length = scipy.fft.next_fast_len(samples.size, real=True)
     lines = scipy.fft.rfft(samples - samples.mean(), n=length)
-    bands, values, scatter = [], [], []
+    bands, found, level = [], [], []
     for part in parts:
         width = nyquist / part
         for number in range(1, part):
             band = (number * width, min((number + 1) * width, _TOP * nyquist))
-            value, independent = _kurtosis(lines, fs_hz / length, band, samples.size / fs_hz)
             bands.append(band)
-            values.append(value)
-            scatter.append(math.sqrt(8 / 3 / independent))
-    found = np.array(bands)
-    return Kurtogram(
-        band_hz=found,
-        kurtosis=np.array(values),
-        level=np.log2(nyquist / np.repeat([nyquist / p for p in parts], [p - 1 for p in parts])),
-        scatter=np.array(scatter),
-    )
+            found.append(_kurtosis(lines, fs_hz / length, band, samples.size / fs_hz))
+            level.append(np.log2(nyquist / width))
+    kurtosis, independent = np.array(found).T
+    scatter = np.sqrt(8 / 3 / independent)
+    return Kurtogram(band_hz=np.array(bands), kurtosis=kurtosis, level=np.array(level), scatter=scatter)
 
 
-def _kurtosis(
-    lines: NDArray[np.complex128], bin_hz: float, band_hz: tuple[float, float], seconds: float
-) -> tuple[float, int]:
+def _kurtosis(lines: ComplexArray, bin_hz: float, band_hz: tuple[float, float], seconds: float) -> tuple[float, int]:
     """Kurtosis of the complex envelope of one band less 2, the Gaussian's, and its number of independent samples."""
     inside = lines[math.ceil(band_hz[0] / bin_hz) : math.floor(band_hz[1] / bin_hz)]
     # Twice as many samples as are independent, so that the square is sampled without aliases.

@@ -67,16 +67,9 @@ class Periodogram:
         reduced = scipy.signal.resample_poly(centred, 1, down) if down > 1 else centred
         rate = fs_hz / down
         length = PADDING * scipy.fft.next_fast_len(reduced.size, real=True)
-        power = np.abs(scipy.fft.rfft(reduced, n=length)) ** 2
-        bare = cls(
-            samples=reduced,
-            fs_hz=rate,
-            mean=mean,
-            power=power,
-            step_hz=rate / length,
-            limit_hz=limit_hz,
-            masks_hz=np.empty((0, 2)),
-        )
+        power, none = np.abs(scipy.fft.rfft(reduced, n=length)) ** 2, np.empty((0, 2))
+        grid = {"step_hz": rate / length, "limit_hz": limit_hz}
+        bare = cls(samples=reduced, fs_hz=rate, mean=mean, power=power, masks_hz=none, **grid)
         number = np.arange(1, math.floor(limit_hz / shaft_hz) + 2, dtype=np.float64)
         return bare.masking(number * shaft_hz, number * shaft_ci_hz)
 

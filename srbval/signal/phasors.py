@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -59,10 +59,8 @@ class Phasors:
     def shifted(self, by_hz: FloatArray) -> Phasors:
         """The same demodulated at `by_hz` [c] higher frequencies; for shifts well within a block's bin."""
         rotation = np.exp(-2j * np.pi * by_hz[:, None] * self.time_s)
-        return Phasors(
-            frequency_hz=self.frequency_hz + by_hz, sums=self.sums * rotation, moments=self.moments * rotation,
-            time_s=self.time_s, seconds=self.seconds,
-        )  # fmt: skip
+        turned = {"sums": self.sums * rotation, "moments": self.moments * rotation}
+        return replace(self, frequency_hz=self.frequency_hz + by_hz, **turned)
 
     def power(self) -> FloatArray:
         """Power of each line, |sum over the record|^2, [c]."""

@@ -184,7 +184,7 @@ def _with_excess(phases: PhaseTrack, residual: FloatArray, modes: Modes) -> tupl
     """
     tried = []
     for excess in EXCESSES:
-        weight, log_likelihood = modes.weigh(residual / math.sqrt(excess * phases.variance_rad2))
+        weight, log_likelihood = weigh(residual / math.sqrt(excess * phases.variance_rad2), modes.share)
         tried.append((log_likelihood - residual.size * math.log(excess) / 2, excess, weight))
     stated, best = tried[0], max(tried, key=lambda one: one[0])
     log_likelihood, excess, weight = best if best[0] - stated[0] > EXCESS_MARGIN else stated
@@ -206,10 +206,6 @@ class Modes:
     slope: FloatArray
     slope_variance: float
     walk_over_noise: float
-
-    def weigh(self, modes: FloatArray) -> tuple[FloatArray, float]:
-        """`weigh` of residuals [n - 2] in units of the noise."""
-        return weigh(modes, self.share)
 
     def noise_share(self, weight: FloatArray) -> FloatArray:
         """Share of noise in each residual, [n - 2]."""

@@ -1,7 +1,5 @@
 """Single-sided amplitude spectra."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,15 +18,6 @@ class Spectrum:
     frequency_hz: FloatArray
     amplitude: FloatArray
     resolution_hz: float
-
-    def up_to(self, limit_hz: float) -> Spectrum:
-        """The part at or below `limit_hz` [Hz]."""
-        keep = self.frequency_hz <= limit_hz
-        return Spectrum(
-            frequency_hz=self.frequency_hz[keep],
-            amplitude=self.amplitude[keep],
-            resolution_hz=self.resolution_hz,
-        )
 
 
 def amplitude_spectrum(samples: FloatArray, fs_hz: float) -> Spectrum:

@@ -104,7 +104,7 @@ def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...],
         file=file,
         state=entry.state,
         grade=None if published is None else published.of(Path(entry.file).name),
-        plain_grade=None if published is None else published.of_plain(Path(entry.file).name),
+        plain_grade=None if published is None else published.of(Path(entry.file).name, plain=True),
     )
     try:
         recording = load_entry(entry)

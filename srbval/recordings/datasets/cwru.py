@@ -67,9 +67,7 @@ def _channels(
         if raw.array(variable) is None:
             continue
         here = state if rule.name == end or state is Fault.HEALTHY else None
-        channels[rule.name] = Channel(
-            samples=raw.signal(variable), unit=rule.unit, bearing=rule.bearing, state=here, variable=variable
-        )
+        channels[rule.name] = rule.channel(raw, variable, here)
     if not channels:
         raise DataError(f"{raw.path}: CWRU record {number} without a numeric signal.")
     return channels

@@ -8,6 +8,7 @@ from srbval.bearing import Fault
 from srbval.config.strict import build, read_toml
 from srbval.errors import ConfigurationError
 from srbval.recordings.raw import TEXT, RawFile
+from srbval.recordings.reading import Channel
 from srbval.recordings.recording import ShaftSpeed
 from srbval.recordings.speed import nominal_speed, stated_speed
 from srbval.storage.own_package import shipped_folder
@@ -62,6 +63,11 @@ class ChannelRule:
     bearing: str | None = None
     analyse: bool = False
     note: str | None = None
+
+    def channel(self, raw: RawFile, variable: str, state: Fault | None) -> Channel:
+        """The channel with the samples of `variable`."""
+        samples = raw.signal(variable)
+        return Channel(samples=samples, unit=self.unit, bearing=self.bearing, state=state, variable=variable)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -175,18 +181,11 @@ class PublishedDiagnosability:
     grades: tuple[GradedRecords, ...]
     plain_envelope: tuple[GradedRecords, ...] = ()
 
-    def of(self, file: str) -> str | None:
-        """The best grade of the record whose number the file's name starts with, None where the study gives none."""
-        return _grade(self.grades, file)
-
-    def of_plain(self, file: str) -> str | None:
-        """The same for the plain envelope spectrum."""
-        return _grade(self.plain_envelope, file)
-
-
-def _grade(graded: tuple[GradedRecords, ...], file: str) -> str | None:
-    number = re.match(r"\d+(?!\d)", file)
-    return next((g.grade for g in graded if number and int(number[0]) in g.records), None)
+    def of(self, file: str, *, plain: bool = False) -> str | None:
+        """The best (or `plain`) grade of the record whose number begins the file's name; None where there is none."""
+        number = re.match(r"\d+(?!\d)", file)
+        graded = self.plain_envelope if plain else self.grades
+        return next((g.grade for g in graded if number and int(number[0]) in g.records), None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -263,8 +262,7 @@ def known_datasets() -> tuple[DatasetDescription, ...]:
 
 def dataset(name: str) -> DatasetDescription:
     """The description called `name`; `ConfigurationError` names the known ones."""
-    for description in known_datasets():
-        if description.name == name:
-            return description
-    known = ", ".join(d.name for d in known_datasets())
-    raise ConfigurationError(f"data set {name!r} is not known. Known: {known}.")
+    known = {description.name: description for description in known_datasets()}
+    if name not in known:
+        raise ConfigurationError(f"data set {name!r} is not known. Known: {', '.join(known)}.")
+    return known[name]

@@ -2,12 +2,9 @@
 
 import re
 
-import numpy as np
-from numpy.typing import NDArray
-
 from srbval.bearing import Fault
 from srbval.errors import DataError
-from srbval.recordings.datasets.description import ChannelRule, DatasetDescription, SpeedRule
+from srbval.recordings.datasets.description import DatasetDescription, SpeedRule
 from srbval.recordings.raw import RawFile
 from srbval.recordings.reading import N_PER_KN, Channel, Reading
 from srbval.recordings.recording import SpeedSignal
@@ -26,12 +23,19 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
     if not channels:
         return None
     nominal_rpm = _nominal_rpm(raw, groups, description.speed)
-    tachometer, fs_hz = _tachometer_hz(raw, description.speed), _rate(raw, description)
+    rate, tachometer_rpm = description.rate, description.speed.tachometer_rpm
+    fs_hz = (raw.number(rate.variable) if rate.variable else None) or rate.value_hz
+    measured = tachometer_rpm is not None and raw.array(tachometer_rpm) is not None
+    tachometer = raw.signal(tachometer_rpm) / RPM_PER_HZ if tachometer_rpm and measured else None
     if tachometer is None:
         stated = description.speed.stated_rpm
         speed = description.speed.speed(raw.number(stated) if stated else None, nominal_rpm)
     else:
         speed = tachometer_speed(tachometer)
+    speed_signal = None
+    if tachometer is not None and fs_hz is not None:  # over the whole record, whatever its own rate
+        seconds = max(c.samples.size for c in channels.values()) / fs_hz
+        speed_signal = SpeedSignal(values_hz=tachometer, rate_hz=tachometer.size / seconds)
     marked = [rule.name for rule in description.channels if rule.analyse and rule.name in channels]
     used = [rule for rule in description.channels if rule.name in channels and rule.note]
     notes = (*description.notes, *(f"{rule.name}: {rule.note}" for rule in used))
@@ -41,7 +45,7 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
         channel=marked[0] if marked else next(iter(channels)) if len(channels) == 1 else None,
         fs_hz=fs_hz,
         speed=speed,
-        speed_signal=_speed_signal(tachometer, channels, fs_hz),
+        speed_signal=speed_signal,
         radial_n=_radial_n(raw, groups, description),
         axial_n=_kn(groups.get("axial_kn", description.axial_kn)),
         nominal_rpm=nominal_rpm,
@@ -59,21 +63,10 @@ def _channels(raw: RawFile, description: DatasetDescription, state: Fault | None
             if rule.name in channels:
                 first = channels[rule.name].variable
                 raise DataError(f"{raw.path}: both {first} and {name} could be {rule.name}.")
-            channels[rule.name] = _channel(raw, rule, name, state)
+            if max(array.shape) != array.size:
+                raise DataError(f"{raw.path}: {name} has shape {array.shape}; one vector of samples is needed.")
+            channels[rule.name] = rule.channel(raw, name, state)
     return channels
-
-
-def _channel(raw: RawFile, rule: ChannelRule, variable: str, state: Fault | None) -> Channel:
-    array = raw.array(variable)
-    if array is not None and max(array.shape) != array.size:
-        raise DataError(f"{raw.path}: {variable} has shape {array.shape}; one vector of samples is needed.")
-    samples = raw.signal(variable)
-    return Channel(samples=samples, unit=rule.unit, bearing=rule.bearing, state=state, variable=variable)
-
-
-def _rate(raw: RawFile, description: DatasetDescription) -> float | None:
-    variable = description.rate.variable
-    return (raw.number(variable) if variable else None) or description.rate.value_hz
 
 
 def _nominal_rpm(raw: RawFile, groups: dict[str, str], rule: SpeedRule) -> float | None:
@@ -81,21 +74,6 @@ def _nominal_rpm(raw: RawFile, groups: dict[str, str], rule: SpeedRule) -> float
         nominal_hz = raw.number(rule.nominal_hz_variable)
         return None if nominal_hz is None else nominal_hz * RPM_PER_HZ
     return float(groups["rpm"]) if "rpm" in groups else rule.nominal_rpm
-
-
-def _tachometer_hz(raw: RawFile, rule: SpeedRule) -> NDArray[np.float64] | None:
-    name = rule.tachometer_rpm
-    return None if name is None or raw.array(name) is None else raw.signal(name) / RPM_PER_HZ
-
-
-def _speed_signal(
-    tachometer: NDArray[np.float64] | None, channels: dict[str, Channel], fs_hz: float | None
-) -> SpeedSignal | None:
-    """The tachometer over the whole record, whatever its own rate."""
-    if tachometer is None or fs_hz is None:
-        return None
-    seconds = max(c.samples.size for c in channels.values()) / fs_hz
-    return SpeedSignal(values_hz=tachometer, rate_hz=tachometer.size / seconds)
 
 
 def _radial_n(raw: RawFile, groups: dict[str, str], description: DatasetDescription) -> float | None:
