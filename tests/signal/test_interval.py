@@ -7,7 +7,7 @@ import pytest
 
 from srbval.signal import frequency_error_hz
 from srbval.signal.interval import half_width
-from srbval.signal.slip import RATIOS, modes_of
+from srbval.signal.slip import RATIOS, modes_of, weigh
 
 BLOCKS, DRAWS = 96, 4000
 # What the stated 95 % has to cover for every slip, and three standard errors of the draws at its ends.
@@ -24,7 +24,7 @@ def covered(ratio, rng):
     inside = 0
     for path in phase:
         residual = modes.contrasts @ path
-        weight, _ = modes.weigh(residual)
+        weight, _ = weigh(residual, modes.share)
         slope = modes.slope @ path - modes.carried(weight) @ residual
         half = np.sqrt(modes.slope_variance) * half_width(float(weight @ np.log1p(RATIOS)), BLOCKS, np.inf)
         inside += abs(slope) < half
