@@ -1,16 +1,14 @@
 """Points of a campaign: what each case changes in the base scene."""
 
 import itertools
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from srbval.campaign.settings import Axes, Campaign, Sampling
+from srbval.config.units import NUMBER_AND_UNIT
 from srbval.errors import ConfigurationError
 
 Point = dict[str, Any]  # by dotted key of a scene file
-
-_NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 
 
 def points(campaign: Campaign) -> Iterator[Point]:
@@ -98,7 +96,7 @@ def _space_filling(block: Axes, seed: int) -> Iterator[Point]:
 def _range(key: str, ends: object) -> tuple[float, float, str]:
     """Least value, largest value and their unit, empty for plain numbers."""
     if isinstance(ends, Sequence) and not isinstance(ends, str) and len(ends) == 2:
-        found = [_NUMBER_AND_UNIT.fullmatch(str(end)) for end in ends]
+        found = [NUMBER_AND_UNIT.fullmatch(str(end)) for end in ends]
         if found[0] and found[1] and found[0][2] == found[1][2] and float(found[0][1]) < float(found[1][1]):
             return float(found[0][1]), float(found[1][1]), found[0][2]
     raise ConfigurationError(

@@ -2,11 +2,9 @@
 
 import enum
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from importlib import resources
 from pathlib import Path
-from typing import Any
 
 from srbval.bench.ladder.questions import Question
 from srbval.campaign.quantities import ALL_OUTPUTS, Output
@@ -107,22 +105,17 @@ def load_campaign(name: str) -> Campaign:
     Raises `DataError` for a missing file, `ConfigurationError` for an unknown key or an impossible value.
     """
     if not name.endswith(".toml") and name in presets():
-        return campaign_of(read_toml(presets()[name]), name)
+        return build(Campaign, read_toml(presets()[name]), name)
     if not name.endswith(".toml"):
         raise ConfigurationError(
             f"campaign {name!r} is no file ending in .toml and no preset. Presets: {', '.join(presets())}."
         )
     path = Path(name)
-    campaign = campaign_of(read_toml(path), name)
+    campaign = build(Campaign, read_toml(path), name)
     if campaign.scene_file is None:
         return campaign
     base = read_toml(path.parent / campaign.scene_file)
     return replace(campaign, scene=merge(base, campaign.scene), scene_file=None)
-
-
-def campaign_of(table: Mapping[str, Any], where: str) -> Campaign:
-    """A campaign from its table; `where` names it in messages."""
-    return build(Campaign, table, where)
 
 
 def presets() -> dict[str, Path]:

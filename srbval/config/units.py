@@ -25,7 +25,7 @@ UNITS: dict[str, dict[str, float]] = {
     "one": {"": 1.0, "%": 0.01},
 }
 
-_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+NUMBER_AND_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 
 
 def parse_quantity(value: object, dimension: str, where: str) -> float:
@@ -36,7 +36,7 @@ def parse_quantity(value: object, dimension: str, where: str) -> float:
     """
     units = UNITS[dimension]
     if isinstance(value, str):
-        match = _QUANTITY.fullmatch(value)
+        match = NUMBER_AND_UNIT.fullmatch(value)
         if match is None:
             raise ConfigurationError(f"{where}: {value!r} is not a number with a unit; write e.g. {_example(units)}.")
         number, unit = float(match[1]), match[2]

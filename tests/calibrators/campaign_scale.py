@@ -18,8 +18,9 @@ from srbval.campaign.engines.choose import NAMES, choose_engine
 from srbval.campaign.engines.engine import Engine
 from srbval.campaign.planning import plan_cases
 from srbval.campaign.run import run_campaign
-from srbval.campaign.settings import Campaign, campaign_of
+from srbval.campaign.settings import Campaign
 from srbval.cli.measured import this_machine
+from srbval.config.strict import build
 from srbval.progress import Progress, ProgressDisplay, silent
 from srbval.storage.own_package import git_revision
 from srbval.storage.stored_result import CAMPAIGN_SCALE, COMMAND, stamped, store_result
@@ -103,7 +104,8 @@ def measure_scale(cases: int, engine: Engine, *, progress: Progress = silent) ->
 
 def tiny(cases: int) -> Campaign:
     """A campaign of `cases` different cases, each some milliseconds of work."""
-    return campaign_of(
+    return build(
+        Campaign,
         {
             "name": "tiny",
             "outputs": ["summary"],

@@ -6,7 +6,8 @@ import hashlib
 from pathlib import Path
 from typing import Any
 
-from srbval.campaign.settings import Campaign, campaign_of
+from srbval.campaign.settings import Campaign
+from srbval.config.strict import build
 
 BAD_STEP = 4 / 61440  # far beyond what explicit Euler survives
 RATE = 15360.0
@@ -23,7 +24,7 @@ def small(**changes: Any) -> Campaign:
             {"kind": "grid", "values": {"defect.kind": ["none", "outer"]}},
         ],
     }
-    return campaign_of(table | changes, "campaign")
+    return build(Campaign, table | changes, "campaign")
 
 
 def failing_point() -> dict[str, Any]:

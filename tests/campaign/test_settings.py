@@ -9,13 +9,14 @@ import pytest
 
 from srbval.campaign.planning import plan_cases, scene_of, totals
 from srbval.campaign.sampling import points
-from srbval.campaign.settings import campaign_of, load_campaign, presets
+from srbval.campaign.settings import Campaign, load_campaign, presets
+from srbval.config.strict import build
 from srbval.errors import ConfigurationError, DataError
 from tests.campaign.small import small
 
 
 def points_of(*axes: dict[str, Any], **more: Any) -> list[dict[str, Any]]:
-    return list(points(campaign_of({"name": "c", "axes": list(axes)} | more, "c")))
+    return list(points(build(Campaign, {"name": "c", "axes": list(axes)} | more, "c")))
 
 
 def test_blocks_multiply_and_repeats_have_seeds_of_their_own() -> None:
@@ -66,7 +67,7 @@ def test_sampled_points_fill_the_ranges_and_repeat(kind: str) -> None:
 )
 def test_wrong_files_are_refused(table: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigurationError, match=message):
-        campaign_of({"name": "c"} | table, "c")
+        build(Campaign, {"name": "c"} | table, "c")
 
 
 @pytest.mark.parametrize(
