@@ -63,18 +63,11 @@ def line_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
 
 
 def _denser(scene: Scene) -> Scene:
-    contact = replace(
-        scene.contact,
-        points_per_circle=DENSER * scene.contact.points_per_circle,
-        stiffness_n_m=scene.contact.stiffness_n_m / DENSER,
-        damping_ns_m=scene.contact.damping_ns_m / DENSER,
-    )
-    return replace(
-        scene,
-        contact=contact,
-        defect=_as_long(scene.defect),
-        further_defects=tuple(_as_long(d) for d in scene.further_defects),
-    )
+    own, defect, further = scene.contact, _as_long(scene.defect), tuple(map(_as_long, scene.further_defects))
+    stiffness, damping = own.stiffness_n_m / DENSER, own.damping_ns_m / DENSER
+    count = DENSER * own.points_per_circle
+    contact = replace(own, points_per_circle=count, stiffness_n_m=stiffness, damping_ns_m=damping)
+    return replace(scene, contact=contact, defect=defect, further_defects=further)
 
 
 def _as_long(defect: Defect) -> Defect:

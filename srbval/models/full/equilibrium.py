@@ -90,7 +90,11 @@ def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> Equi
     ring, slide, iterations = _balance(statics, ring, slide)
     slide_n, ring_n, deepest = statics.forces(slide, ring)
     residual_n = np.concatenate([slide_n, ring_n])
-    _check_not_crushed(deepest)
+    if deepest > DEEPEST_M:
+        raise ConfigurationError(
+            f"the load or the fit crushes the contact: a roller would stand {deepest * 1e6:.4g} um deep in a race; "
+            f"the limit is {DEEPEST_M * 1e6:.4g} um; reduce the load or the interference, or raise the stiffness."
+        )
     _check_carried(model, float(np.abs(residual_n).max()))
     return Equilibrium(
         state=balance_friction(model, statics.state(slide, ring)),
@@ -98,14 +102,6 @@ def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> Equi
         iterations=iterations,
         converged=bool(np.abs(residual_n).max() < BALANCED_N),
     )
-
-
-def _check_not_crushed(deepest_m: float) -> None:
-    if deepest_m > DEEPEST_M:
-        raise ConfigurationError(
-            f"the load or the fit crushes the contact: a roller would stand {deepest_m * 1e6:.4g} um deep in a race; "
-            f"the limit is {DEEPEST_M * 1e6:.4g} um; reduce the load or the interference, or raise the stiffness."
-        )
 
 
 def _check_carried(model: Parameters, left_n: float) -> None:

@@ -187,9 +187,7 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
     circles = [[circle(geometry, p) for p in CIRCLES] for circle in (outer_circle, inner_circle)]
     count, bumps = scene.contact.points_per_circle, sum(max(0.0, d.height_m) for d in scene.defects)
     radii = [[-c.radius_m for c in circles[0]], [c.radius_m for c in circles[1]]]
-    half = max(
-        window_half_count(roller_radius, r[1], points_per_circle=count, highest_m=bumps) for r in radii
-    )  # fmt: skip
+    half = max(window_half_count(roller_radius, r[1], points_per_circle=count, highest_m=bumps) for r in radii)
     both = [
         candidate_windows(own, _rows(scene, own, kind), count, half)
         for kind, own in zip((Fault.OUTER, Fault.INNER), circles, strict=True)
@@ -252,20 +250,17 @@ def _drive(scene: Scene) -> Drive:
     load, direction = scene.load_profile, scene.load.direction_rad
     time, speed = np.array([0.0]), np.array([scene.shaft_speed_rad_s])
     if scene.speed_profile is not None:
-        time, speed = _shifted(scene, scene.speed_profile.time_s, scene.speed_profile.speed_rad_s)
+        time = np.array(scene.speed_profile.time_s) + scene.settle_s
+        speed = np.array(scene.speed_profile.speed_rad_s)
     angle = np.concatenate([[0.0], np.cumsum(np.diff(time) * (speed[1:] + speed[:-1]) / 2)]) + speed[0] * time[0]
     load_time, radial, axial = np.array([0.0]), np.array([scene.load.radial_n]), np.array([scene.load.axial_n])
     if load is not None:
-        load_time, radial = _shifted(scene, load.time_s, load.radial_n)
-        axial = _shifted(scene, load.time_s, load.axial_n)[1]
+        load_time = np.array(load.time_s) + scene.settle_s
+        radial, axial = np.array(load.radial_n), np.array(load.axial_n)
     return Drive(
         speed=np.stack([time, speed, angle]), load=np.stack([load_time, radial, axial]),
         direction_cosine=math.cos(direction), direction_sine=math.sin(direction),
     )  # fmt: skip
-
-
-def _shifted(scene: Scene, time_s: Sequence[float], values: Sequence[float]) -> tuple[FloatArray, FloatArray]:
-    return np.array(time_s) + scene.settle_s, np.array(values)
 
 
 def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:

@@ -9,6 +9,14 @@ v - v0 is of second order in the step's mean, and the method is of second order 
 slide, though friction's secant (see `damping_kernel`) is the Jacobian only while they stick. Stable to 2 over the
 largest natural frequency of the contacts. The first step of a run has no last one and predicts
 nothing. Points come into contact over two steps, see `contact_columns`.
+
+The same of first order: velocities by the linearly implicit Euler method, then positions with them.
+
+    (M + h D) (v' - v) = h f(q, v),   q' = q + h v'
+
+Friction and damping, in D, are L-stable; contact stiffness is taken as by the symplectic Euler method, stable to 2 over
+the largest natural frequency (ibid., sect. I.1.2). It is the cheapest step there is, and the most damped: what friction
+lets slide slowly is slowed to first order only.
 """
 
 import math
@@ -29,4 +37,12 @@ IMEX2 = Method(
     coefficients=Coefficients(
         LEAPFROG, NONE, np.array([1.5, 0.5]), np.array([0.5]), NONE, np.array([1.0]), GAMMA, 0.5, ONSET
     ),
+)
+IMEX1 = Method(
+    name="imex1",
+    title="linearly implicit Euler, friction and damping implicit",
+    order=1,
+    evaluations=1,
+    implicit=True,
+    coefficients=Coefficients(LEAPFROG, NONE, np.array([1.0]), np.array([0.0]), NONE, np.array([1.0]), 1.0, 0.0, ONSET),
 )
