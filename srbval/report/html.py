@@ -6,7 +6,6 @@ import re
 from functools import partial
 from importlib import resources
 from pathlib import Path
-from typing import Any
 from urllib.parse import quote
 
 from markupsafe import Markup
@@ -24,28 +23,21 @@ def render_html(report: Report) -> str:
 
     Raises FileNotFoundError when a figure's picture or data file is missing.
     """
+    from jinja2 import Environment, FunctionLoader, StrictUndefined
+
     files = {f.picture_name: f.file for f in report.figures()}
     files |= {f.data_name: f.data for f in report.figures() if f.data and f.data_name}
-    template = _environment().get_template("report.html.j2")
+    environment = Environment(
+        loader=FunctionLoader(_template_text), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+        lstrip_blocks=True,
+    )  # fmt: skip
     script = _template_text("report.js")
-    return template.render(
+    return environment.get_template("report.html.j2").render(
         report=as_plain(report),
         style=_template_text("report.css"),
         script=script,
         script_hash=base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii"),
         carried=partial(_data_uri, files),
-    )
-
-
-def _environment() -> Any:
-    from jinja2 import Environment, FunctionLoader, StrictUndefined
-
-    return Environment(
-        loader=FunctionLoader(_template_text),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
     )
 
 

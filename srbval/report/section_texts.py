@@ -138,7 +138,7 @@ def _environment() -> Any:
     from jinja2 import Environment, StrictUndefined
 
     environment = Environment(undefined=StrictUndefined, autoescape=False)
-    environment.filters |= {"fmt": _format, "literal": _literal}
+    environment.filters |= {"fmt": format_value, "literal": lambda value: literal(str(value))}
     environment.globals["Fault"] = Fault
     return environment
 
@@ -162,11 +162,3 @@ def _expression(source: str) -> Any:
         return found
 
     return value
-
-
-def _format(value: Any, spec: str) -> str:
-    return format_value(value, spec)
-
-
-def _literal(value: Any) -> str:
-    return literal(str(value))

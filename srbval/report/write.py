@@ -27,7 +27,11 @@ def write_report(report: Report, folder: Path, formats: Iterable[str] = FORMATS)
     `folder` cannot be written to.
     """
     wanted = tuple(formats)
-    _check_formats(wanted)
+    unknown = [kind for kind in wanted if kind not in FORMATS]
+    if unknown:
+        raise ConfigurationError(f"report format {unknown[0]!r} is not known; choose from {', '.join(FORMATS)}.")
+    if "pdf" in wanted:
+        require_typst()
     folder = Path(folder)
     try:
         return _write(report, folder, wanted)
@@ -46,14 +50,6 @@ def _write(report: Report, folder: Path, wanted: tuple[str, ...]) -> dict[str, P
             _render(report, kind, stage)
         _move(stage, folder)
     return {kind: folder / f"report.{kind}" for kind in wanted}
-
-
-def _check_formats(wanted: tuple[str, ...]) -> None:
-    unknown = [kind for kind in wanted if kind not in FORMATS]
-    if unknown:
-        raise ConfigurationError(f"report format {unknown[0]!r} is not known; choose from {', '.join(FORMATS)}.")
-    if "pdf" in wanted:
-        require_typst()
 
 
 def _render(report: Report, kind: str, stage: Path) -> None:
