@@ -35,10 +35,8 @@ def peak_bytes() -> int | None:
 
 def compile_all() -> dict[str, Any]:
     """Compile time of the kernels behind each solver [s], in the order they are named: shared ones count once."""
-    times = {}
-    for solver in SOLVERS:
-        run = simulate(bench_scene("play0-outer", solver=solver, seconds=SHORTEST_S, settle_s=0.0))
-        times[solver] = run.compile_s
+    scenes = [bench_scene("play0-outer", solver=solver, seconds=SHORTEST_S, settle_s=0.0) for solver in SOLVERS]
+    times = {scene.solver.name: simulate(scene).compile_s for scene in scenes}
     return {"compile_s": sum(times.values()), "by_solver": times}
 
 

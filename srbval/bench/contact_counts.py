@@ -50,7 +50,8 @@ def point_depths(run: Run, moment: int) -> FloatArray:
 
     Races are outer, inner; circles in the order of `CIRCLES`; negative where the point is not in contact.
     """
-    scene, geometry = run.scene, _geometry(run.scene)
+    scene, geometry = run.scene, load_bearing(run.scene.bearing).geometry
+    assert geometry is not None, "a run exists, so its bearing has a geometry"
     time_s = scene.settle_s + (moment + 1) / scene.output_rate_hz
     turn = (
         scene.settle_s * float(run.cage_rad_s.mean()) + float(run.cage_rad_s[: moment + 1].sum()) / scene.output_rate_hz
@@ -79,12 +80,6 @@ def slot_axes(geometry: SphericalRollerGeometry, turn_rad: float, tilt_rad: Floa
     about_y = np.array([[cb, 0, sb], [0, 1, 0], [-sb, 0, cb]])
     tilted: FloatArray = axes @ (about_x @ about_y).T
     return tilted
-
-
-def _geometry(scene: Scene) -> SphericalRollerGeometry:
-    geometry = load_bearing(scene.bearing).geometry
-    assert geometry is not None, "a run exists, so its bearing has a geometry"
-    return geometry
 
 
 def _candidates(

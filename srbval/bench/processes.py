@@ -8,7 +8,6 @@ import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from srbval.bench.scenes import BenchSettings
 from srbval.errors import NumericsError
@@ -17,6 +16,7 @@ from srbval.storage.own_package import child_environment
 
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 SIMULATE = ("-m", "srbval", "simulate", "--seconds", "0.1", "--json")
+CHILD = ("-m", "srbval.bench.child")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,14 +38,14 @@ def measure_processes(settings: BenchSettings, progress: Progress = silent) -> P
     with tempfile.TemporaryDirectory(prefix="srbval-bench-") as folder:
         store = Path(folder)
         progress("compile from nothing", 0.0)
-        compiled = _ask(store, "compile")
+        compiled = json.loads(_run(store, *CHILD, "compile"))
         _start(store)  # fills what only the command itself needs
         progress("compile from nothing", 1.0)
         progress("start again", 0.0)
         second_start_s = min(_start(store) for _ in range(settings.starts))
         progress("start again", 1.0)
         progress("read the memory", 0.0)
-        memory = _ask(store, "memory", str(settings.memory_s))
+        memory = json.loads(_run(store, *CHILD, "memory", str(settings.memory_s)))
         progress("read the memory", 1.0)
     return Processes(
         compile_s=compiled["compile_s"],
@@ -60,11 +60,6 @@ def _start(store: Path) -> float:
     started = time.perf_counter()
     _run(store, *SIMULATE)
     return time.perf_counter() - started
-
-
-def _ask(store: Path, *arguments: str) -> dict[str, Any]:
-    answer: dict[str, Any] = json.loads(_run(store, "-m", "srbval.bench.child", *arguments))
-    return answer
 
 
 def _run(store: Path, *arguments: str) -> str:

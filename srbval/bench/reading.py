@@ -4,10 +4,10 @@ import contextlib
 import functools
 import multiprocessing
 import operator
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from srbval.bench.reading_trials import (
     NOISES,
@@ -19,7 +19,7 @@ from srbval.bench.reading_trials import (
     summary,
     trials_of,
 )
-from srbval.bench.scalogram_check import ScalogramCheck, scalogram_checks
+from srbval.bench.scalogram_check import TRANSFORMS, ScalogramCheck, check_scalogram
 from srbval.bench.signal_chain import ChainError, ChainTiming, chain_errors, timings
 from srbval.progress import Progress, silent
 
@@ -65,7 +65,7 @@ def run_reading_bench(
     """Run all cells in `jobs` processes; deterministic except for the timings, which come first, with no other work."""
     timed = timings() if settings.timed else ()
     chains = chain_errors() if settings.timed else ()
-    transforms = scalogram_checks() if settings.timed else ()
+    transforms = tuple(check_scalogram(name) for name in TRANSFORMS) if settings.timed else ()
     cells = cells_of(settings.seconds, settings.snr_db, settings.jitter)
     read = _in_pieces(
         [functools.partial(trials_of, cell) for cell in cells],
@@ -105,18 +105,10 @@ def _in_pieces(
         for piece, size in enumerate(sizes)
     ]
     results: list[list[Piece]] = [[] for _ in works]
-    with _mapped(jobs) as mapped:
+    pool = None if jobs == 1 else ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn"))
+    mapped: Callable[..., Iterable[list[Piece]]] = map if pool is None else pool.map
+    with pool or contextlib.nullcontext():
         for index, piece in enumerate(mapped(operator.call, tasks)):
             results[index // len(sizes)] += piece
             report((index + 1) / len(tasks))
     return results
-
-
-@contextlib.contextmanager
-def _mapped(jobs: int) -> Iterator[Callable[..., Iterable[Any]]]:
-    """`map`, over processes where there is more than one job."""
-    if jobs == 1:
-        yield map
-        return
-    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
-        yield pool.map

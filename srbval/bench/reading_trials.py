@@ -211,12 +211,8 @@ def rates_of(noise: str, chances: Sequence[tuple[float, ...]]) -> list[FalseAlar
         observed = float(np.mean(stated[:, column] < nominal))
         rows.append(
             FalseAlarms(
-                noise=noise,
-                harmonics=harmonics,
-                nominal=nominal,
-                records=len(chances),
-                observed=observed,
+                noise=noise, harmonics=harmonics, nominal=nominal, records=len(chances), observed=observed,
                 ratio=observed / nominal,
             )
-        )
+        )  # fmt: skip
     return rows

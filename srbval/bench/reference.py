@@ -5,10 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
-from srbval.bench.batch import Measured, measure_all
 from srbval.bench.measures import MeasureErrors, Measures, errors_against, plain_or_nulls
 from srbval.bench.scenes import PAPER_STEP_S, BenchSettings, bench_scene, scene_content
-from srbval.bench.timing import time_scene
+from srbval.bench.timing import Measured, measure_all, time_scene
 from srbval.progress import Progress, silent
 from srbval.scene import Scene, paper_scene
 from srbval.storage.content_store import ContentStore

@@ -111,11 +111,6 @@ class ScalogramCheck:
         return max(self.tone_error, self.impulse_error) <= LARGEST_ERROR
 
 
-def scalogram_checks() -> tuple[ScalogramCheck, ...]:
-    """Every transform in `TRANSFORMS` on records like those of Figure 14."""
-    return tuple(check_scalogram(name) for name in TRANSFORMS)
-
-
 def check_scalogram(name: str, *, rows: int = ROWS, places: tuple[float, ...] = PLACES) -> ScalogramCheck:
     """Check the transform called `name` in `TRANSFORMS` on records like those of Figure 14.
 

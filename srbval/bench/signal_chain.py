@@ -1,7 +1,7 @@
 """The one-pass signal chain against the paper's chain and the usual library calls: errors and wall times."""
 
 import statistics
-import time
+import timeit
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 
@@ -175,12 +175,6 @@ def _pywt(samples: np.ndarray) -> object:
 def _timing(
     what: str, against: str, rounds: int, ours: Callable[[], object], theirs: Callable[[], object]
 ) -> ChainTiming:  # fmt: skip
-    pairs = [(_wall(ours), _wall(theirs)) for _ in range(rounds)]
+    pairs = [(timeit.timeit(ours, number=1), timeit.timeit(theirs, number=1)) for _ in range(rounds)]
     own, other = (statistics.median(column) for column in zip(*pairs, strict=True))
     return ChainTiming(what=what, against=against, seconds=own, against_seconds=other, ratio=own / other)
-
-
-def _wall(call: Callable[[], object]) -> float:
-    start = time.perf_counter()
-    call()
-    return time.perf_counter() - start

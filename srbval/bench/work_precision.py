@@ -12,12 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.bench.batch import Measured, measure_all
 from srbval.bench.measures import errors_against
 from srbval.bench.reference import SceneReference, reference_solver
 from srbval.bench.row import BenchRun
 from srbval.bench.scenes import PAPER_STEP_S, BenchSettings, bench_scene
-from srbval.bench.timing import attempt
+from srbval.bench.timing import Measured, attempt, measure_all
 from srbval.progress import Progress, silent
 
 REFERENCE_POWER = 6  # powers of two below the paper's step
@@ -63,11 +62,10 @@ def non_dominated(points: Sequence[tuple[float, float] | None]) -> list[bool]:
     None stands for a run without these values: it is not on the front and beats no other.
     """
     present = [p for p in points if p is not None]
-    return [p is not None and not any(_beats(other, p) for other in present) for p in points]
-
-
-def _beats(one: tuple[float, float], other: tuple[float, float]) -> bool:
-    return one[0] <= other[0] and one[1] <= other[1] and one != other
+    return [
+        p is not None and not any(other[0] <= p[0] and other[1] <= p[1] and other != p for other in present)
+        for p in points
+    ]
 
 
 def with_pareto(rows: Sequence[BenchRun]) -> list[BenchRun]:

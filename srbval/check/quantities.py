@@ -9,8 +9,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
-from srbval.bench.batch import run_all
 from srbval.bench.measures import measure
+from srbval.bench.timing import run_all
 from srbval.errors import ConfigurationError
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import make_parameters

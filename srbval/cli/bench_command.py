@@ -22,7 +22,7 @@ from srbval.plan.calibrated import shipped_calibration
 from srbval.plan.held_out import check_cases, tallies
 from srbval.progress import Progress, ProgressDisplay, prefixed
 from srbval.storage.stored_result import HELD_OUT, READING, SENSITIVITY, SPEED_ACCURACY
-from srbval.storage.strict_json import json_object
+from srbval.storage.strict_json import json_object, write_json
 from srbval.validation.sensitivity import SECONDS as SENSITIVITY_SECONDS
 from srbval.validation.sensitivity import measure as measure_sensitivity
 
@@ -99,7 +99,7 @@ def _ladder(options: argparse.Namespace) -> int:
             progress=prefixed(progress, "Bench"),
         )
     if options.output:
-        table.save(Path(options.output))
+        write_json(Path(options.output), table)
     rows = summary(table)
     if options.json:
         print_json(json_object(table) | {"ladder": rows})

@@ -78,7 +78,8 @@ def neighbours(calibration: LadderCalibration, scene: Scene) -> Neighbours:
     for axis in AXES:
         known, value = known_values(same, axis), getattr(case, axis)
         if not known[0] - SAME <= value <= known[-1] + SAME:
-            outside.append(f"{axis.replace('_', ' in ')} = {value:.6g} lies beyond the measured {_range(known)}")
+            span = " to ".join(f"{end:g}" for end in dict.fromkeys((known[0], known[-1])))
+            outside.append(f"{axis.replace('_', ' in ')} = {value:.6g} lies beyond the measured {span}")
     return Neighbours(entries=tuple(corners(same, case)), outside=tuple(outside), margin=margins(calibration))
 
 
@@ -86,10 +87,6 @@ def _unmeasured(case: CalibrationScene) -> str:
     if case.kind == Fault.ROLLER:
         return "defects on rollers were not measured: no question reads their line, and the line rung has none"
     return f"no scene with defect {case.kind} and roller fit {case.fit} was measured"
-
-
-def _range(known: Sequence[float]) -> str:
-    return f"{known[0]:g}" if len(known) == 1 else f"{known[0]:g} to {known[-1]:g}"
 
 
 def _unlike(calibration: LadderCalibration, scene: Scene) -> list[str]:

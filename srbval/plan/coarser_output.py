@@ -73,7 +73,9 @@ def _tried(scene: Scene, question: Question, tolerance_pct: float) -> Reduction:
     if run.status is not RunStatus.OK:
         raise NumericsError(f"run failed ({run.status}): {run.reason}.")
     name = f"output at {scene.output_rate_hz / ratio:g} Hz"
-    difference = _difference_pct(_averaged(run, ratio), run, question)
+    bearing = load_bearing(scene.bearing)
+    own, right = (answers(r, bearing).get(question) for r in (_averaged(run, ratio), run))
+    difference = error_pct(question, own, right)
     if difference is None:
         return Reduction(name=name, taken=False, difference_pct=None, why="the question has no answer with it")
     saves = _saving_pct(scene)
@@ -96,12 +98,6 @@ def _averaged(run: Run, ratio: int) -> Run:
         acceleration_m_s2=run.acceleration_m_s2[:used].reshape(samples, ratio, 3).mean(axis=1),
         cage_rad_s=run.cage_rad_s[:used].reshape(samples, ratio).mean(axis=1),
     )
-
-
-def _difference_pct(own: Run, right: Run, question: Question) -> float | None:
-    """How far a run's answer is from another's [%]; None where either has none."""
-    bearing = load_bearing(right.scene.bearing)
-    return error_pct(question, answers(own, bearing).get(question), answers(right, bearing).get(question))
 
 
 def _saving_pct(scene: Scene) -> float:

@@ -4,11 +4,10 @@ import math
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
-from srbval.bench.batch import run_all
 from srbval.bench.measures import band_rms, smooth_mean
 from srbval.bench.reference import reference_solver
 from srbval.bench.scenes import scene_content
-from srbval.bench.timing import Attempt
+from srbval.bench.timing import Attempt, run_all
 from srbval.progress import Progress
 from srbval.scene import Scene
 from srbval.stability.grid import StabilityCase, StabilityGrid, StabilityGroup
@@ -142,16 +141,6 @@ def reference_cases(grid: StabilityGrid) -> dict[StabilityGroup, tuple[Stability
         return StabilityCase(group=group, solver=reference_solver(), steps_per_s=steps)
 
     return {group: (case(group, fine), case(group, fine // 2)) for group in grid.groups}
-
-
-def reference_of(
-    pair: tuple[StabilityCase, StabilityCase], found: dict[StabilityCase, StabilityOutcome]
-) -> StabilityReference:
-    """The reference that a pair of runs makes."""
-    fine, coarse = pair
-    return StabilityReference(
-        group=fine.group, solver=fine.solver, steps_per_s=fine.steps_per_s, fine=found[fine], coarse=found[coarse]
-    )
 
 
 def relative(value: float, reference: float) -> float:

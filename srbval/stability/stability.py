@@ -10,7 +10,7 @@ from srbval.scene import Scene
 from srbval.stability.cell import NO_REFERENCE, UNLIKE, Planted, StabilityCell, planted_in
 from srbval.stability.claims import Claim, claims
 from srbval.stability.grid import FULL, StabilityCase, StabilityGrid, StabilityGroup
-from srbval.stability.outcome import StabilityReference, outcome_store, outcomes, reference_cases, reference_of
+from srbval.stability.outcome import StabilityReference, outcome_store, outcomes, reference_cases
 from srbval.stability.step_limits import StepLimits, predict
 from srbval.storage.content_store import ContentStore
 
@@ -29,16 +29,6 @@ class StabilityResult:
     claims: tuple[Claim, ...]
 
     @property
-    def unlike(self) -> tuple[StabilityCell, ...]:
-        """Cells that failed the comparison and were not caught by the run itself."""
-        return tuple(cell for cell in self.cells if cell.status in (UNLIKE, NO_REFERENCE))
-
-    @property
-    def alarms_with_right_result(self) -> tuple[StabilityCell, ...]:
-        """Cells whose run found itself faulty although cage and load are those of the converged run."""
-        return tuple(cell for cell in self.cells if not cell.outcome.ok and cell.like_reference)
-
-    @property
     def sound(self) -> bool:
         """Are all planted failures detected and no converged run flagged?"""
         return all(p.caught for p in self.planted) and not any(r.flagged for r in self.references)
@@ -52,8 +42,10 @@ class StabilityResult:
                 "cells": len(self.cells),
                 "ok": sum(cell.ok for cell in self.cells),
                 "caught_by_the_run": sum(not cell.outcome.ok for cell in self.cells),
-                "seen_by_comparison_only": len(self.unlike),
-                "flagged_with_cage_and_load_right": len(self.alarms_with_right_result),
+                "seen_by_comparison_only": sum(cell.status in (UNLIKE, NO_REFERENCE) for cell in self.cells),
+                "flagged_with_cage_and_load_right": sum(
+                    not cell.outcome.ok and cell.like_reference for cell in self.cells
+                ),
             },
             "claims": self.claims,
             "planted": self.planted,
@@ -80,7 +72,10 @@ def run_stability(
     pairs = reference_cases(grid)
     both = tuple(case for pair in pairs.values() for case in pair)
     converged = outcomes(grid, both, task=CONVERGING, store=store, jobs=jobs, progress=progress)
-    references = {group: reference_of(pair, converged) for group, pair in pairs.items()}
+    references = {
+        group: StabilityReference(**vars(fine), fine=converged[fine], coarse=converged[coarse])
+        for group, (fine, coarse) in pairs.items()
+    }
     found = outcomes(grid, tuple(grid.cases), task=MAPPING, store=store, jobs=jobs, progress=progress)
     cells = tuple(
         StabilityCell(

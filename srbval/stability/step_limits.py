@@ -81,7 +81,8 @@ def predict(scene: Scene, solvers: Sequence[str]) -> dict[str, StepLimits]:
     from threadpoolctl import threadpool_limits
 
     with threadpool_limits(1):  # small matrices: waiting for other threads takes longer than the work
-        systems = [_both(scene, share) for share in np.linspace(0.0, 0.5, ANGLES)]
+        states = [balanced(scene, pitches=pitches) for pitches in np.linspace(0.0, 0.5, ANGLES)]
+        systems = [(linearise(model, state), linearise(without_friction(model), state)) for model, state in states]
         return {
             solver: StepLimits(
                 whole_s=_least([longest_step(METHODS[solver], whole) for whole, _ in systems]),
@@ -89,12 +90,6 @@ def predict(scene: Scene, solvers: Sequence[str]) -> dict[str, StepLimits]:
             )
             for solver in solvers
         }
-
-
-def _both(scene: Scene, pitches: float) -> tuple[Linear, Linear]:
-    """The system with friction and without, the cage turned by this many roller pitches."""
-    model, state = balanced(scene, pitches=pitches)
-    return linearise(model, state), linearise(without_friction(model), state)
 
 
 def _least(limits: Sequence[float | None]) -> float | None:

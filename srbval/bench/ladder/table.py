@@ -11,7 +11,6 @@ import numpy as np
 from srbval.bench.ladder.cases import CalibrationScene
 from srbval.bench.ladder.questions import MEANING, Answer, Question
 from srbval.errors import DataError
-from srbval.storage.strict_json import write_json
 
 SCHEMA_VERSION = 2
 
@@ -68,10 +67,6 @@ class LadderCalibration:
     def to_dict(self) -> dict[str, Any]:
         """What is written as JSON."""
         return {"schema_version": SCHEMA_VERSION, **vars(self)}
-
-    def save(self, path: Path) -> None:
-        """Write to `path`, completely or not at all."""
-        write_json(path, self)
 
 
 def load_calibration(path: Path) -> LadderCalibration:
