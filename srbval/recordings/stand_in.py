@@ -73,8 +73,11 @@ def write_stand_in(
 
 def vibration(state: Fault, orders: FaultOrders, turns: FloatArray, rng: np.random.Generator) -> FloatArray:
     """Acceleration [m/s2], shape of `turns` (shaft turns at each sample), of a bearing in `state`."""
+    from scipy.signal import fftconvolve
+
     noise = rng.normal(0, NOISE_M_S2, len(turns))
-    rattle = _resonance_response(rng.normal(0, 1, len(turns)))
+    ringing = _response(np.arange(math.ceil(RING_S * FS_HZ)) / FS_HZ)
+    rattle = fftconvolve(rng.normal(0, 1, len(turns)), ringing)[: len(turns)]
     signal = noise + rattle * (RATTLE_M_S2 / np.std(rattle))
     if state is not Fault.HEALTHY:
         at, strength = _impacts(state, orders, turns, rng)
@@ -128,9 +131,3 @@ def _add_impacts(signal: FloatArray, at: FloatArray, strength: FloatArray) -> No
     ringing = strength[:, None] * _response((index - at[:, None]) / FS_HZ)
     inside = index < len(signal)
     np.add.at(signal, index[inside], ringing[inside])
-
-
-def _resonance_response(excitation: FloatArray) -> FloatArray:
-    from scipy.signal import fftconvolve
-
-    return fftconvolve(excitation, _response(np.arange(math.ceil(RING_S * FS_HZ)) / FS_HZ))[: len(excitation)]

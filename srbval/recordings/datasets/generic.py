@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from srbval.errors import DataError
 from srbval.recordings.raw import RawFile, as_signal, printable, samples_down
 from srbval.recordings.reading import UNITS, Channel, Reading
-from srbval.recordings.recording import ShaftSpeed
 from srbval.recordings.speed import stated_speed
 
 MIN_SAMPLES = 256
@@ -36,11 +35,12 @@ def read_generic(raw: RawFile) -> Reading:
             f"{raw.path}: a {raw.format} file without a numeric vector of at least {MIN_SAMPLES} samples; "
             f"it holds {held or 'nothing'}."
         )
+    rpm = _named_number(raw, _RPM)
     return Reading(
         channels=channels,
         channel=next(iter(channels)) if len(channels) == 1 else None,
         fs_hz=_named_number(raw, _RATE) or _rate_from_time(raw),
-        speed=_speed(raw),
+        speed=None if rpm is None else stated_speed(rpm, STATED_CI95_RPM),
         notes=(f"{raw.format} file of no known data set: read by the names of its variables",),
     )
 
@@ -82,8 +82,3 @@ def _rate_from_time(raw: RawFile) -> float | None:
         if mean > 0 and float(np.max(np.abs(steps - mean))) < max(UNEVEN * mean, 1e-6):
             return round(1 / mean, 6)
     return None
-
-
-def _speed(raw: RawFile) -> ShaftSpeed | None:
-    value = _named_number(raw, _RPM)
-    return None if value is None else stated_speed(value, STATED_CI95_RPM)

@@ -27,7 +27,7 @@ def load_hdf5(path: Path) -> RawFile:
     try:
         with h5py.File(path, "r") as file:
             reader.file = file
-            reader.matlab = any("MATLAB_class" in item.attrs for item in _members(file))
+            reader.matlab = any("MATLAB_class" in item.attrs for _, item in _named_members(file))
             reader.visit("", file, 0)
             attributes = {key: _plain(value) for key, value in file.attrs.items()}
     except DataError:
@@ -94,16 +94,11 @@ class _Hdf5Reader:
         return np.asarray(values).T if self.matlab else np.asarray(values)
 
 
-def _members(group: Any) -> list[Any]:
-    return [member for _, member in _named_members(group)]
-
-
 def _named_members(group: Any) -> list[tuple[str, Any]]:
     """Members reached by hard links only: a soft or external link may lead out of the file or in a circle."""
     import h5py
 
-    hard = [key for key in group if isinstance(group.get(key, getlink=True), h5py.HardLink)]
-    return [(key, group[key]) for key in hard]
+    return [(key, group[key]) for key in group if isinstance(group.get(key, getlink=True), h5py.HardLink)]
 
 
 def _plain(value: Any) -> float | str | None:

@@ -26,7 +26,7 @@ def load_text(path: Path) -> RawFile:
     attribute. Raises `DataError` for anything that is not a table of numbers.
     """
     first, settings = _first_line(path)
-    separator = _separator(first)
+    separator = next((mark for mark in (";", "\t", ",") if mark in first), None)
     names = [part.strip().strip('"') for part in (first.split(separator) if separator else first.split())]
     if not 1 <= len(names) <= MAX_COLUMNS:
         raise DataError(f"{path}: {len(names)} columns in the first line; a table has 1 to {MAX_COLUMNS}.")
@@ -56,10 +56,6 @@ def _first_line(path: Path) -> tuple[str, dict[str, float | str]]:
             elif line.strip() and not line.startswith("#"):
                 return line.strip(), settings
     raise DataError(f"{path}: a text file without a line of numbers.")
-
-
-def _separator(line: str) -> str | None:
-    return next((mark for mark in (";", "\t", ",") if mark in line), None)
 
 
 def _is_number(text: str) -> bool:

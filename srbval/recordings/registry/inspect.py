@@ -31,7 +31,7 @@ def inspect_file(path: Path, settings: RecordingSettings | None = None) -> Regis
     except OSError as error:
         return entry.with_status(FileStatus.UNREADABLE, f"cannot be read ({error.strerror})")
     except SrbvalError as error:
-        return entry.with_status(_status_of(error), _reason(path, error))
+        return entry.with_status(_status_of(error), str(error).removeprefix(f"{path}: "))
 
 
 def _described(
@@ -41,7 +41,7 @@ def _described(
     try:
         reading = apply_settings(path, reading, settings)
     except DataError as error:
-        missing = _reason(path, error)
+        missing = str(error).removeprefix(f"{path}: ")
         settings = replace(settings, channel=None)
         reading = apply_settings(path, reading, settings)
     questions = open_questions(reading)
@@ -80,7 +80,3 @@ def _status_of(error: SrbvalError) -> FileStatus:
     text = str(error)
     cut = "truncated: " in text or ": truncated MATLAB v5 file" in text or "truncated file" in text
     return FileStatus.TRUNCATED if cut else FileStatus.UNREADABLE
-
-
-def _reason(path: Path, error: SrbvalError) -> str:
-    return str(error).removeprefix(f"{path}: ")
