@@ -19,6 +19,13 @@ class Spectrum:
     amplitude: FloatArray
     resolution_hz: float
 
+    def up_to(self, limit_hz: float) -> "Spectrum":
+        """The part at or below `limit_hz` [Hz]."""
+        below = self.frequency_hz <= limit_hz
+        return Spectrum(
+            frequency_hz=self.frequency_hz[below], amplitude=self.amplitude[below], resolution_hz=self.resolution_hz
+        )
+
 
 def amplitude_spectrum(samples: FloatArray, fs_hz: float) -> Spectrum:
     """Spectrum of `samples` [n] about its mean; a sine of amplitude a on a bin reads a.

@@ -50,3 +50,9 @@ def test_awkward_length_keeps_amplitude_and_resolution():
     spectrum = amplitude_spectrum(tone, FS_HZ)
     assert spectrum.resolution_hz == pytest.approx(FS_HZ / samples)
     assert spectrum.amplitude.max() == pytest.approx(2.0, rel=OFF_BIN)
+
+
+def test_part_of_a_spectrum_ends_at_its_limit():
+    spectrum = amplitude_spectrum(modulated(1.0, 0.5), FS_HZ).up_to(200.0)
+    assert spectrum.frequency_hz[-1] == pytest.approx(200.0)
+    assert spectrum.amplitude.size == spectrum.frequency_hz.size
