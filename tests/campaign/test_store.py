@@ -260,7 +260,18 @@ def _start(
 ) -> subprocess.Popen[bytes]:
     command = [sys.executable, "-m", "srbval", "campaign", "run", str(file), "-o", str(folder), "--engine", engine]
     options = ["--address", address] if address else ["--jobs", "1" if engine == "serial" else "2"]
-    return subprocess.Popen([*command, *options], start_new_session=True, stdout=subprocess.DEVNULL, stderr=stderr)
+    return subprocess.Popen(
+        [*command, *options],
+        start_new_session=True,
+        stdout=subprocess.DEVNULL,
+        stderr=stderr,
+        preexec_fn=_answer_ctrl_c,
+    )
+
+
+def _answer_ctrl_c() -> None:
+    """Tests that a shell runs in the background ignore Ctrl-C, and what they start would inherit that."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def _wait_for_cases(folder: Path, process: subprocess.Popen[bytes]) -> None:
