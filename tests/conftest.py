@@ -17,12 +17,13 @@ def pytest_sessionstart(session: pytest.Session) -> None:
             precompile(model)
 
 
-@pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Keep the tests of a file, and all that look at one report, with one worker: they share what was made for it."""
-    for item in items:
-        folder = item.path.parent.name
-        item.add_marker(pytest.mark.xdist_group(folder if folder == "report" else str(item.path)))
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Keep the tests of a file, and all that look at one report, with one worker: they share what was made for it.
+
+    Here and not once all are collected, where xdist has read the groups already.
+    """
+    folder = item.path.parent.name
+    item.add_marker(pytest.mark.xdist_group(folder if folder == "report" else str(item.path)))
 
 
 @pytest.fixture(scope="session")
