@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from srbval.models.kernel_cache import precompile
+
+
+REPORT = "tests/report"
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
@@ -17,13 +21,22 @@ def pytest_sessionstart(session: pytest.Session) -> None:
             precompile(model)
 
 
-def pytest_itemcollected(item: pytest.Item) -> None:
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     """Keep the tests of a file, and all that look at one report, with one worker: they share what was made for it.
 
-    Here and not once all are collected, where xdist has read the groups already.
+    Whatever `--dist` says: under pytest 9 the groups of `loadgroup` no longer reach its scheduler (xdist 3.8). Files
+    are handed out in their order, which leaves the planted errors, with threads of their own, for the end.
     """
-    folder = item.path.parent.name
-    item.add_marker(pytest.mark.xdist_group(folder if folder == "report" else str(item.path)))
+    from xdist.scheduler import LoadScopeScheduling
+
+    class ByFile(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            file = nodeid.split("::", 1)[0]
+            return REPORT if file.startswith(f"{REPORT}/") else file
+
+    config.option.loadscopereorder = False
+    return ByFile(config, log)
 
 
 @pytest.fixture(scope="session")
