@@ -10,7 +10,6 @@ import pytest
 
 from srbval.models.kernel_cache import precompile
 
-
 REPORT = "tests/report"
 
 
