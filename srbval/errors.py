@@ -6,9 +6,21 @@ Every expected failure raises one of these; the command line prints its text and
 
 
 class SrbvalError(Exception):
-    """Base of all expected failures; `exit_code` is what the command line returns."""
+    """Base of all expected failures; `exit_code` is what the command line returns.
+
+    Its text may quote a file, so it is made fit for a terminal: one line, no control characters, not endless.
+    """
 
     exit_code = 1
+    longest = 1200
+
+    def __init__(self, text: str) -> None:
+        shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in self._cut(text))
+        super().__init__(self._cut(shown))
+
+    def _cut(self, text: str) -> str:
+        half = self.longest // 2
+        return text if len(text) <= self.longest else f"{text[:half]} ... {text[-half:]}"
 
 
 class ConfigurationError(SrbvalError):
@@ -18,19 +30,9 @@ class ConfigurationError(SrbvalError):
 
 
 class DataError(SrbvalError):
-    """Data missing, unreadable, ambiguous or changed (exit code 3).
-
-    Its text may quote a file, so it is made fit for a terminal: one line, no control characters, not endless.
-    """
+    """Data missing, unreadable, ambiguous or changed (exit code 3)."""
 
     exit_code = 3
-    longest = 1200
-
-    def __init__(self, text: str) -> None:
-        shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
-        if len(shown) > self.longest:
-            shown = f"{shown[: self.longest // 2]} ... {shown[-self.longest // 2 :]}"
-        super().__init__(shown)
 
 
 class NumericsError(SrbvalError):

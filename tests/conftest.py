@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import signal
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +47,24 @@ def recordings_dir() -> Path:
     if not folder or not Path(folder).is_dir():
         pytest.skip("SRBVAL_RECORDINGS does not name a folder of measured recordings")
     return Path(folder)
+
+
+@pytest.fixture(autouse=True)
+def _ctrl_c_stays() -> Iterator[None]:
+    """Whoever imports dask-jobqueue gets a Ctrl-C that ends the process as if all were done."""
+    before = signal.getsignal(signal.SIGINT)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.fixture(autouse=True)
+def _bugs_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An error that nobody expected is a bug: in tests the command line does not make a message of it."""
+
+    def raise_it(error: BaseException) -> str:
+        raise error
+
+    monkeypatch.setattr("srbval.cli.internal_error", raise_it)
 
 
 @pytest.fixture(autouse=True)

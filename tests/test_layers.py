@@ -20,6 +20,7 @@ ORDER = (
     "config",
     "storage",
     "progress",
+    "processes",
     "bearing",
     "scene",
     "models",

@@ -3,13 +3,14 @@
 import math
 from dataclasses import dataclass
 
-from srbval.config.strict import quantity
+from srbval.config.strict import check_ranges, quantity
 from srbval.errors import ConfigurationError
 
 # Axial positions of the three circles of a raceway, in units of the tilt angle (paper, below eq. 17).
 CIRCLES = (0.5, 1.0, 1.5)
 # A printed roller diameter may differ by this share from the gap between the raceways; play is far smaller than that.
 FIT = 0.05
+SLIMMEST = 0.85  # of the printed diameter: that share less, and the play that a scene may ask for
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,6 +39,7 @@ class SphericalRollerGeometry:
         for name, value in vars(self).items():
             if not (math.isfinite(value) and value > 0):
                 raise ConfigurationError(f"geometry {name} = {value} must be a positive number.")
+        check_ranges(self)
         if self.tilt_rad >= math.pi / 4:
             raise ConfigurationError(f"geometry tilt_rad = {self.tilt_rad} must be below pi/4.")
         chord = 2 * self.pitch_radius_m * math.sin(math.pi / self.rollers_per_row)
@@ -68,6 +70,15 @@ class SphericalRollerGeometry:
                 f"{self.roller_diameter_m:.6g} m; they must agree within {FIT:.0%}. The inner profile's centre usually "
                 f"mirrors the outer one: inner_centre_radial_m = {2 * self.pitch_radius_m:.6g}, "
                 f"inner_centre_axial_m = {2 * self.pitch_radius_m * math.tan(self.tilt_rad):.6g}."
+            )
+        raceway, roller = self.raceway_radius_m, self.roller_diameter_m / 2
+        lower = raceway - math.sqrt(max(0.0, raceway**2 - (self.roller_width_m / 2) ** 2))  # the ends of the barrel
+        inner = self.inner_centre_radial_m - raceway * math.cos(CIRCLES[0] * self.tilt_rad)
+        outer = raceway * math.cos(CIRCLES[-1] * self.tilt_rad)
+        if not (lower < SLIMMEST * roller < SLIMMEST**2 * outer and inner > 0):
+            raise ConfigurationError(
+                f"rollers of {roller:.6g} m radius, {lower:.6g} m less at their ends, do not fit between raceways of "
+                f"{inner:.6g} m and {outer:.6g} m: all must be above zero, and the rollers the smaller."
             )
 
     @property

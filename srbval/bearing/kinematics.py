@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 from srbval.errors import ConfigurationError
 
+MOST = 1000  # rolling elements of a row, and passages per shaft revolution
+
 
 @dataclass(frozen=True, kw_only=True)
 class FaultOrders:
@@ -23,8 +25,8 @@ class FaultOrders:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if not (math.isfinite(value) and value > 0):
-                raise ConfigurationError(f"order {name} = {value} must be a positive number.")
+            if not 0 < value <= MOST:
+                raise ConfigurationError(f"order {name} = {value} must be a positive number, at most {MOST}.")
 
     @classmethod
     def from_dimensions(
@@ -34,8 +36,8 @@ class FaultOrders:
 
         ``rolling_elements`` counts one row. Assumes no slip and a stationary outer ring.
         """
-        if rolling_elements < 1:
-            raise ConfigurationError(f"rolling_elements = {rolling_elements} must be 1 or more.")
+        if not 1 <= rolling_elements <= MOST:
+            raise ConfigurationError(f"rolling_elements = {rolling_elements} must be 1 or more, at most {MOST}.")
         if not (element_diameter_m > 0 and pitch_diameter_m > 0):
             raise ConfigurationError(
                 f"element diameter {element_diameter_m} m, pitch diameter {pitch_diameter_m} m: both must be positive."

@@ -10,7 +10,7 @@ from srbval.bench.processes import Processes, measure_processes
 from srbval.bench.reference import SceneReference, references
 from srbval.bench.row import BenchRun
 from srbval.bench.scenes import FULL, PAPER_STEP_S, SCENES, BenchSettings, check_scenes
-from srbval.bench.speed import ContactCost, contact_costs, speed_rows
+from srbval.bench.speed import speed_rows
 from srbval.bench.targets import Target, accuracy_targets, speed_targets
 from srbval.bench.work_precision import Trajectory, trajectories, with_accuracy
 from srbval.errors import ConfigurationError
@@ -28,14 +28,12 @@ class BenchResult:
     references: dict[str, SceneReference]
     runs: tuple[BenchRun, ...]
     trajectories: tuple[Trajectory, ...]
-    contact_costs: tuple[ContactCost, ...]
     processes: Processes | None
     targets: tuple[Target, ...]
 
     def to_dict(self) -> dict[str, Any]:
         """What is written as JSON."""
-        names = {"references": "reference", "contact_costs": "touch_costs"}
-        return {names.get(name, name): value for name, value in vars(self).items()}
+        return {"reference" if name == "references" else name: value for name, value in vars(self).items()}
 
 
 def run_bench(
@@ -60,7 +58,6 @@ def run_bench(
     calibration = calibrate()
     steps = step_sizes(settings, accuracy=accuracy)
     rows = speed_rows(scenes, solvers, steps, settings, calibration.seconds, progress)
-    costs = contact_costs("ode4" if "ode4" in solvers else solvers[0], settings, progress)
     measured_processes = measure_processes(settings, progress) if processes else None
     found: dict[str, SceneReference] = {}
     paths: list[Trajectory] = []
@@ -73,9 +70,8 @@ def run_bench(
         references=found,
         runs=tuple(rows),
         trajectories=tuple(paths),
-        contact_costs=tuple(costs),
         processes=measured_processes,
-        targets=(*speed_targets(rows, costs, measured_processes), *(accuracy_targets(rows) if accuracy else ())),
+        targets=(*speed_targets(rows, measured_processes), *(accuracy_targets(rows) if accuracy else ())),
     )
 
 

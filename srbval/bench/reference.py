@@ -88,9 +88,9 @@ def _scene(name: str, solver: str, settings: BenchSettings, power: int) -> Scene
 
 def _stored(name: str, solver: str, settings: BenchSettings, store: ContentStore) -> SceneReference | None:
     for power in range(FINEST, COARSEST - 1, -1):
-        table = store.load(scene_content(_scene(name, solver, settings, power)))
-        if table is not None:
-            return _from_dict(table)
+        found = store.load(scene_content(_scene(name, solver, settings, power)), _from_dict)
+        if found is not None:
+            return found
     return None
 
 

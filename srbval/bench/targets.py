@@ -10,7 +10,6 @@ from srbval.bench.measures import ratio_or_none
 from srbval.bench.processes import Processes
 from srbval.bench.row import BenchRun
 from srbval.bench.scenes import PAPER_STEP_S
-from srbval.bench.speed import HEALTHY, NOTHING_TOUCHES, POINTS, ContactCost
 from srbval.scene import paper_scene
 
 REAL_TIME = 1.0  # wall seconds per simulated second
@@ -18,7 +17,6 @@ MEMORY_SECONDS = 10.0
 MEMORY_LIMIT_MB = 400.0
 COMPILE_LIMIT_S = 40.0
 SECOND_START_LIMIT_S = 2.0
-GROWTH_LIMIT = 1.0
 OUTER = ("play0-outer", "interference-outer")
 Read = Callable[[BenchRun], float | None]
 _wall: Read = operator.attrgetter("wall_per_simulated_s")
@@ -48,15 +46,11 @@ class Target:
         return self.value <= self.limit
 
 
-def speed_targets(rows: Sequence[BenchRun], costs: Sequence[ContactCost], processes: Processes | None) -> list[Target]:
+def speed_targets(rows: Sequence[BenchRun], processes: Processes | None) -> list[Target]:
     """The speed figures of the full model, from what this run of the benchmark measured."""
     return [
         *(_of_row(_row(rows, scene, "ode4", PAPER_STEP_S), _wall, f"full model, ode4 at 1/61440 s, {scene}", REAL_TIME,
                   "s/s") for scene in OUTER),
-        Target(name=f"time over touching points, growth from {POINTS[0]} to {POINTS[-1]} points per circle",
-               value=points_growth(costs), limit=GROWTH_LIMIT, unit="1"),
-        Target(name="contact time per touching roller and race, play0-healthy over interference-healthy",
-               value=contact_cost_ratio(costs), limit=GROWTH_LIMIT, unit="1"),
         Target(name="compile, empty store", value=processes.compile_s if processes else None,
                limit=COMPILE_LIMIT_S, unit="s"),
         Target(name="second srbval simulate --seconds 0.1", value=processes.second_start_s if processes else None,
@@ -111,26 +105,6 @@ def _row(rows: Sequence[BenchRun], scene: str, solver: str, step_s: float) -> Be
 def _closest(rows: Sequence[BenchRun]) -> float | None:
     errors = [_cage(r) for r in rows if r.ok and (r.wall_per_simulated_s or math.inf) <= REAL_TIME]
     return min((error for error in errors if error is not None), default=None)
-
-
-def points_growth(costs: Sequence[ContactCost]) -> float | None:
-    """Time per point in contact at the most points over that at the fewest; above 1, other points cost time too."""
-    per_point = {c.points_per_circle: c.ns_per_point for c in costs if c.scene == HEALTHY[0]}
-    few, many = per_point.get(POINTS[0]), per_point.get(POINTS[-1])
-    return ratio_or_none(many, few)
-
-
-def contact_cost_ratio(costs: Sequence[ContactCost]) -> float | None:
-    """Contact time per pair in contact where few rollers are over that where all are; above 1, idle pairs cost too.
-
-    Contact time is what a step takes beyond the bodies' own motion, timed where nothing is in contact.
-    """
-    own = {c.scene: c for c in costs if c.points_per_circle == POINTS[0]}
-    bodies_us = own[NOTHING_TOUCHES].us_per_step if NOTHING_TOUCHES in own else None
-    if bodies_us is None or not set(HEALTHY) <= set(own):
-        return None
-    some, every = (own[scene].contact_us(bodies_us) for scene in HEALTHY)
-    return ratio_or_none(some, every)
 
 
 def _memory_mb(processes: Processes | None) -> float | None:

@@ -1,22 +1,64 @@
-"""A campaign's folder: its plan, one result file per case, a journal of what was started and how it ended.
+"""A campaign's folder: its plan, one result file per case, a journal of how each ended.
 
-The result files are what counts; the journal says when and at what cost, and an incomplete line of it is skipped.
+The result files are what counts; the journal says when and at what cost. Every line carries a check value, every result
+a checksum (`storage.checked_json`, `storage.checksum`), so that what is read is what was written.
 """
 
-import json
-from collections.abc import Iterable, Iterator, Sequence
+import os
+import re
+import stat
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
+from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from srbval.campaign.case import CampaignCase, CaseOutcome, version
+from srbval.campaign.case import KEY, CampaignCase, CaseOutcome, version
+from srbval.campaign.lock import HOLDER
 from srbval.campaign.settings import Campaign
 from srbval.errors import ConfigurationError, DataError
-from srbval.storage.strict_json import json_object, json_value, write_json
-from srbval.storage.whole_file import whole_file
+from srbval.storage.checked_json import checked_line, from_json, read_checked_line
+from srbval.storage.whole_file import remove_unfinished, whole_file
 
 ABOUT, PLAN, JOURNAL, TABLE, CASES = "campaign.json", "plan.jsonl", "journal.jsonl", "results.csv", "cases"
-STARTED, ENDED = "begun", "ended"  # events of the journal
+RESULT = re.compile(KEY.pattern + r"\.h5")
+SHARDS = "[0-9a-f][0-9a-f]"
+WHOLE_CHECK = re.compile(rb'"check": "[0-9a-f]{32}"\}')  # of a line whose writer was not killed
+LONGEST_LINE = 2**24  # bytes
+
+
+@dataclass(frozen=True, kw_only=True)
+class About:
+    """A campaign: in its file `ABOUT` and again in the first line of its plan; `version` is that of the code."""
+
+    name: str
+    title: str
+    cases: int
+    version: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class JournalEntry(CaseOutcome):
+    """A line of the journal: how a case ended, and when."""
+
+    at_utc: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Damaged:
+    """A file that is not as it was written, and what is wrong with it."""
+
+    file: Path
+    why: str
+
+
+def damaged_file(file: Path, error: Exception) -> Damaged:
+    """What the error says of the file."""
+    return Damaged(file=file, why=str(error).removeprefix(f"{file}: "))
+
+
+Read = TypeVar("Read", About, CampaignCase, JournalEntry)
 
 
 class CampaignFolder:
@@ -27,98 +69,164 @@ class CampaignFolder:
 
     def result_path(self, key: str) -> Path:
         """Where the result with that key belongs; spread over 256 folders, so that none gets too large."""
+        if KEY.fullmatch(key) is None:
+            raise DataError(f"{self.path}: {key[:40]!r} is no key of a result; a key has 32 hexadecimal digits.")
         return self.path / CASES / key[:2] / f"{key}.h5"
 
-    def write_plan(self, campaign: Campaign, cases: Sequence[CampaignCase]) -> None:
-        """Write the plan and remove what killed writers left; call with the folder locked.
+    def result_keys(self) -> set[str]:
+        """Keys of all results in the folder, of this plan or another."""
+        found = (self.path / CASES).glob(f"{SHARDS}/*.h5")
+        return {path.stem for path in found if RESULT.fullmatch(path.name) and path.name[:2] == path.parent.name}
 
-        Raises `ConfigurationError` where the folder holds another campaign, `DataError` where it cannot be written.
+    def write_plan(self, campaign: Campaign, cases: Sequence[CampaignCase]) -> list[Damaged]:
+        """Write the plan, mend the journal and remove what killed writers left; call with the folder locked.
+
+        Returns what was damaged. Raises `ConfigurationError` where the folder holds another campaign, `DataError` where
+        it holds none but files in a campaign's place, or cannot be written.
         """
-        before = self._about()
-        if before is not None and before["name"] != campaign.name:
-            raise ConfigurationError(
-                f"{self.path} holds campaign {before['name']!r}, not {campaign.name!r}; choose another -o."
-            )
+        damaged = self._take_over(campaign.name)
         self.remove_incomplete()
+        about = About(name=campaign.name, title=campaign.title, cases=len(cases), version=version())
+        files: dict[str, list[Any]] = {PLAN: [about, *cases], ABOUT: [about], JOURNAL: [*self.journal()]}
         try:
-            with whole_file(self.path / PLAN) as part, part.open("w", encoding="utf-8") as stream:
-                stream.writelines(json.dumps(json_object(case)) + "\n" for case in cases)
-            about = {"name": campaign.name, "title": campaign.title, "cases": len(cases), "version": version()}
-            write_json(self.path / ABOUT, about)
+            for name, lines in files.items():
+                with whole_file(self.path / name) as part:
+                    part.write_bytes(b"".join(map(checked_line, lines)))
         except OSError as error:
             raise DataError(f"{self.path}: the plan cannot be written ({error.strerror}).") from None
+        return damaged
 
     def remove_incomplete(self) -> None:
         """Remove the half-written files of killed processes."""
-        for part in (*self.path.glob(".*.part"), *(self.path / CASES).glob("*/.*.part")):
-            part.unlink(missing_ok=True)
+        remove_unfinished(self.path, {ABOUT, PLAN, JOURNAL, TABLE, HOLDER}.__contains__)
+        for folder in (self.path / CASES).glob(SHARDS):
+            remove_unfinished(folder, lambda name: RESULT.fullmatch(name) is not None)
 
     def planned(self) -> list[CampaignCase]:
-        """The cases of the last plan; `DataError` where there is none."""
+        """The cases of the last plan; `DataError` where there is none, or it is damaged."""
+        cases: list[CampaignCase] = []
         try:
-            with (self.path / PLAN).open(encoding="utf-8") as stream:
-                return [CampaignCase(**json.loads(line)) for line in stream]
-        except (OSError, ValueError, TypeError):
-            raise self._no_campaign() from None
+            lines = _lines(self.path / PLAN)
+            about = _read(About, next(lines, b""))
+            for line in lines:
+                cases.append(_read(CampaignCase, line))
+                if cases[-1].index != len(cases) - 1:
+                    raise ValueError("another case stands in its place")
+            if len(cases) != about.cases:
+                raise ValueError(f"it ends after {len(cases)} of {about.cases} cases")
+        except (OSError, ValueError) as error:
+            raise self._unreadable(PLAN, f"line {len(cases) + 1}: {error}") from None
+        return cases
 
-    def about(self) -> dict[str, Any]:
-        """Name, title, number of cases and version; `DataError` where there is no campaign."""
-        found = self._about()
-        if found is None:
-            raise self._no_campaign()
+    def about(self) -> About:
+        """Name, title, number of cases and version; `DataError` where there is no campaign, or the file is damaged."""
+        try:
+            return _read(About, b"".join(islice(_lines(self.path / ABOUT), 2)))
+        except (OSError, ValueError) as error:
+            raise self._unreadable(ABOUT, str(error)) from None
+
+    def journal(self) -> list[JournalEntry]:
+        """The intact entries of the journal, oldest first."""
+        return self._journal()[0]
+
+    def damaged(self) -> list[Damaged]:
+        """What is damaged of campaign file, plan and journal; `DataError` where there is no campaign at all."""
+        found = self._strange()
+        if not (self._has(ABOUT) or self._has(PLAN)):
+            raise self._unreadable(ABOUT, "")
+        for name, read in ((ABOUT, self.about), (PLAN, self.planned)):
+            try:
+                read()
+            except DataError as error:
+                found.append(damaged_file(self.path / name, error))
+        if lost := self._journal()[1]:
+            found.append(Damaged(file=self.path / JOURNAL, why=f"{lost} of its lines do not fit their check value"))
         return found
 
-    def _about(self) -> dict[str, Any] | None:
-        try:
-            found: dict[str, Any] = json.loads((self.path / ABOUT).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            return None
-        return found if isinstance(found, dict) and "name" in found else None
-
-    def _no_campaign(self) -> DataError:
-        return DataError(f"{self.path}: no campaign here. Start one: srbval campaign run FILE.toml -o {self.path}")
-
-    def result_keys(self) -> set[str]:
-        """Keys of all results in the folder."""
-        return {path.stem for path in (self.path / CASES).glob("*/*.h5")}
-
-    def note_start(self, key: str) -> None:
-        """Note in the journal that a case is handed out."""
-        self._note({"event": STARTED, "key": key})
-
     def note_end(self, outcome: CaseOutcome) -> None:
-        """Note in the journal how a case ended."""
-        self._note({"event": ENDED, **json_object(outcome)})
-
-    def journal(self) -> Iterator[dict[str, Any]]:
-        """The journal's entries, oldest first."""
+        """Note in the journal how a case ended; dropped where that fails: a full disk must not end the campaign."""
+        now = datetime.now(UTC).isoformat(timespec="milliseconds")
+        line = checked_line(JournalEntry(**vars(outcome), at_utc=now))
         try:
-            stream = (self.path / JOURNAL).open(encoding="utf-8", errors="replace")
+            with (self.path / JOURNAL).open("ab", buffering=0) as stream:
+                before = stream.tell()
+                if stream.write(line) < len(line):
+                    stream.truncate(before)
         except OSError:
             return
-        with stream:
-            for line in stream:
+
+    def _take_over(self, name: str) -> list[Damaged]:
+        """Make sure that the folder is this campaign's or nobody's; returns what is damaged in it."""
+        if strange := self._strange():
+            raise DataError(f"{strange[0].file}: {strange[0].why}; nothing was changed. Move it away, or: another -o.")
+        if not any(map(self._has, (ABOUT, PLAN, JOURNAL, TABLE))):
+            return []
+        owners = set()
+        for file in (ABOUT, PLAN):
+            try:
+                owners.add(_read(About, next(_lines(self.path / file), b"")).name)
+            except (OSError, ValueError):
+                continue
+        if not owners:
+            raise DataError(
+                f"{self.path}: {ABOUT} and {PLAN} are missing, damaged, an earlier version's or another program's, so "
+                f"nothing says whose folder it is; nothing was changed. If it is campaign {name!r}, remove those two, "
+                f"{JOURNAL} and {TABLE}, and give the same command again: intact results are used. If not: another -o."
+            )
+        if others := owners - {name}:
+            raise ConfigurationError(
+                f"{self.path} holds campaign {min(others)[:80]!r}, not {name!r}; choose another -o."
+            )
+        return self.damaged()
+
+    def _strange(self) -> list[Damaged]:
+        """What is a link, or of another kind than this program's, in the places of its files and folders."""
+        files = dict.fromkeys((self.path / name for name in (ABOUT, PLAN, JOURNAL, TABLE)), stat.S_IFREG)
+        folders = dict.fromkeys((self.path / CASES, *(self.path / CASES).glob(SHARDS)), stat.S_IFDIR)
+        return [
+            Damaged(file=path, why="it is a link, or of another kind than a campaign's own")
+            for path, kind in (files | folders).items()
+            if os.path.lexists(path) and stat.S_IFMT(path.lstat().st_mode) != kind
+        ]
+
+    def _journal(self) -> tuple[list[JournalEntry], int]:
+        """Intact entries, and how many lines are damaged; a last one of a killed writer is not."""
+        entries: list[JournalEntry] = []
+        lost = 0
+        try:
+            for line in _lines(self.path / JOURNAL):
                 try:
-                    entry = json.loads(line)
+                    entries.append(_read(JournalEntry, line))
                 except ValueError:
-                    continue  # incomplete: its writer was killed
-                if isinstance(entry, dict) and "event" in entry and "key" in entry:
-                    yield entry
+                    lost += line.endswith(b"\n") or WHOLE_CHECK.search(line) is not None
+        except FileNotFoundError:
+            return [], 0
+        except (OSError, ValueError):
+            lost += 1
+        return entries, lost
 
-    def _note(self, entry: dict[str, Any]) -> None:
-        """Append a line. One that cannot be written is dropped: a full disk must not end the campaign."""
-        stamp = {"at_utc": datetime.now(UTC).isoformat(timespec="milliseconds")}
-        line = "\n" + json.dumps(json_value(entry | stamp))  # an incomplete line before it does not spoil this one
-        try:
-            with (self.path / JOURNAL).open("a", encoding="utf-8") as stream:
-                stream.write(line)
-        except OSError:
-            return
+    def _has(self, name: str) -> bool:
+        return os.path.lexists(self.path / name)
+
+    def _unreadable(self, name: str, why: str) -> DataError:
+        again = f"srbval campaign run FILE.toml -o {self.path}"
+        if not (self._has(ABOUT) or self._has(PLAN)):
+            return DataError(f"{self.path}: no campaign here. Start one: {again}")
+        state = f"damaged ({why})" if self._has(name) else "missing"
+        return DataError(f"{self.path / name}: {state}. It is written again, and results are kept: {again}")
 
 
-def unfinished(journal: Iterable[dict[str, Any]]) -> set[str]:
-    """Keys of the cases that were started and did not end: what was running when a campaign was killed."""
-    running: set[str] = set()
-    for entry in journal:
-        (running.add if entry["event"] == STARTED else running.discard)(entry["key"])
-    return running
+def _lines(path: Path) -> Iterator[bytes]:
+    """The lines of a file, in pieces where they are too long; `ValueError` where it is no file of its own."""
+    if not stat.S_ISREG(path.lstat().st_mode):
+        raise ValueError("it is not a file")
+    with path.open("rb") as stream:
+        while line := stream.readline(LONGEST_LINE):
+            yield line
+
+
+def _read(cls: type[Read], line: bytes) -> Read:
+    made = from_json(cls, read_checked_line(line))
+    if not (made.name.isprintable() if isinstance(made, About) else KEY.fullmatch(made.key)):
+        raise ValueError("its name is no text, or its key is no key of a result")
+    return made

@@ -2,6 +2,7 @@
 
 import enum
 import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ from srbval.storage.content_store import content_key
 from srbval.storage.content_version import content_version
 
 COMPUTED_BY = "srbval.campaign.work"
+KEY = re.compile("[0-9a-f]{32}")  # of a result
 GUESSED_S = 2e-5  # wall time of one right-hand side of the full model on a slow machine
 
 

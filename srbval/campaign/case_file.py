@@ -1,6 +1,7 @@
 """Result files: HDF5, one per case, readable by xarray; the same case gives the same bytes, wherever it ran.
 
-A case with signals is a run file too, so that every command that reads runs reads it.
+A case with signals is a run file too, so that every command that reads runs reads it. What a campaign itself needs of a
+result stands in the summary behind the file's end, next to its checksum: HDF5 is not asked.
 """
 
 import io
@@ -19,7 +20,9 @@ from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.models.run_file import RunWriter, scene_dict
 from srbval.scene import Scene
-from srbval.storage.own_hdf5 import SCHEMA_VERSION
+from srbval.storage.checked_json import checked_line, from_json, read_checked_line
+from srbval.storage.checksum import append_checksum, checked_summary
+from srbval.storage.own_hdf5 import CHECKED, OWN
 from srbval.storage.whole_file import whole_file
 
 KIND = "campaign-case"
@@ -29,12 +32,12 @@ TABLE = ("quantity", "value", "unit")
 
 @dataclass(frozen=True, kw_only=True)
 class CaseResult:
-    """A result as read: how the case ended, why, its numbers, its scene as plain values."""
+    """A result as read: the case's key, how it ended, why, and its numbers."""
 
+    key: str
     ending: Ending
     reason: str
     quantities: tuple[CaseQuantity, ...]
-    scene: dict[str, Any]
 
 
 def write_result(path: Path, run: Run, quantities: Sequence[CaseQuantity], outputs: Sequence[Output]) -> None:
@@ -45,6 +48,7 @@ def write_result(path: Path, run: Run, quantities: Sequence[CaseQuantity], outpu
     if {Output.SIGNALS, Output.ACCELERATION} & set(outputs):
         signals = run if Output.SIGNALS in outputs else _acceleration_only(run)
         with h5py.File(image, "w", track_order=True) as file:
+            file.attrs.update(OWN)
             writer = _ImageWriter(file, run.scene)
             writer.append({f.name: getattr(signals, f.name) for f in fields(signals)})
             writer.finish(
@@ -53,36 +57,28 @@ def write_result(path: Path, run: Run, quantities: Sequence[CaseQuantity], outpu
             writer.complete(quantities)
     else:
         _write_numbers(image, run.scene, Ending.OK, run.reason, quantities)
-    _write(path, image)
+    _write(path, image, Ending.OK, run.reason, quantities)
 
 
 def write_failure(path: Path, scene: Scene | None, ending: Ending, reason: str) -> None:
     """Write why a case has no result."""
     image = io.BytesIO()
     _write_numbers(image, scene, ending, reason, ())
-    _write(path, image)
+    _write(path, image, ending, reason, ())
 
 
 def read_result(path: Path) -> CaseResult:
-    """Read a result file without its signals; `DataError` where it is not one."""
-    import h5py
-
+    """Read a result without its signals; `DataError` where it is not as it was written, or cannot be read."""
     try:
-        with h5py.File(path, "r") as file:
-            columns = [file[name][()] for name in TABLE] if TABLE[0] in file else [[], [], []]
-            return CaseResult(
-                ending=Ending(str(file.attrs["ending"])),
-                reason=str(file.attrs["reason"]),
-                scene=json.loads(str(file.attrs["scene"])),
-                quantities=tuple(
-                    CaseQuantity(name=name.decode(), value=float(value), unit=unit.decode())
-                    for name, value, unit in zip(*columns, strict=True)
-                ),
-            )
-    except (OSError, KeyError, ValueError) as error:
-        raise DataError(
-            f"{path}: not a result of a campaign ({error}). Remove it and run the campaign again."
-        ) from None
+        summary = checked_summary(path)
+        if summary is None:
+            raise ValueError("it has no checksum")
+        result = from_json(CaseResult, read_checked_line(summary))
+        if result.key != path.stem:
+            raise ValueError(f"it is the result of case {result.key[:32]!r}")
+        return result
+    except (OSError, ValueError) as error:
+        raise DataError(f"{path}: damaged: it is no result of this case ({error}).") from None
 
 
 class _ImageWriter(RunWriter):
@@ -91,6 +87,10 @@ class _ImageWriter(RunWriter):
     def _extend(self, name: str, values: FloatArray, units: str, long_name: str) -> None:
         """Write each variable at once: otherwise their order depends on when HDF5 happens to flush them."""
         super()._extend(name, values, units, long_name)
+        self._file.flush()
+
+    def _scale(self, name: str, values: Any, units: str, long_name: str) -> None:
+        super()._scale(name, values, units, long_name)
         self._file.flush()
 
     def complete(self, quantities: Sequence[CaseQuantity]) -> None:
@@ -107,7 +107,7 @@ def _write_numbers(
 
     content = {} if scene is None else scene_dict(scene)
     with h5py.File(image, "w", track_order=True) as file:
-        file.attrs.update({"schema_version": SCHEMA_VERSION, "srbval_kind": KIND, "scene": json.dumps(content)})
+        file.attrs.update({**OWN, "srbval_kind": KIND, "scene": json.dumps(content)})
         file.attrs.update({"ending": ending.value, "reason": reason})
         _add_quantities(file, quantities)
 
@@ -115,17 +115,19 @@ def _write_numbers(
 def _add_quantities(file: Any, quantities: Sequence[CaseQuantity]) -> None:
     if not quantities:
         return
-    names = file.create_dataset(TABLE[0], data=np.array([q.name for q in quantities], dtype="S"))
+    names = file.create_dataset(TABLE[0], data=np.array([q.name for q in quantities], dtype="S"), **CHECKED)
     names.make_scale(TABLE[0])
-    values = file.create_dataset(TABLE[1], data=np.array([q.value for q in quantities]))
-    units = file.create_dataset(TABLE[2], data=np.array([q.unit for q in quantities], dtype="S"))
+    values = file.create_dataset(TABLE[1], data=np.array([q.value for q in quantities]), **CHECKED)
+    units = file.create_dataset(TABLE[2], data=np.array([q.unit for q in quantities], dtype="S"), **CHECKED)
     for dataset in (values, units):
         dataset.dims[0].attach_scale(names)
 
 
-def _write(path: Path, image: io.BytesIO) -> None:
+def _write(path: Path, image: io.BytesIO, ending: Ending, reason: str, quantities: Sequence[CaseQuantity]) -> None:
+    summary = CaseResult(key=path.stem, ending=ending, reason=reason, quantities=tuple(quantities))
     with whole_file(path) as part:
         part.write_bytes(image.getbuffer())
+        append_checksum(part, checked_line(summary))
 
 
 def _acceleration_only(run: Run) -> Run:

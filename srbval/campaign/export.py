@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from srbval import __version__
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
-from srbval.bench.noise import WHITE, NoiseSpectrum, add_noise, noise_spectrum
-from srbval.campaign.campaign_folder import CampaignFolder
-from srbval.campaign.case import CampaignCase
+from srbval.campaign.campaign_folder import About, CampaignFolder, Damaged
+from srbval.campaign.case import CampaignCase, Ending
+from srbval.campaign.noise import WHITE, NoiseSpectrum, add_noise, noise_spectrum
+from srbval.campaign.results import result_state
 from srbval.errors import ConfigurationError, DataError
-from srbval.storage.own_hdf5 import SCHEMA_VERSION
-from srbval.storage.whole_file import whole_file
+from srbval.recordings.loaders import detect_format
+from srbval.storage.own_hdf5 import CHECKED, own_hdf5
 
 # Labels of a segment: unit and what they are. Without a defect, height is 0 and so is extent; without added noise the
 # ratio is infinite.
@@ -71,14 +72,12 @@ def export_campaign(path: Path, file: Path, settings: ExportSettings) -> Exporte
     Segments follow each other without overlap, float32. The same campaign, settings and seed give the same samples.
     Raises `DataError` where no case holds a signal that long, where rates differ, or `file` cannot be written.
     """
-    import h5py
-
     folder = CampaignFolder(path)
     about, cases = folder.about(), folder.planned()
     spectrum = noise_spectrum(settings.noise)
     left_out, fs_hz, count = 0, None, 0
     try:
-        with whole_file(file) as part, h5py.File(part, "w", track_order=True) as out:
+        with own_hdf5(file) as out:
             for case in cases:
                 found = _signal(folder, case, settings.axis)
                 if found is None:
@@ -99,23 +98,24 @@ def export_campaign(path: Path, file: Path, settings: ExportSettings) -> Exporte
                 )
             length = out["segments"].shape[1]
             card = _data_card(about, settings, spectrum, cases=len(cases) - left_out, segments=count, fs_hz=fs_hz)
-            out.attrs.update({"schema_version": SCHEMA_VERSION, "srbval_kind": "data-set", "fs_hz": fs_hz})
-            out.attrs.update({"campaign": about["name"], "version": about["version"], "data_card": card})
+            out.attrs.update({"srbval_kind": "data-set", "fs_hz": fs_hz})
+            out.attrs.update({"campaign": about.name, "version": about.version, "data_card": card})
     except OSError as error:
         raise DataError(f"{file}: cannot be written ({error.strerror or error}).") from None
     return ExportedSet(file=file, segments=count, samples=length, fs_hz=fs_hz, left_out=left_out)
 
 
 def _signal(folder: CampaignFolder, case: CampaignCase, axis: str) -> tuple[FloatArray, dict[str, Any]] | None:
-    """A case's acceleration and its file's attributes; None where it has none."""
-    import h5py
-
-    try:
-        with h5py.File(folder.result_path(case.key), "r") as file:
-            name = f"acceleration_{axis}_m_s2"
-            return (file[name][()], dict(file.attrs)) if name in file else None
-    except OSError:
+    """A case's acceleration and its file's attributes; None where it has none, `DataError` where it is damaged."""
+    path = folder.result_path(case.key)
+    state = result_state(path)
+    if isinstance(state, Damaged):
+        raise DataError(f"{path}: {state.why} Run the campaign again first.")
+    if state is None or state.ending is not Ending.OK:
         return None
+    raw = detect_format(path).load(path)
+    samples = raw.array(f"acceleration_{axis}_m_s2")
+    return None if samples is None else (samples, dict(raw.attributes))
 
 
 def _segments(
@@ -169,13 +169,13 @@ def _append(out: Any, segments: NDArray[np.float32], labels: dict[str, FloatArra
             out[name].resize(len(out[name]) + len(values), axis=0)
             out[name][-len(values) :] = values
         else:
-            made = out.create_dataset(name, data=values, maxshape=(None, *values.shape[1:]), chunks=True)
+            made = out.create_dataset(name, data=values, maxshape=(None, *values.shape[1:]), **CHECKED)
             units, text = LABELS.get(name, ("m s-2", "acceleration of the outer ring, one segment per row"))
             made.attrs.update({"units": units, "long_name": text})
 
 
 def _data_card(
-    about: dict[str, Any], settings: ExportSettings, spectrum: NoiseSpectrum, *, cases: int, segments: int, fs_hz: float
+    about: About, settings: ExportSettings, spectrum: NoiseSpectrum, *, cases: int, segments: int, fs_hz: float
 ) -> str:
     """How the set was made and what it is not good for, as Markdown (`data_card.md`)."""
     ratios = ", ".join(f"{ratio:g}" for ratio in settings.snr_db)
@@ -194,9 +194,9 @@ def _data_card(
     )
     template = (resources.files("srbval.campaign") / "data_card.md").read_text(encoding="utf-8")
     return template.format(
-        name=about["name"],
-        title=about["title"] or "no title",
-        version=about["version"],
+        name=about.name,
+        title=about.title or "no title",
+        version=about.version,
         program=__version__,
         cases=cases,
         axis=settings.axis,

@@ -1,7 +1,6 @@
 """One campaign at a time per folder: the system releases the lock when its process ends, however it ends."""
 
 import contextlib
-import json
 import os
 import platform
 from collections.abc import Iterator
@@ -9,9 +8,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from srbval.errors import ConfigurationError, DataError
-from srbval.storage.strict_json import write_json
+from srbval.storage.strict_json import parse_json, write_json
 
 LOCK, HOLDER = "lock", "lock-holder.json"
+LONGEST = 1000  # bytes about a holder
 
 
 @contextlib.contextmanager
@@ -37,11 +37,13 @@ def folder_lock(folder: Path) -> Iterator[str | None]:
     with acquired:
         killed = _holder(folder) or None
         now = datetime.now(UTC).isoformat(timespec="seconds")
-        write_json(folder / HOLDER, {"pid": os.getpid(), "host": platform.node(), "since_utc": now})
+        with contextlib.suppress(OSError):  # whom to name is not worth a campaign
+            write_json(folder / HOLDER, {"pid": os.getpid(), "host": platform.node(), "since_utc": now})
         try:
             yield killed
         finally:
-            (folder / HOLDER).unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                (folder / HOLDER).unlink()
 
 
 def holder(folder: Path) -> str | None:
@@ -62,7 +64,9 @@ def holder(folder: Path) -> str | None:
 def _holder(folder: Path) -> str:
     """Text about who took the lock last and did not release it; empty where it was released."""
     try:
-        written = json.loads((folder / HOLDER).read_text(encoding="utf-8"))
-        return f" (process {written['pid']} on {written['host']} since {written['since_utc']})"
+        file = folder / HOLDER
+        written = parse_json(file.read_bytes() if file.is_file() and file.stat().st_size < LONGEST else b"")
+        text = f" (process {written['pid']} on {written['host']} since {written['since_utc']})"
+        return text if text.isprintable() else " (process unknown)"
     except (OSError, ValueError, KeyError, TypeError):
         return ""

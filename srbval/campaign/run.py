@@ -9,12 +9,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from srbval.campaign.campaign_folder import ENDED, CampaignFolder, unfinished
+from srbval.campaign.campaign_folder import CampaignFolder
 from srbval.campaign.case import FINAL, RETRIED, CampaignCase, CaseOutcome, CaseTask, Ending
 from srbval.campaign.case_file import write_failure
 from srbval.campaign.engines.engine import Engine, Job
 from srbval.campaign.lock import folder_lock
 from srbval.campaign.planning import final_scene, plan_cases, scene_of
+from srbval.campaign.results import Results
 from srbval.campaign.settings import Campaign
 from srbval.campaign.status import failures, write_table
 from srbval.errors import DataError, SrbvalError
@@ -30,6 +31,7 @@ GIVE_UP_AFTER = 3  # results in a row that could not be written: the disk is ful
 class CampaignSummary:
     """How a campaign ended. `ran` of the `cases` were run this time; `failed`: index, key, ending, reason of each.
 
+    `damaged` results were there before, not as they were written, and run again.
     `simulation_s` is the sum over the simulations of this time, `case_s` over the whole cases, writing included.
     """
 
@@ -40,6 +42,7 @@ class CampaignSummary:
     done: int
     ran: int
     failed: tuple[dict[str, Any], ...]
+    damaged: int
     wall_s: float
     simulation_s: float
     case_s: float
@@ -69,35 +72,42 @@ def run_campaign(
     with folder_lock(folder.path) as killed:
         if killed:
             message(f"an earlier run of this campaign was killed{killed}; its results are used")
-        running_before = unfinished(folder.journal())
-        folder.write_plan(campaign, cases)
-        _remove_retried(folder)
-        _write_refused(folder, campaign, cases)
-        pending = _pending(folder, cases)
+        for found in folder.write_plan(campaign, cases):
+            message(f"{found.file.name} was damaged; its results are kept and it is written again")
+        results = Results(folder, (case.key for case in cases))
+        damaged = len(results.damaged)
+        if damaged:
+            first = next(iter(results.damaged.values()))
+            message(
+                f"damaged results, removed and run again: {len(results.damaged)}; the first: {first.file}: {first.why}"
+            )
+        damaged = len(results.damaged)
+        results.remove([*results.damaged, *(r.key for r in results.intact.values() if r.ending in RETRIED)])
+        _write_refused(folder, campaign, cases, results)
+        pending = _pending(cases, results)
         _check_space(folder, pending)
         job = Job(
             folder=folder.path,
             precompiled=_one_of_each_model(campaign, pending),
             tasks=_tasks(folder, campaign, pending),
             count=len(pending),
-            started=folder.note_start,
-            suspects=frozenset(running_before) & {case.key for case in pending},
         )
         tracker = _Tracker(campaign.name, pending, progress, message)
         outcomes = _follow(folder, engine, job, tracker) if pending else {}
-        table, keys = write_table(folder), folder.result_keys()
+        results.read(outcomes)
         return CampaignSummary(
             name=campaign.name,
             engine=engine.name,
             workers=engine.workers,
             cases=len(cases),
-            done=sum(case.key in keys for case in cases),
+            done=sum(case.key in results.intact for case in cases),
             ran=len(outcomes),
-            failed=tuple(failures(folder, cases, outcomes)),
+            failed=tuple(failures(cases, results, [*folder.journal(), *outcomes.values()])),
+            damaged=damaged,
             wall_s=time.perf_counter() - started,
             simulation_s=sum(o.simulation_s for o in outcomes.values()),
             case_s=sum(o.wall_s for o in outcomes.values()),
-            table=table,
+            table=write_table(folder, cases, results),
         )
 
 
@@ -154,10 +164,9 @@ class _Tracker:
         self._progress(self._task, 1.0 if last else min(self._ended_s / self._total_s, ALMOST_DONE))
 
 
-def _pending(folder: CampaignFolder, cases: Sequence[CampaignCase]) -> list[CampaignCase]:
+def _pending(cases: Sequence[CampaignCase], results: Results) -> list[CampaignCase]:
     """The cases without a result, the longest first; of cases with the same content one."""
-    keys = folder.result_keys()
-    pending = {case.key: case for case in cases if case.key not in keys}
+    pending = {case.key: case for case in cases if case.key not in results.intact}
     return sorted(pending.values(), key=lambda case: -case.planned_s)
 
 
@@ -177,24 +186,20 @@ def _one_of_each_model(campaign: Campaign, cases: Sequence[CampaignCase]) -> lis
     return [final_scene(campaign, case) for case in {(c.model, c.solver): c for c in cases}.values()]
 
 
-def _remove_retried(folder: CampaignFolder) -> None:
-    """Remove the results which say that a process died or was ended: such a case is tried again."""
-    endings = {entry["key"]: entry.get("ending") for entry in folder.journal() if entry["event"] == ENDED}
-    for key, ending in endings.items():
-        if ending in RETRIED:
-            folder.result_path(key).unlink(missing_ok=True)
-
-
-def _write_refused(folder: CampaignFolder, campaign: Campaign, cases: Sequence[CampaignCase]) -> None:
+def _write_refused(folder: CampaignFolder, campaign: Campaign, cases: Sequence[CampaignCase], results: Results) -> None:
     for case in cases:
-        path = folder.result_path(case.key)
-        if case.refused is not None and not path.exists():
+        if case.refused is not None and case.key not in results.intact:
             try:
                 scene = scene_of(campaign, case.point)
             except SrbvalError:
                 scene = None
-            write_failure(path, scene, Ending.REFUSED, case.refused)
+            path = folder.result_path(case.key)
+            try:
+                write_failure(path, scene, Ending.REFUSED, case.refused)
+            except OSError as error:
+                raise DataError(f"{path}: cannot be written ({error.strerror}). Free some space.") from None
             folder.note_end(CaseOutcome(key=case.key, ending=Ending.REFUSED, reason=case.refused))
+            results.read([case.key])
 
 
 def _write_crash(folder: CampaignFolder, outcome: CaseOutcome) -> CaseOutcome:

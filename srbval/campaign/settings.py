@@ -81,8 +81,10 @@ class Campaign:
     def __post_init__(self) -> None:
         if not self.name or not all(c.isalnum() or c in "-_." for c in self.name):
             raise ConfigurationError(f"campaign name = {self.name!r} must be letters, digits, '-', '_' and '.'.")
-        if self.repeats < 1:
-            raise ConfigurationError(f"repeats = {self.repeats} must be at least 1.")
+        if self.repeats < 1 or not 0 <= self.seed < 2**62:
+            raise ConfigurationError(
+                f"repeats = {self.repeats} must be at least 1, seed = {self.seed} zero or above, and below 2^62."
+            )
         if not self.outputs:
             raise ConfigurationError(f"outputs is empty; name some of {', '.join(ALL_OUTPUTS)}.")
         if not (math.isfinite(self.tolerance_pct) and self.tolerance_pct > 0):

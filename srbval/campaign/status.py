@@ -1,15 +1,16 @@
 """How far a campaign is, from its folder alone; and its table of results."""
 
 import csv
-from collections.abc import Iterator, Mapping, Sequence
+import io
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from srbval.campaign.campaign_folder import ENDED, TABLE, CampaignFolder
-from srbval.campaign.case import CampaignCase, CaseOutcome, Ending
-from srbval.campaign.case_file import read_result
+from srbval.campaign.campaign_folder import TABLE, CampaignFolder, Damaged
+from srbval.campaign.case import FINAL, CampaignCase, CaseOutcome, Ending
 from srbval.campaign.lock import holder
+from srbval.campaign.results import Results
 from srbval.errors import DataError
 from srbval.storage.whole_file import whole_file
 
@@ -20,6 +21,7 @@ LAST_COLUMNS = ("model", "status", "reason", "quantity", "value", "unit")
 class CampaignStatus:
     """`done` of the `cases` have a result; `failed` are those without a good one; `running` names who works on it.
 
+    `damaged`: results, and lines of the journal, that are not as they were written; such cases are not done.
     `simulation_s` is the sum over all simulations of all runs; `table` is None where it cannot be written.
     """
 
@@ -27,75 +29,80 @@ class CampaignStatus:
     cases: int
     done: int
     failed: tuple[dict[str, Any], ...]
+    damaged: tuple[Damaged, ...]
     running: str | None
     simulation_s: float
     table: Path | None
 
 
 def campaign_status(path: Path) -> CampaignStatus:
-    """Read a campaign's folder and write its results table anew; `DataError` where there is no campaign."""
+    """Read a campaign's folder and write its results table anew.
+
+    Raises `DataError` where there is no campaign, or where its campaign file or plan is damaged.
+    """
     folder = CampaignFolder(path)
     about, cases = folder.about(), folder.planned()
-    keys = folder.result_keys()
+    results, journal = Results(folder, (case.key for case in cases)), folder.journal()
     try:
-        table = write_table(folder)
+        table = write_table(folder, cases, results)
     except DataError:  # a folder that can only be read
         table = None
     return CampaignStatus(
-        name=about["name"],
+        name=about.name,
         cases=len(cases),
-        done=sum(case.key in keys for case in cases),
-        failed=tuple(failures(folder, cases)),
+        done=sum(case.key in results.intact for case in cases),
+        failed=tuple(failures(cases, results, journal)),
+        damaged=(*folder.damaged(), *results.damaged.values()),
         running=holder(path),
-        simulation_s=sum(float(entry.get("simulation_s") or 0.0) for entry in folder.journal()),
+        simulation_s=sum(entry.simulation_s for entry in journal),
         table=table,
     )
 
 
-def failures(
-    folder: CampaignFolder, cases: Sequence[CampaignCase], outcomes: Mapping[str, CaseOutcome] | None = None
-) -> list[dict[str, Any]]:
+def failures(cases: Sequence[CampaignCase], results: Results, ended: Iterable[CaseOutcome]) -> list[dict[str, Any]]:
     """All cases that ended without a good result: index, key, ending and reason.
 
-    What is not among the `outcomes` of this run is read from the journal, or from the result if its entry was lost.
+    What has no result is found among those that `ended`, if their result could not be written or was removed again.
     """
-    known = {e["key"]: (e["ending"], e["reason"]) for e in folder.journal() if e["event"] == ENDED}
-    known |= {key: (outcome.ending.value, outcome.reason) for key, outcome in (outcomes or {}).items()}
-    for key in folder.result_keys() - set(known):
-        result = read_result(folder.result_path(key))
-        known[key] = (result.ending.value, result.reason)
+    known = {e.key: (e.ending, e.reason) for e in ended if e.ending not in FINAL and e.key not in results.damaged}
+    known |= {key: (result.ending, result.reason) for key, result in results.intact.items()}
     return [
-        {"case": case.index, "key": case.key, "ending": known[case.key][0], "reason": known[case.key][1]}
+        {"case": case.index, "key": case.key, "ending": known[case.key][0].value, "reason": known[case.key][1]}
         for case in cases
-        if case.key in known and known[case.key][0] != Ending.OK.value
+        if case.key in known and known[case.key][0] is not Ending.OK
     ]
 
 
-def write_table(folder: CampaignFolder) -> Path:
-    """Write the table of results as CSV and return its path: one row per case and quantity, in the order of the plan.
-
-    A case that failed has one row without a quantity; one that has not run yet has none. The same results give the
-    same bytes.
-    """
-    cases = folder.planned()
+def write_table(folder: CampaignFolder, cases: Sequence[CampaignCase], results: Results) -> Path:
+    """Write `table_text` and return its path; `DataError` where that fails."""
     path = folder.path / TABLE
-    columns = list(dict.fromkeys(key for case in cases for key in case.point))
     try:
-        with whole_file(path) as part, part.open("w", encoding="utf-8", newline="") as stream:
-            writer = csv.writer(stream)
-            writer.writerow(["case", "key", *columns, *LAST_COLUMNS])
-            for case in cases:
-                writer.writerows(_rows(folder, case, columns))
+        with whole_file(path) as part:
+            part.write_bytes(table_text(cases, results).encode())
     except OSError as error:
         raise DataError(f"{path}: the table cannot be written ({error.strerror}). Free some space.") from None
     return path
 
 
-def _rows(folder: CampaignFolder, case: CampaignCase, columns: Sequence[str]) -> Iterator[list[object]]:
-    path = folder.result_path(case.key)
-    if not path.exists():
+def table_text(cases: Sequence[CampaignCase], results: Results) -> str:
+    """The table of results as CSV: one row per case and quantity, in the order of the plan.
+
+    A case that failed has one row without a quantity; one without an intact result has none. The same results give the
+    same text.
+    """
+    columns = list(dict.fromkeys(key for case in cases for key in case.point))
+    stream = io.StringIO(newline="")
+    writer = csv.writer(stream)
+    writer.writerow(["case", "key", *columns, *LAST_COLUMNS])
+    for case in cases:
+        writer.writerows(_rows(case, results, columns))
+    return stream.getvalue()
+
+
+def _rows(case: CampaignCase, results: Results, columns: Sequence[str]) -> Iterator[list[object]]:
+    result = results.intact.get(case.key)
+    if result is None:
         return
-    result = read_result(path)
     first = [case.index, case.key, *(case.point.get(c, "") for c in columns), case.model, result.ending.value]
     if not result.quantities:
         yield [*first, result.reason, "", "", ""]

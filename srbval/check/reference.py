@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
@@ -12,10 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from srbval import __version__
+from srbval.config.small_file import read_small_file
 from srbval.config.strict import build
 from srbval.errors import ConfigurationError, DataError
 from srbval.storage.own_package import git_revision, shipped_folder
-from srbval.storage.strict_json import write_json
+from srbval.storage.strict_json import parse_json, write_json
 from srbval.storage.whole_file import whole_file
 
 FILE = "reference.json"
@@ -54,14 +54,14 @@ def reference_path() -> Path:
 def read_reference(path: Path) -> dict[str, ReferenceQuantity]:
     """The quantities of a reference file by name; `DataError` where it cannot be read or understood."""
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise DataError(f"{path}: cannot be read ({error.strerror}). Check the path.") from None
+        content = parse_json(read_small_file(path))
     except ValueError as error:
         raise DataError(f"{path}: no JSON ({error}).") from None
     if not isinstance(content, dict) or (content.get("kind"), content.get("schema_version")) != (KIND, SCHEMA_VERSION):
         raise DataError(f"{path}: no reference file of version {SCHEMA_VERSION}.")
     tables = content.get("quantities", [])
+    if not isinstance(tables, list) or not tables:
+        raise DataError(f"{path}: its quantities are no list, or an empty one.")
     listed = [build(ReferenceQuantity, _without_null(table), f"{path.name}[{i}]") for i, table in enumerate(tables)]
     quantities = {q.name: q for q in listed}
     if len(quantities) != len(listed):

@@ -1,41 +1,153 @@
 """The command line: `srbval COMMAND`. Thin; everything it does is callable from Python."""
 
+import contextlib
 import importlib
 import os
+import select
+import signal
 import sys
-from collections.abc import Sequence
+import tempfile
+import threading
+import traceback
+from collections.abc import Iterator, Sequence
+from typing import Any
 
-from srbval.cli.arguments import parser
-from srbval.cli.output import print_failure
-from srbval.errors import ConfigurationError, SrbvalError
+from srbval.errors import ConfigurationError, DataError, SrbvalError
+from srbval.processes.ctrl_c import without_ctrl_c
 
-INTERRUPTED = 130
+SIGNALLED = 128  # plus the signal's number: the exit code of an interrupted command, as shells have it
+INTERNAL = 70  # an error in srbval itself: EX_SOFTWARE of sysexits.h
+ENDING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 # Numerical libraries start one thread per core for small products, which then wait for each other: up to 30 times the
 # work.
 THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
+class Interrupted(KeyboardInterrupt):
+    """A signal that ends the command; with `-m`, Python may die of a plain `KeyboardInterrupt` that was caught."""
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; returns the exit code (0 done, 1 out of tolerance, 2 use, 3 data, 4 numerics)."""
+    """Run one command; returns the exit code: 0 done, 1 out of tolerance, 2 use, 3 data, 4 numerics, 70 a bug."""
     given = list(sys.argv[1:] if arguments is None else arguments)
-    as_json = "--json" in given
+    as_json = any(len(word) > 2 and "--json".startswith(word) for word in given)
     for name in THREADS:
         os.environ.setdefault(name, "1")
+    _prepare_streams()
     try:
-        options = parser().parse_args(given)
-        if options.command is None:
-            parser().print_help(sys.stderr)
-            raise ConfigurationError("name a command, for example: srbval report")
-        # The module of a command is imported only when it runs: `srbval --help` answers at once.
-        code: int = importlib.import_module(f"srbval.cli.{options.command}_command").run(options)
-        sys.stdout.flush()
+        with _ended_by_signals():
+            return _run(given)
+    except (KeyboardInterrupt, Exception) as error:
+        if isinstance(error, BrokenPipeError) and _reader_gone():  # e.g. `srbval ... | head`
+            return 0
+        from srbval.cli.output import print_failure
+
+        message, code = _failure(error)
+        with contextlib.suppress(OSError):
+            print_failure(message, code, as_json=as_json)
         return code
-    except SrbvalError as error:
-        print_failure(str(error), error.exit_code, as_json=as_json)
-        return error.exit_code
-    except KeyboardInterrupt:
-        print_failure("interrupted; nothing half-written was left behind", INTERRUPTED, as_json=as_json)
-        return INTERRUPTED
-    except BrokenPipeError:  # the reader of our output went away, e.g. `srbval ... | head`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
+    finally:
+        _flush()
+
+
+def _run(given: list[str]) -> int:
+    with without_ctrl_c():  # half a second in which nobody could answer it
+        from srbval.cli.arguments import parser
+
+        importlib.import_module("srbval.cli.output")  # which says that it was interrupted
+    options = parser().parse_args(given)
+    if options.command is None:
+        parser().print_help(sys.stderr)
+        raise ConfigurationError("name a command, for example: srbval report")
+    # The module of a command is imported only when it runs: `srbval --help` answers at once.
+    code: int = importlib.import_module(f"srbval.cli.{options.command}_command").run(options)
+    sys.stdout.flush()
+    return code
+
+
+def _failure(error: BaseException) -> tuple[str, int]:
+    """What to say of an error, and the exit code."""
+    if isinstance(error, KeyboardInterrupt):
+        number = error.args[0] if error.args else signal.SIGINT
+        by = "" if number == signal.SIGINT else f" by {number.name}"
+        return f"interrupted{by}; nothing half-written was left behind", SIGNALLED + number
+    if isinstance(error, OSError) and error.strerror:  # the system's, not ours: a full disk, no permission
+        error = DataError(f"{error.filename or 'output'}: {error.strerror}.")
+    return (str(error), error.exit_code) if isinstance(error, SrbvalError) else (internal_error(error), INTERNAL)
+
+
+def internal_error(error: BaseException) -> str:
+    """What to say of an error that nobody expected; its traceback goes to a file of its own."""
+    where = "the command"
+    with contextlib.suppress(OSError):
+        handle, where = tempfile.mkstemp(prefix="srbval-error-", suffix=".txt")
+        with open(handle, "w", encoding="utf-8", errors="backslashreplace") as file:
+            file.write("".join(traceback.format_exception(error)))
+    said = f"{type(error).__name__}: {error}"[:400]
+    return str(SrbvalError(f"an error in srbval itself, {said}. Please report it with {where}."))
+
+
+@contextlib.contextmanager
+def _ended_by_signals() -> Iterator[None]:
+    """Ctrl-C, SIGTERM and SIGHUP, where they are not ignored (`nohup`), end the command once."""
+    main_thread = threading.current_thread() is threading.main_thread()
+    usual = (signal.SIG_DFL, signal.default_int_handler)
+    found = {n: signal.getsignal(n) for n in ENDING if main_thread and signal.getsignal(n) in usual}
+
+    def handle(action: Any) -> None:
+        for number in found:
+            signal.signal(number, action)
+
+    def end(number: int, frame: Any) -> None:
+        hdf5 = sys.modules.get("srbval.storage.own_hdf5")
+        if hdf5 is not None and frame.f_code in hdf5.CALLED_BY_HDF5:  # a moment later
+            return threading.Timer(0.05, os.kill, (os.getpid(), number)).start()
+        handle(signal.SIG_IGN)  # the clean-up is not to be interrupted
+        raise Interrupted(signal.Signals(number))
+
+    def again(lost: Any) -> None:
+        """Send a signal once more whose exception was raised where Python can only ignore it, as in a destructor."""
+        if not isinstance(lost.exc_value, KeyboardInterrupt):
+            return before(lost)
+        handle(end)
+        number = lost.exc_value.args[0] if lost.exc_value.args else signal.SIGINT
+        threading.Timer(0.05, os.kill, (os.getpid(), number)).start()
+        return None
+
+    before, sys.unraisablehook = sys.unraisablehook, again
+    try:
+        handle(end)
+        yield
+    finally:
+        sys.unraisablehook = before
+        for number, action in found.items():
+            signal.signal(number, action)
+
+
+def _reader_gone() -> bool:
+    """Whether nobody reads standard output any more; any other pipe that broke is an error."""
+    try:
+        look = select.poll()
+        look.register(sys.stdout, 0)
+        return any(event & select.POLLERR for _, event in look.poll(0))
+    except (AttributeError, OSError, ValueError):  # no such call (Windows), or no file
+        return True
+
+
+def _prepare_streams() -> None:
+    """Streams that were closed lead nowhere; characters that cannot be written become escapes."""
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        if getattr(sys, name) is None:
+            os.dup2(os.open(os.devnull, os.O_RDWR), number)
+            setattr(sys, name, os.fdopen(number, "w" if number else "r", closefd=False))
+        if number and hasattr(getattr(sys, name), "reconfigure"):
+            getattr(sys, name).reconfigure(errors="backslashreplace")
+
+
+def _flush() -> None:
+    """What can no longer be written is dropped, so that the interpreter does not complain of it when it ends."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

@@ -48,6 +48,8 @@ def _call(result: Analysis) -> FaultCall:
         healthy = None
     if healthy is None:
         return call_fault(result)
+    for caution in healthy.cautions:
+        print(f"srbval: caution: healthy baseline {healthy.file}: {caution}", file=sys.stderr)
     band, chosen = result.processed.band_hz, result.processed.band_filter
     return call_fault(result, analyse(healthy, bearing=result.bearing, band_hz=band, band_filter=chosen))
 
@@ -78,6 +80,8 @@ def _print(result: Analysis, defect: str | None) -> None:
     print(f"lines searched in {result.search}")
     print(f"lines from the squared envelope, {SQUARED_UNIT} (1 = {shown.scale:.4g} {recording.unit})")
     print(f"{shown.tracking.why}\n")
+    for caution in recording.cautions:
+        print(f"caution: {caution}")
     wanted = LINE_OF_PART[defect] if defect else ""
     lines = [line for line in result.lines if line.name.startswith(wanted)]
     print_table(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib.resources import files
 from typing import Any, NoReturn
 
@@ -59,20 +59,28 @@ def _settings(settings: Table) -> dict[str, Any]:
     return {**settings, **changed}
 
 
-def finite(text: str) -> float:
-    """A number that is neither infinite nor NaN."""
-    number = float(text)
-    if not math.isfinite(number):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
-    return number
+def _between(kind: type, low: float, high: float) -> Callable[[str], float]:
+    """A type of argument: a number from `low` to `high`."""
+
+    def number_from(text: str) -> float:
+        try:
+            number: float = kind(text)
+        except ValueError:
+            number = math.nan
+        if not low <= number <= high:
+            what = "a whole number" if kind is int else "a finite number" if low < 0 else "positive"
+            more = f"{low:g} or more" if kind is int else f"at least {low:g}"
+            raise argparse.ArgumentTypeError(f"{text!r} must be {what}, {more} and at most {high:g}")
+        return number
+
+    return number_from
 
 
-def positive(text: str) -> float:
-    """A finite number above zero."""
-    number = finite(text)
-    if number <= 0:
-        raise argparse.ArgumentTypeError(f"{text!r} must be positive")
-    return number
-
-
-TYPES = {"finite": finite, "positive": positive, "int": int}
+LARGEST, SMALLEST = 1e12, 1e-12  # whatever the unit, nothing that is asked for is beyond
+TYPES = {
+    "finite": _between(float, -LARGEST, LARGEST),
+    "positive": _between(float, SMALLEST, LARGEST),
+    "count": _between(int, 1, 10**9),
+    "jobs": _between(int, 1, 1024),
+    "seed": _between(int, 0, 2**62),
+}

@@ -7,21 +7,17 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bench.bench import BenchResult, run_bench
-from srbval.bench.ladder.cases import between, grid, held_out, quick_grid
+from srbval.bench.ladder.cases import between, grid, quick_grid
 from srbval.bench.ladder.measure import SECONDS as LADDER_SECONDS
 from srbval.bench.ladder.measure import answer_store, measure_ladder
 from srbval.bench.ladder.table import summary
-from srbval.bench.machine import Machine, usable_cores
-from srbval.bench.reading import QUICK_READING, ReadingBench, ReadingSettings, run_reading_bench
+from srbval.bench.machine import Machine
 from srbval.bench.scenes import FULL, QUICK, SCENES
 from srbval.cli.measured import measure_and_print
-from srbval.cli.output import print_columns, print_json, print_rows
-from srbval.errors import ConfigurationError
+from srbval.cli.output import print_columns, print_json
 from srbval.models.solvers import SOLVERS
-from srbval.plan.calibrated import shipped_calibration
-from srbval.plan.held_out import check_cases, tallies
 from srbval.progress import Progress, ProgressDisplay, prefixed
-from srbval.storage.stored_result import HELD_OUT, READING, SENSITIVITY, SPEED_ACCURACY
+from srbval.storage.stored_result import SENSITIVITY, SPEED_ACCURACY
 from srbval.storage.strict_json import json_object, write_json
 from srbval.validation.sensitivity import SECONDS as SENSITIVITY_SECONDS
 from srbval.validation.sensitivity import measure as measure_sensitivity
@@ -33,11 +29,9 @@ VERDICT = {True: "met", False: "NOT MET", None: "not measured"}
 def run(options: argparse.Namespace) -> int:
     """Measure and print; targets that are not met are reported, they do not change the exit code."""
     if options.ladder:
-        return _held_out(options) if options.held_out else _ladder(options)
+        return _ladder(options)
     if options.sensitivity:
         return _sensitivity(options)
-    if options.reading:
-        return _reading(options)
     settings = QUICK if options.quick else FULL
     if options.seconds:
         settings = replace(settings, accuracy_s=options.seconds)
@@ -53,19 +47,6 @@ def run(options: argparse.Namespace) -> int:
 
     part = options.quick or options.speed_only or options.scenes or options.solvers or options.seconds
     measure_and_print(SPEED_ACCURACY, options, measure, complete=not part, show=_print)
-    return 0
-
-
-def _reading(options: argparse.Namespace) -> int:
-    """The accuracy of the frequency reading and what the signal chain costs."""
-    settings, jobs = QUICK_READING if options.quick else ReadingSettings(), options.jobs or usable_cores()
-    measure_and_print(
-        READING,
-        options,
-        lambda progress: run_reading_bench(settings, jobs=jobs, progress=progress),
-        complete=not options.quick,
-        show=_print_reading,
-    )
     return 0
 
 
@@ -109,38 +90,12 @@ def _ladder(options: argparse.Namespace) -> int:
     return 0
 
 
-def _held_out(options: argparse.Namespace) -> int:
-    """The planner's predictions tested on scenes that the shipped calibration does not hold."""
-    if options.seconds or options.quick:
-        raise ConfigurationError("--held-out runs its scenes as long as the calibration's: no --seconds, no --quick.")
-    calibration = shipped_calibration()
-
-    def measure(progress: Progress) -> dict[str, Any]:
-        checks = check_cases(held_out(), calibration, jobs=options.jobs, store=answer_store(), progress=progress)
-        return {
-            "seconds": calibration.seconds,
-            "reference": calibration.reference,
-            "tallies": [json_object(tally) for tally in tallies(checks)],
-            "checks": checks,
-        }
-
-    measure_and_print(
-        HELD_OUT,
-        options,
-        measure,
-        complete=True,
-        show=lambda result: print_columns("held-out", result["tallies"]),
-    )
-    return 0
-
-
 def _print(result: BenchResult) -> None:
     _print_machine(result.machine)
     rows = [_with_steps(run) for run in result.runs]
     print_columns("speed-cost", rows)
     if result.references:
         _print_accuracy(result, rows)
-    print_columns("speed-points", [json_object(cost) for cost in result.contact_costs])
     print_columns("speed-targets", [json_object(t) | {"verdict": VERDICT[t.met]} for t in result.targets])
 
 
@@ -169,10 +124,3 @@ def _print_machine(machine: Machine) -> None:
     print(f"{machine.processor}, {machine.usable_cores} of {machine.cores} cores, load before and after: {load}")
     times = f"{calibration.seconds:.4f} s, afterwards {machine.calibration_after_s:.4f} s"
     print(f"calibration: {times} for 1e9 multiply-adds ({calibration.gflop_s:.1f} Gflop/s)")
-
-
-def _print_reading(result: ReadingBench) -> None:
-    for rows in (result.accuracy, result.false_alarms, result.timings, result.chains, result.transforms):
-        if rows:
-            tables = [json_object(row) for row in rows]
-            print_rows(tables)

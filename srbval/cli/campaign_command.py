@@ -6,21 +6,22 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from srbval.bench.noise import noise_study
+from srbval.campaign.campaign_folder import Damaged
 from srbval.campaign.engines.choose import choose_engine
 from srbval.campaign.export import ExportSettings, export_campaign
 from srbval.campaign.planning import plan_cases, totals
 from srbval.campaign.run import run_campaign
 from srbval.campaign.settings import Campaign, load_campaign
 from srbval.campaign.status import campaign_status
-from srbval.cli.measured import measure_and_print
-from srbval.cli.output import print_json, print_rows, print_table
-from srbval.progress import Progress, ProgressDisplay
-from srbval.storage.stored_result import NOISE_STUDY
+from srbval.campaign.verify import verify_campaign
+from srbval.cli.output import print_json, print_table
+from srbval.errors import DataError
+from srbval.progress import ProgressDisplay
+from srbval.recordings.raw import printable
 from srbval.storage.strict_json import json_object
 
-DONE, WITH_FAILURES = 0, 1
-SHOWN_FAILURES = 10
+DONE, WITH_FAILURES, DAMAGED = 0, 1, DataError.exit_code
+SHOWN_FAILURES, LONGEST_REASON = 10, 1200
 
 
 def run(options: argparse.Namespace) -> int:
@@ -33,7 +34,9 @@ def _run(options: argparse.Namespace) -> int:
     campaign = replace(
         load_campaign(options.campaign), **{name: value for name, value in given.items() if value is not None}
     )
-    engine = choose_engine(options.engine, jobs=options.jobs, address=options.address, wait_s=options.wait)
+    engine = choose_engine(
+        options.engine, jobs=options.jobs, address=options.address, wait_s=options.wait, dashboard=options.dashboard
+    )
     if options.dry_run:
         return _dry_run(campaign, engine.name, options)
     folder = Path(options.output or f"srbval-{campaign.name}")
@@ -71,19 +74,36 @@ def _status(options: argparse.Namespace) -> int:
     found = campaign_status(Path(options.folder))
     if options.json:
         print_json(json_object(found))
-        return DONE
+        return DAMAGED if found.damaged else DONE
     running = f"running{found.running}" if found.running else "not running"
     print(f"{found.name}: {found.done} of {found.cases} cases have a result, {len(found.failed)} failed; {running}. "
           f"Results: {found.table or 'cannot be written here'}")  # fmt: skip
     _show_failures(found.failed)
-    return DONE
+    return _show_damaged(found.damaged)
+
+
+def _verify(options: argparse.Namespace) -> int:
+    found = verify_campaign(Path(options.folder))
+    if options.json:
+        print_json(json_object(found), status="ok" if found.ok else "damaged")
+        return DONE if found.ok else DAMAGED
+    print(f"{found.results} results, plan, journal and table read, {len(found.damaged)} damaged")
+    return _show_damaged(found.damaged)
+
+
+def _show_damaged(damaged: Sequence[Damaged]) -> int:
+    for found in damaged:
+        print(f"{found.file}: {found.why}")
+    if damaged:
+        print("The same srbval campaign run writes or runs again what is damaged of its plan.")
+    return DAMAGED if damaged else DONE
 
 
 def _show_failures(failed: Sequence[Mapping[str, Any]]) -> None:
     """Failures by reason, the most frequent first."""
     reasons: dict[str, list[int]] = {}
     for entry in failed:
-        reasons.setdefault(f"{entry['ending']}: {entry['reason']}", []).append(entry["case"])
+        reasons.setdefault(f"{entry['ending']}: {printable(entry['reason'], LONGEST_REASON)}", []).append(entry["case"])
     for reason, cases in sorted(reasons.items(), key=lambda item: -len(item[1]))[:SHOWN_FAILURES]:
         which = ", ".join(map(str, cases[:SHOWN_FAILURES])) + (", ..." if len(cases) > SHOWN_FAILURES else "")
         print(f"{len(cases)} x {reason} (case {which})")
@@ -101,13 +121,4 @@ def _export(options: argparse.Namespace) -> int:
     return DONE
 
 
-def _noise(options: argparse.Namespace) -> int:
-    def measure(progress: Progress) -> dict[str, Any]:
-        rows = noise_study(noises=options.noise, seconds=options.seconds, progress=progress)
-        return {"rows": [json_object(row) for row in rows], "seconds": options.seconds}
-
-    measure_and_print(NOISE_STUDY, options, measure, complete=True, show=lambda found: print_rows(found["rows"]))
-    return DONE
-
-
-ACTIONS = {"run": _run, "status": _status, "export": _export, "noise": _noise}
+ACTIONS = {"run": _run, "status": _status, "verify": _verify, "export": _export}

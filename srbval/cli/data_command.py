@@ -81,8 +81,8 @@ def _print_reasons(recordings: Sequence[RegisteredRecording]) -> None:
     """Why a file is not ok or what it leaves open, files of the same reason together, and the remedy."""
     by_reason: dict[str, list[str]] = {}
     for recording in recordings:
-        if recording.reason:
-            by_reason.setdefault(recording.reason, []).append(recording.file)
+        for said in filter(None, (recording.reason, *(f"caution: {c}" for c in recording.cautions or ()))):
+            by_reason.setdefault(said, []).append(recording.file)
     for reason, files in by_reason.items():
         others = f" and {len(files) - 1} more" if len(files) > 1 else ""
         print(printable(f"{files[0]}{others}: {reason}", LONGEST_LINE))

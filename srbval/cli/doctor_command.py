@@ -35,7 +35,8 @@ def run(options: argparse.Namespace) -> int:
         rows = [(use.kind, use.files, f"{use.size_bytes / MEGABYTE:.1f}", use.folder) for use in cache]
         print_table(("cache", "files", "MB", "folder"), rows)
         for use in cleared or ():
-            print(f"deleted: {use.folder}, {use.files} files, {use.size_bytes / MEGABYTE:.1f} MB")
+            left = f"; {use.left} files that are not srbval's were left" if use.left else ""
+            print(f"deleted: {use.folder}, {use.files} files, {use.size_bytes / MEGABYTE:.1f} MB{left}")
         print("\n" + ("\n".join(f"problem: {p}" for p in problems) or "no problems found"))
     return 1 if problems else 0
 

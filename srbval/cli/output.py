@@ -17,7 +17,8 @@ SCHEMA_VERSION = 1
 def print_json(document: Mapping[str, Any], *, status: str = "ok") -> None:
     """Print one JSON document with `schema_version` and `status`; NaN and infinities become null."""
     whole = {"schema_version": SCHEMA_VERSION, "status": status} | dict(document)
-    print(strict_json(whole), end="")
+    ascii_only = not str(sys.stdout.encoding).lower().startswith("utf")  # an escape of Python's is none of JSON's
+    print(strict_json(whole, ascii_only=ascii_only), end="")
 
 
 def print_failure(message: str, code: int, *, as_json: bool) -> None:
@@ -43,12 +44,6 @@ def print_columns(table: str, rows: Sequence[Mapping[str, Any]]) -> None:
     columns = _columns()[table]
     print()
     print_table(tuple(columns), [[_rounded(row[key]) for key in columns.values()] for row in rows])
-
-
-def print_rows(rows: Sequence[Mapping[str, Any]]) -> None:
-    """Print an empty line and all values of the rows under their keys; four digits."""
-    print()
-    print_table(tuple(rows[0]), [[_rounded(value) for value in row.values()] for row in rows])
 
 
 @cache

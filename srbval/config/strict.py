@@ -8,32 +8,26 @@ under the unit-less key is refused, so no file can be read in the wrong unit.
 import dataclasses
 import difflib
 import enum
+import re
 import tomllib
 import types
 import typing
 from collections.abc import Mapping
+from datetime import date, time
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
-from srbval.config.units import parse_quantity
-from srbval.errors import ConfigurationError, DataError
+from srbval.config.small_file import read_small_file
+from srbval.config.units import SI_SUFFIX, check_range, parse_quantity, shown
+from srbval.errors import ConfigurationError
 
 T = TypeVar("T")
 
-SI_SUFFIX = {
-    "length": "_m",
-    "force": "_n",
-    "time": "_s",
-    "frequency": "_hz",
-    "speed": "_rad_s",
-    "angle": "_rad",
-    "mass": "_kg",
-    "stiffness": "_n_m",
-    "damping": "_ns_m",
-    "velocity": "_m_s",
-    "density": "_kg_m3",
-}
+DEEPEST = 16  # levels of a TOML file; none of ours has more than five
+LONGEST_KEY = 64  # parts of a dotted key; the reader's time grows with their square
+KEY_PART = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
+LONG_KEY = re.compile(rf"(?<![\w-]){KEY_PART}(?:[ \t]*\.[ \t]*{KEY_PART}){{{LONGEST_KEY}}}")
 
 
 def quantity(dimension: str, **field_options: Any) -> Any:
@@ -42,15 +36,42 @@ def quantity(dimension: str, **field_options: Any) -> Any:
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """Read a TOML file; a missing file is a `DataError`, a malformed one a `ConfigurationError`."""
+    """Read a TOML file; a missing or unreadable file is a `DataError`, a malformed one a `ConfigurationError`."""
+    content = read_small_file(path)
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise DataError(f"{path}: no such file. Check the path.") from None
-    except OSError as error:
-        raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f"{path}: not a valid TOML file: {error}.") from None
+        text = content.decode("utf-8")
+        if LONG_KEY.search(text):
+            raise ValueError(f"a key of more than {LONGEST_KEY} parts")
+        document = tomllib.loads(text)
+        _check_values(document)
+    except (ValueError, RecursionError) as error:
+        why = f"nested deeper than {DEEPEST} levels" if isinstance(error, RecursionError) else str(error)
+        why = "an integer beyond 64 bits" if why.startswith("Exceeds the limit") else why  # Python's own, of its digits
+        raise ConfigurationError(f"{path}: not a valid TOML file: {why}.") from None
+    return document
+
+
+def _check_values(document: object) -> None:
+    """`RecursionError` for values nested too deep, `ValueError` for integers beyond TOML's own 64 bits, and dates."""
+    level = [document]
+    for _ in range(DEEPEST):
+        level = [v for outer in level if isinstance(outer, dict | list)
+                 for v in (outer.values() if isinstance(outer, dict) else outer)]  # fmt: skip
+        for value in level:
+            if isinstance(value, int) and not -(2**63) <= value < 2**63:
+                raise ValueError("an integer beyond 64 bits")
+            if isinstance(value, date | time):
+                raise ValueError(f"{value} is a date or time, which no key takes")
+    if level:
+        raise RecursionError
+
+
+def check_ranges(owner: Any) -> None:
+    """Refuse quantities of a dataclass that no machine has, see `units.RANGES`."""
+    for field in dataclasses.fields(owner):
+        value = getattr(owner, field.name) if "dimension" in field.metadata else None
+        for number in value if isinstance(value, tuple) else () if value is None else (value,):
+            check_range(number, field.metadata["dimension"], field.name)
 
 
 def build(cls: type[T], table: Mapping[str, Any], where: str) -> T:
@@ -60,7 +81,7 @@ def build(cls: type[T], table: Mapping[str, Any], where: str) -> T:
     type or unit likewise (`ConfigurationError`). Values are checked further by the class itself.
     """
     if not isinstance(table, Mapping):
-        raise ConfigurationError(f"{where}: expected a table, found {table!r}.")
+        raise ConfigurationError(f"{where}: expected a table, found {shown(table)}.")
     hints, fields, spelling = _declared(cls)  # type: ignore[arg-type]
     values: dict[str, Any] = {}
     for key, raw in table.items():
@@ -100,16 +121,16 @@ def _convert(raw: object, hint: Any, field: dataclasses.Field[Any], key: str, wh
     if typing.get_origin(hint) is not tuple:
         return _convert_quantity(raw, field, key, where)
     if not isinstance(raw, list):
-        raise ConfigurationError(f"{where}: expected a list, found {raw!r}.")
+        raise ConfigurationError(f"{where}: expected a list, found {shown(raw)}.")
     return tuple(_convert_quantity(value, field, key, f"{where}[{i}]") for i, value in enumerate(raw))
 
 
 def _convert_quantity(raw: object, field: dataclasses.Field[Any], key: str, where: str) -> float:
     if key == field.name and isinstance(raw, str):
-        raise ConfigurationError(f"{where}: a number in SI is expected; for {raw!r} write {_keys(field)[-1]!r}.")
+        raise ConfigurationError(f"{where}: a number in SI is expected; for {shown(raw)} write {_keys(field)[-1]!r}.")
     if key != field.name and not isinstance(raw, str):
         raise ConfigurationError(
-            f"{where}: {raw!r} has no unit; write text with a unit, or the SI number as {field.name!r}."
+            f"{where}: {shown(raw)} has no unit; write text with a unit, or the SI number as {field.name!r}."
         )
     return parse_quantity(raw, field.metadata["dimension"], where)
 
@@ -119,7 +140,7 @@ def _convert_plain(raw: object, hint: Any, where: str) -> object:
         hint = next(a for a in typing.get_args(hint) if a is not type(None))
     if typing.get_origin(hint) is tuple:
         if not isinstance(raw, list):
-            raise ConfigurationError(f"{where}: expected a list, found {raw!r}.")
+            raise ConfigurationError(f"{where}: expected a list, found {shown(raw)}.")
         return tuple(_convert_plain(r, typing.get_args(hint)[0], f"{where}[{i}]") for i, r in enumerate(raw))
     if dataclasses.is_dataclass(hint):
         return build(typing.cast(Any, hint), typing.cast(Any, raw), where)
@@ -133,12 +154,12 @@ def _convert_enum(raw: object, hint: type[enum.Enum], where: str) -> enum.Enum:
         return hint(raw)
     except ValueError:
         known = {str(member.value): "" for member in hint}
-        raise ConfigurationError(f"{where}: {raw!r} is not known{_nearest(str(raw), known)}.") from None
+        raise ConfigurationError(f"{where}: {shown(raw)} is not known{_nearest(shown(raw), known)}.") from None
 
 
 def _convert_scalar(raw: object, hint: type, where: str) -> object:
     if hint is float and isinstance(raw, int | float | str) and not isinstance(raw, bool):
         return parse_quantity(raw, "one", where)
     if not isinstance(raw, hint) or (isinstance(raw, bool) and hint is not bool):
-        raise ConfigurationError(f"{where}: expected {hint.__name__}, found {raw!r}.")
+        raise ConfigurationError(f"{where}: expected {hint.__name__}, found {shown(raw)}.")
     return raw

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from srbval.bearing import Bearing, Fault
@@ -15,7 +16,7 @@ from srbval.evidence.stored import ShownLadder, ShownResult
 from srbval.models.run import Run
 from srbval.recordings import Origin
 from srbval.recordings.datasets.description import DatasetDescription, PublishedSpeeds
-from srbval.recordings.registry import RegisteredRecording
+from srbval.recordings.registry import RegisteredRecording, RegisterListing
 from srbval.signal import Scalogram
 from srbval.storage.stored_result import CAMPAIGN_SCALE, NOISE_STUDY, READING, SPEED_ACCURACY, STABILITY
 from srbval.validation.analyse import Analysis
@@ -45,9 +46,10 @@ class Evidence:
     every other record of the matrix.
 
     `shown` holds the arrays of the figures, of the sides ``model``, ``rig`` and ``paper``; `scalograms` those of
-    ``model`` and ``rig``, drawn by `transform`; `sidebands` of the inner-race line, None where it was not read.
+    ``model`` and ``rig``; `sidebands` of the inner-race line, None where it was not read.
     `scene_values` are all values of the paper's outer-race scene and the bearing's geometry. `datasets` describes, by
-    name, every data set a recording was read from; `results` are the stored results by kind.
+    name, every data set a recording was read from; `results` are the stored results by kind. `register` is all that is
+    registered, usable or not.
     """
 
     bearing: Bearing
@@ -60,7 +62,6 @@ class Evidence:
     rig: Mapping[Fault, Analysis]
     shown: Mapping[str, Mapping[Fault, ShownRecord]]
     scalograms: Mapping[str, Mapping[Fault, Scalogram]]
-    transform: str
     sidebands: Mapping[str, SidebandShares | None]
     views: BearingViews
     load_path: LoadSharing
@@ -73,6 +74,7 @@ class Evidence:
     variations: tuple[Variation, ...]
     known: Sensitivity
     registered: tuple[RegisteredRecording, ...]
+    register: RegisterListing
     matrix: Matrix
     pairs: tuple[Pair, ...]
     bias: tuple[Bias, ...]
@@ -95,6 +97,19 @@ class Evidence:
     def measured_states(self) -> tuple[Fault, ...]:
         """States for which the rig side is a measured recording."""
         return tuple(s for s in self.rig if self.rig[s].recording.origin is Origin.MEASURED)
+
+    @property
+    def not_used(self) -> tuple[dict[str, str], ...]:
+        """Registered recordings that vanished, changed or cannot be read, by the names of their files, and why."""
+        gone = self.register.problems
+        return tuple({"file": Path(r.file).name, "status": r.status.value, "reason": r.reason or ""} for r in gone)
+
+    @property
+    def cautions(self) -> tuple[dict[str, str], ...]:
+        """What may make the numbers of a recording wrong that this report uses, each file and caution once."""
+        said = [(r.file, r.cautions) for r in self.matrix.cells] + [(r.file, r.cautions) for r in self.other_rigs]
+        once = dict.fromkeys((Path(file).name, caution) for file, cautions in said for caution in cautions)
+        return tuple({"file": file, "caution": caution} for file, caution in once)
 
     def to_dict(self) -> dict[str, Any]:
         """The content of ``report.json``: all numbers; arrays that figures draw lie in the figures' data files."""
@@ -134,6 +149,9 @@ class Evidence:
             "runs": self.run_facts,
             "scene": self.scene_values,
             "recordings": self.registered,
+            "recordings_not_used": self.not_used,
+            "register_unreadable": self.register.unreadable or None,
+            "cautions": self.cautions,
         }
 
 

@@ -1,6 +1,6 @@
 """Gather everything the report shows: run, read, analyse and compare, each with its own progress."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from srbval.evidence.other_rigs_in_background import BackgroundReading
 from srbval.evidence.provenance import provenance, run_facts
 from srbval.evidence.shown_records import envelope_scalogram, shown_record, sideband_shares
 from srbval.evidence.speeds import published_speed_rows, single_speed
-from srbval.evidence.stored import chosen_transform, known_sensitivity, shown_ladder, shown_results
+from srbval.evidence.stored import known_sensitivity, shown_ladder, shown_results
 from srbval.models.kernel_cache import is_compiled, precompile
 from srbval.models.run import Run
 from srbval.models.run_file import scene_dict
@@ -27,7 +27,7 @@ from srbval.validation.bias import biases, pairs
 from srbval.validation.counterpart import AnalysedRun, run_counterpart
 from srbval.validation.cross_band import cross_bands
 from srbval.validation.effects import Sensitivity
-from srbval.validation.matrix import Matrix, build_matrix, point_of
+from srbval.validation.matrix import Matrix, Point, build_matrix, point_of
 from srbval.validation.other_rigs import OtherRecord
 from srbval.validation.simulation_cases import (
     PAPER_STATES,
@@ -95,24 +95,25 @@ class _Gathering:
         """All of it, in the order in which one thing needs another."""
         results = shown_results()
         with stage(self.progress, "Look up the registered recordings"):
-            chosen = choose_rig_recordings(self.printed)
-            others = BackgroundReading(listing().recordings, jobs=self.jobs)
+            register = listing(or_none=True)
+            of_rig = rig_recordings(register.recordings)
+            chosen = choose_rig_recordings(self.printed, of_rig)
+            others = BackgroundReading(register.recordings, jobs=self.jobs)
         simulated = self._simulate(seconds)
         known = known_sensitivity(results)
         if not known.effects:
             known = as_sensitivity(simulated.variations, simulated.runs["paper-outer"])
-        matrix = self._matrix(chosen, known)
+        keep = {point for entry in chosen.values() if (point := point_of(entry)) is not None}
+        matrix = self._matrix(of_rig, keep, known)
         rig = self._rig_side(chosen, matrix, stand_in_folder)
         model_at_rig = dict(simulated.paper) | {state: side.analysis for state, side in rig.models.items()}
         shown_cases = (*simulated.cases, *(side.case for side in rig.models.values()))
         runs = dict(simulated.runs) | {side.case.id: side.run for side in rig.models.values()}
-        transform = chosen_transform(results)
         with stage(self.progress, "Prepare the records that figures show"):
             sides = {"model": model_at_rig, "rig": rig.rig, "paper": simulated.paper if rig.measured else {}}
             shown = {name: {s: shown_record(a) for s, a in side.items()} for name, side in sides.items()}
             scalograms = {
-                name: {s: envelope_scalogram(record, transform) for s, record in shown[name].items()}
-                for name in ("model", "rig")
+                name: {s: envelope_scalogram(record) for s, record in shown[name].items()} for name in ("model", "rig")
             }
         with stage(self.progress, "Wait for the recordings of other rigs"):
             other_rigs = others.records()
@@ -130,7 +131,6 @@ class _Gathering:
             rig=rig.rig,
             shown=shown,
             scalograms=scalograms,
-            transform=transform,
             sidebands={name: sideband_shares(sides[name][Fault.INNER]) for name in ("model", "rig")},
             views=bearing_views(scene, geometry, runs["load-zone"]),
             load_path=load_path(runs["paper-healthy"]),
@@ -146,6 +146,7 @@ class _Gathering:
             variations=simulated.variations,
             known=known,
             registered=rig.registered,
+            register=register,
             matrix=matrix,
             pairs=found_pairs,
             bias=biases(found_pairs),
@@ -181,14 +182,14 @@ class _Gathering:
             paper=analyses,
         )
 
-    def _matrix(self, chosen: Mapping[Fault, RegisteredRecording], known: Sensitivity) -> Matrix:
+    def _matrix(self, registered: Sequence[RegisteredRecording], keep: set[Point], known: Sensitivity) -> Matrix:
         with stage(self.progress, "Fill the validation matrix: the model at every record's speed and load"):
             return build_matrix(
-                rig_recordings(),
+                registered,
                 bearing=self.bearing,
                 counterpart=lambda rig: run_counterpart(rig, progress=self.progress),
                 sensitivity=known,
-                keep_sides_of={point for entry in chosen.values() if (point := point_of(entry)) is not None},
+                keep_sides_of=keep,
                 jobs=self.jobs,
             )
 
@@ -234,15 +235,17 @@ def _datasets(
     return {name: dataset(name) for name in names if name}
 
 
-def choose_rig_recordings(printed: Table6) -> dict[Fault, RegisteredRecording]:
-    """The registered rig recordings to hold the model against: one nominal speed, the paper's load, no axial load.
+def choose_rig_recordings(
+    printed: Table6, registered: Iterable[RegisteredRecording]
+) -> dict[Fault, RegisteredRecording]:
+    """Those of the rig's recordings to hold the model against: one nominal speed, the paper's load, no axial load.
 
     The speed with most of the three states wins, then the one nearest to the paper's 727 rpm; of several records of
     a state the longest, as in the matrix.
     """
     usable = [
         r
-        for r in rig_recordings()
+        for r in registered
         if r.radial_kn == printed.radial_kn
         and not r.axial_kn
         and r.nominal_rpm is not None

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from srbval.bench.ladder.table import summary
-from srbval.bench.scalogram_check import TRANSFORMS
 from srbval.models.ladder import RUNGS
 from srbval.plan.calibrated import shipped_calibration
 from srbval.storage.stored_result import (
@@ -69,18 +68,6 @@ def known_sensitivity(results: Mapping[str, ShownResult]) -> Sensitivity:
     """What numerics and inputs do to the compared quantities, as last measured; empty where it never was."""
     content = results[SENSITIVITY].content
     return sensitivity_of(content) if content else NO_SENSITIVITY
-
-
-def chosen_transform(results: Mapping[str, ShownResult]) -> str:
-    """The first wavelet transform that passes the stored trial, else the one with the smallest error.
-
-    Where no trial is stored, the first one known.
-    """
-    trials = (results[READING].content or {}).get("transforms", ())
-    passed = [row for row in trials if row["passed"]]
-    by_error = sorted(trials, key=lambda row: max(row["tone_error"], row["impulse_error"]))
-    names = [str(row["transform"]) for row in (*passed, *by_error)]
-    return (*names, next(iter(TRANSFORMS)))[0]
 
 
 def shown_ladder() -> ShownLadder:

@@ -17,7 +17,7 @@ ring does to the pulses, axial load.
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -31,6 +31,7 @@ from srbval.models.run_statistics import RunStatistics
 from srbval.models.simulate import prescribed_outputs
 from srbval.scene import Defect, Scene
 
+MOST_AT_ONCE = 2_000_000  # samples of pulses worked on together
 # Without geometry:
 PULSE_S = 5e-4  # up to 3 kHz is excited
 LINE_CONTACT = 10 / 9
@@ -66,8 +67,7 @@ def _pulses(ring: PlanarRing, number: int, balance_m: FloatArray, samples: int) 
     """Force of defect `number` on the ring at each sample, [samples, 2], the ring held at `balance_m`."""
     scene, motion, rate = ring.scene, ring.motion, ring.scene.output_rate_hz
     defect = scene.defects[number]
-    random = np.random.default_rng([scene.seed, number])
-    jitter = scene.slip_jitter * random.standard_normal(int(samples / rate * ring.passing_hz) + 1000)
+    jitter = _jitter(scene, number)
     time_s, race = passages(defect, motion, ring.kernel.rollers, scene.load.zone_rad, samples / rate, jitter)
     angle = _defect_angle(defect, motion, ring.kernel.rollers, time_s)
     outwards = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
@@ -76,6 +76,12 @@ def _pulses(ring: PlanarRing, number: int, balance_m: FloatArray, samples: int) 
         hit = race == ring.kernel.defects[table, ring_kernel.KIND] % 2
         _add(ring, table, time_s[hit], outwards[hit], balance_m, force)
     return force
+
+
+def _jitter(scene: Scene, number: int) -> Callable[[int], FloatArray]:
+    """The random parts of defect `number`'s spacings, see `passages`."""
+    random = np.random.default_rng([scene.seed, number])
+    return lambda count: scene.slip_jitter * random.standard_normal(count)
 
 
 def _defect_angle(defect: Defect, motion: Prescribed, rolling_elements: int, time_s: FloatArray) -> FloatArray:
@@ -90,6 +96,8 @@ def _add(
     ring: PlanarRing, table: int, time_s: FloatArray, outwards: FloatArray, balance_m: FloatArray, force: FloatArray
 ) -> None:
     """Add the pulses of one defect on one race: what its table says at the approach and position of each sample."""
+    if len(time_s) == 0:  # turning so slowly that none passes
+        return
     rate, kernel = ring.scene.output_rate_hz, ring.kernel
     bumps, position_step = kernel.bumps[table], kernel.defects[table, ring_kernel.POSITION_STEP]
     at = np.clip((-outwards @ balance_m - kernel.bump_start) / kernel.bump_step, 0, len(bumps) - 1.001)
@@ -100,6 +108,10 @@ def _add(
     positions = pulse.shape[1] - 1
     half = int(np.ceil(position_step * positions / max(speed.min(), 1e-6) * rate)) + 1
     half = min(half, force.shape[0])
+    if len(time_s) > 1 and len(time_s) * (2 * half + 1) > MOST_AT_ONCE:  # a slow passage makes all of them wide
+        for part in (slice(None, len(time_s) // 2), slice(len(time_s) // 2, None)):
+            _add(ring, table, time_s[part], outwards[part], balance_m, force)
+        return
     sample = np.round(time_s * rate).astype(np.int64)[:, None] + np.arange(-half, half + 1)
     position = np.abs(sample / rate - time_s[:, None]) * speed[:, None] / position_step
     inside = (position < positions) & (sample >= 0) & (sample < force.shape[0])
@@ -118,9 +130,7 @@ def _assumed_pulses(stats: RunStatistics, samples: int) -> FloatArray:
     seconds = samples / scene.output_rate_hz
     force = np.zeros((samples, 2))
     for number, defect in enumerate(scene.defects):
-        random = np.random.default_rng([scene.seed, number])
-        most = int(seconds * scene.shaft_hz * 4 * bearing.rolling_elements) + 1000
-        jitter = scene.slip_jitter * random.standard_normal(most)
+        jitter = _jitter(scene, number)
         time_s, _ = passages(defect, motion, bearing.rolling_elements, scene.load.zone_rad, seconds, jitter)
         angle = _defect_angle(defect, motion, bearing.rolling_elements, time_s)
         away = np.cos(angle - scene.load.zone_rad)

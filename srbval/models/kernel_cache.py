@@ -56,12 +56,14 @@ def precompile(model: str) -> float:
         if is_compiled(model):
             return 0.0
         started = time.perf_counter()
-        done = subprocess.run(
-            [sys.executable, "-P", "-m", "srbval.models.precompile", model],
-            env=os.environ | child_environment(), stdin=subprocess.DEVNULL, capture_output=True, check=False,
-        )  # fmt: skip
-        if done.returncode == 0:
-            with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError):
+            with subprocess.Popen(  # it ends when its input does, so it does not outlive this process
+                [sys.executable, "-P", "-m", "srbval.models.precompile", model],
+                env=os.environ | child_environment(), stdin=subprocess.PIPE,
+                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            ) as compiler:  # fmt: skip
+                code = compiler.wait()
+            if code == 0:
                 _marker(model).touch()
         return time.perf_counter() - started
 

@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from srbval.errors import SrbvalError
 from srbval.models.kernel_cache import WITHOUT_KERNELS, compile_in_this_process, precompile
 from srbval.models.simulate import simulate
+from srbval.processes.answering import end_with_input
 from srbval.scene import paper_scene
 
 SHORTEST_S = 0.001  # simulated, to compile what a run needs
@@ -38,6 +39,7 @@ def shortest_run(model: str) -> None:
 
 
 if __name__ == "__main__":
+    end_with_input()
     for name in sys.argv[1:]:
         compile_in_this_process(name)
         shortest_run(name)

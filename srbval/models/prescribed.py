@@ -1,6 +1,7 @@
 """Motion that the lower rungs prescribe: drive, cage and rollers as in pure rolling, and the passages of defects."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from srbval.bearing import Fault, FaultOrders
 from srbval.errors import ConfigurationError
 from srbval.scene import Defect, Scene
 
+MOST_PASSAGES = 10_000_000  # of a defect in a run that is computed at once
 GRID_S = 1e-3  # on which angles are inverted to times; between, speeds are taken as constant
 
 
@@ -77,18 +79,23 @@ def passages(
     rolling_elements: int,
     zone_rad: float,
     seconds: float,
-    jitter: FloatArray | None = None,
+    jitter: Callable[[int], FloatArray] | None = None,
 ) -> tuple[FloatArray, NDArray[np.int64]]:
     """Rising times of all passages from 0 to `seconds`, a few before and after besides [s]; race hit, 0 outer, 1 inner.
 
-    `jitter`, [k] or longer: random parts of the spacings, relative to the mean one, added up one after the other: a
+    `jitter` gives k random parts of the spacings, [k], relative to the mean one, added up one after the other: a
     process of stationary increments (Antoni & Randall 2003, J. Vib. Acoust. 125, 282), whose phase wanders off. None:
-    strictly periodic in the shaft's angle.
+    strictly periodic in the shaft's angle. `ConfigurationError` for more passages than memory is meant for.
     """
     grid = np.arange(-20 * GRID_S, seconds + 20 * GRID_S, GRID_S)
     phase = _phase(defect, motion, rolling_elements, zone_rad, grid)
+    if phase[-1] - phase[0] > MOST_PASSAGES:
+        raise ConfigurationError(
+            f"{phase[-1] - phase[0]:.3g} passages of a defect in {seconds:g} s; the limit of the {motion.scene.model} "
+            f"model is {MOST_PASSAGES:.0e}: shorten the run, or use --model full."
+        )
     numbers = np.arange(np.ceil(phase[0]), np.floor(phase[-1]) + 1)
-    wander = np.zeros(len(numbers)) if jitter is None else np.cumsum(jitter[: len(numbers)])
+    wander = np.zeros(len(numbers)) if jitter is None else np.cumsum(jitter(len(numbers)))
     time_s = np.interp(numbers + wander, phase, grid)
     roller, inner = defect.kind is Fault.ROLLER, int(defect.kind is Fault.INNER)
     race = numbers.astype(np.int64) % 2 if roller else np.full(len(numbers), inner)

@@ -8,7 +8,7 @@ import dataclasses
 import enum
 import json
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -18,8 +18,7 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.models.run import Run, RunSummary
 from srbval.scene import Scene
-from srbval.storage.own_hdf5 import SCHEMA_VERSION
-from srbval.storage.whole_file import whole_file
+from srbval.storage.own_hdf5 import CHECKED, own_hdf5
 
 ROWS = 4096  # of a chunk on disk
 DETAIL_DIMENSIONS = {"spin_rad_s": ("detail_time_s", "roller"), "load_n": ("detail_time_s", "race", "roller", "circle")}
@@ -29,12 +28,13 @@ VARIABLES = tomllib.loads((files("srbval.models") / "run_variables.toml").read_t
 class RunWriter:
     """Writes a run into an open HDF5 file as it goes: `append` each chunk, `finish` once."""
 
-    def __init__(self, file: Any, scene: Scene) -> None:
-        self._file, self._scene = file, scene
+    def __init__(self, file: Any, scene: Scene, *, check_written: Callable[[], None] = lambda: None) -> None:
+        self._file, self._scene, self._check_written = file, scene, check_written
         self.finished = False
 
     def append(self, signals: Mapping[str, Any]) -> None:
-        """Add a chunk: the arrays of a `Run` by their names there, `energy` among them."""
+        """Add a chunk: the arrays of a `Run` by their names there, `energy` among them; `DataError` for a full disk."""
+        self._check_written()
         arrays = {**signals, **vars(signals["energy"])}
         for name, variable in VARIABLES.items():
             values = arrays[variable.get("array", name)]
@@ -59,13 +59,15 @@ class RunWriter:
             if not dataset.is_scale:
                 for dimension, scale in enumerate(DETAIL_DIMENSIONS.get(name, ("time_s",))):
                     dataset.dims[dimension].attach_scale(self._file[scale])
-        self._file.attrs.update({"schema_version": SCHEMA_VERSION, "fs_hz": fs_hz, **_attributes(summary)})
+        self._file.attrs.update({"fs_hz": fs_hz, **_attributes(summary)})
         self.finished = True
 
     def _extend(self, name: str, values: FloatArray, units: str, long_name: str) -> None:
         if name not in self._file:
             shape = values.shape[1:]
-            made = self._file.create_dataset(name, data=values, maxshape=(None, *shape), chunks=(ROWS, *shape))
+            made = self._file.create_dataset(
+                name, data=values, maxshape=(None, *shape), chunks=(ROWS, *shape), **CHECKED
+            )
             made.attrs.update({"units": units, "long_name": long_name})
             return
         dataset = self._file[name]
@@ -73,7 +75,7 @@ class RunWriter:
         dataset[-len(values) :] = values
 
     def _scale(self, name: str, values: Any, units: str, long_name: str) -> None:
-        scale = self._file.create_dataset(name, data=values)
+        scale = self._file.create_dataset(name, data=values, **CHECKED)
         scale.attrs.update({"units": units, "long_name": long_name})
         scale.make_scale(name)
 
@@ -88,12 +90,9 @@ def run_writer(path: Path, scene: Scene) -> Iterator[RunWriter]:
 
     Raises `DataError` where the place cannot be written.
     """
-    import h5py
-
-    with contextlib.suppress(_UnfinishedError), whole_file(path) as part:
-        with h5py.File(part, "w", track_order=True) as file:
-            writer = RunWriter(file, scene)
-            yield writer
+    with contextlib.suppress(_UnfinishedError), own_hdf5(path) as file:
+        writer = RunWriter(file, scene, check_written=file.check_written)
+        yield writer
         if not writer.finished:
             raise _UnfinishedError
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
+import shutil
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -12,8 +14,9 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import SphericalRollerGeometry, load_bearing
+from srbval.errors import ConfigurationError
 from srbval.models import outputs as col
-from srbval.models.kernel_cache import precompile
+from srbval.models.kernel_cache import WITHOUT_KERNELS, precompile
 from srbval.models.ladder import check_known, rung_of
 from srbval.models.outputs import Outputs
 from srbval.models.prescribed import Prescribed
@@ -26,6 +29,8 @@ if TYPE_CHECKING:
     from srbval.models.full.parameters import Parameters
 
 CHUNK_S = 0.02  # simulated time between two reports of progress
+CHUNK_STEPS = 500_000  # at most; a run can be interrupted between two chunks only
+COPIES = 3  # of the signals that are in memory at once when they are put together
 MakeParameters = Callable[[Scene, SphericalRollerGeometry], "Parameters"]
 
 
@@ -39,7 +44,9 @@ def simulate(scene: Scene, *, progress: Progress = silent) -> Run:
     recovery ends early, and its signals with it.
     """
     stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
-    chunks = list(_recorded(stats, progress))
+    check_room(stats)
+    with np.errstate(all="ignore"):  # a state that is no longer finite is a status of the run
+        chunks = list(_recorded(stats, progress))
     out = np.concatenate([chunk.out for chunk in chunks])
     return Run(
         **vars(stats.summary()),
@@ -58,13 +65,43 @@ def simulate_to_file(scene: Scene, path: Path, *, progress: Progress = silent) -
     from srbval.models.run_file import run_writer
 
     stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
-    with run_writer(path, scene) as writer:
+    check_room(stats, path.parent)
+    with np.errstate(all="ignore"), run_writer(path, scene) as writer:
         for chunk in _recorded(stats, progress):
             writer.append(signals(chunk.out) | {"spin_rad_s": chunk.spin_rad_s, "load_n": chunk.load_n})
         summary = stats.summary()
         if summary.status is RunStatus.OK:
             writer.finish(summary)
     return summary
+
+
+def check_room(stats: RunStatistics, folder: Path | None = None) -> None:
+    """Refuse a run whose signals will not fit into this machine's memory, or into `folder` where they go to a file.
+
+    An estimate of the largest arrays alone; `ConfigurationError` with what is needed and what is there.
+    """
+    scene, samples, row = stats.scene, stats.scene.samples, 8 * col.COUNT
+    details = samples // (scene.outputs_per_detail or math.inf) * stats.bearing.rolling_elements * 14 * 8
+    kept = 16 * samples if folder else COPIES * (samples * row + details)  # beside a file the time axis alone
+    if scene.model in WITHOUT_KERNELS:  # computed at once
+        kept += COPIES * row * (samples + round(scene.settle_s * scene.output_rate_hz))
+    rooms = [("memory", kept, _memory_bytes())]
+    if folder is not None and folder.is_dir():
+        rooms.append((f"disk at {folder}", samples * (row + 8) + details, shutil.disk_usage(folder).free))
+    for what, needed, there in rooms:
+        if needed > there:
+            raise ConfigurationError(
+                f"{scene.duration_s:g} s at {scene.output_rate_hz:g} Hz need some {needed / 1e9:.3g} GB of {what}, "
+                f"there are {there / 1e9:.3g} GB: shorten the run, lower the rates{'' if folder else ', or use -o'}."
+            )
+
+
+def _memory_bytes() -> float:
+    """Physical memory; infinity where the system does not tell."""
+    try:
+        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    except (AttributeError, ValueError, OSError):
+        return math.inf
 
 
 def signals(out: FloatArray) -> dict[str, Any]:
@@ -131,7 +168,7 @@ def full_model(
     started = time.perf_counter()
     take(0, 0, 0)
     stats.compile_s += time.perf_counter() - started
-    for first, count in chunks(settle, whole, per_detail, scene.output_rate_hz):
+    for first, count in chunks(settle, whole, per_detail, scene.output_rate_hz, per_output):
         started = time.perf_counter()
         steps = take(first, count, per_detail if first >= settle else 0)
         stats.wall_s += time.perf_counter() - started
@@ -158,9 +195,12 @@ def prescribed_outputs(
         yield first, Outputs(out=out[first : first + count])
 
 
-def chunks(settle: int, whole: int, per_detail: int, rate_hz: float) -> Iterator[tuple[int, int]]:
-    """First interval and length of each chunk: one ends where settling does, details fall on a chunk's start."""
-    length = max(1, round(CHUNK_S * rate_hz))
+def chunks(settle: int, whole: int, per_detail: int, rate_hz: float, steps: int = 1) -> Iterator[tuple[int, int]]:
+    """First interval, of so many `steps`, and length of each chunk.
+
+    One ends where settling does, details fall on a chunk's start.
+    """
+    length = max(1, min(round(CHUNK_S * rate_hz), CHUNK_STEPS // steps))
     if per_detail:
         length = -(-length // per_detail) * per_detail
     first = 0

@@ -1,5 +1,6 @@
 """The display of progress on standard error: bars on a terminal, plain lines in logs and pipes."""
 
+import contextlib
 import sys
 import threading
 import time
@@ -159,7 +160,8 @@ class Lines:
 
     def _write(self, line: str) -> None:
         self._written_at = time.monotonic()
-        print(line, file=self._stream, flush=True)
+        with contextlib.suppress(OSError):  # nobody reads: no reason to stop
+            print(line, file=self._stream, flush=True)
 
 
 def _span(seconds: float) -> str:

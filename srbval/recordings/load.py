@@ -11,9 +11,10 @@ from srbval.models.run import Run
 from srbval.recordings.datasets import recognise
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.loaders import detect_format
+from srbval.recordings.raw import printable
 from srbval.recordings.reading import Reading
 from srbval.recordings.recording import Origin, Recording, SourceFacts
-from srbval.recordings.settings import RecordingSettings, apply_settings, open_questions
+from srbval.recordings.settings import NAMED_CHANNELS, RecordingSettings, apply_settings, open_questions
 from srbval.recordings.speed import RPM_PER_HZ, prescribed_speed, profile_signal
 
 
@@ -67,7 +68,10 @@ def recording_from_run(run: Run) -> Recording:
 
 def read_file(path: Path) -> Reading:
     """Contents of the file, with open choices left open (`Reading.channel`, `Reading.fs_hz` may be None)."""
-    return recognise(detect_format(path).load(path))
+    try:
+        return recognise(detect_format(path).load(path))
+    except OSError as error:  # gone since, a disk that fails, no memory for a map of it
+        raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
 
 
 def sha256_of(path: Path) -> str:
@@ -93,6 +97,9 @@ def _assemble(path: Path, reading: Reading, sha256: str) -> Recording:
         if len(c.samples) == len(main.samples) and c.recording_unit == main.recording_unit
     }
     stated = {f.name: getattr(reading, f.name) for f in dataclasses.fields(SourceFacts)}
+    stated["cautions"] = reading.all_cautions()
+    if left := [printable(key) for key in reading.channels if key not in same]:
+        stated["notes"] = (*reading.notes, f"left out, of another length or unit: {', '.join(left[:NAMED_CHANNELS])}")
     stated["axes"] = None if reading.channel is not None else reading.axes
     band_hz = main.band_hz
     if band_hz is None and reading.dataset is not None:

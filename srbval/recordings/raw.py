@@ -13,6 +13,7 @@ from srbval.errors import DataError
 
 Value = NDArray[Any] | str
 TEXT = "text"  # format of text tables
+NO_TABLE = "table of numbers"  # in what is said of a text that is none: it never was a recording
 MAX_CODES = 64
 LARGEST = 1e100  # above any vibration sample; its square and its spectrum must not overflow
 LONGEST_NAME = 80
@@ -26,21 +27,33 @@ class RawFile:
     """Variables of a file under their own names; fields of nested structs are joined by dots.
 
     `variables` holds numeric arrays (any shape, as stored) and texts; `attributes` the root attributes
-    of an HDF5 file or the ``# key = value`` lines of a text file. Nothing in it is interpreted.
+    of an HDF5 file or the ``# key = value`` lines of a text file, `units` the ``units`` attributes of its data sets.
+    `notes` and `cautions` are the loader's own, see `recording.SourceFacts`. Nothing in it is interpreted.
+    `unusable` says of variables whose samples the file does not hold why; they are NaN, and `DataError` where used.
     """
 
     path: Path
     format: str
     variables: Mapping[str, Value]
     attributes: Mapping[str, float | str] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    cautions: tuple[str, ...] = ()
+    unusable: Mapping[str, str] = field(default_factory=dict)
+
+    def check_usable(self, name: str) -> None:
+        """Refuse (`DataError`) a variable that is `unusable`."""
+        if name in self.unusable:
+            raise DataError(f"{self.path}: {self.unusable[name]}")
 
     def array(self, name: str) -> NDArray[Any] | None:
-        """The numeric array called `name`, or None."""
+        """The numeric array called `name`, or None; of one that is `unusable` the shape alone means something."""
         value = self.variables.get(name)
         return value if isinstance(value, np.ndarray) else None
 
     def number(self, name: str) -> float | None:
         """The scalar called `name` (a one-element array, or a text that is a number), or None."""
+        self.check_usable(name)
         value = self.variables.get(name, self.attributes.get(name))
         if isinstance(value, np.ndarray):
             value = value.flat[0].item() if value.size == 1 else None
@@ -52,6 +65,7 @@ class RawFile:
 
     def text(self, name: str) -> str | None:
         """The text called `name`, or None; a short array of 16-bit codes (MATLAB v7.3) is read as one."""
+        self.check_usable(name)
         value = self.variables.get(name, self.attributes.get(name))
         if isinstance(value, np.ndarray) and value.dtype == np.uint16 and 0 < value.size <= MAX_CODES:
             return "".join(chr(code) for code in value.ravel(order="F"))
@@ -59,6 +73,7 @@ class RawFile:
 
     def signal(self, name: str) -> NDArray[np.float64]:
         """The array called `name` as samples, see `as_signal`."""
+        self.check_usable(name)
         return as_signal(self.variables[name], f"{self.path}: {name}")
 
 

@@ -7,7 +7,9 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
+from srbval.recordings.raw import printable
 from srbval.recordings.recording import Origin, SourceFacts
+from srbval.recordings.time_column import TimeColumn
 
 STANDARD_GRAVITY_M_S2 = 9.80665
 N_PER_KN = 1e3
@@ -41,6 +43,7 @@ class Channel:
     band_hz: tuple[float, float] | None = None
     state: Fault | None = None
     variable: str | None = None
+    cautions: tuple[str, ...] = ()
 
     @property
     def recording_unit(self) -> str:
@@ -58,11 +61,20 @@ class Channel:
 class Reading(SourceFacts):
     """Contents of a file. `channel` is None where the file leaves the choice open, as is `fs_hz`.
 
-    `speed_problem` says why the speed found cannot be trusted; only one given by the user resolves it.
+    `speed_problem` says why the speed found cannot be trusted; only one given by the user resolves it. `rate_problem`
+    says why the rate is open, `time` what the times of the file say of it.
     """
 
     channels: Mapping[str, Channel]
     origin: Origin = Origin.MEASURED
     fs_hz: float | None = None
+    rate_problem: str | None = None
+    time: TimeColumn | None = None
     speed_problem: str | None = None
     name: str | None = None
+
+    def all_cautions(self) -> tuple[str, ...]:
+        """Those of the file and of the channel to analyse; of every channel, by its name, where that is open."""
+        if self.channel is not None:
+            return self.cautions + self.channels[self.channel].cautions
+        return self.cautions + tuple(f"{printable(n)}: {c}" for n, ch in self.channels.items() for c in ch.cautions)

@@ -55,7 +55,10 @@ class SpeedSignal:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SourceFacts:
-    """What the source of a record says of it; None where it says nothing. Loads in N, nominal speed in rpm."""
+    """What the source of a record says of it; None where it says nothing. Loads in N, nominal speed in rpm.
+
+    `notes` say what was read from where, `cautions` what may make the numbers wrong, each with a count.
+    """
 
     origin: Origin
     dataset: str | None = None
@@ -67,6 +70,7 @@ class SourceFacts:
     axial_n: float | None = None
     nominal_rpm: float | None = None
     notes: tuple[str, ...] = ()
+    cautions: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -78,7 +82,7 @@ class Recording(SourceFacts):
     ``unknown``). `channel` names the one to analyse; a simulated run names two radial axes in `axes`
     instead, to be rotated onto the sensor's direction. What the source does not say is None.
     `speed_signal` is the signal whose mean is `speed`, where there is one.
-    `band_hz` is the demodulation band that its data set declares. `notes` say what was read from where.
+    `band_hz` is the demodulation band that its data set declares.
     """
 
     name: str

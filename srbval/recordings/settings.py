@@ -62,7 +62,9 @@ def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) ->
     if settings.channel is not None:
         notes.append(f"channel {printable(settings.channel)} chosen by the user")
         reading = dataclasses.replace(reading, channel=_find_channel(path, reading, settings.channel), axes=None)
-    return dataclasses.replace(reading, notes=tuple(notes))
+    against = reading.time.against(reading.fs_hz) if reading.time and reading.fs_hz else None
+    cautions = (*reading.cautions, *filter(None, (against,)))
+    return dataclasses.replace(reading, notes=tuple(notes), cautions=cautions)
 
 
 def open_questions(reading: Reading) -> tuple[str, ...]:
@@ -71,7 +73,8 @@ def open_questions(reading: Reading) -> tuple[str, ...]:
     if reading.channel is None and reading.axes is None:
         questions.append(f"which of {len(reading.channels)} channels: --channel {' | '.join(_names(reading))}")
     if reading.fs_hz is None:
-        questions.append("no sampling rate: --fs HZ")
+        because = f" ({reading.rate_problem})" if reading.rate_problem else ""
+        questions.append(f"no sampling rate{because}: --fs HZ")
     if any(c.unit is None for c in reading.channels.values()):
         questions.append(f"no unit: --unit {' | '.join(u for u in UNITS if u.isascii() and '^' not in u)}")
     if reading.speed_problem is not None:

@@ -5,12 +5,15 @@ import math
 from dataclasses import dataclass
 
 from srbval.bearing import Fault
-from srbval.config.strict import quantity
+from srbval.config.strict import check_ranges, quantity
 from srbval.errors import ConfigurationError
+
+MOST_FRICTION = 100.0  # far above any material's; beyond it the step's arithmetic overflows
 
 
 def positive(owner: object, *names: str) -> None:
-    """Refuse fields of `owner` that are not above zero."""
+    """Refuse fields of `owner` that are not above zero, and quantities that no machine has."""
+    check_ranges(owner)
     for name in names:
         value = getattr(owner, name)
         if not value > 0:
@@ -18,7 +21,8 @@ def positive(owner: object, *names: str) -> None:
 
 
 def not_negative(owner: object, *names: str) -> None:
-    """Refuse fields of `owner` that are below zero."""
+    """Refuse fields of `owner` that are below zero, and quantities that no machine has."""
+    check_ranges(owner)
     for name in names:
         value = getattr(owner, name)
         if value < 0:
@@ -76,10 +80,10 @@ class Contact:
     def __post_init__(self) -> None:
         positive(self, "stiffness_n_m", "smoothing_width_m", "critical_velocity_m_s")
         not_negative(self, "damping_ns_m", "dynamic_friction")
-        if self.static_friction < self.dynamic_friction:
+        if not self.dynamic_friction <= self.static_friction <= MOST_FRICTION:
             raise ConfigurationError(
                 f"static_friction = {self.static_friction} must not be below dynamic_friction = "
-                f"{self.dynamic_friction}."
+                f"{self.dynamic_friction}, nor above {MOST_FRICTION:g}."
             )
         if not 60 <= self.points_per_circle <= 100_000:
             raise ConfigurationError(f"points_per_circle = {self.points_per_circle} must be between 60 and 100000.")
@@ -146,6 +150,7 @@ class Defect:
     extent_m: float | None = quantity("length", default=None)
 
     def __post_init__(self) -> None:
+        check_ranges(self)
         limits = (("points", 1, 50), ("row", 1, 2), ("circle", 1, 3), ("refinement", 1, 50), ("roller", 1, 1000))
         for name, low, high in limits:
             value = getattr(self, name)

@@ -10,8 +10,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from srbval.config.strict import quantity
+from srbval.config.strict import check_ranges, quantity
 from srbval.errors import ConfigurationError
+
+CLOSEST_S = 1e-9  # two entries; nearer, the slope between them may overflow
 
 
 def _check_table(what: str, time_s: Sequence[float], *columns: Sequence[float]) -> None:
@@ -19,8 +21,9 @@ def _check_table(what: str, time_s: Sequence[float], *columns: Sequence[float]) 
         raise ConfigurationError(f"{what} profile: it needs two or more times and one value for each.")
     if not all(math.isfinite(value) for column in (time_s, *columns) for value in column):
         raise ConfigurationError(f"{what} profile: every time and value must be a finite number.")
-    if any(later <= earlier for earlier, later in itertools.pairwise(time_s)):
-        raise ConfigurationError(f"{what} profile: times must rise; found {list(time_s)}.")
+    pair = next((pair for pair in itertools.pairwise(time_s) if not pair[1] - pair[0] >= CLOSEST_S), None)
+    if pair is not None:
+        raise ConfigurationError(f"{what} profile: times must rise by {CLOSEST_S:g} s or more; found {pair}.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,6 +59,7 @@ class SpeedProfile(_Profile):
 
     def __post_init__(self) -> None:
         _check_table("speed", self.time_s, self.speed_rad_s)
+        check_ranges(self)
         if min(self.speed_rad_s) < 0:
             raise ConfigurationError(f"speed profile: {min(self.speed_rad_s)} rad/s must not be negative.")
 
@@ -81,6 +85,7 @@ class LoadProfile(_Profile):
 
     def __post_init__(self) -> None:
         _check_table("load", self.time_s, self.radial_n, self.axial_n)
+        check_ranges(self)
         if min(self.radial_n) < 0:
             raise ConfigurationError(f"load profile: radial load {min(self.radial_n)} N must not be negative.")
 

@@ -6,8 +6,10 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from srbval.config.strict import SI_SUFFIX, build, read_toml
-from srbval.scene.scene import Scene
+from srbval.config.strict import build, read_toml
+from srbval.config.units import SI_SUFFIX
+from srbval.errors import ConfigurationError
+from srbval.scene.scene import MOST_DEFECTS, Scene
 
 PAPER_FILE = "paper.toml"
 DRILL = "2 mm"  # section 3.2
@@ -47,6 +49,8 @@ def _scene(table: Mapping[str, Any], where: str) -> Scene:
     base = _paper_table()
     merged = merge(base, table)
     further = merged.get("further_defects", [])
+    if isinstance(further, list) and len(further) >= MOST_DEFECTS:
+        raise ConfigurationError(f"{where}: {len(further)} further defects; the limit is {MOST_DEFECTS} defects.")
     if isinstance(further, list):  # each further defect, too, is laid over the paper's
         merged["further_defects"] = [
             _with_extent(merge(base["defect"], d)) if isinstance(d, Mapping) else d for d in further

@@ -14,6 +14,10 @@ from srbval.scene.parts import Bodies, Contact, Defect, Housing, Load, not_negat
 from srbval.scene.profile import LoadProfile, SpeedProfile
 
 STEP_TOLERANCE = 1e-6  # how far an output interval may be from a whole number of steps, relative
+MOST_PER_OUTPUT = 100_000  # steps; within an output interval a run cannot be interrupted
+MOST_STEPS = 1e11  # of a run, settling included; a week of computing or more
+MOST_JITTER = 10.0  # passages out of all order
+MOST_DEFECTS = 20  # each with a table of its own, which takes seconds to make
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,6 +64,13 @@ class Scene:
     def __post_init__(self) -> None:
         positive(self, "shaft_speed_rad_s", "duration_s", "output_rate_hz")
         not_negative(self, "settle_s", "detail_rate_hz", "slip_jitter")
+        if not 0 <= self.seed < 2**63:
+            raise ConfigurationError(f"seed = {self.seed} must be zero or above, and below 2^63.")
+        if not (self.slip_jitter <= MOST_JITTER and len(self.further_defects) < MOST_DEFECTS):
+            raise ConfigurationError(
+                f"slip_jitter = {self.slip_jitter:g}, {1 + len(self.further_defects)} defects: "
+                f"the limits are {MOST_JITTER:g} and {MOST_DEFECTS}."
+            )
         for profile in (self.speed_profile, self.load_profile):
             if profile is not None:
                 profile.check_covers(self.duration_s)
@@ -72,6 +83,12 @@ class Scene:
                 f"detail_rate_hz = {self.detail_rate_hz:g} must divide output_rate_hz = {self.output_rate_hz:g}."
             )
         steps = 1 / (self.output_rate_hz * self.solver.step_s)
+        long = (self.settle_s + self.duration_s) / self.solver.step_s
+        if steps > MOST_PER_OUTPUT or long > MOST_STEPS:
+            raise ConfigurationError(
+                f"step_s = {self.solver.step_s:g} makes {steps:.3g} steps per output and {long:.3g} in all; the limits "
+                f"are {MOST_PER_OUTPUT} and {MOST_STEPS:g}: take a longer step or a shorter run."
+            )
         if round(steps) < 1 or abs(steps / round(steps) - 1) > STEP_TOLERANCE:
             raise ConfigurationError(
                 f"the output interval 1/{self.output_rate_hz:g} s is {steps:.6g} steps of {self.solver.step_s:g} s; "

@@ -1,7 +1,7 @@
 """Outcomes of the runs of the map, stored so that an interrupted map continues; the converged runs among them."""
 
 import math
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from srbval.bench.measures import band_rms, smooth_mean
@@ -85,12 +85,11 @@ def outcome_of(tried: Attempt, wall_s: float) -> StabilityOutcome:
 
 
 def _stored(store: ContentStore, scene: Scene) -> StabilityOutcome | None:
-    table: dict[str, Any] | None = store.load(scene_content(scene))
-    names = {field.name for field in fields(StabilityOutcome)}
-    if table is None or set(table) != names:
-        return None
-    values: dict[str, Any] = {name: math.nan if value is None else value for name, value in table.items()}
-    return StabilityOutcome(**values)
+    def read(table: dict[str, Any]) -> StabilityOutcome:
+        values: dict[str, Any] = {name: math.nan if value is None else value for name, value in table.items()}
+        return StabilityOutcome(**values)
+
+    return store.load(scene_content(scene), read)
 
 
 @dataclass(frozen=True, kw_only=True)

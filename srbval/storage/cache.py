@@ -4,25 +4,37 @@ Below ``platformdirs.user_cache_dir("srbval")``: compiled kernels, results of co
 kernels alone go elsewhere where ``NUMBA_CACHE_DIR`` names a folder.
 """
 
+import contextlib
 import os
-import shutil
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
 from srbval.errors import ConfigurationError, DataError
+from srbval.storage.whole_file import UNFINISHED
 
 KERNELS = "kernels"
 KERNEL_VARIABLE = "NUMBA_CACHE_DIR"
+# Names of the files that this program and its compiler write there; whatever else lies there is not ours to delete.
+KERNEL_FILES = re.compile(r".+\.nb[ic](\.tmp\.[0-9a-f]+)?|compiled-[a-z]+-[0-9a-f]{12}")
+RESULT_FILES = re.compile(
+    r"(speed_accuracy|stability|noise_study|campaign_scale|reading|sensitivity|held_out|.+-[0-9a-f]{32})\.json|"
+    + UNFINISHED.pattern
+)
 
 
 @dataclass(frozen=True, kw_only=True)
 class CacheUse:
-    """What one kind of content occupies: its folder, the number of files and their size [bytes]."""
+    """What one kind of content occupies: its folder, the number of files and their size [bytes].
+
+    `left`: how many files and links there are not this program's; they are neither counted nor deleted.
+    """
 
     kind: str
     folder: Path
     files: int
     size_bytes: int
+    left: int = 0
 
 
 def cache_folder(kind: str) -> Path:
@@ -34,9 +46,9 @@ def cache_folder(kind: str) -> Path:
 def cache_use() -> tuple[CacheUse, ...]:
     """What every kind of content occupies, by name; folders that an earlier version left behind are among them."""
     root = _root()
-    names = {path.name for path in root.iterdir()} if root.is_dir() else set()
+    names = {Path(name).name for name in next(os.walk(root), (root, [], []))[1]}
     kinds = [kind for kind in sorted(names | {KERNELS}) if cache_folder(kind).is_dir()]
-    return tuple(_use(kind) for kind in kinds)
+    return tuple(_use(kind) for kind in kinds if not cache_folder(kind).is_symlink())
 
 
 def clear_cache(*kinds: str) -> tuple[CacheUse, ...]:
@@ -50,17 +62,36 @@ def clear_cache(*kinds: str) -> tuple[CacheUse, ...]:
         raise ConfigurationError(f"the cache holds no {unknown[0]!r}. It holds: {', '.join(found) or 'nothing'}.")
     chosen = tuple(found[kind] for kind in kinds or found)
     for use in chosen:
+        files, _ = _files(use.kind)
         try:
-            shutil.rmtree(use.folder)
+            for path in files:
+                path.unlink(missing_ok=True)
         except OSError as error:
             raise DataError(f"{use.folder}: cannot be deleted ({error.strerror}).") from None
+        folders = {folder for path in files for folder in path.parents if folder.is_relative_to(use.folder)}
+        for folder in sorted(folders or {use.folder}, reverse=True):
+            with contextlib.suppress(OSError):  # it holds what is not ours
+                folder.rmdir()
     return chosen
 
 
 def _use(kind: str) -> CacheUse:
-    folder = cache_folder(kind)
-    files = [path for path in folder.rglob("*") if path.is_file()]
-    return CacheUse(kind=kind, folder=folder, files=len(files), size_bytes=sum(path.stat().st_size for path in files))
+    files, left = _files(kind)
+    return CacheUse(kind=kind, folder=cache_folder(kind), files=len(files), size_bytes=sum(files.values()), left=left)
+
+
+def _files(kind: str) -> tuple[dict[Path, int], int]:
+    """This program's files of a kind with their sizes [bytes], and how many others; links are not followed."""
+    own, left, names_of = {}, 0, KERNEL_FILES if kind == KERNELS else RESULT_FILES
+    for folder, inner, names in os.walk(cache_folder(kind)):
+        left += sum(Path(folder, name).is_symlink() for name in inner)
+        for path in (Path(folder, name) for name in names):
+            if names_of.fullmatch(path.name) and path.is_file() and not path.is_symlink():
+                with contextlib.suppress(OSError):  # deleted meanwhile
+                    own[path] = path.stat().st_size
+            else:
+                left += 1
+    return own, left
 
 
 def _root() -> Path:

@@ -1,15 +1,18 @@
 """Results of single scenes on disk: one small JSON file each, named by everything that it depends on."""
 
 import hashlib
-import json
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+from srbval.config.small_file import read_small_file
+from srbval.errors import DataError
 from srbval.storage.cache import cache_folder
 from srbval.storage.content_version import content_version
-from srbval.storage.strict_json import write_json
+from srbval.storage.strict_json import parse_json, write_json
 
+T = TypeVar("T")
 SCENE_RESULTS = "scene-results"  # kind of content of the cache
 
 
@@ -25,13 +28,12 @@ class ContentStore:
     computed_by: str
     folder: Path = field(default_factory=lambda: cache_folder(SCENE_RESULTS))
 
-    def load(self, content: str) -> dict[str, Any] | None:
-        """The result computed from `content`; None where there is none or it cannot be read."""
+    def load(self, content: str, read: Callable[[dict[str, Any]], T]) -> T | None:
+        """What `read` makes of the result computed from `content`; None where there is none or it makes nothing."""
         try:
-            table: dict[str, Any] = json.loads(self._path(content).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+            return read(parse_json(read_small_file(self._path(content))))
+        except (DataError, ArithmeticError, LookupError, TypeError, ValueError, AttributeError):
             return None
-        return table
 
     def save(self, content: str, table: Any) -> None:
         """Store the result computed from `content`; `DataError` where the folder cannot be written."""

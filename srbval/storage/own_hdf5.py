@@ -1,15 +1,25 @@
-"""This program's own HDF5 layout: runs and stand-ins, readable by xarray with names and units."""
+"""This program's own HDF5 layout: runs, stand-ins and data sets, readable by xarray with names and units.
 
-from collections.abc import Mapping
+Every file ends with its checksum, see `checksum`; every data set has one of HDF5's own, for other readers.
+"""
+
+import contextlib
+import io
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.errors import DataError
+from srbval.storage.checksum import CHECKSUM, append_checksum
 from srbval.storage.whole_file import whole_file
 
 SCHEMA_VERSION = 1
+OWN: dict[str, Any] = {"schema_version": SCHEMA_VERSION, CHECKSUM: "sha256 of the file, after the end of its HDF5 part"}
+CHECKED: dict[str, Any] = {"fletcher32": True}  # option of data sets
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -19,6 +29,57 @@ class Variable:
     values: NDArray[np.float64]
     units: str
     long_name: str
+
+
+class _PatientFile(io.FileIO):
+    """A file that keeps its first error of writing, Ctrl-C included, and then only pretends: HDF5 crashes otherwise."""
+
+    error: BaseException | None = None
+
+    def write(self, data: Any) -> int:
+        """Write all of `data`, or after an error nothing."""
+        rest = memoryview(data)
+        try:
+            while self.error is None and len(rest):
+                rest = rest[super().write(rest) :]
+        except (OSError, KeyboardInterrupt) as error:
+            self.error = error
+        return len(data)
+
+    def truncate(self, size: int | None = None) -> int:
+        """Set the length, or after an error pretend to."""
+        try:
+            return super().truncate(size) if self.error is None else size or 0
+        except (OSError, KeyboardInterrupt) as error:
+            self.error = error
+            return size or 0
+
+
+CALLED_BY_HDF5 = {_PatientFile.write.__code__, _PatientFile.truncate.__code__}  # where no signal is to be taken
+
+
+@contextlib.contextmanager
+def own_hdf5(path: Path) -> Iterator[Any]:
+    """An open HDF5 file that becomes `path`, whole and with its checksum, or nothing; `OWN` is among its attributes.
+
+    Raises `DataError` where the place cannot be written; its `check_written` does so as soon as that is known.
+    """
+    import h5py
+
+    def check() -> None:
+        if isinstance(error := raw.error, OSError):
+            error = DataError(f"{path}: cannot be written ({error.strerror}).")
+        if error is not None:
+            raise error
+
+    with whole_file(path) as part:
+        with _PatientFile(part, "w+") as raw:
+            with h5py.File(raw, "w", track_order=True) as file:
+                file.attrs.update(OWN)
+                file.check_written = check
+                yield file
+            check()
+        append_checksum(part)
 
 
 def write_own_hdf5(
@@ -35,15 +96,13 @@ def write_own_hdf5(
     and the rest; `schema_version` and `fs_hz` are added. All variables have the same length; the first sample is
     at `start_s`. Raises `DataError` where the place cannot be written.
     """
-    import h5py
-
     length = len(next(iter(variables.values())).values)
-    with whole_file(path) as part, h5py.File(part, "w", track_order=True) as file:
-        file.attrs.update({"schema_version": SCHEMA_VERSION, "fs_hz": fs_hz, **attributes})
-        time = file.create_dataset("time_s", data=start_s + np.arange(length) / fs_hz)
+    with own_hdf5(path) as file:
+        file.attrs.update({"fs_hz": fs_hz, **attributes})
+        time = file.create_dataset("time_s", data=start_s + np.arange(length) / fs_hz, **CHECKED)
         time.attrs.update({"units": "s", "long_name": "time"})
         time.make_scale("time_s")
         for name, variable in variables.items():
-            dataset = file.create_dataset(name, data=variable.values)
+            dataset = file.create_dataset(name, data=variable.values, **CHECKED)
             dataset.dims[0].attach_scale(time)
             dataset.attrs.update({"units": variable.units, "long_name": variable.long_name})

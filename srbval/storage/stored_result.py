@@ -3,16 +3,17 @@
 A file says on which machine it was made, when, from which revision and by which command.
 """
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from srbval.config.small_file import read_small_file
+from srbval.errors import DataError
 from srbval.storage.cache import cache_folder
 from srbval.storage.own_package import shipped_folder
-from srbval.storage.strict_json import write_json
+from srbval.storage.strict_json import parse_json, write_json
 
 SPEED_ACCURACY, STABILITY = "speed_accuracy", "stability"
 NOISE_STUDY, CAMPAIGN_SCALE = "noise_study", "campaign_scale"
@@ -21,13 +22,14 @@ HELD_OUT = "held_out"
 COMMAND = {
     SPEED_ACCURACY: "srbval bench",
     STABILITY: "srbval stability",
-    NOISE_STUDY: "srbval campaign noise",
+    NOISE_STUDY: "python -m tests.calibrators.noise_study",
     CAMPAIGN_SCALE: "python -m tests.calibrators.campaign_scale",
-    READING: "srbval bench --reading",
+    READING: "python -m tests.calibrators.reading",
     SENSITIVITY: "srbval bench --sensitivity",
-    HELD_OUT: "srbval bench --ladder --held-out",
+    HELD_OUT: "python -m tests.calibrators.held_out",
 }
 SCHEMA_VERSION = 1
+MOST_BYTES = 2**26  # the longest there are have some megabytes
 RESULTS = "results"  # kind of content of the cache
 
 
@@ -86,8 +88,9 @@ def newest_result(kind: str) -> StoredResult | None:
 def _read(path: Path, kind: str) -> StoredResult | None:
     """A result file; None where there is none, or none that this version can read."""
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        content = parse_json(read_small_file(path, MOST_BYTES))
+    except (DataError, ValueError):
         return None
     fits = isinstance(content, dict) and content.get("kind") == kind and content.get("schema_version") == SCHEMA_VERSION
-    return StoredResult(path=path, content=content) if fits and "made_utc" in content else None
+    fits = fits and isinstance(content.get("made_utc"), str) and isinstance(content.get("machine", {}), dict)
+    return StoredResult(path=path, content=content) if fits else None

@@ -64,9 +64,21 @@ def json_object(instance: Any) -> dict[str, Any]:
     return {name: json_value(getattr(instance, name)) for name in (*names, *getattr(kind, "JSON_PROPERTIES", ()))}
 
 
-def strict_json(value: Any) -> str:
+def strict_json(value: Any, *, ascii_only: bool = False) -> str:
     """One JSON document, indented by two spaces, keys in the order given, a newline at the end."""
-    return json.dumps(json_value(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return json.dumps(json_value(value), indent=2, ensure_ascii=ascii_only, allow_nan=False) + "\n"
+
+
+def parse_json(text: str | bytes) -> Any:
+    """The value of a JSON document from a file that may be damaged: `ValueError` whatever is wrong with it.
+
+    NaN and infinities are refused, as are values nested so deep, or integers so long, that Python's own reader gives
+    up.
+    """
+    try:
+        return json.loads(text, parse_constant=_refuse)
+    except RecursionError:
+        raise ValueError("nested too deep") from None
 
 
 def write_json(path: Path, value: Any) -> None:
@@ -75,6 +87,10 @@ def write_json(path: Path, value: Any) -> None:
     content = strict_json(value).encode("utf-8", errors="backslashreplace")
     with whole_file(path) as part:
         part.write_bytes(content)
+
+
+def _refuse(constant: str) -> Any:
+    raise ValueError(f"{constant} is no JSON")
 
 
 def _key(key: Any) -> str:

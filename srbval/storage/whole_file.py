@@ -2,11 +2,15 @@
 
 import contextlib
 import os
+import re
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from srbval.errors import DataError
+
+SUFFIX = ".srbval-part"
+UNFINISHED = re.compile(r"\.(.+)\.[a-z0-9_]{8}" + re.escape(SUFFIX))  # the name of the file that was to be written
 
 
 @contextlib.contextmanager
@@ -18,7 +22,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=SUFFIX, dir=path.parent)
         os.close(handle)
     except OSError as error:
         raise DataError(f"{path}: cannot be written ({error.strerror}).") from None
@@ -30,6 +34,17 @@ def whole_file(path: Path) -> Iterator[Path]:
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
+
+
+def remove_unfinished(folder: Path, belongs: Callable[[str], bool]) -> None:
+    """Remove what killed processes left in `folder` of `whole_file`, for names of files that `belongs` accepts.
+
+    Nothing else: neither files of other names nor folders nor links. Call it where no other process writes.
+    """
+    for path in folder.glob(f".*{SUFFIX}"):
+        match = UNFINISHED.fullmatch(path.name)
+        if match is not None and belongs(match[1]) and path.is_file() and not path.is_symlink():
+            path.unlink(missing_ok=True)
 
 
 def _sync(path: Path) -> None:

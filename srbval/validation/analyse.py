@@ -82,6 +82,7 @@ class Analysis:
             "closure": self.closure,
             "verdict": self.verdict,
             "notes": self.recording.notes,
+            "cautions": self.recording.cautions,
         }
 
 

@@ -58,6 +58,7 @@ class MatrixCell:
     call: FaultCall
     comparisons: tuple[Comparison, ...] = ()
     remark: str = ""
+    cautions: tuple[str, ...] = ()
 
     @property
     def point(self) -> Point:
@@ -262,4 +263,5 @@ def _cell(
         call=call_fault(analysis, None if state is Fault.HEALTHY else healthy),
         comparisons=rows,
         remark=model if isinstance(model, str) else "",
+        cautions=analysis.recording.cautions,
     )

@@ -36,8 +36,8 @@ class OtherRecord:
     whether any race line is like a fault's. `grade` is the record's in the published study the set's
     description names, by the best of its methods, `plain_grade` by a plain envelope alone; None without one.
     `cage_pct` is what the line's deviation at the record's own speed means for the cage, where a race line shows: a
-    slipping cage is negative. `caution` is what the set says of this record in particular, `refused` why a record
-    could not be analysed.
+    slipping cage is negative. `caution` is what the set says of this record in particular, `cautions` what its file and
+    samples show, `refused` why a record could not be analysed.
     """
 
     dataset: str
@@ -53,6 +53,7 @@ class OtherRecord:
     cage_ci95_pct: float | None = None
     call: FaultCall | None = None
     caution: str = ""
+    cautions: tuple[str, ...] = ()
     refused: str = ""
 
     @property
@@ -134,6 +135,7 @@ def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...],
         shown=_shown(analysis, line, record.state),
         call=call_fault(analysis, healthy),
         caution="; ".join(n for n in recording.notes if n in special),
+        cautions=recording.cautions,
     )
 
 

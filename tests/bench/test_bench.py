@@ -19,8 +19,7 @@ from srbval.bench.processes import Processes
 from srbval.bench.reference import reference_solver, reference_store, references
 from srbval.bench.row import row_of
 from srbval.bench.scenes import QUICK, SCENES, BenchSettings, bench_scene, output_rate_hz
-from srbval.bench.speed import NOTHING_TOUCHES, ContactCost
-from srbval.bench.targets import Target, contact_cost_ratio, points_growth, speed_targets
+from srbval.bench.targets import Target, speed_targets
 from srbval.bench.timing import time_scene
 from srbval.bench.work_precision import observed_order, path_error, with_accuracy
 from srbval.cli import bench_command, main
@@ -77,7 +76,7 @@ def test_output_rate_suits_the_step(per_second: int, rate: float) -> None:
 
 def test_document(result: BenchResult) -> None:
     document = json_object(result)
-    assert {"machine", "reference", "runs", "trajectories", "touch_costs", "processes", "targets"} <= set(document)
+    assert {"machine", "reference", "runs", "trajectories", "processes", "targets"} <= set(document)
     assert {"processor", "cores", "versions", "load_before", "calibration"} <= set(document["machine"])
     assert [r["solver"] for r in document["runs"]] == ["ode2", "ode4"]
     for row in document["runs"]:
@@ -90,12 +89,6 @@ def test_document(result: BenchResult) -> None:
     assert reference["dt_s"] == pytest.approx(1 / 122880)
     assert {"own_cage_error", "own_band_rms_error", "cached"} <= set(reference)
     assert any(r["pareto"] for r in document["runs"])
-
-
-def test_touch_costs(result: BenchResult) -> None:
-    costs = [json_object(cost) for cost in result.contact_costs]
-    assert [c["points_per_circle"] for c in costs] == [500, 1000, 2000, 4000, 500, 500]
-    assert costs[0]["touching_points"] < costs[3]["touching_points"]
 
 
 def test_reference_is_kept_and_said_to_be(tmp_path: Path) -> None:
@@ -152,7 +145,7 @@ def test_error_below_the_references_own_is_said_to_be(result: BenchResult) -> No
 
 
 def test_targets_are_shown_met_or_not() -> None:
-    targets = {t.name: t for t in speed_targets([], [], APART)}
+    targets = {t.name: t for t in speed_targets([], APART)}
     assert targets["compile, empty store"].met is True
     assert targets["second srbval simulate --seconds 0.1"].met is False
     assert targets["peak memory of a 10 s run"].value == 300.0
@@ -160,20 +153,6 @@ def test_targets_are_shown_met_or_not() -> None:
     failed = Target(name="x", value=None, limit=1.0, unit="s", attempted=True)
     assert failed.met is False, "a failed run does not meet its target"
     assert json_object(Target(name="x", value=1.0, limit=1.0, unit="s"))["met"] is True
-
-
-def test_growth_is_of_time_per_touching_thing() -> None:
-    def cost(scene: str, points: int, us: float, touching: float, contacts: float) -> ContactCost:
-        return ContactCost(scene=scene, solver="ode4", points_per_circle=points, us_per_step=us,
-                           touching_points=touching, touching_contacts=contacts)  # fmt: skip
-
-    costs = [cost("play0-healthy", 500, 10.0, 100.0, 50.0), cost("play0-healthy", 4000, 40.0, 800.0, 50.0),
-             cost("interference-healthy", 500, 20.0, 300.0, 80.0),
-             cost(NOTHING_TOUCHES, 500, 4.0, 0.0, 0.0)]  # fmt: skip
-    assert points_growth(costs) == pytest.approx(0.5)
-    assert contact_cost_ratio(costs) == pytest.approx((6.0 / 50) / (16.0 / 80))
-    assert contact_cost_ratio(costs[:3]) is None
-    assert points_growth(costs[:1]) is None
 
 
 def test_observed_order() -> None:

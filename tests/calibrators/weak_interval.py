@@ -16,7 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.bench.machine import usable_cores
-from srbval.bench.reading_trials import (
+from srbval.signal import NORMAL_95, Phasors
+from srbval.signal.interval import slip_interval
+from srbval.signal.phase_posterior import posterior
+from srbval.signal.slip import noise_error_hz, weak_sums
+from tests.calibrators.reading_trials import (
     BLOCK_S,
     HALF_SHARE,
     LINE_HZ,
@@ -25,10 +29,6 @@ from srbval.bench.reading_trials import (
     periodogram_of,
     read_record,
 )
-from srbval.signal import NORMAL_95, Phasors
-from srbval.signal.interval import slip_interval
-from srbval.signal.phase_posterior import posterior
-from srbval.signal.slip import noise_error_hz, weak_sums
 
 FloatArray = NDArray[np.float64]
 Comb = tuple[tuple[float, ...], float]  # amplitudes, line-to-noise ratio of the first [dB]

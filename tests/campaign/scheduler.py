@@ -30,7 +30,11 @@ class Scheduler:
 
 @contextlib.contextmanager
 def running_scheduler(
-    folder: Path, *, nannies: bool = False, environment: Mapping[str, str] | None = None
+    folder: Path,
+    *,
+    nannies: bool = False,
+    environment: Mapping[str, str] | None = None,
+    scheduler_environment: Mapping[str, str] | None = None,
 ) -> Iterator[Scheduler]:
     """A scheduler and two workers of one thread each; `environment` is the workers', `nannies` replace dead ones."""
     distributed = pytest.importorskip("distributed")
@@ -39,7 +43,7 @@ def running_scheduler(
     common = ["--scheduler-file", str(file), "--no-dashboard"]
     one_thread = ["--nthreads", "1", "--nanny" if nannies else "--no-nanny"]
     quiet: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": folder}
-    own, theirs = os.environ | DEATHS, os.environ | dict(environment or {})
+    own, theirs = os.environ | DEATHS | dict(scheduler_environment or {}), os.environ | dict(environment or {})
     started = [
         subprocess.Popen([*dask, "scheduler", "--host", "127.0.0.1", "--port", "0", *common], env=own, **quiet),
         *(subprocess.Popen([*dask, "worker", *one_thread, *common], env=theirs, **quiet) for _ in range(2)),

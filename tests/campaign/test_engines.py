@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import subprocess
-import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -14,13 +12,14 @@ from typing import Any
 
 import pytest
 
-from srbval.campaign.campaign_folder import CampaignFolder
 from srbval.campaign.engines.choose import choose_engine
 from srbval.campaign.engines.dask_cluster import cluster_at
 from srbval.campaign.engines.engine import Job
-from srbval.campaign.engines.local import LocalProcesses, Serial
+from srbval.campaign.engines.local import LocalProcesses
 from srbval.campaign.run import run_campaign
 from srbval.errors import ConfigurationError, DataError
+from tests.campaign.command import stand_in_for_slurm
+from tests.campaign.in_process import InProcess
 from tests.campaign.scheduler import Scheduler, running_scheduler
 from tests.campaign.small import content, failing_point, small
 
@@ -32,10 +31,10 @@ MIXED: list[dict[str, Any]] = [
 
 
 @pytest.fixture(scope="module")
-def serial(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def reference(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A campaign with good and bad cases, run in this process."""
-    folder = tmp_path_factory.mktemp("serial")
-    found = run_campaign(small(axes=MIXED), folder, engine=Serial())
+    folder = tmp_path_factory.mktemp("reference")
+    found = run_campaign(small(axes=MIXED), folder, engine=InProcess())
     assert (found.cases, found.done, found.ran) == (6, 6, 5)
     reasons = {entry["case"]: (entry["ending"], entry["reason"]) for entry in found.failed}
     assert set(reasons) == {2, 3, 5}
@@ -54,9 +53,11 @@ def serial(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_local_processes_give_the_same(serial: Path, tmp_path: Path) -> None:
-    run_campaign(small(axes=MIXED), tmp_path, engine=LocalProcesses(2))
-    assert content(tmp_path) == content(serial)
+@pytest.mark.parametrize("name", ["serial", "local"])
+def test_processes_of_this_machine_give_the_same(name: str, reference: Path, tmp_path: Path) -> None:
+    found = run_campaign(small(axes=MIXED), tmp_path, engine=choose_engine(name, jobs=2))
+    assert (found.engine, found.workers) == (name, 1 if name == "serial" else 2)
+    assert content(tmp_path) == content(reference)
 
 
 @pytest.fixture
@@ -65,10 +66,10 @@ def scheduler(tmp_path: Path) -> Iterator[Scheduler]:
         yield running
 
 
-def test_a_scheduler_with_two_workers_gives_the_same(serial: Path, tmp_path: Path, scheduler: Scheduler) -> None:
+def test_a_scheduler_with_two_workers_gives_the_same(reference: Path, tmp_path: Path, scheduler: Scheduler) -> None:
     found = run_campaign(small(axes=MIXED), tmp_path, engine=choose_engine(address=scheduler.address))
     assert found.engine == f"dask at {scheduler.address}"
-    assert content(tmp_path) == content(serial)
+    assert content(tmp_path) == content(reference)
 
 
 def test_workers_lost_for_good_end_the_campaign_and_keep_what_had_come(tmp_path: Path, scheduler: Scheduler) -> None:
@@ -88,7 +89,7 @@ def test_workers_lost_for_good_end_the_campaign_and_keep_what_had_come(tmp_path:
     thread.join()
     kept = len(list(tmp_path.glob(RESULTS)))
     assert 0 < kept < 60
-    again = run_campaign(campaign, tmp_path, engine=Serial())
+    again = run_campaign(campaign, tmp_path, engine=InProcess())
     assert (again.done, again.ran, again.failed) == (60, 60 - kept, ())
 
 
@@ -101,51 +102,44 @@ def simulate(scene):
         os.kill(os.getpid(), signal.SIGKILL)
     if scene.seed == 667:
         time.sleep(1e6)
+    if scene.seed == 668:
+        sum(iter(int, 1))  # lets no other thread of Python run
     return good(scene)
-work._simulate = simulate
+def write(path, run, *rest):
+    if run.scene.seed == 669:
+        time.sleep(1e6)
+    return good_write(path, run, *rest)
+good_write = work.write_result
+work._simulate, work.write_result = simulate, write
 """
 LIMIT = "4 s"  # of a case that takes milliseconds: on a busy machine its process may wait for a second or two
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
-@pytest.mark.parametrize("name", ["local", pytest.param("dask", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", ["serial", "local", pytest.param("dask", marks=pytest.mark.slow)])
 def test_cases_that_kill_their_process_or_never_end(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each fails with its reason, the others run, and the next start tries those two again and nothing else."""
     (tmp_path / "sitecustomize.py").write_text(BAD_CASES)
     paths = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
     scene = {"model": "kinematic", "duration": "5 ms", "settle": "0 s", "defect": {"kind": "outer"}}
-    axes = [{"kind": "grid", "values": {"seed": [1, 666, 2, 667, 3]}}]
+    axes = [{"kind": "grid", "values": {"seed": [1, 666, 2, 667, 668, 669]}}]
     campaign = small(axes=axes, scene=scene, outputs=["summary"], limit_factor=1.0, least_limit=LIMIT)
-    if name == "local":
+    if name != "dask":
         with monkeypatch.context() as patched:
             patched.setenv("PYTHONPATH", paths)
-            found = run_campaign(campaign, tmp_path / "run", engine=LocalProcesses(2))
+            found = run_campaign(campaign, tmp_path / "run", engine=choose_engine(name, jobs=2))
     else:
         with running_scheduler(tmp_path, nannies=True, environment={"PYTHONPATH": paths}) as scheduler:
             found = run_campaign(campaign, tmp_path / "run", engine=cluster_at(scheduler.address))
-    assert (found.cases, found.done) == (5, 5)
-    assert [(entry["case"], entry["ending"]) for entry in found.failed] == [(1, "crashed"), (3, "timed-out")]
-    crash, timeout = (entry["reason"] for entry in found.failed)
-    died = "its process died 3 times (signal SIGKILL)" if name == "local" else "its Dask worker was lost each time"
-    assert died in crash
+    assert (found.cases, found.done) == (6, 6)
+    endings = ["crashed", "timed-out", "timed-out", "timed-out"]
+    assert [(entry["case"], entry["ending"]) for entry in found.failed] == list(zip((1, 3, 4, 5), endings, strict=True))
+    crash, timeout, *_ = (entry["reason"] for entry in found.failed)
+    assert "its process died 3 times (signal SIGKILL)" in crash
     assert f"longer than its limit of {LIMIT}" in timeout
     assert "--least-limit" in timeout
-    again = run_campaign(campaign, tmp_path / "run", engine=Serial())
-    assert (again.ran, again.failed) == (2, ())
-
-
-def test_serial_runs_what_may_have_killed_it_last_and_apart(tmp_path: Path) -> None:
-    campaign = small()
-    folder = CampaignFolder(tmp_path)
-    run_campaign(small(axes=[]), tmp_path, engine=Serial())
-    from srbval.campaign.planning import plan_cases
-
-    suspect = plan_cases(campaign)[0].key
-    folder.note_start(suspect)  # as a killed process leaves it
-    run_campaign(campaign, tmp_path, engine=Serial())
-    begun = [entry["key"] for entry in folder.journal() if entry["event"] == "begun"]
-    assert begun[-1] == suspect
-    assert folder.result_path(suspect).exists()
+    again = run_campaign(campaign, tmp_path / "run", engine=InProcess())
+    assert (again.ran, again.failed) == (4, ())
 
 
 @pytest.mark.parametrize(
@@ -186,53 +180,27 @@ def test_no_scheduler_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
         run_campaign(small(), tmp_path, engine=choose_engine(address="tcp://127.0.0.1:9"))
 
 
-FAKE = {
-    "sbatch": '#!/bin/sh\nbash "$1" >/dev/null 2>&1 &\necho "Submitted batch job $!"\n',
-    "scancel": '#!/bin/sh\nkill "$@" 2>/dev/null\nexit 0\n',
-}
-
-
-def stand_in_for_slurm(folder: Path, monkeypatch: pytest.MonkeyPatch, **changes: str) -> None:
-    """Put the commands of `FAKE`, but for `changes`, before all others."""
-    commands = folder / "bin"
-    commands.mkdir()
-    for name, script in (FAKE | changes).items():
-        (commands / name).write_text(script)
-        (commands / name).chmod(0o755)
-    monkeypatch.setenv("PATH", f"{commands}{os.pathsep}{os.environ['PATH']}")
+def _use_stand_in(folder: Path, monkeypatch: pytest.MonkeyPatch, **changes: str) -> None:
+    for name, value in stand_in_for_slurm(folder, **changes).items():
+        monkeypatch.setenv(name, value)
     monkeypatch.chdir(folder)
 
 
 def test_workers_that_never_come(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A worker that cannot reach its scheduler gives up after a while, unseen by dask-jobqueue."""
     pytest.importorskip("dask_jobqueue")
-    stand_in_for_slurm(tmp_path, monkeypatch, sbatch='#!/bin/sh\necho "Submitted batch job 1"\n')
+    _use_stand_in(tmp_path, monkeypatch, sbatch='#!/bin/sh\necho "Submitted batch job 1"\n')
     with pytest.raises(DataError, match=r"no worker of slurm came within 0\.5 s.*--wait"):
         run_campaign(small(), tmp_path / "run", engine=choose_engine("slurm", jobs=1, wait_s=0.5))
 
 
-def test_slurm_jobs_give_the_same(serial: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_slurm_jobs_give_the_same(reference: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Through dask-jobqueue, with a stand-in for SLURM that starts its jobs at once on this machine."""
     pytest.importorskip("dask_jobqueue")
-    stand_in_for_slurm(tmp_path, monkeypatch)
+    _use_stand_in(tmp_path, monkeypatch)
     found = run_campaign(small(axes=MIXED), tmp_path / "run", engine=choose_engine("slurm", jobs=2))
     assert found.engine == "slurm"
-    assert content(tmp_path / "run") == content(serial)
-
-
-def test_what_holds_the_interpreter_is_ended_too(tmp_path: Path) -> None:
-    """A loop in a library lets no other thread of Python run; faulthandler ends the process all the same."""
-    code = (
-        "import sys; from pathlib import Path; from srbval.campaign import work\n"
-        "from srbval.campaign.case import CaseTask; from srbval.scene import paper_scene\n"
-        "work.GRACE_S = 0.2; work.run_case = lambda task: sum(iter(int, 1))\n"
-        "task = CaseTask(key='a', scene=paper_scene(), outputs=(), path=Path(sys.argv[1]), limit_s=0.2)\n"
-        "work._end_process = lambda task: None\n"
-        "work.run_within_limit(task)\n"
-    )
-    tree = Path(__file__).parents[2]
-    done = subprocess.run([sys.executable, "-c", code, str(tmp_path / "a.h5")], check=False, cwd=tree, timeout=60)
-    assert done.returncode == 1
+    assert content(tmp_path / "run") == content(reference)
 
 
 def test_the_script_of_a_slurm_job(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -246,13 +214,18 @@ def test_the_script_of_a_slurm_job(monkeypatch: pytest.MonkeyPatch) -> None:
     def record(cluster: SLURMCluster, *_: int, jobs: int = 0) -> None:
         made.append((cluster.job_script(), jobs))
         if jobs:
-            raise InterruptedError
+            assert cluster.scheduler_address.startswith("tcp://127.0.0.1:")
+            raise InterruptedError("here")
 
     monkeypatch.setattr(SLURMCluster, "scale", record)
     own: dict[str, Any] = {"queue": "long", "account": "bearings", "walltime": "02:00:00"}
     own |= {"job-script-prologue": ["module load python"]}
-    job = Job(folder=Path(), precompiled=(), tasks=[], count=0, started=lambda _: None)
-    with dask.config.set({f"jobqueue.slurm.{k}": v for k, v in own.items()}), pytest.raises(InterruptedError):
+    job = Job(folder=Path(), precompiled=(), tasks=[], count=0)
+    own |= {"worker-extra-args": ["--lifetime", "1h"], "scheduler-options": {"host": "127.0.0.1"}}
+    with (
+        dask.config.set({f"jobqueue.slurm.{k}": v for k, v in own.items()}),
+        pytest.raises(DataError, match="InterruptedError: here"),
+    ):
         list(choose_engine("slurm", jobs=3).run(job))
     script, jobs = made[0]
     assert jobs == 3
@@ -263,5 +236,5 @@ def test_the_script_of_a_slurm_job(monkeypatch: pytest.MonkeyPatch) -> None:
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
         assert f"export {variable}=1" in lines
     assert lines.index("module load python") < lines.index("export OMP_NUM_THREADS=1")
-    assert "--nthreads 1" in lines[-1]
-    assert "dask" in lines[-1]
+    for option in ("dask", "--nthreads 1", "--no-dashboard --dashboard-address 127.0.0.1:0", "--lifetime 1h"):
+        assert option in lines[-1]

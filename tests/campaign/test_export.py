@@ -9,11 +9,11 @@ import h5py
 import numpy as np
 import pytest
 
-from srbval.campaign.engines.local import Serial
 from srbval.campaign.export import ExportSettings, export_campaign
 from srbval.campaign.run import run_campaign
 from srbval.cli import main
 from srbval.errors import ConfigurationError, DataError
+from tests.campaign.in_process import InProcess
 from tests.campaign.small import failing_point, small
 
 AXES = [
@@ -27,7 +27,7 @@ AXES = [
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("campaign")
-    run_campaign(small(axes=AXES), made, engine=Serial())
+    run_campaign(small(axes=AXES), made, engine=InProcess())
     return made
 
 

@@ -98,7 +98,7 @@ def test_doctor_shows_and_clears_the_cache(
     kernels = tmp_path / "kernels"
     kernels.mkdir()
     (kernels / "one.nbc").write_bytes(bytes(7))
-    use = {"kind": "kernels", "folder": str(kernels), "files": 1, "size_bytes": 7}
+    use = {"kind": "kernels", "folder": str(kernels), "files": 1, "size_bytes": 7, "left": 0}
     _, found = ask(capsys, "doctor")
     assert use in found["cache"]  # type: ignore[operator]
     code, found = ask(capsys, "doctor", "--clear-cache", "kernels")

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -14,6 +17,7 @@ import pytest
 import srbval
 from srbval.models import kernel_cache
 from srbval.storage.own_package import child_environment
+from tests.marked import marked, until
 
 SHORT_PLANAR = "srbval.paper_scene(model='planar', duration='5 ms', settle='0 s', defect={'kind': 'outer'})"
 REPORT = f"""
@@ -30,11 +34,12 @@ def asked(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[list[str]]:
     """Commands of the processes that would be started; an empty cache."""
     commands: list[list[str]] = []
 
-    def run(command: list[str], **_: Any) -> SimpleNamespace:
+    @contextlib.contextmanager
+    def start(command: list[str], **_: Any) -> Iterator[SimpleNamespace]:
         commands.append(command)
-        return SimpleNamespace(returncode=0)
+        yield SimpleNamespace(wait=lambda: 0)
 
-    monkeypatch.setattr(kernel_cache.subprocess, "run", run)
+    monkeypatch.setattr(kernel_cache.subprocess, "Popen", start)
     monkeypatch.setattr(kernel_cache, "_requested", set())
     monkeypatch.setattr(kernel_cache, "_marker", lambda model: tmp_path / model)
     return commands
@@ -63,6 +68,20 @@ def test_a_failed_process_leaves_no_mark(monkeypatch: pytest.MonkeyPatch, tmp_pa
     monkeypatch.setattr(kernel_cache, "_marker", lambda model: tmp_path / model)
     kernel_cache.precompile("no-such-model-at-all")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
+def test_the_compiling_process_ends_with_the_one_that_waits_for_it(tmp_path: Path) -> None:
+    """However that ends: nobody would look after it."""
+    marker = {"SRBVAL_TEST": str(tmp_path)}
+    env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)} | marker | child_environment()
+    code = "from srbval.models.kernel_cache import precompile; precompile('full')"
+    waiting = subprocess.Popen([sys.executable, "-c", code], env=env)
+    until(lambda: len(marked(marker)) == 2)
+    waiting.kill()
+    waiting.wait()
+    until(lambda: not marked(marker))
+    assert not list(tmp_path.rglob("compiled-full-*"))
 
 
 def test_the_first_process_loads_what_another_compiled(tmp_path: Path) -> None:

@@ -17,12 +17,37 @@ from srbval.bearing import Fault
 from srbval.recordings import write_stand_in
 
 from . import files
+from .hdf5_damage import StructureDamage
 
 HOSTILE = (
     "", " ", "\x00", "\x1b[2J\x1b]0;owned\x07", "a\nb\r\nc", "../../../../etc/passwd", "$(touch owned)", "'; rm -rf /",
     "%s%s%s%n", "{0.__class__}", "\u202e\ufeff\ud7ff", "é" * 5000, "A" * 70000, "nan", "1e999", "-0", "__class__",
 )  # fmt: skip
 DTYPES = ("i1", "u2", "i8", "f4", "c16", "?", "U3", ">f8", "f8")
+
+
+HDF5_TYPES = (
+    lambda: h5py.h5t.IEEE_F64BE, lambda: h5py.h5t.STD_U16LE, lambda: h5py.h5t.IEEE_F16LE, lambda: h5py.h5t.STD_REF_OBJ,
+    lambda: h5py.h5t.STD_REF_DSETREG, lambda: h5py.h5t.STD_B32LE, lambda: h5py.h5t.UNIX_D32LE,
+    lambda: h5py.h5t.array_create(h5py.h5t.IEEE_F64LE, (3, 50)), lambda: h5py.h5t.vlen_create(h5py.h5t.IEEE_F64LE),
+    lambda: h5py.h5t.vlen_create(h5py.h5t.vlen_create(h5py.h5t.STD_I8LE)), lambda: h5py.h5t.create(h5py.h5t.OPAQUE, 9),
+    *(lambda kind=kind: h5py.h5t.py_create(kind, logical=True) for kind in (
+        h5py.string_dtype(), h5py.string_dtype("ascii", 5000), h5py.enum_dtype({"A": 0, "B": 1}), np.dtype("c16"),
+        np.dtype("?"), np.dtype([("a", "f8"), ("b", "i4", (2, 2)), ("c", "S9")]), np.dtype("g"),
+    )),
+)  # fmt: skip
+NPY_TYPES = (
+    "'<f8'", "'<f8'", "'>i2'", "'|O'", "'|V8'", "'<U9'", "'<M8[ns]'", "'c16'", "'f16'", "'f0'", "8", "None", "''",
+    "[('a', '<f8')]", "[('a', '|O')]", "('<f8', (9,))", "('<f8', (10**9,))", "'f8,f8'", "[[[]]]", "{'a': 1}", "b'<f8'",
+)  # fmt: skip
+NPY_SHAPES = (
+    "(4096,)", "(4096,)", "(8,)", "(0,)", "()", "(-1,)", "(-8, -512)", "(2**12,)", "(4096.0,)", "(True,)", "4096",
+    f"({2**63},)", f"({2**61 + 4096},)", f"({2**32}, {2**32})", f"({'9' * 4999},)", f"({'1,' * 70})", "(1, 4096)",
+    "[4096]", "('4096',)", "(4096L,)", "(0, -1)", f"(0, {2**63})", f"({2**62}, 0)",
+)  # fmt: skip
+NPY_NESTED = tuple(
+    open_ * 5000 + "1" + close * 5000 for open_, close in ("()", "[]", ("-", ""), ("not ", ""), ("1+", ""))
+)
 
 
 class Trap:
@@ -45,7 +70,12 @@ class Damage:
         self.kinds = (
             *(self._flipped, self._overwritten, self._cut, self._doubled, self._tags),
             *(self._rebuilt, self._rebuilt, self._array, self._table, self._hdf5, self._pickle, self._claim),
+            *(self._structure,) * 8,
+            *(self._types, self._chunks),
+            *(self._elements, self._elements, self._many_elements, self._header),
         )
+        self._structures = StructureDamage(folder)
+        self._matlab = [whole for whole in self.whole if whole.startswith(b"MATLAB 5.0")]
 
     def write(self, i: int, path: Path) -> str:
         """Write file `i` and say what was done to it."""
@@ -130,6 +160,100 @@ class Damage:
         with path.open("wb") as stream:
             np.save(stream, box, allow_pickle=True)
         return None
+
+    def _structure(self, rng: np.random.Generator, _: Path, __: bytes) -> bytes:
+        return self._structures.damaged(rng, int(rng.integers(len(self._structures.kinds))))
+
+    def _types(self, rng: np.random.Generator, path: Path, _: bytes) -> None:
+        """Data sets and attributes of every type, of sizes from nothing to far more than a file should hold."""
+        size = int(rng.choice((0, 1, 3, 300, 70_000)))
+        with h5py.File(path, "w", libver=str(rng.choice(("earliest", "latest")))) as file:
+            for name in ("x", "MATLAB_class", "fs_hz", "y"):
+                kind = HDF5_TYPES[int(rng.integers(len(HDF5_TYPES)))]()
+                space = h5py.h5s.create_simple((size,)) if rng.random() < 0.7 else h5py.h5s.create(h5py.h5s.SCALAR)
+                if rng.random() < 0.1:
+                    space = h5py.h5s.create(h5py.h5s.NULL)
+                settings = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+                if rng.random() < 0.7:
+                    settings.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+                h5py.h5d.create(file.id, name.encode(), kind, space, settings)
+                if size * kind.get_size() < 60_000:
+                    h5py.h5a.create(file.id, name.encode(), kind, space)
+            if rng.random() < 0.5:
+                file.attrs["srbval_kind"] = "run"
+
+    def _chunks(self, rng: np.random.Generator, path: Path, _: bytes) -> None:
+        """Chunks of any size, packed by any filters, some never written, some not what the filter expects."""
+        chunk = int(2 ** rng.uniform(0, 30))
+        with h5py.File(path, "w", libver=str(rng.choice(("earliest", "latest")))) as file:
+            settings = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+            settings.set_chunk((chunk,))
+            for _ in range(int(rng.integers(0, 4)) if rng.random() < 0.8 else 20):
+                number, choice = int(rng.integers(1, 40000)), int(rng.integers(4))
+                if choice == 0:
+                    settings.set_filter(number, h5py.h5z.FLAG_OPTIONAL, (1, 2))
+                else:
+                    (settings.set_shuffle, settings.set_fletcher32, settings.set_deflate)[choice - 1]()
+            size = int(rng.choice((300, 4000, 10**7)))
+            space = h5py.h5s.create_simple((size,), (h5py.h5s.UNLIMITED,))
+            data = h5py.h5d.create(file.id, b"x", h5py.h5t.IEEE_F64LE, space, settings)
+            packed = (zlib.compress(bytes(2**24)), zlib.compress(files.vibration(300).tobytes()), rng.bytes(2000))
+            for i in range(min(int(rng.integers(0, 3)), -(-size // chunk))):
+                data.write_direct_chunk((i * chunk,), packed[int(rng.integers(3))], int(rng.choice((0, 0, 1, 255))))
+            file.attrs["fs_hz"] = 1000.0
+
+    def _elements(self, rng: np.random.Generator, _: Path, __: bytes) -> bytes:
+        """Numbers of a MATLAB element: types, byte counts, flags, dimensions, nested counts; packed anew."""
+        whole = self._matlab[int(rng.integers(len(self._matlab)))]
+        made, at = [whole[:128]], 128
+        while at + 8 <= len(whole):
+            kind, count = struct.unpack_from("<II", whole, at)
+            body = whole[at : at + 8 + count]
+            at += 8 + count
+            element = bytearray(zlib.decompress(body[8:]) if kind == 15 else body)
+            for _ in range(int(rng.integers(3))):
+                most = min(len(element) // 4, int(rng.choice((8, 40, 400, 10**6))))
+                place = 4 * int(rng.integers(most))
+                old = struct.unpack_from("<I", element, place)[0]
+                new = (
+                    0,
+                    1,
+                    old + 1,
+                    2 * old,
+                    old ^ 0x800,
+                    2**32 - 1,
+                    2**31,
+                    14,
+                    15,
+                    len(element),
+                    int(rng.integers(20)),
+                )
+                struct.pack_into("<I", element, place, new[int(rng.integers(len(new)))] % 2**32)
+            packed = zlib.compress(element)
+            made.append(struct.pack("<II", 15, len(packed)) + packed if rng.random() < 0.7 else bytes(element))
+        return b"".join(made)
+
+    def _many_elements(self, rng: np.random.Generator, _: Path, __: bytes) -> bytes:
+        """Very many elements that claim little and hold much, or the other way round."""
+        length, count = int(10 ** rng.uniform(0, 7)), int(10 ** rng.uniform(0, 4))
+        kind, claimed = int(rng.choice((1, 2, 4, 6))), int(10 ** rng.uniform(0, 7))
+        body = struct.pack("<IIIIIIii", 6, 8, kind, 0, 5, 8, length, 1) + struct.pack("<II", 1, 1) + b"x".ljust(8)
+        body = struct.pack("<II", 14, claimed) + body + struct.pack("<II", 2, length) + bytes(length + -length % 8)
+        packed = zlib.compress(body)
+        return self._matlab[0][:128] + (struct.pack("<II", 15, len(packed)) + packed) * count
+
+    def _header(self, rng: np.random.Generator, _: Path, __: bytes) -> bytes:
+        """A NumPy header of pieces that are wrong for themselves or together."""
+        kind, shape = (str(rng.choice(pieces)) for pieces in (NPY_TYPES, NPY_SHAPES))
+        text = f"{{'descr': {kind}, 'fortran_order': {rng.choice(('False', 'True', '0', 'None'))}, 'shape': {shape}, }}"
+        text = {0: text[: int(rng.integers(len(text)))], 1: text * 90, 2: str(rng.choice(NPY_NESTED))}.get(
+            int(rng.integers(12)), text
+        )
+        version, length = int(rng.choice((1, 1, 1, 2, 3, 9))), len(text)
+        if rng.random() < 0.2:
+            length = int(rng.choice((0, 1, 65535, length - 1)))
+        head = b"\x93NUMPY" + bytes((version, 0)) + struct.pack("<H" if version == 1 else "<I", length)
+        return head + text.encode() + bytes(int(rng.choice((0, 64, 4096, 8 * 4096))))
 
     def _claim(self, rng: np.random.Generator, path: Path, _: bytes) -> bytes | None:
         """A few bytes that claim gigabytes."""

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import struct
+import tracemalloc
+import zlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +19,7 @@ from srbval.recordings.loaders.matlab_v5 import load_matlab_v5
 
 from . import files
 
+MOST_BYTES = 100 * 2**20  # that any small file takes while it is read
 NUMBER_KINDS = ["i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "f4", "f8"]
 
 
@@ -82,6 +87,74 @@ def test_numbers_and_bytes_must_agree(tmp_path: Path) -> None:
     (tmp_path / "b.mat").write_bytes(data)
     with pytest.raises(DataError, match="'x' claims 6 x 3 numbers in 168 bytes"):
         load_matlab_v5(tmp_path / "b.mat")
+
+
+def element(kind: int, body: bytes) -> bytes:
+    return struct.pack("<II", kind, len(body)) + body + bytes(-len(body) % 8)
+
+
+def array(name: bytes, kind: int = 6, data: bytes = b"", dimensions: tuple[int, ...] = (1, 1)) -> bytes:
+    shape = struct.pack(f"<{len(dimensions)}i", *dimensions)
+    flags = element(6, struct.pack("<II", kind, 0))
+    return element(14, flags + element(5, shape) + element(1, name) + (data or element(9, bytes(8))))
+
+
+def compressed(body: bytes) -> bytes:
+    packed = zlib.compress(body, 9)
+    return struct.pack("<II", 15, len(packed)) + packed
+
+
+def struct_array(length: int, names: bytes, members: bytes, count: int = 1) -> bytes:
+    return array(b"s", 2, element(5, struct.pack("<i", length)) + element(1, names) + members, (count, 1))
+
+
+def nested_structs(depth: int, fields: int) -> bytes:
+    body = array(b"")
+    for _ in range(depth):
+        body = struct_array(1, b"f" * fields, body)
+    return body
+
+
+BIG = 5 * 2**20
+BOMBS = {
+    "an array behind the one claimed": lambda: b"".join(
+        compressed(array(b"v%d" % i) + array(b"w%d" % i, 6, element(9, bytes(8 * BIG)), (BIG, 1))) for i in range(6)
+    ),
+    "many compressed elements": lambda: b"".join(compressed(array(b"v%d" % i)) for i in range(3000)),
+    "compressed zeros behind an element": lambda: compressed(array(b"v") + bytes(2**28)) * 9,
+    "a long name of many cells": lambda: array(b"n" * 60_000, 1, array(b"") * 3000, (3000, 1)),
+    "a long name of a field": lambda: struct_array(10**6, b"f" * 10**6, array(b"") * 2000, 2000),
+    "many fields in nested structs": lambda: nested_structs(30, 90_000),
+    "texts of four bytes a character": lambda: b"".join(
+        compressed(array(b"t%d" % i, 4, element(16, "\U0001f600".encode() * 16_000), (1, 16_000))) for i in range(500)
+    ),
+    "more dimensions than NumPy knows": lambda: array(b"x", dimensions=(1,) * 64) + array(b"y", dimensions=(1,) * 40),
+}
+
+
+@pytest.mark.parametrize("bomb", BOMBS.values(), ids=BOMBS.keys())
+def test_nothing_grows_beyond_the_bytes_that_are_there(tmp_path: Path, bomb: Callable[[], bytes]) -> None:
+    """What the reader's docstring promises, and why it needs no process with limits."""
+    header = b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM"
+    (tmp_path / "a.mat").write_bytes(header + bomb())
+    tracemalloc.start()
+    with contextlib.suppress(DataError):
+        load_matlab_v5(tmp_path / "a.mat")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 3 * (tmp_path / "a.mat").stat().st_size + MOST_BYTES
+
+
+def test_damage_in_a_compressed_element_is_found_by_its_checksum(tmp_path: Path) -> None:
+    savemat(tmp_path / "a.mat", {"x": files.vibration()}, do_compression=True)
+    data = bytearray((tmp_path / "a.mat").read_bytes())
+    data[-1] ^= 1
+    (tmp_path / "a.mat").write_bytes(data)
+    with pytest.raises(DataError, match="incorrect data check"):
+        load_matlab_v5(tmp_path / "a.mat")
+    (tmp_path / "a.mat").write_bytes(data[:128] + struct.pack("<II", 15, len(data) - 140) + data[136:-4])
+    with pytest.raises(DataError, match="does not end"):
+        load_matlab_v5(tmp_path / "a.mat")
 
 
 @pytest.mark.recordings

@@ -121,3 +121,11 @@ def test_impossible_stand_in_leaves_nothing(tmp_path: Path) -> None:
                 **{"state": Fault.OUTER, "shaft_hz": 10.0, "seconds": 1.0, "seed": 1} | wrong,
             )
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "scene", ["[" * 50_000, '{"speed_profile": 1' + "0" * 5000 + "}", "[]", '{"speed_profile": [[]]}']
+)
+def test_a_hostile_scene_in_a_run(scene: str, tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="scene stored with the run"):
+        load_recording(run_file(tmp_path / "run.h5", scene=scene))

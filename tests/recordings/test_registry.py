@@ -15,7 +15,17 @@ import pytest
 from srbval.bearing import Fault
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings import Origin, RecordingSettings, write_stand_in
-from srbval.recordings.registry import FileStatus, add, fetch, find_recording, listing, register, rig_recordings, verify
+from srbval.recordings.registry import (
+    FileStatus,
+    RegisteredRecording,
+    add,
+    fetch,
+    find_recording,
+    listing,
+    register,
+    rig_recordings,
+    verify,
+)
 from srbval.recordings.registry.manifest import inspected_path, manifest_path, read_manifest, update_manifest
 from srbval.storage.strict_json import strict_json
 from srbval.storage.whole_file import whole_file
@@ -263,6 +273,27 @@ def test_manifest_that_is_none(text: str) -> None:
     manifest_path().write_text(text)
     with pytest.raises(DataError, match=r"manifest\.json"):
         listing()
+    empty = listing(or_none=True)
+    assert (empty.recordings, "manifest.json" in empty.unreadable) == ((), True)
+
+
+def test_recordings_of_an_earlier_version_are_looked_at_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It did not look for what is wrong with the samples."""
+
+    def forget(entries: dict[str, RegisteredRecording]) -> None:
+        entries.update((key, replace(entry, cautions=None)) for key, entry in entries.items())
+
+    added = add(folder).recordings
+    update_manifest(forget)
+    assert {entry.cautions for entry in listing().recordings} == {None}
+    assert add(folder).recordings == listing().recordings == added
+    monkeypatch.setenv("SRBVAL_RECORDINGS", str(folder))
+    manifest_path().unlink()
+    listing()
+    update_manifest(forget, inspected_path())
+    assert listing().recordings == added
+    monkeypatch.setattr(register, "inspect_file", None)  # and not a third time
+    assert listing().recordings == added
 
 
 def test_interrupted_write_leaves_the_manifest_as_it_was(folder: Path) -> None:
@@ -288,7 +319,7 @@ def test_interrupted_write_leaves_the_manifest_as_it_was(folder: Path) -> None:
 
 def test_what_a_killed_writer_left_is_cleared_away(folder: Path) -> None:
     add(folder)
-    (manifest_path().parent / ".manifest.json.abc.part").write_text('{"half":')
+    (manifest_path().parent / ".manifest.json.abcd1234.srbval-part").write_text('{"half":')
     add(folder)
     assert sorted(p.name for p in manifest_path().parent.iterdir()) == ["manifest.json", "manifest.lock"]
 

@@ -18,6 +18,7 @@ from srbval.evidence.bands import RecordKurtogram
 from srbval.evidence.evidence import Evidence
 from srbval.evidence.shown_records import ShownRecord
 from srbval.recordings.datasets.description import dataset
+from srbval.recordings.registry import FileStatus, RegisteredRecording
 from srbval.report import Report
 from srbval.report.content.assemble import assemble
 from srbval.report.write import write_report
@@ -51,7 +52,10 @@ def hostile_file(folder: Path) -> Path:
 
 def write_hostile(evidence: Evidence, folder: Path) -> HostileReport:
     """The report of `evidence` with every text that a recording may bring replaced by a hostile one, and its files."""
-    refused = OtherRecord(dataset="cwru", file=HOSTILE, state=Fault.OUTER, refused=HOSTILE)
+    refused = OtherRecord(dataset="cwru", file=HOSTILE, state=Fault.OUTER, refused=HOSTILE, cautions=(HOSTILE,))
+    gone = RegisteredRecording(
+        file=HOSTILE, sha256="", size_bytes=0, mtime_ns=0, status=FileStatus.MISSING, reason=HOSTILE
+    )
     changed = dataclasses.replace(
         evidence,
         rig={state: _renamed(analysis) for state, analysis in evidence.rig.items()},
@@ -60,6 +64,7 @@ def write_hostile(evidence: Evidence, folder: Path) -> HostileReport:
             for side, records in evidence.shown.items()
         },
         kurtograms=tuple(_renamed_record(record) for record in evidence.kurtograms),
+        register=dataclasses.replace(evidence.register, recordings=(gone,), unreadable=HOSTILE),
         matrix=dataclasses.replace(evidence.matrix, unusable=((HOSTILE, HOSTILE),)),
         other_rigs=(*evidence.other_rigs, refused),
         datasets={**evidence.datasets, refused.dataset: dataset(refused.dataset)},

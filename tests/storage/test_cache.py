@@ -8,7 +8,8 @@ import platformdirs
 import pytest
 
 from srbval.errors import ConfigurationError
-from srbval.storage.cache import KERNEL_VARIABLE, cache_folder, cache_use, clear_cache
+from srbval.storage.cache import KERNEL_VARIABLE, RESULT_FILES, cache_folder, cache_use, clear_cache
+from srbval.storage.stored_result import COMMAND
 
 
 @pytest.fixture(autouse=True)
@@ -22,7 +23,8 @@ def fill(kind: str, *sizes: int) -> Path:
     folder = cache_folder(kind) / "version"
     folder.mkdir(parents=True)
     for number, size in enumerate(sizes):
-        (folder / str(number)).write_bytes(bytes(size))
+        name = f"step.{number}.nbc" if kind == "kernels" else f"scene-{number:032x}.json"
+        (folder / name).write_bytes(bytes(size))
     return cache_folder(kind)
 
 
@@ -76,3 +78,35 @@ def test_a_kind_that_is_not_there_is_refused_and_nothing_is_deleted() -> None:
     with pytest.raises(ConfigurationError, match=r"no 'kernel'.*results"):
         clear_cache("results", "kernel")
     assert used() == {"results": (1, 10)}
+
+
+def test_what_is_not_ours_stays(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The user's own files beside ours, and whatever links lead to, in the cache and in numba's folder."""
+    monkeypatch.setenv(KERNEL_VARIABLE, str(tmp_path / "mine"))
+    fill("kernels", 5)
+    fill("results", 5)
+    precious = tmp_path / "precious"
+    precious.mkdir()
+    kept = [
+        tmp_path / "mine/kernels/thesis.txt",
+        tmp_path / "mine/kernels/version/compiled-notes.txt",
+        root / "results/notes.json",
+        root / "photos/summer.jpg",
+        precious / "other.nbc",
+    ]
+    for path in kept:
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("mine")
+    (tmp_path / "mine/kernels/version/away").symlink_to(precious, target_is_directory=True)
+    (tmp_path / "mine/kernels/version/linked.nbc").symlink_to(precious / "other.nbc")
+    (root / "elsewhere").symlink_to(precious, target_is_directory=True)
+    cleared = {use.kind: (use.files, use.left) for use in clear_cache()}
+    assert cleared == {"kernels": (1, 4), "photos": (0, 1), "results": (1, 1)}
+    assert all(path.read_text() == "mine" for path in kept)
+    assert {use.kind: use.files for use in cache_use()} == {"kernels": 0, "photos": 0, "results": 0}
+    assert not (root / "results/version").exists(), "an empty folder of ours goes"
+
+
+@pytest.mark.parametrize("kind", COMMAND)
+def test_every_kind_of_stored_result_is_ours(kind: str) -> None:
+    assert RESULT_FILES.fullmatch(f"{kind}.json")

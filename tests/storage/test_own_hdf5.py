@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 import xarray
 
 from srbval.storage.own_hdf5 import SCHEMA_VERSION, Variable, write_own_hdf5
@@ -30,3 +33,34 @@ def test_xarray_reads_values_units_and_attributes(tmp_path: Path) -> None:
         assert file["acceleration"].attrs["long_name"] == "radial acceleration"
         assert (file.attrs["name"], file.attrs["rpm"], file.attrs["fs_hz"]) == ("a run", 710.0, RATE_HZ)
         assert file.attrs["schema_version"] == SCHEMA_VERSION
+
+
+FULL = """
+import resource, signal, sys
+from pathlib import Path
+from srbval.models.simulate import simulate, simulate_to_file
+from srbval.errors import DataError
+from srbval.scene import paper_scene
+
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]),) * 2)
+fractions = []
+scene = paper_scene(model="kinematic", duration_s=2.0, defect={"kind": "outer"})
+try:
+    simulate_to_file(scene, Path(sys.argv[1]), progress=lambda _, fraction: fractions.append(fraction))
+except DataError as error:
+    print(error, max(fractions))
+"""
+
+
+@pytest.mark.parametrize("most_bytes", [0, 600, 100_000, 1_500_000])
+def test_a_full_disk_is_an_error_and_no_crash(most_bytes: int, tmp_path: Path) -> None:
+    """HDF5 used to crash when the file was closed, after tracebacks of its own."""
+    done = subprocess.run(
+        [sys.executable, "-c", FULL, str(tmp_path / "run.h5"), str(most_bytes)], capture_output=True, text=True
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "cannot be written (File too large)" in done.stdout
+    assert list(tmp_path.iterdir()) == []
+    if most_bytes <= 600:
+        assert float(done.stdout.split()[-1]) < 0.5, "it is known long before the end"

@@ -14,7 +14,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import pytest
 
-from srbval.storage.strict_json import json_object, json_value, strict_json, write_json
+from srbval.storage.strict_json import json_object, json_value, parse_json, strict_json, write_json
 
 
 class Side(enum.StrEnum):
@@ -158,3 +158,13 @@ def test_a_damaged_file_name_is_still_valid_json(tmp_path: Path) -> None:
     document: Mapping[str, str] = {"file": "a\udc80b"}
     write_json(path, document)
     assert json.loads(path.read_bytes()) == document
+
+
+@pytest.mark.parametrize("text", ["[" * 20_000, "1" * 5_000, "NaN", "-Infinity", b"\xff\xfe\x00", "{", ""])
+def test_a_damaged_document_is_a_value_error(text: str | bytes) -> None:
+    with pytest.raises(ValueError, match=r"\S"):
+        parse_json(text)
+
+
+def test_a_document_is_parsed() -> None:
+    assert parse_json(b'{"a": [1, 2.5, null]}') == {"a": [1, 2.5, None]}

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from srbval.errors import DataError
-from srbval.storage.whole_file import whole_file
+from srbval.storage.whole_file import remove_unfinished, whole_file
 
 
 def test_the_old_file_is_there_until_the_new_one_is_whole(tmp_path: Path) -> None:
@@ -63,3 +63,15 @@ def test_a_file_in_place_of_the_folder_is_a_data_error(tmp_path: Path) -> None:
     (tmp_path / "a").touch()
     with pytest.raises(DataError, match="cannot be written"), whole_file(tmp_path / "a" / "b.txt"):
         pass
+
+
+def test_only_what_this_program_left_unfinished_is_removed(tmp_path: Path) -> None:
+    own = tmp_path / ".a.txt.x0_yz9ab.srbval-part"
+    kept = [".a.txt.x.part", ".b.txt.x0_yz9ab.srbval-part", ".x.part", "a.txt", ".a.txt.srbval-part"]
+    for name in (own.name, *kept):
+        (tmp_path / name).write_text("x")
+    (tmp_path / ".a.txt.aaaaaaaa.srbval-part").mkdir()
+    (tmp_path / ".a.txt.bbbbbbbb.srbval-part").symlink_to(own)
+    remove_unfinished(tmp_path, "a.txt".__eq__)
+    left = {path.name for path in tmp_path.iterdir()}
+    assert left == {*kept, ".a.txt.aaaaaaaa.srbval-part", ".a.txt.bbbbbbbb.srbval-part"}

@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 from srbval.bearing import SphericalRollerGeometry, load_bearing
 from srbval.models.full import columns as col
 from srbval.models.full.damping_kernel import BORDER, factor, solve
+from srbval.models.full.drive_kernel import external_load
 from srbval.models.full.motion_kernel import WITH_DAMPING, right_hand_side
 from srbval.models.full.parameters import Parameters as Parameters
 from srbval.models.full.parameters import make_parameters
 from srbval.models.full.point_cloud import FAR_M
-from srbval.models.full.start import rolling_state as rolling_state
+from srbval.models.full.start import rolling_speeds
+from srbval.models.full.state import StateLayout
 from srbval.models.full.state import layout_of as layout_of
 from srbval.models.full.steps import Rates as Rates
 from srbval.models.full.steps import rates as rates
@@ -51,6 +53,22 @@ def merged(*tables: dict[str, Any]) -> dict[str, Any]:
 def parameters(scene: Scene) -> Parameters:
     """Kernel parameters of a scene."""
     return make_parameters(scene, geometry())
+
+
+def rolling_state(model: Parameters) -> FloatArray:
+    """State of pure rolling at the middle circle, all slides zero, shape [4 M + 12].
+
+    The ring stands where the housing spring alone would carry the load. Not an equilibrium: what remains dies out
+    in the scene's settling time; see `equilibrium.py` for one.
+    """
+    layout = StateLayout(len(model.slot_angle))
+    y = np.zeros(2 * layout.half)
+    y[layout.shaft_cage_rate], y[layout.spin] = rolling_speeds(model)
+    if model.housing_stiffness > 0:
+        radial, axial = external_load(0.0, model.drive)
+        push = (radial * model.drive.direction_cosine, radial * model.drive.direction_sine, axial)
+        y[layout.ring] = np.array(push) / model.housing_stiffness
+    return y
 
 
 def advance(

@@ -15,7 +15,7 @@ HEIGHT_MM = (0.1, 0.2)
 FITS = ("play", "printed")
 KINDS = (Fault.HEALTHY, Fault.OUTER, Fault.INNER)
 RANGES = ((RPM[0], RPM[-1]), (RADIAL_KN[0], RADIAL_KN[-1]), (HEIGHT_MM[0], HEIGHT_MM[-1]))
-BETWEEN_SEED, HELD_OUT_SEED = 1, 5
+BETWEEN_SEED = 1
 
 
 @dataclass(frozen=True, kw_only=True, order=True)
@@ -68,14 +68,6 @@ def quick_grid() -> list[CalibrationScene]:
 def between() -> list[CalibrationScene]:
     """Random scenes within the grid: they show how much errors vary between its scenes."""
     return drawn(BETWEEN_SEED, power=3)
-
-
-def held_out() -> list[CalibrationScene]:
-    """Random scenes within the grid from another seed, used only for testing predictions.
-
-    No constant of the planner may be tuned to these.
-    """
-    return drawn(HELD_OUT_SEED, power=2)
 
 
 def drawn(seed: int, *, power: int) -> list[CalibrationScene]:

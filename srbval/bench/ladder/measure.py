@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
+from typing import Any
 
 from srbval.bearing import Fault, load_bearing
 from srbval.bench.ladder.cases import CalibrationScene, quick_grid
@@ -117,11 +118,15 @@ def measure_case(
     )  # fmt: skip
 
 
+def _answered(stored: dict[str, Any]) -> Answered:
+    return Answered(**stored | {"answers": read_answers(stored["answers"])})
+
+
 def answer(scene: Scene, store: ContentStore | None = None) -> Answered:
     """Run a scene and read its answers, or fetch them from `store`."""
-    stored = None if store is None else store.load(scene_content(scene))
+    stored = None if store is None else store.load(scene_content(scene), _answered)
     if stored is not None:
-        return Answered(**stored | {"answers": read_answers(stored["answers"])})
+        return stored
     tried = attempt(scene)
     fresh = Answered(
         status=tried.status,

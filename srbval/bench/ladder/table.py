@@ -1,6 +1,6 @@
 """The calibration table: errors and costs of every rung on every calibration scene; its JSON file, its summary."""
 
-import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,9 +10,12 @@ import numpy as np
 
 from srbval.bench.ladder.cases import CalibrationScene
 from srbval.bench.ladder.questions import MEANING, Answer, Question
+from srbval.config.small_file import read_small_file
 from srbval.errors import DataError
+from srbval.storage.strict_json import parse_json
 
 SCHEMA_VERSION = 2
+MOST_BYTES = 2**26
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,13 +75,16 @@ class LadderCalibration:
 def load_calibration(path: Path) -> LadderCalibration:
     """Read a table; `DataError` naming the file where it is missing or is none."""
     try:
-        table = json.loads(path.read_text(encoding="utf-8"))
-        return LadderCalibration(
+        table = parse_json(read_small_file(path, MOST_BYTES))
+        found = LadderCalibration(
             **{name: table[name] for name in ("reference", "solver", "step_s", "seconds", "machine")},
             entries=tuple(_entry(e) for e in table["entries"]),
             between=tuple(_entry(e) for e in table["between"]),
         )
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        if not (summary(found) and math.isfinite(found.seconds + found.step_s)):  # every number is one
+            raise ValueError("no scenes")
+        return found
+    except (ArithmeticError, ValueError, LookupError, TypeError, AttributeError) as error:
         raise DataError(
             f"{path}: not a calibration table ({error!r}). Measure one: srbval bench --ladder -o {path.name}"
         ) from error

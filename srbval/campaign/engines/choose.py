@@ -1,5 +1,6 @@
 """Engines by name."""
 
+import socket
 from importlib import util
 
 from srbval.bench.machine import usable_cores
@@ -12,16 +13,22 @@ INSTALL = 'pip install "srbval[cluster]"'
 
 
 def choose_engine(
-    name: str = AUTO, *, jobs: int | None = None, address: str | None = None, wait_s: float | None = None
+    name: str = AUTO,
+    *,
+    jobs: int | None = None,
+    address: str | None = None,
+    wait_s: float | None = None,
+    dashboard: str | None = None,
 ) -> Engine:
     """The engine of that name.
 
-    ``serial`` runs in this process, ``local`` in processes of this machine, ``dask`` on the cluster of the scheduler at
-    `address`, ``slurm`` on jobs of its own. ``auto`` and ``dask`` are ``local`` where no `address` is given: a Dask
-    cluster on one machine would do the same, later.
+    ``serial`` is one worker process of this machine, ``local`` are `jobs` of them, ``dask`` is the cluster of the
+    scheduler at `address`, ``slurm`` jobs of its own. ``auto`` and ``dask`` are ``local`` where no `address` is given:
+    a Dask cluster on one machine would do the same, later.
 
     `jobs` workers, by default one per usable core; `wait_s` is how long a cluster may have no worker [s], by default
-    two minutes, an hour with ``slurm``. Raises `ConfigurationError` for an unknown name, or missing packages.
+    two minutes, an hour with ``slurm``; `dashboard` is where ``slurm`` serves Dask's web pages, ``HOST:PORT``, by
+    default nowhere. Raises `ConfigurationError` for an unknown name, options that do not fit it, or missing packages.
     """
     if name not in NAMES:
         raise ConfigurationError(f"engine {name!r} is not known. Known: {', '.join(NAMES)}.")
@@ -29,12 +36,10 @@ def choose_engine(
         raise ConfigurationError(f"--jobs {jobs} must be at least 1.")
     if address is not None and name not in (AUTO, DASK):
         raise ConfigurationError(f"a scheduler's address needs --engine dask, not {name!r}.")
+    if dashboard is not None:
+        _check_dashboard(dashboard, name)
     workers = jobs or usable_cores()
     waiting = {} if wait_s is None else {"wait_s": wait_s}
-    if name == SERIAL:
-        from srbval.campaign.engines.local import Serial
-
-        return Serial()
     if address is not None:
         _require("distributed", DASK)
         from srbval.campaign.engines.dask_cluster import cluster_at
@@ -44,12 +49,29 @@ def choose_engine(
         _require("dask_jobqueue", SLURM)
         from srbval.campaign.engines.dask_cluster import slurm_cluster
 
-        return slurm_cluster(workers, **waiting)
+        return slurm_cluster(workers, dashboard=dashboard, **waiting)
     from srbval.campaign.engines.local import LocalProcesses
 
-    return LocalProcesses(workers)
+    return LocalProcesses(1, name=SERIAL) if name == SERIAL else LocalProcesses(workers)
 
 
 def _require(package: str, engine: str) -> None:
     if util.find_spec(package) is None:
         raise ConfigurationError(f"engine {engine!r} needs {package.replace('_', '-')}: {INSTALL}")
+
+
+def _check_dashboard(address: str, engine: str) -> None:
+    if engine != SLURM:
+        raise ConfigurationError(
+            f"--dashboard needs --engine slurm, not {engine!r}: no other engine has one of its own. That of a running "
+            "scheduler is opened where this is started: dask scheduler --dashboard-address HOST:PORT."
+        )
+    host, _, port = address.rpartition(":")
+    try:
+        if not (host and 0 < int(port) < 65536):
+            raise ValueError("no host, or no port")
+        socket.create_server((host, int(port))).close()  # Dask would take another port
+    except (OSError, ValueError) as error:
+        raise ConfigurationError(
+            f"--dashboard {address!r} cannot be opened ({error}). Give HOST:PORT of this machine, like 127.0.0.1:8787."
+        ) from None

@@ -12,7 +12,7 @@ a signal is outside the band of its own later values (0.1 to 0.32 s), widened by
 ==============================  =========  ==========  =============
 start                           play 0     printed     signal
 ==============================  =========  ==========  =============
-`start.rolling_state`           0.05       0.4         ring, along the load
+rolling, ring on its spring     0.05       0.4         ring, along the load
 the same                        0.6        0.2         cage speed
 balance, rolling velocities     0          0           ring
 the same                        0.4        0.05        cage speed
@@ -21,8 +21,9 @@ the same                        0          0           cage speed
 ==============================  =========  ==========  =============
 
 Ring means its displacement along the load. RMS acceleration in the first roller passage (10 ms) over that of later
-ones, ode4 at 1/61440 s: from `rolling_state` 1.2 (play 0), 2.5 (printed), 6 (load through the bearing alone); from here
-0.95 to 1.01, and 1.2 with 0.2 mm of play, where the spring carries all and rollers only rattle.
+ones, ode4 at 1/61440 s: from rolling with the ring on its spring 1.2 (play 0), 2.5 (printed), 6 (load through the
+bearing alone); from here 0.95 to 1.01, and 1.2 with 0.2 mm of play, where the spring carries all and rollers only
+rattle.
 So two roller passages, 0.02 s at 710 rpm, settle a run more than enough. The cage's tilt is not balanced: with
 the printed fit it creeps to 20 microradians in 0.1 s, half a turn of the cage, unseen by the ring. Where the rollers
 alone carry radial and axial load, tilt, axial position (1 %) and cage speed (0.4 %) need 0.15 s: take a turn of the

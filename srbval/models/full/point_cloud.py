@@ -9,12 +9,16 @@ from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
 from srbval.bearing import SphericalRollerGeometry
+from srbval.errors import ConfigurationError
+from srbval.models.full import columns as col
 from srbval.scene import Defect, DefectShape
 
 IntArray = NDArray[np.int64]
 
 DEEPEST_M = 2e-4  # penetration within which every touching point is among the candidates; checked in each run
 FAR_M = 1e3  # where unused points and columns lie: out of reach of every roller
+MOST_POINTS = 500_000  # of a circle
+MOST_BYTES = 2e8  # of candidate points of both races; a scene of the paper's has 200 kB
 SAGITTA_SHARE = 0.98  # of what a point stands clear by its circle's curvature: circles are not quite parallel-axis
 
 
@@ -103,6 +107,10 @@ def _refined(points: CirclePoints, count: int, middle: float, extent_rad: float,
     """Replace the points within the extent, and one spacing more either side, by `times` as many of 1/`times` share."""
     spacing = 2 * math.pi / count
     near = np.abs(wrapped(points.angle - middle)) <= extent_rad / 2 + spacing
+    if np.count_nonzero(near) * times + len(near) > MOST_POINTS:
+        raise ConfigurationError(
+            f"defects with a refinement of {times} leave more than {MOST_POINTS} points in a circle; refine less."
+        )
     offsets = (np.arange(times) - (times - 1) / 2) * spacing / times
     angle = (points.angle[near, None] + offsets).ravel()
     again = [np.repeat(column[near], times) for column in (points.lift, points.share / times, points.cell)]
@@ -154,15 +162,27 @@ class Windows:
 def candidate_windows(
     circles: Sequence[Circle], rows: Sequence[Sequence[CirclePoints]], count: int, half: int
 ) -> Windows:
-    """Collect the windows of a race; `rows` holds the points of each circle of each row."""
+    """Collect the windows of a race; `rows` holds the points of each circle of each row.
+
+    `ConfigurationError` for more points within a roller's reach than there is room for.
+    """
+    special = [_near_special(row, min(half, count), count) for row in rows]
+    finest = max(1 / float(c.share.min()) for row in rows for c in row)
+    windows = 2 * half + 1 + sum(map(len, special))
+    needed = 2.0 * windows * 8 * col.POINT_ROWS * len(circles) * (2 * half + 1) * finest
+    if needed > MOST_BYTES or 2 * half >= count:
+        raise ConfigurationError(
+            f"{count} points per circle: {2 * half + 1} lie within a roller's reach, {finest:.4g} times as many in "
+            f"defects, {needed / 1e6:.4g} MB of candidates; the limits are half a circle and {MOST_BYTES / 1e6:g} MB. "
+            "Take fewer points, smaller defects or larger rollers."
+        )
     plain = [circle_points(count, c.radius_m, (), 0.0) for c in circles]
     wide = np.arange(-half, half + 1)
     found = [_window(circles, plain, 0, np.arange(c) - (c - 1) // 2, count) for c in range(1, len(wide) + 1)]
     highest = [0.0] * len(found)
     window_of = np.full((2, count), len(wide) - 1)
     for row, points in enumerate(rows):
-        special = np.unique(np.concatenate([c.cell[(c.lift != 0) | (c.share != 1)] for c in points]))
-        for nearest in np.unique((special[:, None] + wide) % count):
+        for nearest in special[row]:
             window_of[row, nearest] = len(found)
             found.append(_window(circles, points, int(nearest), wide, count))
             highest.append(max(0.0, *(float(_lift_near(c, int(nearest), wide, count)) for c in points)))
@@ -174,6 +194,16 @@ def candidate_windows(
         window_of=window_of,
         highest=np.array(highest),
     )
+
+
+def _near_special(points: Sequence[CirclePoints], half: int, count: int) -> IntArray:
+    """Points of the undisplaced circle with one that is displaced or refined at most `half` points away, rising."""
+    marked = np.zeros(3 * count + 1, dtype=np.int64)
+    for circle in points:
+        cell = circle.cell[(circle.lift != 0) | (circle.share != 1)]
+        marked[1 + cell] = marked[1 + count + cell] = marked[1 + 2 * count + cell] = 1
+    before = np.cumsum(marked)  # how many there are before a point
+    return np.flatnonzero(before[count + half + 1 : 2 * count + half + 1] > before[count - half : 2 * count - half])
 
 
 def _lift_near(points: CirclePoints, nearest: int, offsets: IntArray, count: int) -> float:

@@ -1,11 +1,11 @@
-"""Velocities a run starts with: of pure rolling, or such that friction balances; and a start without load balance."""
+"""Velocities a run starts with: of pure rolling, or such that friction balances."""
 
 from collections.abc import Callable
 
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.models.full.drive_kernel import external_load, shaft_motion
+from srbval.models.full.drive_kernel import shaft_motion
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.state import StateLayout
 from srbval.models.full.steps import rates
@@ -26,22 +26,6 @@ def rolling_speeds(model: Parameters) -> tuple[float, float]:
     shaft = shaft_motion(0.0, model.drive)[0]
     cage = shaft / 2 * (1 - model.law.roller_radius * model.tilt_cosine / pitch_radius)
     return cage, -cage * pitch_radius / model.law.roller_radius
-
-
-def rolling_state(model: Parameters) -> FloatArray:
-    """State of pure rolling at the middle circle, all slides zero, shape [4 M + 12].
-
-    The ring stands where the housing spring alone would carry the load. Not an equilibrium: what remains dies out
-    in the scene's settling time; see `equilibrium.py` for one.
-    """
-    layout = StateLayout(len(model.slot_angle))
-    y = np.zeros(2 * layout.half)
-    y[layout.shaft_cage_rate], y[layout.spin] = rolling_speeds(model)
-    if model.housing_stiffness > 0:
-        radial, axial = external_load(0.0, model.drive)
-        push = (radial * model.drive.direction_cosine, radial * model.drive.direction_sine, axial)
-        y[layout.ring] = np.array(push) / model.housing_stiffness
-    return y
 
 
 def balance_friction(model: Parameters, state: FloatArray) -> FloatArray:

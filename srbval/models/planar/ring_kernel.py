@@ -70,7 +70,7 @@ def push(y, cage, shaft, spun, ring):
         c, s = math.cos(angle), math.sin(angle)
         approach = -(y[X] * c + y[Y] * s)
         at = (approach - ring.plain_start) / ring.plain_step
-        at = min(max(at, 0.0), last + 0.999)
+        at = min(max(0.0, at), last + 0.999)  # a state that is no longer finite: never an index outside the array
         k = int(at)
         w = at - k
         deepest = max(deepest, (1.0 - w) * plain[DEPTH, k] + w * plain[DEPTH, k + 1])
@@ -90,10 +90,10 @@ def push(y, cage, shaft, spun, ring):
                 continue
             away -= pi2 * math.floor(away / pi2 + 0.5)
             position = abs(away) * arm / defects[j, POSITION_STEP]
-            if position >= positions:
+            if not position < positions:
                 continue
             at = (approach - ring.bump_start) / ring.bump_step
-            at = min(max(at, 0.0), bump_last + 0.999)
+            at = min(max(0.0, at), bump_last + 0.999)
             k, m = int(at), int(position)
             w, v = at - k, position - m
             force += (1.0 - w) * ((1.0 - v) * bumps[j, k, m] + v * bumps[j, k, m + 1])

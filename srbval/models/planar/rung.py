@@ -46,14 +46,6 @@ class PlanarRing:
     defect_of: tuple[int, ...]
     kernel: Ring
 
-    @property
-    def passing_hz(self) -> float:
-        """An upper bound of the rate at which rollers pass anything."""
-        profile = self.scene.speed_profile
-        fastest = self.scene.shaft_speed_rad_s if profile is None else max(profile.speed_rad_s)
-        orders = self.motion.orders
-        return max(orders.bpfi, orders.bpfo, 2 * orders.bsf) * fastest / (2 * math.pi)
-
     def sweep_m_s(self, table: int, time_s: FloatArray) -> FloatArray:
         """Speed at which a roller's contact passes the defect of `table`."""
         step = 1e-4
@@ -152,7 +144,7 @@ def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Ou
     started = time.perf_counter()
     take(0, 0)
     stats.compile_s += time.perf_counter() - started
-    for first, count in chunks(settle, whole, 0, scene.output_rate_hz):
+    for first, count in chunks(settle, whole, 0, scene.output_rate_hz, per_output):
         started = time.perf_counter()
         out = take(first, count)
         stats.wall_s += time.perf_counter() - started

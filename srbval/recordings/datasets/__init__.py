@@ -4,7 +4,8 @@ A data set is described by a file in `data_manifest`; its `reader` names the rec
 A new layout is a module with a reader and its entry in `READERS`.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 from srbval.recordings.datasets.cwru import read_cwru
 from srbval.recordings.datasets.description import DatasetDescription, known_datasets
@@ -13,7 +14,10 @@ from srbval.recordings.datasets.signal_structs import read_signal_structs
 from srbval.recordings.datasets.srbval_files import is_srbval_file, read_srbval_file
 from srbval.recordings.datasets.variables import read_variables
 from srbval.recordings.raw import RawFile
-from srbval.recordings.reading import Reading
+from srbval.recordings.reading import Channel, Reading
+from srbval.recordings.recording import Origin
+from srbval.recordings.sample_cautions import sample_cautions
+from srbval.recordings.time_column import time_column
 
 READERS: dict[str, Callable[[RawFile, DatasetDescription], Reading | None]] = {
     "variables": read_variables,
@@ -27,6 +31,20 @@ def recognise(raw: RawFile) -> Reading:
 
     Raises `DataError` where a file is of a known kind but damaged, or holds no vibration signal at all.
     """
+    reading = _recognised(raw)
+    channels: Mapping[str, Channel] = reading.channels
+    if reading.origin is Origin.MEASURED:
+        channels = {k: replace(c, cautions=c.cautions + sample_cautions(c.samples)) for k, c in channels.items()}
+        time = time_column(raw, channels[reading.channel or next(iter(channels))].samples.size)
+        if time is not None:
+            problem = reading.rate_problem or time.problem
+            fs_hz = reading.fs_hz or (None if problem else time.rates_hz[0])
+            reading = replace(reading, fs_hz=fs_hz, rate_problem=problem, time=time)
+    notes, cautions = reading.notes + raw.notes, reading.cautions + raw.cautions
+    return replace(reading, channels=channels, notes=notes, cautions=cautions)
+
+
+def _recognised(raw: RawFile) -> Reading:
     if is_srbval_file(raw):
         return read_srbval_file(raw)
     for description in known_datasets():

@@ -24,6 +24,7 @@ def read_cwru(raw: RawFile, description: DatasetDescription) -> Reading | None:
         return None
     number = _record_number(raw, groups)
     entry = next((r for r in description.records if r.first <= number <= r.last), None)
+    others = {m[1] for name in raw.variables if (m := _SIGNAL.fullmatch(name)) and int(m[1]) != number}
     label = groups.get("label") or (entry.label if entry else None)
     end = groups.get("end") or (entry.end if entry else None) or "DE"
     channels = _channels(raw, number, end.upper(), label, description)
@@ -39,6 +40,12 @@ def read_cwru(raw: RawFile, description: DatasetDescription) -> Reading | None:
             f"record {number} by its variables' names",
             *description.notes,
             *((entry.note,) if entry and entry.note else ()),
+            *((f"left out: signals of record {', '.join(sorted(others))}",) if others else ()),
+        ),
+        cautions=tuple(
+            f"its name says {groups[key]}, the data set's list {value} for record {number}: the name is used"
+            for key, value in (("label", entry and entry.label), ("end", entry and entry.end))
+            if value and groups.get(key, value).upper() != value.upper()
         ),
     )
 

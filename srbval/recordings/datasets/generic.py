@@ -10,21 +10,23 @@ from srbval.errors import DataError
 from srbval.recordings.raw import RawFile, as_signal, printable, samples_down
 from srbval.recordings.reading import UNITS, Channel, Reading
 from srbval.recordings.speed import stated_speed
+from srbval.recordings.time_column import PLAUSIBLE_HZ, is_time
 
 MIN_SAMPLES = 256
 MAX_COLUMNS = 64
-UNEVEN = 1e-3  # of a time step: the rounding in a text file
+NAMED = 8  # variables in a list
 STATED_CI95_RPM = 1.0
+LIKELY_RPM = (1.0, 120_000.0)
+Range = tuple[float, float]
 _RATE = re.compile(r"(?:.*\.)?(?:fs|sr|fs_hz|fs_acc|sampl(?:e|ing)_?(?:rate|frequency)(?:_hz)?)")
-_TIME = re.compile(r"(?:.*\.)?(?:t|time|time_s|time_acc|timestamps?)")
 _RPM = re.compile(r"(?:.*\.)?(?:rpm|mean_rpm|speed_rpm|shaft_rpm)")
 
 
 def read_generic(raw: RawFile) -> Reading:
     """Every numeric vector of at least 256 samples is a candidate channel, a matrix is one per column.
 
-    Nothing is guessed: what no variable or attribute names stays open. Raises `DataError` if there is no
-    numeric vector at all.
+    Nothing is guessed: what no variable or attribute names, or two name differently, stays open; what is left out is
+    said. Raises `DataError` if there is no numeric vector at all.
     """
     channels: dict[str, Channel] = {}
     for name, channel in _candidates(raw):
@@ -35,23 +37,41 @@ def read_generic(raw: RawFile) -> Reading:
             f"{raw.path}: a {raw.format} file without a numeric vector of at least {MIN_SAMPLES} samples; "
             f"it holds {held or 'nothing'}."
         )
-    rpm = _named_number(raw, _RPM)
+    rpm, rpm_problem = _named_number(raw, _RPM, LIKELY_RPM)
+    rate, rate_problem = _named_number(raw, _RATE, PLAUSIBLE_HZ)
+    taken = {(channel.variable or "").removesuffix("[1]") for channel in channels.values()}
+    vectors = {name: array for name in raw.variables if (array := raw.array(name)) is not None and array.size > 1}
+    left = [f"{printable(n)} {a.shape}" for n, a in vectors.items() if n not in taken and not is_time(n)]
+    notes = [f"{raw.format} file of no known data set: read by the names of its variables"]
+    if (unit := raw.text("unit")) is not None and unit not in UNITS:
+        notes.append(f"left out: unit {printable(unit)!r}, which is not known")
+    if left:
+        more = f" and {len(left) - NAMED} more" if len(left) > NAMED else ""
+        notes.append(f"left out, no signal of {MIN_SAMPLES} samples or more: {', '.join(left[:NAMED])}{more}")
     return Reading(
         channels=channels,
         channel=next(iter(channels)) if len(channels) == 1 else None,
-        fs_hz=_named_number(raw, _RATE) or _rate_from_time(raw),
+        fs_hz=rate,
+        rate_problem=rate_problem,
         speed=None if rpm is None else stated_speed(rpm, STATED_CI95_RPM),
-        notes=(f"{raw.format} file of no known data set: read by the names of its variables",),
+        speed_problem=rpm_problem and f"{rpm_problem}.",
+        notes=tuple(notes),
     )
 
 
 def _candidates(raw: RawFile) -> Iterator[tuple[str, Channel]]:
     unit = raw.text("unit")
     for name, column in _vectors(raw):
-        if _TIME.fullmatch(name.lower()) or _RPM.fullmatch(name.lower()):
+        if is_time(name) or _RPM.fullmatch(name.lower()) or _counts(column):
             continue
         samples = as_signal(column, f"{raw.path}: {name}")
         yield printable(name), Channel(samples=samples, unit=unit if unit in UNITS else None, variable=name)
+
+
+def _counts(column: NDArray[np.generic]) -> bool:
+    """Whether the values are 0, 1, 2 ... or 1, 2, 3 ...: the samples' numbers."""
+    values = column.ravel()
+    return values[0] in (0, 1) and bool((np.diff(values) == 1).all())
 
 
 def _vectors(raw: RawFile) -> Iterator[tuple[str, NDArray[np.generic]]]:
@@ -59,26 +79,22 @@ def _vectors(raw: RawFile) -> Iterator[tuple[str, NDArray[np.generic]]]:
         array = raw.array(name)
         if array is None or array.dtype.kind not in "fiu" or array.size < MIN_SAMPLES:
             continue
+        raw.check_usable(name)
         if max(array.shape) == array.size:
             yield name, array
         elif array.ndim == 2 and min(array.shape) <= MAX_COLUMNS and max(array.shape) >= MIN_SAMPLES:
             yield from ((f"{name}[{i}]", column) for i, column in enumerate(samples_down(array).T, 1))
 
 
-def _named_number(raw: RawFile, pattern: re.Pattern[str]) -> float | None:
+def _named_number(raw: RawFile, pattern: re.Pattern[str], likely: Range) -> tuple[float | None, str | None]:
+    """The number under the names of `pattern`, or why it is not used: outside `likely` a name must state the unit."""
     names = [n for n in (*raw.variables, *raw.attributes) if pattern.fullmatch(n.lower())]
-    values = {v for v in map(raw.number, names) if v is not None and v > 0}
-    return values.pop() if len(values) == 1 else None
-
-
-def _rate_from_time(raw: RawFile) -> float | None:
-    """Rate of an evenly spaced time vector in seconds; an uneven one gives no sampling rate."""
-    for name in raw.variables:
-        array = raw.array(name)
-        if array is None or array.size < MIN_SAMPLES or not _TIME.fullmatch(name.lower()):
-            continue
-        steps = np.diff(raw.signal(name))
-        mean = float(np.mean(steps))
-        if mean > 0 and float(np.max(np.abs(steps - mean))) < max(UNEVEN * mean, 1e-6):
-            return round(1 / mean, 6)
-    return None
+    found = {printable(name): number for name in names if (number := raw.number(name)) is not None}
+    said = " and ".join(f"{name} = {number:g}" for name, number in found.items())
+    if len(set(found.values())) > 1:
+        return None, f"{said} contradict each other"
+    number = next(iter(found.values()), None)
+    in_hz = number is not None and number > 0 and any(name.lower().endswith("hz") for name in found)
+    if number is None or in_hz or likely[0] <= number <= likely[1]:
+        return number, None
+    return None, f"{said} is not within {likely[0]:g} to {likely[1]:g}, perhaps in another unit"

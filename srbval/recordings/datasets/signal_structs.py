@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from srbval.errors import DataError
 from srbval.recordings.datasets.description import DatasetDescription
-from srbval.recordings.raw import RawFile, as_signal, samples_down
+from srbval.recordings.raw import RawFile, as_signal, printable, samples_down
 from srbval.recordings.reading import N_PER_KN, STANDARD_GRAVITY_M_S2, Channel, Reading
 from srbval.recordings.recording import ShaftSpeed, SpeedSignal
 from srbval.recordings.speed import RPM_PER_HZ, tachometer_speed
@@ -59,6 +59,9 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
     groups = description.match.groups(raw) or {}
     nominal_rpm = float(groups["rpm"]) if "rpm" in groups else None
     rotations = [s for n in names if (s := _signal(raw, n, ROTATION))]
+    used = {s.name for s in (*accelerations, *rotations)}
+    left = [f"{n} ({printable(raw.text(f'{n}.y_values.quantity.label') or '')})" for n in names if n not in used]
+    said = (f"left out: {', '.join(left)}",) if left else ()
     speed, speed_signal, problem, note = _speed(rotations, nominal_rpm, description)
     known = "label" in groups
     sensors, tested = _sensors(raw, accelerations, description if known else None)
@@ -80,7 +83,7 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
         radial_n=float(groups["radial_kn"]) * N_PER_KN if "radial_kn" in groups else None,
         axial_n=float(groups["axial_kn"]) * N_PER_KN if "axial_kn" in groups else None,
         nominal_rpm=nominal_rpm,
-        notes=(f"acceleration from {accelerations[0].name}", note, *(description.notes if known else ())),
+        notes=(f"acceleration from {accelerations[0].name}", note, *(description.notes if known else ()), *said),
     )
 
 
@@ -89,6 +92,7 @@ def _signal(raw: RawFile, name: str, labels: dict[str, dict[float, float]]) -> S
     label = (raw.text(f"{name}.y_values.quantity.label") or "").strip()
     if label not in labels:
         return None
+    raw.check_usable(f"{name}.y_values.values")
     values = raw.array(f"{name}.y_values.values")
     if values is None or values.size == 0:
         raise DataError(f"{raw.path}: {name} ({label}) holds no values.")

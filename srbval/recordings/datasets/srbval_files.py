@@ -1,6 +1,5 @@
 """Files that this program writes: runs of the model and stand-ins (HDF5 with the attribute ``srbval_kind``)."""
 
-import json
 import re
 
 import numpy as np
@@ -11,6 +10,8 @@ from srbval.recordings.raw import RawFile, printable
 from srbval.recordings.reading import Channel, Reading
 from srbval.recordings.recording import Origin, SpeedSignal
 from srbval.recordings.speed import prescribed_speed, profile_signal
+from srbval.storage.checksum import CHECKSUM
+from srbval.storage.strict_json import parse_json
 
 KIND_ATTRIBUTE = "srbval_kind"
 PREFIX = "acceleration"
@@ -39,6 +40,7 @@ def read_srbval_file(raw: RawFile) -> Reading:
         raise DataError(f"{raw.path}: a {kind} without {missing} acceleration; it is incomplete.")
     speed_hz = raw.number("shaft_speed_hz")
     missing = printable(raw.text("not_validated") or "", LONGEST_NOTE)
+    unchecked = "" if raw.text(CHECKSUM) else ", by a version that wrote no checksum: damage is not noticed"
     return Reading(
         channels=channels,
         origin=Origin.SIMULATED if kind == "run" else Origin.STAND_IN,
@@ -51,7 +53,7 @@ def read_srbval_file(raw: RawFile) -> Reading:
         axial_n=raw.number("axial_n"),
         nominal_rpm=raw.number("nominal_rpm"),
         name=printable(raw.text("name") or "") or None,
-        notes=(f"{kind} written by srbval", *([f"not validated: {missing}"] if missing else [])),
+        notes=(f"{kind} written by srbval{unchecked}", *([f"not validated: {missing}"] if missing else [])),
     )
 
 
@@ -80,7 +82,7 @@ def _speed_signal(raw: RawFile, samples: int) -> SpeedSignal | None:
     """The prescribed speed profile of a run's scene, None for a constant speed."""
     fs_hz = raw.number("fs_hz")
     try:
-        profile = json.loads(raw.text("scene") or "{}").get("speed_profile")
+        profile = parse_json(raw.text("scene") or "{}").get("speed_profile")
         if profile is None or not fs_hz:
             return None
         return profile_signal(np.array(profile["time_s"]), np.array(profile["speed_rad_s"]), samples / fs_hz)

@@ -17,7 +17,7 @@ FORMATS: tuple[FileFormat, ...] = (npy.FORMAT, hdf5.FORMAT, matlab_v5.FORMAT, te
 
 
 def detect_format(path: Path) -> FileFormat:
-    """Format of the file at `path`; `DataError` for a file that is missing, empty or of no known format."""
+    """Format of the file at `path`; `DataError` for a file that is missing, empty or of no known format; `OSError`."""
     head = _head(path)
     if not head:
         raise DataError(f"{path}: the file is empty (0 bytes). Copy or download it again.")
@@ -38,7 +38,5 @@ def _head(path: Path) -> bytes:
             return stream.read(HEAD_BYTES)
     except FileNotFoundError:
         raise DataError(f"{path}: no such file. Check the path.") from None
-    except OSError as error:
-        raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
     except ValueError as error:
         raise DataError(f"{str(path)!r}: not a usable path ({error}).") from None

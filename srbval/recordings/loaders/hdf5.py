@@ -1,15 +1,23 @@
 """HDF5 files: MATLAB v7.3, this program's runs and stand-ins, and plain ones."""
 
+import functools
+import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from srbval.errors import DataError
+from srbval.recordings.loaders.limited import read_limited
 from srbval.recordings.raw import FileFormat, RawFile, Value, check_claim, first_line
+from srbval.storage.checksum import CHECKSUM, checked_summary
 
 MAX_DEPTH = 12
-MAX_DATASETS = 4096
+MAX_ITEMS = 4096  # links of all groups, references followed, root attributes
+MAX_CELLS = 64  # of one dataset of references
+MAX_FILTERS = 6  # of a dataset; each may expand what the one before it expanded
+MAX_TEXT = 65536  # characters; longer texts of codes are cut
 SKIPPED = ("#refs#", "#subsystem#")
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 SIGNATURE_OFFSETS = (0, 512, 1024, 2048)  # after a user block of one of these sizes
@@ -19,90 +27,158 @@ def load_hdf5(path: Path) -> RawFile:
     """Read numeric datasets, texts and root attributes; groups are joined by dots, as MATLAB structs are.
 
     A MATLAB v7.3 struct is a group, a cell a dataset of references, a text an array of 16-bit codes;
-    arrays are transposed back to MATLAB's own shape. Raises `DataError` whatever the damage.
+    arrays are transposed back to MATLAB's own shape. Arrays whose samples are not in the file, or packed by a filter
+    that is not installed, are `unusable`. What the file claims is checked before it is read, and an exception becomes
+    a `DataError`; but the library may hang or crash, so `FORMAT` reads in a process that has limits (`read_limited`).
     """
     import h5py
 
-    reader = _Hdf5Reader(path)
     try:
+        checked = checked_summary(path) is not None
         with h5py.File(path, "r") as file:
-            reader.file = file
-            reader.matlab = any("MATLAB_class" in item.attrs for _, item in _named_members(file))
-            reader.visit("", file, 0)
-            attributes = {key: _plain(value) for key, value in file.attrs.items()}
-    except DataError:
+            reader = _Hdf5Reader(path, file)
+            reader.read()
+        if CHECKSUM in reader.attributes and not checked:
+            raise DataError(
+                f"{path}: damaged, or changed by another program: its checksum is gone. Copy or make it again."
+            )
+    except (DataError, MemoryError):
         raise
     except Exception as error:  # the one border where a hostile file meets foreign code
         raise DataError(f"{path}: truncated or damaged HDF5 file ({first_line(error)}). Copy it again.") from None
-    known = {key: value for key, value in attributes.items() if value is not None}
-    kind = "MATLAB v7.3" if reader.matlab else FORMAT.name
-    return RawFile(path=path, format=kind, variables=reader.variables, attributes=known)
+    return RawFile(
+        path=path,
+        format="MATLAB v7.3" if reader.matlab else FORMAT.name,
+        variables=reader.variables,
+        attributes=reader.attributes,
+        unusable=reader.unusable,
+        units=reader.units,
+    )
 
 
 class _Hdf5Reader:
     """Walks an open HDF5 file and collects `variables` under dotted names."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, file: Any) -> None:
         self.path = path
-        self.file: Any = None
+        self.file = file
         self.matlab = False
-        self.claimed = 0
-        self.visited = 0
+        self.claimed = self.items = 0
         self.variables: dict[str, Value] = {}
+        self.attributes: dict[str, float | str] = {}
+        self.unusable: dict[str, str] = {}
+        self.units: dict[str, str] = {}
 
-    def visit(self, name: str, item: Any, depth: int) -> None:
+    def read(self) -> None:
+        members = self._members(self.file)
+        self.matlab = any("MATLAB_class" in item.attrs for _, item in members)
+        for name, item in members:
+            self._visit(name, item, 1)
+        self._count(len(self.file.attrs))
+        for name in self.file.attrs:
+            if (value := self._attribute(self.file, name)) is not None:
+                self.attributes[name] = value
+
+    def _count(self, items: int) -> None:
+        self.items += items
+        if self.items > MAX_ITEMS:
+            held = f"{self.items} or more links, references and attributes"
+            raise DataError(f"{self.path}: holds {held}; {MAX_ITEMS} are read at most. It is no recording.")
+
+    def _claim(self, count: int, what: str) -> None:
+        self.claimed += count
+        check_claim(self.path, self.claimed, what)
+
+    def _members(self, group: Any) -> list[tuple[str, Any]]:
+        """Members reached by hard links only: a soft or external link may lead out of the file or in a circle."""
         import h5py
 
-        self.visited += 1
-        if depth > MAX_DEPTH or self.visited > MAX_DATASETS:
-            raise DataError(f"{self.path}: nested deeper than {MAX_DEPTH} or more than {MAX_DATASETS} items.")
+        self._count(len(group))
+        names = [name for name in group if name not in SKIPPED]
+        return [(name, group[name]) for name in names if isinstance(group.get(name, getlink=True), h5py.HardLink)]
+
+    def _visit(self, name: str, item: Any, depth: int) -> None:
+        import h5py
+
+        if depth > MAX_DEPTH:
+            raise DataError(f"{self.path}: nested deeper than {MAX_DEPTH} groups or references. It is no recording.")
         if isinstance(item, h5py.Group):
-            for key, member in _named_members(item):
-                if key not in SKIPPED:
-                    self.visit(f"{name}.{key}" if name else key, member, depth + 1)
-        elif isinstance(item, h5py.Dataset):
+            for key, member in self._members(item):
+                self._visit(f"{name}.{key}", member, depth + 1)
+        elif isinstance(item, h5py.Dataset) and not (item.shape is None or item.is_virtual or item.external):
             self._dataset(name, item, depth)
 
     def _dataset(self, name: str, dataset: Any, depth: int) -> None:
+        """Read references, a text or numbers; datasets of any other type are left out, whatever they claim."""
         import h5py
 
-        if dataset.shape is None or dataset.is_virtual or dataset.external:
+        dtype, size = dataset.dtype, math.prod(dataset.shape)
+        references, text = h5py.check_ref_dtype(dtype) is h5py.Reference, h5py.check_string_dtype(dtype) is not None
+        if not (references or (text and size == 1) or dtype.kind in "fiub"):
             return
-        self.claimed += dataset.size * dataset.dtype.itemsize
-        check_claim(self.path, self.claimed, f"dataset {name!r}")
-        if h5py.check_ref_dtype(dataset.dtype) is not None:
-            self._references(name, dataset, depth)
-        elif h5py.check_string_dtype(dataset.dtype) is not None:
-            if dataset.size == 1:
-                self.variables[name] = str(_plain(dataset.asstr()[()]))
-        elif dataset.dtype.kind in "fiub":
-            self.variables[name] = self._values(dataset)
+        self._claim(size * dtype.itemsize, f"dataset {name!r}")
+        check_claim(self.path, math.prod(dataset.chunks or ()) * dtype.itemsize, f"a chunk of dataset {name!r}")
+        unit = self._attribute(dataset, "units") if "units" in dataset.attrs else None
+        if isinstance(unit, str):
+            self.units[name] = unit
+        if reason := _not_there(name, dataset, size):
+            if dataset.is_scale:  # a dimension without values, as netCDF-4 writes it, is no variable
+                return
+            self.unusable[name] = reason
+            self._store(name, np.full(dataset.shape, np.nan, np.float16))
+        elif references:
+            held = [r for r in np.ravel(dataset[()]) if r][:MAX_CELLS]
+            self._count(len(held))
+            for i, reference in enumerate(held):
+                self._visit(name if len(held) == 1 else f"{name}({i + 1})", self.file[reference], depth + 1)
+        elif text:
+            self.variables[name] = str(_plain(dataset.asstr()[()]))
+            self._claim(len(self.variables[name]), f"text {name!r}")
+        elif "MATLAB_class" in dataset.attrs and self._attribute(dataset, "MATLAB_class") == "char":
+            self.variables[name] = "".join(map(chr, dataset[()].ravel()[:MAX_TEXT]))
+        else:
+            self._store(name, np.zeros((0, 0)) if "MATLAB_empty" in dataset.attrs else np.asarray(dataset[()]))
 
-    def _references(self, name: str, dataset: Any, depth: int) -> None:
-        references = [r for r in np.ravel(dataset[()]) if r]
-        for i, reference in enumerate(references[:64]):
-            index = "" if len(references) == 1 else f"({i + 1})"
-            self.visit(f"{name}{index}", self.file[reference], depth + 1)
+    def _store(self, name: str, values: NDArray[Any]) -> None:
+        self.variables[name] = values.T if self.matlab else values
 
-    def _values(self, dataset: Any) -> Value:
-        matlab_class = dataset.attrs.get("MATLAB_class", b"")
-        if matlab_class == b"char":
-            return "".join(chr(code) for code in np.ravel(dataset[()].T, order="F"))
-        if "MATLAB_empty" in dataset.attrs:
-            return np.zeros((0, 0))
-        values = dataset[()]
-        return np.asarray(values).T if self.matlab else np.asarray(values)
+    def _attribute(self, item: Any, name: str) -> float | str | None:
+        """A single number or text; None without reading it for anything else (dimension scales, arrays)."""
+        import h5py
+
+        stored = item.attrs.get_id(name)
+        text = h5py.check_string_dtype(stored.dtype) is not None
+        if math.prod(stored.shape) != 1 or not (text or stored.dtype.kind in "fiu"):
+            return None
+        self._claim(stored.dtype.itemsize, f"attribute {name!r}")
+        value = _plain(item.attrs[name])
+        self._claim(len(value) if isinstance(value, str) else 0, f"attribute {name!r}")
+        return value
 
 
-def _named_members(group: Any) -> list[tuple[str, Any]]:
-    """Members reached by hard links only: a soft or external link may lead out of the file or in a circle."""
+def _not_there(name: str, dataset: Any, size: int) -> str | None:
+    """Why the samples cannot be had: filters that are missing or too many, chunks that nobody wrote (read as zeros).
+
+    Of a contiguous dataset it is only known whether anything was written at all.
+    """
     import h5py
 
-    return [(key, group[key]) for key in group if isinstance(group.get(key, getlink=True), h5py.HardLink)]
+    settings = dataset.id.get_create_plist()
+    filters = [settings.get_filter(i)[0] for i in range(settings.get_nfilters())]
+    if len(filters) > MAX_FILTERS:
+        return f"{name!r} is packed by {len(filters)} filters; {MAX_FILTERS} are read at most. It is no recording."
+    if missing := [code for code in filters if not h5py.h5z.filter_avail(code)]:
+        return f"{name!r} is packed by filter {missing[0]}, which is not installed. Unpack it: h5repack -f NONE IN OUT"
+    if size == 0:
+        return None
+    needed = math.prod(-(-n // chunk) for n, chunk in zip(dataset.shape, dataset.chunks or dataset.shape, strict=True))
+    lost = needed - (dataset.id.get_num_chunks() if dataset.chunks else min(1, dataset.id.get_storage_size()))
+    share = f"{lost} of {needed} chunks of {name!r} were never written ({100 * lost / needed:.3g} % of its samples)"
+    return f"{share}; copy the file again, or record it again." if lost > 0 else None
 
 
 def _plain(value: Any) -> float | str | None:
-    """An attribute as a number or text; None for anything else (dimension scales, arrays)."""
+    """A number or text of one element; None for anything else."""
     if isinstance(value, np.ndarray) and value.size == 1:
         value = value.flat[0]
     if isinstance(value, bytes):
@@ -116,5 +192,5 @@ FORMAT = FileFormat(
     name="HDF5",
     description="HDF5 (MATLAB v7.3 included)",
     matches=lambda head: any(head.startswith(SIGNATURE, at) for at in SIGNATURE_OFFSETS),
-    load=load_hdf5,
+    load=functools.partial(read_limited, load_hdf5),
 )

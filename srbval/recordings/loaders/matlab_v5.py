@@ -5,6 +5,10 @@ data, padded to 8 bytes; an array (type 14) holds elements again: flags, dimensi
 further arrays; type 15 is a zlib stream of one element. scipy.io.loadmat reads the same files, but a few
 flipped bits make it allocate gigabytes or end the process (bus error, scipy 1.17); it serves as the
 reference in the tests.
+
+It needs no process with limits, unlike the HDF5 library: elements never overlap, at most `MAX_ELEMENTS` tags and names
+of fields are read, a compressed element is expanded to its claim and no more, and the sum of these claims, of names
+and of texts stays below `largest_claim`. Arrays are views.
 """
 
 import itertools
@@ -19,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.errors import DataError
-from srbval.recordings.raw import FileFormat, RawFile, Value, check_claim, largest_claim
+from srbval.recordings.raw import FileFormat, RawFile, Value, check_claim
 
 HEADER_BYTES = 128
 TITLE, VERSION_AND_ENDIAN = b"MATLAB 5.0", (b"\x00\x01IM", b"\x01\x00MI")  # the latter at bytes 124 to 127
@@ -31,7 +35,9 @@ NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8
 TEXTS = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32"}
 MAX_DEPTH = 32
 MAX_ELEMENTS = 100_000
+MAX_NAME_BYTES = 255  # MATLAB's own limit is 63
 MAX_TEXT_BYTES = 65536
+MAX_DIMENSIONS = 32
 
 
 def load_matlab_v5(path: Path) -> RawFile:
@@ -72,6 +78,15 @@ class _MatlabReader:
     def damaged(self, what: str) -> DataError:
         return DataError(f"{self.path}: truncated or damaged MATLAB v5 file ({what}). Copy it again.")
 
+    def _count(self, more: int) -> None:
+        self.elements += more
+        if self.elements > MAX_ELEMENTS:
+            raise self.damaged(f"more than {MAX_ELEMENTS} elements")
+
+    def _claim(self, more: int) -> None:
+        self.claimed += more
+        check_claim(self.path, self.claimed, "its contents")
+
     def top_level(self, data: memoryview) -> None:
         for element in self._elements(data):
             compressed = element.kind == MI_COMPRESSED
@@ -82,9 +97,7 @@ class _MatlabReader:
         """Elements of `data`; each must end before its end."""
         at = 0
         while at + 8 <= len(data):
-            self.elements += 1
-            if self.elements > MAX_ELEMENTS:
-                raise self.damaged(f"more than {MAX_ELEMENTS} elements")
+            self._count(1)
             kind, count = struct.unpack_from(self.order + "II", data, at)
             if kind >> 16:  # small element: byte count and up to 4 bytes of data share the tag
                 yield _Element(kind & 0xFFFF, data[at + 4 : at + 4 + min(kind >> 16, 4)])
@@ -101,9 +114,13 @@ class _MatlabReader:
             head = zlib.decompressobj().decompress(stream, 8)
             if len(head) < 8:
                 raise self.damaged("a compressed element without a tag")
-            self.claimed += 8 + int(struct.unpack(self.order + "II", head)[1])
-            check_claim(self.path, self.claimed, "its contents")
-            return memoryview(zlib.decompressobj().decompress(stream, largest_claim(self.path)))
+            whole = 8 + int(struct.unpack(self.order + "II", head)[1])
+            self._claim(whole)
+            expander = zlib.decompressobj()
+            data = expander.decompress(stream, whole + 8)  # room for padding, so that the end and its checksum are seen
+            if not expander.eof:
+                raise self.damaged(f"a compressed element that does not end after the {whole} bytes it claims")
+            return memoryview(data)
         except zlib.error as error:
             raise self.damaged(f"compressed data, {error}") from None
 
@@ -120,9 +137,10 @@ class _MatlabReader:
             return
         shape = self._integers(next(parts), "i4")
         own_name = self._text(next(parts))
-        name = own_name if name is None else name
+        name = own_name[:MAX_NAME_BYTES] if name is None else name
+        self._claim(len(name))
         total = math.prod(shape)
-        if any(n < 0 for n in shape) or total > len(element.data):
+        if len(shape) > MAX_DIMENSIONS or any(n < 0 for n in shape) or total > len(element.data):
             raise self.damaged(f"{name!r} claims {' x '.join(map(str, shape))} in {len(element.data)} bytes")
         if kind == CHAR:
             self.variables[name] = self._text(next(parts)).strip()
@@ -146,10 +164,9 @@ class _MatlabReader:
         length, raw = self._integers(next(parts), "i4"), bytes(next(parts).data)
         if not length or length[0] <= 0:
             raise self.damaged("a struct without field names")
-        if len(raw) // length[0] > MAX_ELEMENTS:
-            raise self.damaged(f"more than {MAX_ELEMENTS} field names")
+        self._count(len(raw) // length[0])
         cut = [raw[i : i + length[0]] for i in range(0, len(raw) - length[0] + 1, length[0])]
-        return ["." + text.split(b"\0", 1)[0].decode("latin-1") for text in cut]
+        return ["." + text.split(b"\0", 1)[0][:MAX_NAME_BYTES].decode("latin-1") for text in cut]
 
     def _integers(self, element: _Element, kind: str) -> list[int]:
         """A few integers: flags, dimensions, a length."""
@@ -160,6 +177,7 @@ class _MatlabReader:
         """A text in whichever encoding its type says; overlong ones are cut."""
         coding = TEXTS.get(element.kind, "latin-1")
         ends = {"<": "-le", ">": "-be"}[self.order] if coding in ("utf-16", "utf-32") else ""
+        self._claim(4 * min(len(element.data), MAX_TEXT_BYTES))  # a character takes up to 4 bytes
         return bytes(element.data[:MAX_TEXT_BYTES]).decode(coding + ends, "replace").replace("\0", "")
 
     def _numbers(self, element: _Element, shape: list[int], name: str) -> NDArray[Any]:

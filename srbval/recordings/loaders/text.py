@@ -1,89 +1,208 @@
-"""Text tables: comma, semicolon, tab or blank separated, with or without a header line."""
+"""Text tables: comma, semicolon, tab or blank separated, with or without a header line.
 
-import itertools
+Every sample counts: a row that is not like the others is an error that names its line, never a row less.
+"""
+
+import codecs
+import csv
+import io
 import re
 import threading
 import warnings
+from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from srbval.errors import DataError
-from srbval.recordings.raw import TEXT, FileFormat, RawFile, first_line
+from srbval.recordings.raw import TEXT, FileFormat, RawFile, first_line, printable
 
 MAX_COLUMNS = 64
-HEADER_LINES = 100
 MAX_LINE = 16384
+TRIED_ROWS = 3  # rows of which one must hold numbers, or the text is no table at all
+UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 _WARNINGS = threading.Lock()  # catch_warnings changes the state of the whole process
+_CONTROL = re.compile(r"[\0-\x08\x0b\x0d-\x1f]")
 _SETTING = re.compile(r"#\s*([A-Za-z_]\w*)\s*[=:]\s*(.+?)\s*")
+_LIKE_A_NUMBER = re.compile(r"[+\-−]?[.,]?\d|(?:[+-]?(?:nan|inf|infinity)|null|none|n/?a)?$", re.IGNORECASE)
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?", re.ASCII)
+_NO_THOUSANDS = re.compile(r"(?<!\d)0,\d|,\d{1,2}(?!\d)|,\d{4}")
+_SPLIT_DECIMAL = re.compile(r"[,\n][ \t]*[+-]?0\d+[ \t]*[,\n]")
+_MINUS_ZERO = re.compile(r"[,\n][ \t]*-0[ \t]*[,\n]")
 
 
 def load_text(path: Path) -> RawFile:
     """Read the columns of a text table under their header's names, else ``col_1``, ``col_2``, ...
 
-    Lines that begin with ``#`` are comments; ``# fs_hz = 20480`` among the first ones is kept as an
-    attribute. Raises `DataError` for anything that is not a table of numbers.
+    Lines that begin with ``#`` are comments; ``# fs_hz = 20480`` before the first row is kept as an attribute. Decimal
+    commas are read where another separator leaves no doubt. Raises `DataError` for anything that is not a table of
+    numbers, and for a table with blank lines between its rows, rows of another length, fields that are no finite
+    numbers, unnamed columns or two of one name.
     """
-    first, settings = _first_line(path)
-    separator = next((mark for mark in (";", "\t", ",") if mark in first), None)
-    names = [part.strip().strip('"') for part in (first.split(separator) if separator else first.split())]
+    lines, notes = _lines(path)
+    rows = [i for i, line in enumerate(lines) if line and not line.startswith("#")]
+    if not rows:
+        raise DataError(f"{path}: a text file without a table of numbers.")
+    first, second = lines[rows[0]], lines[rows[min(1, len(rows) - 1)]]
+    separator = next((mark for mark in (";", "\t", ",") if mark in second), None)
+    if separator == "," and len(second.split()) > 1 and all(map(_DECIMAL_COMMA.fullmatch, second.split())):
+        separator = None
+    names = _fields(first, separator)
     if not 1 <= len(names) <= MAX_COLUMNS:
-        raise DataError(f"{path}: {len(names)} columns in the first line; a table has 1 to {MAX_COLUMNS}.")
-    has_header = not all(_is_number(part) for part in names)
-    if has_header and all(not _is_number(p) for p in names) and len(set(names)) != len(names):
-        raise DataError(f"{path}: a text file whose first line, {first[:60]!r}, is no table of numbers.")
-    table = _table(path, separator, has_header)
-    if len(table) == 0:
-        raise DataError(f"{path}: a text file, but not a table of numbers (no line of them after the first).")
-    if table.shape[1] != len(names):
-        raise DataError(f"{path}: {len(names)} names for {table.shape[1]} columns of numbers.")
-    keys = names if has_header else [f"col_{i + 1}" for i in range(len(names))]
-    columns = {key: np.ascontiguousarray(table[:, i]) for i, key in enumerate(keys)}
-    return RawFile(path=path, format=TEXT, variables=columns, attributes=settings)
+        raise DataError(f"{path}: {len(names)} columns in the first line; a table of numbers has 1 to {MAX_COLUMNS}.")
+    has_header = not _numbers(first, separator)
+    data = rows[has_header:]
+    if not any(_numbers(lines[row], separator) for row in data[:TRIED_ROWS]):
+        wrong = f"line {data[0] + 1} is {printable(lines[data[0]])!r}" if data else "nothing after line 1"
+        raise DataError(f"{path}: a text file, but not a table of numbers ({wrong}).")
+    columns = _columns(path, lines, data, separator)
+    if has_header:
+        names = [first] if columns == 1 and not re.search(r"[,;\t]", first) else names
+        _check_names(f"{path}: line {rows[0] + 1}", names, columns)
+    table, comma = _table(path, lines, data, separator, columns)
+    keys = names if has_header else [f"col_{i + 1}" for i in range(columns)]
+    variables = {key: np.ascontiguousarray(table[:, i]) for i, key in enumerate(keys)}
+    notes += ("decimal commas read as decimal points",) if comma else ()
+    settings = _settings(path, lines[: rows[0]])
+    return RawFile(path=path, format=TEXT, variables=variables, attributes=settings, notes=notes)
 
 
-def _first_line(path: Path) -> tuple[str, dict[str, float | str]]:
-    """First line that is neither blank nor a comment, and the settings among the comments."""
-    settings: dict[str, float | str] = {}
-    with path.open(encoding="latin-1") as stream:
-        for _ in itertools.repeat(None, HEADER_LINES):
-            line = stream.readline(MAX_LINE)
-            if len(line) >= MAX_LINE:
-                raise DataError(f"{path}: a line of more than {MAX_LINE} characters is no table of numbers.")
-            if match := _SETTING.fullmatch(line.strip()):
-                settings[match[1]] = float(match[2]) if _is_number(match[2]) else match[2]
-            elif line.strip() and not line.startswith("#"):
-                return line.strip(), settings
-    raise DataError(f"{path}: a text file without a line of numbers.")
-
-
-def _is_number(text: str) -> bool:
+def _lines(path: Path) -> tuple[list[str], tuple[str, ...]]:
+    """The lines, without blanks at their ends, and what is to be noted."""
+    content = path.read_bytes()
     try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+        text = content.decode("utf-16" if content.startswith(UTF16) else "utf-8-sig")
+    except UnicodeError as error:
+        if content.startswith(UTF16):
+            raise DataError(f"{path}: damaged UTF-16 text ({first_line(error)}). Save it as UTF-8.") from None
+        text = content.decode("latin-1")
+    text = text.replace("\r\n", "\n")
+    text = text if "\n" in text else text.replace("\r", "\n")
+    lines = [line.strip(" \f") for line in text.split("\n")]
+    if max(map(len, lines)) >= MAX_LINE:
+        raise DataError(f"{path}: a line of more than {MAX_LINE} characters is no table of numbers.")
+    wrong = [i for i, line in enumerate(lines) if _CONTROL.search(line)] if _CONTROL.search(text) else []
+    _refuse(path, wrong, "with control characters", "Copy the damaged file again")
+    return lines, () if text.endswith("\n") else ("the last line has no end: the file may have been cut there",)
 
 
-def _table(path: Path, separator: str | None, has_header: bool) -> NDArray[np.float64]:
+def _refuse(path: Path, wrong: Sequence[int], what: str, remedy: str) -> None:
+    """Raise `DataError` if there are `wrong` lines."""
+    if len(wrong):
+        raise DataError(f"{path}: {len(wrong)} line(s) {what}, the first is line {wrong[0] + 1}. {remedy}.")
+
+
+def _fields(line: str, separator: str | None, columns: int | None = None) -> list[str]:
+    """The (first `columns`) fields of a line, without quotes, blanks around them, and an empty one at its end."""
+    if separator is None:
+        return [part.strip('"') for part in line.split()]
+    parts = [part.strip() for part in next(csv.reader([line], delimiter=separator, skipinitialspace=True))]
+    return parts[:columns] if columns or not line.endswith(separator) else parts[:-1]
+
+
+@cache
+def _row(separator: str | None, columns: int | None = None) -> re.Pattern[str]:
+    """A row of so many numbers, or of any, without quotes; decimal commas where the separator is another one."""
+    point, times = r"\." if separator == "," else "[.,]", "*" if columns is None else f"{{{columns - 1}}}"
+    number = rf"[+-]?(?:\d++(?:{point}\d*+)?|{point}\d++)(?:[eE][+-]?\d++)?"
+    if separator is None:
+        return re.compile(rf"\s*{number}(?:\s+{number}){times}\s*", re.ASCII)
+    return re.compile(rf" *{number} *(?:{separator} *{number} *){times}{separator}? *", re.ASCII)
+
+
+def _numbers(line: str, separator: str | None, columns: int | None = None) -> bool:
+    return _row(separator, columns).fullmatch(line.replace('"', "")) is not None
+
+
+def _settings(path: Path, comments: list[str]) -> dict[str, float | str]:
+    found: dict[str, float | str] = {}
+    for match in filter(None, map(_SETTING.fullmatch, comments)):
+        value = float(match[2]) if _numbers(match[2], ",", 1) else match[2]
+        if found.setdefault(match[1], value) != value:
+            raise DataError(f"{path}: says {match[1]} = {found[match[1]]} and {value}. Delete the wrong one.")
+    return found
+
+
+def _columns(path: Path, lines: list[str], data: list[int], separator: str | None) -> int:
+    """Fields of each of the rows `data`, without an empty last one; gaps between them and other numbers are refused."""
+    between = range(data[0], data[-1])
+    blank = [i for i in between if not lines[i].strip()]
+    _refuse(path, blank, "blank among the samples", "Samples may be missing there: export the record again")
+    hidden = [i for i in between if lines[i].startswith("#") and _numbers(lines[i].lstrip("#"), separator)]
+    _refuse(path, hidden, "of numbers behind a # among the samples", "Take it out, or delete the line")
+    _refuse(path, [i for i in data if "#" in lines[i]], "with a # after its beginning", "Cut it off")
+    last = separator is not None and all(lines[i].endswith(separator) for i in data)
+    counts = [(lines[i].count(separator) + 1 if separator else len(lines[i].split())) - last for i in data]
+    others = [i for i, count in zip(data, counts, strict=True) if count != counts[0]]
+    said = f"do not have {counts[0]} fields as line {data[0] + 1} has"
+    _refuse(path, others, said, "Values are missing or in the wrong columns there: export the record again")
+    return counts[0]
+
+
+def _check_names(where: str, names: list[str], columns: int) -> None:
+    """Refuse a first line that is no header of so many columns."""
+    if wrong := [name for name in names if _LIKE_A_NUMBER.match(name)]:
+        raise DataError(
+            f"{where} is no row of numbers, and {printable(wrong[0])!r} no name for a column: a name neither is empty "
+            "nor begins like a number. Correct the line, or put a # before it if it is neither."
+        )
+    if len(names) != columns:
+        raise DataError(f"{where} has {len(names)} names for {columns} columns. Name each; decimals need a point.")
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise DataError(f"{where} names more than one column {printable(twice[0])!r}. Give each a name of its own.")
+
+
+def _table(
+    path: Path, lines: list[str], data: list[int], separator: str | None, columns: int
+) -> tuple[NDArray[np.float64], bool]:
+    """The numbers of the rows `data`, all of them finite, and whether they have decimal commas."""
     import pandas as pd
 
+    body = "\n".join([lines[i] for i in data]).replace('"', "") + "\n"
+    comma = _decimal_commas(path, data, body, separator)
     try:
         with _WARNINGS, warnings.catch_warnings():
             warnings.simplefilter("ignore")
             frame = pd.read_csv(
-                path, sep=separator or r"\s+", header=0 if has_header else None, comment="#", dtype=np.float64,
-                encoding="latin-1", skip_blank_lines=True, index_col=False,
+                io.BytesIO(body.encode()), sep=separator or r"\s+", header=None, usecols=range(columns),
+                dtype=np.float64, index_col=False, na_filter=False, decimal="," if comma else ".",
             )  # fmt: skip
+        table = frame.to_numpy(dtype=np.float64)
+        wrong = [data[i] for i in np.flatnonzero(~np.isfinite(table).all(axis=1))]
     except Exception as error:  # the one border where a hostile file meets foreign code
-        raise DataError(f"{path}: a text file, but not a table of numbers ({first_line(error)}).") from None
-    return frame.to_numpy(dtype=np.float64)
+        wrong = [i for i in data if not _numbers(lines[i], separator, columns)]
+        if not wrong:
+            raise DataError(f"{path}: cannot be read as a table ({first_line(error)}).") from None
+    if wrong:
+        fields = _fields(lines[wrong[0]], separator, columns)
+        bad = next((part for part in fields if not _numbers(part, separator, 1)), max(fields, key=len))
+        _refuse(path, wrong, f"with a field that is no finite number ({printable(bad)!r})", "Export the record again")
+    return table, comma
+
+
+def _decimal_commas(path: Path, data: list[int], body: str, separator: str | None) -> bool:
+    """Whether the numbers have decimal commas; where that cannot be told `DataError`."""
+    point, comma = "." in body, re.search(",", body)
+    if separator == ",":
+        found = _SPLIT_DECIMAL.search(body) or (None if point else _MINUS_ZERO.search(body))
+        what = "has decimal commas that cannot be told from those between columns"
+    elif comma and point:
+        found, what = comma, "is in a table of both decimal commas and points, or with thousands separators"
+    else:
+        found = None if _NO_THOUSANDS.search(body) else comma
+        what = "has three digits after every comma: decimals or thousands"
+    if found:
+        before = body[: found.start() + 1].split("\n")
+        text = printable(before[-1] + body[found.start() + 1 :].split("\n", 1)[0])
+        raise DataError(f"{path}: line {data[len(before) - 1] + 1}, {text!r}, {what}. Export it with decimal points.")
+    return comma is not None and separator != ","
 
 
 def _is_text(head: bytes) -> bool:
-    """Text has no control characters but white space; any 8-bit encoding will do."""
-    return not any(byte < 32 and byte not in b"\t\n\r\f" for byte in head)
+    """Text has no control characters but white space; any 8-bit encoding and UTF-16 with its mark will do."""
+    return head.startswith(UTF16) or not any(byte < 32 and byte not in b"\t\n\r\f" for byte in head)
 
 
 FORMAT = FileFormat(name=TEXT, description="a text table", matches=_is_text, load=load_text)

@@ -12,7 +12,7 @@ from typing import Any
 
 from srbval.bearing import Fault
 from srbval.recordings.datasets.description import known_datasets
-from srbval.recordings.raw import TEXT
+from srbval.recordings.raw import NO_TABLE, TEXT
 from srbval.recordings.recording import Origin
 from srbval.recordings.settings import RecordingSettings
 
@@ -35,6 +35,7 @@ class RegisteredRecording:
 
     Loads in kN, `fs_hz` in Hz; what the file does not state is None. `reason` explains any status
     but ok, and what an ok file leaves open. `settings` are those the user gave when registering it.
+    `cautions` say what may make its numbers wrong; None where nothing was read or an earlier version looked at it.
     """
 
     file: str
@@ -55,6 +56,7 @@ class RegisteredRecording:
     channels: tuple[str, ...] = ()
     channel: str | None = None
     settings: RecordingSettings | None = None
+    cautions: tuple[str, ...] | None = None
 
     def with_status(self, status: FileStatus, reason: str | None = None) -> RegisteredRecording:
         """The same file with another status."""
@@ -103,11 +105,12 @@ class Coverage:
 
 @dataclass(frozen=True, kw_only=True)
 class RegisterListing:
-    """The register, or the part of it that a command changed, and the operating points that it covers."""
+    """The register (`unreadable` says why it is not), or the part that a command changed, and the points it covers."""
 
     manifest: Path
     recordings: tuple[RegisteredRecording, ...]
     coverage: tuple[Coverage, ...] = ()
+    unreadable: str = ""
 
     @property
     def problems(self) -> tuple[RegisteredRecording, ...]:
@@ -115,7 +118,8 @@ class RegisterListing:
         return tuple(
             r
             for r in self.recordings
-            if r.status is not FileStatus.OK and not (r.status is FileStatus.UNREADABLE and r.format == TEXT)
+            if r.status is not FileStatus.OK
+            and not (r.status is FileStatus.UNREADABLE and r.format == TEXT and NO_TABLE in (r.reason or ""))
         )
 
     def to_dict(self) -> dict[str, Any]:

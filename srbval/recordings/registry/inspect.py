@@ -62,6 +62,7 @@ def _described(
         channels=names,
         channel=reading.channel,
         settings=settings if settings else None,
+        cautions=reading.all_cautions(),
     )
 
 

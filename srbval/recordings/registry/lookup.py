@@ -15,14 +15,20 @@ from srbval.recordings.registry.manifest import read_manifest
 from srbval.recordings.registry.register import listing
 from srbval.recordings.settings import RecordingSettings
 
+Registered = tuple[RegisteredRecording, ...]
 RIG_DATASETS = ("torino-full", "torino-excerpts")  # the longer recordings first
 
 
-def rig_recordings(*, state: Fault | None = None, nominal_rpm: float | None = None) -> tuple[RegisteredRecording, ...]:
-    """Usable recordings of the rig by state and nominal motor speed [rpm], full recordings first, each content once."""
+def rig_recordings(
+    registered: Registered | None = None, *, state: Fault | None = None, nominal_rpm: float | None = None
+) -> Registered:
+    """Usable recordings of the rig, of all or of those `registered`, by state and nominal motor speed [rpm].
+
+    Full recordings come first, each content once.
+    """
     found = [
         r
-        for r in listing().recordings
+        for r in (listing().recordings if registered is None else registered)
         if r.dataset in RIG_DATASETS
         and r.status is FileStatus.OK
         and state in (None, r.state)
@@ -40,9 +46,7 @@ def find_recording(
     return max(at_load, key=lambda r: r.seconds or 0.0, default=None)
 
 
-def healthy_baseline(
-    recording: Recording, registered: tuple[RegisteredRecording, ...] | None = None
-) -> RegisteredRecording | None:
+def healthy_baseline(recording: Recording, registered: Registered | None = None) -> RegisteredRecording | None:
     """The registered healthy record of the same rig, sensor, nominal speed, load and sampling rate, or None.
 
     The baseline that a faulted record is compared with. `registered` saves listing the register again. Of several the

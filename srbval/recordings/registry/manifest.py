@@ -10,8 +10,8 @@ from typing import Any
 from srbval.config.strict import build
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.registry.entry import SCHEMA_VERSION, RegisteredRecording
-from srbval.storage.strict_json import json_value
-from srbval.storage.whole_file import whole_file
+from srbval.storage.strict_json import json_value, parse_json
+from srbval.storage.whole_file import remove_unfinished, whole_file
 
 HOME_VARIABLE = "SRBVAL_HOME"
 LOCK_SECONDS = 30.0
@@ -43,15 +43,17 @@ def read_manifest(path: Path | None = None) -> Entries:
     """Registered files by path, none without a manifest; `DataError` for a manifest that cannot be read."""
     path = path or manifest_path()
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
+        document = parse_json(path.read_bytes())
         if document["schema_version"] != SCHEMA_VERSION:
             raise DataError(f"{path}: schema {document['schema_version']} where {SCHEMA_VERSION} is read.")
         entries = [build(RegisteredRecording, _without_nulls(table), "recordings") for table in document["recordings"]]
+        if any("\0" in entry.file for entry in entries):
+            raise ValueError("a path with a NUL")
     except (FileNotFoundError, NotADirectoryError):
         return {}
     except OSError as error:
         raise DataError(f"{path}: cannot be read ({error.strerror}).") from None
-    except (ValueError, KeyError, TypeError, AttributeError, ConfigurationError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError, ConfigurationError) as error:
         raise DataError(
             f"{path}: not a manifest of srbval ({error}). Move it away and register your folders again."
         ) from None
@@ -70,8 +72,7 @@ def update_manifest(change: Callable[[Entries], None], path: Path | None = None)
     """Apply `change` to the newest manifest under a lock and write it; returns the entries after it."""
     path = path or manifest_path()
     with _locked(path):
-        for part in path.parent.glob(f".{path.name}.*.part"):  # left by a process that was killed while it wrote
-            part.unlink(missing_ok=True)
+        remove_unfinished(path.parent, path.name.__eq__)
         entries = read_manifest(path)
         change(entries)
         document = {"schema_version": SCHEMA_VERSION, "recordings": [entries[key] for key in sorted(entries)]}

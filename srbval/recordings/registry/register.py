@@ -4,11 +4,13 @@ import contextlib
 import os
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 from srbval.errors import DataError
 from srbval.progress import Progress, silent
 from srbval.recordings.load import sha256_of
+from srbval.recordings.loaders.limited import end_readers
 from srbval.recordings.registry.entry import FileStatus, RegisteredRecording, RegisterListing, coverage_of
 from srbval.recordings.registry.inspect import inspect_file
 from srbval.recordings.registry.manifest import Entries, inspected_path, manifest_path, read_manifest, update_manifest
@@ -56,13 +58,22 @@ def add(
     return _listing(merged.values())
 
 
-def listing() -> RegisterListing:
+def listing(*, or_none: bool = False) -> RegisterListing:
     """All registered files with their status from size and time of change, without hashing them.
 
-    Files of the folder that SRBVAL_RECORDINGS names are included whether registered or not.
+    Files of the folder that SRBVAL_RECORDINGS names are included whether registered or not. With `or_none` a register
+    that cannot be read counts as empty, and the listing says why in `unreadable`.
     """
-    entries = _with_environment_folder(read_manifest())
-    return _listing(entry if _unchanged(entry) else _verified(entry) for entry in entries.values())
+    registered, unreadable = {}, ""
+    try:
+        registered = read_manifest()
+    except DataError as error:
+        if not or_none:
+            raise
+        unreadable = str(error).removeprefix(f"{manifest_path().parent}{os.sep}")
+    entries = _with_environment_folder(registered)
+    listed = _listing(entry if _unchanged(entry) else _verified(entry) for entry in entries.values())
+    return replace(listed, unreadable=unreadable)
 
 
 def verify(*, progress: Progress = silent) -> RegisterListing:
@@ -120,15 +131,20 @@ def _inspect(
     def inspect(path: Path) -> RegisteredRecording:
         pinned = known.get(str(path))
         stored = (pinned.settings if pinned is not None else None) or RecordingSettings()
-        if pinned is not None and not settings and _unchanged(pinned):
+        if pinned and not settings and _unchanged(pinned) and not (pinned.channels and pinned.cautions is None):
             return pinned
         return inspect_file(path, settings.over(stored) if settings else stored)
 
     with ThreadPoolExecutor(min(MAX_WORKERS, os.cpu_count() or 1)) as pool:  # hashing and reading release the GIL
-        for entry, size in zip(pool.map(inspect, files), sizes, strict=True):
-            found.append(entry)
-            done += size
-            progress("Register", done / max(total, 1))
+        try:
+            for entry, size in zip(pool.map(inspect, files), sizes, strict=True):
+                found.append(entry)
+                done += size
+                progress("Register", done / max(total, 1))
+        except BaseException:  # Ctrl-C does not wait for the files that are being read
+            pool.shutdown(wait=False, cancel_futures=True)
+            end_readers()
+            raise
     return found
 
 
@@ -201,7 +217,7 @@ def _with_environment_folder(entries: Entries) -> Entries:
         return entries
     known = {**_inspected_before(), **entries}
     found = {e.file: _against_pin(known.get(e.file), e) for e in _inspect(_files_under(folder), known, silent)}
-    if any(key not in known for key in found):
+    if any(entry != known.get(key) for key, entry in found.items()):
         with contextlib.suppress(DataError):  # a home that cannot be written costs time, not the recordings
 
             def change(stored: Entries) -> None:

@@ -9,9 +9,15 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
-from srbval.bench.scalogram_check import LARGEST_ERROR, RANGE_HZ
 from srbval.evidence.evidence import Evidence
-from srbval.evidence.shown_records import SEGMENT_HZ, WINDOW_S, ShownRecord
+from srbval.evidence.shown_records import (
+    SCALOGRAM_ERROR,
+    SCALOGRAM_HZ,
+    SCALOGRAM_TRANSFORM,
+    SEGMENT_HZ,
+    WINDOW_S,
+    ShownRecord,
+)
 from srbval.recordings import Origin
 from srbval.report.blocks import Block, Explore, Figure, FigureGrid
 from srbval.report.content.names import badge_of, side_of, synthetic_states
@@ -223,15 +229,15 @@ def _scalogram_panel(letter: str, state: Fault, evidence: Evidence, side: str, t
         **_head(record, state),
     )  # fmt: skip
     words = _words(f"fig14{letter}", f"14{letter}", record, state)
-    return TEXTS.figure("scalogram", files, **words, range_hz=RANGE_HZ)
+    return TEXTS.figure("scalogram", files, **words, range_hz=SCALOGRAM_HZ)
 
 
 def _scalogram_checks(evidence: Evidence) -> Iterator[Block]:
     result = evidence.results[READING]
     if result.content and result.content.get("transforms"):
         yield TEXTS.table(
-            "scalogram-checks", result.content["transforms"], command=result.command, allowed=LARGEST_ERROR,
-            drawn_by=evidence.transform,
+            "scalogram-checks", result.content["transforms"], command=result.command, allowed=SCALOGRAM_ERROR,
+            drawn_by=SCALOGRAM_TRANSFORM,
         )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""How well frequencies are read: the stored Monte-Carlo of ``srbval bench --reading``."""
+"""How well frequencies are read: the stored Monte-Carlo of ``python -m tests.calibrators.reading``."""
 
 from srbval.evidence.stored import ShownResult
 from srbval.report.content.names import missing, origin_of

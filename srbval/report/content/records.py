@@ -7,12 +7,14 @@ from typing import Any
 from srbval.evidence.evidence import Evidence
 from srbval.recordings import Origin
 from srbval.report.badges import Tone
+from srbval.report.blocks import Block, Listing
 from srbval.report.content.names import FETCH_COMMAND, badge_of, synthetic_states
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
 from srbval.validation.analyse import Analysis
 
 TEXTS = Texts("records")
+MOST_NAMED = 20  # files in a list; report.json has all
 
 
 def records_section(evidence: Evidence) -> Section:
@@ -28,9 +30,22 @@ def records_section(evidence: Evidence) -> Section:
             measured=sum(a.recording.origin is Origin.MEASURED for a in evidence.rig.values()),
             synthetic=synthetic,
         ),
+        *_problems(evidence),
         TEXTS.table("records", _rows(evidence)),
         TEXTS.paragraph("sensor"),
     )
+
+
+def _problems(evidence: Evidence) -> Iterator[Block]:
+    """What of the registered data is not used, and what is used with a caution; nothing where all is well."""
+    if evidence.register.unreadable:
+        yield TEXTS.callout("unreadable", tone=Tone.WARNING, why=evidence.register.unreadable)
+    for name, rows in (("not-used", evidence.not_used), ("cautions", evidence.cautions)):
+        if rows:
+            yield TEXTS.callout(name, tone=Tone.WARNING, count=len(rows), files=len({row["file"] for row in rows}))
+            shown = (TEXTS.text(f"{name}-row", row=row) for row in rows[:MOST_NAMED])
+            more = (TEXTS.text("more", more=len(rows) - MOST_NAMED),) if len(rows) > MOST_NAMED else ()
+            yield Listing(items=(*shown, *more))
 
 
 def _rows(evidence: Evidence) -> Iterator[dict[str, Any]]:

@@ -12,10 +12,11 @@ from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
 from srbval.models.full.equilibrium import Equilibrium, _check_carried, equilibrium_state
 from srbval.models.full.parameters import Parameters, make_parameters
-from srbval.models.full.start import balance_friction, rolling_state
+from srbval.models.full.start import balance_friction
 from srbval.models.full.steps import rates, take_steps
 from srbval.models.solvers import METHODS
 from srbval.scene import paper_scene
+from tests.verification.harness import rolling_state
 
 LEAST_CLEARANCE_M = 5e-5  # of a bearing with 0.2 mm of play, at its most loaded roller
 BALANCED_N = 1.0  # of 124.8 kN

@@ -13,12 +13,12 @@ from srbval.bearing import SphericalRollerGeometry, load_bearing
 from srbval.models.full import columns as col
 from srbval.models.full.drive_kernel import external_load, shaft_motion
 from srbval.models.full.parameters import make_parameters
-from srbval.models.full.start import rolling_state
 from srbval.models.full.state import layout_of
 from srbval.models.full.steps import rates, take_steps
 from srbval.models.solvers import METHODS
 from srbval.scene import paper_scene
 from tests.verification.cases import disturbed
+from tests.verification.harness import rolling_state
 from tests.verification.world import GRAVITY, World
 
 ROUNDING = 1e-9  # of two formulations that subtract lengths of 0.16 m to find micrometres of penetration

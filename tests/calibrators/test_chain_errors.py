@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from srbval.bench.signal_chain import AGREEMENT, BANDS_HZ, FS_HZ, chain_errors
 from srbval.signal import analytic_signal, bandpass, envelope
+from tests.calibrators.signal_chain import AGREEMENT, BANDS_HZ, FS_HZ, chain_errors
 
 LARGEST = 1e-4  # of the largest squared envelope
 SAMPLES = 102_400

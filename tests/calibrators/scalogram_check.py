@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from srbval.arrays import FloatArray
+from srbval.evidence.shown_records import SCALOGRAM_ERROR, SCALOGRAM_HZ, SCALOGRAM_TRANSFORM
 from srbval.signal import Scalogram, check_range, column_width, morlet_scalogram
 from srbval.signal.scalogram import BANDWIDTH, COLUMNS, ROWS
 
@@ -19,9 +20,6 @@ PRECISION, PYWT_PRECISION = 18, 10
 PLACES = (0.4137, 0.5003, 0.6271)
 # Figure 14 shows 0.2 s of a record at the rig's sampling rate (section 3.2), both ends included.
 SAMPLES, FS_HZ = 4097, 20_480.0
-RANGE_HZ = (40.0, 1000.0)
-# Both errors must stay below this for a transform to draw the report's figure.
-LARGEST_ERROR = 0.005
 # A scalogram of samples [n] at a sampling rate [Hz], with `range_hz`, `rows` and `columns` as `morlet_scalogram`.
 Transform = Callable[..., Scalogram]
 # Tones are tried at this many of the rows.
@@ -80,7 +78,7 @@ def _modulus(
 
 
 TRANSFORMS: dict[str, Transform] = {
-    "closed-form Morlet": morlet_scalogram,
+    SCALOGRAM_TRANSFORM: morlet_scalogram,
     "pywt.cwt, precision 18, differencing divided out": pywt_scalogram,
     "pywt.cwt as it comes": functools.partial(pywt_scalogram, precision=PYWT_PRECISION, corrected=False),
 }
@@ -108,7 +106,7 @@ class ScalogramCheck:
     @property
     def passed(self) -> bool:
         """Whether the transform is accurate enough to draw the figure."""
-        return max(self.tone_error, self.impulse_error) <= LARGEST_ERROR
+        return max(self.tone_error, self.impulse_error) <= SCALOGRAM_ERROR
 
 
 def check_scalogram(name: str, *, rows: int = ROWS, places: tuple[float, ...] = PLACES) -> ScalogramCheck:
@@ -123,8 +121,8 @@ def check_scalogram(name: str, *, rows: int = ROWS, places: tuple[float, ...] = 
         transform=name,
         samples=SAMPLES,
         fs_hz=FS_HZ,
-        low_hz=RANGE_HZ[0],
-        high_hz=RANGE_HZ[1],
+        low_hz=SCALOGRAM_HZ[0],
+        high_hz=SCALOGRAM_HZ[1],
         tone_error=_tone_error(transform),
         impulse_error=float(errors.max()),
         median_impulse_error=float(np.median(errors)),
@@ -135,7 +133,7 @@ def _impulse_errors(transform: Transform, at: int, rows: int) -> FloatArray:
     """Largest error of each of the `rows` for a unit impulse at sample `at`, relative to the row's peak."""
     impulse = np.zeros(SAMPLES)
     impulse[at] = 1.0
-    image = transform(impulse, FS_HZ, range_hz=RANGE_HZ, rows=rows, columns=COLUMNS)
+    image = transform(impulse, FS_HZ, range_hz=SCALOGRAM_HZ, rows=rows, columns=COLUMNS)
     width = column_width(SAMPLES, COLUMNS)
     whole = SAMPLES // width
     periods = (np.arange(SAMPLES) - at)[None, : whole * width] / FS_HZ * image.frequency_hz[:, None]
@@ -149,7 +147,7 @@ def _impulse_errors(transform: Transform, at: int, rows: int) -> FloatArray:
 def _tone_error(transform: Transform) -> float:
     worst = 0.0
     time_s = np.arange(SAMPLES) / FS_HZ
-    for tone_hz in np.geomspace(RANGE_HZ[0], RANGE_HZ[1] / 1.01, _TONES):
+    for tone_hz in np.geomspace(SCALOGRAM_HZ[0], SCALOGRAM_HZ[1] / 1.01, _TONES):
         tone = np.cos(2 * np.pi * tone_hz * time_s + 0.3)
         image = transform(tone, FS_HZ, range_hz=(tone_hz, 1.01 * tone_hz), rows=2, columns=COLUMNS)
         inside = slice(2 * image.time_s.size // 5, 3 * image.time_s.size // 5)

@@ -1,10 +1,10 @@
-"""The short form of ``bench --reading``: the same code, fewer records, no wall time asserted."""
+"""The short form of ``python -m tests.calibrators.reading``: the same code, fewer records, no wall time asserted."""
 
 import numpy as np
 import pytest
 
-from srbval.bench.reading import ReadingSettings, run_reading_bench
-from srbval.bench.reading_trials import COLOUR_POLE, comb_record, cramer_rao_hz, noise_record
+from tests.calibrators.reading import ReadingSettings, run_reading_bench
+from tests.calibrators.reading_trials import COLOUR_POLE, comb_record, cramer_rao_hz, noise_record
 
 # 60 records: a root mean square scatters by 9 %; three of these above the bound's own 1.15.
 TRIALS, RMSE_FACTOR = 60, 1.45

@@ -4,10 +4,10 @@ import functools
 import numpy as np
 import pytest
 
-from srbval.bench.scalogram_check import TRANSFORMS, check_scalogram, pywt_scalogram
 from srbval.errors import ConfigurationError
 from srbval.signal import morlet_scalogram
 from srbval.signal.scalogram import BANDWIDTH
+from tests.calibrators.scalogram_check import TRANSFORMS, check_scalogram, pywt_scalogram
 
 FS_HZ = 20_480.0
 SAMPLES = 10_240

@@ -1,5 +1,11 @@
-"""The bench of reading a frequency: accuracy against the Cramer-Rao bound, false alarms, the signal chain, timings."""
+"""How well a frequency is read: accuracy against the Cramer-Rao bound, false alarms, the signal chain, timings.
 
+``python -m tests.calibrators.reading`` stores the result in the user's cache, where the report finds it.
+"""
+
+from __future__ import annotations
+
+import argparse
 import contextlib
 import functools
 import multiprocessing
@@ -7,9 +13,16 @@ import operator
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TypeVar
 
-from srbval.bench.reading_trials import (
+from srbval.bench.machine import usable_cores
+from srbval.cli.measured import this_machine
+from srbval.progress import Progress, ProgressDisplay, silent
+from srbval.storage.own_package import git_revision
+from srbval.storage.stored_result import COMMAND, READING, stamped, store_result
+from srbval.storage.strict_json import json_object
+from tests.calibrators.reading_trials import (
     NOISES,
     Accuracy,
     FalseAlarms,
@@ -19,9 +32,9 @@ from srbval.bench.reading_trials import (
     summary,
     trials_of,
 )
-from srbval.bench.scalogram_check import TRANSFORMS, ScalogramCheck, check_scalogram
-from srbval.bench.signal_chain import ChainError, ChainTiming, chain_errors, timings
-from srbval.progress import Progress, silent
+from tests.calibrators.rows import print_rows
+from tests.calibrators.scalogram_check import TRANSFORMS, ScalogramCheck, check_scalogram
+from tests.calibrators.signal_chain import ChainError, ChainTiming, chain_errors, timings
 
 # Records a task is made of; each has a seed of its own, so that results do not depend on who does it.
 _TASK = 50
@@ -50,7 +63,7 @@ QUICK_READING = ReadingSettings(trials=60, noise_records=300, seconds=(10.0,), s
 
 @dataclass(frozen=True, kw_only=True)
 class ReadingBench:
-    """Everything ``srbval bench --reading`` measures."""
+    """Everything that is measured."""
 
     accuracy: tuple[Accuracy, ...]
     false_alarms: tuple[FalseAlarms, ...]
@@ -112,3 +125,32 @@ def _in_pieces(
             results[index // len(sizes)] += piece
             report((index + 1) / len(tasks))
     return results
+
+
+def main() -> None:
+    """Measure, store and print."""
+    parser = argparse.ArgumentParser(description="How well frequencies are read, by simulation, and the run time.")
+    parser.add_argument("--quick", action="store_true", help="few records: a first impression, not for publication")
+    parser.add_argument("--jobs", metavar="N", type=int, default=usable_cores(), help="processes (default: every core)")
+    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="default: the user's cache, for a full run")
+    options = parser.parse_args()
+    revision = git_revision()  # at the beginning: measuring may take long
+    settings = QUICK_READING if options.quick else ReadingSettings()
+    with ProgressDisplay() as progress:
+        result = run_reading_bench(settings, jobs=options.jobs, progress=progress)
+    show(result)
+    if options.output or not options.quick:
+        content = {"machine": this_machine()} | json_object(result)
+        command = COMMAND[READING] + (" --quick" if options.quick else "")
+        print(store_result(stamped(READING, content, command=command, revision=revision), options.output))
+
+
+def show(result: ReadingBench) -> None:
+    """Print every part that was measured."""
+    for rows in (result.accuracy, result.false_alarms, result.timings, result.chains, result.transforms):
+        if rows:
+            print_rows([json_object(row) for row in rows])
+
+
+if __name__ == "__main__":
+    main()

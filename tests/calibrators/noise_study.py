@@ -1,82 +1,39 @@
-"""Added noise at a stated signal-to-noise ratio, white or with the spectrum of a recording; detection under noise.
+"""How detection degrades with added noise: ``python -m tests.calibrators.noise_study``.
 
-The study reads the fault lines of simulated bearings under added noise of stated ratios and spectra.
+Reads the fault lines of simulated bearings under added noise of stated ratios and spectra and stores the result in the
+user's cache, where the report finds it.
 """
 
+from __future__ import annotations
+
+import argparse
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from statistics import median
 
 import numpy as np
 
-from srbval.arrays import FloatArray
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
-from srbval.errors import ConfigurationError, NumericsError
+from srbval.campaign.noise import WHITE, NoiseSpectrum, add_noise, noise_spectrum
+from srbval.cli.measured import this_machine
+from srbval.errors import NumericsError
 from srbval.models.run import RunStatus
 from srbval.models.simulate import simulate
-from srbval.progress import Progress, silent
+from srbval.progress import Progress, ProgressDisplay, silent
 from srbval.recordings import Recording, recording_from_run
-from srbval.recordings.registry import load_registered
 from srbval.scene import paper_scene
+from srbval.storage.own_package import git_revision
+from srbval.storage.stored_result import COMMAND, NOISE_STUDY, stamped, store_result
+from srbval.storage.strict_json import json_object
 from srbval.validation.analyse import analyse
 from srbval.validation.lines import Line
+from tests.calibrators.rows import print_rows
 
-WHITE = "white"
-SEGMENT = 2048  # samples per Welch segment: smears the recording's lines, keeps the shape of its spectrum
-# Of the study: ratios and, for each, records with noise of their own.
 RATIOS_DB = (20.0, 15.0, 10.0, 5.0, 0.0, -5.0, -10.0)
 SECONDS = 2.0
-DRAWS = 4
+DRAWS = 4  # records with noise of their own for each ratio
 NO_NOISE = "none"
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class NoiseSpectrum:
-    """Power spectral density of a noise over frequency; `name` says where it is from. White without a density."""
-
-    name: str
-    frequency_hz: FloatArray | None = None
-    density: FloatArray | None = None
-
-
-def noise_spectrum(noise: str) -> NoiseSpectrum:
-    """``white``, or the spectrum of the recording at that path.
-
-    A recording's is its averaged spectrum (Welch) with all it contains: its machine's lines too, smeared. Above its
-    Nyquist frequency it is zero. Raises what reading a recording raises.
-    """
-    if noise == WHITE:
-        return NoiseSpectrum(name=WHITE)
-    from scipy.signal import welch
-
-    recording = load_registered(noise)
-    name = recording.channel or (recording.axes or tuple(recording.channels))[-1]
-    samples = recording.channels[name]
-    frequency, density = welch(samples - samples.mean(), recording.fs_hz, nperseg=min(SEGMENT, samples.size))
-    return NoiseSpectrum(
-        name=f"{recording.name}, channel {name} ({recording.origin.value})", frequency_hz=frequency, density=density
-    )
-
-
-def add_noise(
-    samples: FloatArray, fs_hz: float, *, snr_db: float, spectrum: NoiseSpectrum, random: np.random.Generator
-) -> FloatArray:
-    """`samples`, shape [n], with Gaussian noise of `spectrum`; `snr_db` is the ratio of the variances [dB].
-
-    Raises `ConfigurationError` where the spectrum is zero at all frequencies of this sampling rate.
-    """
-    noise = random.standard_normal(samples.size)
-    if spectrum.frequency_hz is not None and spectrum.density is not None:
-        lines = np.fft.rfft(noise)
-        frequency_hz = np.arange(lines.size) * fs_hz / samples.size
-        gain = np.interp(frequency_hz, spectrum.frequency_hz, np.sqrt(spectrum.density), right=0.0)
-        gain[0] = 0.0
-        noise = np.fft.irfft(lines * gain, samples.size)
-    power = float(np.var(noise))
-    if power == 0:
-        raise ConfigurationError(f"noise of {spectrum.name}: nothing is left of it at {fs_hz:g} Hz; take white noise.")
-    scale = np.sqrt(np.var(samples) / power) * 10 ** (-snr_db / 20)
-    return np.asarray(samples + scale * noise)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,3 +119,24 @@ def _row(fault: Fault, clean: Line, lines: Sequence[Line], colour: str, snr_db: 
         line_snr=median(line.snr or 0.0 for line in lines),
         deviation_pct=max((100 * abs(f / clean_hz - 1) for f in found_hz), default=None) if clean_hz else None,
     )
+
+
+def main() -> None:
+    """Measure, store and print."""
+    parser = argparse.ArgumentParser(description="How detection degrades with added noise.")
+    parser.add_argument("--noise", metavar="white|RECORDING", nargs="+", default=[WHITE], help="colours of the noise")
+    parser.add_argument("--seconds", metavar="S", type=float, default=SECONDS, help="duration of the runs (default: 2)")
+    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="default: the user's cache")
+    options = parser.parse_args()
+    revision = git_revision()  # at the beginning: measuring may take long
+    with ProgressDisplay() as progress:
+        found = noise_study(noises=options.noise, seconds=options.seconds, progress=progress)
+    rows = [json_object(row) for row in found]
+    print_rows(rows)
+    content = {"machine": this_machine(), "rows": rows, "seconds": options.seconds}
+    command = f"{COMMAND[NOISE_STUDY]} --noise {' '.join(options.noise)}"
+    print(store_result(stamped(NOISE_STUDY, content, command=command, revision=revision), options.output))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,21 +1,41 @@
-"""Predicted against measured errors on scenes that were used neither for the calibration nor for its margins."""
+"""The planner's predicted errors against measured ones on new scenes: ``python -m tests.calibrators.held_out``.
 
+The scenes were used neither for the calibration nor for its margins. The result is stored in the user's cache, where
+the report finds it.
+"""
+
+from __future__ import annotations
+
+import argparse
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
 
 from srbval.bearing import Fault
-from srbval.bench.ladder.cases import CalibrationScene
-from srbval.bench.ladder.measure import measure_cases
+from srbval.bench.ladder.cases import CalibrationScene, drawn
+from srbval.bench.ladder.measure import answer_store, measure_cases
 from srbval.bench.ladder.questions import MEANING, Question, asked_of
 from srbval.bench.ladder.table import Entry, LadderCalibration
+from srbval.cli.measured import this_machine
 from srbval.models.ladder import rung_of
+from srbval.plan.calibrated import shipped_calibration
 from srbval.plan.plan import make_plan
-from srbval.progress import Progress, silent
+from srbval.progress import Progress, ProgressDisplay, silent
 from srbval.storage.content_store import ContentStore
+from srbval.storage.own_package import git_revision
+from srbval.storage.stored_result import COMMAND, HELD_OUT, stamped, store_result
+from srbval.storage.strict_json import json_object
+from tests.calibrators.rows import print_rows
 
+SEED = 5  # of the scenes, not that of those between the calibration's
 # Tolerances at which each prediction is put to the test.
 TOLERANCES_PCT = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
+
+
+def held_out() -> list[CalibrationScene]:
+    """Random scenes within the grid from another seed; no constant of the planner may be tuned to these."""
+    return drawn(SEED, power=2)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,3 +161,23 @@ def _tally(question: Question | None, checks: Sequence[PredictionCheck]) -> Tall
         promises=sum(len(c.tolerances_pct) for c in checks),
         broken=sum(len(c.broken_pct) for c in checks),
     )
+
+
+def main() -> None:
+    """Measure, store and print."""
+    parser = argparse.ArgumentParser(description="The planner's predictions on scenes that it was not calibrated with.")
+    parser.add_argument("--jobs", metavar="N", type=int, help="runs at a time (default: one per core)")
+    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="default: the user's cache")
+    options = parser.parse_args()
+    revision, calibration = git_revision(), shipped_calibration()
+    with ProgressDisplay() as progress:
+        checks = check_cases(held_out(), calibration, jobs=options.jobs, store=answer_store(), progress=progress)
+    counted = [json_object(tally) for tally in tallies(checks)]
+    print_rows(counted)
+    content = {"machine": this_machine(), "seconds": calibration.seconds, "reference": calibration.reference}
+    content |= {"tallies": counted, "checks": checks}
+    print(store_result(stamped(HELD_OUT, content, command=COMMAND[HELD_OUT], revision=revision), options.output))
+
+
+if __name__ == "__main__":
+    main()

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import pytest
 
-from srbval.bench.ladder.cases import FITS, KINDS, RANGES, between, grid, held_out
+from srbval.bench.ladder.cases import FITS, KINDS, RANGES, between, grid
 from srbval.bench.ladder.measure import answer_store
 from srbval.bench.ladder.questions import Question
 from srbval.plan.calibrated import shipped_calibration
-from srbval.plan.held_out import TOLERANCES_PCT, PredictionCheck, check_cases, checks_of, tallies
 from srbval.storage.stored_result import COMMAND, HELD_OUT, newest_result
+from tests.calibrators.held_out import TOLERANCES_PCT, PredictionCheck, check_cases, checks_of, held_out, tallies
 
 SCENES = 12
 GOOD_SHARE = 11 / 12
@@ -68,7 +68,7 @@ def test_what_is_counted() -> None:
 
 
 def test_the_stored_result_keeps_what_is_asked_for() -> None:
-    """The whole draw, run by ``srbval bench --ladder --held-out``."""
+    """The whole draw, run by ``python -m tests.calibrators.held_out``."""
     kept = newest_result(HELD_OUT)
     if kept is None:
         pytest.skip(f"no stored result; {COMMAND[HELD_OUT]} makes one")

@@ -1,0 +1,152 @@
+"""A child process that answers one request at a time: both ends of its pipes.
+
+The child ends when its input does, in the middle of an answer if need be, so it never outlives its parent; code that
+holds the interpreter all that time is ended with the request's limit. What libraries print there goes to standard error
+and never between the answers.
+"""
+
+import contextlib
+import faulthandler
+import os
+import pickle
+import queue
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import IO, Any
+
+from srbval.processes.ctrl_c import without_ctrl_c
+from srbval.storage.own_package import child_environment
+
+GRACE_S = 5.0  # after the limit, for the parent to kill the child before that ends itself
+END_S = 10.0  # for a killed process to end; one that waits for a dead disk does not
+
+
+class DiedError(Exception):
+    """The process died before it answered, or was killed."""
+
+
+class OverLimitError(DiedError):
+    """The process was killed because it took longer than its limit."""
+
+
+class AnsweringProcess:
+    """A process that runs ``python -m module``, which calls `answer_requests`.
+
+    `environment` is added to this process's own. Requests and answers are whatever `pickle` knows; not for code that
+    is not trusted.
+    """
+
+    def __init__(self, module: str, *, environment: Mapping[str, str] | None = None) -> None:
+        """Start it; `OSError` where the system starts no more processes."""
+        with without_ctrl_c():
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", "-m", module],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                env=os.environ | dict(environment or {}) | child_environment(),
+            )
+
+    @property
+    def pid(self) -> int:
+        """The process's number."""
+        return self._process.pid
+
+    def ask(self, request: Any, *, limit_s: float | None = None) -> Any:
+        """The answer to a request; `DiedError` if the process died, `OverLimitError` if it took over `limit_s` [s]."""
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        over = threading.Event()
+
+        def end() -> None:
+            over.set()
+            self.kill()
+
+        timer = threading.Timer(limit_s or 0.0, end)
+        timer.daemon = True
+        try:
+            if limit_s is not None:
+                timer.start()
+            pickle.dump((request, limit_s), self._process.stdin)
+            self._process.stdin.flush()
+            return pickle.load(self._process.stdout)
+        except (OSError, EOFError, ValueError, pickle.UnpicklingError):  # ValueError: closed meanwhile
+            raise OverLimitError if over.is_set() else DiedError from None
+        finally:
+            timer.cancel()
+
+    def death(self) -> str:
+        """How the process ended, in words; waits for its end."""
+        try:
+            code = self._process.wait(END_S)
+        except subprocess.TimeoutExpired:
+            self.kill()
+            return f"it answered no more and did not end within {END_S:g} s"
+        with contextlib.suppress(ValueError):
+            return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+        return f"exit code {code}"
+
+    def kill(self) -> None:
+        """End it now."""
+        self._process.kill()
+
+    def close(self) -> None:
+        """Let it end and wait for that."""
+        for stream in (self._process.stdin, self._process.stdout):
+            with contextlib.suppress(OSError):
+                if stream is not None:
+                    stream.close()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(END_S)
+
+
+def answer_requests(load: Callable[[], Callable[[Any], Any]], *, idle_s: float | None = None) -> None:
+    """What the child does: answer with the function that `load` returns, until the input ends, or is idle for `idle_s`.
+
+    `load` imports what is needed; requests may be waiting meanwhile. Ctrl-C is left to the parent. An exception ends
+    the process with a line on standard error.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        answers = os.fdopen(os.dup(1), "wb")
+        os.dup2(2, 1)  # what a library prints must not get between the answers
+        requests: queue.Queue[tuple[Any, float | None]] = queue.Queue()
+        threading.Thread(target=_read, args=(sys.stdin.buffer, requests), daemon=True).start()
+        answer = load()
+        with Path(os.devnull).open("w") as nowhere:
+            while True:
+                request, limit_s = requests.get(timeout=idle_s)
+                if limit_s is not None:  # a thread of C, for code that lets none of Python run
+                    faulthandler.dump_traceback_later(limit_s + GRACE_S, exit=True, file=nowhere)
+                answered = pickle.dumps(answer(request), protocol=pickle.HIGHEST_PROTOCOL)
+                faulthandler.cancel_dump_traceback_later()
+                answers.write(answered)
+                answers.flush()
+    except (BrokenPipeError, queue.Empty):
+        os._exit(0)  # nobody waits for it any more
+    except BaseException as error:
+        print(f"worker process {os.getpid()}: {type(error).__name__}: {error}", file=sys.stderr, flush=True)
+        os._exit(1)
+
+
+def end_with_input() -> None:
+    """End this process as soon as its standard input ends, for its parent is gone then."""
+
+    def wait() -> None:
+        while os.read(0, 1):
+            pass
+        os._exit(0)
+
+    threading.Thread(target=wait, daemon=True).start()
+
+
+def _read(stream: IO[bytes], requests: queue.Queue[Any]) -> None:
+    """Pass requests on; when the input ends, the parent is gone: end at once."""
+    try:
+        while True:
+            requests.put(pickle.load(stream))
+    finally:
+        os._exit(0)

@@ -1,0 +1,83 @@
+"""Reading a file in a child process whose computing time and memory are limited.
+
+A few flipped bytes make a C library loop for ever, crash or take gigabytes. Computing time is limited, not time: a
+busy machine refuses nothing. Where the system lacks a limit (Windows, macOS for memory) the wait for an answer has one.
+"""
+
+import atexit
+import math
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from srbval.errors import DataError
+from srbval.processes.answering import AnsweringProcess
+from srbval.recordings.raw import RawFile, largest_claim
+
+COMPUTING_S = 3.0  # for any file; a good one of 10 MB takes 0.1 s
+BYTES_PER_S = 20e6  # and more for a large one; decompression manages ten times that
+WAITING = 12  # times the computing time
+WORKSPACE_BYTES = 128 * 2**20  # beside the contents: chunks being decompressed
+CRASHES = ("SIGSEGV", "SIGBUS", "SIGABRT", "SIGFPE", "SIGILL")
+
+# Several threads take from them and give back, each in one atomic step.
+_idle: list[AnsweringProcess] = []
+_running: set[AnsweringProcess] = set()
+
+
+def read_limited(load: Callable[[Path], RawFile], path: Path) -> RawFile:
+    """What `load`, a function of a module, makes of the file at `path`; `DataError` where it takes too much.
+
+    Any exception here, Ctrl-C included, ends the process that reads. Where one dies that has read other files before,
+    a new one tries again: one of those may be to blame.
+    """
+    computing_s = math.ceil(COMPUTING_S + path.stat().st_size / BYTES_PER_S)
+    folder = None if path.is_absolute() else os.getcwd()
+    request = (load, path, folder, computing_s, largest_claim(path) + WORKSPACE_BYTES)
+    for fresh in (False, True):
+        try:
+            reader = AnsweringProcess("srbval.recordings.loaders.reader_process") if fresh else _idle.pop()
+        except IndexError:
+            continue
+        except OSError as error:
+            raise DataError(f"{path}: no process could be started to read it ({error.strerror}). Try again.") from None
+        _running.add(reader)
+        start = time.monotonic()
+        try:
+            answer: RawFile | DataError = reader.ask(request, limit_s=WAITING * computing_s)
+        except BaseException as error:
+            reader.kill()
+            how, waited = reader.death(), time.monotonic() - start >= WAITING * computing_s
+            reader.close()
+            interrupted = reader not in _running
+            _running.discard(reader)
+            if not isinstance(error, Exception):
+                raise
+            if interrupted:
+                raise DataError(f"{path}: not read, as the program was interrupted.") from None
+            if fresh or waited or how.endswith("SIGXCPU"):
+                break
+        else:
+            _idle.append(reader)
+            if isinstance(answer, DataError):
+                raise answer
+            return answer
+    if waited:
+        text = f"could not be read within {WAITING * computing_s} s; its disk may not answer. Try again, or copy it"
+    elif how.endswith("SIGXCPU"):
+        text = f"reading it took more than {computing_s} s of computing time. The file is damaged; copy it again"
+    elif how.endswith(CRASHES):
+        text = f"the library that reads it crashed ({how}). The file is damaged; copy it again"
+    else:
+        text = f"the process that reads it ended ({how}), as where memory is short. Try again; see: srbval doctor"
+    raise DataError(f"{path}: {text}")
+
+
+@atexit.register
+def end_readers() -> None:
+    """End the processes that read, for another thread too, or wait for the next file."""
+    while _running:
+        _running.pop().kill()
+    while _idle:
+        _idle.pop().close()

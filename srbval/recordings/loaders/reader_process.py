@@ -1,0 +1,59 @@
+"""The process that reads one file after the other, ``python -m srbval.recordings.loaders.reader_process``."""
+
+import contextlib
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from srbval.errors import DataError
+from srbval.processes.answering import answer_requests
+from srbval.recordings.raw import RawFile
+
+Request = tuple[Callable[[Path], RawFile], Path, str | None, int, int]
+
+
+def load() -> Callable[[Request], RawFile | DataError]:
+    """Import what files need; libraries print nothing, and a crash leaves no memory dump in the user's folder."""
+    import srbval.recordings.loaders.hdf5  # noqa: F401
+
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for stream in (1, 2):
+        os.dup2(nowhere, stream)
+    _limit("RLIMIT_CORE", 0)
+    return _read
+
+
+def _read(request: Request) -> RawFile | DataError:
+    """Load a file in the given working folder, with so much computing time [s] and memory [bytes] from now on.
+
+    Beyond its computing time the system ends this process (SIGXCPU), wherever it is.
+    """
+    load_file, path, folder, computing_s, memory = request
+    _limit("RLIMIT_CPU", int(time.process_time()) + 1 + computing_s)
+    with contextlib.suppress(OSError, IndexError):  # known on Linux only
+        held_kb = int(Path("/proc/self/status").read_text("ascii").split("VmData:")[1].split()[0])
+        _limit("RLIMIT_DATA", held_kb * 1024 + memory)
+    try:
+        if folder is not None:
+            os.chdir(folder)
+        return load_file(path)
+    except DataError as error:
+        return error
+    except MemoryError:
+        return DataError(f"{path}: reading it took more than {memory} bytes of memory. It is damaged; copy it again.")
+    except OSError as error:
+        return DataError(f"{path}: cannot be read ({error.strerror}).")
+
+
+def _limit(name: str, most: int) -> None:
+    """Limit this process where the system can."""
+    with contextlib.suppress(ImportError, AttributeError, ValueError, OSError):
+        import resource
+
+        kind = getattr(resource, name)
+        resource.setrlimit(kind, (most, resource.getrlimit(kind)[1]))
+
+
+if __name__ == "__main__":
+    answer_requests(load)

@@ -1,0 +1,80 @@
+"""What the samples of a measured channel themselves show to be wrong: clipped, or held instead of measured."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.arrays import FloatArray
+
+FLAT_TOP, MANY = 3, 10  # equal samples in a row, or in all, at an extreme that a vibration does not show
+# As many times more samples at the extreme as next to it, within this share of the range or at the next value: a
+# coarsely digitised sine has 2.4; one that is sampled evenly at its peaks has none next to them.
+PILED_UP, NEAR = 3, 0.01
+SHORTEST_HOLD = 8  # samples; the recordings known here repeat a value three times at most
+COARSE, LONG_HOLD = 2.5, 1000  # digital steps of a usual change from sample to sample; samples
+CHANCE = 1e-3  # holds of this length expected by chance in the record
+FULL_SCALES = {12: 2, 14: 2, 16: 1, 24: 1}  # bits of a converter; more samples at both extremes are no coincidence
+CODE_ROUNDING = 0.01  # of a digital step
+
+
+def sample_cautions(samples: FloatArray) -> tuple[str, ...]:
+    """Clipped samples (at the limit of an integer type or converter, or piled up) and held ones, with their counts.
+
+    A constant signal has none: it is refused where it is analysed.
+    """
+    if samples.size < 2 or samples.min() == samples.max():
+        return ()
+    starts = np.concatenate(([0], np.flatnonzero(samples[1:] != samples[:-1]) + 1))
+    lengths, values = np.diff(starts, append=samples.size), samples[starts]
+    said, clipped = [], np.zeros(values.size, dtype=bool)
+    for extreme in (values.max(), values.min()):
+        off = np.abs(values - extreme)
+        at = off == 0
+        near, following = ~at & (off <= NEAR * off.max()), off == off[~at].min()
+        count, longest, bits = int(lengths[at].sum()), lengths[at].max(), _full_scale(samples, extreme)
+        piled_up = count >= PILED_UP * lengths[near | following].sum()
+        if bits or (piled_up and (longest >= FLAT_TOP or (count >= MANY and near.any()))):
+            why = f", the limit of {bits} bits" if bits else ""
+            said.append(f"clipped: {_share(count, samples)} at {extreme:.6g}{why}, up to {longest} in a row")
+            clipped |= at
+    held = ~clipped & (lengths >= _longest_by_chance(lengths, values))
+    if held.any():
+        first = int(np.argmax(lengths * held))
+        said.append(
+            f"held, not measured: {_share(int(lengths[held].sum()), samples)} in {held.sum()} run(s) of equal samples, "
+            f"the longest {lengths[first]} times {values[first]:.6g} from sample {starts[first]} on"
+        )
+    return tuple(said)
+
+
+def _share(count: int, samples: FloatArray) -> str:
+    return f"{count} of {samples.size} samples ({100 * count / samples.size:.2g} %)"
+
+
+def _longest_by_chance(lengths: NDArray[np.intp], values: FloatArray) -> float:
+    """Length that runs of equal samples reach by chance less than `CHANCE` times in the record.
+
+    Each run counts once, so that few long ones do not make long ones likely. Where the digits are coarse against the
+    changes from sample to sample (a slow signal, little noise), plateaus are natural and only very long ones told.
+    """
+    again, steps = float(np.mean(lengths > 1)), np.abs(np.diff(values))
+    if again >= 1:
+        return math.inf
+    by_chance = math.log(lengths.sum() / CHANCE) / -math.log(again) if again else 0.0
+    return max(LONG_HOLD if np.median(steps) < COARSE * steps.min() else SHORTEST_HOLD, by_chance + 1)
+
+
+def _full_scale(samples: FloatArray, extreme: float) -> int | None:
+    """Bits of the converter whose limit `extreme` is; its digital step is 1 or the smallest value but 0."""
+    smallest = float(np.abs(samples[samples != 0]).min())
+    for step in (1.0, smallest):
+        code = extreme / step if step > np.abs(samples).max() / 2**32 else 0.0
+        for bits, least in FULL_SCALES.items():
+            half = 2 ** (bits - 1)
+            limits = (half - 1, -half, 1 - half, 2 * half - 1 if samples.min() >= 0 else half - 1)
+            if min(abs(code - limit) for limit in limits) < CODE_ROUNDING:
+                codes, ends = samples / step, (samples == samples.max()) | (samples == samples.min())
+                if ends.sum() > least and np.abs(codes - np.round(codes)).max() < CODE_ROUNDING:
+                    return bits
+    return None

@@ -1,0 +1,77 @@
+"""The command `srbval campaign run` as a process of its own, and a cluster for it."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import pytest
+
+from tests.campaign.scheduler import running_scheduler
+
+MANY = """\
+name = "many"
+outputs = ["summary", "statistics", "acceleration"]
+[scene]
+duration = "60 ms"
+settle = "0 s"
+[[axes]]
+kind = "grid"
+values = { shaft_speed = ["300 rpm", "500 rpm", "700 rpm", "900 rpm"], "defect.kind" = ["none", "outer", "inner"] }
+"""
+# The script is removed as soon as `sbatch` returns.
+SLURM = {
+    "sbatch": '#!/bin/sh\njob=$(cat "$1")\nbash -c "$job" >/dev/null 2>&1 &\necho "Submitted batch job $!"\n',
+    "scancel": '#!/bin/sh\nkill "$@" 2>/dev/null\nexit 0\n',
+}
+
+
+def start(
+    file: Path,
+    folder: Path,
+    *options: str,
+    stderr: int = subprocess.DEVNULL,
+    environment: Mapping[str, str] | None = None,
+) -> subprocess.Popen[bytes]:
+    """Start the command in a process group of its own."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "srbval", "campaign", "run", str(file), "-o", str(folder), *options],
+        start_new_session=True,
+        stdout=subprocess.DEVNULL,
+        stderr=stderr,
+        env=os.environ | dict(environment or {}),
+        preexec_fn=_answer_ctrl_c,
+    )
+
+
+def _answer_ctrl_c() -> None:
+    """Tests that a shell runs in the background ignore Ctrl-C, and what they start would inherit that."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+def stand_in_for_slurm(folder: Path, **changes: str) -> dict[str, str]:
+    """The environment in which the commands of `SLURM`, but for `changes`, come before all others."""
+    pytest.importorskip("dask_jobqueue")
+    commands = folder / "bin"
+    commands.mkdir()
+    for name, script in (SLURM | changes).items():
+        (commands / name).write_text(script)
+        (commands / name).chmod(0o755)
+    return {"PATH": f"{commands}{os.pathsep}{os.environ['PATH']}"}
+
+
+@contextlib.contextmanager
+def cluster(engine: str, folder: Path, environment: dict[str, str]) -> Iterator[tuple[str, ...]]:
+    """What `engine` needs, with `environment`, to which it may add; the options of the command."""
+    if engine == "dask":
+        with running_scheduler(folder, nannies=True, environment=environment) as scheduler:
+            yield "--engine", engine, "--address", scheduler.address
+        return
+    if engine == "slurm":
+        environment |= stand_in_for_slurm(folder)
+    yield "--engine", engine, "--jobs", "2"

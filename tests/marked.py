@@ -1,0 +1,51 @@
+"""Processes that carry a mark in their environment, their open ports, and waiting for what they do."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import time
+from collections.abc import Callable, Mapping
+
+import pytest
+
+HANG_S = 120.0  # nothing that a test waits for takes as long
+END_S = 2.0  # within which a process ends that has lost its parent, on a busy machine
+
+
+def until(done: Callable[[], object], *, within_s: float = HANG_S) -> None:
+    """Wait until `done()` holds."""
+    give_up_at = time.monotonic() + within_s
+    while not done():
+        assert time.monotonic() < give_up_at, "it did not happen"
+        time.sleep(0.02)
+
+
+def marked(mark: Mapping[str, str]) -> dict[int, str]:
+    """Command lines by number of the processes with that mark in their environment; zombies have none."""
+    psutil = pytest.importorskip("psutil")
+    found = {}
+    for process in psutil.process_iter():
+        with contextlib.suppress(psutil.Error):
+            if mark.items() <= process.environ().items():
+                found[process.pid] = " ".join(process.cmdline())
+    return found
+
+
+def listening(pid: int) -> list[tuple[str, int]]:
+    """Addresses and ports at which a process listens."""
+    psutil = pytest.importorskip("psutil")
+    with contextlib.suppress(psutil.Error):
+        connections = psutil.Process(pid).net_connections("inet")
+        return [(c.laddr.ip, c.laddr.port) for c in connections if _listens(c, psutil)]
+    return []
+
+
+def reachable(pid: int) -> list[tuple[str, int]]:
+    """Those of them that other machines reach."""
+    return [(host, port) for host, port in listening(pid) if host not in ("127.0.0.1", "::1", "::ffff:127.0.0.1")]
+
+
+def _listens(connection: object, psutil: object) -> bool:
+    udp = getattr(connection, "type", None) == socket.SOCK_DGRAM
+    return udp or getattr(connection, "status", None) == getattr(psutil, "CONN_LISTEN", None)

@@ -1,0 +1,160 @@
+"""What the samples themselves show to be wrong is said, with its count, wherever the file is shown."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from srbval.bearing import Fault
+from srbval.cli import main
+from srbval.errors import DataError
+from srbval.recordings import Recording, load_recording, write_stand_in
+from srbval.recordings.load import read_file
+from srbval.recordings.registry import add
+
+from . import files
+
+GIVEN = {"fs_hz": 8000.0, "unit": "g"}
+
+
+def loaded(path: Path, samples: np.ndarray) -> Recording:
+    np.save(path / "x.npy", samples)
+    return load_recording(path / "x.npy", **GIVEN)  # type: ignore[arg-type]
+
+
+def clipped(top: float = 1.5) -> np.ndarray:
+    return np.clip(files.vibration(40_000), -9, top)
+
+
+@pytest.mark.parametrize("scale", [1.0, 9.80665 / 2**15, 1e-3])
+@pytest.mark.parametrize("bits", [12, 16, 24])
+def test_limits_of_a_converter_are_clipping(tmp_path: Path, bits: int, scale: float) -> None:
+    """As integers or scaled: at either end of the range, even where no two in a row are clipped."""
+    half = 2 ** (bits - 1)
+    samples = np.round(files.vibration(20_000) * half / 9)
+    samples[[100, 300, 500]], samples[700], samples[701] = half - 1, -half, 1
+    (top, bottom) = loaded(tmp_path, samples * scale).cautions
+    assert "clipped: 3 of 20000 samples (0.015 %)" in top
+    assert f"the limit of {bits} bits, up to 1 in a row" in top
+    assert "clipped: 1 of 20000 samples" in bottom
+
+
+def test_one_sample_at_the_limit_of_its_type(tmp_path: Path) -> None:
+    samples = np.round(files.vibration(20_000) * 3000).astype(np.int16)
+    assert loaded(tmp_path, samples).cautions == ()
+    samples[77] = -(2**15)
+    assert (
+        "clipped: 1 of 20000 samples (0.005 %) at -32768, the limit of 16 bits" in loaded(tmp_path, samples).cautions[0]
+    )
+
+
+def test_flat_tops(tmp_path: Path) -> None:
+    (said,) = loaded(tmp_path, clipped()).cautions
+    count = np.count_nonzero(clipped() == 1.5)
+    assert said.startswith(f"clipped: {count} of 40000 samples ({100 * count / 40000:.2g} %) at 1.5, up to ")
+
+
+def test_clipped_without_two_in_a_row(tmp_path: Path) -> None:
+    """As where the resonance is near half of the sampling rate."""
+    samples = np.clip(files.vibration(40_000), -9, 2.5) * np.where(np.arange(40_000) % 2, 1.0, 0.3)
+    (said,) = loaded(tmp_path, samples).cautions
+    assert said.startswith("clipped: ")
+    assert said.endswith(" at 2.5, up to 1 in a row")
+
+
+def test_held_samples_and_zeros(tmp_path: Path) -> None:
+    samples = files.vibration(40_000)
+    samples[1000:1020], samples[5000:5100] = samples[1000], 0.0
+    (said,) = loaded(tmp_path, samples).cautions
+    assert said == (
+        "held, not measured: 120 of 40000 samples (0.3 %) in 2 run(s) of equal samples, the longest 100 times 0 from "
+        "sample 5000 on"
+    )
+
+
+@pytest.mark.parametrize(
+    "samples",
+    [
+        files.vibration(40_000),
+        np.round(files.vibration(40_000), 1),  # digitised into 80 steps
+        np.round(files.vibration(200_000) * 0.5),  # into 5: repeats of a dozen samples are chance
+        np.round(500 * np.sin(np.arange(40_000) / 700)),  # a slow sine's tops are flat by their digits alone
+        np.repeat(files.vibration(10_000), 4),  # held evenly throughout: no single run says anything
+        np.zeros(4096),
+        np.sin(2 * np.pi * np.arange(40_000) / 40),  # its peaks are exactly 1, a thousand times
+        np.sin(2 * np.pi * np.arange(40_000) / 16),
+        np.sin(2 * np.pi * np.arange(40_000) / 1000),
+        np.where(np.arange(4096) == 5, 1.0, 0.0) + files.vibration(),
+    ],
+)
+def test_sound_samples_are_not_accused(tmp_path: Path, samples: np.ndarray) -> None:
+    assert loaded(tmp_path, samples).cautions == ()
+
+
+def test_only_measured_samples_are_judged(tmp_path: Path) -> None:
+    write_stand_in(tmp_path / "s.h5", state=Fault.INNER, shaft_hz=14.3, seconds=0.2, seed=1)
+    import h5py
+
+    from srbval.storage.checksum import CHECKSUM
+
+    with h5py.File(tmp_path / "s.h5", "r+") as file:
+        file["acceleration_m_s2"][:100] = 0.0
+        del file.attrs[CHECKSUM]  # it holds no more
+    assert load_recording(tmp_path / "s.h5").cautions == ()
+
+
+def test_cautions_are_those_of_the_channel_analysed(tmp_path: Path) -> None:
+    savemat(tmp_path / "a.mat", {"good": files.vibration(40_000), "bad": clipped(), "fs": 8000.0})
+    assert load_recording(tmp_path / "a.mat", channel="good", unit="g").cautions == ()
+    (said,) = load_recording(tmp_path / "a.mat", channel="bad", unit="g").cautions
+    (entry,) = add(tmp_path / "a.mat").recordings
+    assert entry.cautions == (f"bad: {said}",)
+
+
+def test_analyse_and_data_show_cautions(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.mat"
+    savemat(path, {"x": clipped(), "fs": 8000.0})
+    options = ["--unit", "g", "--rpm", "1500"]
+    analyse = ["analyse", str(path), "--bearing", "skf-6205", "--band", "500", "3000", *options]
+    assert main(analyse) == 0
+    out = capsys.readouterr().out
+    assert out.index("caution: clipped: ") < out.index("kinematic Hz")
+    assert main([*analyse, "--json"]) == 0
+    (said,) = json.loads(capsys.readouterr().out)["cautions"]
+    assert main(["data", "add", str(path), *options]) == 0
+    assert f"a.mat: caution: {said}" in capsys.readouterr().out
+    assert main(["data", "list", "--json"]) == 0
+    (entry,) = json.loads(capsys.readouterr().out)["recordings"]
+    assert (entry["cautions"], entry["status"], entry["reason"]) == ([said], "ok", None)
+
+
+@pytest.mark.recordings
+def test_no_real_recording_is_accused(recordings_dir: Path) -> None:
+    checked = 0
+    for path in sorted(p for p in recordings_dir.rglob("*") if p.suffix == ".mat" or p.parent.name == "ims_test1"):
+        try:
+            reading = read_file(path)
+        except DataError:
+            continue
+        assert reading.all_cautions() == (), path.name
+        checked += 1
+    assert checked >= 50
+
+
+def test_a_cautioned_healthy_baseline_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The fault call rests on it."""
+    acceleration = files.vibration(40_000)
+    common = {"time_acc": np.arange(40_000) / files.FS_HZ, "rpm_nominal": 353, "mean_rpm": 353.0}
+    common |= {"rpm": 353 + 0.5 * files.vibration(1250, 1), "time_rpm": np.arange(1250) / 640}
+    for state, samples in (("OR", acceleration), ("H", np.clip(acceleration, -9, 1.5))):
+        files.excerpt(tmp_path / f"{state}_353rpm_x.mat", condition=state, acc_m_s2=samples, acc_g=samples, **common)
+    add(tmp_path)
+    assert main(["analyse", str(tmp_path / "OR_353rpm_x.mat")]) == 0
+    shown = capsys.readouterr()
+    assert "caution: healthy baseline" in shown.err
+    assert "H_353rpm_x.mat: clipped: " in shown.err
+    assert "caution: " not in shown.out

@@ -1,0 +1,254 @@
+"""Files that make a library hang, crash or take all memory: the process that reads them ends, nothing else does."""
+
+from __future__ import annotations
+
+import os
+import runpy
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from srbval.errors import DataError
+from srbval.recordings import load, load_recording
+from srbval.recordings.loaders import detect_format, limited
+from srbval.recordings.loaders.limited import end_readers, read_limited
+from srbval.recordings.raw import FileFormat
+from srbval.recordings.registry import FileStatus, add
+from srbval.recordings.registry.manifest import read_manifest
+from srbval.storage.own_package import child_environment
+
+from . import files
+
+posix = pytest.mark.skipif(sys.platform == "win32", reason="limits as POSIX has them")
+PLACES = {"text": "name", "attribute": "/@note", "class": "x@MATLAB_class"}
+
+
+def hanging(path: Path, place: str = "name") -> Path:
+    """A file whose first text of variable length lies in a heap object of no size: HDF5 1.14 and 2.0 never return."""
+    text = h5py.string_dtype()
+    with h5py.File(path, "w") as file:
+        file["x"] = files.vibration()
+        item, _, attribute = place.partition("@")
+        if attribute:
+            file[item].attrs.create(attribute, "hello", dtype=text)
+            file.attrs["MATLAB_class"] = np.bytes_(b"struct")
+            file["x"].attrs.setdefault("MATLAB_class", np.bytes_(b"double"))
+        else:
+            file[item] = "hello"
+    damaged = bytearray(path.read_bytes())
+    damaged[damaged.find(b"GCOL") + 24] = 0
+    path.write_bytes(damaged)
+    return path
+
+
+def good(path: Path) -> Path:
+    with h5py.File(path, "w") as file:
+        file["x"] = files.vibration()
+        file.attrs["fs_hz"] = 1000.0
+    return path
+
+
+@pytest.fixture(autouse=True)
+def _own_readers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """New ones for each test, which may wait for long on a busy machine."""
+    end_readers()
+    monkeypatch.setattr(limited, "WAITING", 200)
+
+
+@pytest.mark.parametrize("place", PLACES.values(), ids=PLACES.keys())
+def test_heap_object_of_no_size(tmp_path: Path, place: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(limited, "COMPUTING_S", 0.5)
+    with pytest.raises(DataError, match=r"took more than 1 s of computing time\. The file is damaged; copy it again"):
+        load_recording(hanging(tmp_path / "a.h5", place))
+
+
+def test_one_that_hangs_does_not_stop_the_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(limited, "COMPUTING_S", 0.5)
+    for i in range(3):
+        hanging(tmp_path / f"bad{i}.h5")
+    for i in range(5):
+        good(tmp_path / f"good{i}.h5")
+    found = {Path(r.file).name: r for r in add(tmp_path).recordings}
+    assert [found[f"good{i}.h5"].status for i in range(5)] == [FileStatus.OK] * 5
+    for i in range(3):
+        entry = found[f"bad{i}.h5"]
+        assert entry.status is FileStatus.UNREADABLE
+        assert entry.reason is not None
+        assert "computing time" in entry.reason
+
+
+def test_other_files_may_be_read_meanwhile_and_after(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(limited, "COMPUTING_S", 0.5)
+    for name in ("a.h5", "b.h5"):
+        assert load_recording(good(tmp_path / name), unit="g").samples == 4096
+    with pytest.raises(DataError):
+        load_recording(hanging(tmp_path / "bad.h5"))
+    assert load_recording(tmp_path / "a.h5", unit="g").samples == 4096
+
+
+def script(folder: Path, text: str) -> Path:
+    """A stand-in for a damaged file: what reading it does, written down."""
+    path = folder / "does.py"
+    path.write_text(f"import ctypes, mmap, os, signal, time\n{text}\n")
+    return path
+
+
+DEATHS = {
+    "while True: pass": "more than 1 s of computing time",
+    "os.kill(os.getpid(), signal.SIGSEGV)": r"crashed \(signal SIGSEGV\)\. The file is damaged; copy it again",
+    "os.abort()": r"crashed \(signal SIGABRT\)",
+    "os.kill(os.getpid(), signal.SIGKILL)": r"ended \(signal SIGKILL\), as where memory is short",
+    "os._exit(7)": r"ended \(exit code 7\)",
+    "raise SystemExit": "ended",
+    "open('/none')": "cannot be read",
+}
+
+
+@posix
+@pytest.mark.parametrize(("does", "match"), DEATHS.items(), ids=[m[:24] for m in DEATHS.values()])
+def test_how_it_ended_is_said(tmp_path: Path, does: str, match: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(limited, "COMPUTING_S", 0.5)
+    with pytest.raises(DataError, match=match) as caught:
+        read_limited(runpy.run_path, script(tmp_path, does))
+    assert str(caught.value).startswith(str(tmp_path))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on Linux")
+def test_memory_is_limited(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match=r"more than \d+ bytes of memory"):
+        read_limited(runpy.run_path, script(tmp_path, "held = [bytearray(10**8) for _ in range(20)]"))
+
+
+@posix
+def test_the_memory_of_a_crash_is_not_dumped_and_nothing_is_printed(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(DataError, match="crashed"):
+        read_limited(runpy.run_path, script(tmp_path, "print('noise', flush=True)\nos.chdir('.')\nos.abort()"))
+    assert [p.name for p in tmp_path.iterdir()] == ["does.py"]
+    assert capfd.readouterr() == ("", "")
+
+
+@posix
+def test_waiting_too_long(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(limited, "WAITING", 0.5)
+    with pytest.raises(DataError, match=r"could not be read within 2\.0 s"):
+        read_limited(runpy.run_path, script(tmp_path, "time.sleep(1000)"))
+
+
+@posix
+def test_a_process_that_died_while_idle_is_replaced(tmp_path: Path) -> None:
+    load_recording(good(tmp_path / "a.h5"), unit="g")
+    os.kill(limited._idle[0].pid, signal.SIGKILL)
+    assert load_recording(tmp_path / "a.h5", unit="g").samples == 4096
+
+
+def alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+@posix
+def test_ctrl_c_ends_the_reader(tmp_path: Path) -> None:
+    noted = tmp_path / "pid"
+    path = script(tmp_path, f"open({str(noted)!r}, 'w').write(str(os.getpid()))\ntime.sleep(1000)")
+
+    def interrupt() -> None:
+        while not (noted.exists() and noted.read_text()):
+            pass
+        os.kill(os.getpid(), signal.SIGINT)
+
+    thread = threading.Thread(target=interrupt)
+    thread.start()
+    with pytest.raises(KeyboardInterrupt):
+        read_limited(runpy.run_path, path)
+    thread.join()
+    assert not alive(int(noted.read_text()))
+    assert limited._idle == []
+
+
+@posix
+def test_ctrl_c_does_not_wait_for_files_that_hang(tmp_path: Path) -> None:
+    """Readers of other threads end too, and the files still to come are not begun."""
+    for i in range(6):
+        hanging(tmp_path / f"{i}.h5")
+    before = os.times()
+    threading.Timer(2.0, os.kill, (os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        add(tmp_path)
+    after = os.times()
+    assert after.children_user + after.children_system - before.children_user - before.children_system < 6
+    assert not limited._running
+    assert not read_manifest()
+
+
+@posix
+def test_nothing_is_left_over_when_the_program_ends(tmp_path: Path) -> None:
+    good(tmp_path / "a.h5")
+    code = (
+        "from srbval.recordings import load_recording; from srbval.recordings.loaders import limited\n"
+        f"load_recording({str(tmp_path / 'a.h5')!r}, unit='g'); print(limited._idle[0].pid)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=os.environ | child_environment(), capture_output=True, text=True, check=True
+    )
+    assert not alive(int(done.stdout))
+    assert done.stderr == ""
+
+
+def test_paths_are_those_given(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "in").mkdir()
+    good(tmp_path / "in" / "a.h5")
+    (tmp_path / "in" / "bad.h5").write_bytes((tmp_path / "in" / "a.h5").read_bytes()[:1500])
+    for folder, name in ((tmp_path, "in/a.h5"), (tmp_path / "in", "a.h5")):
+        monkeypatch.chdir(folder)
+        assert load_recording(name, unit="g").file == name
+    with pytest.raises(DataError, match=r"^bad\.h5: truncated or damaged"):
+        load_recording("bad.h5")
+
+
+@posix
+def test_folder_of_a_relative_path_may_vanish(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "in").mkdir()
+    monkeypatch.chdir(good(tmp_path / "in" / "a.h5").parent)
+    load_recording("a.h5", unit="g")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "in" / "a.h5").unlink()
+    (tmp_path / "in").rmdir()
+    assert load_recording(good(tmp_path / "b.h5"), unit="g").samples == 4096
+
+
+@pytest.mark.parametrize("kind", ["h5", "npy", "mat", "csv"])
+def test_file_that_vanishes_while_it_is_read(tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / f"a.{kind}"
+    {
+        "h5": lambda: good(path),
+        "npy": lambda: np.save(path, files.vibration()),
+        "mat": lambda: files.excerpt(path),
+        "csv": lambda: np.savetxt(path, files.vibration()),
+    }[kind]()
+
+    def found_and_gone(path: Path) -> FileFormat:
+        form = detect_format(path)
+        path.unlink()
+        return form
+
+    monkeypatch.setattr(load, "detect_format", found_and_gone)
+    with pytest.raises(DataError, match="No such file"):
+        load_recording(path)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names that are not UTF-8")
+def test_name_that_is_not_utf8(tmp_path: Path) -> None:
+    path = Path(os.fsdecode(os.fsencode(tmp_path) + b"/a\xff.h5"))
+    good(tmp_path / "a.h5").rename(path)
+    assert load_recording(path, unit="g").samples == 4096

@@ -1,0 +1,143 @@
+"""Text tables: what is not as it should be is an error that names the line; nothing is dropped or guessed."""
+
+from __future__ import annotations
+
+import codecs
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from srbval.errors import DataError
+from srbval.recordings import load_recording
+from srbval.recordings.loaders.text import load_text
+from srbval.recordings.registry import FileStatus, add
+
+from . import files
+
+ROWS = 400
+X, Y = files.vibration(ROWS).round(4), files.vibration(ROWS, 1).round(4)
+TABLE = [f"{a:.4f},{b:.4f}" for a, b in zip(X, Y, strict=True)]
+
+
+def read(tmp_path: Path, lines: list[str] | str | bytes) -> dict[str, np.ndarray]:
+    path = tmp_path / "table.csv"
+    if not isinstance(lines, bytes):
+        lines = (lines if isinstance(lines, str) else "\n".join(lines) + "\n").encode()
+    path.write_bytes(lines)
+    return dict(load_text(path).variables)  # type: ignore[arg-type]
+
+
+def changed(at: int, *lines: str, table: list[str] = TABLE) -> list[str]:
+    return [*table[:at], *lines, *table[at + 1 :]]
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        (changed(9, "", "", "0,0"), r"2 line\(s\) blank among the samples, the first is line 10\."),
+        (["a,b", *changed(0, "1,1", "  ")], r"1 line\(s\) blank among the samples, the first is line 3\."),
+        (["a,b", *(row + ",0.5" for row in TABLE)], "line 1 has 2 names for 3 columns"),
+        (["a,b,", *(row + ",0.5" for row in TABLE)], "line 1 has 2 names for 3 columns"),
+        (["a,,c", *(row + ",0.5" for row in TABLE)], "line 1 is no row of numbers, and '' no name"),
+        (changed(0, "0.12x, 0.3"), "line 1 is no row of numbers, and '0.12x' no name for a column"),
+        (changed(0, "nan,0.3"), "line 1 is no row of numbers, and 'nan' no name"),
+        (changed(0, "NA"), "line 1 is no row of numbers, and 'NA' no name"),
+        (["a,a", *TABLE], "line 1 names more than one column 'a'"),
+        (changed(7, "0.1"), r"1 line\(s\) do not have 2 fields as line 1 has, the first is line 8\."),
+        (changed(0, "0.1"), r"399 line\(s\) do not have 1 fields as line 1 has, the first is line 2\."),
+        (changed(7, "0.1,0.2,0.3", "0.1,0.2,", "0.3"), r"3 line\(s\) do not have 2 fields .* first is line 8\."),
+        (changed(ROWS - 1, "0.12"), r"1 line\(s\) do not have 2 fields .* line 400\."),
+        (changed(5, "NaN,0.1", "0.1,inf"), r"2 line\(s\) with a field that is no finite number \('NaN'\).* line 6\."),
+        (changed(5, "0.1,", "0.1,"), r"2 line\(s\) with a field that is no finite number \(''\).* line 6\."),
+        (changed(5, "0.1,1e999"), r"no finite number \('1e999'\).* line 6\."),
+        (changed(5, "0.1,0.2 V"), r"no finite number \('0\.2 V'\).* line 6\."),
+        (changed(5, "0.1,0.2 # later"), r"1 line\(s\) with a # after its beginning, the first is line 6\."),
+        (["# one", *changed(5, "0.1,0.2x")], r"\('0\.2x'\), the first is line 7\."),
+        (changed(5, "#0.1,0.2", "# remark"), r"1 line\(s\) of numbers behind a # among the samples.* line 6"),
+        (changed(5, "0.1,0.2\r3"), r"1 line\(s\) with control characters, the first is line 6"),
+        (["# fs = 1000", "# fs = 2000", *TABLE], r"says fs = 1000\.0 and 2000\.0"),
+    ],
+)  # fmt: skip
+def test_what_is_refused(tmp_path: Path, lines: list[str], said: str) -> None:
+    with pytest.raises(DataError, match=said):
+        read(tmp_path, lines)
+    (entry,) = add(tmp_path).recordings
+    assert entry.status is FileStatus.UNREADABLE
+    assert add(tmp_path).problems == (entry,)  # a damaged table is a damaged recording, a readme is none
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ["", "", "a,b", "", *TABLE, "", " "],
+        ["a,b,", *(row + "," for row in TABLE)],
+        ["a,b", *(row + "," for row in TABLE)],
+        ['"a","b"', *('"' + row.replace(",", '","') + '"' for row in TABLE)],
+        ["a, b", *(row.replace(",", " , ") for row in TABLE)],
+        ["a\tb", *changed(3, "# a remark of one's own, in between", "#", TABLE[3])],
+    ],
+)
+def test_what_is_harmless(tmp_path: Path, lines: list[str]) -> None:
+    if lines[0] == "a\tb":
+        lines = [line if line.startswith("#") else line.replace(",", "\t") for line in lines]
+    found = read(tmp_path, lines)
+    assert list(found) == ["a", "b"]
+    np.testing.assert_array_equal(found["a"], X)
+    np.testing.assert_array_equal(found["b"], Y)
+
+
+@pytest.mark.parametrize("separator", [";", "\t", "  "])
+@pytest.mark.parametrize("header", [True, False])
+def test_decimal_commas(tmp_path: Path, separator: str, header: bool) -> None:
+    rows = [f"{a:.4f}{separator}{b:.4f}".replace(".", ",") for a, b in zip(X, Y, strict=True)]
+    found = read(tmp_path, [separator.join("ab")] * header + rows)
+    np.testing.assert_array_equal(list(found.values()), [X, Y])
+    assert load_text(tmp_path / "table.csv").notes == ("decimal commas read as decimal points",)
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ([row.replace(".", ",") for row in TABLE], "line .* has decimal commas that cannot be told from those between"),
+        ([f"{a:.1f}".replace(".", ",") for a in X], "line .*-0,.* has decimal commas that cannot be told"),
+        (["x", *(f"{a:.4f}".replace(".", ",") for a in X)], "1 names for 2 columns. .*decimals need a point"),
+        (["x,y", *(row.replace(".", ",") for row in TABLE)], "line 1 has 2 names for 4 columns"),
+        (["12,34", "5,6", "7,08", *["1,1"] * 300], "line 3, '7,08', has decimal commas"),
+        ([*(f"{a:.4f};{b:.2f}".replace(".", ",") for a, b in zip(X, Y, strict=True)), "1.234,56;0,1"],
+         "line 1, .* is in a table of both decimal commas and points, or with thousands separators"),
+        ([f"{i % 7 + 1},{i:03d};{i % 5 + 1},{i:03d}" for i in range(100, 500)], "three digits after every comma"),
+        ([*(f"{a:.4f};{b:.4f}".replace(".", ",") for a, b in zip(X, Y, strict=True)), "1,234,567;0,1"],
+         r"no finite number \('1,234,567'\)"),
+    ],
+)  # fmt: skip
+def test_commas_that_cannot_be_told(tmp_path: Path, rows: list[str], said: str) -> None:
+    with pytest.raises(DataError, match=said):
+        read(tmp_path, rows)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16-le", "utf-16-be"])
+@pytest.mark.parametrize("header", ["Beschleunigung [m/s²],b\r\n", ""])
+def test_byte_order_marks(tmp_path: Path, encoding: str, header: str) -> None:
+    marks = {"utf-16-le": codecs.BOM_UTF16_LE, "utf-16-be": codecs.BOM_UTF16_BE}
+    text = header + "\r\n".join(TABLE)
+    (tmp_path / "t.csv").write_bytes(marks.get(encoding, b"") + text.encode(encoding))
+    recording = load_recording(tmp_path / "t.csv", channel="b" if header else "col_2", fs_hz=1e4, unit="g")
+    assert list(recording.channels) == (["Beschleunigung [m/s²]", "b"] if header else ["col_1", "col_2"])
+    np.testing.assert_allclose(recording.channels["b" if header else "col_2"], Y * 9.80665)
+
+
+def test_line_ends_of_old(tmp_path: Path) -> None:
+    np.testing.assert_array_equal(list(read(tmp_path, "\r".join(["a,b", *TABLE])).values()), [X, Y])
+    assert load_text(tmp_path / "table.csv").notes == ("the last line has no end: the file may have been cut there",)
+
+
+def test_half_a_utf16_file(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="damaged UTF-16 text"):
+        read(tmp_path, codecs.BOM_UTF16_LE + "\n".join(TABLE).encode("utf-16-le")[:-1])
+
+
+def test_control_characters_within_a_table(tmp_path: Path) -> None:
+    long = "\n".join(TABLE * 4)
+    with pytest.raises(DataError, match=r"1 line\(s\) with control characters, the first is line 1000\."):
+        read(tmp_path, "\n".join([*long.split("\n")[:999], "0.1,0.2\x003", *TABLE]).encode())
