@@ -36,6 +36,12 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
             file = nodeid.split("::", 1)[0]
             return REPORT if file.startswith(f"{REPORT}/") else file
 
+        def remove_node(self, node: Any) -> Any:
+            """Of a worker that crashed, only what it left is handed on: files done wait for an answer for ever."""
+            of_node = self.assigned_work[node]
+            self.assigned_work[node] = {file: tests for file, tests in of_node.items() if not all(tests.values())}
+            return super().remove_node(node)
+
     config.option.loadscopereorder = False
     return ByFile(config, log)
 

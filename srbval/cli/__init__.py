@@ -93,6 +93,7 @@ def _ended_by_signals() -> Iterator[None]:
     main_thread = threading.current_thread() is threading.main_thread()
     usual = (signal.SIG_DFL, signal.default_int_handler)
     found = {n: signal.getsignal(n) for n in ENDING if main_thread and signal.getsignal(n) in usual}
+    sent_again: list[threading.Timer] = []
 
     def handle(action: Any) -> None:
         for number in found:
@@ -101,7 +102,7 @@ def _ended_by_signals() -> Iterator[None]:
     def end(number: int, frame: Any) -> None:
         hdf5 = sys.modules.get("srbval.storage.own_hdf5")
         if hdf5 is not None and frame.f_code in hdf5.CALLED_BY_HDF5:  # a moment later
-            return threading.Timer(0.05, os.kill, (os.getpid(), number)).start()
+            return send_again(number)
         handle(signal.SIG_IGN)  # the clean-up is not to be interrupted
         raise Interrupted(signal.Signals(number))
 
@@ -110,9 +111,11 @@ def _ended_by_signals() -> Iterator[None]:
         if not isinstance(lost.exc_value, KeyboardInterrupt):
             return before(lost)
         handle(end)
-        number = lost.exc_value.args[0] if lost.exc_value.args else signal.SIGINT
-        threading.Timer(0.05, os.kill, (os.getpid(), number)).start()
-        return None
+        return send_again(lost.exc_value.args[0] if lost.exc_value.args else signal.SIGINT)
+
+    def send_again(number: int) -> None:
+        sent_again.append(threading.Timer(0.05, os.kill, (os.getpid(), number)))
+        sent_again[-1].start()
 
     before, sys.unraisablehook = sys.unraisablehook, again
     try:
@@ -120,6 +123,10 @@ def _ended_by_signals() -> Iterator[None]:
         yield
     finally:
         sys.unraisablehook = before
+        for timer in sent_again:  # nobody would answer it any more
+            handle(signal.SIG_IGN)
+            timer.cancel()
+            timer.join()
         for number, action in found.items():
             signal.signal(number, action)
 
