@@ -1,6 +1,6 @@
-"""What rots in a campaign's folder is found, said and run again; nothing outside the folder is touched.
+"""What rots in a campaign's folder is found, said and run again.
 
-`SRBVAL_FLIPS` is the number of flipped bits (2000 take some minutes), `SRBVAL_JOURNALS` that of hostile folders.
+`SRBVAL_FLIPS` is the number of flipped bits (2000 take some minutes).
 """
 
 from __future__ import annotations
@@ -10,71 +10,35 @@ import json
 import os
 import random
 import shutil
-import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from srbval.campaign.campaign_folder import CampaignFolder
-from srbval.campaign.case import CaseOutcome, Ending
+from srbval.campaign.case import Ending
 from srbval.campaign.case_file import write_failure
 from srbval.campaign.export import ExportSettings, export_campaign
-from srbval.campaign.run import run_campaign
-from srbval.campaign.settings import Campaign
 from srbval.campaign.status import campaign_status
 from srbval.campaign.verify import verify_campaign
 from srbval.cli import main
-from srbval.errors import ConfigurationError, DataError, SrbvalError
+from srbval.errors import DataError
 from srbval.storage.checked_json import checked_line
-from tests.campaign.in_process import InProcess
-from tests.campaign.small import content, failing_point, small
+from tests.campaign.mixed_folder import (
+    add_zeros,
+    cut,
+    damaged_names,
+    empty,
+    files_of,
+    flip,
+    good_results,
+    resume,
+)
+from tests.campaign.small import content
 
 FLIPS = int(os.environ.get("SRBVAL_FLIPS", "60"))
-JOURNALS = int(os.environ.get("SRBVAL_JOURNALS", "60"))
 BATCH = 20  # flips of different files that one resumed run repairs
-HANG_S = 60  # for one command on a folder of six cases, none of which is run; they take a tenth of a second
-POINTS = [{"defect.kind": "outer", "model": "planar"}, {"defect.kind": "inner", "model": "kinematic"},
-          {"model": "planar"}, failing_point() | {"model": "full"}, {"load.radial": "-3 kN"},
-          {"bearing": "skf-6205"}]  # fmt: skip
-AXES = [{"kind": "list", "cases": POINTS}]
-
-
-def mixed(**changes: Any) -> Campaign:
-    """Three good cases with signals, one that the numerics lose, two that are refused."""
-    return small(axes=AXES, **changes)
-
-
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("whole") / "run"
-    found = run_campaign(mixed(), folder, engine=InProcess())
-    assert (found.done, len(found.failed)) == (6, 3)
-    assert verify_campaign(folder).ok
-    return folder
-
-
-@pytest.fixture
-def folder(whole: Path, tmp_path: Path) -> Path:
-    return Path(shutil.copytree(whole, tmp_path / "run"))
-
-
-def resume(folder: Path, **changes: Any) -> tuple[Any, list[str]]:
-    said: list[str] = []
-    return run_campaign(mixed(**changes), folder, engine=InProcess(), message=said.append), said
-
-
-def files_of(folder: Path) -> list[Path]:
-    return sorted(path for path in folder.rglob("*") if path.is_file() and path.name != "lock")
-
-
-def good_results(folder: Path) -> list[Path]:
-    return sorted(path for path in (folder / "cases").glob("*/*.h5") if path.stat().st_size > 20_000)
-
-
-def damaged_names(folder: Path) -> set[str]:
-    return {found.file.name for found in verify_campaign(folder).damaged}
 
 
 def test_every_flipped_bit_is_found_and_repaired(whole: Path, folder: Path) -> None:
@@ -105,24 +69,6 @@ def test_every_flipped_bit_is_found_and_repaired(whole: Path, folder: Path) -> N
         assert verify_campaign(folder).ok
     assert flips >= FLIPS
     print(f"{flips} flips found and repaired")
-
-
-def flip(content: bytes, chance: random.Random) -> bytes:
-    raw = bytearray(content)
-    raw[chance.randrange(len(raw))] ^= 1 << chance.randrange(8)
-    return bytes(raw)
-
-
-def cut(path: Path) -> None:
-    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-
-
-def empty(path: Path) -> None:
-    path.write_bytes(b"")
-
-
-def add_zeros(path: Path) -> None:
-    path.write_bytes(path.read_bytes() + bytes(100))
 
 
 def loop(path: Path) -> None:
@@ -197,53 +143,6 @@ def test_results_that_are_gone(whole: Path, folder: Path) -> None:
     assert verify_campaign(folder).ok
 
 
-@pytest.mark.parametrize("name", ["campaign.json", "plan.jsonl"])
-@pytest.mark.parametrize("damage", [cut, empty, add_zeros, Path.unlink, "flip"])
-def test_with_a_damaged_plan_nothing_takes_the_folder_over(name: str, damage: Any, whole: Path, folder: Path) -> None:
-    if damage == "flip":
-        raw = bytearray((folder / name).read_bytes())
-        raw[raw.index(b"small")] ^= 1
-        (folder / name).write_bytes(raw)
-    else:
-        damage(folder / name)
-    assert name in damaged_names(folder)
-    kept = {path: path.read_bytes() for path in files_of(folder)}
-    with pytest.raises(DataError, match="results are kept"):
-        campaign_status(folder)
-    with pytest.raises(ConfigurationError, match="holds campaign 'small', not 'other'"):
-        resume(folder, name="other")
-    assert {path: path.read_bytes() for path in files_of(folder)} == kept
-    found, said = resume(folder)
-    assert (found.ran, found.done) == (0, 6)
-    assert f"{name} was damaged" in said[0]
-    assert content(folder) == content(whole)
-    assert verify_campaign(folder).ok
-
-
-@pytest.mark.parametrize("name", ["small", "other"])
-def test_nobodys_folder_is_refused(name: str, whole: Path, folder: Path) -> None:
-    for damaged in ("campaign.json", "plan.jsonl"):
-        empty(folder / damaged)
-    kept = {path: path.read_bytes() for path in files_of(folder)}
-    with pytest.raises(DataError, match=r"nothing says whose folder it is.*remove those two"):
-        resume(folder, name=name)
-    assert {path: path.read_bytes() for path in files_of(folder)} == kept
-    for path in ("campaign.json", "plan.jsonl", "journal.jsonl", "results.csv"):  # what the message says
-        (folder / path).unlink()
-    assert resume(folder)[0].ran == 0
-    assert content(folder) == content(whole)
-
-
-@pytest.mark.parametrize("name", ["campaign.json", "results.csv", "journal.jsonl", "plan.jsonl"])
-def test_a_folder_with_anothers_files_is_left_alone(name: str, tmp_path: Path) -> None:
-    """As after ``-o .`` where somebody keeps a table of that name."""
-    (tmp_path / name).write_text('{"name": "small", "theirs": 1}\n')
-    with pytest.raises(DataError, match="nothing was changed"):
-        run_campaign(small(axes=[]), tmp_path, engine=InProcess())
-    assert (tmp_path / name).read_text() == '{"name": "small", "theirs": 1}\n'
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([name, "lock"])
-
-
 def test_a_case_is_tried_again_by_what_its_result_says(whole: Path, folder: Path) -> None:
     """The journal's line may be damaged."""
     path = good_results(folder)[0]
@@ -292,47 +191,6 @@ def test_what_a_campaign_has_not_done_yet_is_no_damage(folder: Path) -> None:
     assert verify_campaign(folder).ok
 
 
-def test_a_users_own_files_stay(folder: Path) -> None:
-    own = [folder / "notes.h5", folder / "cases" / "ab" / "notes.h5", folder / ".x.part",
-           folder / "cases" / "ab" / f".{'a' * 31}.h5.abcdefgh.srbval-part", folder / "cases" / "x.h5"]  # fmt: skip
-    for path in own:
-        path.parent.mkdir(exist_ok=True)
-        path.write_text("mine")
-    empty(good_results(folder)[0])
-    assert resume(folder)[0].done == 6
-    assert [path.read_text() for path in own] == ["mine"] * len(own)
-    assert verify_campaign(folder).ok
-
-
-@pytest.mark.parametrize("place", ["cases", "journal.jsonl", "results.csv", "plan.jsonl", "lock"])
-def test_links_are_not_followed(place: str, folder: Path, tmp_path: Path) -> None:
-    """Neither to write nor to remove."""
-    outside = tmp_path / "outside"
-    (folder / place).rename(outside)
-    if place == "lock":
-        outside.write_text("mine")
-    (folder / place).symlink_to(outside)
-    kept = {path: path.read_bytes() for path in [outside, *outside.rglob("*")] if path.is_file()}
-    with pytest.raises(DataError, match=r"nothing was changed|cannot be written"):
-        resume(folder, seed=1)
-    assert {path: path.read_bytes() for path in [outside, *outside.rglob("*")] if path.is_file()} == kept
-
-
-def test_a_key_is_checked_before_it_becomes_a_path(tmp_path: Path) -> None:
-    folder = CampaignFolder(tmp_path)
-    for key in ("../victim", "a" * 31, "a" * 33, "A" * 32, "a" * 31 + "\n", "", "a" * 32 + "\0", "٣" * 32):
-        with pytest.raises(DataError, match="no key of a result"):
-            folder.result_path(key)
-    victim = tmp_path / "victim.h5"
-    victim.write_text("mine")
-    run_campaign(small(axes=[]), tmp_path / "run", engine=InProcess())
-    for number in range(3):
-        outcome = CaseOutcome(key="../" * number + "victim", ending=Ending.CRASHED, reason="")
-        CampaignFolder(tmp_path / "run").note_end(outcome)
-    run_campaign(small(axes=[]), tmp_path / "run", engine=InProcess())
-    assert victim.read_text() == "mine"
-
-
 def test_what_is_strange_ends_in_one_line(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A folder in the place of the note who runs; a full disk while refused cases are written."""
     (folder / "lock-holder.json").mkdir()
@@ -372,95 +230,3 @@ def test_verify_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> Non
     code, found = ask("status", str(folder))
     assert (code, found["done"], len(found["damaged"])) == (3, 5, 1)
     assert ask("verify", str(folder.parent / "none"))[0] == 3
-
-
-DEEP = "[" * 20_000 + "]" * 20_000
-VALUES = [f"1{'0' * 5000}", f"1{'0' * 400}", "1e400", "-1", "0.5", "NaN", DEEP, "[" * 40 + "]" * 40, '"\\ud800"',
-          '"\\u0000"', '"../victim"', '"/etc/passwd"', f'"{"a" * 32}"', "null", "true", "[]", "{}",
-          '"\\u001b[2J"', '{"a": {"b": 1}}', '"' + "x" * 100_000 + '"']  # fmt: skip
-BROKEN = [b"", b"\0" * 100, b"\xff\xfe{}", b"{", b"[]", b"null", b'{"check": "' + b"0" * 32 + b'"}']
-
-
-def hostile_line(line: bytes, chance: random.Random) -> bytes:
-    """A line with another value or key, and mostly the right check value."""
-    table = json.loads(line)
-    table.pop("check")
-    key = chance.choice(list(table))
-    marker = "<value>"
-    kind = chance.randrange(4)
-    if kind == 0:
-        return chance.choice(BROKEN)
-    if kind == 1:
-        del table[key]
-        table |= {"other": 1}
-    elif kind == 2 and isinstance(table.get("point"), dict):
-        table["point"] = {chance.choice(["a", "\0", "../x", "\ud800"]): marker}
-    else:
-        table[key] = marker
-    text = json.dumps(table).replace(f'"{marker}"', chance.choice(VALUES)).removesuffix("}").encode()
-    import hashlib
-
-    check = hashlib.sha256(text).hexdigest()[:32].encode() if chance.random() < 0.9 else b"0" * 32
-    return text + b', "check": "' + check + b'"}'
-
-
-@pytest.fixture
-def _no_hang() -> Iterator[None]:
-    """End the test where one command takes longer than `HANG_S`."""
-
-    def hang(*_: object) -> None:
-        raise AssertionError(f"longer than {HANG_S} s")
-
-    before = signal.signal(signal.SIGALRM, hang)
-    yield
-    signal.alarm(0)
-    signal.signal(signal.SIGALRM, before)
-
-
-@pytest.mark.usefixtures("_no_hang")
-@pytest.mark.skipif(not hasattr(signal, "alarm"), reason="no alarm here")
-def test_hostile_plans_and_journals(whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Whatever stands in them: an answer or an error of ours, and nothing outside the folder is touched."""
-    chance = random.Random(JOURNALS)
-    outside = tmp_path / "outside"
-    folder = outside / "run"
-    shutil.copytree(whole, folder)
-    for name in ("victim.h5", "victim", f"{'a' * 32}.h5", "cases/victim.h5"):
-        (outside / name).parent.mkdir(exist_ok=True)
-        (outside / name).write_text("mine")
-    names = ["journal.jsonl", "plan.jsonl", "campaign.json"]
-    codes: dict[str, int] = {}
-    for _ in range(JOURNALS):
-        for name in chance.sample(names, chance.choice([1, 1, 2])):
-            lines = (whole / name).read_bytes().splitlines()
-            at = chance.randrange(len(lines))
-            lines[at] = hostile_line(lines[at], chance)
-            (folder / name).write_bytes(b"\n".join(lines) + chance.choice([b"\n", b""]))
-        for command in (["status", str(folder)], ["verify", str(folder)], ["verify", str(folder), "--json"]):
-            signal.alarm(HANG_S)
-            code = main(["campaign", *command])
-            assert code in (0, 1, 3), command
-            codes[f"{command[0]} {code}"] = codes.get(f"{command[0]} {code}", 0) + 1
-        signal.alarm(HANG_S)
-        try:
-            found, _said = resume(folder)
-            assert (found.done, found.ran) == (6, 0)
-            assert verify_campaign(folder).ok
-            assert content(folder) == content(whole)
-            ended = "run 0"
-        except SrbvalError as error:
-            ended = f"run {error.exit_code}"
-            shutil.rmtree(folder)
-            shutil.copytree(whole, folder)
-        codes[ended] = codes.get(ended, 0) + 1
-        signal.alarm(0)
-        assert {path.read_text() for path in outside.rglob("*") if path.is_file() and folder not in path.parents} == {
-            "mine"
-        }
-        assert sorted(path.name for path in outside.iterdir()) == sorted(
-            ["victim.h5", "victim", f"{'a' * 32}.h5", "cases", "run"]
-        )
-    capsys.readouterr()
-    with capsys.disabled():
-        print(f"\n{JOURNALS} hostile folders: {dict(sorted(codes.items()))}")
-    assert sum(codes.values()) == 4 * JOURNALS
