@@ -10,6 +10,7 @@ from srbval.errors import ConfigurationError
 CIRCLES = (0.5, 1.0, 1.5)
 # A printed roller diameter may differ by this share from the gap between the raceways; play is far smaller than that.
 FIT = 0.05
+LEAST_OSCULATION = 0.8  # built are 0.96 to 0.99
 SLIMMEST = 0.85  # of the printed diameter: that share less, and the play that a scene may ask for
 
 
@@ -21,7 +22,9 @@ class SphericalRollerGeometry:
     an inner raceway is an arc of the same radius about the circle of centres (`inner_centre_radial_m`,
     `inner_centre_axial_m`). `pitch_radius_m` is the paper's d_p, which Table 1 calls a diameter; only
     as a radius does it give the printed fault frequencies. The barrel rollers carry the raceway's own
-    profile radius: the paper models no difference in curvature.
+    profile radius: the paper models no difference in curvature. Only the slices model knows one:
+    `outer_osculation` and `inner_osculation` are the rollers' profile radius over the raceway's; the
+    outer raceway's stays what it is, the inner arc's centre moves along the contact normal.
     """
 
     raceway_radius_m: float = quantity("length")
@@ -34,12 +37,20 @@ class SphericalRollerGeometry:
     rollers_per_row: int = 0
     outer_diameter_m: float = quantity("length")
     width_m: float = quantity("length")
+    outer_osculation: float = 1.0
+    inner_osculation: float = 1.0
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
             if not (math.isfinite(value) and value > 0):
                 raise ConfigurationError(f"geometry {name} = {value} must be a positive number.")
         check_ranges(self)
+        for name in ("outer_osculation", "inner_osculation"):
+            if not LEAST_OSCULATION <= getattr(self, name) <= 1:
+                raise ConfigurationError(
+                    f"geometry {name} = {getattr(self, name)} must be between {LEAST_OSCULATION} and 1: the rollers' "
+                    "profile radius over the raceway's."
+                )
         if self.tilt_rad >= math.pi / 4:
             raise ConfigurationError(f"geometry tilt_rad = {self.tilt_rad} must be below pi/4.")
         chord = 2 * self.pitch_radius_m * math.sin(math.pi / self.rollers_per_row)
@@ -85,6 +96,16 @@ class SphericalRollerGeometry:
     def roller_centre_distance_m(self) -> float:
         """Distance of a roller centre from the bearing centre, d_p / cos(alpha) (eq. 12) [m]."""
         return self.pitch_radius_m / math.cos(self.tilt_rad)
+
+    @property
+    def roller_profile_radius_m(self) -> float:
+        """Radius of the rollers' profile arc [m]."""
+        return self.outer_osculation * self.raceway_radius_m
+
+    @property
+    def inner_profile_radius_m(self) -> float:
+        """Radius of the inner raceway's profile arc [m]."""
+        return self.roller_profile_radius_m / self.inner_osculation
 
     @property
     def zero_play_diameter_m(self) -> float:

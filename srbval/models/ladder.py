@@ -99,6 +99,12 @@ RUNGS = (
         place="srbval.models.simulate:full_model",
         columns=ALL,
     ),
+    Rung(
+        name="slices",
+        title="the full model with contacts cut into slices along the roller, profile radii of their own",
+        place="srbval.models.slices:run",
+        columns=ALL,
+    ),
 )
 MODELS = tuple(rung.name for rung in RUNGS)
 AUTO = "auto"  # no model: leave the choice to the planner, where there is one

@@ -119,7 +119,7 @@ def patches(geometry: SphericalRollerGeometry, contact: Contact, roller_radius_m
 def piece(defect: Defect, spacing_m: float) -> Piece:
     """A defect as a raised piece: its extent, or as many spacings as it has points."""
     length = defect.extent_m if defect.extent_m is not None else defect.points * spacing_m
-    parts = 1 if defect.extent_m is None or defect.shape is DefectShape.FLAT else PARTS
+    parts = PARTS if defect.extent_m is not None and defect.shape is DefectShape.COSINE else 1
     share = (np.arange(parts) + 0.5) / parts - 0.5
     height = np.ones(1) if parts == 1 else cross_section(share, defect.shape)
     return Piece(offset_m=share * length, height_m=defect.height_m * height, part_m=length / parts)

@@ -1,6 +1,17 @@
 """What is to be run and what is asked of it: speed, loads, defect, duration, model, solver."""
 
-from srbval.scene.parts import Bodies, Contact, Defect, DefectShape, Housing, Load, LoadPath, RollerFit
+from srbval.scene.parts import (
+    Bodies,
+    Contact,
+    Defect,
+    DefectShape,
+    Housing,
+    LineContact,
+    Load,
+    LoadPath,
+    RollerFit,
+    Traction,
+)
 from srbval.scene.profile import LoadProfile, SpeedProfile
 from srbval.scene.read import load_scene, merge, paper_scene
 from srbval.scene.scene import Scene, SolverSettings
@@ -11,6 +22,7 @@ __all__ = [
     "Defect",
     "DefectShape",
     "Housing",
+    "LineContact",
     "Load",
     "LoadPath",
     "LoadProfile",
@@ -18,6 +30,7 @@ __all__ = [
     "Scene",
     "SolverSettings",
     "SpeedProfile",
+    "Traction",
     "load_scene",
     "merge",
     "paper_scene",

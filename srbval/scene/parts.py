@@ -89,6 +89,36 @@ class Contact:
             raise ConfigurationError(f"points_per_circle = {self.points_per_circle} must be between 60 and 100000.")
 
 
+class Traction(enum.StrEnum):
+    """How friction depends on the slip: on its speed (dry, eq. 19), or on its share of the rolling speed (oil)."""
+
+    DRY = "dry"
+    LUBRICATED = "lubricated"
+
+
+@dataclass(frozen=True, kw_only=True)
+class LineContact:
+    """Contact of a roller and a race along the roller, for the slices model alone.
+
+    It is cut into so many `slices`; `damping_s` is the time constant of its damper on the slope of its force. With
+    lubricated `traction` the coefficient of friction rises by `traction_slope` over the slide-to-roll ratio up to
+    `traction_limit`; with dry traction friction is that of `Contact`.
+    """
+
+    slices: int
+    damping_s: float = quantity("time")
+    traction: Traction
+    traction_slope: float
+    traction_limit: float
+
+    def __post_init__(self) -> None:
+        not_negative(self, "damping_s")
+        for name, low, high in (("slices", 3, 201), ("traction_slope", 1e-3, 1e3), ("traction_limit", 1e-4, 1.0)):
+            value = getattr(self, name)
+            if not low <= value <= high:
+                raise ConfigurationError(f"line_contact {name} = {value} must be between {low:g} and {high:g}.")
+
+
 class LoadPath(enum.StrEnum):
     """What carries the external load: housing spring and rollers in parallel, or the rollers alone."""
 
@@ -120,10 +150,11 @@ class Load:
 
 
 class DefectShape(enum.StrEnum):
-    """Cross-section along the rolling direction: one height all over, or a raised cosine."""
+    """Flat: one height all over. Cosine: a raised cosine along the rolling direction. Hole: round, seen from above."""
 
     FLAT = "flat"
     COSINE = "cosine"
+    HOLE = "hole"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,6 +167,11 @@ class Defect:
     many, each with that much less of the stiffness. `angle_rad` is that of the defect's middle at time zero: on a race
     from the middle of the load zone, on a roller from its slot's outward direction about its own axis. `row` is 1 (+z)
     or 2, `circle` 1 to 3, `roller` counts from 1 and matters for a roller's defect only.
+
+    The slices model knows a defect's true shape: a `hole` is `extent_m` across, any other is `width_m` wide along the
+    roller (without it, as wide as the share of a circle) with ramps of `ramp_m` at both its ends along the race, and
+    lies `axial_m` from the roller's middle, outwards (without it, where the circle runs). Models of circles take a hole
+    for a flat defect and leave width, ramps and `axial_m` alone.
     """
 
     kind: Fault
@@ -148,6 +184,9 @@ class Defect:
     shape: DefectShape
     refinement: int
     extent_m: float | None = quantity("length", default=None)
+    width_m: float | None = quantity("length", default=None)
+    axial_m: float | None = quantity("length", default=None)
+    ramp_m: float = quantity("length", default=0.0)
 
     def __post_init__(self) -> None:
         check_ranges(self)
@@ -160,7 +199,16 @@ class Defect:
             raise ConfigurationError(f"defect height_m = {self.height_m} must lie within -1 mm and 1 mm.")
         if self.extent_m is not None and not 0 < self.extent_m <= 0.05:
             raise ConfigurationError(f"defect extent_m = {self.extent_m} must be above 0 and at most 50 mm.")
-        if self.extent_m is None and (self.kind is Fault.ROLLER or self.refinement > 1):
+        if self.width_m is not None and not 0 < self.width_m <= 0.2:
+            raise ConfigurationError(f"defect width_m = {self.width_m} must be above 0 and at most 200 mm.")
+        if not 0 <= self.ramp_m <= (self.extent_m or 0.0) / 2 or (self.ramp_m and self.shape is not DefectShape.FLAT):
             raise ConfigurationError(
-                "a defect on a roller, or one with finer points, needs an extent, for example extent = '2 mm'."
+                f"defect ramp_m = {self.ramp_m} must lie between 0 and half the extent_m = {self.extent_m}, and needs "
+                "shape = 'flat'."
+            )
+        if self.extent_m is None and (
+            self.kind is Fault.ROLLER or self.refinement > 1 or self.shape is DefectShape.HOLE
+        ):
+            raise ConfigurationError(
+                "a hole, a defect on a roller, or one with finer points needs an extent, for example extent = '2 mm'."
             )

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from srbval.bearing import Fault
 from srbval.config.strict import quantity
 from srbval.errors import ConfigurationError
-from srbval.scene.parts import Bodies, Contact, Defect, Housing, Load, not_negative, positive
+from srbval.scene.parts import Bodies, Contact, Defect, Housing, LineContact, Load, not_negative, positive
 from srbval.scene.profile import LoadProfile, SpeedProfile
 
 STEP_TOLERANCE = 1e-6  # how far an output interval may be from a whole number of steps, relative
@@ -53,6 +53,7 @@ class Scene:
     slip_jitter: float
     load: Load
     contact: Contact
+    line_contact: LineContact
     housing: Housing
     bodies: Bodies
     defect: Defect

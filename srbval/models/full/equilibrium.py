@@ -167,7 +167,7 @@ def _balance(statics: _Statics, ring: FloatArray, slide: FloatArray) -> tuple[Fl
 def _follow(statics: _Statics, ring: FloatArray, slide: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Slides in balance with the given ring, near `slide`, and the force then left on the ring [N]."""
     model = statics.rest
-    clearance = abs(model.law.profile_radius - model.law.roller_radius - model.centre_distance)
+    clearance = abs(model.race_radius[0] - model.law.roller_radius - model.centre_distance)
     far = clearance + float(np.linalg.norm(ring)) + SLIDE_RANGE_M
     low, high = np.full_like(slide, -far), np.full_like(slide, far)
     for _ in range(SLIDE_STEPS):

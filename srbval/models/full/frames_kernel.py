@@ -121,7 +121,8 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model):
     ct, st = math.cos(turn), math.sin(turn)
     axes = cage_axes(tilt)
     tilt_cosine, tilt_sine, centre_distance = model.tilt_cosine, model.tilt_sine, model.centre_distance
-    clearance = model.law.roller_radius - model.law.profile_radius
+    outer_clearance = model.law.roller_radius - model.race_radius[0]
+    inner_clearance = model.law.roller_radius - model.race_radius[1]
     arc_radial, arc_height = model.inner_centre_radial, model.inner_centre_axial
     races, patch = model.races, model.patch
     height = races.height
@@ -167,7 +168,7 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model):
         space[col.W_X + p], space[col.W_Y + p], space[col.W_Z + p] = -w_x, -w_y, -roller_spin
         leaning = abs(space[col.Z_Y + p]) * height
         count_candidates(
-            search, outer, clearance - o_x, o_z, -search.lead_s * space[col.V_X + p], abs(o_y) + leaning, angle,
+            search, outer, outer_clearance - o_x, o_z, -search.lead_s * space[col.V_X + p], abs(o_y) + leaning, angle,
             here, damaged, patch, space, p,
         )  # fmt: skip
 
@@ -180,7 +181,7 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model):
         space[col.V_Z + q] = reach * (w_y - shaft * y_z)
         space[col.W_X + q], space[col.W_Y + q] = shaft * x_z - w_x, shaft * y_z - w_y
         space[col.W_Z + q] = shaft * z_z - roller_spin
-        depth = clearance + arc_radial * m_x + side * arc_height * x_z - reach
+        depth = inner_clearance + arc_radial * m_x + side * arc_height * x_z - reach
         count_candidates(
             search, inner, depth, offset, -search.lead_s * slide_rate, leaning, angle - shaft_angle,
             here, damaged, patch, space, q,

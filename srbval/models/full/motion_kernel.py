@@ -18,8 +18,10 @@ from srbval.models.full.search_kernel import (
     plan_contacts,
     prepare_columns,
     scatter_sums,
+    spacing_of_single_windows,
     spacing_of_windows,
 )
+from srbval.models.full.slices_kernel import evaluate_slices, law_at_speed
 from srbval.models.full.state import state_indices
 from srbval.models.jit import kernel, kernel_part
 
@@ -52,12 +54,14 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     prepare_columns(groups, scratch.slots, space, plan, spacing, damping)
 
     # 2. contact forces
-    gather_columns(compacted, single, space, plan, spacing, count, damping)
+    single_spacing = spacing_of_single_windows(count, model.slices)
+    gather_columns(compacted, single, space, plan, spacing, single_spacing, damping)
     if single > 0:
-        raise_points(single, y, model)
-    evaluate_contacts(model.law, races, groups, single, space, plan, 0, CIRCLES, damping, model.patch)
+        raise_points(single, y, model, model.slices)
+    law = law_at_speed(model.law, model.slices, y[at.cage_rate + 2], shaft)
+    evaluate_contacts(law, races, groups, single, space, plan, 0, CIRCLES, damping, model.patch, model.slices)
     if single > 0:
-        push_flanks(single, y, model, damping)
+        push_flanks(single, y, model, damping, model.slices)
     scatter_sums(compacted, single, space, plan, damping)
 
     # 3. every roller's own motion, and its force on ring, shaft and cage
@@ -196,11 +200,15 @@ def ring_motion(t, y, at, model, on_ring, rate, totals):
 
 
 @kernel
-def evaluate_contacts(law, races, groups, single, space, plan, first_circle, end_circle, damping, patch):
+def evaluate_contacts(law, races, groups, single, space, plan, first_circle, end_circle, damping, patch, slices):
     """Add the contact forces of the circles from `first_circle` to `end_circle` to the columns of the plan.
 
-    With a `patch`, all columns but the single ones meet one continuous contact per circle.
+    With a `patch`, all columns but the single ones meet one continuous contact per circle; with `slices`, all meet
+    slices, a third of the contact for each circle.
     """
+    if slices is not None:
+        evaluate_slices(law, races, slices, groups, single, space, plan, first_circle, end_circle, damping)
+        return
     points, starts = races.points, races.starts
     for group in range(groups):
         race, window = plan[group, col.GROUP_RACE], plan[group, col.GROUP_WINDOW]
@@ -218,8 +226,10 @@ def evaluate_contacts(law, races, groups, single, space, plan, first_circle, end
 
 
 @kernel
-def raise_points(single, y, model):
+def raise_points(single, y, model, slices):
     """Give the single columns of damaged rollers points of their own: the race's, as their surface meets them."""
+    if slices is not None:
+        return
     plan = model.scratch.plan
     for i in range(single):
         row = col.FIRST_SINGLE + i
@@ -233,8 +243,10 @@ def raise_points(single, y, model):
 
 
 @kernel
-def push_flanks(single, y, model, damping):
+def push_flanks(single, y, model, damping, slices):
     """Add the forces of the flanks of defects on rollers along the races, see `flank_forces`."""
+    if slices is not None:
+        return
     for i in range(single):
         row = col.FIRST_SINGLE + i
         roller = damaged_roller(row, model)
@@ -289,7 +301,7 @@ def normal_loads(model, groups, compacted, single, loads):
         for start in (col.F_X, col.F_Y, col.F_Z):
             for j in range(np.uint64(col.SINGLE + single * col.LANES)):
                 space[start + j] = 0.0
-        evaluate_contacts(law, races, groups, single, space, plan, circle, circle + 1, None, model.patch)
+        evaluate_contacts(law, races, groups, single, space, plan, circle, circle + 1, None, model.patch, model.slices)
         scatter_sums(compacted, single, space, plan, None)
         for race in range(2):
             for slot in range(model.slot_angle.shape[0]):

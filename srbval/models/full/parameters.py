@@ -24,6 +24,7 @@ from srbval.models.full.point_cloud import (
     outer_circle,
     window_half_count,
 )
+from srbval.models.full.slices_kernel import SliceTable
 from srbval.scene import Defect, DefectShape, LoadPath, RollerFit, Scene
 
 IntArray = NDArray[np.int64]
@@ -92,6 +93,7 @@ class Parameters(NamedTuple):
     centre_distance: float  # roller centre from the bearing centre [m]
     tilt_cosine: float
     tilt_sine: float
+    race_radius: tuple[float, float]  # of the outer and the inner profile arc [m]
     inner_centre_radial: float  # circle of centres of the inner profile [m]
     inner_centre_axial: float
     slot_angle: FloatArray  # of each roller in the cage, row 1 first, shape [2 M] [rad]
@@ -115,6 +117,7 @@ class Parameters(NamedTuple):
     scratch: Scratch
     circle_half_gap: float  # half the distance between two circles along a roller [m]
     patch: FloatArray | None = None  # contacts that are not points: see `srbval.models.line`
+    slices: SliceTable | None = None  # and those cut into slices, where no circle has a patch: `srbval.models.slices`
 
 
 def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Parameters:
@@ -131,6 +134,7 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
         centre_distance=geometry.roller_centre_distance_m,
         tilt_cosine=math.cos(geometry.tilt_rad),
         tilt_sine=math.sin(geometry.tilt_rad),
+        race_radius=(geometry.raceway_radius_m, geometry.raceway_radius_m),
         inner_centre_radial=geometry.inner_centre_radial_m,
         inner_centre_axial=geometry.inner_centre_axial_m,
         slot_angle=angle,
@@ -206,7 +210,7 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
         RaceSearch(
             2 * math.pi / count * min(abs(x) for x in r),
             min(clearance_aside_m(roller_radius, x, points_per_circle=count) for x in r),
-            *_own_stretch(race.window_of, 2 * half + 1),
+            *own_stretch(race.window_of, 2 * half + 1),
         )
         for race, r in zip(both, radii, strict=True)
     )
@@ -222,7 +226,7 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
     )
 
 
-def _own_stretch(window_of: IntArray, plain: int) -> tuple[float, float]:
+def own_stretch(window_of: IntArray, plain: int) -> tuple[float, float]:
     """Middle and half width, in points, of the shortest stretch that holds every point with a window of its own."""
     count = window_of.shape[1]
     points = np.flatnonzero((window_of >= plain).any(axis=0))

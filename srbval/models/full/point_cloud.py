@@ -94,7 +94,7 @@ def circle_points(count: int, radius_m: float, defects: Sequence[Defect], zone_r
 def cross_section(across: FloatArray, shape: DefectShape) -> FloatArray:
     """Height of a defect, as a share of its full one, at `across` extents from its middle; 0 beyond half an extent."""
     inside = np.abs(across) <= 0.5
-    return np.where(inside, 1.0 if shape is DefectShape.FLAT else 0.5 + 0.5 * np.cos(2 * np.pi * across), 0.0)
+    return np.where(inside, 0.5 + 0.5 * np.cos(2 * np.pi * across) if shape is DefectShape.COSINE else 1.0, 0.0)
 
 
 def wrapped(angle: FloatArray) -> FloatArray:

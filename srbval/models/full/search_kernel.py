@@ -225,6 +225,12 @@ def spacing_of_windows(count, patch):
 
 
 @kernel
+def spacing_of_single_windows(count, slices):
+    """The same for the single columns, which meet points in any case, but for `slices`."""
+    return 2.0 * math.pi / count if slices is None else 0.0
+
+
+@kernel
 def copy_column(original, copy, space, damping):
     """Copy a column but for the axes of `turn_to_window`, clear the copy's sums and put the column out of reach."""
     for row in range(col.FACED_ROWS, col.FRAME_ROWS):
@@ -236,10 +242,11 @@ def copy_column(original, copy, space, damping):
 
 
 @kernel
-def gather_columns(compacted, single, space, plan, spacing, count, damping):
+def gather_columns(compacted, single, space, plan, spacing, single_spacing, damping):
     """Copy the compacted and the single columns, each turned to its own window.
 
-    `spacing` of the points that compacted columns meet, see `spacing_of_windows`; single ones meet one of `count`.
+    `spacing` of the points that compacted columns meet, `single_spacing` of those of single ones, see
+    `spacing_of_windows`.
     """
     for i in range(col.FIRST_COPY, col.FIRST_COPY + compacted):
         original, copy = np.uint64(plan[i, col.COPY_FROM]), np.uint64(plan[i, col.COPY_TO])
@@ -250,7 +257,7 @@ def gather_columns(compacted, single, space, plan, spacing, count, damping):
         at = plan[col.FIRST_SINGLE + i, col.SINGLE_FROM]
         original, copy = np.uint64(at), np.uint64(col.SINGLE + i * col.LANES)
         copy_column(original, copy, space, damping)
-        turn_to_window(original, copy, np.uint64(at % col.RACE), 0.5, 2.0 * math.pi / count, space)
+        turn_to_window(original, copy, np.uint64(at % col.RACE), 0.5, single_spacing, space)
 
 
 @kernel

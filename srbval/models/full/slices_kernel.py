@@ -1,0 +1,290 @@
+"""Kernels: contacts cut into slices along the roller, as in ISO/TS 16281 (2008), sect. 5.
+
+A slice of a race lies in the roller's meridian, or at the edge of an opening in the race, see `foot_of_slice`. Its gap
+to the barrel is the closed form of `contact_kernel.penetration`. Over the slice's own width the gap is taken as linear:
+with the penetration running from e_2 to e_1, e_1 - e_2 = s, and the law q = k e^(10/9) of a line contact per length,
+
+    force  F = (9/19) k w / s (e_1^(19/9) - e_2^(19/9)),  its slope dF/de = k w / s (e_1^(10/9) - e_2^(10/9)),
+    energy U = (81/532) k w / s (e_1^(28/9) - e_2^(28/9)),
+
+negative ends counting as zero: smooth while a slice comes into contact. The damper is a time constant on the slope
+(Kraemer, Dynamisches Verhalten von Waelzlagern, Diss. Karlsruhe, 2007: 0.25e-5 to 2.5e-5 s).
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from srbval.models.full import columns as col
+from srbval.models.full.contact_kernel import (
+    ContactLaw,
+    add_damping,
+    law_of_point,
+    normal_force,
+    penetration,
+    place_of_point,
+    point_friction,
+)
+from srbval.models.jit import kernel, kernel_part
+
+# x^(1/9) over x^(1/8), for the first guess of one Newton step; error after it 1.6e-6 from 1e-11 m to 1 mm.
+ROOT_0, ROOT_1, ROOT_2, ROOT_3, ROOT_4 = (
+    0.005134520247930662, 1.3552062471394482, -1.4104892213712499, 2.9277482460540822, -2.576623832987226,
+)  # fmt: skip
+# Polynomials on [0, 1], see `slice_spring`: (9/19) (1 - (1 - r)^(19/9)) / r to 8e-5, (1 - (1 - r)^(10/9)) / r to 2e-3,
+# (81/266) (1 - (1 - r)^(28/9)) / r to 2e-5; the middle of the load from the deeper end, in touched lengths, to 2e-4.
+FORCE_0, FORCE_1, FORCE_2, FORCE_3, FORCE_4 = (
+    1.0000778650318949, -0.5582497123587, 0.03591365541497632, -0.024671343307856954, 0.020576861857523096,
+)  # fmt: skip
+SLOPE_0, SLOPE_1, SLOPE_2, SLOPE_3 = 1.1129655578303614, -0.1022596759372016, 0.11516154524610224, -0.12419824532765562
+ENERGY_0, ENERGY_1, ENERGY_2, ENERGY_3, ENERGY_4 = (
+    0.9473474491609976, -0.9992911216779274, 0.36625439412153266, -0.002021169818851181, -0.007771532554399984,
+)  # fmt: skip
+MIDDLE_0, MIDDLE_1, MIDDLE_2, MIDDLE_3 = (
+    0.5001995811484456, -0.0987286774058343, -0.01738024202711869, -0.06246256968352471,
+)  # fmt: skip
+
+
+class SliceTable(NamedTuple):
+    """Slices of both races, and how they give way.
+
+    `rows`, shape [2 races, W windows, col.SLICE_ROWS, slices]: window 0 for a sound race, one more for each opening;
+    `starts`, [2, W, 4]: first slices of the contact's thirds, and the end; `middle`, [2, W]: angle of the opening from
+    the race's first point [rad]; `damping_s`: time constant of the damper [s]; `critical_ratio`: slide-to-roll
+    ratio at which the friction reaches its limit, 0 for a critical velocity that does not depend on the speed;
+    `outer_radius`, `inner_radius`: of the races at the contacts' middles, about the shaft [m].
+    """
+
+    rows: Any
+    starts: Any
+    middle: Any
+    damping_s: float
+    critical_ratio: float
+    outer_radius: float
+    inner_radius: float
+
+
+@kernel_part
+def ninth_root(x):
+    """x^(1/9) for x above 1e-37: a first guess in single precision, whose square roots take a fifth of the time."""
+    u = np.float64(math.sqrt(math.sqrt(math.sqrt(np.float32(x)))))
+    y = ROOT_0 + u * (ROOT_1 + u * (ROOT_2 + u * (ROOT_3 + u * ROOT_4)))
+    y2 = y * y
+    y4 = y2 * y2
+    return (8.0 / 9.0) * y + x / (9.0 * y4 * y4)
+
+
+@kernel_part
+def slice_spring(stiffness, depth, spread):
+    """Force [N], its slope over the depth [N/m], twice the energy [J], and how far its load lies off its middle.
+
+    That in widths, towards the deeper end. `depth` of the slice's middle [m].
+
+    `stiffness`: k w [N/m^(10/9)]; `spread`: by how much the penetration differs between its ends [m], above 0. With
+    r the part of the deepest e that the spread takes, e^(19/9) - (e - r e)^(19/9) = r e^(19/9) times a polynomial in r,
+    and so on: one root serves all.
+    """
+    e = depth + 0.5 * spread
+    e = e if e > 1e-30 else 1e-30
+    touched = spread if spread < e else e
+    r = touched / e
+    power = e * ninth_root(e)
+    per = stiffness / spread * touched * power
+    force = FORCE_0 + r * (FORCE_1 + r * (FORCE_2 + r * (FORCE_3 + r * FORCE_4)))
+    slope = SLOPE_0 + r * (SLOPE_1 + r * (SLOPE_2 + r * SLOPE_3))
+    energy = ENERGY_0 + r * (ENERGY_1 + r * (ENERGY_2 + r * (ENERGY_3 + r * ENERGY_4)))
+    off = 0.5 - touched / spread * (MIDDLE_0 + r * (MIDDLE_1 + r * (MIDDLE_2 + r * MIDDLE_3)))
+    return per * force, per / e * slope, per * e * energy, off
+
+
+@kernel
+def law_at_speed(law, slices, cage, shaft):
+    """The law with the critical velocity of lubricated traction at these speeds [rad/s]; as it is without `slices`.
+
+    The coefficient of friction rises with the slide-to-roll ratio, slip over rolling speed u, to its limit at the
+    critical ratio. u is the speed at which both contacts move over the roller's surface,
+    the mean of the races'.
+    """
+    if slices is None:
+        return law
+    if slices.critical_ratio == 0.0:
+        return law
+    rolling = 0.5 * (slices.outer_radius * abs(cage) + slices.inner_radius * abs(shaft - cage)) + 1e-6
+    return ContactLaw(
+        law.profile_radius, law.roller_radius, law.stiffness, law.damping, law.smoothing, law.static_friction,
+        law.dynamic_friction, slices.critical_ratio * rolling, law.onset_s,
+    )  # fmt: skip
+
+
+@kernel
+def evaluate_slices(law, races, slices, groups, single, space, plan, first_third, end_third, damping):
+    """Add the forces of the slices from `first_third` to `end_third` of each contact to the columns of the plan."""
+    for group in range(groups):
+        race = plan[group, col.GROUP_RACE]
+        first, end = slices.starts[race, 0, first_third], slices.starts[race, 0, end_third]
+        start, stop = plan[group, col.GROUP_FIRST], plan[group, col.GROUP_END]
+        face_roller(space, start, stop)
+        while first < end and not touches(law, slices, race, first, space, start, stop):
+            first += 1
+        while first < end and not touches(law, slices, race, end - 1, space, start, stop):
+            end -= 1
+        slice_columns(law, slices, race, 0, first, end, space, start, stop, damping, None)
+    per_point = 2.0 * math.pi / races.window_of.shape[2]
+    for i in range(single):
+        row = col.FIRST_SINGLE + i
+        race, window, start = plan[row, col.SINGLE_RACE], plan[row, col.SINGLE_WINDOW], col.SINGLE + i * col.LANES
+        face_roller(space, start, start + 1)
+        away = (
+            space[col.SHIFT + np.uint64(start)]
+            + space[col.POSITION + np.uint64(plan[row, col.SINGLE_FROM])] * per_point
+            - slices.middle[race, window]
+        )
+        away -= 2.0 * math.pi * math.floor(away / (2.0 * math.pi) + 0.5)
+        first, end = slices.starts[race, window, first_third], slices.starts[race, window, end_third]
+        slice_columns(law, slices, race, window, first, end, space, start, start + 1, damping, away)
+
+
+@kernel
+def face_roller(space, start, stop):
+    """Turn the columns' axes from the slot's meridian to that of the ring through the roller's centre: the ring moves.
+
+    Nearer to the roller than there the ring is nowhere, so that rolling alone does not change the depth. The angle
+    [rad] is kept in the row `SHIFT`, which slices have no other use for.
+    """
+    for j in range(np.uint64(start), np.uint64(stop)):
+        a_x, a_y, a_z = space[col.A_X + j], space[col.A_Y + j], space[col.A_Z + j]
+        b_x, b_y, b_z = space[col.B_X + j], space[col.B_Y + j], space[col.B_Z + j]
+        o_x, o_y, o_z = space[col.O_X + j], space[col.O_Y + j], space[col.O_Z + j]
+        turn = (o_x * b_x + o_y * b_y + o_z * b_z) / (o_x * a_x + o_y * a_y + o_z * a_z)
+        turn = turn if abs(turn) < 0.1 else 0.0
+        turn *= 1.0 - turn * turn * (1.0 / 3.0)
+        c = 1.0 - 0.5 * turn * turn
+        space[col.A_X + j], space[col.A_Y + j], space[col.A_Z + j] = (
+            c * a_x + turn * b_x, c * a_y + turn * b_y, c * a_z + turn * b_z,
+        )  # fmt: skip
+        space[col.B_X + j], space[col.B_Y + j], space[col.B_Z + j] = (
+            c * b_x - turn * a_x, c * b_y - turn * a_y, c * b_z - turn * a_z,
+        )  # fmt: skip
+        space[col.SHIFT + j] = turn
+
+
+@kernel
+def touches(law, slices, race, i, space, start, stop):
+    """Whether a slice of a sound race touches the roller of any of these columns."""
+    point_law = law_of_point(law)
+    radial, axial = slices.rows[race, 0, col.SLICE_RADIAL, i], slices.rows[race, 0, col.SLICE_AXIAL, i]
+    normal_radial = slices.rows[race, 0, col.SLICE_NORMAL_RADIAL, i]
+    normal_axial = slices.rows[race, 0, col.SLICE_NORMAL_AXIAL, i]
+    width, vertex = slices.rows[race, 0, col.SLICE_WIDTH, i], slices.rows[race, 0, col.SLICE_VERTEX, i]
+    deepest = -1.0
+    for j in range(np.uint64(start), np.uint64(stop)):
+        p_x, p_y, p_z = place_of_point(radial, 0.0, axial, space, j)
+        depth, n_x, _, n_z = penetration(point_law, p_x, p_y, p_z)
+        sine, _, _ = opening_of_gap(normal_radial, normal_axial, n_x, n_z, space, j)
+        spread = abs(sine) * width
+        depth += 0.5 * (spread if spread > vertex else vertex)
+        deepest = depth if depth > deepest else deepest
+    return deepest > 0.0
+
+
+@kernel_part
+def opening_of_gap(normal_radial, normal_axial, n_x, n_z, space, j):
+    """Sine of the angle at which a gap opens along its slice, and in which direction: the race's tangent, x and z."""
+    r_x = normal_radial * space[col.A_X + j] + normal_axial * space[col.Z_X + j]
+    r_z = normal_radial * space[col.A_Z + j] + normal_axial * space[col.Z_Z + j]
+    return n_x * r_z - n_z * r_x, r_z, -r_x
+
+
+@kernel
+def slice_columns(law, slices, race, window, first, last, space, start, stop, damping, away):
+    """Add the forces of a race's slices to the columns from `start` to `stop`; see `contact_columns`.
+
+    `away`: angle of the one column's roller from the opening of the window [rad]; None for a sound race.
+    """
+    begin, end = np.uint64(start), np.uint64(stop)
+    point_law = law_of_point(law)
+    rows = slices.rows
+    for i in range(first, last):
+        radial, axial = rows[race, window, col.SLICE_RADIAL, i], rows[race, window, col.SLICE_AXIAL, i]
+        normal_radial = rows[race, window, col.SLICE_NORMAL_RADIAL, i]
+        normal_axial = rows[race, window, col.SLICE_NORMAL_AXIAL, i]
+        stiffness, width = rows[race, window, col.SLICE_STIFFNESS, i], rows[race, window, col.SLICE_WIDTH, i]
+        vertex, lift = rows[race, window, col.SLICE_VERTEX, i], rows[race, window, col.SLICE_LIFT, i]
+        tangential = 0.0
+        if away is not None:
+            radial, tangential, axial = foot_of_slice(rows, race, window, i, away)
+        for j in range(begin, end):
+            p_x, p_y, p_z = place_of_point(radial, tangential, axial, space, j)
+            depth, n_x, n_y, n_z = penetration(point_law, p_x, p_y, p_z)
+            sine, along_x, along_z = opening_of_gap(normal_radial, normal_axial, n_x, n_z, space, j)
+            spread = abs(sine) * width
+            spread = spread if spread > vertex else vertex
+            spring, slope, twice_energy, off = slice_spring(stiffness, depth - lift, spread)
+            # the force acts, and the slip counts, in the middle of the load
+            off *= sine * width / spread * width
+            p_x -= off * along_x
+            p_z -= off * along_z
+            viscous = slices.damping_s * slope
+            # velocity of the ring's point relative to the roller's material
+            w_x, w_y, w_z = space[col.W_X + j], space[col.W_Y + j], space[col.W_Z + j]
+            u_x = space[col.V_X + j] + w_y * p_z - w_z * p_y
+            u_y = space[col.V_Y + j] + w_z * p_x - w_x * p_z
+            u_z = space[col.V_Z + j] + w_x * p_y - w_y * p_x
+            u_n = u_x * n_x + u_y * n_y + u_z * n_z
+            normal = normal_force(spring, viscous, u_n)
+            q_x, q_y, q_z = u_x - u_n * n_x, u_y - u_n * n_y, u_z - u_n * n_z
+            drag, g_x, g_y, g_z, loss = point_friction(point_law, normal, q_x, q_y, q_z)
+            g_x -= normal * n_x
+            g_y -= normal * n_y
+            g_z -= normal * n_z
+            space[col.F_X + j] += g_x
+            space[col.F_Y + j] += g_y
+            space[col.F_Z + j] += g_z
+            space[col.T_X + j] += p_y * g_z - p_z * g_y
+            space[col.T_Y + j] += p_z * g_x - p_x * g_z
+            space[col.T_Z + j] += p_x * g_y - p_y * g_x
+            space[col.FRICTION_LOSS + j] += loss
+            space[col.DAMPING_LOSS + j] += (spring - normal) * u_n
+            space[col.TWICE_ENERGY + j] += twice_energy
+            if damping is not None:
+                viscous = viscous if normal > 0.0 else 0.0
+                add_damping(viscous, drag, p_x, p_y, p_z, n_x, n_y, n_z, space, j)
+
+
+@kernel
+def foot_of_slice(rows, race, window, i, away):
+    """Where a slice of a race with an opening meets a roller: radial, along the race, axial [m].
+
+    The opening's middle is `away` [rad] behind the roller's meridian. The roller rests on what reaches farthest into
+    it: the race or the nearest edge, a place on the ramp behind the edge, or the floor, which is above the race where
+    the "opening" is a raised piece. All are fixed to the race or follow the roller where its surface is parallel to
+    them, so that their forces have a potential.
+    """
+    radial, axial = rows[race, window, col.SLICE_RADIAL, i], rows[race, window, col.SLICE_AXIAL, i]
+    half, ramp = rows[race, window, col.SLICE_HALF, i], rows[race, window, col.SLICE_RAMP, i]
+    floor, sagging = rows[race, window, col.SLICE_FLOOR, i], rows[race, window, col.SLICE_SAG, i]
+    side = 1.0 if away > 0.0 else -1.0
+    inside = half - side * away * radial  # from the roller's meridian to the nearest edge, along the race
+    best, lift = inside if inside > 0.0 else 0.0, 0.0
+    least = sagging * best * best
+    # on the floor, or as near to it as the ramp leaves: how far towards the middle
+    floor_at = ramp - inside if ramp > inside else 0.0
+    drop = floor + sagging * floor_at * floor_at
+    if drop < least:
+        best, lift, least = -floor_at, floor, drop
+    if ramp > 0.0 and inside > 0.0:
+        # parallel to the ramp: nearer to the edge by slope over curvature, but on the ramp
+        along = 0.5 * floor / (ramp * sagging)
+        along = along if along < inside else inside
+        along = along if along > inside - ramp else inside - ramp
+        below = floor * (inside - along) / ramp
+        drop = below + sagging * along * along
+        if drop < least:
+            best, lift = along, below
+    normal_radial = rows[race, window, col.SLICE_NORMAL_RADIAL, i]
+    turn = side * best / radial
+    sunk = radial - lift * normal_radial
+    return (
+        sunk * math.cos(turn), sunk * math.sin(turn), axial - lift * rows[race, window, col.SLICE_NORMAL_AXIAL, i]
+    )  # fmt: skip

@@ -1,0 +1,94 @@
+"""The full model with contacts cut into slices along the roller, after ISO/TS 16281: the bearing as it is built.
+
+Same bodies, joints, load and solvers; only the contact differs. Rollers and raceways have profile radii of their own
+(osculation), so that a contact is longest under load and its ends carry little; each slice of it gives way as a line
+contact of steel does, see `slices_kernel`, with q = c_L delta^(10/9), delta the approach over both of a roller's
+contacts and c_L = 35948 L^(8/9) N/mm^(10/9) (ISO/TS 16281:2008, sect. 5.2). One of the two takes half the approach.
+Friction acts on each slice with its own slip: dry, eq. (19), or lubricated, where it rises with the slide-to-roll ratio
+to a limit.
+
+Openings of true shape, see `srbval.scene.Defect`: a drilled hole or a spall anywhere on a race. Slices are finer there.
+
+Left out: slip within a slice's contact along the race, and what pivoting about the normal adds to it across its width;
+crowned ends; that slices support each other.
+
+Answers: all questions but point passing, which no raceway has.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from srbval.bearing import Fault, SphericalRollerGeometry
+from srbval.models.full import columns as col
+from srbval.models.full.parameters import Parameters, Races, RaceSearch, make_parameters, own_stretch, roller_diameter_m
+from srbval.models.full.slices_kernel import SliceTable
+from srbval.models.outputs import Outputs
+from srbval.models.run_statistics import RunStatistics
+from srbval.models.simulate import full_model
+from srbval.models.sliced_contact import Openings, SlicedContact
+from srbval.scene import Scene, Traction
+
+
+def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
+    """The rung, see `srbval.models.ladder`."""
+    return full_model(stats, settle, whole, make=slice_parameters)
+
+
+def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Parameters:
+    """Assemble the kernel parameters; `ConfigurationError` for a defect that the model does not have."""
+    sound = replace(scene, defect=replace(scene.defect, kind=Fault.HEALTHY), further_defects=())
+    model = make_parameters(sound, geometry)
+    own, law = scene.line_contact, model.law._replace(profile_radius=geometry.roller_profile_radius_m)
+    critical_ratio = 0.0
+    if own.traction is Traction.LUBRICATED:
+        critical_ratio = own.traction_limit / own.traction_slope
+        law = law._replace(static_friction=own.traction_limit, dynamic_friction=own.traction_limit)
+    shift = geometry.inner_profile_radius_m - geometry.raceway_radius_m  # of the inner arc's centre, along the normal
+    contacts = [
+        SlicedContact(
+            geometry=geometry, line=own, roller_m=roller_diameter_m(scene, geometry) / 2, inner=inner,
+            zone_rad=scene.load.zone_rad, points_per_circle=scene.contact.points_per_circle,
+        )
+        for inner in (False, True)
+    ]  # fmt: skip
+    races = [contact.openings(scene.defects) for contact in contacts]
+    return model._replace(
+        race_radius=(geometry.raceway_radius_m, geometry.inner_profile_radius_m),
+        inner_centre_radial=model.inner_centre_radial + shift * model.tilt_cosine,
+        inner_centre_axial=model.inner_centre_axial + shift * model.tilt_sine,
+        law=law,
+        races=_races(races, model.races.height),
+        patch=np.zeros((2, 0, 4)),
+        slices=_table(races, own.damping_s, critical_ratio, [contact.radius_m for contact in contacts]),
+    )
+
+
+def _table(races: list[Openings], damping_s: float, critical_ratio: float, radius_m: list[float]) -> SliceTable:
+    """Rows of all windows of both races side by side."""
+    windows = max(len(race.rows) for race in races)
+    most = max(rows.shape[1] for race in races for rows in race.rows)
+    table, middle = np.zeros((2, windows, col.SLICE_ROWS, most)), np.zeros((2, windows))
+    starts = np.zeros((2, windows, 4), dtype=np.int64)
+    for i, race in enumerate(races):
+        middle[i, : len(race.rows)] = race.middle_rad
+        for window, rows in enumerate(race.rows):
+            table[i, window, :, : rows.shape[1]] = rows
+            ends = np.cumsum(rows[col.SLICE_WIDTH])  # by length, so that a window with finer slices has them too
+            starts[i, window, 1:] = [np.searchsorted(ends, share * ends[-1]) + 1 for share in (1 / 3, 2 / 3, 1 - 1e-9)]
+    return SliceTable(table, starts, middle, damping_s, critical_ratio, *radius_m)
+
+
+def _races(races: list[Openings], height_m: float) -> Races:
+    """What the search for candidates needs: each roller meets one contact, and one of its own near an opening."""
+    window_of = np.array([race.window_of for race in races])
+    search = [RaceSearch(1.0, 1.0, *own_stretch(race.window_of, 1)) for race in races]
+    windows = max(len(race.rows) for race in races)
+    highest = np.zeros((2, windows))
+    for i, race in enumerate(races):
+        highest[i, : len(race.rows)] = [max(0.0, float(-rows[col.SLICE_FLOOR].min())) for rows in race.rows]
+    return Races(
+        points=np.zeros((2, windows, col.POINT_ROWS, 0)), starts=np.zeros((2, windows, 4), dtype=np.int64),
+        window_of=window_of, highest=highest, plain=1, height=height_m, outer=search[0], inner=search[1],
+    )  # fmt: skip
