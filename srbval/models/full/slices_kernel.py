@@ -24,7 +24,6 @@ from srbval.models.full.contact_kernel import (
     normal_force,
     penetration,
     place_of_point,
-    point_friction,
 )
 from srbval.models.jit import kernel, kernel_part
 
@@ -44,6 +43,7 @@ ENERGY_0, ENERGY_1, ENERGY_2, ENERGY_3, ENERGY_4 = (
 MIDDLE_0, MIDDLE_1, MIDDLE_2, MIDDLE_3 = (
     0.5001995811484456, -0.0987286774058343, -0.01738024202711869, -0.06246256968352471,
 )  # fmt: skip
+LEAST_SLIP = 1e-9  # added to slips [m/s], which are divided by; a millionth of the least critical velocity in use
 
 
 class SliceTable(NamedTuple):
@@ -79,7 +79,7 @@ def ninth_root(x):
 def slice_spring(stiffness, depth, spread):
     """Force [N], its slope over the depth [N/m], twice the energy [J], and how far its load lies off its middle.
 
-    That in widths, towards the deeper end. `depth` of the slice's middle [m].
+    That in widths, towards the deeper end; before it what part of the width touches. `depth` of the middle [m].
 
     `stiffness`: k w [N/m^(10/9)]; `spread`: by how much the penetration differs between its ends [m], above 0. With
     r the part of the deepest e that the spread takes, e^(19/9) - (e - r e)^(19/9) = r e^(19/9) times a polynomial in r,
@@ -94,8 +94,27 @@ def slice_spring(stiffness, depth, spread):
     force = FORCE_0 + r * (FORCE_1 + r * (FORCE_2 + r * (FORCE_3 + r * FORCE_4)))
     slope = SLOPE_0 + r * (SLOPE_1 + r * (SLOPE_2 + r * SLOPE_3))
     energy = ENERGY_0 + r * (ENERGY_1 + r * (ENERGY_2 + r * (ENERGY_3 + r * ENERGY_4)))
-    off = 0.5 - touched / spread * (MIDDLE_0 + r * (MIDDLE_1 + r * (MIDDLE_2 + r * MIDDLE_3)))
-    return per * force, per / e * slope, per * e * energy, off
+    part = touched / spread
+    off = 0.5 - part * (MIDDLE_0 + r * (MIDDLE_1 + r * (MIDDLE_2 + r * MIDDLE_3)))
+    return per * force, per / e * slope, per * e * energy, part, off
+
+
+@kernel_part
+def friction_of_slice(law, slip, more):
+    """Coefficient of friction over the slip, mean over slips from `slip` less `more` to `slip` and `more` [s/m].
+
+    Eq. (19) as a ramp to the static coefficient less one, half as wide, by which it falls to the dynamic one; the mean
+    over a range is the difference of its integral. Both slips above 0.
+    """
+    critical = law.critical_velocity
+    high, low = slip + more, abs(slip - more)
+    a, b = (high if high < critical else critical), (low if low < critical else critical)
+    risen = law.static_friction * (0.5 * (a * a - b * b) / critical + (high - a) - (low - b))
+    over, under = high - a, low - b
+    half = 0.5 * critical
+    a, b = (over if over < half else half), (under if under < half else half)
+    fallen = (law.static_friction - law.dynamic_friction) * ((a * a - b * b) / critical + (over - a) - (under - b))
+    return (risen - fallen) / (2.0 * more * slip)
 
 
 @kernel
@@ -220,7 +239,7 @@ def slice_columns(law, slices, race, window, first, last, space, start, stop, da
             sine, along_x, along_z = opening_of_gap(normal_radial, normal_axial, n_x, n_z, space, j)
             spread = abs(sine) * width
             spread = spread if spread > vertex else vertex
-            spring, slope, twice_energy, off = slice_spring(stiffness, depth - lift, spread)
+            spring, slope, twice_energy, touched, off = slice_spring(stiffness, depth - lift, spread)
             # the force acts, and the slip counts, in the middle of the load
             off *= sine * width / spread * width
             p_x -= off * along_x
@@ -234,7 +253,12 @@ def slice_columns(law, slices, race, window, first, last, space, start, stop, da
             u_n = u_x * n_x + u_y * n_y + u_z * n_z
             normal = normal_force(spring, viscous, u_n)
             q_x, q_y, q_z = u_x - u_n * n_x, u_y - u_n * n_y, u_z - u_n * n_z
-            drag, g_x, g_y, g_z, loss = point_friction(point_law, normal, q_x, q_y, q_z)
+            # by how much the slip differs from a slice's middle to its ends
+            more = 0.5 * touched * width * abs(w_z * along_x - w_x * along_z)
+            square = q_x * q_x + q_y * q_y + q_z * q_z
+            drag = normal * friction_of_slice(point_law, math.sqrt(square + LEAST_SLIP * LEAST_SLIP), more + LEAST_SLIP)
+            g_x, g_y, g_z = drag * q_x, drag * q_y, drag * q_z
+            loss = drag * square
             g_x -= normal * n_x
             g_y -= normal * n_y
             g_z -= normal * n_z
