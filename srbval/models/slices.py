@@ -38,9 +38,15 @@ def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Ou
 
 def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Parameters:
     """Assemble the kernel parameters; `ConfigurationError` for a defect that the model does not have."""
+    own = scene.line_contact
+    geometry = replace(
+        geometry,
+        outer_osculation=own.outer_osculation or geometry.outer_osculation,
+        inner_osculation=own.inner_osculation or geometry.inner_osculation,
+    )
     sound = replace(scene, defect=replace(scene.defect, kind=Fault.HEALTHY), further_defects=())
     model = make_parameters(sound, geometry)
-    own, law = scene.line_contact, model.law._replace(profile_radius=geometry.roller_profile_radius_m)
+    law = model.law._replace(profile_radius=geometry.roller_profile_radius_m)
     critical_ratio = 0.0
     if own.traction is Traction.LUBRICATED:
         critical_ratio = own.traction_limit / own.traction_slope

@@ -5,6 +5,7 @@ import math
 from dataclasses import dataclass
 
 from srbval.bearing import Fault
+from srbval.bearing.geometry import LEAST_OSCULATION
 from srbval.config.strict import check_ranges, quantity
 from srbval.errors import ConfigurationError
 
@@ -103,6 +104,7 @@ class LineContact:
     It is cut into so many `slices`; `damping_s` is the time constant of its damper on the slope of its force. With
     lubricated `traction` the coefficient of friction rises by `traction_slope` over the slide-to-roll ratio up to
     `traction_limit`; with dry traction friction is that of `Contact`.
+    `outer_osculation` and `inner_osculation`: see `SphericalRollerGeometry`; without them, the bearing's.
     """
 
     slices: int
@@ -110,12 +112,16 @@ class LineContact:
     traction: Traction
     traction_slope: float
     traction_limit: float
+    outer_osculation: float | None = None
+    inner_osculation: float | None = None
 
     def __post_init__(self) -> None:
         not_negative(self, "damping_s")
-        for name, low, high in (("slices", 3, 201), ("traction_slope", 1e-3, 1e3), ("traction_limit", 1e-4, 1.0)):
+        limits = (("slices", 3, 201), ("traction_slope", 1e-3, 1e3), ("traction_limit", 1e-4, 1.0),
+                  ("outer_osculation", LEAST_OSCULATION, 1), ("inner_osculation", LEAST_OSCULATION, 1))  # fmt: skip
+        for name, low, high in limits:
             value = getattr(self, name)
-            if not low <= value <= high:
+            if value is not None and not low <= value <= high:
                 raise ConfigurationError(f"line_contact {name} = {value} must be between {low:g} and {high:g}.")
 
 
