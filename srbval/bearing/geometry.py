@@ -1,7 +1,7 @@
 """Geometry of a double-row spherical roller bearing, after the paper's Table 1 and Figure 1."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from srbval.config.strict import check_ranges, quantity
 from srbval.errors import ConfigurationError
@@ -24,7 +24,8 @@ class SphericalRollerGeometry:
     as a radius does it give the printed fault frequencies. The barrel rollers carry the raceway's own
     profile radius: the paper models no difference in curvature. Only the slices model knows one:
     `outer_osculation` and `inner_osculation` are the rollers' profile radius over the raceway's; the
-    outer raceway's stays what it is, the inner arc's centre moves along the contact normal.
+    outer raceway's stays what it is, the inner arc's centre moves along the contact normal. Two geometries
+    of the same Table 1 are equal.
     """
 
     raceway_radius_m: float = quantity("length")
@@ -37,8 +38,8 @@ class SphericalRollerGeometry:
     rollers_per_row: int = 0
     outer_diameter_m: float = quantity("length")
     width_m: float = quantity("length")
-    outer_osculation: float = 1.0
-    inner_osculation: float = 1.0
+    outer_osculation: float = field(default=1.0, compare=False)
+    inner_osculation: float = field(default=1.0, compare=False)
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():

@@ -12,7 +12,8 @@ Openings of true shape, see `srbval.scene.Defect`: a drilled hole or a spall any
 Left out: slip within a slice's contact along the race, and what pivoting about the normal adds to it across its width;
 crowned ends; that slices support each other.
 
-Answers: all questions but point passing, which no raceway has.
+Answers: all questions. Cannot answer: how points passing excite, which no raceway has; what a defect on a roller
+does; two defects that one roller meets at a time.
 """
 
 from collections.abc import Iterator
