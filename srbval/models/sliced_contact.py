@@ -1,6 +1,7 @@
 """A race's contact with a roller as slices: where each lies, how stiff it is, and the openings of defects in it."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,11 +27,14 @@ LEAST_SPREAD_M = 1e-8  # of the penetration over a slice, where both profiles ha
 class Openings:
     """Windows of a race: `rows`, one [col.SLICE_ROWS, slices] each, first that of the sound race, then one per defect.
 
+    `of_rollers`: the same for each defect on a roller.
+
     `middle_rad`: angle of each defect's middle from x; `window_of`, shape [2 rows, POSITIONS]: which window a roller at
     a position meets.
     """
 
     rows: list[FloatArray]
+    of_rollers: list[FloatArray]
     middle_rad: list[float]
     window_of: IntArray
 
@@ -84,20 +88,21 @@ class SlicedContact:
         curvature: FloatArray = np.cos(lean) / across + normal / radius
         return curvature
 
-    def openings(self, defects: tuple[Defect, ...]) -> Openings:
-        """The race's windows with these defects; `ConfigurationError` for what slices cannot tell apart."""
-        half = self.geometry.roller_width_m / 2
-        edges = np.linspace(-half, half, self.line.slices + 1)
-        found = Openings(rows=[self._rows(edges, None)], middle_rad=[0.0], window_of=np.zeros((2, POSITIONS), np.int64))
+    def openings(self, defects: Sequence[Defect], on_rollers: Sequence[Defect]) -> Openings:
+        """The race's windows with these defects, one for each of a race and `on_rollers`.
+
+        `ConfigurationError` for what slices cannot tell apart.
+        """
+        found = Openings(
+            rows=[self._rows(self._edges(None), None)],
+            of_rollers=[self._rows(self._edges(defect), defect) for defect in on_rollers],
+            middle_rad=[0.0],
+            window_of=np.zeros((2, POSITIONS), np.int64),
+        )
         for defect in defects:
             if defect.kind is not (Fault.INNER if self.inner else Fault.OUTER):
                 continue
-            low, high = self._across(defect)
-            cuts = np.linspace(low, high, HOLE_SLICES + 1 if defect.shape is DefectShape.HOLE else 2)
-            outside = (edges < low - THINNEST_M) | (edges > high + THINNEST_M)
-            if defect.shape is not DefectShape.HOLE:
-                outside |= (edges > low + THINNEST_M) & (edges < high - THINNEST_M)
-            rows = self._rows(np.sort(np.append(edges[outside], cuts)), defect)
+            rows = self._rows(self._edges(defect), defect)
             middle = self.zone_rad + defect.angle_rad
             # a raised piece is met before the roller stands over it
             raised = math.sqrt(2 * max(0.0, defect.height_m) / float(self.gap_curvature_1_m(np.zeros(1))[0]))
@@ -112,6 +117,19 @@ class SlicedContact:
             found.rows.append(rows)
             found.middle_rad.append(middle)
         return found
+
+    def _edges(self, defect: Defect | None) -> FloatArray:
+        """Where slices begin and end along the roller [m]: evenly, and finer in a hole or where a defect ends."""
+        half = self.geometry.roller_width_m / 2
+        edges = np.linspace(-half, half, self.line.slices + 1)
+        if defect is None:
+            return edges
+        low, high = self._across(defect)
+        cuts = np.linspace(low, high, HOLE_SLICES + 1 if defect.shape is DefectShape.HOLE else 2)
+        outside = (edges < low - THINNEST_M) | (edges > high + THINNEST_M)
+        if defect.shape is not DefectShape.HOLE:
+            outside |= (edges > low + THINNEST_M) & (edges < high - THINNEST_M)
+        return np.sort(np.append(edges[outside], cuts))
 
     def _across(self, defect: Defect) -> tuple[float, float]:
         """Where a defect begins and ends along the roller [m], no farther than that."""

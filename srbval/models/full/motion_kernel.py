@@ -21,7 +21,7 @@ from srbval.models.full.search_kernel import (
     spacing_of_single_windows,
     spacing_of_windows,
 )
-from srbval.models.full.slices_kernel import evaluate_slices, law_at_speed
+from srbval.models.full.slices_kernel import evaluate_slices, find_openings, law_at_speed
 from srbval.models.full.state import state_indices
 from srbval.models.jit import kernel, kernel_part
 
@@ -207,7 +207,7 @@ def evaluate_contacts(law, races, groups, single, space, plan, first_circle, end
     slices, a third of the contact for each circle.
     """
     if slices is not None:
-        evaluate_slices(law, races, slices, groups, single, space, plan, first_circle, end_circle, damping)
+        evaluate_slices(law, slices, groups, single, space, plan, first_circle, end_circle, damping)
         return
     points, starts = races.points, races.starts
     for group in range(groups):
@@ -227,8 +227,17 @@ def evaluate_contacts(law, races, groups, single, space, plan, first_circle, end
 
 @kernel
 def raise_points(single, y, model, slices):
-    """Give the single columns of damaged rollers points of their own: the race's, as their surface meets them."""
+    """Give the single columns of damaged rollers points of their own: the race's, as their surface meets them.
+
+    With `slices`, find the openings that the rollers of single columns stand over.
+    """
     if slices is not None:
+        n = model.slot_angle.shape[0]
+        rotation = y[n : 2 * n]
+        find_openings(
+            slices, single, model.scratch.plan, model.scratch.space, rotation, model.law.roller_radius,
+            model.races.window_of.shape[2], model.roller_defects, n, model.spare_of,
+        )  # fmt: skip
         return
     plan = model.scratch.plan
     for i in range(single):

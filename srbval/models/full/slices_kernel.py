@@ -43,6 +43,7 @@ ENERGY_0, ENERGY_1, ENERGY_2, ENERGY_3, ENERGY_4 = (
 MIDDLE_0, MIDDLE_1, MIDDLE_2, MIDDLE_3 = (
     0.5001995811484456, -0.0987286774058343, -0.01738024202711869, -0.06246256968352471,
 )  # fmt: skip
+ON_ROLLER = 1  # in the plan: the opening is the roller's
 LEAST_SLIP = 1e-9  # added to slips [m/s], which are divided by; a millionth of the least critical velocity in use
 
 
@@ -51,14 +52,16 @@ class SliceTable(NamedTuple):
 
     `rows`, shape [2 races, W windows, col.SLICE_ROWS, slices]: window 0 for a sound race, one more for each opening;
     `starts`, [2, W, 4]: first slices of the contact's thirds, and the end; `middle`, [2, W]: angle of the opening from
-    the race's first point [rad]; `damping_s`: time constant of the damper [s]; `critical_ratio`: slide-to-roll
-    ratio at which the friction reaches its limit, 0 for a critical velocity that does not depend on the speed;
-    `outer_radius`, `inner_radius`: of the races at the contacts' middles, about the shaft [m].
+    the race's first point [rad]; `reach`, [2, W]: half the length of the opening's longest slice [m]; `damping_s`: time
+    constant of the damper [s]; `critical_ratio`: slide-to-roll ratio at which the friction reaches its limit, 0 for a
+    critical velocity that does not depend on the speed; `outer_radius`, `inner_radius`: of the races at the contacts'
+    middles, about the shaft [m].
     """
 
     rows: Any
     starts: Any
     middle: Any
+    reach: Any
     damping_s: float
     critical_ratio: float
     outer_radius: float
@@ -138,7 +141,7 @@ def law_at_speed(law, slices, cage, shaft):
 
 
 @kernel
-def evaluate_slices(law, races, slices, groups, single, space, plan, first_third, end_third, damping):
+def evaluate_slices(law, slices, groups, single, space, plan, first_third, end_third, damping):
     """Add the forces of the slices from `first_third` to `end_third` of each contact to the columns of the plan."""
     for group in range(groups):
         race = plan[group, col.GROUP_RACE]
@@ -149,20 +152,47 @@ def evaluate_slices(law, races, slices, groups, single, space, plan, first_third
             first += 1
         while first < end and not touches(law, slices, race, end - 1, space, start, stop):
             end -= 1
-        slice_columns(law, slices, race, 0, first, end, space, start, stop, damping, None)
-    per_point = 2.0 * math.pi / races.window_of.shape[2]
+        slice_columns(law, slices, race, 0, first, end, space, start, stop, damping, None, False)
     for i in range(single):
-        row = col.FIRST_SINGLE + i
-        race, window, start = plan[row, col.SINGLE_RACE], plan[row, col.SINGLE_WINDOW], col.SINGLE + i * col.LANES
-        face_roller(space, start, start + 1)
-        away = (
-            space[col.SHIFT + np.uint64(start)]
-            + space[col.POSITION + np.uint64(plan[row, col.SINGLE_FROM])] * per_point
-            - slices.middle[race, window]
-        )
-        away -= 2.0 * math.pi * math.floor(away / (2.0 * math.pi) + 0.5)
+        row, start = col.FIRST_SINGLE + i, col.SINGLE + i * col.LANES
+        race, window = plan[row, col.SINGLE_RACE], plan[row, col.SINGLE_WINDOW]
         first, end = slices.starts[race, window, first_third], slices.starts[race, window, end_third]
-        slice_columns(law, slices, race, window, first, end, space, start, start + 1, damping, away)
+        away, on_roller = space[col.POSITION + np.uint64(start)], plan[row, col.SINGLE_BASE] == ON_ROLLER
+        slice_columns(law, slices, race, window, first, end, space, start, start + 1, damping, away, on_roller)
+
+
+@kernel
+def find_openings(slices, single, plan, space, rotation, roller_radius, points, defects, rollers, spare_of):
+    """Find the opening that each single column's roller stands over: its window, and how far it is.
+
+    `rotation` of all rollers [rad]. That of a damaged roller comes before one of the race. In the copied column's row
+    `POSITION` is kept how far the roller's meridian is beyond the opening's middle, along the race: an angle [rad] for
+    one of the race, a length [m] for one of the roller, which the plan tells by `ON_ROLLER`.
+    """
+    per_point = 2.0 * math.pi / points
+    for i in range(single):
+        row, start = col.FIRST_SINGLE + i, np.uint64(col.SINGLE + i * col.LANES)
+        race, window, at = plan[row, col.SINGLE_RACE], plan[row, col.SINGLE_WINDOW], plan[row, col.SINGLE_FROM]
+        slot = at - race * col.RACE
+        face_roller(space, start, start + np.uint64(1))
+        away = space[col.POSITION + np.uint64(at)] * per_point + space[col.SHIFT + start] - slices.middle[race, window]
+        space[col.POSITION + start] = away - 2.0 * math.pi * math.floor(away / (2.0 * math.pi) + 0.5)
+        plan[row, col.SINGLE_BASE] = 0
+        if not space[col.DAMAGE + np.uint64(slot)] > 0.0:
+            continue
+        roller = slot // 2 + (slot % 2) * (rollers // 2)
+        spare = slices.rows.shape[1] - 1 - spare_of[roller]
+        for d in range(defects.shape[0]):
+            if defects[d, col.DEFECT_ROLLER] == roller:
+                # the contact's place on the roller: in front of the outer race, behind it for the inner one
+                sense = 1.0 if race == 0 else -1.0
+                contact = math.atan2(sense * space[col.A_Y + start], sense * space[col.A_X + start])
+                away = contact - rotation[roller] - defects[d, col.DEFECT_ANGLE]
+                away -= 2.0 * math.pi * math.floor(away / (2.0 * math.pi) + 0.5)
+                away *= sense * roller_radius
+                if abs(away) < slices.reach[race, spare]:
+                    plan[row, col.SINGLE_WINDOW], plan[row, col.SINGLE_BASE] = spare, ON_ROLLER
+                    space[col.POSITION + start] = away
 
 
 @kernel
@@ -217,10 +247,12 @@ def opening_of_gap(normal_radial, normal_axial, n_x, n_z, space, j):
 
 
 @kernel
-def slice_columns(law, slices, race, window, first, last, space, start, stop, damping, away):
+def slice_columns(law, slices, race, window, first, last, space, start, stop, damping, away, on_roller):
     """Add the forces of a race's slices to the columns from `start` to `stop`; see `contact_columns`.
 
-    `away`: angle of the one column's roller from the opening of the window [rad]; None for a sound race.
+    `away`: how far the one column's roller is from the opening of the window, see `find_openings`; None for none. Over
+    an opening of the race the force is along the roller's normal, over one of the roller, which meets the race with an
+    edge of its own, along the race's.
     """
     begin, end = np.uint64(start), np.uint64(stop)
     point_law = law_of_point(law)
@@ -233,10 +265,14 @@ def slice_columns(law, slices, race, window, first, last, space, start, stop, da
         vertex, lift = rows[race, window, col.SLICE_VERTEX, i], rows[race, window, col.SLICE_LIFT, i]
         tangential = 0.0
         if away is not None:
-            radial, tangential, axial = foot_of_slice(rows, race, window, i, away)
+            along = away if on_roller else away * radial
+            radial, tangential, axial = foot_of_slice(rows, race, window, i, along)
         for j in range(begin, end):
             p_x, p_y, p_z = place_of_point(radial, tangential, axial, space, j)
             depth, n_x, n_y, n_z = penetration(point_law, p_x, p_y, p_z)
+            if on_roller:
+                turn = tangential / radial
+                n_x, n_y, n_z = normal_of_race(normal_radial, turn * normal_radial, normal_axial, space, j)
             sine, along_x, along_z = opening_of_gap(normal_radial, normal_axial, n_x, n_z, space, j)
             spread = abs(sine) * width
             spread = spread if spread > vertex else vertex
@@ -277,11 +313,21 @@ def slice_columns(law, slices, race, window, first, last, space, start, stop, da
                 add_damping(viscous, drag, p_x, p_y, p_z, n_x, n_y, n_z, space, j)
 
 
+@kernel_part
+def normal_of_race(radial, tangential, axial, space, j):
+    """Normal into the race of a place on it, slot axes, from its components off the race in the column's frame."""
+    return (
+        -radial * space[col.A_X + j] - tangential * space[col.B_X + j] - axial * space[col.Z_X + j],
+        -radial * space[col.A_Y + j] - tangential * space[col.B_Y + j] - axial * space[col.Z_Y + j],
+        -radial * space[col.A_Z + j] - tangential * space[col.B_Z + j] - axial * space[col.Z_Z + j],
+    )
+
+
 @kernel
 def foot_of_slice(rows, race, window, i, away):
     """Where a slice of a race with an opening meets a roller: radial, along the race, axial [m].
 
-    The opening's middle is `away` [rad] behind the roller's meridian. The roller rests on what reaches farthest into
+    The opening's middle is `away` [m] behind the roller's meridian. The roller rests on what reaches farthest into
     it: the race or the nearest edge, a place on the ramp behind the edge, or the floor, which is above the race where
     the "opening" is a raised piece. All are fixed to the race or follow the roller where its surface is parallel to
     them, so that their forces have a potential.
@@ -290,7 +336,7 @@ def foot_of_slice(rows, race, window, i, away):
     half, ramp = rows[race, window, col.SLICE_HALF, i], rows[race, window, col.SLICE_RAMP, i]
     floor, sagging = rows[race, window, col.SLICE_FLOOR, i], rows[race, window, col.SLICE_SAG, i]
     side = 1.0 if away > 0.0 else -1.0
-    inside = half - side * away * radial  # from the roller's meridian to the nearest edge, along the race
+    inside = half - side * away  # from the roller's meridian to the nearest edge, along the race
     best, lift = inside if inside > 0.0 else 0.0, 0.0
     least = sagging * best * best
     # on the floor, or as near to it as the ramp leaves: how far towards the middle
