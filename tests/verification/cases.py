@@ -33,6 +33,7 @@ EVERYTHING: dict[str, Any] = {  # all forces at once, none along an axis of symm
     "contact": PRINTED_FIT,
     "defect": DEFECTS["outer"],
     "further_defects": [DEFECTS["inner"]],
+    "bodies": {"row_stagger": 0.5},
     "settle": "0.01 s",
     "duration": "0.1 s",
     "speed_profile": {"time_s": [0.0, 0.02, 0.1], "speed_rad_s": [60.0, 80.0, 70.0]},

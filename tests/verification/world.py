@@ -83,7 +83,8 @@ class World:
         self.radius = _roller_radius(scene, geometry)
         self.bodies = _bodies(scene, geometry, self.radius)
         self.clouds = {race: _cloud(scene, geometry, race) for race in ("outer", "inner")}
-        self.slot_angle = np.tile(np.arange(geometry.rollers_per_row) * 2 * np.pi / geometry.rollers_per_row, 2)
+        row = np.arange(geometry.rollers_per_row) * 2 * np.pi / geometry.rollers_per_row
+        self.slot_angle = np.append(row, row + scene.bodies.row_stagger * row[1])
         self.side = np.repeat([1.0, -1.0], geometry.rollers_per_row)
 
     def shaft(self, t: float) -> tuple[float, float]:
