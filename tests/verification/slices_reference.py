@@ -1,0 +1,219 @@
+"""Rollers between races of their own profile radii once more: continuous integrals along the roller, NumPy and SciPy.
+
+Nothing of the model's kernels: circles in a roller's meridian, their gap, q = c_L / L (approach of both)^(10/9) after
+ISO/TS 16281 with half of the approach for each contact, friction by a law of the slip. A roller's meridian has the axes s
+along its slot, outwards, and x along its axis, away from the mid-plane; its centre is the origin. The outer ring moves,
+rollers slide along their slots, the inner ring stays.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import brentq, root
+
+from srbval.models.slices import slice_parameters
+from tests.verification.harness import FloatArray, Parameters, Scene, geometry, rates
+
+C_L_N_MM = 35948.0  # times L^(8/9), L in mm: N/mm^(10/9)
+PLACES = 240  # midpoints along a roller; three times as many move no load by 1e-5
+FARTHEST_SLIDE_M = 3e-4
+BISECTIONS = 48
+LEAST_SLIP = 1e-9  # m/s, so that no range of slips is empty
+RATIOS = (0.42, 0.445)  # of cage and shaft speed, pure rolling at a roller's ends
+LEAST_RING_N = 1e-2  # where the ring counts as balanced
+DIFFERENCE = 1e-6  # square of the share of a displacement by which it is varied: rounding leaves 1e-5 N
+
+
+def slices_model(scene: Scene) -> Parameters:
+    """Kernel parameters of a scene of the slices model."""
+    return slice_parameters(scene, geometry())
+
+
+def loads_of_slices(model: Parameters, y: FloatArray) -> FloatArray:
+    """Normal force of each slice of a sound race on each roller, [2 races, 2 M rollers, slices]: each one alone."""
+    assert model.slices is not None
+    rows = model.slices.rows
+    found = []
+    for i in range(rows.shape[-1]):
+        alone = np.zeros_like(rows)
+        alone[..., i] = rows[..., i]
+        alone[:, :, :4] = rows[:, :, :4]  # all stay where they are, without stiffness
+        alone[:, :, 5:] = rows[:, :, 5:]
+        found.append(rates(model._replace(slices=model.slices._replace(rows=alone)), 0.0, y).load_n.sum(axis=2))
+    return np.stack(found, axis=-1)
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Coefficient of friction: rises to `limit` at `critical_m_s` of slip and stays."""
+
+    limit: float
+    critical_m_s: float
+
+    def mean(self, low: FloatArray, high: FloatArray) -> FloatArray:
+        """Mean over slips from `low` to `high` [m/s], with their sign: difference of the law's integral."""
+        return self.limit * (self._integral(high) - self._integral(low)) / (high - low)
+
+    def _integral(self, slip: FloatArray) -> FloatArray:
+        size, critical = np.abs(slip), self.critical_m_s
+        whole: FloatArray = np.where(size < critical, size**2 / (2 * critical), size - critical / 2)
+        return whole
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contacts:
+    """Both contacts of all rollers: loads per length and where they act, [2 races, rollers, places].
+
+    `force_n`: each place's share; `s_m`, `x_m` in the roller's meridian; `normal_s`, `normal_x` off the roller.
+    """
+
+    force_n: FloatArray
+    s_m: FloatArray
+    x_m: FloatArray
+    normal_s: FloatArray
+    normal_x: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class SlicedBearing:
+    """Rollers at the angles `angle_rad`, rows `side` +1 and -1; `swing_n`: centrifugal force of each along its slot."""
+
+    roller_m: float
+    outer_osculation: float
+    inner_osculation: float
+    angle_rad: FloatArray
+    side: FloatArray
+    swing_n: float = 0.0
+
+    @classmethod
+    def like(cls, model: Parameters, scene: Scene, cage_rad: float = 0.0) -> SlicedBearing:
+        """That of a scene, with the model's roller diameter and slots."""
+        line, g, rollers = scene.line_contact, geometry(), len(model.slot_angle)
+        return cls(
+            roller_m=model.law.roller_radius,
+            outer_osculation=line.outer_osculation or g.outer_osculation,
+            inner_osculation=line.inner_osculation or g.inner_osculation,
+            angle_rad=model.slot_angle + cage_rad,
+            side=np.repeat([1.0, -1.0], rollers // 2),
+        )
+
+    def slot_and_axis(self, ring: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Components of a vector along every roller's slot and axis, [rollers]."""
+        tilt = geometry().tilt_rad
+        radial = ring[0] * np.cos(self.angle_rad) + ring[1] * np.sin(self.angle_rad)
+        along = self.side * ring[2]
+        return radial * np.cos(tilt) + along * np.sin(tilt), along * np.cos(tilt) - radial * np.sin(tilt)
+
+    def contacts(self, slide: FloatArray, ring: FloatArray, places: int = PLACES) -> Contacts:
+        """Both contacts of all rollers for these displacements [m]."""
+        g, count = geometry(), len(slide)
+        tilt, length = g.tilt_rad, g.roller_width_m
+        profile = self.outer_osculation * g.raceway_radius_m
+        arc = np.array([g.raceway_radius_m, profile / self.inner_osculation])
+        distance = g.pitch_radius_m / np.cos(tilt) + slide
+        ring_s, ring_x = self.slot_and_axis(ring)
+        inner_s = g.inner_centre_radial_m * np.cos(tilt) + g.inner_centre_axial_m * np.sin(tilt)
+        inner_x = g.inner_centre_axial_m * np.cos(tilt) - g.inner_centre_radial_m * np.sin(tilt)
+        centre_s = np.array([ring_s - distance, inner_s + arc[1] - g.raceway_radius_m - distance])
+        centre_x = np.array([ring_x, np.full(count, inner_x)])
+        lean = (np.arange(places) + 0.5) / places * length - length / 2
+        lean = lean / arc[:, None]
+        out = np.array([1.0, -1.0])[:, None, None]  # a race's arc lies outwards of its centre, or inwards
+        s = centre_s[:, :, None] + out * (arc[:, None] * np.cos(lean))[:, None, :]
+        x = centre_x[:, :, None] + (arc[:, None] * np.sin(lean))[:, None, :]
+        barrel_s = -out * (profile - self.roller_m)  # centre of the barrel's arc on that side
+        off = np.hypot(s - barrel_s, x)
+        depth = np.maximum(profile - off, 0.0)
+        per_m = C_L_N_MM * (1e3 * length) ** (8 / 9) / length * (2e3 * depth) ** (10 / 9)
+        return Contacts(force_n=per_m * length / places, s_m=s, x_m=x, normal_s=(s - barrel_s) / off, normal_x=x / off)
+
+    def slides(self, ring: FloatArray) -> FloatArray:
+        """Where every roller rests between the races [m]; one that nothing presses, where it is about to touch."""
+        low = np.full(len(self.angle_rad), -FARTHEST_SLIDE_M)
+        high = -low
+        for _ in range(BISECTIONS):
+            trial = (low + high) / 2
+            found = self.contacts(trial, ring)
+            outwards = self.swing_n - (found.force_n * found.normal_s).sum(axis=(0, 2)) > 0
+            low, high = np.where(outwards, trial, low), np.where(outwards, high, trial)
+        return (low + high) / 2
+
+    def on_ring(self, found: Contacts) -> FloatArray:
+        """Force of every roller on the outer ring, [rollers, 3]."""
+        tilt = geometry().tilt_rad
+        f_s, f_x = ((found.force_n[0] * n[0]).sum(axis=1) for n in (found.normal_s, found.normal_x))
+        radial = f_s * np.cos(tilt) - f_x * np.sin(tilt)
+        along = self.side * (f_s * np.sin(tilt) + f_x * np.cos(tilt))
+        return np.stack([radial * np.cos(self.angle_rad), radial * np.sin(self.angle_rad), along], axis=1)
+
+    def balance(self, load: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Ring's displacement [3] and slides [rollers] in balance with a force on the ring [N]."""
+
+        def left(ring_um: FloatArray) -> FloatArray:
+            ring = 1e-6 * ring_um
+            forces: FloatArray = load + self.on_ring(self.contacts(self.slides(ring), ring)).sum(axis=0)
+            return forces
+
+        for reach in (50.0, 100.0, 200.0, 400.0):
+            start = np.round(reach * (load / np.linalg.norm(load) + [0.0, 0.0, np.sign(load[2])]), 6)
+            solved = root(left, start, tol=1e-10, options={"eps": DIFFERENCE})
+            if np.abs(solved.fun).max() < LEAST_RING_N:
+                break
+        assert np.abs(solved.fun).max() < LEAST_RING_N, solved.message
+        ring: FloatArray = 1e-6 * solved.x
+        return ring, self.slides(ring)
+
+    def cage_ratio(self, load: FloatArray, shaft_rad_s: float, friction: Friction, turns: FloatArray) -> float:
+        """Cage over shaft speed at which friction has no moment about the shaft, on the mean of cage angles [rad]."""
+        cases = []
+        for turn in turns:
+            turned = replace(self, angle_rad=self.angle_rad + turn)
+            ring, slide = turned.balance(load)
+            cases.append((turned.contacts(slide, ring), slide))
+        return balanced_ratio(cases, shaft_rad_s, friction)
+
+
+def balanced_ratio(
+    cases: list[tuple[Contacts, FloatArray]], shaft_rad_s: float, friction: Friction, between: float = 1.0
+) -> float:
+    """Cage over shaft speed at which friction has no moment about the shaft, summed over `cases`: contacts and slides.
+
+    Slips are averaged over this share of the way `between` neighbouring places.
+    """
+
+    def moment(ratio: float) -> float:
+        return sum(moment_about_shaft(*case, ratio, shaft_rad_s, friction, between) for case in cases)
+
+    return float(brentq(moment, *RATIOS, xtol=1e-9))
+
+
+def moment_about_shaft(
+    found: Contacts, slide: FloatArray, ratio: float, shaft_rad_s: float, friction: Friction, between: float
+) -> float:
+    """Moment of friction on rollers about the shaft [N m], each turning so that friction has none about its axis.
+
+    A roller's material at s and x moves at Omega (L cos(tilt) - sin(tilt) x) + spin s, the inner race at W times its
+    radius about the shaft.
+    """
+    g = geometry()
+    c, s = np.cos(g.tilt_rad), np.sin(g.tilt_rad)
+    cage = ratio * shaft_rad_s
+    distance = (g.pitch_radius_m / c + slide)[:, None]
+    about_shaft = (distance + found.s_m) * c - found.x_m * s
+    race = np.array([0.0, shaft_rad_s])[:, None, None] * about_shaft
+    carried = cage * (distance * c - s * found.x_m)
+
+    def drags(spin: FloatArray) -> FloatArray:
+        slip = race - carried - spin[:, None] * found.s_m
+        half = between / 2 * np.abs(np.gradient(slip, axis=2)) + LEAST_SLIP
+        return found.force_n * friction.mean(slip - half, slip + half)
+
+    rolling = -cage * g.pitch_radius_m / found.s_m[0].mean(axis=1)
+    low, high = 1.15 * rolling, 0.85 * rolling
+    for _ in range(BISECTIONS):
+        spin = (low + high) / 2
+        faster = (drags(spin) * found.s_m).sum(axis=(0, 2)) > 0
+        low, high = np.where(faster, spin, low), np.where(faster, high, spin)
+    return float((drags((low + high) / 2) * about_shaft).sum())

@@ -1,0 +1,167 @@
+"""Where rollers roll: the balance of friction on each roller and about the shaft, against runs.
+
+Reason: the cage speed makes every fault frequency, and a thousandth of it is what model and rig differ by. Source: two
+equations, moments of friction about a roller's axis and about the shaft are zero, solved in `slices_reference.py` with
+loads of its own. First for loads along the roller that are given, as the issue's table has them; then for those that a
+bearing under load has. Tolerances are of the ratio of cage and shaft speed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from srbval.models.full import columns as col
+from srbval.models.full.equilibrium import equilibrium_state
+from srbval.models.full.steps import take_steps
+from srbval.models.solvers import METHODS
+from tests.verification.harness import (
+    PAPER_STEP_S,
+    FloatArray,
+    Parameters,
+    Scene,
+    geometry,
+    layout_of,
+    merged,
+    paper_scene,
+)
+from tests.verification.slices_reference import (
+    Contacts,
+    Friction,
+    SlicedBearing,
+    balanced_ratio,
+    loads_of_slices,
+    slices_model,
+)
+from tests.verification.test_pure_rolling import resting_slide
+from tests.verification.world import P, circle_profile
+
+TABLE = 2e-5  # of the ratio: the table has five digits; 1.2e-5 seen
+RUN = 2e-5  # 5e-6 seen
+SHAFT_RAD_S = 90.0
+WEIGHTS: dict[str, Any] = {
+    "circles": lambda x: np.isin(np.arange(len(x)), [np.abs(x - p * 14.29e-3).argmin() for p in (-1, 0, 1)]) * 1.0,
+    "parabola": lambda x, half: np.maximum(0.0, 1 - (x / half) ** 2),
+    "semi-ellipse": lambda x, half: np.sqrt(np.maximum(0.0, 1 - (x / half) ** 2)),
+    "uniform": np.ones_like,
+}
+# Loads along the roller, whether the roller rests midway between the races, and the ratio for each kind of friction.
+# Table 1's rounding puts a roller in its own place 5 um off the middle between the races: that is worth 1.2e-4, and
+# the published rows for the uniform load and the semi-ellipses hold there, all others at rest.
+ROWS: list[tuple[str, tuple[float, ...], bool, dict[str, float]]] = [
+    ("circles", (), True, {"coulomb": 0.43150, "proportional": 0.43199}),
+    ("parabola", (0.012,), True, {"coulomb": 0.43060, "proportional": 0.43084}),
+    ("parabola", (0.014,), True, {"coulomb": 0.43066, "proportional": 0.43095}),
+    ("parabola", (0.0158,), True, {"coulomb": 0.43073, "proportional": 0.43106}),
+    ("parabola", (0.0184,), True, {"coulomb": 0.43084, "proportional": 0.43125}),
+    ("parabola", (0.0002,), True, {"coulomb": 0.43053, "proportional": 0.43053}),  # pure rolling in the middle
+    ("uniform", (), False, {"coulomb": 0.43113}),
+    ("semi-ellipse", (0.015,), False, {"coulomb": 0.43065}),
+    ("semi-ellipse", (0.0165,), False, {"coulomb": 0.43073}),
+]
+LAWS = {"coulomb": Friction(1.0, 1e-6), "proportional": Friction(1.0, 1e4)}
+RIG: dict[str, Any] = {"load": {"path": "bearing"}, "shaft_speed": "858.94 rpm"}
+DRY = {"static_friction": 0.05, "dynamic_friction": 0.05, "critical_velocity": "1 mm/s"}
+LINEAR = {"static_friction": 5.0, "dynamic_friction": 5.0, "critical_velocity": "10 m/s"}
+OIL = {"traction": "lubricated", "traction_slope": 3.0, "traction_limit": 0.05}
+RUNS: dict[str, dict[str, Any]] = {
+    "dry": {"contact": DRY},
+    "proportional to slip": {"contact": LINEAR},
+    "lubricated": {"line_contact": OIL},
+    "lubricated, almost proportional": {"line_contact": OIL | {"traction_limit": 1.0}},
+}
+OSCULATIONS = (1.0, 0.97)
+SETTLING_OUTPUTS, OUTPUTS, STEPS = 3, 6, 1024  # of the paper's step: 0.05 s and 0.1 s
+CAGE_TURNS = np.arange(4) / 4 * 2 * np.pi / 19  # within a pitch of the rollers
+PASSING = 1e-7  # by which the ratio differs from one interval to the next, twice that between 3 ms and 0.1 s
+ROLLING_RATIO = 0.4307  # for the rollers' centrifugal force, 50 N of 15 kN, and the speed of rolling
+PLACES = 3701  # along the roller, for circles that are points
+CIRCLES = 1e-4  # circles under load do not carry the same
+
+
+@pytest.mark.parametrize(("weights", "about", "rests", "ratios"), ROWS)
+def test_table_of_torque_balances(
+    weights: str, about: tuple[float, ...], rests: bool, ratios: dict[str, float]
+) -> None:
+    g = geometry()
+    slide = np.array([resting_slide(1.0, g.zero_play_diameter_m / 2) if rests else 0.0])
+    roller = SlicedBearing(
+        roller_m=g.zero_play_diameter_m / 2, outer_osculation=1.0, inner_osculation=1.0, angle_rad=np.zeros(1),
+        side=np.ones(1),
+    )  # fmt: skip
+    found = roller.contacts(slide, np.zeros(3), PLACES)
+    x = (np.arange(PLACES) + 0.5) / PLACES * g.roller_width_m - g.roller_width_m / 2
+    found = replace(found, force_n=np.ones((2, 1, 1)) * WEIGHTS[weights](x, *about))
+    for law, expected in ratios.items():
+        assert balanced_ratio([(found, slide)], SHAFT_RAD_S, LAWS[law]) == pytest.approx(expected, abs=TABLE)
+
+
+def ratio_of_run(scene: Scene, model: Parameters) -> FloatArray:
+    """Cage over shaft speed in each output interval after settling."""
+    y = equilibrium_state(model).state
+    memory, turned = np.zeros_like(y), []
+    for i in range(SETTLING_OUTPUTS + OUTPUTS):
+        take_steps(
+            model, y, METHODS["imex2"], step_s=PAPER_STEP_S, intervals=1, steps_per_output=STEPS, first_interval=i,
+            memory=memory,
+        )  # fmt: skip
+        turned.append(y[layout_of(y).cage][2])
+    ratio: FloatArray = np.diff(turned[SETTLING_OUTPUTS - 1 :]) / (STEPS * PAPER_STEP_S * scene.shaft_speed_rad_s)
+    return ratio
+
+
+def friction_of(scene: Scene) -> Friction:
+    """The scene's law of friction at the speed of rolling."""
+    if scene.line_contact.traction == "dry":
+        return Friction(scene.contact.dynamic_friction, scene.contact.critical_velocity_m_s)
+    races = [circle_profile(geometry(), race, P[1])[0] for race in ("outer", "inner")]
+    rolling = scene.shaft_speed_rad_s * (races[0] * ROLLING_RATIO + races[1] * (1 - ROLLING_RATIO)) / 2
+    limit = scene.line_contact.traction_limit
+    return Friction(limit, limit / scene.line_contact.traction_slope * rolling)
+
+
+@pytest.mark.parametrize("osculation", OSCULATIONS)
+@pytest.mark.parametrize("name", RUNS)
+def test_a_run_turns_the_cage_as_the_balance_says(name: str, osculation: float) -> None:
+    profiles = {"line_contact": {"outer_osculation": osculation, "inner_osculation": osculation}}
+    scene = paper_scene(**merged(RIG, RUNS[name], profiles))
+    model = slices_model(scene)
+    found = ratio_of_run(scene, model)
+    assert np.ptp(found) < PASSING
+    orbit = model.centre_distance * (ROLLING_RATIO * scene.shaft_speed_rad_s * model.tilt_cosine) ** 2
+    bearing = replace(SlicedBearing.like(model, scene), swing_n=model.roller_mass * orbit)
+    load = np.array([0.0, -scene.load.radial_n, 0.0])
+    expected = bearing.cage_ratio(load, scene.shaft_speed_rad_s, friction_of(scene), CAGE_TURNS)
+    assert found.mean() == pytest.approx(expected, abs=RUN)
+
+
+@pytest.mark.parametrize(("kind", "published"), [("dry", 0.43150), ("proportional to slip", 0.43199)])
+def test_three_slices_where_the_paper_has_its_circles(kind: str, published: float) -> None:
+    """The paper's three circles as narrow slices of equal stiffness, with the loads that they then carry."""
+    profiles = {"line_contact": {"slices": 3, "outer_osculation": 1.0, "inner_osculation": 1.0}}
+    scene = paper_scene(**merged(RIG, RUNS[kind], profiles))
+    model = slices_model(scene)
+    assert model.slices is not None
+    rows = model.slices.rows.copy()
+    places = np.array([[circle_profile(geometry(), race, p) for p in P] for race in ("outer", "inner")])
+    rows[:, 0, [col.SLICE_RADIAL, col.SLICE_AXIAL, col.SLICE_NORMAL_RADIAL, col.SLICE_NORMAL_AXIAL]] = np.moveaxis(
+        places, 2, 1
+    )
+    rows[:, 0, col.SLICE_WIDTH], rows[:, 0, col.SLICE_VERTEX], rows[:, 0, col.SLICE_LIFT] = 1e-6, 1e-8, 0.0
+    model = model._replace(slices=model.slices._replace(rows=rows))
+    found = float(ratio_of_run(scene, model).mean())
+    y = equilibrium_state(model).state
+    slide, c, s = y[layout_of(y).slide], model.tilt_cosine, model.tilt_sine
+    radial, axial = places[:, None, :, 0], places[:, None, :, 1]
+    ring = SlicedBearing.like(model, scene).slot_and_axis(y[layout_of(y).ring])
+    moved_s, moved_x = (np.stack([own, np.zeros_like(own)])[:, :, None] for own in ring)
+    contacts = Contacts(
+        force_n=loads_of_slices(model, y), x_m=axial * c - radial * s + moved_x, normal_s=np.zeros(0),
+        s_m=radial * c + axial * s + moved_s - (model.centre_distance + slide)[:, None], normal_x=np.zeros(0),
+    )  # fmt: skip
+    expected = balanced_ratio([(contacts, slide)], scene.shaft_speed_rad_s, friction_of(scene), between=0.0)
+    assert found == pytest.approx(expected, abs=RUN)
+    assert found == pytest.approx(published, abs=CIRCLES)
