@@ -1,9 +1,9 @@
 """Rollers between races of their own profile radii once more: continuous integrals along the roller, NumPy and SciPy.
 
 Nothing of the model's kernels: circles in a roller's meridian, their gap, q = c_L / L (approach of both)^(10/9) after
-ISO/TS 16281 with half of the approach for each contact, friction by a law of the slip. A roller's meridian has the axes s
-along its slot, outwards, and x along its axis, away from the mid-plane; its centre is the origin. The outer ring moves,
-rollers slide along their slots, the inner ring stays.
+ISO/TS 16281 with half of the approach for each contact, friction by a law of the slip. A roller's meridian has the axes
+s along its slot, outwards, and x along its axis, away from the mid-plane; its centre is the origin. The outer ring
+moves, rollers slide along their slots, the inner ring stays.
 """
 
 from __future__ import annotations
