@@ -344,7 +344,7 @@ def foot_of_slice(rows, race, window, i, away):
     drop = floor + sagging * floor_at * floor_at
     if drop < least:
         best, lift, least = -floor_at, floor, drop
-    if ramp > 0.0 and inside > 0.0:
+    if ramp > 0.0:
         # parallel to the ramp: nearer to the edge by slope over curvature, but on the ramp
         along = 0.5 * floor / (ramp * sagging)
         along = along if along < inside else inside
