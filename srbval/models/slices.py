@@ -93,7 +93,9 @@ def _table(
         places = [*enumerate(race.rows), *((windows - 1 - spare, rows) for spare, rows in enumerate(race.of_rollers))]
         for window, rows in places:
             table[i, window, :, : rows.shape[1]] = rows
-            reach[i, window] = rows[col.SLICE_HALF].max()
+            # a raised piece is met before the roller stands on it
+            raised = np.maximum(0.0, -rows[col.SLICE_FLOOR]) / rows[col.SLICE_SAG]
+            reach[i, window] = (rows[col.SLICE_HALF] + np.sqrt(raised)).max()
             ends = np.cumsum(rows[col.SLICE_WIDTH])  # by length, so that a window with finer slices has them too
             starts[i, window, 1:] = [np.searchsorted(ends, share * ends[-1]) + 1 for share in (1 / 3, 2 / 3, 1 - 1e-9)]
     return SliceTable(table, starts, middle, reach, damping_s, critical_ratio, *radius_m)

@@ -52,7 +52,7 @@ class SliceTable(NamedTuple):
 
     `rows`, shape [2 races, W windows, col.SLICE_ROWS, slices]: window 0 for a sound race, one more for each opening;
     `starts`, [2, W, 4]: first slices of the contact's thirds, and the end; `middle`, [2, W]: angle of the opening from
-    the race's first point [rad]; `reach`, [2, W]: half the length of the opening's longest slice [m]; `damping_s`: time
+    the race's first point [rad]; `reach`, [2, W]: how far from an opening's middle a roller meets it [m]; `damping_s`: time
     constant of the damper [s]; `critical_ratio`: slide-to-roll ratio at which the friction reaches its limit, 0 for a
     critical velocity that does not depend on the speed; `outer_radius`, `inner_radius`: of the races at the contacts'
     middles, about the shaft [m].
@@ -270,10 +270,10 @@ def slice_columns(law, slices, race, window, first, last, space, start, stop, da
         for j in range(begin, end):
             p_x, p_y, p_z = place_of_point(radial, tangential, axial, space, j)
             depth, n_x, n_y, n_z = penetration(point_law, p_x, p_y, p_z)
+            sine, along_x, along_z = opening_of_gap(normal_radial, normal_axial, n_x, n_z, space, j)
             if on_roller:
                 turn = tangential / radial
                 n_x, n_y, n_z = normal_of_race(normal_radial, turn * normal_radial, normal_axial, space, j)
-            sine, along_x, along_z = opening_of_gap(normal_radial, normal_axial, n_x, n_z, space, j)
             spread = abs(sine) * width
             spread = spread if spread > vertex else vertex
             spring, slope, twice_energy, touched, off = slice_spring(stiffness, depth - lift, spread)
