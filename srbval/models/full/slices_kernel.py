@@ -52,10 +52,10 @@ class SliceTable(NamedTuple):
 
     `rows`, shape [2 races, W windows, col.SLICE_ROWS, slices]: window 0 for a sound race, one more for each opening;
     `starts`, [2, W, 4]: first slices of the contact's thirds, and the end; `middle`, [2, W]: angle of the opening from
-    the race's first point [rad]; `reach`, [2, W]: how far from an opening's middle a roller meets it [m]; `damping_s`: time
-    constant of the damper [s]; `critical_ratio`: slide-to-roll ratio at which the friction reaches its limit, 0 for a
-    critical velocity that does not depend on the speed; `outer_radius`, `inner_radius`: of the races at the contacts'
-    middles, about the shaft [m].
+    the race's first point [rad]; `reach`, [2, W]: how far from an opening's middle a roller meets it [m]; `damping_s`:
+    time constant of the damper [s]; `critical_ratio`: slide-to-roll ratio at which the friction reaches its limit, 0
+    for a critical velocity that does not depend on the speed; `outer_radius`, `inner_radius`: of the races at the
+    contacts' middles, about the shaft [m].
     """
 
     rows: Any
