@@ -169,6 +169,7 @@ class SlicedContact:
         bend = 1 / self.geometry.roller_profile_radius_m - 1 / self.profile_m
         rows[col.SLICE_VERTEX] = np.maximum(bend * width**2 / 4, LEAST_SPREAD_M)
         rows[col.SLICE_LIFT] = width**2 / 24 / self.geometry.roller_profile_radius_m
+        rows[col.SLICE_BEND] = bend * width**2
         rows[col.SLICE_SAG] = self.gap_curvature_1_m(middle) / 2
         if defect is not None:
             low, high = self._across(defect)

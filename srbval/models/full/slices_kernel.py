@@ -81,16 +81,26 @@ def ninth_root(x, inverse):
 
 
 @kernel_part
-def slice_spring(stiffness, depth, spread):
+def slice_spring(stiffness, depth, spread, bend, least):
     """Force [N], its slope over the depth [N/m] and twice the energy [J] of a slice, then part and middle of its load.
 
-    `stiffness`: k w [N/m^(10/9)]; `depth` of its middle, and `spread`, by how much the penetration differs between its
-    ends, above 0 [m]. The part of the width that touches, in widths; over the spread, how far the middle of the load
-    lies towards the deeper end. With r the part of the deepest e that the spread takes,
-    e^(19/9) - (e - r e)^(19/9) = r e^(19/9) times a polynomial in r, and so on: one root serves all.
+    `stiffness`: k w [N/m^(10/9)]; `depth`: mean penetration over the slice; `spread`: by how much it differs between
+    the ends; `bend`: curvature of the gap along the roller times w^2; `least` spread, all [m] and the last above 0. The
+    part of the width that touches; over the width and with the sign of the opening, how far the middle of the load lies
+    off the slice's towards the deeper end.
+
+    Where a slice touches on a part t of its width, the line that follows the bent gap there best stands for it: lower
+    by bend (1 - t^2) / 12 at the deeper end, flatter by bend (1 - t) / 2. With r the part of the deepest e that the
+    spread takes, e^(19/9) - (e - r e)^(19/9) = r e^(19/9) times a polynomial in r, and so on: one root serves all.
     """
     e = depth + 0.5 * spread
+    t = e / spread
+    t = t if t > 0.0 else 0.0
+    t = t if t < 1.0 else 1.0
+    e -= bend * (1.0 - t * t) * (1.0 / 12.0)
     e = e if e > 1e-30 else 1e-30
+    spread -= 0.5 * bend * (1.0 - t)
+    spread = spread if spread > least else least
     inverse = 1.0 / (e * spread)
     per_spread, per_e = inverse * e, inverse * spread
     touched = spread if spread < e else e
@@ -100,7 +110,7 @@ def slice_spring(stiffness, depth, spread):
     slope = SLOPE_0 + r * (SLOPE_1 + r * (SLOPE_2 + r * SLOPE_3))
     energy = ENERGY_0 + r * (ENERGY_1 + r * (ENERGY_2 + r * (ENERGY_3 + r * ENERGY_4)))
     off = 0.5 - part * (MIDDLE_0 + r * (MIDDLE_1 + r * (MIDDLE_2 + r * MIDDLE_3)))
-    return per * force, per * per_e * slope, per * e * energy, part, off * per_spread
+    return per * force, per * per_e * slope, per * e * energy, part, off
 
 
 @kernel_part
@@ -263,6 +273,7 @@ def slice_columns(law, slices, race, window, first, last, space, start, stop, da
         normal_axial = rows[race, window, col.SLICE_NORMAL_AXIAL, i]
         stiffness, width = rows[race, window, col.SLICE_STIFFNESS, i], rows[race, window, col.SLICE_WIDTH, i]
         vertex, lift = rows[race, window, col.SLICE_VERTEX, i], rows[race, window, col.SLICE_LIFT, i]
+        bend = rows[race, window, col.SLICE_BEND, i]
         tangential = 0.0
         if away is not None:
             along = away if on_roller else away * radial
@@ -276,9 +287,11 @@ def slice_columns(law, slices, race, window, first, last, space, start, stop, da
                 n_x, n_y, n_z = normal_of_race(normal_radial, turn * normal_radial, normal_axial, space, j)
             spread = abs(sine) * width
             spread = spread if spread > vertex else vertex
-            spring, slope, twice_energy, touched, off = slice_spring(stiffness, depth - lift, spread)
+            spring, slope, twice_energy, touched, off = slice_spring(stiffness, depth - lift, spread, bend, vertex)
             # the force acts, and the slip counts, in the middle of the load
-            off *= sine * width * width
+            side = sine * width / vertex
+            side = side if side < 1.0 else 1.0
+            off *= width * (side if side > -1.0 else -1.0)
             p_x -= off * along_x
             p_z -= off * along_z
             viscous = slices.damping_s * slope
