@@ -19,6 +19,10 @@ IntArray = NDArray[np.int64]
 LINE_STIFFNESS = 35948.0 * 1e3 ** (8 / 9 + 10 / 9)
 POSITIONS = 7200  # around a race, by which an opening is found
 HOLE_SLICES = 12  # across a hole
+# Exponent of the places along the roller: contacts begin and end in the middle. With 11 slices, 353 rpm, healthy, RMS
+# in 500 to 1500 and 1400 to 2800 Hz against 61 slices: 1 gives +30 and +22 %, 1.2 +6 and +13, 1.4 0 and +4, 1.6 -3
+# and +5.
+GRADING = 1.4
 THINNEST_M = 1e-6  # edges nearer to each other than this count as one
 LEAST_SPREAD_M = 1e-8  # of the penetration over a slice, where both profiles have the same radius
 
@@ -119,9 +123,10 @@ class SlicedContact:
         return found
 
     def _edges(self, defect: Defect | None) -> FloatArray:
-        """Where slices begin and end along the roller [m]: evenly, and finer in a hole or where a defect ends."""
+        """Where slices begin and end along the roller [m]: finer in the middle, in a hole and where a defect ends."""
         half = self.geometry.roller_width_m / 2
-        edges = np.linspace(-half, half, self.line.slices + 1)
+        even = np.linspace(-1, 1, self.line.slices + 1)
+        edges = half * np.sign(even) * np.abs(even) ** GRADING
         if defect is None:
             return edges
         low, high = self._across(defect)

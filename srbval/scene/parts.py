@@ -46,8 +46,8 @@ class Housing:
 class Bodies:
     """Masses: `density_kg_m3` of rollers and outer ring, `cage_mass_kg` (not in the paper).
 
-    `row_stagger`: by how much row 2 is turned against row 1 in the cage, in pitches of its rollers, 0 to below 1; models
-    that tell rows apart know it (full, line, slices).
+    `row_stagger`: by how much row 2 is turned against row 1 in the cage, in pitches of its rollers, 0 to below 1;
+    models that tell rows apart know it (full, line, slices).
     """
 
     density_kg_m3: float = quantity("density")

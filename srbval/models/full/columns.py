@@ -80,9 +80,9 @@ DEFECT_COLUMNS = 6
 PATCH_STIFFNESS, PATCH_DAMPING, PATCH_SLIP_SPREAD, PATCH_LENGTH = range(4)
 
 # Slices of a contact (`SliceTable.rows`), see `slices_kernel`: place and surface normal in the roller's meridian;
-# force over e^(10/9), width, least spread of the penetration, by how much the barrel's mean lies below its middle, curvature of the gap along the roller times the width squared; then
-# of an opening in the race there: half its length along the race, depth of its floor, length of its ramps, and half
-# the curvature of the gap along the race.
+# force over e^(10/9), width, least spread of the penetration, by how much the barrel's mean lies below its middle,
+# curvature of the gap along the roller times the width squared; then of an opening in the race there: half its length
+# along the race, depth of its floor, length of its ramps, and half the curvature of the gap along the race.
 (
     SLICE_RADIAL, SLICE_AXIAL, SLICE_NORMAL_RADIAL, SLICE_NORMAL_AXIAL,
     SLICE_STIFFNESS, SLICE_WIDTH, SLICE_VERTEX, SLICE_LIFT, SLICE_BEND,
