@@ -10,7 +10,7 @@ from srbval.bench.ladder.questions import Question
 from srbval.campaign.quantities import ALL_OUTPUTS, Output
 from srbval.config.strict import build, quantity, read_toml
 from srbval.errors import ConfigurationError
-from srbval.scene import merge
+from srbval.scene import merge, scene_table
 
 
 class Sampling(enum.StrEnum):
@@ -60,9 +60,9 @@ class Axes:
 class Campaign:
     """A campaign file. Blocks of `axes` multiply; each point runs `repeats` times, with seeds `seed`, `seed` + 1, ...
 
-    `question` and `tolerance_pct` are for scenes whose model is ``auto``. `scene_file` is read before `scene` is laid
-    over it. A case may take `limit_factor` times its planned time, or `least_limit_s` if that is more, before its
-    process is ended; a factor of 0 sets no limit.
+    `question` and `tolerance_pct` are for scenes whose model is ``auto``. `scene_file`, a file or the name of a bundled
+    scene, is read before `scene` is laid over it. A case may take `limit_factor` times its planned time, or
+    `least_limit_s` if that is more, before its process is ended; a factor of 0 sets no limit.
     """
 
     name: str
@@ -116,7 +116,7 @@ def load_campaign(name: str) -> Campaign:
     campaign = build(Campaign, read_toml(path), name)
     if campaign.scene_file is None:
         return campaign
-    base = read_toml(path.parent / campaign.scene_file)
+    base = scene_table(campaign.scene_file, path.parent)
     return replace(campaign, scene=merge(base, campaign.scene), scene_file=None)
 
 

@@ -56,7 +56,7 @@ def show(plan: Plan) -> None:
 
 
 def scene_of(options: argparse.Namespace) -> Scene:
-    """A scene file or the paper's scene, with the options applied to it; raises what reading it raises."""
+    """The scene named, or the paper's, with the options applied to it; raises what reading it raises."""
     changes = _changes(options)
     return load_scene(options.scene, changes) if options.scene else paper_scene(**changes)
 

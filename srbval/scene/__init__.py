@@ -13,7 +13,8 @@ from srbval.scene.parts import (
     Traction,
 )
 from srbval.scene.profile import LoadProfile, SpeedProfile
-from srbval.scene.read import load_scene, merge, paper_scene
+from srbval.scene.read import load_scene, merge, paper_scene, scene_table
+from srbval.scene.rig_inputs import RigInput, rig_inputs
 from srbval.scene.scene import Scene, SolverSettings
 
 __all__ = [
@@ -26,6 +27,7 @@ __all__ = [
     "Load",
     "LoadPath",
     "LoadProfile",
+    "RigInput",
     "RollerFit",
     "Scene",
     "SolverSettings",
@@ -34,4 +36,6 @@ __all__ = [
     "load_scene",
     "merge",
     "paper_scene",
+    "rig_inputs",
+    "scene_table",
 ]

@@ -1,5 +1,6 @@
-"""Scenes from TOML: the paper's scene, with a user's file or options laid over it."""
+"""Scenes from TOML: the paper's scene, with the rig's, a user's file or options laid over it."""
 
+import difflib
 from collections.abc import Mapping
 from functools import cache
 from importlib import resources
@@ -11,7 +12,8 @@ from srbval.config.units import SI_SUFFIX
 from srbval.errors import ConfigurationError
 from srbval.scene.scene import MOST_DEFECTS, Scene
 
-PAPER_FILE = "paper.toml"
+PAPER = "paper"
+BUNDLED = (PAPER, "rig")  # the scenes that come with the package, each a file beside this one
 DRILL = "2 mm"  # section 3.2
 
 
@@ -24,12 +26,32 @@ def paper_scene(**changes: Any) -> Scene:
 
 
 def load_scene(path: str | Path, changes: Mapping[str, Any] | None = None) -> Scene:
-    """Read a scene file; keys it leaves out keep the paper's value, `changes` overrule the file.
+    """Read the scene ``"paper"`` or ``"rig"``, or a file: one with an ending such as ``.toml`` or a folder before it.
 
-    Raises `DataError` for a missing file, `ConfigurationError` for an unknown key (with the nearest known
-    one), a wrong unit or an impossible value.
+    Keys that it leaves out keep the paper's value, `changes` overrule it. Raises `DataError` for a missing file,
+    `ConfigurationError` for an unknown name or key (with the nearest known one), a wrong unit or an impossible value.
     """
-    return _scene(merge(read_toml(Path(path)), changes or {}), str(path))
+    return _scene(merge(scene_table(path), changes or {}), str(path))
+
+
+def scene_table(scene: str | Path, folder: str | Path = "") -> Mapping[str, Any]:
+    """The table of a bundled scene or a file, from `folder` on, as `load_scene` reads it; read only."""
+    name = str(scene)
+    if name in BUNDLED:
+        return bundled_table(name)
+    if not Path(name).suffix and name == Path(name).name:
+        close = difflib.get_close_matches(name, BUNDLED, n=1, cutoff=0.5)
+        meant = f"; did you mean {close[0]!r}? Known" if close else ". Known"
+        raise ConfigurationError(
+            f"scene {name!r} is not known{meant}: {', '.join(BUNDLED)}. A file is meant by {name}.toml or ./{name}."
+        )
+    return read_toml(Path(folder) / name)
+
+
+@cache
+def bundled_table(name: str) -> Mapping[str, Any]:
+    """A TOML file of this folder; read only."""
+    return read_toml(Path(str(resources.files("srbval.scene") / f"{name}.toml")))
 
 
 def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
@@ -46,24 +68,17 @@ def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _scene(table: Mapping[str, Any], where: str) -> Scene:
-    base = _paper_table()
-    merged = merge(base, table)
+    merged = merge(bundled_table(PAPER), table)
     further = merged.get("further_defects", [])
     if isinstance(further, list) and len(further) >= MOST_DEFECTS:
         raise ConfigurationError(f"{where}: {len(further)} further defects; the limit is {MOST_DEFECTS} defects.")
     if isinstance(further, list):  # each further defect, too, is laid over the paper's
         merged["further_defects"] = [
-            _with_extent(merge(base["defect"], d)) if isinstance(d, Mapping) else d for d in further
+            _with_extent(merge(bundled_table(PAPER)["defect"], d)) if isinstance(d, Mapping) else d for d in further
         ]
     if isinstance(merged.get("defect"), Mapping):
         merged["defect"] = _with_extent(merged["defect"])
     return build(Scene, merged, where)
-
-
-@cache
-def _paper_table() -> Mapping[str, Any]:
-    """The paper's scene file; read only."""
-    return read_toml(Path(str(resources.files("srbval.scene") / PAPER_FILE)))
 
 
 def _with_extent(defect: Mapping[str, Any]) -> Mapping[str, Any]:

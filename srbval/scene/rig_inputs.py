@@ -1,0 +1,52 @@
+"""What is not known exactly of the scene `rig`: ranges with their sources, from `rig_inputs.toml`."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from srbval.config.strict import build
+from srbval.errors import ConfigurationError
+from srbval.scene.read import bundled_table
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigInput:
+    """An uncertain value of the scene `rig`, from `low` to `high`, in `unit` as a scene file writes it.
+
+    `key`: dotted path in a scene file; `points`: how many values, evenly spaced, a study tries.
+    """
+
+    key: str
+    nominal: float
+    low: float
+    high: float
+    points: int
+    stands_for: str
+    source: str
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        if not (self.low <= self.nominal <= self.high and self.low < self.high and self.points >= 2):
+            raise ConfigurationError(
+                f"{self.key}: low = {self.low:g}, nominal = {self.nominal:g}, high = {self.high:g} must rise, and "
+                f"points = {self.points} be two or more."
+            )
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """The values to try, from the lowest to the highest."""
+        steps = self.points - 1
+        return tuple(self.low + (self.high - self.low) * i / steps for i in range(self.points))
+
+    def changes(self, value: float) -> dict[str, Any]:
+        """What gives a scene this value, for `load_scene`."""
+        *tables, name = self.key.split(".")
+        changes: dict[str, Any] = {name: f"{value!r} {self.unit}" if self.unit else value}
+        for table in reversed(tables):
+            changes = {table: changes}
+        return changes
+
+
+def rig_inputs() -> tuple[RigInput, ...]:
+    """All of them."""
+    return tuple(build(RigInput, table, f"rig_inputs.toml input {i}") for i, table in
+                 enumerate(bundled_table("rig_inputs")["input"], start=1))  # fmt: skip

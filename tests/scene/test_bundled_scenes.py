@@ -1,0 +1,146 @@
+"""The scenes that are known by name, and the ranges of the rig's inputs."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from srbval.bearing import load_bearing
+from srbval.cli import main
+from srbval.errors import ConfigurationError, DataError
+from srbval.scene import (
+    DefectShape,
+    LoadPath,
+    RigInput,
+    Traction,
+    load_scene,
+    merge,
+    paper_scene,
+    rig_inputs,
+    scene_table,
+)
+from srbval.scene.read import bundled_table
+
+CLEARANCE_M = 92.5e-6  # the middle of the mounted clearance that the tables allow
+# Of the gap at a roller; the scene's play has four digits, and the gap is not quite linear in the ring's displacement.
+SAME_GAP = 1e-3
+EXACT_RELATIVE = 1e-12  # rounding of a change of units
+INPUTS = {one.key: one for one in rig_inputs()}
+
+
+def keys_of(table: Mapping[str, Any], before: str = "") -> set[str]:
+    """Dotted paths of all values of a table."""
+    found = set()
+    for key, value in table.items():
+        found |= keys_of(value, f"{before}{key}.") if isinstance(value, Mapping) else {before + key}
+    return found
+
+
+def test_scenes_by_name() -> None:
+    assert load_scene("paper") == paper_scene()
+    rig = load_scene("rig", {"defect": {"kind": "outer"}})
+    assert (rig.model, rig.load.path, rig.load.gravity) == ("slices", LoadPath.BEARING, True)
+    assert rig.line_contact.traction is Traction.LUBRICATED
+    assert 60 * rig.shaft_hz == pytest.approx(858.94, rel=EXACT_RELATIVE)
+    (pit,) = rig.defects
+    assert (pit.shape, pit.extent_m, pit.height_m, pit.axial_m) == (DefectShape.HOLE, 2e-3, -5e-4, 0.0)
+    assert load_scene("rig").defects == ()
+    assert rig.housing == paper_scene().housing, "what the rig's file leaves out is the paper's"
+
+
+def test_a_file_of_a_scenes_name_needs_its_ending_or_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("rig", "rig.toml"):
+        Path(name).write_text('model = "kinematic"\n', encoding="utf-8")
+    assert load_scene("rig").model == "slices"
+    assert {load_scene(name).model for name in ("rig.toml", "./rig", tmp_path / "rig")} == {"kinematic"}
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [("rigg", "did you mean 'rig'"), ("papers", "did you mean 'paper'"), ("abc", "not known. Known: paper, rig")],
+)
+def test_unknown_names(name: str, message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        load_scene(name)
+    assert main(["simulate", name]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_a_name_that_can_only_be_a_file_is_missing() -> None:
+    with pytest.raises(DataError, match="no such file"):
+        load_scene("nowhere/rig")
+
+
+def test_the_command_takes_names(capsys: pytest.CaptureFixture[str]) -> None:
+    options = ["--model", "kinematic", "--defect", "outer", "--rpm", "858.94", "--seconds", "0.1", "--json"]
+    assert main(["simulate", "rig", *options]) == 0
+    order = json.loads(capsys.readouterr().out)["bpfo_hz"] * 60 / 858.94
+    assert order == pytest.approx(load_bearing("skf-22240").orders.bpfo, rel=EXACT_RELATIVE)
+
+
+def test_a_campaign_may_name_its_scene(tmp_path: Path) -> None:
+    from srbval.campaign.settings import load_campaign
+
+    path = tmp_path / "campaign.toml"
+    path.write_text('name = "rig"\nscene_file = "rig"\n[scene.defect]\nkind = "inner"\n', encoding="utf-8")
+    scene = paper_scene(**load_campaign(str(path)).scene)
+    assert scene == load_scene("rig", {"defect": {"kind": "inner"}})
+
+
+def test_the_play_at_a_roller_follows_from_the_rings_clearance() -> None:
+    """A ring displaced by half its clearance just touches the roller in that direction, and is free by the play."""
+    geometry = load_bearing("skf-22240").geometry
+    assert geometry is not None
+    play = load_scene("rig").contact.radial_play_m
+    across = geometry.inner_centre_radial_m, geometry.inner_centre_axial_m  # from the outer sphere's centre
+
+    def gap_m(displaced_m: float) -> float:  # between two arcs, along the line through their centres
+        return 2 * geometry.raceway_radius_m - math.hypot(across[0] + displaced_m, across[1])
+
+    assert gap_m(0.0) - gap_m(CLEARANCE_M / 2) == pytest.approx(play, rel=SAME_GAP)
+    assert gap_m(0.0) == pytest.approx(geometry.zero_play_diameter_m, rel=SAME_GAP)
+
+
+@pytest.mark.parametrize("key", INPUTS)
+def test_each_input_is_the_scenes(key: str) -> None:
+    """Its nominal value is the scene's, and every value of its range makes a scene."""
+    one = INPUTS[key]
+    assert load_scene("rig", one.changes(one.nominal)) == load_scene("rig")
+    assert one.low <= one.nominal <= one.high
+    assert (one.values[0], one.values[-1], len(one.values)) == (one.low, one.high, one.points)
+    for value in one.values:
+        scene = load_scene("rig", one.changes(value))
+        assert (scene == load_scene("rig")) == (value == one.nominal)
+    assert one.stands_for
+    assert one.source
+
+
+def test_every_value_of_the_rigs_own_has_a_range_or_a_reason() -> None:
+    own, reasons = keys_of(bundled_table("rig")), bundled_table("rig_inputs")["no_range"]
+    assert own == set(INPUTS) - {"load.direction"} | set(reasons), "besides the direction, which is the paper's"
+    assert not set(INPUTS) & set(reasons)
+    assert all(reasons.values())
+
+
+def test_the_traction_slope_is_scanned_densely() -> None:
+    assert INPUTS["line_contact.traction_slope"].points >= 9
+
+
+@pytest.mark.parametrize("wrong", [{"low": 2.0}, {"high": 0.5}, {"points": 1}, {"low": 1.0, "high": 1.0}])
+def test_a_range_must_hold_its_nominal_value(wrong: dict[str, Any]) -> None:
+    given: dict[str, Any] = {"low": 0.0, "high": 2.0, "points": 3} | wrong
+    with pytest.raises(ConfigurationError, match="must rise"):
+        RigInput(key="a", nominal=1.0, stands_for="", source="", **given)
+
+
+def test_what_a_scene_is_laid_over_is_not_changed() -> None:
+    before = json.dumps(scene_table("rig"))
+    merge(scene_table("rig"), {"load": {"radial_n": 1.0}})
+    load_scene("rig", {"load": {"radial_n": 1.0}, "defect": {"kind": "outer"}})
+    assert json.dumps(scene_table("rig")) == before
