@@ -18,7 +18,7 @@ from srbval.storage.strict_json import parse_json, write_json
 SPEED_ACCURACY, STABILITY = "speed_accuracy", "stability"
 NOISE_STUDY, CAMPAIGN_SCALE = "noise_study", "campaign_scale"
 READING, SENSITIVITY = "reading", "sensitivity"
-HELD_OUT = "held_out"
+HELD_OUT, RIG_INPUTS = "held_out", "rig_inputs"
 COMMAND = {
     SPEED_ACCURACY: "srbval bench",
     STABILITY: "srbval stability",
@@ -27,6 +27,7 @@ COMMAND = {
     READING: "python -m tests.calibrators.reading",
     SENSITIVITY: "srbval bench --sensitivity",
     HELD_OUT: "python -m tests.calibrators.held_out",
+    RIG_INPUTS: "python -m tests.calibrators.rig_inputs",
 }
 SCHEMA_VERSION = 1
 MOST_BYTES = 2**26  # the longest there are have some megabytes

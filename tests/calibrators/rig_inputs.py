@@ -1,0 +1,247 @@
+"""The rig scene's cage speed over the ranges of its inputs, against the rig's: ``python -m tests.calibrators.rig_inputs``.
+
+Each input alone from its lowest to its highest value, then all of them together, drawn from their ranges. Ratios of
+cage and shaft are compared after ASME V&V 20: error E = S - D against the uncertainty U of inputs, numerics and data.
+The result is stored in the user's cache.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from scipy.stats import qmc
+
+from srbval.bearing import Fault
+from srbval.cli.measured import this_machine
+from srbval.errors import NumericsError
+from srbval.models.run import RunStatus
+from srbval.models.simulate import simulate
+from srbval.progress import Progress, ProgressDisplay, silent
+from srbval.scene import RigInput, load_scene, merge, rig_inputs
+from srbval.storage.own_package import git_revision
+from srbval.storage.stored_result import COMMAND, RIG_INPUTS, stamped, store_result
+from srbval.storage.strict_json import json_object
+from srbval.validation.comparison import deviation_pct
+from tests.calibrators.rows import print_rows
+
+SETTLE_S, SECONDS = 0.05, 0.1  # twelve passages; the cage ratio differs from that of two seconds by less than 1e-6
+STARTS = 8  # runs that differ by the load's last digits
+START_SHARE = 1e-5  # of the load
+FINER = {"line_contact": {"slices": 61}, "solver": {"step_s": 1 / 163_840}}
+DRAWN = 7  # power of two: samples of all inputs together
+SEED = 17
+COVERAGE = 2.0  # of a standard uncertainty, for 95 %
+MARGIN_PCT = 0.1  # of the cage ratio: the difference within which model and rig count as agreeing, fixed beforehand
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigLine:
+    """A record of the rig: the cage ratio read from its fault line, with its standard uncertainty where that is known.
+
+    Read from the open excerpts by five harmonics of the squared envelope over the phase of the tachometer.
+    """
+
+    record: str
+    line: str
+    kind: Fault
+    rpm: float
+    cage_ratio: float
+    standard_uncertainty: float | None
+
+    def share(self, cage_ratio: float) -> float:
+        """The line over shaft speed and number of rollers: what rolls past a point of the race."""
+        return cage_ratio if self.kind is Fault.OUTER else 1 - cage_ratio
+
+    def percent(self, difference: float) -> float:
+        """A difference of cage ratios in per cent of the line."""
+        return 100 * difference / self.share(self.cage_ratio)
+
+
+# Speeds: the tachometer's means, as the records' authors print them (data_manifest/torino-excerpts.toml). Orders of the
+# 353 rpm records, 8.192 and 10.795, are over the mean speed and have no interval: shown, not judged.
+LINES = (
+    RigLine(record="OR 877", line="BPFO", kind=Fault.OUTER, rpm=858.940, cage_ratio=0.43082, standard_uncertainty=3e-5),
+    RigLine(record="IR 877", line="BPFI", kind=Fault.INNER, rpm=854.888, cage_ratio=0.43068, standard_uncertainty=6e-5),
+    RigLine(record="OR 353", line="BPFO", kind=Fault.OUTER, rpm=340.074, cage_ratio=8.192 / 19, standard_uncertainty=None),
+    RigLine(record="IR 353", line="BPFI", kind=Fault.INNER, rpm=335.770, cage_ratio=1 - 10.795 / 19,
+            standard_uncertainty=None),
+)  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class InputEffect:
+    """Cage ratios over the values of one input, all others nominal."""
+
+    key: str
+    unit: str
+    values: tuple[float, ...]
+    cage_ratios: tuple[float, ...]
+
+    @property
+    def spread(self) -> tuple[float, float]:
+        """Least and greatest cage ratio."""
+        return min(self.cage_ratios), max(self.cage_ratios)
+
+    @property
+    def half_spread(self) -> float:
+        """Half the difference of the two."""
+        return (self.spread[1] - self.spread[0]) / 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class InputStudy:
+    """What the inputs do to one line: the `nominal` cage ratio, a `finer` run's, those of other `starts`, the `effects`
+    of each input, and the ratios of `drawn` inputs.
+    """
+
+    JSON_PROPERTIES: ClassVar = ("error_pct", "parts_pct", "uncertainty_pct", "agrees")
+
+    of: RigLine
+    nominal: float
+    finer: float
+    starts: tuple[float, ...]
+    effects: tuple[InputEffect, ...]
+    drawn: tuple[float, ...] = field(repr=False)
+
+    @property
+    def drawn_interval(self) -> tuple[float, float]:
+        """Between which 95 % of the drawn inputs' ratios lie."""
+        low, high = np.percentile(self.drawn, (2.5, 97.5))
+        return float(low), float(high)
+
+    @property
+    def error_pct(self) -> float:
+        """The comparison error of the line."""
+        return deviation_pct(self.of.share(self.nominal), self.of.share(self.of.cage_ratio))
+
+    @property
+    def parts_pct(self) -> dict[str, float]:
+        """95 % half widths in per cent of the line: inputs one by one, those drawn together, numerics, data.
+
+        Of the inputs' two the first counts in U: it holds the ends of every range, not only what is likely.
+        """
+        low, high = self.drawn_interval
+        numerics = math.hypot(self.finer - self.nominal, COVERAGE * float(np.std(self.starts, ddof=1)))
+        parts = {
+            "inputs": math.hypot(*(effect.half_spread for effect in self.effects)),
+            "inputs together": (high - low) / 2,
+            "numerics": numerics,
+        }
+        if self.of.standard_uncertainty is not None:
+            parts["data"] = COVERAGE * self.of.standard_uncertainty
+        return {name: self.of.percent(part) for name, part in parts.items()}
+
+    @property
+    def uncertainty_pct(self) -> float | None:
+        """U of the line; None where the data's part is not known."""
+        parts = self.parts_pct
+        return math.hypot(parts["inputs"], parts["numerics"], parts["data"]) if "data" in parts else None
+
+    @property
+    def agrees(self) -> bool | None:
+        """Whether model and rig differ by less than the margin with 95 % confidence; None where U is not known."""
+        if self.uncertainty_pct is None:
+            return None
+        of_cage = self.of.share(self.of.cage_ratio) / self.of.cage_ratio  # from the line's per cent to the cage ratio's
+        return of_cage * (abs(self.error_pct) + 1.645 / COVERAGE * self.uncertainty_pct) < MARGIN_PCT
+
+
+def study_inputs(
+    line: RigLine, inputs: Sequence[RigInput], *, drawn: int = DRAWN, progress: Progress = silent
+) -> InputStudy:
+    """Run the scene of `line` over the ranges of `inputs`, and ``2**drawn`` times with all of them drawn.
+
+    Raises `NumericsError` where a run fails.
+    """
+    what = f"{line.record}: inputs"
+    load_n = load_scene("rig").load.radial_n
+    effects = []
+    for number, one in enumerate(inputs):
+        progress(what, number / (len(inputs) + 2))
+        ratios = tuple(cage_ratio(line, one.changes(value)) for value in one.values)
+        effects.append(InputEffect(key=one.key, unit=one.unit, values=one.values, cage_ratios=ratios))
+    progress(what, len(inputs) / (len(inputs) + 2))
+    together = tuple(cage_ratio(line, changes) for changes in draws(inputs, drawn))
+    progress(what, 1.0)
+    shares = np.linspace(-START_SHARE, START_SHARE, STARTS)
+    return InputStudy(
+        of=line,
+        nominal=cage_ratio(line, {}),
+        finer=cage_ratio(line, FINER),
+        starts=tuple(cage_ratio(line, {"load": {"radial_n": load_n * (1 + share)}}) for share in shares),
+        effects=tuple(effects),
+        drawn=together,
+    )
+
+
+def draws(inputs: Sequence[RigInput], power: int) -> list[dict[str, Any]]:
+    """Changes of all inputs at once, from a Sobol sequence; those that are one thing or the other take an end."""
+    unit = qmc.Sobol(d=len(inputs), scramble=True, rng=np.random.default_rng(SEED)).random_base2(power)
+    found = []
+    for row in unit.tolist():
+        changes: dict[str, Any] = {}
+        for one, share in zip(inputs, row, strict=True):
+            place = float(round(share)) if one.points == 2 else share
+            changes = merge(changes, one.changes(one.low + place * (one.high - one.low)))
+        found.append(changes)
+    return found
+
+
+def cage_ratio(line: RigLine, changes: Mapping[str, Any]) -> float:
+    """Of a run of the rig scene at the speed of a record, with its defect and these changes."""
+    own = {"defect": {"kind": line.kind}, "shaft_speed": f"{line.rpm} rpm", "settle_s": SETTLE_S, "duration_s": SECONDS}
+    run = simulate(load_scene("rig", merge(own, changes)))
+    if run.status is not RunStatus.OK:
+        raise NumericsError(f"rig inputs: the run with {changes} failed ({run.status}): {run.reason}")
+    return run.cage_ratio
+
+
+def effect_rows(study: InputStudy) -> list[dict[str, Any]]:
+    """One row for each input: its range, and what the cage ratio does over it."""
+    return [
+        {
+            "record": study.of.record, "input": effect.key, "low": effect.values[0], "high": effect.values[-1],
+            "unit": effect.unit, "cage ratio at low": f"{effect.cage_ratios[0]:.6f}",
+            "at high": f"{effect.cage_ratios[-1]:.6f}", "least": f"{effect.spread[0]:.6f}",
+            "greatest": f"{effect.spread[1]:.6f}", "half spread [% of the line]": study.of.percent(effect.half_spread),
+        }
+        for effect in study.effects
+    ]  # fmt: skip
+
+
+def summary_row(study: InputStudy) -> dict[str, Any]:
+    """Nominal value, spreads, and E against U."""
+    low, high = study.drawn_interval
+    parts = study.parts_pct
+    return {
+        "record": study.of.record, "line": study.of.line, "rpm": f"{study.of.rpm:.2f}",
+        "rig": f"{study.of.cage_ratio:.5f}", "nominal": f"{study.nominal:.6f}", "95 % of draws": f"{low:.5f}-{high:.5f}",
+        "E [%]": study.error_pct, **{f"{name} [%]": parts.get(name) for name in
+                                     ("inputs", "inputs together", "numerics", "data")},
+        "U [%]": study.uncertainty_pct, f"within {MARGIN_PCT:g} %": study.agrees,
+    }  # fmt: skip
+
+
+def main() -> None:
+    """Measure, store and print."""
+    parser = argparse.ArgumentParser(description="The rig scene's cage speed over the ranges of its inputs.")
+    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="default: the user's cache")
+    options = parser.parse_args()
+    revision = git_revision()
+    with ProgressDisplay() as progress:
+        studies = [study_inputs(line, rig_inputs(), progress=progress) for line in LINES]
+    for study in studies:
+        print_rows(effect_rows(study))
+    print_rows([summary_row(study) for study in studies])
+    content = {"machine": this_machine(), "seconds": SECONDS, "studies": [json_object(study) for study in studies]}
+    print(store_result(stamped(RIG_INPUTS, content, command=COMMAND[RIG_INPUTS], revision=revision), options.output))
+
+
+if __name__ == "__main__":
+    main()
