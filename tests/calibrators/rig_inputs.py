@@ -129,10 +129,7 @@ class InputStudy:
 
     @property
     def parts_pct(self) -> dict[str, float]:
-        """95 % half widths in per cent of the line: inputs one by one, those drawn together, numerics, data.
-
-        Of the inputs' two the first counts in U: it holds the ends of every range, not only what is likely.
-        """
+        """95 % half widths in per cent of the line: inputs one by one, those drawn together, numerics, data."""
         low, high = self.drawn_interval
         numerics = math.hypot(self.finer - self.nominal, COVERAGE * float(np.std(self.starts, ddof=1)))
         parts = {
@@ -146,9 +143,10 @@ class InputStudy:
 
     @property
     def uncertainty_pct(self) -> float | None:
-        """U of the line; None where the data's part is not known."""
+        """U of the line, with the greater of the inputs' two parts; None where the data's is not known."""
         parts = self.parts_pct
-        return math.hypot(parts["inputs"], parts["numerics"], parts["data"]) if "data" in parts else None
+        inputs = max(parts["inputs"], parts["inputs together"])
+        return math.hypot(inputs, parts["numerics"], parts["data"]) if "data" in parts else None
 
     @property
     def verdict(self) -> str | None:

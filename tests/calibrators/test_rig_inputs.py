@@ -34,8 +34,8 @@ OUTER = LINES[0]
 INPUTS = rig_inputs()
 
 
-def study(line: RigLine = OUTER, *, off: float = 0.0, half_spread: float = 1e-4) -> InputStudy:
-    """One whose nominal ratio is `off` the rig's, with a known effect of one input."""
+def study(line: RigLine = OUTER, *, off: float = 0.0, half_spread: float = 1e-4, drawn: float = 0.0) -> InputStudy:
+    """One whose nominal ratio is `off` the rig's, with known effects: of two inputs alone, and `drawn` together."""
     nominal = line.cage_ratio + off
     effect = InputEffect(
         key="a", unit="", values=(0.0, 1.0, 2.0),
@@ -43,7 +43,7 @@ def study(line: RigLine = OUTER, *, off: float = 0.0, half_spread: float = 1e-4)
     )  # fmt: skip
     return InputStudy(
         of=line, nominal=nominal, finer=nominal, starts=(nominal, nominal), effects=(effect, effect),
-        drawn=(nominal - 1e-4, nominal, nominal + 1e-4),
+        drawn=(nominal - drawn, nominal + drawn),
     )  # fmt: skip
 
 
@@ -56,6 +56,13 @@ def test_inputs_add_up_by_squares_and_effects_need_not_be_monotone() -> None:
     assert found.uncertainty_pct == pytest.approx(
         math.hypot(found.parts_pct["inputs"], found.parts_pct["data"]), rel=ROUNDING
     )
+
+
+def test_inputs_that_do_more_together_count_as_they_do_together() -> None:
+    found = study(half_spread=1e-4, drawn=1e-3)
+    together = found.parts_pct["inputs together"]
+    assert together == pytest.approx(0.95 * 100 * 1e-3 / 0.43082, rel=ROUNDING)  # of two draws, 2.5 to 97.5 %
+    assert found.uncertainty_pct == pytest.approx(math.hypot(together, found.parts_pct["data"]), rel=ROUNDING)
 
 
 def test_a_cage_that_turns_faster_raises_one_line_and_lowers_the_other() -> None:
