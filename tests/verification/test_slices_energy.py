@@ -52,19 +52,22 @@ CASES: dict[str, dict[str, Any]] = {
 SEEDS = (1, 2, 3)
 OVER_RAD = 0.005  # a roller at the edge of the opening: 0.8 mm from its middle
 SPAN_S = 1e-7
-INSTANT = 3e-3  # of the largest power; 9e-4 seen
+INSTANT = 1e-3  # of the largest power; 3e-4 seen
+# The model turns a race's meridian to the roller's centre: a roller that the cage's tilt takes out of it meets the race
+# beside its deepest place, by 2 um for 1e-4 rad, and what rolling moves that place by is not the force's work.
+TILT_RAD, TILTED = 1e-4, 6e-3  # 3e-3 seen, with axial load
 TORQUE = 1e-6  # of the largest torque: two difference quotients
 RUN_STEP_S, SETTLING_STEPS, RUN_STEPS = 1 / 40960, 820, 4096  # 0.1 s, a turn and a half, some 12 rollers over a hole
-RUN = 1e-3  # of the losses; the issue's limit is 1e-2
+RUN = 3e-3  # of the losses; 1.2e-3 seen with axial load, which tilts the cage, 6e-4 with a spall, 2e-5 without either
 
 
-def moving(scene: Scene, model: Parameters, seed: int) -> FloatArray:
+def moving(scene: Scene, model: Parameters, seed: int, tilt_rad: float = 0.0) -> FloatArray:
     """A state in balance, then everything moved a little: rollers, cage, ring, and all their velocities."""
     y = equilibrium_state(model, cage_angle_rad=scene.load.zone_rad + OVER_RAD).state
     rng, where = np.random.default_rng(seed), layout_of(y)
     y[where.slide] += rng.normal(0, 3e-6, where.rollers)
     y[where.rotation] = rng.normal(0, 0.04, where.rollers)
-    y[where.cage] += [*rng.normal(0, 1e-4, 2), 0.0]
+    y[where.cage] += [*rng.normal(0, 1.0, 2) * tilt_rad, 0.0]
     y[where.ring] += rng.normal(0, 5e-6, 3)
     y[where.slide_rate] += rng.normal(0, 0.02, where.rollers)
     y[where.spin] += rng.normal(0, 1.0, where.rollers)
@@ -74,11 +77,12 @@ def moving(scene: Scene, model: Parameters, seed: int) -> FloatArray:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize(("tilt_rad", "limit"), [(0.0, INSTANT), (TILT_RAD, TILTED)])
 @pytest.mark.parametrize("name", CASES)
-def test_balance_at_an_instant(name: str, seed: int) -> None:
+def test_balance_at_an_instant(name: str, tilt_rad: float, limit: float, seed: int) -> None:
     scene = paper_scene(**merged(RIG, CASES[name]))
     model, world = slices_model(scene), World(scene, geometry())
-    y = moving(scene, model, seed)
+    y = moving(scene, model, seed, tilt_rad)
     found = rates(model, 0.0, y)
 
     def stored(ahead_s: float) -> float:
@@ -87,7 +91,7 @@ def test_balance_at_an_instant(name: str, seed: int) -> None:
 
     change = (stored(SPAN_S) - stored(-SPAN_S)) / (2 * SPAN_S)
     largest = max(abs(supplied(found.totals)), lost(found.totals))
-    assert change == pytest.approx(supplied(found.totals) - lost(found.totals), abs=INSTANT * largest)
+    assert change == pytest.approx(supplied(found.totals) - lost(found.totals), abs=limit * largest)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -97,7 +101,7 @@ def test_torque_on_the_shaft_changes_the_momentum_of_cage_and_rollers(name: str,
     scene = paper_scene(**merged(RIG, CASES[name]))
     model, world = slices_model(scene), World(scene, geometry())
     assert model.slices is not None
-    y = moving(scene, model, seed)
+    y = moving(scene, model, seed, TILT_RAD)
     rows = model.slices.rows.copy()
     rows[1, :, col.SLICE_STIFFNESS] = 0.0
     without = model._replace(slices=model.slices._replace(rows=rows))
@@ -130,4 +134,3 @@ def test_balance_over_a_run(name: str) -> None:
     losses = seconds * float(flow.friction_w[0] + flow.damping_w[0] + flow.housing_w[0])
     assert losses > 0
     assert stored(y) - before == pytest.approx(work - losses, abs=RUN * losses)
-    print(name, (stored(y) - before - work + losses) / losses, work / seconds)

@@ -26,9 +26,15 @@ SPREADS_M = (1e-8, 2e-7, 5e-6, 1e-4)
 FORCE, SLOPE, ENERGY, MIDDLE = 1e-4, 2.5e-3, 3e-5, 3e-4
 DERIVATIVE = 5e-4  # the error of the energy's polynomial, seen through its slope
 UNTOUCHED_N = 1e-15
+POINTS = 20_000
 MEAN = 1e-8  # quadrature's own; the kernel adds LEAST_SLIP = 1e-9 m/s to slips of 1e-5 and more
 SLIPS_M_S = (1e-5, 3e-4, 8e-4, 1.2e-3, 2e-3, 0.1)
 RANGES_M_S = (1e-5, 2e-4, 9e-4, 1.6e-3, 0.05)
+# Over the curvature of the gap: how far the line that stands for it is off, of the force at a depth of the spread. 4 is
+# the slice in the middle of a contact that is no longer than that: it comes into contact at a corner of the line.
+BENT = {0.5: 2e-3, 1.0: 4e-3, 2.0: 1.2e-2, 4.0: 0.13}
+BENT_WHOLE = 4e-3  # the same, of slices that touch on all their width
+FLAT, LEAST_M = 0.0, 1e-9
 SAME_SPEED = 2e-2  # of the critical velocity: rolling speed at the races' middles, without slip
 
 
@@ -51,7 +57,7 @@ def integral(depth: float, spread: float, power: float, arm: int = 0) -> float:
 @pytest.mark.parametrize("spread", SPREADS_M)
 @pytest.mark.parametrize("depth", DEPTHS_M)
 def test_spring_of_a_slice(depth: float, spread: float) -> None:
-    force, slope, twice_energy, part, off = slice_spring(STIFFNESS, depth, spread)
+    force, slope, twice_energy, part, off = slice_spring(STIFFNESS, depth, spread, FLAT, LEAST_M)
     low, high = touched(depth, spread)
     expected = STIFFNESS * integral(depth, spread, 10 / 9)
     if expected == 0:
@@ -63,7 +69,7 @@ def test_spring_of_a_slice(depth: float, spread: float) -> None:
     assert twice_energy / 2 == pytest.approx(9 / 19 * STIFFNESS * integral(depth, spread, 19 / 9), rel=ENERGY)
     assert part == pytest.approx(high - low)
     centroid = low + STIFFNESS * integral(depth, spread, 10 / 9, arm=1) / expected
-    assert off * spread == pytest.approx(centroid, abs=MIDDLE * (high - low))
+    assert off == pytest.approx(centroid, abs=MIDDLE * (high - low))
     assert centroid >= -MIDDLE  # the deeper end bears more
 
 
@@ -71,8 +77,8 @@ def test_spring_of_a_slice(depth: float, spread: float) -> None:
 @pytest.mark.parametrize("depth", [d for d in DEPTHS_M if d >= 0])
 def test_force_is_the_derivative_of_the_energy(depth: float, spread: float) -> None:
     nudge = 1e-3 * (depth + spread)
-    stored = [slice_spring(STIFFNESS, depth + side * nudge, spread)[2] / 2 for side in (-1, 1)]
-    force = slice_spring(STIFFNESS, depth, spread)[0]
+    stored = [slice_spring(STIFFNESS, depth + side * nudge, spread, FLAT, LEAST_M)[2] / 2 for side in (-1, 1)]
+    force = slice_spring(STIFFNESS, depth, spread, FLAT, LEAST_M)[0]
     assert (stored[1] - stored[0]) / (2 * nudge) == pytest.approx(force, rel=DERIVATIVE)
 
 
@@ -80,11 +86,25 @@ def test_a_slice_comes_into_contact_smoothly() -> None:
     """Force and slope begin at zero where the deeper end touches."""
     spread = 2e-6
     depths = -spread / 2 + np.array([-1e-9, 0.0, 1e-12, 1e-10])
-    force, slope = np.array([slice_spring(STIFFNESS, d, spread)[:2] for d in depths]).T
-    full = slice_spring(STIFFNESS, spread, spread)
+    force, slope = np.array([slice_spring(STIFFNESS, d, spread, FLAT, LEAST_M)[:2] for d in depths]).T
+    full = slice_spring(STIFFNESS, spread, spread, FLAT, LEAST_M)
     assert np.all(np.diff(force) >= 0)
     assert np.all(force[:3] < 1e-10 * full[0])
     assert np.all(slope[:3] < 1e-5 * full[1])
+
+
+@pytest.mark.parametrize("bent", BENT)
+@pytest.mark.parametrize("share", [-0.4, -0.25, 0.0, 0.25, 0.5, 1.0, 3.0])
+def test_a_slice_follows_the_bent_gap(share: float, bent: float) -> None:
+    """Penetration depth + spread x - bend (x^2 / 2 - 1 / 24), x in widths from the middle; depth is its mean."""
+    spread = 5e-6
+    depth, bend = share * spread, bent * spread
+    x = (np.arange(POINTS) + 0.5) / POINTS - 0.5
+    penetration = np.maximum(depth + spread * x - bend * (x**2 / 2 - 1 / 24), 0.0)
+    force = slice_spring(STIFFNESS, depth, spread, bend, bend / 4)[0]
+    expected = STIFFNESS * float((penetration ** (10 / 9)).mean())
+    limit = BENT_WHOLE if penetration.min() > 0 else BENT[bent]
+    assert force == pytest.approx(expected, abs=limit * STIFFNESS * spread ** (10 / 9))
 
 
 def coefficient(slip: float, static: float, dynamic: float, critical: float) -> float:

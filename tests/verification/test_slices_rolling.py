@@ -150,7 +150,9 @@ def test_three_slices_where_the_paper_has_its_circles(kind: str, published: floa
     rows[:, 0, [col.SLICE_RADIAL, col.SLICE_AXIAL, col.SLICE_NORMAL_RADIAL, col.SLICE_NORMAL_AXIAL]] = np.moveaxis(
         places, 2, 1
     )
-    rows[:, 0, col.SLICE_WIDTH], rows[:, 0, col.SLICE_VERTEX], rows[:, 0, col.SLICE_LIFT] = 1e-6, 1e-8, 0.0
+    rows[:, 0, col.SLICE_WIDTH], rows[:, 0, col.SLICE_VERTEX] = 1e-6, 1e-8
+    rows[:, 0, [col.SLICE_LIFT, col.SLICE_BEND]] = 0.0
+    rows[:, 0, col.SLICE_STIFFNESS] = rows[:, 0, col.SLICE_STIFFNESS].mean()
     model = model._replace(slices=model.slices._replace(rows=rows))
     found = float(ratio_of_run(scene, model).mean())
     y = equilibrium_state(model).state

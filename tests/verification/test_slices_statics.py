@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from srbval.models.full import columns as col
 from srbval.models.full.equilibrium import equilibrium_state
 from tests.verification.harness import FloatArray, Parameters, Scene, geometry, layout_of, merged, paper_scene, rates
 from tests.verification.slices_reference import SlicedBearing, loads_of_slices, slices_model
@@ -39,7 +40,6 @@ ROLLER = 0.02  # of a roller's load; 0.5 % seen, at a hundredth of the largest
 SHARES = 0.03  # of a row's share of the load; 0.1 % seen
 RING, RING_M = 2e-3, 1e-8  # of the displacement; 2e-4 seen
 NOTICED = 0.01  # of the largest load
-ROUGH_LENGTH = 2.0  # slices, of which the contact's last two are met in part
 LEAST_N = 1e-9  # a slice that is not touched has 1e-24 N, since its depth is a divisor
 PAIR_M = (24e-6, 25e-6)  # approach of a roller's two contacts at 14.6 kN: ISO/TS 16281 and Palmgren
 LOADED_N = 14_600.0
@@ -76,7 +76,7 @@ def test_loads_and_displacement_are_those_of_the_integral(name: str) -> None:
     assert state[layout_of(state).ring] == pytest.approx(ring, rel=RING, abs=RING * np.abs(ring).max() + RING_M)
 
 
-def pressed(osculation: float, slide_m: float, slices: int = 13) -> tuple[Parameters, FloatArray]:
+def pressed(osculation: float, slide_m: float, slices: int = 11) -> tuple[Parameters, FloatArray]:
     """A model and a state in which every roller is pressed into the outer race alone."""
     profiles = {"outer_osculation": osculation, "inner_osculation": osculation, "slices": slices}
     model = slices_model(paper_scene(**merged(STATIC, {"line_contact": profiles})))
@@ -93,12 +93,14 @@ def test_length_of_a_contact(osculation: float, depth_m: float) -> None:
     """Half lengths sqrt(2 delta / kappa), kappa the difference of the profiles' curvatures."""
     slices = 101
     model, y = pressed(osculation, depth_m, slices)
-    width = geometry().roller_width_m / slices
-    touched = (loads_of_slices(model, y)[0, 3] > LEAST_N).sum() * width
+    assert model.slices is not None
+    width = model.slices.rows[0, 0, col.SLICE_WIDTH]
+    loaded = loads_of_slices(model, y)[0, 3] > LEAST_N
+    touched = width[loaded].sum()
     curvature = (1 / osculation - 1) / geometry().raceway_radius_m
     length = 2 * np.sqrt(2 * depth_m / curvature)
     assert length < geometry().roller_width_m
-    assert length <= touched <= length + ROUGH_LENGTH * width
+    assert length <= touched <= length + 2 * width[loaded].max()
 
 
 def test_approach_and_stiffness_at_a_working_load() -> None:
@@ -125,11 +127,13 @@ def test_load_along_the_roller(name: str) -> None:
     state = equilibrium_state(model).state
     bearing = SlicedBearing.like(model, scene)
     where = layout_of(state)
+    assert model.slices is not None
     found = loads_of_slices(model, state)
     whole = bearing.contacts(state[where.slide], state[where.ring]).force_n
     j = int(whole[0].sum(axis=1).argmax())
     for race in (0, 1):
-        places = np.arange(whole.shape[2] + 1) / whole.shape[2]
+        places = np.arange(whole.shape[2] + 1) / whole.shape[2] * geometry().roller_width_m
         running = np.concatenate([[0.0], np.cumsum(whole[race, j])])
-        expected = np.diff(np.interp(np.linspace(0, 1, found.shape[2] + 1), places, running))
+        edges = np.concatenate([[0.0], np.cumsum(model.slices.rows[race, 0, col.SLICE_WIDTH])])
+        expected = np.diff(np.interp(edges, places, running))
         assert found[race, j] == pytest.approx(expected, abs=ROLLER * expected.max())
