@@ -1,0 +1,129 @@
+"""What the slices rung takes from scene and bearing, and that the other rungs leave its values alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from srbval.bearing import SphericalRollerGeometry, load_bearing
+from srbval.errors import ConfigurationError
+from srbval.models.full import columns as col
+from srbval.models.full.parameters import Parameters, make_parameters
+from srbval.models.line import line_parameters
+from srbval.models.sliced_contact import SlicedContact
+from srbval.models.slices import slice_parameters
+from srbval.scene import Scene, paper_scene
+
+OTHERS = {"full": make_parameters, "line": line_parameters}
+STEEL = 35948.0  # N/mm^(10/9) times (L / mm)^(8/9), ISO/TS 16281
+ROUNDING = 1e-12
+
+
+def geometry(**changes: Any) -> SphericalRollerGeometry:
+    found = load_bearing("skf-22240").geometry
+    assert found is not None
+    return replace(found, **changes)
+
+
+def leaves(value: Any) -> list[Any]:
+    """All numbers and arrays of nested tuples."""
+    return [leaf for part in value for leaf in leaves(part)] if isinstance(value, tuple) else [value]
+
+
+def assert_same(one: Parameters, other: Parameters) -> None:
+    first, second = leaves(one), leaves(other)
+    assert len(first) == len(second)
+    for a, b in zip(first, second, strict=True):
+        assert np.array_equal(a, b) if isinstance(a, np.ndarray) else a == b
+
+
+@pytest.mark.parametrize("model", OTHERS)
+def test_other_rungs_have_the_papers_profiles_whatever_the_osculation(model: str) -> None:
+    """Raceways and rollers of one profile radius, the bearing's osculations and the scene's line contact aside."""
+    scene = paper_scene(defect={"kind": "outer"})
+    plain = OTHERS[model](scene, geometry(outer_osculation=1.0, inner_osculation=1.0))
+    assert plain.law.profile_radius == geometry().raceway_radius_m
+    assert plain.slices is None
+    assert_same(plain, OTHERS[model](scene, geometry(outer_osculation=0.9, inner_osculation=0.95)))
+    changed = {"slices": 31, "outer_osculation": 0.97, "inner_osculation": 0.96, "traction": "lubricated"}
+    assert_same(plain, OTHERS[model](paper_scene(defect={"kind": "outer"}, line_contact=changed), geometry()))
+
+
+def sliced(**line_contact: Any) -> Parameters:
+    return slice_parameters(paper_scene(line_contact=line_contact), geometry())
+
+
+def test_osculations_are_the_bearings_unless_the_scene_has_its_own() -> None:
+    bearing = slice_parameters(paper_scene(), geometry(outer_osculation=0.98, inner_osculation=0.96))
+    scene = sliced(outer_osculation=0.98, inner_osculation=0.96)
+    assert_same(bearing, scene)
+    radius = geometry().raceway_radius_m
+    assert scene.law.profile_radius == pytest.approx(0.98 * radius)
+    assert scene.race_radius == pytest.approx((radius, 0.98 / 0.96 * radius))
+
+
+@pytest.mark.parametrize("inner_osculation", [0.93, 0.97, 1.0])
+def test_the_inner_race_stays_where_the_roller_meets_it(inner_osculation: float) -> None:
+    """Its arc's centre moves along the contact normal, so that play and rolling radius are those of the paper."""
+    model = sliced(outer_osculation=0.97, inner_osculation=inner_osculation)
+    outwards = np.array([model.tilt_cosine, model.tilt_sine])
+    centre = np.array([model.inner_centre_radial, model.inner_centre_axial])
+    paper = np.array([geometry().inner_centre_radial_m, geometry().inner_centre_axial_m])
+    foot = centre - model.race_radius[1] * outwards
+    assert foot == pytest.approx(paper - geometry().raceway_radius_m * outwards, abs=ROUNDING)
+
+
+@pytest.mark.parametrize("slices", [3, 11, 40])
+def test_slices_make_up_the_roller(slices: int) -> None:
+    """Widths add up to its length, springs in parallel to c_L, twice the approach of one contact being the pair's."""
+    model, length = sliced(slices=slices), geometry().roller_width_m
+    assert model.slices is not None
+    for rows in model.slices.rows[:, 0]:
+        assert rows.shape[1] == slices
+        assert rows[col.SLICE_WIDTH].sum() == pytest.approx(length)
+        both = rows[col.SLICE_STIFFNESS].sum() / 2 ** (10 / 9) / 1e3 ** (10 / 9)  # N/mm^(10/9)
+        assert both == pytest.approx(STEEL * (1e3 * length) ** (8 / 9))
+        assert np.hypot(rows[col.SLICE_NORMAL_RADIAL], rows[col.SLICE_NORMAL_AXIAL]) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("inner", [False, True])
+def test_gap_along_the_race_is_that_of_two_circles(inner: bool) -> None:
+    """In the middle of the contact the barrel is a circle of its radius; seen along the normal, so is the race."""
+    contact = SlicedContact(
+        geometry=geometry(), line=paper_scene().line_contact, roller_m=0.02, inner=inner, zone_rad=0.0,
+        points_per_circle=500,
+    )  # fmt: skip
+    race = contact.radius_m / np.cos(geometry().tilt_rad) if inner else geometry().raceway_radius_m
+    expected = 1 / 0.02 + (1 if inner else -1) / race
+    assert contact.gap_curvature_1_m(np.zeros(1))[0] == pytest.approx(expected, rel=1e-9)
+
+
+HOLE = {"kind": "outer", "shape": "hole", "extent": "2 mm", "height": "-0.5 mm"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"defect": {"kind": "outer", "shape": "cosine", "extent": "2 mm"}}, "cosine"),
+        ({"defect": HOLE | {"axial": "25 mm"}}, "beside the roller"),
+        ({"defect": HOLE, "further_defects": [HOLE | {"angle": "0.2 deg"}]}, "a roller meets both"),
+        ({"defect": HOLE | {"kind": "roller"}, "further_defects": [HOLE | {"kind": "roller"}]}, "two defects"),
+    ],
+)
+def test_what_slices_cannot_tell_apart_is_refused(changes: dict[str, Any], words: str) -> None:
+    scene: Scene = paper_scene(**changes)
+    with pytest.raises(ConfigurationError, match=words):
+        slice_parameters(scene, geometry())
+
+
+def test_lubrication_sets_the_limit_of_friction() -> None:
+    dry, oil = sliced(traction="dry"), sliced(traction="lubricated", traction_slope=2.5, traction_limit=0.05)
+    assert (dry.law.static_friction, dry.law.dynamic_friction) == (0.7, 0.5)
+    assert (oil.law.static_friction, oil.law.dynamic_friction) == (0.05, 0.05)
+    assert dry.slices is not None
+    assert oil.slices is not None
+    assert dry.slices.critical_ratio == 0.0
+    assert oil.slices.critical_ratio == pytest.approx(0.02)
