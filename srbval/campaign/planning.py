@@ -3,7 +3,6 @@
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import Any
 
 from srbval.bench.ladder.table import LadderCalibration
@@ -14,7 +13,7 @@ from srbval.campaign.sampling import nested, points
 from srbval.campaign.settings import Campaign
 from srbval.errors import DataError, SrbvalError
 from srbval.models.ladder import AUTO, rung_of
-from srbval.plan.calibrated import neighbours, shipped_calibration
+from srbval.plan.calibrated import calibration_of, neighbours
 from srbval.plan.plan import make_plan
 from srbval.scene import Scene, merge, paper_scene
 
@@ -114,7 +113,7 @@ def _weight(scene: Scene) -> float:
 
 
 def _expected_s(scene: Scene) -> float | None:
-    table = _calibration()
+    table = _calibration(scene)
     if table is None:
         return None
     pace = neighbours(table, scene).wall_per_simulated_s(scene.model)
@@ -126,9 +125,8 @@ def _expected_s(scene: Scene) -> float | None:
     return pace * (scene.duration_s + scene.settle_s)
 
 
-@cache
-def _calibration() -> LadderCalibration | None:
+def _calibration(scene: Scene) -> LadderCalibration | None:
     try:
-        return shipped_calibration()
+        return calibration_of(scene)
     except DataError:
         return None

@@ -72,8 +72,9 @@ def _ladder(options: argparse.Namespace) -> int:
     """The calibration table of the ladder of models; written only where ``-o`` names a file."""
     with ProgressDisplay() as progress:
         table = measure_ladder(
-            quick_grid() if options.quick else grid(),
-            [] if options.quick else between(),
+            (quick_grid if options.quick else grid)(options.base),
+            [] if options.quick else between(options.base),
+            base=options.base,
             seconds=options.seconds or LADDER_SECONDS,
             jobs=options.jobs,
             store=answer_store(),

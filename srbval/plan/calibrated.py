@@ -10,14 +10,13 @@ from functools import cache
 import numpy as np
 
 from srbval.bearing import Fault
-from srbval.bench.ladder.cases import CalibrationScene
+from srbval.bench.ladder.cases import BASES, CalibrationScene
 from srbval.bench.ladder.questions import Question
 from srbval.bench.ladder.table import Entry, LadderCalibration, load_calibration
-from srbval.scene import Scene, paper_scene
+from srbval.scene import Scene
 from srbval.storage.own_package import package_folder
 
-SHIPPED = "calibration.json"
-# What a calibration scene has in common with the paper's: everything but these, which are the table's axes or do not
+# What a calibration scene has in common with its base's: everything but these, which are the table's axes or do not
 # change an answer but through its length.
 FREE = ("model", "shaft_speed_rad_s", "duration_s", "settle_s", "output_rate_hz", "detail_rate_hz", "seed")
 LONGER = 0.6  # a record may be this much of the calibrated length, or longer
@@ -32,9 +31,14 @@ Key = tuple[str, str, Question]  # roller fit, model, question
 
 
 @cache
-def shipped_calibration() -> LadderCalibration:
-    """The table that comes with the program."""
-    return load_calibration(package_folder() / "plan" / SHIPPED)
+def shipped_calibration(base: str = "paper") -> LadderCalibration:
+    """The table about a bundled scene that comes with the program."""
+    return load_calibration(package_folder() / "plan" / f"calibration_{base}.json")
+
+
+def calibration_of(scene: Scene) -> LadderCalibration:
+    """The shipped table whose base the scene differs least from; the paper's of two alike."""
+    return min(map(shipped_calibration, BASES), key=lambda table: len(_unlike(table, scene)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,6 +68,7 @@ def neighbours(calibration: LadderCalibration, scene: Scene) -> Neighbours:
     """The corners of the calibration grid's cell that holds `scene`, clamped to the grid where it lies outside."""
     outside = _unlike(calibration, scene)
     case = CalibrationScene(
+        base=calibration.base,
         kind=scene.defect.kind.scene_word,
         fit=scene.contact.roller_fit.value,
         rpm=60 * scene.shaft_hz,
@@ -91,32 +96,32 @@ def _unmeasured(case: CalibrationScene) -> str:
 
 def _unlike(calibration: LadderCalibration, scene: Scene) -> list[str]:
     """In what a scene differs from the calibrated ones beyond their axes."""
-    paper = paper_scene()
+    base = BASES[calibration.base].scene
     like = replace(
         scene,
-        **{name: getattr(paper, name) for name in FREE},
-        solver=paper.solver,
-        load=replace(scene.load, radial_n=paper.load.radial_n),
-        contact=replace(scene.contact, roller_fit=paper.contact.roller_fit),
-        defect=paper.defect
+        **{name: getattr(base, name) for name in FREE},
+        solver=base.solver,
+        load=replace(scene.load, radial_n=base.load.radial_n),
+        contact=replace(scene.contact, roller_fit=base.contact.roller_fit),
+        defect=base.defect
         if scene.defect.kind is Fault.ROLLER  # said in a word of its own
-        else replace(scene.defect, kind=paper.defect.kind, height_m=paper.defect.height_m),
+        else replace(scene.defect, kind=base.defect.kind, height_m=base.defect.height_m),
     )
-    found = _differences("", vars(like), vars(paper))
+    found = _differences("", vars(like), vars(base))
     if scene.duration_s < LONGER * calibration.seconds:
         found.append(f"{scene.duration_s:g} s are short compared with the calibrated {calibration.seconds:g} s")
     if scene.solver.name != calibration.solver or scene.solver.step_s > calibration.step_s * (1 + 1e-6):
         found.append(
-            f"the full model was measured with {calibration.solver} at {calibration.step_s:.4g} s, "
+            f"its models were measured with {calibration.solver} at {calibration.step_s:.4g} s, "
             f"not {scene.solver.name} at {scene.solver.step_s:.4g} s"
         )
     return found
 
 
-def _differences(path: str, own: Mapping[str, object], paper: Mapping[str, object]) -> list[str]:
+def _differences(path: str, own: Mapping[str, object], base: Mapping[str, object]) -> list[str]:
     found = []
     for name, value in own.items():
-        right = paper[name]
+        right = base[name]
         if hasattr(value, "__dataclass_fields__") and hasattr(right, "__dataclass_fields__"):
             found += _differences(f"{path}{name}.", vars(value), vars(right))
         elif not _same(value, right):

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from srbval.bench.ladder.questions import MEANING, Question, asked_of
-from srbval.bench.ladder.table import REFERENCE_MODEL, LadderCalibration
+from srbval.bench.ladder.table import LadderCalibration
 from srbval.errors import ConfigurationError
 from srbval.models.ladder import RUNGS, Rung
-from srbval.plan.calibrated import Neighbours, neighbours, shipped_calibration
+from srbval.plan.calibrated import Neighbours, calibration_of, neighbours
 from srbval.scene import Scene
 
 
@@ -57,10 +57,10 @@ def make_plan(
 ) -> Plan:
     """The cheapest rung that answers `question` on `scene` within `tolerance_pct`.
 
-    Errors are the largest of the calibration scenes about this one, against the full model at half its step, times the
-    margin that the scenes between those call for (`margins`): bounds, which one scene in hundreds may exceed. Outside
-    the calibrated range only the full model is enough. If even its error is larger, it is chosen all the same and `met`
-    is False. Raises `ConfigurationError` for a tolerance that is not positive, or a question that a scene
+    Errors are the largest of the calibration scenes about this one, against their reference model at half its step,
+    times the margin that the scenes between those call for (`margins`): bounds, which one scene in hundreds may exceed.
+    Outside the calibrated range only the reference model is enough. If even its error is larger, it is chosen all the
+    same and `met` is False. Raises `ConfigurationError` for a tolerance that is not positive, or a question that a scene
     without defect leaves empty.
     """
     if not (math.isfinite(tolerance_pct) and tolerance_pct > 0):
@@ -70,11 +70,14 @@ def make_plan(
             f"question {question.value!r}: a healthy bearing has no fault line to ask about; "
             "give --defect outer or inner."
         )
-    table = calibration or shipped_calibration()
+    table = calibration or calibration_of(scene)
     near = neighbours(table, scene)
-    candidates = [_judge(rung, scene, question, tolerance_pct, near) for rung in RUNGS if rung.name in table.models]
+    rungs = [rung for rung in RUNGS if rung.name in table.models]
+    candidates = [_judge(rung, scene, question, tolerance_pct, near, table.reference_model) for rung in rungs]
     enough = [c for c in candidates if c.ok]
-    chosen = min(enough, key=lambda c: math.inf if c.wall_s is None else c.wall_s).model if enough else REFERENCE_MODEL
+    chosen = (
+        min(enough, key=lambda c: math.inf if c.wall_s is None else c.wall_s).model if enough else table.reference_model
+    )
     return Plan(
         chosen=chosen,
         question=question,
@@ -86,10 +89,12 @@ def make_plan(
     )
 
 
-def _judge(rung: Rung, scene: Scene, question: Question, tolerance_pct: float, near: Neighbours) -> Candidate:
+def _judge(
+    rung: Rung, scene: Scene, question: Question, tolerance_pct: float, near: Neighbours, reference: str
+) -> Candidate:
     error = near.error_pct(rung.name, question)
     pace = near.wall_per_simulated_s(rung.name)
-    ok, why = _verdict(rung, question, error, tolerance_pct, near)
+    ok, why = _verdict(rung, question, error, tolerance_pct, near, reference)
     return Candidate(
         model=rung.name,
         error_pct=error,
@@ -100,13 +105,13 @@ def _judge(rung: Rung, scene: Scene, question: Question, tolerance_pct: float, n
 
 
 def _verdict(
-    rung: Rung, question: Question, error: float | None, tolerance_pct: float, near: Neighbours
+    rung: Rung, question: Question, error: float | None, tolerance_pct: float, near: Neighbours, reference: str
 ) -> tuple[bool, str]:
     lacking = rung.lacks.get(question.value)
     if lacking is not None:
         return False, f"cannot answer: {lacking}"
     if near.outside:
-        if rung.name == REFERENCE_MODEL:
+        if rung.name == reference:
             return (
                 True,
                 "the scene lies outside what was measured: this is the reference model, its own error unknown here",

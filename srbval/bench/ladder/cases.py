@@ -1,27 +1,56 @@
-"""The scenes that the ladder is calibrated on: a grid about the paper's scene, and random ones within it."""
+"""The scenes that the ladder is calibrated on: a grid about a bundled scene, and random ones within it."""
 
 import itertools
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from srbval.bearing import Fault
-from srbval.scene import Scene, paper_scene
+from srbval.scene import Scene, load_scene, merge
 
 RPM = (353.0, 710.0, 997.0)  # the rig's range, without its slowest speeds
 RADIAL_KN = (62.4, 124.8)  # Table 5
 HEIGHT_MM = (0.1, 0.2)
 FITS = ("play", "printed")
 KINDS = (Fault.HEALTHY, Fault.OUTER, Fault.INNER)
-RANGES = ((RPM[0], RPM[-1]), (RADIAL_KN[0], RADIAL_KN[-1]), (HEIGHT_MM[0], HEIGHT_MM[-1]))
 BETWEEN_SEED = 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class LadderBase:
+    """A bundled scene that rungs are compared on: its `name`, and the grid's fits of the rollers and defects' heights.
+
+    Right is the model `reference` at a fraction of the scene's step, with the `finest` changes to the scene.
+    """
+
+    name: str
+    reference: str
+    fits: tuple[str, ...]
+    height_mm: tuple[float, ...]
+    finest: Mapping[str, Any]
+
+    @property
+    def scene(self) -> Scene:
+        """The bundled scene with this base's reference for its model."""
+        return load_scene(self.name, {"model": self.reference})
+
+
+BASES = {
+    "paper": LadderBase(name="paper", reference="full", fits=FITS, height_mm=HEIGHT_MM, finest={}),
+    "rig": LadderBase(
+        name="rig", reference="slices", fits=FITS[:1], height_mm=(-0.5,), finest={"line_contact": {"slices": 31}}
+    ),
+}
 
 
 @dataclass(frozen=True, kw_only=True, order=True)
 class CalibrationScene:
-    """A scene in a few values, all others as in the paper's. `height_mm` is 0 without a defect."""
+    """A scene in a few values, all others as in the bundled scene `base`. `height_mm` is 0 without a defect."""
 
+    base: str = "paper"
     kind: str
     fit: str
     rpm: float
@@ -37,52 +66,62 @@ class CalibrationScene:
     def scene(self, model: str, *, seconds: float, finer: int = 1) -> Scene:
         """The scene for a model, with `finer` times as many steps as by default."""
         defect = {} if Fault(self.kind) is Fault.HEALTHY else {"height_m": self.height_mm / 1e3}
-        return paper_scene(
-            model=model,
-            duration_s=seconds,
-            shaft_speed_rad_s=self.rpm * 2 * math.pi / 60,
-            load={"radial_n": self.radial_kn * 1e3},
-            contact={"roller_fit": self.fit},
-            defect={"kind": self.kind, **defect},
-            solver={"step_s": paper_scene().solver.step_s / finer},
-        )
+        base = BASES[self.base]
+        changes = {
+            "model": model,
+            "duration_s": seconds,
+            "shaft_speed_rad_s": self.rpm * 2 * math.pi / 60,
+            "load": {"radial_n": self.radial_kn * 1e3},
+            "contact": {"roller_fit": self.fit},
+            "defect": {"kind": self.kind, **defect},
+            "solver": {"step_s": base.scene.solver.step_s / finer},
+        }
+        return load_scene(self.base, merge(changes, base.finest) if finer > 1 else changes)
+
+    def reference(self, *, seconds: float, finer: int) -> Scene:
+        """The same for the base's reference model."""
+        return self.scene(BASES[self.base].reference, seconds=seconds, finer=finer)
 
 
-def grid() -> list[CalibrationScene]:
-    """Every calibration scene."""
+def grid(base: str = "paper") -> list[CalibrationScene]:
+    """Every calibration scene about a bundled one."""
+    own = BASES[base]
     return [
-        CalibrationScene(kind=kind.scene_word, fit=fit, rpm=rpm, radial_kn=load, height_mm=height)
-        for kind, fit, rpm, load in itertools.product(KINDS, FITS, RPM, RADIAL_KN)
-        for height in ((0.0,) if kind is Fault.HEALTHY else HEIGHT_MM)
+        CalibrationScene(base=base, kind=kind.scene_word, fit=fit, rpm=rpm, radial_kn=load, height_mm=height)
+        for kind, fit, rpm, load in itertools.product(KINDS, own.fits, RPM, RADIAL_KN)
+        for height in ((0.0,) if kind is Fault.HEALTHY else own.height_mm)
     ]
 
 
-def quick_grid() -> list[CalibrationScene]:
+def quick_grid(base: str = "paper") -> list[CalibrationScene]:
     """Two scenes, for a quick measurement."""
+    height = BASES[base].height_mm[-1]
     return [
-        CalibrationScene(kind=kind.scene_word, fit="play", rpm=710.0, radial_kn=124.8, height_mm=0.2)
+        CalibrationScene(base=base, kind=kind.scene_word, fit="play", rpm=710.0, radial_kn=124.8, height_mm=height)
         for kind in (Fault.OUTER, Fault.INNER)
     ]
 
 
-def between() -> list[CalibrationScene]:
+def between(base: str = "paper") -> list[CalibrationScene]:
     """Random scenes within the grid: they show how much errors vary between its scenes."""
-    return drawn(BETWEEN_SEED, power=3)
+    return drawn(BETWEEN_SEED, power=3, base=base)
 
 
-def drawn(seed: int, *, power: int) -> list[CalibrationScene]:
+def drawn(seed: int, *, power: int, base: str = "paper") -> list[CalibrationScene]:
     """For each defect and roller fit 2^`power` points of a scrambled Sobol sequence over speed, load and height."""
     from scipy.stats import qmc
 
-    found = []
-    for number, (kind, fit) in enumerate(itertools.product(KINDS, FITS)):
-        unit = qmc.Sobol(d=len(RANGES), scramble=True, rng=np.random.default_rng([seed, number])).random_base2(power)
-        low, high = zip(*RANGES, strict=True)
-        for rpm, load, height in qmc.scale(unit, low, high).tolist():
+    found, own = [], BASES[base]
+    ranges = [(RPM[0], RPM[-1]), (RADIAL_KN[0], RADIAL_KN[-1])]
+    ranges += [(own.height_mm[0], own.height_mm[-1])] if len(own.height_mm) > 1 else []
+    for number, (kind, fit) in enumerate(itertools.product(KINDS, own.fits)):
+        unit = qmc.Sobol(d=len(ranges), scramble=True, rng=np.random.default_rng([seed, number])).random_base2(power)
+        low, high = zip(*ranges, strict=True)
+        for rpm, load, *height in qmc.scale(unit, low, high).tolist():
             found.append(
                 CalibrationScene(
-                    kind=kind.scene_word, fit=fit, rpm=round(rpm), radial_kn=round(load, 1),
-                    height_mm=0.0 if kind is Fault.HEALTHY else round(height, 3),
+                    base=base, kind=kind.scene_word, fit=fit, rpm=round(rpm), radial_kn=round(load, 1),
+                    height_mm=0.0 if kind is Fault.HEALTHY else round((height or own.height_mm)[0], 3),
                 )
             )  # fmt: skip
     return found

@@ -1,4 +1,4 @@
-"""Run every rung on every calibration scene and compare it with the full model at half its step."""
+"""Run every rung on every calibration scene and compare it with the base's reference model at half its step."""
 
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -6,7 +6,7 @@ from multiprocessing import get_context
 from typing import Any
 
 from srbval.bearing import Fault, load_bearing
-from srbval.bench.ladder.cases import CalibrationScene, quick_grid
+from srbval.bench.ladder.cases import BASES, CalibrationScene, quick_grid
 from srbval.bench.ladder.questions import answers, asked_of, error_pct
 from srbval.bench.ladder.table import Answered, Entry, LadderCalibration, RungEntry, read_answers
 from srbval.bench.machine import calibrate, describe_machine, load_average, usable_cores
@@ -16,7 +16,7 @@ from srbval.models.kernel_cache import precompile
 from srbval.models.ladder import MODELS
 from srbval.models.precompile import load_kernels
 from srbval.progress import Progress, silent
-from srbval.scene import Scene, paper_scene
+from srbval.scene import Scene
 from srbval.storage.content_store import ContentStore
 from srbval.storage.strict_json import json_object
 
@@ -34,13 +34,14 @@ def measure_ladder(
     cases: Sequence[CalibrationScene],
     between: Sequence[CalibrationScene] = (),
     *,
+    base: str = "paper",
     models: Sequence[str] = MODELS,
     seconds: float = SECONDS,
     jobs: int | None = None,
     store: ContentStore | None = None,
     progress: Progress = silent,
 ) -> LadderCalibration:
-    """Errors and costs of `models` on the grid's `cases` and those `between`; the full model at half its step is right.
+    """Errors and costs of `models` on the grid's `cases` and those `between`, all about the bundled scene `base`.
 
     `jobs`, `store`: see `measure_cases`.
     """
@@ -48,9 +49,11 @@ def measure_ladder(
     entries = measure_cases(
         [*cases, *between], models=models, seconds=seconds, jobs=jobs, store=store, progress=progress
     )
-    default = paper_scene().solver
+    right, default = BASES[base], BASES[base].scene.solver
+    more = "".join(f", {value} {key}" for change in right.finest.values() for key, value in change.items())
     return LadderCalibration(
-        reference=f"full model, {default.name} at 1/{REFINEMENT / default.step_s:.0f} s",
+        base=base,
+        reference=f"{right.reference} model, {default.name} at 1/{REFINEMENT / default.step_s:.0f} s{more}",
         solver=default.name,
         step_s=default.step_s,
         seconds=seconds,
@@ -101,7 +104,7 @@ def measure_case(
     case: CalibrationScene, *, models: Sequence[str], seconds: float, store: ContentStore | None = None
 ) -> Entry:
     """One scene on every rung."""
-    right = answer(case.scene("full", seconds=seconds, finer=REFINEMENT), store)
+    right = answer(case.reference(seconds=seconds, finer=REFINEMENT), store)
     rungs = {model: answer(case.scene(model, seconds=seconds), store) for model in models}
     asked = asked_of(Fault(case.kind))
     return Entry(

@@ -2,19 +2,19 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from srbval.bench.ladder.cases import CalibrationScene
+from srbval.bench.ladder.cases import BASES, CalibrationScene
 from srbval.bench.ladder.questions import MEANING, Answer, Question
 from srbval.config.small_file import read_small_file
 from srbval.errors import DataError
 from srbval.storage.strict_json import parse_json
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 MOST_BYTES = 2**26
 
 
@@ -49,11 +49,14 @@ class Entry:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LadderCalibration:
-    """The table; `seconds` recorded in each run, `solver` and `step_s` of the full model as a rung.
+    """The table; `seconds` recorded in each run; `solver` and `step_s` of the models that have no method of their own.
+
+    `base`: the bundled scene that all others differ from in a few values.
 
     `entries` are those of the grid; `between`, scenes drawn within it, tell how far errors go beyond the grid's.
     """
 
+    base: str
     reference: str
     solver: str
     step_s: float
@@ -61,6 +64,11 @@ class LadderCalibration:
     machine: Mapping[str, Any]
     entries: tuple[Entry, ...]
     between: tuple[Entry, ...]
+
+    @property
+    def reference_model(self) -> str:
+        """The rung that is right, at half its step."""
+        return BASES[self.base].reference
 
     @property
     def models(self) -> tuple[str, ...]:
@@ -77,10 +85,12 @@ def load_calibration(path: Path) -> LadderCalibration:
     try:
         table = parse_json(read_small_file(path, MOST_BYTES))
         found = LadderCalibration(
-            **{name: table[name] for name in ("reference", "solver", "step_s", "seconds", "machine")},
+            **{name: table[name] for name in ("base", "reference", "solver", "step_s", "seconds", "machine")},
             entries=tuple(_entry(e) for e in table["entries"]),
             between=tuple(_entry(e) for e in table["between"]),
         )
+        if {entry.case.base for entry in (*found.entries, *found.between)} != {BASES[found.base].name}:
+            raise ValueError("scenes of another base")
         if not (summary(found) and math.isfinite(found.seconds + found.step_s)):  # every number is one
             raise ValueError("no scenes")
         return found
@@ -92,7 +102,7 @@ def load_calibration(path: Path) -> LadderCalibration:
 
 def _entry(table: Mapping[str, Any]) -> Entry:
     return Entry(
-        case=CalibrationScene(**{name: table[name] for name in ("kind", "fit", "rpm", "radial_kn", "height_mm")}),
+        case=CalibrationScene(**{field.name: table[field.name] for field in fields(CalibrationScene)}),
         reference=read_answers(table["reference"]),
         rungs={
             model: RungEntry(
@@ -112,9 +122,6 @@ def read_answers(table: Mapping[str, Any]) -> dict[Question, Answer | None]:
     return {Question(q): None if a is None else tuple(a) for q, a in table.items()}
 
 
-REFERENCE_MODEL = "full"
-
-
 def summary(table: LadderCalibration) -> list[dict[str, Any]]:
     """One row for each question and rung: median and worst error [%] over the scenes asked, median cost.
 
@@ -127,7 +134,7 @@ def summary(table: LadderCalibration) -> list[dict[str, Any]]:
 def _row(table: LadderCalibration, question: Question, model: str, cost: dict[str, float | None]) -> dict[str, Any]:
     asked = [e.rungs[model] for e in table.entries if question in e.rungs[model].error_pct]
     errors = [e for e in (rung.error_pct[question] for rung in asked) if e is not None]
-    own, full = cost[model], cost.get(REFERENCE_MODEL)
+    own, full = cost[model], cost.get("full")
     return {
         "question": question.value,
         "title": MEANING[question].title,
