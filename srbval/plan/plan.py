@@ -60,8 +60,8 @@ def make_plan(
     Errors are the largest of the calibration scenes about this one, against their reference model at half its step,
     times the margin that the scenes between those call for (`margins`): bounds, which one scene in hundreds may exceed.
     Outside the calibrated range only the reference model is enough. If even its error is larger, it is chosen all the
-    same and `met` is False. Raises `ConfigurationError` for a tolerance that is not positive, or a question that a scene
-    without defect leaves empty.
+    same and `met` is False. Raises `ConfigurationError` for a tolerance that is not positive, or a question that a
+    scene without defect leaves empty.
     """
     if not (math.isfinite(tolerance_pct) and tolerance_pct > 0):
         raise ConfigurationError(f"tolerance {tolerance_pct:g} % must be a positive number: try --tolerance 0.5.")

@@ -45,7 +45,7 @@ def functions(machine_code: bytes) -> list[tuple[str, int]]:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads ELF objects")
-@pytest.mark.parametrize("model", ["full", "line", "planar"])
+@pytest.mark.parametrize("model", ["full", "line", "planar", "slices"])
 def test_no_kernel_carries_a_copy_of_another(model: str) -> None:
     """A copy would be weak: the linker takes whichever came into memory first, and they differ in the last digits."""
     simulate(paper_scene(model=model, duration_s=SHORTEST_S, settle_s=0.0))

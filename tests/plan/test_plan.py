@@ -8,9 +8,9 @@ from srbval.bench.ladder.cases import grid
 from srbval.bench.ladder.questions import Question
 from srbval.bench.ladder.table import LadderCalibration
 from srbval.errors import ConfigurationError
-from srbval.plan.calibrated import margins, neighbours, shipped_calibration
+from srbval.plan.calibrated import calibration_of, margins, neighbours, shipped_calibration
 from srbval.plan.plan import Plan, make_plan
-from srbval.scene import Scene, paper_scene
+from srbval.scene import Scene, load_scene, paper_scene
 
 CHEAPER = 100  # times: what Table 6 needs, against the full model
 HALF = 0.5  # of the full model's cost: what makes the line rung worth having
@@ -108,6 +108,20 @@ def test_on_a_calibration_scene_its_own_entry_speaks(table: LadderCalibration) -
     for case in grid():
         (entry,) = neighbours(table, case.scene("full", seconds=10.0)).entries
         assert entry.case == case
+
+
+def test_each_scene_is_planned_by_the_table_about_its_own_base() -> None:
+    for base, reference in (("paper", "full"), ("rig", "slices")):
+        for case in grid(base):
+            scene = case.scene(reference, seconds=10.0)
+            assert calibration_of(scene).base == base
+            (entry,) = neighbours(calibration_of(scene), scene).entries
+            assert entry.case == case
+    plan = make_plan(load_scene("rig", {"defect": {"kind": "outer"}}), question=Question.AMPLITUDE)
+    assert plan.outside == ()
+    assert "slices" in {c.model for c in plan.candidates}
+    outside = make_plan(load_scene("rig", {"defect": {"kind": "outer"}, "load": {"axial": "20 kN"}}))
+    assert (outside.chosen, len(outside.outside)) == ("slices", 1)
 
 
 def test_a_defect_on_a_roller_says_why_it_is_left_to_the_full_model() -> None:

@@ -74,7 +74,7 @@ def outcomes(folder: Path) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
 
 @pytest.mark.timeout(0)
 def test_hostile_values_end_with_a_message_or_a_status(tmp_path: Path) -> None:
-    for model in ("full", "line", "planar"):
+    for model in ("full", "line", "planar", "slices"):
         precompile(model)
     ended, problems = outcomes(tmp_path)
     if not problems and ended[-1]["mb"] >= MOST_MB:  # kernels were compiled in it: again, now that they are stored
