@@ -10,13 +10,14 @@ from typing import Any
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models.run_file import scene_dict
-from srbval.scene import Scene, paper_scene
+from srbval.scene import Scene, load_scene
 
 PAPER_STEP_S = 1 / 61440  # Table 4
 OUTPUT_RATE_HZ = 20480.0  # the rig's sampling rate, section 3.2
 CONTACTS: dict[str, dict[str, Any]] = {"play0": {}, "interference": {"roller_fit": "printed"}}
 STATES = (Fault.HEALTHY, *RACE_DEFECTS)
 SCENES = tuple(f"{contact}-{state}" for contact in CONTACTS for state in STATES)
+RIG_SCENES = tuple(f"rig-{state}" for state in STATES)  # on request
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,20 +61,21 @@ def bench_scene(
     settle_s: float,
     contact: dict[str, Any] | None = None,
 ) -> Scene:
-    """The paper's scene with the roller fit and state in `name`, such as ``interference-outer``.
+    """The paper's scene with the roller fit and state in `name`, such as ``interference-outer``, or ``rig-outer``.
 
     `contact` is laid over its contact table. Raises `ConfigurationError` for an unknown name.
     """
     check_scenes([name])
     reading, state = name.split("-")
-    return paper_scene(
-        duration_s=seconds,
-        settle_s=settle_s,
-        output_rate_hz=output_rate_hz(step_s),
-        contact=CONTACTS[reading] | (contact or {}),
-        defect={"kind": state},
-        solver={"name": solver, "step_s": step_s},
-    )
+    changes = {
+        "duration_s": seconds,
+        "settle_s": settle_s,
+        "output_rate_hz": output_rate_hz(step_s),
+        "contact": CONTACTS.get(reading, {}) | (contact or {}),
+        "defect": {"kind": state},
+        "solver": {"name": solver, "step_s": step_s},
+    }
+    return load_scene("rig" if reading == "rig" else "paper", changes)
 
 
 def scene_content(scene: Scene) -> str:
@@ -97,5 +99,5 @@ def output_rate_hz(step_s: float) -> float:
 def check_scenes(names: Sequence[str]) -> None:
     """Raise `ConfigurationError` for a name that is none of `SCENES`."""
     for name in names:
-        if name not in SCENES:
-            raise ConfigurationError(f"scene {name!r} is not known to bench. Known: {', '.join(SCENES)}.")
+        if name not in SCENES + RIG_SCENES:
+            raise ConfigurationError(f"scene {name!r} is not known to bench. Known: {', '.join(SCENES + RIG_SCENES)}.")

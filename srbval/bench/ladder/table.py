@@ -101,8 +101,11 @@ def load_calibration(path: Path) -> LadderCalibration:
 
 
 def _entry(table: Mapping[str, Any]) -> Entry:
+    case = CalibrationScene(**{field.name: table[field.name] for field in fields(CalibrationScene)})
+    if not math.isfinite(case.rpm + case.radial_kn + case.height_mm):
+        raise ValueError(f"no scene: {case}")
     return Entry(
-        case=CalibrationScene(**{field.name: table[field.name] for field in fields(CalibrationScene)}),
+        case=case,
         reference=read_answers(table["reference"]),
         rungs={
             model: RungEntry(
