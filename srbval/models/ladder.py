@@ -20,6 +20,8 @@ from srbval.scene import Scene
 class Rung:
     """A model's `name`, what it is in a few words, and where its function stands, as ``module:function``.
 
+    `parameters`: where the one stands that assembles its parameters, of a model with the full model's equations.
+
     `columns`: those of `outputs` that it fills; the others are NaN.
     `own_solver`: what integrates it, where that is not the scene's choice. `coarser`: how many of the scene's
     steps it takes in one, as far as the output interval allows. `lacks`: questions that it cannot answer whatever the
@@ -29,6 +31,7 @@ class Rung:
     name: str
     title: str
     place: str
+    parameters: str | None = None
     columns: tuple[int, ...]
     own_solver: str | None = None
     coarser: int = 1
@@ -45,9 +48,23 @@ class Rung:
     @property
     def run(self) -> Callable[..., Any]:
         """The rung's function, imported only when it is asked for."""
-        module, name = self.place.split(":")
-        function: Callable[..., Any] = getattr(importlib.import_module(module), name)
-        return function
+        return _imported(self.place)
+
+    @property
+    def make_parameters(self) -> Callable[..., Any]:
+        """The function of scene and geometry that assembles the parameters of a model with the full model's equations.
+
+        `ConfigurationError` for any other.
+        """
+        if self.parameters is None:
+            raise ConfigurationError(f"the model {self.name} does not have the full model's equations of motion.")
+        return _imported(self.parameters)
+
+
+def _imported(place: str) -> Callable[..., Any]:
+    module, name = place.split(":")
+    function: Callable[..., Any] = getattr(importlib.import_module(module), name)
+    return function
 
 
 VIBRATION = (col.ACCELERATION_X, col.ACCELERATION_Y, col.ACCELERATION_Z, col.CAGE_SPEED)
@@ -55,6 +72,7 @@ PLANAR = tuple(range(col.DEEPEST + 1))
 ALL = tuple(range(col.COUNT))
 NO_NOISE = "nothing in it rattles or chatters"
 NO_SLIP = "its cage turns as in pure rolling"
+FULL_MODEL = "srbval.models.simulate:full_model"
 RUNGS = (
     Rung(
         name="kinematic",
@@ -89,20 +107,23 @@ RUNGS = (
     Rung(
         name="line",
         title="the full model with continuous contacts instead of points",
-        place="srbval.models.line:run",
+        place=FULL_MODEL,
+        parameters="srbval.models.line:line_parameters",
         columns=ALL,
         coarser=3,
     ),
     Rung(
         name="full",
         title="point clouds against barrel rollers, 82 free coordinates",
-        place="srbval.models.simulate:full_model",
+        place=FULL_MODEL,
+        parameters="srbval.models.full.parameters:make_parameters",
         columns=ALL,
     ),
     Rung(
         name="slices",
         title="the full model with contacts cut into slices along the roller, profile radii of their own",
-        place="srbval.models.slices:run",
+        place=FULL_MODEL,
+        parameters="srbval.models.slices:slice_parameters",
         columns=ALL,
     ),
 )

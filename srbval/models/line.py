@@ -21,7 +21,6 @@ rollers.
 """
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -30,18 +29,10 @@ from srbval.bearing import CIRCLES, Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full.parameters import Parameters, make_parameters, roller_diameter_m
 from srbval.models.full.point_cloud import inner_circle, outer_circle
-from srbval.models.outputs import Outputs
 from srbval.models.patch import Patch, patches
-from srbval.models.run_statistics import RunStatistics
-from srbval.models.simulate import full_model
 from srbval.scene import Defect, Scene
 
 DENSER = 4  # points for each of the scene's, near a defect
-
-
-def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """The rung, see `srbval.models.ladder`."""
-    return full_model(stats, settle, whole, make=line_parameters)
 
 
 def line_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Parameters:

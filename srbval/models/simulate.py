@@ -6,14 +6,14 @@ import math
 import os
 import shutil
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.bearing import SphericalRollerGeometry, load_bearing
+from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models import outputs as col
 from srbval.models.kernel_cache import WITHOUT_KERNELS, precompile
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 CHUNK_S = 0.02  # simulated time between two reports of progress
 CHUNK_STEPS = 500_000  # at most; a run can be interrupted between two chunks only
 COPIES = 3  # of the signals that are in memory at once when they are put together
-MakeParameters = Callable[[Scene, SphericalRollerGeometry], "Parameters"]
 
 
 def simulate(scene: Scene, *, progress: Progress = silent) -> Run:
@@ -132,15 +131,10 @@ def _recorded(stats: RunStatistics, progress: Progress) -> Iterator[Outputs]:
             return
 
 
-def full_model(
-    stats: RunStatistics, settle: int, whole: int, *, make: MakeParameters | None = None
-) -> Iterator[tuple[int, Outputs]]:
-    """The full model's rung, see `ladder`: from static balance, with the scene's solver.
-
-    `make` assembles the parameters of a model that shares its equations of motion.
-    """
+def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
+    """The rungs with the full model's equations, see `ladder`: from static balance, with the scene's solver."""
     from srbval.models.full.equilibrium import equilibrium_state
-    from srbval.models.full.parameters import geometry_of, make_parameters
+    from srbval.models.full.parameters import geometry_of
     from srbval.models.full.state import layout_of
     from srbval.models.full.steps import take_steps
     from srbval.models.solvers import METHODS
@@ -151,11 +145,12 @@ def full_model(
     geometry = geometry_of(bearing)
     stats.compile_s = precompile(scene.model)
     method = METHODS[scene.solver.name]
-    model = (make or make_parameters)(scene, geometry)
+    rung = rung_of(scene.model)
+    model = rung.make_parameters(scene, geometry)
     state = equilibrium_state(model).state
     memory = np.zeros_like(state)
     stats.balanced_share = static_share(stats, model, state[layout_of(state).ring])
-    per_output, per_detail = rung_of(scene.model).steps_per_output(scene), scene.outputs_per_detail
+    per_output, per_detail = rung.steps_per_output(scene), scene.outputs_per_detail
     step = 1 / (scene.output_rate_hz * per_output)
     stats.step_s, stats.step_limit_s = step, elastic_limit_s(method, model, state) or math.inf
 

@@ -17,7 +17,6 @@ Answers: all questions. Cannot answer: how points passing excite, which no racew
 defects that one roller meets at a time.
 """
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -27,16 +26,8 @@ from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
 from srbval.models.full.parameters import Parameters, Races, RaceSearch, make_parameters, own_stretch, roller_diameter_m
 from srbval.models.full.slices_kernel import SliceTable
-from srbval.models.outputs import Outputs
-from srbval.models.run_statistics import RunStatistics
-from srbval.models.simulate import full_model
 from srbval.models.sliced_contact import Openings, SlicedContact
 from srbval.scene import Scene, Traction
-
-
-def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """The rung, see `srbval.models.ladder`."""
-    return full_model(stats, settle, whole, make=slice_parameters)
 
 
 def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Parameters:

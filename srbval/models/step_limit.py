@@ -7,7 +7,10 @@ out: taken explicitly it chatters between bounds but does not diverge.
 import numpy as np
 
 from srbval.arrays import FloatArray
+from srbval.models.full.drive_kernel import shaft_motion
 from srbval.models.full.parameters import Parameters
+from srbval.models.full.slices_kernel import law_at_speed
+from srbval.models.full.start import rolling_speeds
 from srbval.models.full.state import layout_of
 from srbval.models.full.steps import rates
 from srbval.models.solvers import Method
@@ -53,7 +56,10 @@ def stiffest_roller(model: Parameters, state: FloatArray) -> Linear:
 
 
 def held(model: Parameters) -> Parameters:
-    """The model with its shaft held at angle zero."""
+    """The model with its shaft held at angle zero; friction in oil keeps the slope that it has at the shaft's speed."""
+    if model.slices is not None:
+        law = law_at_speed(model.law, model.slices, rolling_speeds(model)[0], shaft_motion(0.0, model.drive)[0])
+        model = model._replace(law=law, slices=model.slices._replace(critical_ratio=0.0))
     return model._replace(drive=model.drive._replace(speed=np.zeros((3, 1))))
 
 

@@ -1,9 +1,9 @@
-"""Step limits of each solver, from the full model linearised about static balance.
+"""Step limits of each solver, from the scene's model linearised about static balance.
 
 It is linearised by central differences of its own equations of motion. The bearing stands still: shaft held, all
 velocities zero. So every contact sticks, and friction has its slope at rest, mu_s N / v_c (eq. (19)), the steepest
-there is; elastic forces are those of the balanced contacts. Effects of rotation (gyroscopic torques, points that enter
-and leave contact, impacts of a defect) are not included.
+there is, or in oil that of the running speed; elastic forces are those of the balanced contacts. Effects of rotation
+(gyroscopic torques, points that enter and leave contact, impacts of a defect) are not included.
 """
 
 import math
@@ -15,8 +15,9 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
 from srbval.models.full.equilibrium import equilibrium_state
-from srbval.models.full.parameters import Parameters, geometry_of, make_parameters
+from srbval.models.full.parameters import Parameters, geometry_of
 from srbval.models.full.steps import rates
+from srbval.models.ladder import rung_of
 from srbval.models.solvers import METHODS
 from srbval.models.solvers.linear_stability import Linear, longest_step
 from srbval.models.step_limit import held, without_friction
@@ -35,7 +36,7 @@ def balanced(scene: Scene, *, pitches: float = 0.0) -> tuple[Parameters, FloatAr
     The cage is turned by `pitches` of the rollers' spacing.
     """
     geometry = geometry_of(load_bearing(scene.bearing))
-    model = make_parameters(scene, geometry)
+    model = rung_of(scene.model).make_parameters(scene, geometry)
     angle = pitches * 2 * math.pi / geometry.rollers_per_row
     state = equilibrium_state(model, cage_angle_rad=angle).state
     state[len(state) // 2 :] = 0.0

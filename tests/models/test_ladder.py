@@ -122,7 +122,8 @@ def test_every_rung_says_what_it_can_and_cannot_answer() -> None:
     import importlib
 
     for rung in (rung for rung in RUNGS if rung.name != "full"):
-        text = importlib.import_module(rung.place.split(":")[0].removesuffix(".rung")).__doc__ or ""
+        place = rung.parameters or rung.place
+        text = importlib.import_module(place.split(":")[0].removesuffix(".rung")).__doc__ or ""
         assert "Answers:" in text, rung.name
         assert "Cannot" in text, rung.name
 
