@@ -18,7 +18,7 @@ from srbval.recordings import Origin
 from srbval.recordings.datasets.description import DatasetDescription, PublishedSpeeds
 from srbval.recordings.registry import RegisteredRecording, RegisterListing
 from srbval.signal import Scalogram
-from srbval.storage.stored_result import CAMPAIGN_SCALE, NOISE_STUDY, READING, SPEED_ACCURACY, STABILITY
+from srbval.storage.stored_result import CAMPAIGN_SCALE, NOISE_STUDY, READING, RIG_INPUTS, SPEED_ACCURACY, STABILITY
 from srbval.validation.analyse import Analysis
 from srbval.validation.bias import Bias, Pair
 from srbval.validation.comparison import Comparison
@@ -86,6 +86,7 @@ class Evidence:
     datasets: Mapping[str, DatasetDescription]
     results: Mapping[str, ShownResult]
     ladder: ShownLadder
+    rig_ladder: ShownLadder
     provenance: Mapping[str, Any]
 
     @property
@@ -137,6 +138,8 @@ class Evidence:
             "stability": content[STABILITY].get("cells", []),
             "kept_results": {kind: result.origin for kind, result in self.results.items() if result.origin},
             "ladder": self.ladder.rows,
+            "rig_ladder": self.rig_ladder.rows,
+            "rig_scene": content[RIG_INPUTS].get("studies", []),
             "detection_under_noise": content[NOISE_STUDY].get("rows", []),
             "reading": {key: content[READING].get(key, []) for key in READING_KEYS},
             "campaign_scale": content[CAMPAIGN_SCALE].get("reckoned", []),

@@ -158,6 +158,7 @@ class _Gathering:
             datasets=_datasets(rig.registered, other_rigs),
             results=results,
             ladder=shown_ladder(),
+            rig_ladder=shown_ladder("rig"),
             provenance=provenance(runs.values(), rig.registered),
         )
 

@@ -13,6 +13,7 @@ from srbval.storage.stored_result import (
     HELD_OUT,
     NOISE_STUDY,
     READING,
+    RIG_INPUTS,
     SENSITIVITY,
     SPEED_ACCURACY,
     STABILITY,
@@ -21,7 +22,7 @@ from srbval.storage.stored_result import (
 )
 from srbval.validation.effects import NO_SENSITIVITY, Sensitivity, sensitivity_of
 
-KINDS = (SPEED_ACCURACY, STABILITY, NOISE_STUDY, CAMPAIGN_SCALE, READING, SENSITIVITY, HELD_OUT)
+KINDS = (SPEED_ACCURACY, STABILITY, NOISE_STUDY, CAMPAIGN_SCALE, READING, SENSITIVITY, HELD_OUT, RIG_INPUTS)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,9 +71,9 @@ def known_sensitivity(results: Mapping[str, ShownResult]) -> Sensitivity:
     return sensitivity_of(content) if content else NO_SENSITIVITY
 
 
-def shown_ladder() -> ShownLadder:
-    """The shipped calibration in the form the report shows."""
-    table = shipped_calibration()
+def shown_ladder(base: str = "paper") -> ShownLadder:
+    """The shipped calibration about a bundled scene in the form the report shows."""
+    table = shipped_calibration(base)
     return ShownLadder(
         scenes=len(table.entries),
         seconds=table.seconds,

@@ -23,11 +23,12 @@ from srbval.report.content.other_rigs import other_rigs_section
 from srbval.report.content.panels import figures_section, paper_speed_section
 from srbval.report.content.reading import reading_section
 from srbval.report.content.records import records_section
+from srbval.report.content.rig_scene import rig_scene_section
 from srbval.report.content.speed_accuracy import speed_accuracy_section
 from srbval.report.content.stability import stability_section
 from srbval.report.content.table6 import table6_section, verdict_box
 from srbval.report.model import Report
-from srbval.storage.stored_result import CAMPAIGN_SCALE, NOISE_STUDY, READING, SPEED_ACCURACY, STABILITY
+from srbval.storage.stored_result import CAMPAIGN_SCALE, NOISE_STUDY, READING, RIG_INPUTS, SPEED_ACCURACY, STABILITY
 
 
 def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
@@ -52,6 +53,7 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
             stability_section(results[STABILITY], default, figures),
             reading_section(results[READING]),
             ladder_section(evidence, figures),
+            rig_scene_section(results[RIG_INPUTS]),
             campaign_section(results[NOISE_STUDY], results[CAMPAIGN_SCALE]),
             matrix_section(evidence, figures),
             *other_rigs_section(evidence),

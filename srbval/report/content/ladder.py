@@ -27,20 +27,22 @@ def ladder_section(evidence: Evidence, folder: Path) -> Section:
         TEXTS.paragraph("intro", ladder=ladder),
         Listing(items=tuple(rungs)),
         TEXTS.figure("ladder-figure", files, badge=Badge.SIMULATED),
-        _table(ladder),
+        _table(ladder, "ladder-table"),
+        TEXTS.paragraph("rig", ladder=evidence.rig_ladder),
+        _table(evidence.rig_ladder, "rig-ladder-table"),
         *_held_out(evidence.results[HELD_OUT]),
         *_patterns(evidence.patterns),
     )
 
 
-def _table(ladder: ShownLadder) -> Table:
+def _table(ladder: ShownLadder, name: str) -> Table:
     questions = dict.fromkeys(row["title"] for row in ladder.rows)
     rows = [
         {"title": title, "rungs": {row["model"]: row for row in ladder.rows if row["title"] == title}}
         for title in questions
     ]
     return TEXTS.table(
-        "ladder-table",
+        name,
         rows,
         models=list(dict.fromkeys(row["model"] for row in ladder.rows)),
         cost={row["model"]: row["wall_per_simulated_s"] for row in ladder.rows},
