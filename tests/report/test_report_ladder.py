@@ -37,7 +37,9 @@ def evidence() -> Any:
         height_mm=0.2, swept_model="impulse", wide_band_hz=(300.0, 3300.0), paper_band_hz=(500.0, 1500.0),
         by_rung=rows, by_height=rows[:1],
     )  # fmt: skip
-    return SimpleNamespace(ladder=shown_ladder(), rig_ladder=shown_ladder("rig"), results=shown_results(), patterns=patterns)
+    return SimpleNamespace(
+        ladder=shown_ladder(), rig_ladder=shown_ladder("rig"), results=shown_results(), patterns=patterns
+    )
 
 
 def test_the_section_shows_every_rung(tmp_path: Path) -> None:
