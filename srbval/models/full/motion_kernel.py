@@ -18,7 +18,6 @@ from srbval.models.full.search_kernel import (
     plan_contacts,
     prepare_columns,
     scatter_sums,
-    spacing_of_single_windows,
     spacing_of_windows,
 )
 from srbval.models.full.slices_kernel import evaluate_slices, find_openings, law_at_speed
@@ -54,8 +53,7 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     prepare_columns(groups, scratch.slots, space, plan, spacing, damping)
 
     # 2. contact forces
-    single_spacing = spacing_of_single_windows(count, model.slices)
-    gather_columns(compacted, single, space, plan, spacing, single_spacing, damping)
+    gather_columns(compacted, single, space, plan, spacing, count, damping, model.slices)
     if single > 0:
         raise_points(single, y, model, model.slices)
     law = law_at_speed(model.law, model.slices, y[at.cage_rate + 2], shaft)

@@ -127,8 +127,8 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
     """
     diameter = roller_diameter_m(scene, geometry)
     body = roller_body(geometry, diameter, scene.bodies.density_kg_m3)
-    pitch, row = 2 * math.pi / geometry.rollers_per_row, np.arange(geometry.rollers_per_row)
-    angle = np.concatenate([row * pitch, (row + scene.bodies.row_stagger) * pitch])
+    row = np.arange(geometry.rollers_per_row)
+    angle = np.append(row, row + scene.bodies.row_stagger) * 2 * math.pi / geometry.rollers_per_row
     cage_axial = scene.bodies.cage_mass_kg * geometry.pitch_radius_m**2
     sprung = scene.load.path is LoadPath.HOUSING
     return Parameters(

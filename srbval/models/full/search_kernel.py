@@ -225,12 +225,6 @@ def spacing_of_windows(count, patch):
 
 
 @kernel
-def spacing_of_single_windows(count, slices):
-    """The same for the single columns, which meet points in any case, but for `slices`."""
-    return 2.0 * math.pi / count if slices is None else 0.0
-
-
-@kernel
 def copy_column(original, copy, space, damping):
     """Copy a column but for the axes of `turn_to_window`, clear the copy's sums and put the column out of reach."""
     for row in range(col.FACED_ROWS, col.FRAME_ROWS):
@@ -242,11 +236,11 @@ def copy_column(original, copy, space, damping):
 
 
 @kernel
-def gather_columns(compacted, single, space, plan, spacing, single_spacing, damping):
+def gather_columns(compacted, single, space, plan, spacing, count, damping, slices):
     """Copy the compacted and the single columns, each turned to its own window.
 
-    `spacing` of the points that compacted columns meet, `single_spacing` of those of single ones, see
-    `spacing_of_windows`.
+    `spacing` of the points that compacted columns meet, see `spacing_of_windows`; single ones meet one of `count`, but
+    for `slices`.
     """
     for i in range(col.FIRST_COPY, col.FIRST_COPY + compacted):
         original, copy = np.uint64(plan[i, col.COPY_FROM]), np.uint64(plan[i, col.COPY_TO])
@@ -257,7 +251,7 @@ def gather_columns(compacted, single, space, plan, spacing, single_spacing, damp
         at = plan[col.FIRST_SINGLE + i, col.SINGLE_FROM]
         original, copy = np.uint64(at), np.uint64(col.SINGLE + i * col.LANES)
         copy_column(original, copy, space, damping)
-        turn_to_window(original, copy, np.uint64(at % col.RACE), 0.5, single_spacing, space)
+        turn_to_window(original, copy, np.uint64(at % col.RACE), 0.5, spacing_of_windows(count, slices), space)
 
 
 @kernel
