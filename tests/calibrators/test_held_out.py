@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from srbval.bench.ladder.cases import FITS, KINDS, RANGES, between, grid
+from srbval.bench.ladder.cases import BASES, FITS, KINDS, between, grid
 from srbval.bench.ladder.measure import answer_store
 from srbval.bench.ladder.questions import Question
 from srbval.plan.calibrated import shipped_calibration
@@ -34,7 +34,7 @@ def test_scenes_are_drawn_by_a_fixed_rule_within_the_grid() -> None:
         assert {(case.kind, case.fit) for case in cases} == {(kind.scene_word, fit) for kind in KINDS for fit in FITS}
         for case in cases:
             values = (case.rpm, case.radial_kn, *((case.height_mm,) if case.height_mm else ()))
-            assert all(low <= value <= high for value, (low, high) in zip(values, RANGES, strict=False))
+            assert all(low <= value <= high for value, (low, high) in zip(values, BASES["paper"].ranges, strict=False))
 
 
 def test_no_held_out_scene_has_been_seen() -> None:

@@ -37,6 +37,12 @@ class LadderBase:
         """The bundled scene with this base's reference for its model."""
         return load_scene(self.name, {"model": self.reference})
 
+    @property
+    def ranges(self) -> tuple[tuple[float, float], ...]:
+        """Least and greatest speed [rpm] and load [kN] of the grid, and height [mm] where there are several."""
+        heights = ((self.height_mm[0], self.height_mm[-1]),) if len(self.height_mm) > 1 else ()
+        return ((RPM[0], RPM[-1]), (RADIAL_KN[0], RADIAL_KN[-1]), *heights)
+
 
 BASES = {
     "paper": LadderBase(name="paper", reference="full", fits=FITS, height_mm=HEIGHT_MM, finest={}),
@@ -112,11 +118,11 @@ def drawn(seed: int, *, power: int, base: str = "paper") -> list[CalibrationScen
     from scipy.stats import qmc
 
     found, own = [], BASES[base]
-    ranges = [(RPM[0], RPM[-1]), (RADIAL_KN[0], RADIAL_KN[-1])]
-    ranges += [(own.height_mm[0], own.height_mm[-1])] if len(own.height_mm) > 1 else []
     for number, (kind, fit) in enumerate(itertools.product(KINDS, own.fits)):
-        unit = qmc.Sobol(d=len(ranges), scramble=True, rng=np.random.default_rng([seed, number])).random_base2(power)
-        low, high = zip(*ranges, strict=True)
+        unit = qmc.Sobol(d=len(own.ranges), scramble=True, rng=np.random.default_rng([seed, number])).random_base2(
+            power
+        )
+        low, high = zip(*own.ranges, strict=True)
         for rpm, load, *height in qmc.scale(unit, low, high).tolist():
             found.append(
                 CalibrationScene(
