@@ -44,18 +44,23 @@ class Housing:
 
 @dataclass(frozen=True, kw_only=True)
 class Bodies:
-    """Masses: `density_kg_m3` of rollers and outer ring, `cage_mass_kg` (not in the paper).
+    """Masses: `density_kg_m3` of rollers and outer ring, `cage_mass_kg` of all `cages` (not in the paper).
+
+    Two cages, one for each row, turn independently and tilt together.
 
     `row_stagger`: by how much row 2 is turned against row 1 in the cage, in pitches of its rollers, 0 to below 1;
-    models that tell rows apart know it (full, line, slices).
+    models that tell rows apart know it, and the number of cages (full, line, slices).
     """
 
     density_kg_m3: float = quantity("density")
     cage_mass_kg: float = quantity("mass")
+    cages: int
     row_stagger: float
 
     def __post_init__(self) -> None:
         positive(self, "density_kg_m3", "cage_mass_kg")
+        if self.cages not in (1, 2):
+            raise ConfigurationError(f"cages = {self.cages} must be 1, or 2 for one in each row.")
         if not 0 <= self.row_stagger < 1:
             raise ConfigurationError(f"row_stagger = {self.row_stagger} must be a share of a pitch, 0 to below 1.")
 

@@ -14,6 +14,7 @@ from tests.verification.harness import (
     Rates,
     geometry,
     layout_of,
+    merged,
     paper_scene,
     parameters,
     rates,
@@ -48,6 +49,7 @@ CASES: dict[str, tuple[dict[str, Any], float]] = {  # scene, and time of the sta
     "interference, damaged roller": ({"contact": PRINTED_FIT, "defect": DEFECTS["roller"]}, 0.0),
     "interference, pit with finer points": ({"contact": PRINTED_FIT, "defect": DEFECTS["fine"]}, 0.0),
     "every force at once, changing speed and load": (EVERYTHING, 0.0217),
+    "every force at once, two cages": (merged(EVERYTHING, {"bodies": {"cages": 2}}), 0.0217),
 }
 
 
@@ -85,4 +87,6 @@ def disturbed(model: Parameters, seed: int, cage_angle: float) -> FloatArray:
     y[where.spin] += rng.normal(0, 1.0, where.rollers)
     y[where.cage_rate] += rng.normal(0, [0.5, 0.5, 0.05])
     y[where.ring_rate] += rng.normal(0, 0.01, 3)
+    y[where.lead] += 0.05
+    y[where.lead_rate] += 0.8
     return y

@@ -15,10 +15,9 @@ from srbval.models.full.damping_kernel import BORDER, factor, solve
 from srbval.models.full.drive_kernel import external_load
 from srbval.models.full.motion_kernel import WITH_DAMPING, right_hand_side
 from srbval.models.full.parameters import Parameters as Parameters
-from srbval.models.full.parameters import make_parameters
+from srbval.models.full.parameters import make_parameters, state_layout
 from srbval.models.full.point_cloud import FAR_M
 from srbval.models.full.start import rolling_speeds
-from srbval.models.full.state import StateLayout
 from srbval.models.full.state import layout_of as layout_of
 from srbval.models.full.steps import Rates as Rates
 from srbval.models.full.steps import rates as rates
@@ -61,7 +60,7 @@ def rolling_state(model: Parameters) -> FloatArray:
     The ring stands where the housing spring alone would carry the load. Not an equilibrium: what remains dies out
     in the scene's settling time; see `equilibrium.py` for one.
     """
-    layout = StateLayout(len(model.slot_angle))
+    layout = state_layout(model)
     y = np.zeros(2 * layout.half)
     y[layout.shaft_cage_rate], y[layout.spin] = rolling_speeds(model)
     if model.housing_stiffness > 0:
@@ -131,7 +130,7 @@ def implicit_response(
     model: Parameters, t: float, y: FloatArray, weight_s: float
 ) -> Callable[[FloatArray], FloatArray]:
     """The x of (M + `weight_s` D) x = M a for accelerations a, as the model finds it at state `y`; both [S]."""
-    totals, factors = np.zeros(col.TOTALS), np.zeros((BORDER, BORDER))
+    totals, factors = np.zeros(col.TOTALS), np.zeros((col.FACTOR_ROWS, BORDER))
     right_hand_side(t, y, model, np.zeros_like(y), totals, np.zeros((0, 0, 0)), WITH_DAMPING)
     factor(weight_s, model, totals, factors)
 

@@ -1,7 +1,7 @@
 """Mass and damping matrix of the full model in its generalised speeds, from partial velocities in world axes.
 
-Dense, [S, S] for S = 2 M + 6 speeds in the order of the state: slides, spins, cage, ring. No slot frame, no block, no
-elimination: every body and every touching point adds its own square form.
+Dense, [S, S] for S speeds in the order of the state: slides, spins, cage, ring, a second cage's lead. No slot frame, no
+block, no elimination: every body and every touching point adds its own square form.
 """
 
 from __future__ import annotations
@@ -34,6 +34,10 @@ def partial_velocities(world: World, y: FloatArray) -> Partial:
         centre[2 * n + k] = np.cross(unit, centres)
         omega[2 * n + k] = unit - (axis @ unit)[:, None] * axis
         ring[2 * n + 3 + k] = unit
+    if where.half > 2 * n + 6:  # row 2's cage turns about the same axis
+        second, about = world.side < 0, world.cage_axis(y)
+        centre[-1, second] = np.cross(about, centres[second])
+        omega[-1, second] = about - (axis[second] @ about)[:, None] * axis[second]
     return Partial(centre, omega, ring)
 
 
@@ -46,6 +50,9 @@ def mass_matrix(world: World, y: FloatArray) -> FloatArray:
     mass += np.einsum("kja,jab,ljb->kl", p.omega, own, p.omega)
     thin_ring = b.cage_axial / 2 * (np.eye(3) + np.outer(axis, axis))
     mass[where.cage, where.cage] += thin_ring
+    mass[where.lead, where.lead] += b.cage_axial / 2
+    mass[where.cage, where.lead] += b.cage_axial / 2 * axis[:, None]
+    mass[where.lead, where.cage] += b.cage_axial / 2 * axis
     return mass
 
 

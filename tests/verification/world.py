@@ -117,10 +117,17 @@ class World:
     def slots(self, y: FloatArray) -> FloatArray:
         """Slot axes as columns of rotation matrices, [N, 3, 3]: x along the slot, z along the roller."""
         cage = Rotation.from_euler("XYZ", y[layout_of(y).cage])
+        ahead = np.where(self.side < 0, y[layout_of(y).lead].sum(), 0.0)
         return np.array([
             (cage * Rotation.from_euler("z", angle) * Rotation.from_euler("y", -side * self.g.tilt_rad)).as_matrix()
-            for angle, side in zip(self.slot_angle, self.side, strict=True)
+            for angle, side in zip(self.slot_angle + ahead, self.side, strict=True)
         ])  # fmt: skip
+
+    def cage_omega(self, y: FloatArray) -> FloatArray:
+        """Angular velocity of the cage that each roller is in [N, 3]: row 2's own turns about the same axis."""
+        ahead = np.where(self.side < 0, y[layout_of(y).lead_rate].sum(), 0.0)
+        omega: FloatArray = y[layout_of(y).cage_rate] + ahead[:, None] * self.cage_axis(y)
+        return omega
 
     def cage_axis(self, y: FloatArray) -> FloatArray:
         """Axis of the cage."""
@@ -137,13 +144,13 @@ class World:
         """Velocities of the roller centres [N, 3]."""
         where, slots = layout_of(y), self.slots(y)
         sliding = y[where.slide_rate][:, None] * slots[:, :, 0]
-        rates: FloatArray = np.cross(y[where.cage_rate], self.centres(y)) + sliding
+        rates: FloatArray = np.cross(self.cage_omega(y), self.centres(y)) + sliding
         return rates
 
     def roller_omega(self, y: FloatArray) -> FloatArray:
         """Angular velocities of the rollers [N, 3]: the cage's across their axes, their spin along."""
-        where, axis = layout_of(y), self.slots(y)[:, :, 2]
-        omega: FloatArray = y[where.cage_rate] + (y[where.spin] - axis @ y[where.cage_rate])[:, None] * axis
+        axis, cage = self.slots(y)[:, :, 2], self.cage_omega(y)
+        omega: FloatArray = cage + (y[layout_of(y).spin] - (axis * cage).sum(axis=1))[:, None] * axis
         return omega
 
     def momentum(self, y: FloatArray) -> FloatArray:
@@ -156,7 +163,9 @@ class World:
         """Kinetic energy of all bodies, energy in gravity and in the housing's spring [J]."""
         where, b = layout_of(y), self.bodies
         kinetic = b.roller * (self.centre_rates(y) ** 2).sum() + (self.roller_omega(y) * self._own_momentum(y)).sum()
+        ahead, along = y[where.lead_rate].sum(), y[where.cage_rate] @ self.cage_axis(y)
         kinetic += y[where.cage_rate] @ self._cage_momentum(y) + b.ring * (y[where.ring_rate] ** 2).sum()
+        kinetic += b.cage_axial / 2 * ahead * (along + ahead)  # half of the cages' mass turns so much faster
         weight = b.roller * self.centres(y).sum(axis=0) + b.ring * y[where.ring]
         spring = self.housing_stiffness() * (y[where.ring] ** 2).sum()
         return float((kinetic + spring) / 2 - weight @ self.gravity())
@@ -170,8 +179,17 @@ class World:
     def _cage_momentum(self, y: FloatArray) -> FloatArray:
         omega, axis, b = y[layout_of(y).cage_rate], self.cage_axis(y), self.bodies
         along = (omega @ axis) * axis
-        own: FloatArray = b.cage_axial / 2 * (omega - along) + b.cage_axial * along
+        ahead = b.cage_axial / 2 * y[layout_of(y).lead_rate].sum() * axis
+        own: FloatArray = b.cage_axial / 2 * (omega - along) + b.cage_axial * along + ahead
         return own
+
+    def lead_momentum(self, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Momenta [kg m/s] and own angular momenta [kg m2/s] of row 2's rollers, [M, 3]; that of their cage, [3]."""
+        second, axial = self.side < 0, self.bodies.cage_axial / 2
+        axis, where = self.cage_axis(y), layout_of(y)
+        along = y[where.cage_rate] @ axis
+        cage = axial / 2 * (y[where.cage_rate] - along * axis) + axial * (along + y[where.lead_rate].sum()) * axis
+        return self.bodies.roller * self.centre_rates(y)[second], self._own_momentum(y)[second], cage
 
     def contacts(self, t: float, y: FloatArray) -> Contacts:
         """Every point of both clouds against every roller."""

@@ -10,6 +10,7 @@ from srbval.models import outputs as out_col
 from srbval.models.full import columns as col
 from srbval.models.full.frames_kernel import cage_axes, cage_tilt, slot_axes
 from srbval.models.full.motion_kernel import right_hand_side
+from srbval.models.full.second_cage_kernel import lead_energy, own_omega, own_turn, turn_of_second
 from srbval.models.full.state import state_indices
 from srbval.models.full.step_kernel import clear_mean, leapfrog_of, leapfrog_step, rosenbrock_step, runge_kutta_step
 from srbval.models.jit import exactly_rounded, kernel
@@ -42,8 +43,9 @@ def advance(y, ahead, first_step, step, steps_per_output, method, model, work, r
     `ahead`, [size]: what a leapfrog remembers of the step before; zeros at the start of a run. `work`: see
     `WorkingSpace`. Powers are weighted as the method weights its stages, so that energy closes to the method's order.
     """
-    rollers = (y.shape[0] // 2 - 6) // 2
-    at = state_indices(rollers)
+    half = y.shape[0] // 2
+    rollers = (half - 6) // 2
+    at = state_indices(rollers, half)
     out, per_detail = recorder.out, recorder.per_detail
     mean = work.mean
     leapfrog = leapfrog_of(method, work)
@@ -57,6 +59,9 @@ def advance(y, ahead, first_step, step, steps_per_output, method, model, work, r
                 recorder.spins[detail, j] = y[at.spin + j]
         v = at.ring_rate
         v0, v1, v2, turned = y[v], y[v + 1], y[v + 2], y[at.cage + 2]
+        leads = 0.0
+        for m in range(at.lead, half):
+            leads = y[m]
         clear_mean(mean)
         out[i, out_col.BODY_ENERGY] = mechanical_energy(y, model)
         spring = y[at.ring] ** 2 + y[at.ring + 1] ** 2 + y[at.ring + 2] ** 2
@@ -75,6 +80,8 @@ def advance(y, ahead, first_step, step, steps_per_output, method, model, work, r
         out[i, out_col.DISPLACEMENT_X] = y[at.ring]
         out[i, out_col.DISPLACEMENT_Y] = y[at.ring + 1]
         out[i, out_col.DISPLACEMENT_Z] = y[at.ring + 2]
+        for m in range(at.lead, half):  # the mean of two cages
+            turned -= 0.5 * (y[m] - leads)
         out[i, out_col.CAGE_SPEED] = (y[at.cage + 2] - turned) / interval
         out[i, out_col.CAGE_TILT_X] = y[at.cage]
         out[i, out_col.CAGE_TILT_Y] = y[at.cage + 1]
@@ -97,8 +104,10 @@ def mechanical_energy(y, model):
     T = sum over bodies of m v^2 / 2 + I omega^2 / 2; the shaft, whose motion is prescribed, is left out.
     """
     n = model.slot_angle.shape[0]
-    at = state_indices(n)
+    at = state_indices(n, y.shape[0] // 2)
     turn = y[at.cage + 2]
+    second = model.second_cage
+    turned = turn_of_second(y, at, second)
     omega_x, omega_y, omega_z = y[at.cage_rate], y[at.cage_rate + 1], y[at.cage_rate + 2]
     ct, st = math.cos(turn), math.sin(turn)
     axes = cage_axes(cage_tilt(y[at.cage], y[at.cage + 1]))
@@ -106,16 +115,21 @@ def mechanical_energy(y, model):
     square = omega_x * omega_x + omega_y * omega_y + omega_z * omega_z
     double = model.cage_transverse * square + (model.cage_axial - model.cage_transverse) * along * along
     double += model.ring_mass * (y[at.ring_rate] ** 2 + y[at.ring_rate + 1] ** 2 + y[at.ring_rate + 2] ** 2)
+    double += lead_energy(second, turned, along)
     height = model.ring_mass * y[at.ring + 1]
     space = model.scratch.space
     for j in range(n):
         slot = np.uint64(2 * j if j < n // 2 else 2 * j - n + 1)
-        c = ct * space[col.SLOT_COSINE + slot] - st * space[col.SLOT_SINE + slot]
-        s = st * space[col.SLOT_COSINE + slot] + ct * space[col.SLOT_SINE + slot]
-        lean = space[col.SIDE + slot] * model.tilt_sine
+        side = space[col.SIDE + slot]
+        own_cosine, own_sine = own_turn(second, ct, st, turned, side)
+        c = own_cosine * space[col.SLOT_COSINE + slot] - own_sine * space[col.SLOT_SINE + slot]
+        s = own_sine * space[col.SLOT_COSINE + slot] + own_cosine * space[col.SLOT_SINE + slot]
+        lean = side * model.tilt_sine
         e_x, e_y, e_z, _, _, _, z_x, z_y, z_z = slot_axes(axes, c, s, model.tilt_cosine, lean)
-        across = square - (omega_x * e_x + omega_y * e_y + omega_z * e_z) ** 2
-        about = omega_x * z_x + omega_y * z_y + omega_z * z_z
+        w_x, w_y, w_z = own_omega(second, omega_x, omega_y, omega_z, turned, side, axes)
+        square = w_x * w_x + w_y * w_y + w_z * w_z
+        across = square - (w_x * e_x + w_y * e_y + w_z * e_z) ** 2
+        about = w_x * z_x + w_y * z_y + w_z * z_z
         reach = model.centre_distance + y[at.slide + j]
         double += model.roller_mass * (y[at.slide_rate + j] ** 2 + reach * reach * across)
         double += model.roller_axial * y[at.spin + j] ** 2 + model.roller_transverse * (square - about * about)

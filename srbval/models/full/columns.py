@@ -101,8 +101,13 @@ SLICE_ROWS = 13
     HOUSING_POWER,  # lost in the housing's damper [W]
     INERTIA_XX, INERTIA_YY, INERTIA_ZZ,  # of the cage with its rollers about the bearing centre [kg m2]
     INERTIA_XY, INERTIA_XZ, INERTIA_YZ,
-) = range(17)  # fmt: skip
-TOTALS = 17
+    LEAD_X, LEAD_Y, LEAD_Z, LEAD_AXIAL,  # of what turns with a second cage: against both cages' rates, its own
+) = range(21)  # fmt: skip
+TOTALS = 21
+# Rows of the factors behind the border of cages and ring: that border's coupling with a second cage's lead, how it
+# follows the lead, and the inverse of what is then left of the lead's own entry.
+LEAD_BORDER, LEAD_FOLLOWED, LEAD_OWN = 6, 7, 8
+FACTOR_ROWS = 9
 RING_FORCE, INERTIA = slice(0, 3), slice(11, 17)
 
 

@@ -39,10 +39,9 @@ from srbval.arrays import FloatArray
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
 from srbval.models.full.drive_kernel import external_load, shaft_motion
-from srbval.models.full.parameters import Parameters
+from srbval.models.full.parameters import Parameters, state_layout
 from srbval.models.full.point_cloud import DEEPEST_M
 from srbval.models.full.start import balance_friction, rolling_speeds
-from srbval.models.full.state import StateLayout
 from srbval.models.full.steps import rates
 
 RING_TOLERANCE_N = 1e-2  # where the iteration stops; rounding leaves 1e-5 N at the paper's stiffness
@@ -119,7 +118,7 @@ class _Statics:
 
     def __init__(self, model: Parameters, cage_angle_rad: float) -> None:
         self.rollers = len(model.slot_angle)
-        self.layout = StateLayout(self.rollers)
+        self.layout = state_layout(model)
         self.cage_speed, _ = rolling_speeds(model)
         self.rest = _at_rest(model)
         self.y = np.zeros(2 * self.layout.half)

@@ -10,6 +10,7 @@ import numpy as np
 
 from srbval.models.full import columns as col
 from srbval.models.full.contact_kernel import LONGEST_ONSET_M
+from srbval.models.full.second_cage_kernel import own_angle, own_speed, own_turn, turn_of_second
 from srbval.models.jit import kernel, kernel_part
 
 SKIP_MARGIN_M = 2e-6  # a roller further than this (and the highest bump) from a race has no candidates
@@ -111,7 +112,7 @@ def read_rollers(y, at, half, space):
 
 
 @kernel
-def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model):
+def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
     """Fill the frames of all `slots` and of their columns for state `y`; `count` points make a circle."""
     space = model.scratch.space
     turn = y[at.cage + 2]
@@ -119,6 +120,7 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model):
     omega_x, omega_y, omega_z = y[at.cage_rate], y[at.cage_rate + 1], y[at.cage_rate + 2]
     ring_vx, ring_vy, ring_vz = y[at.ring_rate], y[at.ring_rate + 1], y[at.ring_rate + 2]
     ct, st = math.cos(turn), math.sin(turn)
+    turned = turn_of_second(y, at, second)
     axes = cage_axes(tilt)
     tilt_cosine, tilt_sine, centre_distance = model.tilt_cosine, model.tilt_sine, model.centre_distance
     outer_clearance = model.law.roller_radius - model.race_radius[0]
@@ -135,14 +137,16 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model):
     inner = race_limits(races.inner, 1.0 if omega_z > shaft else -1.0)
     for p in range(slots):
         side = space[col.SIDE + p]
-        c = ct * space[col.SLOT_COSINE + p] - st * space[col.SLOT_SINE + p]
-        s = st * space[col.SLOT_COSINE + p] + ct * space[col.SLOT_SINE + p]
+        own_cosine, own_sine = own_turn(second, ct, st, turned, side)
+        c = own_cosine * space[col.SLOT_COSINE + p] - own_sine * space[col.SLOT_SINE + p]
+        s = own_sine * space[col.SLOT_COSINE + p] + own_cosine * space[col.SLOT_SINE + p]
         x_x, x_y, x_z, y_x, y_y, y_z, z_x, z_y, z_z = slot_axes(axes, c, s, tilt_cosine, side * tilt_sine)
         reach = centre_distance + space[col.SLIDE + p]
         slide_rate, roller_spin = space[col.SLIDE_RATE + p], space[col.SPIN + p]
         w_x = omega_x * x_x + omega_y * x_y + omega_z * x_z
         w_y = omega_x * y_x + omega_y * y_y + omega_z * y_z
         w_z = omega_x * z_x + omega_y * z_y + omega_z * z_z
+        w_x, w_z = own_speed(second, w_x, w_z, turned, side, tilt_sine, tilt_cosine)
         space[col.X_WX + p], space[col.X_WY + p], space[col.X_WZ + p] = x_x, x_y, x_z
         space[col.Y_WX + p], space[col.Y_WY + p], space[col.Y_WZ + p] = y_x, y_y, y_z
         space[col.Z_WX + p], space[col.Z_WY + p], space[col.Z_WZ + p] = z_x, z_y, z_z
@@ -153,7 +157,7 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model):
         space[col.N_X + p] = c * x_y - s * x_x
         space[col.N_Y + p] = c * y_y - s * y_x
         space[col.N_Z + p] = c * z_y - s * z_x
-        angle = turn + space[col.SLOT_ANGLE + p]
+        angle = own_angle(second, turn + space[col.SLOT_ANGLE + p], turned, side)
         here, damaged = side != 0.0, space[col.DAMAGE + p] > 0.0
 
         # outer race

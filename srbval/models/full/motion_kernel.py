@@ -20,6 +20,7 @@ from srbval.models.full.search_kernel import (
     scatter_sums,
     spacing_of_windows,
 )
+from srbval.models.full.second_cage_kernel import lead_rates, second_balance, without_lead
 from srbval.models.full.slices_kernel import evaluate_slices, find_openings, law_at_speed
 from srbval.models.full.state import state_indices
 from srbval.models.jit import kernel, kernel_part
@@ -36,7 +37,8 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     or `WITH_DAMPING` to have the columns' damping sums filled, see `damping_kernel`.
     """
     n = model.slot_angle.shape[0]
-    at = state_indices(n)
+    at = state_indices(n, y.shape[0] // 2)
+    second = model.second_cage
     races, scratch = model.races, model.scratch
     # arrays are taken out of their tuples once: inside a loop each would be counted in and out
     space, plan = scratch.space, scratch.plan
@@ -47,7 +49,7 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
 
     # 1. every roller: its frame, and the points of both races within its reach
     read_rollers(y, at, n // 2, space)
-    roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model)
+    roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second)
     groups, compacted, single, deepest = plan_contacts(scratch.slots, races, space, plan, count)
     spacing = spacing_of_windows(count, model.patch)
     prepare_columns(groups, scratch.slots, space, plan, spacing, damping)
@@ -144,6 +146,12 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
             slot += np.uint64(1)
 
     # cage: symmetric 3 x 3 solve by cofactors
+    totals[col.INERTIA_XX], totals[col.INERTIA_YY], totals[col.INERTIA_ZZ] = m00, m11, m22
+    totals[col.INERTIA_XY], totals[col.INERTIA_XZ], totals[col.INERTIA_YZ] = m01, m02, m12
+    lead, g_x, g_y, g_z = second_balance(second, model, y, at, slots, totals, g_x, g_y, g_z, t02, t12, t22)
+    g_x, g_y, g_z, m00, m11, m22, m01, m02, m12 = without_lead(
+        second, totals, lead, g_x, g_y, g_z, m00, m11, m22, m01, m02, m12
+    )
     k00 = m11 * m22 - m12 * m12
     k01 = m02 * m12 - m01 * m22
     k02 = m01 * m12 - m02 * m11
@@ -154,6 +162,7 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     rate[at.cage_rate] = (k00 * g_x + k01 * g_y + k02 * g_z) / determinant
     rate[at.cage_rate + 1] = (k01 * g_x + k11 * g_y + k12 * g_z) / determinant
     rate[at.cage_rate + 2] = (k02 * g_x + k12 * g_y + k22 * g_z) / determinant
+    lead_rates(second, y, at, totals, lead, rate)
     # gimbal angles from the angular velocity: w = Rx(-a) omega = (a' + c' sin b, b', c' cos b)
     w_z, w_y = tilted_about_x(tilt, omega_y, omega_z)
     rate[at.cage] = omega_x - w_z * tilt.sin_y / tilt.cos_y
@@ -167,8 +176,6 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     totals[col.DAMPING_POWER] = damping_loss
     totals[col.CONTACT_ENERGY] = 0.5 * twice_energy
     totals[col.DRIVE_POWER] = -on_shaft * shaft
-    totals[col.INERTIA_XX], totals[col.INERTIA_YY], totals[col.INERTIA_ZZ] = m00, m11, m22
-    totals[col.INERTIA_XY], totals[col.INERTIA_XZ], totals[col.INERTIA_YZ] = m01, m02, m12
     ring_motion(t, y, at, model, (on_ring_x, on_ring_y, on_ring_z), rate, totals)
 
     if loads.shape[0] > 0:
@@ -294,7 +301,7 @@ def roller_in(slot, model):
 @kernel
 def surface_of(roller, y, model):
     """Surface of a damaged roller at its angle in state `y`."""
-    at = state_indices(model.slot_angle.shape[0])
+    at = state_indices(model.slot_angle.shape[0], y.shape[0] // 2)
     rotation = y[at.rotation + roller]
     return RollerSurface(model.law.roller_radius, model.circle_half_gap, model.roller_defects, roller, rotation)
 

@@ -24,7 +24,9 @@ from srbval.models.full.point_cloud import (
     outer_circle,
     window_half_count,
 )
+from srbval.models.full.second_cage_kernel import SecondCage
 from srbval.models.full.slices_kernel import SliceTable
+from srbval.models.full.state import StateLayout
 from srbval.scene import Defect, DefectShape, LoadPath, RollerFit, Scene
 
 IntArray = NDArray[np.int64]
@@ -117,13 +119,14 @@ class Parameters(NamedTuple):
     scratch: Scratch
     circle_half_gap: float  # half the distance between two circles along a roller [m]
     patch: FloatArray | None = None  # contacts that are not points: see `srbval.models.line`
+    second_cage: SecondCage | None = None
     slices: SliceTable | None = None  # and those cut into slices, where no circle has a patch: `srbval.models.slices`
 
 
 def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Parameters:
     """Assemble the kernel parameters of a scene (values: the paper's Tables 1 and 4).
 
-    The cage is taken as a thin ring at the pitch radius; its mass is the scene's assumption.
+    Cages are taken as thin rings at the pitch radius; their mass is the scene's assumption.
     """
     diameter = roller_diameter_m(scene, geometry)
     body = roller_body(geometry, diameter, scene.bodies.density_kg_m3)
@@ -165,7 +168,13 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
         spare_of=np.cumsum(_damaged(scene, geometry) > 0) - 1,
         scratch=_scratch(geometry, angle, _damaged(scene, geometry)),
         circle_half_gap=_axial_position(geometry, 3) / 2,
+        second_cage=SecondCage(cage_axial / 2) if scene.bodies.cages == 2 else None,
     )
+
+
+def state_layout(model: Parameters) -> StateLayout:
+    """Layout of the model's state."""
+    return StateLayout(len(model.slot_angle), 1 if model.second_cage is None else 2)
 
 
 def geometry_of(bearing: Bearing, model: str = "full") -> SphericalRollerGeometry:

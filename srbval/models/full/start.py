@@ -6,8 +6,7 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.models.full.drive_kernel import shaft_motion
-from srbval.models.full.parameters import Parameters
-from srbval.models.full.state import StateLayout
+from srbval.models.full.parameters import Parameters, state_layout
 from srbval.models.full.steps import rates
 
 CAGE_RANGE = 0.05  # about pure rolling; the outer and inner circles alone would give -1.5 % and +2.6 %
@@ -41,7 +40,7 @@ def balance_friction(model: Parameters, state: FloatArray) -> FloatArray:
 
     def cage_acceleration(speed: FloatArray) -> FloatArray:
         y = _spun(model, state, float(speed[0]))
-        return rates(model, 0.0, y).rate[StateLayout(len(model.slot_angle)).shaft_cage_rate]
+        return rates(model, 0.0, y).rate[state_layout(model).shaft_cage_rate]
 
     (balanced,) = _falling_root(cage_acceleration, np.array([cage - width]), np.array([cage + width]))
     return _spun(model, state, float(balanced))
@@ -49,7 +48,7 @@ def balance_friction(model: Parameters, state: FloatArray) -> FloatArray:
 
 def _spun(model: Parameters, state: FloatArray, cage: float) -> FloatArray:
     """`state` at this cage speed, the rollers turning so that friction has no torque about their axes."""
-    layout = StateLayout(len(model.slot_angle))
+    layout = state_layout(model)
     spins = layout.spin
     y = state.copy()
     y[layout.half :] = 0.0

@@ -20,9 +20,9 @@ from srbval.models.jit import kernel, kernel_part
 class WorkingSpace(NamedTuple):
     """Arrays that a step works in, and the running mean over an output interval.
 
-    `rates`, [stages, size], and `trial`, [size]; `factors`, [BORDER, BORDER], and `frozen`, [col.TOTALS]: the factored
-    border and the totals it belongs to; `totals` of the latest evaluation and their `mean`, see `add_to_mean`, both
-    [col.TOTALS]; `no_loads`: empty.
+    `rates`, [stages, size], and `trial`, [size]; `factors`, [col.FACTOR_ROWS, BORDER], and `frozen`, [col.TOTALS]: the
+    factored border and the totals it belongs to; `totals` of the latest evaluation and their `mean`, see `add_to_mean`,
+    both [col.TOTALS]; `no_loads`: empty.
     """
 
     rates: FloatArray
@@ -39,7 +39,7 @@ def working_space(size: int, stages: int) -> WorkingSpace:
     return WorkingSpace(
         rates=np.zeros((max(2, stages), size)),
         trial=np.zeros(size),
-        factors=np.zeros((BORDER, BORDER)),
+        factors=np.zeros((col.FACTOR_ROWS, BORDER)),
         totals=np.zeros(col.TOTALS),
         mean=np.zeros(col.TOTALS),
         frozen=np.zeros(col.TOTALS),
@@ -201,9 +201,10 @@ def leapfrog_step(y, t, step, method, model, work, ahead):
 
 @kernel
 def drift(y, step):
-    """Move slides, cage and ring on for `step` [s] at their present velocities: the cage by the midpoint rule."""
-    n = (y.shape[0] // 2 - 6) // 2
-    at = state_indices(n)
+    """Move slides, cages and ring on for `step` [s] at their present velocities: the cage by the midpoint rule."""
+    half = y.shape[0] // 2
+    n = (half - 6) // 2
+    at = state_indices(n, half)
     for j in range(n):
         y[j] += step * y[at.slide_rate + j]
     c = at.cage
@@ -215,6 +216,8 @@ def drift(y, step):
     y[c + 2] += step * rate_z
     for m in range(3):
         y[at.ring + m] += step * y[at.ring_rate + m]
+    for m in range(at.lead, half):  # none, or a second cage's
+        y[m] += step * y[half + m]
 
 
 @kernel
@@ -229,8 +232,9 @@ def gimbal_rates(tilt_x, tilt_y, w_x, w_y, w_z):
 @kernel
 def turn_rollers(y, step, model):
     """Turn the rollers on for `step` [s], relative to their slots as they stand in `y`."""
-    n = (y.shape[0] // 2 - 6) // 2
-    at = state_indices(n)
+    half = y.shape[0] // 2
+    n = (half - 6) // 2
+    at = state_indices(n, half)
     space = model.scratch.space
     turn = y[at.cage + 2]
     w_x, w_y, w_z = y[at.cage_rate], y[at.cage_rate + 1], y[at.cage_rate + 2]
@@ -242,6 +246,14 @@ def turn_rollers(y, step, model):
     along = model.tilt_cosine * (tilt.sin_y * w_x + tilt.cos_y * along)
     p_c, p_s = model.tilt_sine * (ct * about_x + st * about_y), model.tilt_sine * (ct * about_y - st * about_x)
     for row in range(2):
+        if row == 1:
+            for m in range(at.lead, half):  # none, or a second cage's
+                ct, st = math.cos(turn + y[m]), math.sin(turn + y[m])
+                p_c, p_s = (
+                    model.tilt_sine * (ct * about_x + st * about_y),
+                    model.tilt_sine * (ct * about_y - st * about_x),
+                )
+                along += model.tilt_cosine * y[half + m]
         own, speed = at.rotation + row * (n // 2), at.spin + row * (n // 2)
         for i in range(np.uint64(n // 2)):
             slot = np.uint64(2) * i + np.uint64(row)

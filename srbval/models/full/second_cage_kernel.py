@@ -1,0 +1,212 @@
+"""Kernels: a cage of its own for row 2, which turns about the same axis as row 1's but tilts with it.
+
+The window cages of both rows ride on one guide ring. `lead` is the angle by which row 2's is ahead, one more coordinate
+beside the cage's three: with t the cage's axis, the rollers of row 2 and their cage move at omega_2 = omega + lead' t,
+so that their angular acceleration is omega' + lead'' t + lead' omega x t. Its equation is Kane's with the partial
+angular velocity t. Every function leaves what it is given unchanged where there is no second cage (`second` is None).
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from srbval.models.full import columns as col
+from srbval.models.jit import kernel
+
+
+class SecondCage(NamedTuple):
+    """Moment of inertia of row 2's own cage about its axis [kg m2]; the other inertia values count both cages."""
+
+    axial: float
+
+
+@kernel
+def turn_of_second(y, at, second):
+    """Cosine and sine of the angle of row 2's cage, its lead [rad] and the lead's rate [rad/s]; zeros without one."""
+    if second is None:
+        return 0.0, 0.0, 0.0, 0.0
+    turn = y[at.cage + 2] + y[at.lead]
+    return math.cos(turn), math.sin(turn), y[at.lead], y[at.lead_rate]
+
+
+@kernel
+def own_turn(second, cosine, sine, turned, side):
+    """Cosine and sine of the angle of the cage that a roller on this `side` is in."""
+    if second is None:
+        return cosine, sine
+    return (turned[0], turned[1]) if side < 0.0 else (cosine, sine)
+
+
+@kernel
+def own_angle(second, angle, turned, side):
+    """The angle of a roller on this `side`, given that in row 1's cage [rad]."""
+    if second is None:
+        return angle
+    return angle + turned[2] if side < 0.0 else angle
+
+
+@kernel
+def own_speed(second, w_x, w_z, turned, side, tilt_sine, tilt_cosine):
+    """Components x and z in slot axes of a roller's cage's angular velocity, given those of row 1's [rad/s]."""
+    if second is None:
+        return w_x, w_z
+    return (w_x - turned[3] * tilt_sine, w_z + turned[3] * tilt_cosine) if side < 0.0 else (w_x, w_z)
+
+
+@kernel
+def second_balance(second, model, y, at, slots, totals, g_x, g_y, g_z, t_x, t_y, t_z):
+    """Torque on the lead [N m], and those on both cages less what the lead's rate takes; fills the lead's inertia.
+
+    `g_x` to `g_z`: torque on the cages; `t_x` to `t_z`: their axis; world axes.
+    """
+    if second is None:
+        return 0.0, g_x, g_y, g_z
+    space = model.scratch.space
+    s, c = -model.tilt_sine, model.tilt_cosine  # parts of the axis along a slot and along its roller, row 2
+    omega_x, omega_y, omega_z = y[at.cage_rate], y[at.cage_rate + 1], y[at.cage_rate + 2]
+    rate = y[at.lead_rate]
+    # lead' omega x t
+    b_x = rate * (omega_y * t_z - omega_z * t_y)
+    b_y = rate * (omega_z * t_x - omega_x * t_z)
+    b_z = rate * (omega_x * t_y - omega_y * t_x)
+    axial = second.axial
+    a_x, a_y, a_z = axial * t_x, axial * t_y, axial * t_z
+    g_x, g_y, g_z = g_x - axial * b_x, g_y - axial * b_y, g_z - axial * b_z
+    torque = 0.0
+    for p in range(slots):
+        if not space[col.SIDE + p] < 0.0:
+            continue
+        q = p + col.INNER
+        x_x, x_y, x_z = space[col.X_WX + p], space[col.X_WY + p], space[col.X_WZ + p]
+        z_x, z_y, z_z = space[col.Z_WX + p], space[col.Z_WY + p], space[col.Z_WZ + p]
+        w_x, w_y, w_z = space[col.CAGE_X + p], space[col.CAGE_Y + p], space[col.CAGE_Z + p]
+        reach = model.centre_distance + space[col.SLIDE + p]
+        arm, cross = model.roller_mass * reach * reach, model.roller_transverse
+        # as in `right_hand_side`: the torques about the slot and about the roller's axis that its cage must bear
+        gyro = model.roller_axial * space[col.SPIN + p] - cross * w_z
+        f_y = space[col.F_Y + p] + space[col.F_Y + q] + model.roller_mass * model.gravity * space[col.Y_WY + p]
+        q_x = space[col.T_X + p] + space[col.T_X + q] - gyro * w_y
+        q_z = reach * f_y - arm * w_x * w_y - 2.0 * model.roller_mass * reach * space[col.SLIDE_RATE + p] * w_z
+        torque += s * q_x + c * q_z
+        a_x += arm * (t_x - s * x_x) + cross * (t_x - c * z_x)
+        a_y += arm * (t_y - s * x_y) + cross * (t_y - c * z_y)
+        a_z += arm * (t_z - s * x_z) + cross * (t_z - c * z_z)
+        axial += arm * (1.0 - s * s) + cross * (1.0 - c * c)
+        along, about = arm * (b_x * x_x + b_y * x_y + b_z * x_z), cross * (b_x * z_x + b_y * z_y + b_z * z_z)
+        h_x = (arm + cross) * b_x - along * x_x - about * z_x
+        h_y = (arm + cross) * b_y - along * x_y - about * z_y
+        h_z = (arm + cross) * b_z - along * x_z - about * z_z
+        g_x, g_y, g_z = g_x - h_x, g_y - h_y, g_z - h_z
+        torque -= h_x * t_x + h_y * t_y + h_z * t_z
+    totals[col.LEAD_X], totals[col.LEAD_Y], totals[col.LEAD_Z], totals[col.LEAD_AXIAL] = a_x, a_y, a_z, axial
+    return torque, g_x, g_y, g_z
+
+
+@kernel
+def without_lead(second, totals, torque, g_x, g_y, g_z, m00, m11, m22, m01, m02, m12):
+    """Torque and inertia of the cages once the lead follows: its own equation eliminated."""
+    if second is None:
+        return g_x, g_y, g_z, m00, m11, m22, m01, m02, m12
+    a_x, a_y, a_z, per = totals[col.LEAD_X], totals[col.LEAD_Y], totals[col.LEAD_Z], 1.0 / totals[col.LEAD_AXIAL]
+    f = per * torque
+    return (
+        g_x - f * a_x, g_y - f * a_y, g_z - f * a_z,
+        m00 - per * a_x * a_x, m11 - per * a_y * a_y, m22 - per * a_z * a_z,
+        m01 - per * a_x * a_y, m02 - per * a_x * a_z, m12 - per * a_y * a_z,
+    )  # fmt: skip
+
+
+@kernel
+def lead_rates(second, y, at, totals, torque, rate):
+    """Fill the rates of the lead, those of the cages being known."""
+    if second is None:
+        return
+    taken = totals[col.LEAD_X] * rate[at.cage_rate] + totals[col.LEAD_Y] * rate[at.cage_rate + 1]
+    taken += totals[col.LEAD_Z] * rate[at.cage_rate + 2]
+    rate[at.lead] = y[at.lead_rate]
+    rate[at.lead_rate] = (torque - taken) / totals[col.LEAD_AXIAL]
+
+
+@kernel
+def lead_border(second, weight, model, totals, factors):
+    """Fill the row `LEAD_BORDER` of the factors with the lead's part of M / `weight` + D; its own entry is returned.
+
+    The lead turns a roller of row 2 as its cage's rate along the roller's axis does, `tilt_cosine` times.
+    """
+    if second is None:
+        return 0.0
+    space, c = model.scratch.space, model.tilt_cosine
+    per = 1.0 / weight
+    w0, w1, w2 = per * totals[col.LEAD_X], per * totals[col.LEAD_Y], per * totals[col.LEAD_Z]
+    r0 = r1 = r2 = 0.0
+    own = per * totals[col.LEAD_AXIAL]
+    for p in range(np.uint64(model.scratch.slots)):
+        if not space[col.SIDE + p] < 0.0:
+            continue
+        # as in `damping_kernel.factor`: what is left for a cage's rate about the roller once slide and spin follow
+        q = p + col.INNER
+        reach = model.centre_distance + space[col.SLIDE + p]
+        o_xy, o_yy, o_yz = space[col.D_XY + p], space[col.D_YY + p], space[col.D_YZ + p]
+        b_yy, b_yz = o_yy + space[col.D_YY + q], o_yz + space[col.D_YZ + q]
+        u_wy = space[col.D_XP + p] + space[col.D_XP + q] - reach * (space[col.D_XZ + p] + space[col.D_XZ + q])
+        u_wz, s_wy = reach * (o_xy + space[col.D_XY + q]), space[col.D_PS + p] + space[col.D_PS + q]
+        s_wz, g_wz, h_wz = reach * (space[col.D_YS + p] + space[col.D_YS + q]), space[col.U_WZ + p], space[col.S_WZ + p]
+        yz = reach * (space[col.D_YP + p] + space[col.D_YP + q] - reach * b_yz) - u_wy * g_wz - s_wy * h_wz
+        zz = reach * reach * b_yy - u_wz * g_wz - s_wz * h_wz
+        x = -reach * o_xy - u_wz * space[col.U_RX + p] - s_wz * space[col.S_RX + p]
+        y = -reach * o_yy - u_wz * space[col.U_RY + p] - s_wz * space[col.S_RY + p]
+        z = -reach * o_yz - u_wz * space[col.U_RZ + p] - s_wz * space[col.S_RZ + p]
+        yz, zz, x, y, z = c * yz, c * zz, c * x, c * y, c * z
+        own += c * zz
+        w0 += yz * space[col.Y_WX + p] + zz * space[col.Z_WX + p]
+        w1 += yz * space[col.Y_WY + p] + zz * space[col.Z_WY + p]
+        w2 += yz * space[col.Y_WZ + p] + zz * space[col.Z_WZ + p]
+        r0 += x * space[col.X_WX + p] + y * space[col.Y_WX + p] + z * space[col.Z_WX + p]
+        r1 += x * space[col.X_WY + p] + y * space[col.Y_WY + p] + z * space[col.Z_WY + p]
+        r2 += x * space[col.X_WZ + p] + y * space[col.Y_WZ + p] + z * space[col.Z_WZ + p]
+    factors[col.LEAD_BORDER, 0], factors[col.LEAD_BORDER, 1], factors[col.LEAD_BORDER, 2] = w0, w1, w2
+    factors[col.LEAD_BORDER, 3], factors[col.LEAD_BORDER, 4], factors[col.LEAD_BORDER, 5] = r0, r1, r2
+    return own
+
+
+@kernel
+def lead_load(second, weight, model, totals, rate, at, g0, g1, g2):
+    """Right-hand side of the cages and of the lead with the lead's accelerations and what the rollers took."""
+    if second is None:
+        return g0, g1, g2, 0.0
+    space, per = model.scratch.space, 1.0 / weight
+    a_x, a_y, a_z = per * totals[col.LEAD_X], per * totals[col.LEAD_Y], per * totals[col.LEAD_Z]
+    ahead = rate[at.lead_rate]
+    g = a_x * rate[at.cage_rate] + a_y * rate[at.cage_rate + 1] + a_z * rate[at.cage_rate + 2]
+    g += per * totals[col.LEAD_AXIAL] * ahead
+    for p in range(np.uint64(model.scratch.slots)):
+        if space[col.SIDE + p] < 0.0:
+            u, s = space[col.SLIDE_ACCELERATION + p], space[col.SPIN_ACCELERATION + p]
+            g -= model.tilt_cosine * (space[col.U_WZ + p] * u + space[col.S_WZ + p] * s)
+    return g0 + a_x * ahead, g1 + a_y * ahead, g2 + a_z * ahead, g
+
+
+@kernel
+def own_rate(second, w_z, lead, side, tilt_cosine):
+    """A roller's cage's rate about the roller's axis, given that of row 1's cage."""
+    if second is None:
+        return w_z
+    return w_z + tilt_cosine * lead if side < 0.0 else w_z
+
+
+@kernel
+def own_omega(second, omega_x, omega_y, omega_z, turned, side, axes):
+    """Angular velocity of the cage of a roller on this `side`, given that of row 1's, world axes [rad/s]."""
+    if second is None:
+        return omega_x, omega_y, omega_z
+    rate = turned[3] if side < 0.0 else 0.0
+    return omega_x + rate * axes[6], omega_y + rate * axes[7], omega_z + rate * axes[8]
+
+
+@kernel
+def lead_energy(second, turned, along):
+    """Twice what the lead's rate adds to the kinetic energy of row 2's cage [J]; `along`: both cages' rate [rad/s]."""
+    if second is None:
+        return 0.0
+    return second.axial * turned[3] * (2.0 * along + turned[3])
