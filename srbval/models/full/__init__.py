@@ -13,6 +13,9 @@
 ``y[D+2N+3:]``      outer ring velocity [m/s]
 ==================  ===================================================
 
+With a cage for each row, either half has one more at its end, D = 2N + 7: by how much row 2's cage is ahead of row 1's
+about their common axis [rad], and its rate [rad/s]; see `second_cage_kernel`.
+
 Slot axes of a roller: x along the slot (outwards, tilted by alpha), y along the race, z along the roller. With the
 slide u, L = d_p / cos(alpha), the cage's angular velocity w, the spin s, force F and torque T of both races on the
 roller, Newton-Euler projected on the generalised speeds (Kane & Levinson, Dynamics: Theory and Applications, 1985,
