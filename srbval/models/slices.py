@@ -3,7 +3,7 @@
 Same bodies, joints, load and solvers; only the contact differs. Rollers and raceways have profile radii of their own
 (osculation), so that a contact is longest under load and its ends carry little; each slice of it gives way as a line
 contact of steel does, see `slices_kernel`, with q = c_L delta^(10/9), delta the approach over both of a roller's
-contacts and c_L = 35948 L^(8/9) N/mm^(10/9) (ISO/TS 16281:2008, sect. 5.2). One of the two takes half the approach.
+contacts and c_L = 35948 L^(8/9) N/mm^(10/9) (ISO/TS 16281:2008). One of the two takes half the approach.
 Friction acts on each slice with its own slip: dry, eq. (19), or lubricated, where it rises with the slide-to-roll ratio
 to a limit.
 
@@ -13,8 +13,8 @@ finer there.
 Left out: slip within a slice's contact along the race, and what pivoting about the normal adds to it across its width;
 crowned ends; that slices support each other.
 
-Answers: all questions. Cannot answer: how points passing excite, which no raceway has; two
-defects that one roller meets at a time.
+Answers: all questions. Cannot answer: how points passing excite, which no raceway has; two defects that one roller
+meets at a time.
 """
 
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Kernels: contacts cut into slices along the roller, as in ISO/TS 16281 (2008), sect. 5.
+"""Kernels: contacts cut into slices along the roller, as in ISO/TS 16281 (2008).
 
 A slice of a race lies in the roller's meridian, or at the edge of an opening in the race, see `foot_of_slice`. Its gap
 to the barrel is the closed form of `contact_kernel.penetration`. Over the slice's own width the gap is taken as linear:
@@ -8,7 +8,7 @@ with the penetration running from e_2 to e_1, e_1 - e_2 = s, and the law q = k e
     energy U = (81/532) k w / s (e_1^(28/9) - e_2^(28/9)),
 
 negative ends counting as zero: smooth while a slice comes into contact. The damper is a time constant on the slope
-(Kraemer, Dynamisches Verhalten von Waelzlagern, Diss. Karlsruhe, 2007: 0.25e-5 to 2.5e-5 s).
+(0.25e-5 to 2.5e-5 s after E. Krämer; quoted from memory, not checked).
 """
 
 import math
@@ -136,8 +136,8 @@ def law_at_speed(law, slices, cage, shaft):
     """The law with the critical velocity of lubricated traction at these speeds [rad/s]; as it is without `slices`.
 
     The coefficient of friction rises with the slide-to-roll ratio, slip over rolling speed u, to its limit at the
-    critical ratio. u is the speed at which both contacts move over the roller's surface,
-    the mean of the races'.
+    critical ratio. u is the speed at which both contacts move over the roller's surface, the mean of the races'; that
+    of row 1's cage serves both rows.
     """
     if slices is None:
         return law
