@@ -31,6 +31,11 @@ class SolverSettings:
         positive(self, "step_s")
 
 
+def step_text(steps_per_s: float) -> str:
+    """A step as a fraction of a second and as `step_s` takes it, to within `STEP_TOLERANCE`."""
+    return f"1/{steps_per_s:.10g} s ({1 / steps_per_s:.8g})"
+
+
 @dataclass(frozen=True, kw_only=True)
 class Scene:
     """One case: a bearing at a speed under a load, with or without a defect, and how it is simulated.
@@ -83,17 +88,26 @@ class Scene:
             raise ConfigurationError(
                 f"detail_rate_hz = {self.detail_rate_hz:g} must divide output_rate_hz = {self.output_rate_hz:g}."
             )
-        steps = 1 / (self.output_rate_hz * self.solver.step_s)
-        long = (self.settle_s + self.duration_s) / self.solver.step_s
-        if steps > MOST_PER_OUTPUT or long > MOST_STEPS:
+        self._check_steps()
+
+    def _check_steps(self) -> None:
+        """Refuse a step that does not fit the output rate, or is too short; the message names steps that fit."""
+        rate, settings = self.output_rate_hz, self.solver
+        steps = 1 / (rate * settings.step_s)
+        long = (self.settle_s + self.duration_s) / settings.step_s
+        if round(steps) > MOST_PER_OUTPUT or long > MOST_STEPS:
+            most = min(MOST_PER_OUTPUT, math.floor(MOST_STEPS / ((self.settle_s + self.duration_s) * rate)))
             raise ConfigurationError(
-                f"step_s = {self.solver.step_s:g} makes {steps:.3g} steps per output and {long:.3g} in all; the limits "
-                f"are {MOST_PER_OUTPUT} and {MOST_STEPS:g}: take a longer step or a shorter run."
+                f"step_s = {settings.step_s:g} makes {steps:.3g} steps per output and {long:.3g} in all; the limits "
+                f"are {MOST_PER_OUTPUT} and {MOST_STEPS:g}: "
+                + (f"the shortest step here is {step_text(most * rate)}." if most else "take a shorter run.")
             )
         if round(steps) < 1 or abs(steps / round(steps) - 1) > STEP_TOLERANCE:
+            below = math.floor(steps)
+            fit = ", ".join(step_text(n * rate) for n in sorted({1, max(1, below), below + 1}))
             raise ConfigurationError(
-                f"the output interval 1/{self.output_rate_hz:g} s is {steps:.6g} steps of {self.solver.step_s:g} s; "
-                "it must be a whole number: change step or output_rate."
+                f"the output interval 1/{rate:g} s is {steps:.6g} steps of {settings.step_s:g} s; it must be a whole "
+                f"number: change step or output_rate. Steps that fit, the longest and those near this one: {fit}."
             )
 
     @property

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -54,6 +55,26 @@ def test_a_file_lies_over_the_paper(tmp_path: Path) -> None:
 def test_wrong_scenes_say_what_is_wrong(changes: dict[str, object], message: str) -> None:
     with pytest.raises(ConfigurationError, match=message):
         paper_scene(**changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "offered"),
+    [
+        ({"solver": {"step_s": 2e-5}}, (1, 2, 3)),
+        ({"solver": {"step_s": 1e-4}}, (1,)),
+        ({"solver": {"step_s": 1e-4 / 7}, "output_rate": "20000 Hz"}, (1, 3, 4)),
+        ({"solver": {"step_s": 1e-12}}, (100_000,)),
+    ],
+)
+def test_a_refused_step_names_steps_that_are_taken(changes: dict[str, object], offered: tuple[int, ...]) -> None:
+    """As they are printed: who copies one is not refused again."""
+    with pytest.raises(ConfigurationError) as refused:
+        paper_scene(**changes, duration="0.1 s")
+    printed = re.findall(r"1/(\d+) s \((\S+)\)", str(refused.value))
+    rate = str(changes.get("output_rate", "20480 Hz"))
+    assert [int(per_s) for per_s, _ in printed] == [n * int(rate.split()[0]) for n in offered]
+    for _, seconds in printed:
+        paper_scene(duration="0.1 s", output_rate=rate, solver={"step_s": float(seconds)})
 
 
 def test_missing_scene_file() -> None:
