@@ -18,6 +18,7 @@ CONTACTS: dict[str, dict[str, Any]] = {"play0": {}, "interference": {"roller_fit
 STATES = (Fault.HEALTHY, *RACE_DEFECTS)
 SCENES = tuple(f"{contact}-{state}" for contact in CONTACTS for state in STATES)
 RIG_SCENES = tuple(f"rig-{state}" for state in STATES)  # on request
+RIG_SHOWN = ("rig-outer",)  # in the report
 
 
 @dataclass(frozen=True, kw_only=True)

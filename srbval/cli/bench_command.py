@@ -12,12 +12,12 @@ from srbval.bench.ladder.measure import SECONDS as LADDER_SECONDS
 from srbval.bench.ladder.measure import answer_store, measure_ladder
 from srbval.bench.ladder.table import summary
 from srbval.bench.machine import Machine
-from srbval.bench.scenes import FULL, QUICK, SCENES
+from srbval.bench.scenes import FULL, QUICK, RIG_SHOWN, SCENES
 from srbval.cli.measured import measure_and_print
 from srbval.cli.output import print_columns, print_json
 from srbval.models.solvers import SOLVERS
 from srbval.progress import Progress, ProgressDisplay, prefixed
-from srbval.storage.stored_result import SENSITIVITY, SPEED_ACCURACY
+from srbval.storage.stored_result import RIG_SPEED_ACCURACY, SENSITIVITY, SPEED_ACCURACY
 from srbval.storage.strict_json import json_object, write_json
 from srbval.validation.sensitivity import SECONDS as SENSITIVITY_SECONDS
 from srbval.validation.sensitivity import measure as measure_sensitivity
@@ -36,17 +36,21 @@ def run(options: argparse.Namespace) -> int:
     if options.seconds:
         settings = replace(settings, accuracy_s=options.seconds)
 
+    scenes = tuple(options.scenes or SCENES)
+
     def measure(progress: Progress) -> BenchResult:
         return run_bench(
-            scenes=tuple(options.scenes or SCENES),
+            scenes=scenes,
             solvers=tuple(options.solvers or SOLVERS),
             settings=settings,
             accuracy=not options.speed_only,
             progress=progress,
         )
 
-    part = options.quick or options.speed_only or options.scenes or options.solvers or options.seconds
-    measure_and_print(SPEED_ACCURACY, options, measure, complete=not part, show=_print)
+    kind = RIG_SPEED_ACCURACY if scenes == RIG_SHOWN else SPEED_ACCURACY
+    part = options.quick or options.speed_only or options.solvers or options.seconds
+    part = part or scenes not in (SCENES, RIG_SHOWN)
+    measure_and_print(kind, options, measure, complete=not part, show=_print)
     return 0
 
 

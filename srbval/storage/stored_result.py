@@ -19,6 +19,7 @@ SPEED_ACCURACY, STABILITY = "speed_accuracy", "stability"
 NOISE_STUDY, CAMPAIGN_SCALE = "noise_study", "campaign_scale"
 READING, SENSITIVITY = "reading", "sensitivity"
 HELD_OUT, RIG_INPUTS = "held_out", "rig_inputs"
+RIG_SPEED_ACCURACY, RIG_STABILITY = "rig_speed_accuracy", "rig_stability"
 COMMAND = {
     SPEED_ACCURACY: "srbval bench",
     STABILITY: "srbval stability",
@@ -28,6 +29,8 @@ COMMAND = {
     SENSITIVITY: "srbval bench --sensitivity",
     HELD_OUT: "python -m tests.calibrators.held_out",
     RIG_INPUTS: "python -m tests.calibrators.rig_inputs",
+    RIG_SPEED_ACCURACY: "srbval bench --scenes rig-outer",
+    RIG_STABILITY: "srbval stability --scenes rig-outer --critical-velocity 0.1",
 }
 SCHEMA_VERSION = 1
 MOST_BYTES = 2**26  # the longest there are have some megabytes
