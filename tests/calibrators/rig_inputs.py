@@ -2,14 +2,15 @@
 
 Each input alone from its lowest to its highest value, then all of them together, drawn from their ranges. Ratios of
 cage and shaft are compared after ASME V&V 20: error E = S - D against the uncertainty U of inputs, numerics and data.
-The result is stored in the user's cache.
+The result is stored in the user's cache. The rig's ratios are read from its registered recordings; `--read-again` reads
+only these anew and keeps the stored runs.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar
@@ -17,17 +18,21 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.stats import qmc
 
-from srbval.bearing import Fault
+from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
+from srbval.check.quantities import RIG_RPM
 from srbval.cli.measured import this_machine
-from srbval.errors import NumericsError
+from srbval.errors import DataError, NumericsError
 from srbval.models.run import RunStatus
 from srbval.models.simulate import simulate
 from srbval.progress import Progress, ProgressDisplay, silent
+from srbval.recordings.registry import find_recording, load_entry
 from srbval.scene import RigInput, load_scene, merge, rig_inputs
 from srbval.storage.own_package import git_revision
-from srbval.storage.stored_result import COMMAND, RIG_INPUTS, stamped, store_result
+from srbval.storage.stored_result import COMMAND, RIG_INPUTS, newest_result, stamped, store_result
 from srbval.storage.strict_json import json_object
+from srbval.validation.analyse import analyse
 from srbval.validation.comparison import deviation_pct
+from srbval.validation.speed_and_slip import published_speeds
 from tests.calibrators.rows import print_rows
 
 SETTLE_S, SECONDS = 0.05, 0.1  # twelve passages; the cage ratio differs from that of two seconds by less than 1e-6
@@ -43,14 +48,12 @@ MARGIN_PCT = 0.1  # of the cage ratio: the difference within which model and rig
 AGREE = "agree"  # they differ by less than the margin, with 95 % confidence
 RESOLVED = "resolved"  # E exceeds U: the model's error shows
 UNDECIDED = "undecided"  # E is within U, which is too wide for more
+BEARING = load_bearing(DEFAULT_BEARING)
 
 
 @dataclass(frozen=True, kw_only=True)
 class RigLine:
-    """A record of the rig: the cage ratio read from its fault line, with its standard uncertainty where that is known.
-
-    Read from the open excerpts by five harmonics of the squared envelope over the phase of the tachometer.
-    """
+    """A record of the rig: the cage ratio read from its fault line, its standard uncertainty where that is known."""
 
     record: str
     line: str
@@ -68,17 +71,50 @@ class RigLine:
         return 100 * difference / self.share(self.cage_ratio)
 
 
-# Speeds: the tachometer's means, as the records' authors print them (data_manifest/torino-excerpts.toml). Orders of the
-# 353 rpm records, 8.192 and 10.795, are over the mean speed and have no interval: shown, not judged.
-LINES = tuple(
-    RigLine(record=record, line=line, kind=kind, rpm=rpm, cage_ratio=cage_ratio, standard_uncertainty=uncertainty)
-    for record, line, kind, rpm, cage_ratio, uncertainty in (
-        ("OR 877", "BPFO", Fault.OUTER, 858.940, 0.43082, 3e-5),
-        ("IR 877", "BPFI", Fault.INNER, 854.888, 0.43068, 6e-5),
-        ("OR 353", "BPFO", Fault.OUTER, 340.074, 8.192 / 19, None),
-        ("IR 353", "BPFI", Fault.INNER, 335.770, 1 - 10.795 / 19, None),
-    )
-)
+# Nominal speed, race and, where no recording can be had, the order that was read from it over the mean speed, which has
+# no interval: shown, not judged.
+RECORDS = {
+    "OR 877": (RIG_RPM, Fault.OUTER, None),
+    "IR 877": (RIG_RPM, Fault.INNER, None),
+    "OR 353": (353.0, Fault.OUTER, 8.192),
+    "IR 353": (353.0, Fault.INNER, 10.795),
+}
+
+
+def rig_line(record: str) -> RigLine:
+    """A record at the mean speed that its authors print: read from the registered recording, else as stored.
+
+    The uncertainty is that of the line's reading and of the shaft's mean speed over the tachometer's scatter and drift,
+    as `analyse` states both. `DataError` where neither recording nor stored study is there.
+    """
+    nominal_rpm, kind, order = RECORDS[record]
+    uncertainty = None
+    if order is None:
+        entry = find_recording(state=kind, nominal_rpm=nominal_rpm)
+        if entry is None:
+            return stored_line(record)
+        analysis = analyse(load_entry(entry), bearing=BEARING)
+        line, speed = analysis.line_of(kind), analysis.speed
+        if line.found_hz is None or line.ci95_hz is None:
+            raise DataError(f"{entry.file}: no {kind.line}.")
+        order = line.found_hz / speed.value_hz
+        relative = math.hypot(line.ci95_hz / line.found_hz, speed.ci95_hz / speed.value_hz)
+        uncertainty = order * relative / COVERAGE / BEARING.rolling_elements
+    share = order / BEARING.rolling_elements
+    rpm = next(m.mean_rpm for m in published_speeds().means if (m.state, m.nominal_rpm) == (kind, nominal_rpm))
+    return RigLine(
+        record=record, line=kind.line or "", kind=kind, rpm=rpm,
+        cage_ratio=share if kind is Fault.OUTER else 1 - share, standard_uncertainty=uncertainty,
+    )  # fmt: skip
+
+
+def stored_line(record: str) -> RigLine:
+    """A record as the stored study has it."""
+    kept = newest_result(RIG_INPUTS)
+    if kept is None:
+        raise DataError(f"{record}: neither registered nor in a stored study; srbval data fetch torino-excerpts.")
+    table = next(study["of"] for study in kept.content["studies"] if study["of"]["record"] == record)
+    return RigLine(**table | {"kind": Fault(table["kind"])})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -187,6 +223,18 @@ def study_inputs(
     )
 
 
+def read_again(study: Mapping[str, Any]) -> InputStudy:
+    """A stored study with the rig's line read anew; its runs are kept, which the rig's ratio has no part in."""
+    effects: Iterator[dict[str, Any]] = (
+        {name: tuple(v) if isinstance(v, list) else v for name, v in effect.items()} for effect in study["effects"]
+    )
+    return InputStudy(
+        of=rig_line(study["of"]["record"]), nominal=study["nominal"], finer=study["finer"],
+        starts=tuple(study["starts"]), effects=tuple(InputEffect(**effect) for effect in effects),
+        drawn=tuple(study["drawn"]),
+    )  # fmt: skip
+
+
 def draws(inputs: Sequence[RigInput], power: int) -> list[dict[str, Any]]:
     """Changes of all inputs at once, from a Sobol sequence; those that are one thing or the other take an end."""
     unit = qmc.Sobol(d=len(inputs), scramble=True, rng=np.random.default_rng(SEED)).random_base2(power)
@@ -243,15 +291,23 @@ def main() -> None:
     """Measure, store and print."""
     parser = argparse.ArgumentParser(description="The rig scene's cage speed over the ranges of its inputs.")
     parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="default: the user's cache")
+    parser.add_argument("--read-again", action="store_true", help="read the rig's lines anew, keep the stored runs")
     options = parser.parse_args()
-    revision = git_revision()
-    with ProgressDisplay() as progress:
-        studies = [study_inputs(line, rig_inputs(), progress=progress) for line in LINES]
+    revision, kept, command = git_revision(), newest_result(RIG_INPUTS), COMMAND[RIG_INPUTS]
+    if options.read_again and kept is not None:
+        studies = [read_again(study) for study in kept.content["studies"]]
+        ran, command = {"runs_of": kept.content.get("runs_of", kept.origin)}, f"{command} --read-again"
+    else:
+        with ProgressDisplay() as progress:
+            studies = [study_inputs(rig_line(record), rig_inputs(), progress=progress) for record in RECORDS]
+        ran = {}
     for study in studies:
         print_rows(effect_rows(study))
     print_rows([summary_row(study) for study in studies])
-    content = {"machine": this_machine(), "seconds": SECONDS, "studies": [json_object(study) for study in studies]}
-    print(store_result(stamped(RIG_INPUTS, content, command=COMMAND[RIG_INPUTS], revision=revision), options.output))
+    content = ran | {
+        "machine": this_machine(), "seconds": SECONDS, "studies": [json_object(study) for study in studies]
+    }  # fmt: skip
+    print(store_result(stamped(RIG_INPUTS, content, command=command, revision=revision), options.output))
 
 
 if __name__ == "__main__":

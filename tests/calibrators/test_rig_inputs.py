@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from srbval.bearing import Fault
+from srbval.check.reference import read_reference, reference_path
 from srbval.errors import NumericsError
 from srbval.scene import load_scene, rig_inputs
 from srbval.storage.stored_result import COMMAND, RIG_INPUTS, newest_result
 from tests.calibrators import rig_inputs as calibrator
 from tests.calibrators.rig_inputs import (
     AGREE,
-    LINES,
+    BEARING,
+    RECORDS,
     RESOLVED,
     UNDECIDED,
     InputEffect,
@@ -22,6 +26,9 @@ from tests.calibrators.rig_inputs import (
     cage_ratio,
     draws,
     effect_rows,
+    read_again,
+    rig_line,
+    stored_line,
     study_inputs,
     summary_row,
 )
@@ -30,7 +37,14 @@ ROUNDING = 1e-9
 # Between the runs of two machines: rounding grows while contacts open and close, as between perturbed starts.
 SAME_RATIO = 2e-6
 ALLOWED_PCT = 0.05  # of the cage ratio, between model and rig at 858 rpm: what the project asks of the rig scene
-OUTER = LINES[0]
+READ = 1e-6  # of the cage ratio, between the reading of two machines
+OUTER = RigLine(
+    record="OR 877", line="BPFO", kind=Fault.OUTER, rpm=858.940, cage_ratio=0.43082, standard_uncertainty=3e-5
+)
+INNER = RigLine(
+    record="IR 877", line="BPFI", kind=Fault.INNER, rpm=854.888, cage_ratio=0.43068, standard_uncertainty=6e-5
+)
+WITHOUT_INTERVAL = replace(OUTER, standard_uncertainty=None)
 INPUTS = rig_inputs()
 
 
@@ -66,7 +80,7 @@ def test_inputs_that_do_more_together_count_as_they_do_together() -> None:
 
 
 def test_a_cage_that_turns_faster_raises_one_line_and_lowers_the_other() -> None:
-    outer, inner = study(LINES[0], off=1e-4), study(LINES[1], off=1e-4)
+    outer, inner = study(OUTER, off=1e-4), study(INNER, off=1e-4)
     assert outer.error_pct == pytest.approx(100 * 1e-4 / 0.43082, rel=ROUNDING)
     assert inner.error_pct == pytest.approx(-100 * 1e-4 / (1 - 0.43068), rel=ROUNDING)
 
@@ -75,14 +89,14 @@ def test_a_cage_that_turns_faster_raises_one_line_and_lowers_the_other() -> None
     ("off", "half_spread", "verdict"),
     [(0.0, 1e-5, AGREE), (1e-3, 1e-5, RESOLVED), (0.0, 1e-3, UNDECIDED), (1e-3, 1e-3, UNDECIDED)],
 )
-@pytest.mark.parametrize("line", LINES[:2], ids=lambda line: line.line)
+@pytest.mark.parametrize("line", [OUTER, INNER], ids=lambda line: line.line)
 def test_verdicts(line: RigLine, off: float, half_spread: float, verdict: str) -> None:
     found = study(line, off=off, half_spread=half_spread)
     assert found.verdict == summary_row(found)["verdict"] == verdict
 
 
 def test_what_has_no_interval_is_not_judged() -> None:
-    found = study(LINES[2])
+    found = study(WITHOUT_INTERVAL)
     assert (found.verdict, found.uncertainty_pct) == (None, None)
     assert "data" not in found.parts_pct
 
@@ -113,7 +127,7 @@ def test_runs_are_of_the_rig_scene(monkeypatch: pytest.MonkeyPatch) -> None:
         return Ran()
 
     monkeypatch.setattr(calibrator, "simulate", run)
-    found = study_inputs(LINES[1], INPUTS, drawn=2)
+    found = study_inputs(INNER, INPUTS, drawn=2)
     rows = effect_rows(found)
     assert [row["input"] for row in rows] == [one.key for one in INPUTS]
     assert len(scenes) == sum(one.points for one in INPUTS) + 2**2 + 2 + calibrator.STARTS
@@ -139,13 +153,47 @@ def test_the_stored_result_is_of_the_scene_and_keeps_what_is_asked_for() -> None
     if kept is None:
         pytest.skip(f"no stored result; {COMMAND[RIG_INPUTS]} makes one")
     studies = kept.content["studies"]
-    assert [each["of"]["record"] for each in studies] == [line.record for line in LINES]
-    for each, line in zip(studies, LINES, strict=True):
+    assert [each["of"]["record"] for each in studies] == list(RECORDS)
+    for each in studies:
         assert {e["key"]: tuple(e["values"]) for e in each["effects"]} == {one.key: one.values for one in INPUTS}
-        assert each["of"]["rpm"] == line.rpm
-    for each, line in zip(studies[:2], LINES, strict=False):
-        assert abs(100 * (each["nominal"] / line.cage_ratio - 1)) < ALLOWED_PCT
+    for each in studies[:2]:
+        assert abs(100 * (each["nominal"] / each["of"]["cage_ratio"] - 1)) < ALLOWED_PCT
         assert abs(each["error_pct"]) < each["uncertainty_pct"]
+
+
+@pytest.mark.parametrize("record", RECORDS)
+def test_the_stored_lines_are_those_of_the_reference(record: str) -> None:
+    """As ``srbval check`` reads them, or those published."""
+    if newest_result(RIG_INPUTS) is None:
+        pytest.skip(f"no stored result; {COMMAND[RIG_INPUTS]} makes one")
+    kept, (_, kind, published) = stored_line(record), RECORDS[record]
+    assert kept == rig_line(record), "without recordings"
+    if published is None:
+        order, checked = BEARING.rolling_elements * kept.share(kept.cage_ratio), read_reference(reference_path())
+        assert order == pytest.approx(checked[f"rig_order_{kind}"].value, abs=checked[f"rig_order_{kind}"].tolerance)
+
+
+@pytest.mark.parametrize("record", ["OR 877", "IR 877"])
+def test_the_stored_lines_are_the_recordings(
+    record: str, recordings_dir: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if newest_result(RIG_INPUTS) is None:
+        pytest.skip(f"no stored result; {COMMAND[RIG_INPUTS]} makes one")
+    monkeypatch.setenv("SRBVAL_RECORDINGS", str(recordings_dir))
+    kept, read = stored_line(record), rig_line(record)
+    assert kept.rpm == read.rpm
+    assert kept.cage_ratio == pytest.approx(read.cage_ratio, abs=READ)
+    assert kept.standard_uncertainty == pytest.approx(read.standard_uncertainty, abs=READ)
+
+
+def test_reading_again_keeps_the_runs() -> None:
+    kept = newest_result(RIG_INPUTS)
+    if kept is None:
+        pytest.skip(f"no stored result; {COMMAND[RIG_INPUTS]} makes one")
+    for each in kept.content["studies"]:
+        found = read_again(each)
+        assert (found.nominal, list(found.drawn)) == (each["nominal"], each["drawn"])
+        assert found.error_pct == pytest.approx(each["error_pct"], abs=100 * READ)
 
 
 @pytest.mark.slow
@@ -153,8 +201,8 @@ def test_some_of_it_measured_anew() -> None:
     kept = newest_result(RIG_INPUTS)
     if kept is None:
         pytest.skip(f"no stored result; {COMMAND[RIG_INPUTS]} makes one")
-    for each, line in zip(kept.content["studies"], LINES, strict=True):
-        assert cage_ratio(line, {}) == pytest.approx(each["nominal"], abs=SAME_RATIO)
+    for each in kept.content["studies"]:
+        assert cage_ratio(stored_line(each["of"]["record"]), {}) == pytest.approx(each["nominal"], abs=SAME_RATIO)
     outer = kept.content["studies"][0]["effects"][0]
     assert outer["key"] == INPUTS[0].key
     assert cage_ratio(OUTER, INPUTS[0].changes(INPUTS[0].high)) == pytest.approx(
