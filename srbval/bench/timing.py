@@ -16,7 +16,7 @@ from srbval.bench.machine import usable_cores
 from srbval.bench.measures import Measures, measure
 from srbval.errors import ConfigurationError, NumericsError
 from srbval.models.run import Run, RunStatus
-from srbval.models.simulate import simulate
+from srbval.models.simulate import Step, simulate
 from srbval.models.solvers import METHODS
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
@@ -61,7 +61,7 @@ class Attempt:
 def attempt(scene: Scene, *, progress: Progress = silent) -> Attempt:
     """Run `scene` once, without timing; a failure becomes a failed attempt."""
     try:
-        run = simulate(scene, progress=progress)
+        run = simulate(scene, step=Step.UNCHECKED, progress=progress)
     except (ConfigurationError, NumericsError) as error:
         return Attempt(scene=scene, status="refused", reason=str(error))
     return Attempt(scene=scene, status=run.status.value, reason=run.reason, run=run)

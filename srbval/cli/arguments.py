@@ -76,6 +76,12 @@ def _between(kind: type, low: float, high: float) -> Callable[[str], float]:
     return number_from
 
 
+def _step(text: str) -> float | str:
+    """A solver's step [s], or ``auto``."""
+    return AUTO if text == AUTO else _between(float, SMALLEST, LARGEST)(text)
+
+
+AUTO = "auto"
 LARGEST, SMALLEST = 1e12, 1e-12  # whatever the unit, nothing that is asked for is beyond
 TYPES = {
     "finite": _between(float, -LARGEST, LARGEST),
@@ -83,4 +89,5 @@ TYPES = {
     "count": _between(int, 1, 10**9),
     "jobs": _between(int, 1, 1024),
     "seed": _between(int, 0, 2**62),
+    "step": _step,
 }

@@ -8,6 +8,7 @@ from typing import Any
 
 from srbval.bench.ladder.questions import Question
 from srbval.bench.ladder.table import load_calibration
+from srbval.cli.arguments import AUTO
 from srbval.cli.output import print_json, print_table
 from srbval.errors import ConfigurationError
 from srbval.plan.coarser_output import Reduction, find_reductions
@@ -79,7 +80,7 @@ def _changes(options: argparse.Namespace) -> dict[str, Any]:
         "shaft_speed_rad_s": options.rpm and options.rpm * 2 * math.pi / 60,
         "defect": {"kind": options.defect, "height_m": _scaled(options.defect_height_mm, 1e-3)},
         "load": {"radial_n": _scaled(options.radial_kn, 1e3), "axial_n": _scaled(options.axial_kn, 1e3)},
-        "solver": {"name": options.solver, "step_s": options.dt},
+        "solver": {"name": options.solver, "step_s": None if options.dt == AUTO else options.dt},
     }
     return _given(table)
 

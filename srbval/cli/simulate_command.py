@@ -6,20 +6,24 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from srbval.cli.arguments import AUTO as AUTO_STEP
 from srbval.cli.output import print_json, print_table
 from srbval.cli.plan_command import question_of, scene_of
 from srbval.errors import DataError, NumericsError
 from srbval.models.ladder import AUTO, rung_of
 from srbval.models.run import RunStatus, RunSummary
+from srbval.models.simulate import Step, simulate, simulate_to_file
 from srbval.plan.coarser_output import with_coarser_output
 from srbval.plan.plan import make_plan
 from srbval.progress import ProgressDisplay
 from srbval.scene import Scene
+from srbval.scene.read import BUNDLED, scene_table
 from srbval.storage.strict_json import json_object
 
 # Attributes of a run that are printed under their own names.
 OF_RUN = ("seconds", "wall_s", "compile_s", "wall_per_simulated_s", "cage_ratio", "bpfo_hz", "bpfi_hz",
-          "roller_load_share", "energy_imbalance", "reason", "not_validated")  # fmt: skip
+          "roller_load_share", "energy_imbalance", "band_rms_m_s2", "check_wall_s", "reason",
+          "not_validated")  # fmt: skip
 
 
 def run(options: argparse.Namespace) -> int:
@@ -28,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
     output = Path(options.output) if options.output else None
     if output is not None and not output.parent.is_dir():
         raise DataError(f"{output.parent}: no such folder to write {output.name} to. Create it or choose another -o.")
-    result = _simulate(scene, output)
+    result = _simulate(scene, output, _step(options))
     if result.status is not RunStatus.OK:
         raise NumericsError(f"run failed ({result.status}): {result.reason}. Nothing was written.")
     summary = _summary(result, output) | planned
@@ -56,13 +60,19 @@ def _planned(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dict[str
     return chosen, {"plan": json_object(plan), "reductions": [reduction]}
 
 
-def _simulate(scene: Scene, output: Path | None) -> RunSummary:
-    from srbval.models.simulate import simulate, simulate_to_file
+def _step(options: argparse.Namespace) -> Step:
+    """Chosen, unless an option or the scene's file says what it is."""
+    if options.dt is not None:
+        return Step.AUTO if options.dt == AUTO_STEP else Step.CHECKED
+    solver = {} if options.scene in (None, *BUNDLED) else scene_table(options.scene).get("solver", {})
+    return Step.CHECKED if {"step", "step_s"} & set(solver) else Step.AUTO
 
+
+def _simulate(scene: Scene, output: Path | None, step: Step) -> RunSummary:
     with ProgressDisplay() as progress:
         if output is None:
-            return simulate(scene, progress=progress)
-        return simulate_to_file(scene, output, progress=progress)
+            return simulate(scene, step=step, progress=progress)
+        return simulate_to_file(scene, output, step=step, progress=progress)
 
 
 def _summary(result: RunSummary, output: Path | None) -> dict[str, Any]:
@@ -73,5 +83,6 @@ def _summary(result: RunSummary, output: Path | None) -> dict[str, Any]:
         "output_rate_hz": scene.output_rate_hz,
         "dt_s": rung_of(scene.model).step_s(scene),
         **{name: getattr(result, name) for name in OF_RUN},
+        "numerics": result.step_error,
         "file": str(output) if output else None,
     }

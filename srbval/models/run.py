@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import enum
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
 from srbval.errors import SrbvalError
 from srbval.scene import Scene
+
+if TYPE_CHECKING:
+    from srbval.models.step_error import StepError
 
 AMPLITUDES = "amplitudes and the noise floor"
 
@@ -23,6 +28,7 @@ class RunStatus(enum.StrEnum):
     LOAD_LOST = "load-lost"
     ENERGY_OPEN = "energy-open"
     STEP_TOO_LONG = "step-too-long"
+    INACCURATE = "inaccurate"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -31,7 +37,9 @@ class RunSummary:
 
     `cage_ratio` is the mean cage speed over the mean shaft speed; `roller_load_share` the part of the mean radial load
     that the rollers carry, NaN without a load, the housing spring carries the rest; `energy_imbalance`
-    work in less stored less lost, as a share of what was lost, NaN where a model has no energies.
+    work in less stored less lost, as a share of what was lost, NaN where a model has no energies. `step_error`: what
+    the step leaves, None where it was not estimated; `check_wall_s`: what that, or choosing the step, took;
+    `band_rms_m_s2`: along the sensor's axis, by the names of `band_levels.BANDS_HZ`.
     """
 
     scene: Scene
@@ -44,6 +52,9 @@ class RunSummary:
     energy_imbalance: float
     wall_s: float
     compile_s: float
+    check_wall_s: float = 0.0
+    step_error: StepError | None = None
+    band_rms_m_s2: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def seconds(self) -> float:

@@ -8,10 +8,12 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
 from srbval.models import outputs as col
+from srbval.models.band_levels import BandLevels
 from srbval.models.full.point_cloud import DEEPEST_M
 from srbval.models.health import HealthIndicators, assess
 from srbval.models.ladder import rung_of
 from srbval.models.run import RunSummary
+from srbval.models.step_error import StepError, with_step_error
 from srbval.scene import Scene
 
 
@@ -64,7 +66,13 @@ class RunStatistics:
     step_limit_s: float = math.nan
     wall_s: float = 0.0
     compile_s: float = 0.0
+    check_wall_s: float = 0.0
     energy: EnergyBalance = field(default_factory=EnergyBalance)
+    step_error: StepError | None = None
+    levels: BandLevels = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.levels = BandLevels(fs_hz=self.scene.output_rate_hz)
 
     def add(self, out: FloatArray) -> None:
         """Count a chunk's rows in; what the model does not have is NaN and passes every test."""
@@ -75,6 +83,7 @@ class RunStatistics:
         self.deepest_m = max(self.deepest_m, float(out[:, col.DEEPEST].max()))
         self.idle += int(np.count_nonzero(out[:, col.CONTACT_ENERGY] == 0.0))
         self.energy.add(out)
+        self.levels.add(out[:, col.ACCELERATION])
 
     def unfit(self, out: FloatArray) -> bool:
         """Do these rows already show that the run is beyond recovery?"""
@@ -101,11 +110,12 @@ class RunStatistics:
             rolling_ratio=self.bearing.orders.ftf, load_share=share, balanced_share=self.balanced_share,
             energy_imbalance=imbalance, idle_share=self.idle / n, step_s=self.step_s, step_limit_s=self.step_limit_s,
         )  # fmt: skip
-        status, reason = assess(scene, indicators)
+        status, reason = with_step_error(*assess(scene, indicators), self.step_error)
         return RunSummary(
             scene=scene, rolling_elements=self.bearing.rolling_elements, status=status, reason=reason,
             samples=self.samples, cage_ratio=ratio, roller_load_share=share, energy_imbalance=imbalance,
-            wall_s=self.wall_s, compile_s=self.compile_s,
+            wall_s=self.wall_s, compile_s=self.compile_s, check_wall_s=self.check_wall_s, step_error=self.step_error,
+            band_rms_m_s2=self.levels.rms(),
         )  # fmt: skip
 
     def load_share(self, force_n: FloatArray, radial_n: float) -> float:

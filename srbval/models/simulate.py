@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 import math
 import os
 import shutil
@@ -17,7 +18,7 @@ from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models import outputs as col
 from srbval.models.kernel_cache import WITHOUT_KERNELS, precompile
-from srbval.models.ladder import check_known, rung_of
+from srbval.models.ladder import rung_of
 from srbval.models.outputs import Outputs
 from srbval.models.prescribed import Prescribed
 from srbval.models.run import EnergyFlow, Run, RunStatus, RunSummary
@@ -33,16 +34,30 @@ CHUNK_STEPS = 500_000  # at most; a run can be interrupted between two chunks on
 COPIES = 3  # of the signals that are in memory at once when they are put together
 
 
-def simulate(scene: Scene, *, progress: Progress = silent) -> Run:
+class Step(enum.StrEnum):
+    """What a run does about its solver's step, see `step_error`.
+
+    `CHECKED`: the error that the scene's own leaves is estimated; `AUTO`: one is chosen that keeps it within tolerance;
+    `UNCHECKED`: neither, for what is timed or made only to be compared.
+    """
+
+    CHECKED = "checked"
+    AUTO = "auto"
+    UNCHECKED = "unchecked"
+
+
+def simulate(scene: Scene, *, step: Step = Step.CHECKED, progress: Progress = silent) -> Run:
     """Run `scene` from static balance and keep its signals.
 
-    `progress` gets the fraction of the task ``Simulate`` that is done, settling included.
+    The error that the `step` leaves is estimated first, or a step is chosen for it, see `Step`; a run whose step leaves
+    more than the tolerance is `INACCURATE`. `progress` gets the fraction of the task ``Simulate`` that is done,
+    settling included.
 
     Raises `ConfigurationError` for an unknown model or solver, a bearing without geometry, or a load that crushes the
     contacts. A failed run is returned, not raised: its `status` says so and its `reason` says what to do; one beyond
     recovery ends early, and its signals with it.
     """
-    stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
+    stats = _begun(scene, step)
     check_room(stats)
     with np.errstate(all="ignore"):  # a state that is no longer finite is a status of the run
         chunks = list(_recorded(stats, progress))
@@ -55,7 +70,7 @@ def simulate(scene: Scene, *, progress: Progress = silent) -> Run:
     )
 
 
-def simulate_to_file(scene: Scene, path: Path, *, progress: Progress = silent) -> RunSummary:
+def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, progress: Progress = silent) -> RunSummary:
     """Run `scene` and write its signals to `path` as they come: memory does not grow with the duration.
 
     The file is there only if the run ended well; otherwise as `simulate`. Raises `DataError` where the place cannot be
@@ -63,15 +78,32 @@ def simulate_to_file(scene: Scene, path: Path, *, progress: Progress = silent) -
     """
     from srbval.models.run_file import run_writer
 
-    stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
+    stats = _begun(scene, step)
     check_room(stats, path.parent)
-    with np.errstate(all="ignore"), run_writer(path, scene) as writer:
+    with np.errstate(all="ignore"), run_writer(path, stats.scene) as writer:
         for chunk in _recorded(stats, progress):
             writer.append(signals(chunk.out) | {"spin_rad_s": chunk.spin_rad_s, "load_n": chunk.load_n})
         summary = stats.summary()
         if summary.status is RunStatus.OK:
             writer.finish(summary)
     return summary
+
+
+def _begun(scene: Scene, step: Step) -> RunStatistics:
+    """Statistics of a run that has not begun, its step chosen or its step's error estimated where that is wanted."""
+    from srbval.models.step_error import step_error, with_chosen_step
+
+    stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
+    if step is not Step.UNCHECKED and rung_of(scene.model).parameters is not None:
+        stats.compile_s = precompile(scene.model)
+        started = time.perf_counter()
+        with np.errstate(all="ignore"):
+            if step is Step.AUTO:
+                stats.scene, stats.step_error = with_chosen_step(scene, stats.bearing)
+            else:
+                stats.step_error = step_error(scene, stats.bearing)
+        stats.check_wall_s = time.perf_counter() - started
+    return stats
 
 
 def check_room(stats: RunStatistics, folder: Path | None = None) -> None:
@@ -133,39 +165,22 @@ def _recorded(stats: RunStatistics, progress: Progress) -> Iterator[Outputs]:
 
 def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
     """The rungs with the full model's equations, see `ladder`: from static balance, with the scene's solver."""
-    from srbval.models.full.equilibrium import equilibrium_state
-    from srbval.models.full.parameters import geometry_of
     from srbval.models.full.state import layout_of
-    from srbval.models.full.steps import take_steps
-    from srbval.models.solvers import METHODS
+    from srbval.models.full_run import full_run
     from srbval.models.step_limit import elastic_limit_s
 
-    scene, bearing = stats.scene, stats.bearing
-    check_known("solver", scene.solver.name, tuple(METHODS))
-    geometry = geometry_of(bearing)
-    stats.compile_s = precompile(scene.model)
-    method = METHODS[scene.solver.name]
-    rung = rung_of(scene.model)
-    model = rung.make_parameters(scene, geometry)
-    state = equilibrium_state(model).state
-    memory = np.zeros_like(state)
-    stats.balanced_share = static_share(stats, model, state[layout_of(state).ring])
-    per_output, per_detail = rung.steps_per_output(scene), scene.outputs_per_detail
-    step = 1 / (scene.output_rate_hz * per_output)
-    stats.step_s, stats.step_limit_s = step, elastic_limit_s(method, model, state) or math.inf
-
-    def take(first: int, intervals: int, detail: int) -> Outputs:
-        return take_steps(
-            model, state, method, step_s=step, intervals=intervals, steps_per_output=per_output,
-            first_interval=first, intervals_per_detail=detail, memory=memory,
-        )  # fmt: skip
-
+    scene = stats.scene
+    stats.compile_s += precompile(scene.model)
+    run = full_run(scene, stats.bearing)
+    stats.balanced_share = static_share(stats, run.model, run.state[layout_of(run.state).ring])
+    stats.step_s, stats.step_limit_s = run.step_s, elastic_limit_s(run.method, run.model, run.state) or math.inf
     started = time.perf_counter()
-    take(0, 0, 0)
+    run.advance(0, 0)
     stats.compile_s += time.perf_counter() - started
-    for first, count in chunks(settle, whole, per_detail, scene.output_rate_hz, per_output):
+    per_detail = scene.outputs_per_detail
+    for first, count in chunks(settle, whole, per_detail, scene.output_rate_hz, run.steps_per_output):
         started = time.perf_counter()
-        steps = take(first, count, per_detail if first >= settle else 0)
+        steps = run.advance(first, count, per_detail if first >= settle else 0)
         stats.wall_s += time.perf_counter() - started
         yield first, steps
 
