@@ -58,10 +58,10 @@ class Attempt:
         return self.status == RunStatus.OK.value
 
 
-def attempt(scene: Scene, *, progress: Progress = silent) -> Attempt:
+def attempt(scene: Scene, *, step: Step = Step.UNCHECKED, progress: Progress = silent) -> Attempt:
     """Run `scene` once, without timing; a failure becomes a failed attempt."""
     try:
-        run = simulate(scene, step=Step.UNCHECKED, progress=progress)
+        run = simulate(scene, step=step, progress=progress)
     except (ConfigurationError, NumericsError) as error:
         return Attempt(scene=scene, status="refused", reason=str(error))
     return Attempt(scene=scene, status=run.status.value, reason=run.reason, run=run)
@@ -130,6 +130,7 @@ def run_all(
     read: Callable[[Key, Attempt, float], Result],
     *,
     task: str,
+    step: Step = Step.UNCHECKED,
     jobs: int | None = None,
     progress: Progress = silent,
 ) -> dict[Key, Result]:
@@ -152,7 +153,7 @@ def run_all(
 
     def one(key: Key) -> Result:
         scene, started = scenes[key], time.perf_counter()
-        tried = attempt(scene, progress=lambda _, fraction: reached(key, fraction or 0.0))
+        tried = attempt(scene, step=step, progress=lambda _, fraction: reached(key, fraction or 0.0))
         reached(key, 1.0)
         return read(key, tried, time.perf_counter() - started)
 

@@ -8,7 +8,6 @@ not checked).
 """
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,7 +23,7 @@ from srbval.models.step_limit import elastic_limit_s
 from srbval.scene import Scene
 
 TOLERANCE = {"cage": 1e-5, "band_rms": 0.05, "drive_power": 0.05}  # relative
-SIGNIFICANT = 2.0  # standard errors
+SIGNIFICANT = 1.0  # standard errors
 FINER = 4
 LEVELS = 2  # of refinement by `FINER`: a chosen step is at most 16 times finer than the scene's
 PIECE_S = 0.18  # with both steps less than a tenth of a ten-second run
@@ -75,7 +74,7 @@ class StepError:
         """What is not established."""
         return tuple(estimate for estimate in self.estimates if estimate.open)
 
-    def with_steps(self, finer: int) -> "StepError":
+    def with_steps(self, finer: float) -> "StepError":
         """The same with so many times finer steps."""
         return StepError(
             step_s=self.step_s / finer,
@@ -159,35 +158,49 @@ def _error_of(scene: Scene, bearing: Bearing, run: FullRun) -> StepError:
     run.advance(0, settle)
     fine = run.with_finer_steps(FINER)
     skip = round(SETTLED * piece)
-    rows = run.advance(settle, piece).out[skip:], fine.advance(settle, piece).out[skip:]
+    coarse, finer = (
+        samples(
+            scene.output_rate_hz,
+            cage_rad_s=out[skip:, col.CAGE_SPEED],
+            acceleration_m_s2=out[skip:, col.ACCELERATION],
+            drive_w=out[skip:, col.DRIVE_POWER],
+        )
+        for out in (run.advance(settle, piece).out, fine.advance(settle, piece).out)
+    )
     with np.errstate(all="ignore"):
-        return StepError(step_s=run.step_s, estimates=tuple(_estimates(scene.output_rate_hz, *rows)))
+        found = tuple(difference(name, coarse[name], finer[name]) for name in coarse)
+    error = StepError(step_s=run.step_s, estimates=found)
+    return replace(error.with_steps((FINER - 1) / FINER), step_s=run.step_s)
 
 
-def _estimates(fs_hz: float, *rows: FloatArray) -> Iterator[Estimate]:
-    """Of the rows of both pieces, the coarse one first."""
-    yield _estimate("cage", "mean cage speed", [out[:, col.CAGE_SPEED] for out in rows], 1.0)
-    along = [along_sensor(out[:, col.ACCELERATION]) for out in rows]
+def samples(
+    fs_hz: float, *, cage_rad_s: FloatArray, acceleration_m_s2: FloatArray, drive_w: FloatArray
+) -> dict[tuple[str, str], FloatArray]:
+    """What the errors are in: samples, [n] each, whose mean counts, by kind and name; of the bands the squares."""
+    found = {("cage", "mean cage speed"): cage_rad_s, ("drive_power", "drive power"): drive_w}
+    along = along_sensor(acceleration_m_s2)
     for name, band_hz in BANDS_HZ.items():
-        if band_hz[1] < 0.5 * fs_hz:
-            yield _estimate("band_rms", f"RMS in {name} Hz", [band_squares(a, fs_hz, band_hz) for a in along], 0.5)
-    yield _estimate("drive_power", "drive power", [out[:, col.DRIVE_POWER] for out in rows], 1.0)
+        if band_hz[1] < 0.5 * fs_hz and np.all(np.isfinite(along)):
+            found["band_rms", f"RMS in {name} Hz"] = band_squares(along, fs_hz, band_hz)
+    return found
 
 
-def _estimate(kind: str, of: str, values: list[FloatArray], power: float) -> Estimate:
-    """Of the ratio of two sums to a `power`: the error of the coarse one, the first, extrapolated to no step at all."""
+def difference(name: tuple[str, str], first: FloatArray, second: FloatArray) -> Estimate:
+    """How far the mean of the `first` samples is from that of the `second` ones, which need not be as many."""
+    kind, of = name
+    power = 0.5 if kind == "band_rms" else 1.0
 
-    def error(sums: FloatArray) -> FloatArray:
-        ratio = sums[0] / sums[1]
-        found: FloatArray = (np.sign(ratio) * np.abs(ratio) ** power - 1) * FINER / (FINER - 1)
+    def error(means: FloatArray) -> FloatArray:
+        ratio = means[0] / means[1]
+        found: FloatArray = np.sign(ratio) * np.abs(ratio) ** power - 1
         return found
 
     def scatter(blocks: int) -> float:
-        sums = np.array([[part.sum() for part in np.array_split(one, blocks)] for one in values])
-        without = error(sums.sum(axis=1, keepdims=True) - sums)
+        means = np.array([[part.mean() for part in np.array_split(one, blocks)] for one in (first, second)])
+        without = error((means.sum(axis=1, keepdims=True) - means) / (blocks - 1))
         return math.sqrt((blocks - 1) / blocks * float(((without - without.mean()) ** 2).sum()))
 
-    whole = np.array([one.sum() for one in values])
+    whole = np.array([first.mean(), second.mean()])
     if not np.all(np.isfinite(whole)):
         return Estimate(kind=kind, of=of, error=math.inf, scatter=0.0)
     if not np.any(whole):
