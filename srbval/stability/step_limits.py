@@ -16,6 +16,7 @@ from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters, geometry_of
+from srbval.models.full.state import StateLayout, layout_of
 from srbval.models.full.steps import rates
 from srbval.models.ladder import rung_of
 from srbval.models.solvers import METHODS
@@ -45,10 +46,9 @@ def balanced(scene: Scene, *, pitches: float = 0.0) -> tuple[Parameters, FloatAr
 
 def linearise(model: Parameters, state: FloatArray) -> Linear:
     """Linearise `model` about `state`, of shape [4 M + 12], at time zero."""
-    half = len(state) // 2
-    rollers = half // 2 - 3
-    whole = np.column_stack([_difference(model, state, i, size) for i, size in enumerate(_sizes(rollers))])
-    q = np.r_[0:rollers, 2 * rollers : half]
+    layout = layout_of(state)
+    whole = np.column_stack([_difference(model, state, i, size) for i, size in enumerate(_sizes(layout))])
+    half, q = layout.half, np.r_[layout.slide, layout.cage, layout.ring, layout.lead]
     return Linear(motion=whole[q, half:], stiffness=whole[half:][:, q], damping=whole[half:, half:])
 
 
@@ -59,10 +59,12 @@ def _difference(model: Parameters, state: FloatArray, i: int, size: float) -> Fl
     return (rates(model, 0.0, there).rate - rates(model, 0.0, back).rate) / (2 * size)
 
 
-def _sizes(rollers: int) -> list[float]:
+def _sizes(layout: StateLayout) -> FloatArray:
     """Size of each coordinate's difference, in the order of the state vector."""
-    places = [LENGTH] * rollers + [ANGLE] * (rollers + 3) + [LENGTH] * 3
-    return places + [SPEED] * rollers + [ANGULAR_SPEED] * (rollers + 3) + [SPEED] * 3
+    sizes = np.repeat([ANGLE, ANGULAR_SPEED], layout.half)
+    sizes[layout.slide] = sizes[layout.ring] = LENGTH
+    sizes[layout.slide_rate] = sizes[layout.ring_rate] = SPEED
+    return sizes
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,7 +18,7 @@ from srbval.storage.strict_json import parse_json, write_json
 SPEED_ACCURACY, STABILITY = "speed_accuracy", "stability"
 NOISE_STUDY, CAMPAIGN_SCALE = "noise_study", "campaign_scale"
 READING, SENSITIVITY = "reading", "sensitivity"
-HELD_OUT, RIG_INPUTS = "held_out", "rig_inputs"
+HELD_OUT, RIG_INPUTS, RIG_BANDS = "held_out", "rig_inputs", "rig_bands"
 RIG_SPEED_ACCURACY, RIG_STABILITY = "rig_speed_accuracy", "rig_stability"
 COMMAND = {
     SPEED_ACCURACY: "srbval bench",
@@ -29,6 +29,7 @@ COMMAND = {
     SENSITIVITY: "srbval bench --sensitivity",
     HELD_OUT: "python -m tests.calibrators.held_out",
     RIG_INPUTS: "python -m tests.calibrators.rig_inputs",
+    RIG_BANDS: "python -m tests.calibrators.rig_bands",
     RIG_SPEED_ACCURACY: "srbval bench --scenes rig-outer",
     RIG_STABILITY: "srbval stability --scenes rig-outer --critical-velocity 0.1",
 }

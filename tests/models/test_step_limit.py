@@ -10,12 +10,13 @@ import pytest
 
 from srbval.bearing import load_bearing
 from srbval.models.full.equilibrium import equilibrium_state
-from srbval.models.full.parameters import Parameters, make_parameters
+from srbval.models.full.parameters import Parameters, geometry_of, make_parameters
+from srbval.models.ladder import rung_of
 from srbval.models.simulate import simulate
 from srbval.models.solvers import METHODS
 from srbval.models.solvers.linear_stability import longest_step
 from srbval.models.step_limit import elastic_limit_s, stiffest_roller, without_friction
-from srbval.scene import paper_scene
+from srbval.scene import load_scene, paper_scene
 from srbval.stability.step_limits import balanced, linearise
 
 EULER = 1e-4  # of c / k, which holds where an oscillation is damped far below critical: 3e-6 seen
@@ -39,6 +40,16 @@ def test_one_roller_tells_the_whole_bearings_limit(fit: str) -> None:
     for name in ("ode1", "ode4", "imex2"):
         limit, expected = elastic_limit_s(METHODS[name], model, state), longest_step(METHODS[name], whole)
         assert limit == pytest.approx(expected, rel=SINGLE_ROLLER), name
+
+
+def test_so_it_does_in_a_bearing_with_two_cages() -> None:
+    scene = load_scene("rig")
+    assert scene.bodies.cages == 2
+    still, at_rest = balanced(scene)
+    model = rung_of(scene.model).make_parameters(scene, geometry_of(load_bearing(scene.bearing)))
+    expected = longest_step(METHODS["imex2"], linearise(without_friction(still), at_rest))
+    found = elastic_limit_s(METHODS["imex2"], model, equilibrium_state(model).state)
+    assert found == pytest.approx(expected, rel=SINGLE_ROLLER)
 
 
 @pytest.mark.parametrize("speed", ["127 rpm", "400 rpm", "1000 rpm", "3000 rpm"])
