@@ -5,6 +5,7 @@ from typing import Any
 
 from srbval.bench.measures import MeasureErrors, Measures, plain_or_nulls
 from srbval.bench.timing import Attempt, RunTiming, right_hand_sides_per_step
+from srbval.models.run import USABLE
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,7 +35,7 @@ class BenchRun:
     @property
     def ok(self) -> bool:
         """May it be read as a bearing's vibration?"""
-        return self.status == "ok"
+        return self.status in USABLE
 
     @property
     def wall_per_simulated_s(self) -> float | None:

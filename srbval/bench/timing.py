@@ -15,7 +15,7 @@ import numpy as np
 from srbval.bench.machine import usable_cores
 from srbval.bench.measures import Measures, measure
 from srbval.errors import ConfigurationError, NumericsError
-from srbval.models.run import Run, RunStatus
+from srbval.models.run import USABLE, Run, RunStatus
 from srbval.models.simulate import Step, simulate
 from srbval.models.solvers import METHODS
 from srbval.progress import Progress, silent
@@ -55,7 +55,7 @@ class Attempt:
     @property
     def ok(self) -> bool:
         """May it be read as a bearing's vibration?"""
-        return self.status == RunStatus.OK.value
+        return self.status in USABLE
 
 
 def attempt(scene: Scene, *, step: Step = Step.UNCHECKED, progress: Progress = silent) -> Attempt:

@@ -10,6 +10,7 @@ from typing import Any
 
 from srbval.bench.scenes import scene_content
 from srbval.campaign.quantities import Output
+from srbval.models.run import USABLE
 from srbval.scene import Scene
 from srbval.storage.content_store import content_key
 from srbval.storage.content_version import content_version
@@ -20,17 +21,24 @@ GUESSED_S = 2e-5  # wall time of one right-hand side of the full model on a slow
 
 
 class Ending(enum.StrEnum):
-    """How a case ended. `OK`, `FAILED` and `REFUSED` are final; the others are tried again by the next run."""
+    """How a case ended. The `usable`, `FAILED` and `REFUSED` are final; the others are tried again by the next run."""
 
     OK = "ok"
+    SKIDDING = "skidding"  # these two as in `RunStatus`: a good result, and what its bearing does
+    ROLLERS_UNLOADED = "rollers-unloaded"
     FAILED = "failed"  # the numerics: the reason begins with the run's own status
     REFUSED = "refused"  # no run could be started
     CRASHED = "crashed"  # its process died, or the program has a bug
     TIMED_OUT = "timed-out"  # it exceeded its time limit, so its process was ended
     UNWRITTEN = "unwritten"  # the result could not be written
 
+    @property
+    def usable(self) -> bool:
+        """Is there a result that may be read as the vibration of the scene's bearing?"""
+        return self.value in USABLE
 
-FINAL = (Ending.OK, Ending.FAILED, Ending.REFUSED)
+
+FINAL = (Ending.OK, Ending.SKIDDING, Ending.ROLLERS_UNLOADED, Ending.FAILED, Ending.REFUSED)
 RETRIED = (Ending.CRASHED, Ending.TIMED_OUT)  # endings with a result file that is removed for another try
 
 

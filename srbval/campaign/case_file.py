@@ -44,7 +44,7 @@ def write_result(path: Path, run: Run, quantities: Sequence[CaseQuantity], outpu
     """Write the `outputs` of a run that ended well, whole or not at all; `OSError` where that fails."""
     import h5py
 
-    image = io.BytesIO()
+    image, ending = io.BytesIO(), Ending(run.status.value)
     if {Output.SIGNALS, Output.ACCELERATION} & set(outputs):
         signals = run if Output.SIGNALS in outputs else _acceleration_only(run)
         with h5py.File(image, "w", track_order=True) as file:
@@ -54,10 +54,10 @@ def write_result(path: Path, run: Run, quantities: Sequence[CaseQuantity], outpu
             writer.finish(
                 replace(signals, wall_s=0.0, compile_s=0.0)
             )  # a deleted attribute leaves its bytes in the file
-            writer.complete(quantities)
+            writer.complete(quantities, ending)
     else:
-        _write_numbers(image, run.scene, Ending.OK, run.reason, quantities)
-    _write(path, image, Ending.OK, run.reason, quantities)
+        _write_numbers(image, run.scene, ending, run.reason, quantities)
+    _write(path, image, ending, run.reason, quantities)
 
 
 def write_failure(path: Path, scene: Scene | None, ending: Ending, reason: str) -> None:
@@ -93,10 +93,10 @@ class _ImageWriter(RunWriter):
         super()._scale(name, values, units, long_name)
         self._file.flush()
 
-    def complete(self, quantities: Sequence[CaseQuantity]) -> None:
+    def complete(self, quantities: Sequence[CaseQuantity], ending: Ending) -> None:
         """Add the numbers; remove the wall time, which differs from run to run."""
         del self._file.attrs["wall_s"]
-        self._file.attrs["ending"] = Ending.OK.value
+        self._file.attrs["ending"] = ending.value
         _add_quantities(self._file, quantities)
 
 

@@ -13,7 +13,7 @@ from srbval import __version__
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.campaign.campaign_folder import About, CampaignFolder, Damaged
-from srbval.campaign.case import CampaignCase, Ending
+from srbval.campaign.case import CampaignCase
 from srbval.campaign.noise import WHITE, NoiseSpectrum, add_noise, noise_spectrum
 from srbval.campaign.results import result_state
 from srbval.errors import ConfigurationError, DataError
@@ -111,7 +111,7 @@ def _signal(folder: CampaignFolder, case: CampaignCase, axis: str) -> tuple[Floa
     state = result_state(path)
     if isinstance(state, Damaged):
         raise DataError(f"{path}: {state.why} Run the campaign again first.")
-    if state is None or state.ending is not Ending.OK:
+    if state is None or not state.ending.usable:
         return None
     raw = detect_format(path).load(path)
     samples = raw.array(f"acceleration_{axis}_m_s2")

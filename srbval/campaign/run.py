@@ -157,7 +157,7 @@ class _Tracker:
         case = self._pending[outcome.key]
         self._ended += 1
         self._ended_s += case.planned_s
-        if outcome.ending is not Ending.OK and self._failed < MESSAGES:
+        if not outcome.ending.usable and self._failed < MESSAGES:
             self._failed += 1
             self._message(f"case {case.index} {outcome.ending.value}: {outcome.reason}")
         last = self._ended == len(self._pending)

@@ -69,7 +69,7 @@ def failures(cases: Sequence[CampaignCase], results: Results, ended: Iterable[Ca
     return [
         {"case": case.index, "key": case.key, "ending": known[case.key][0].value, "reason": known[case.key][1]}
         for case in cases
-        if case.key in known and known[case.key][0] is not Ending.OK
+        if case.key in known and not known[case.key][0].usable
     ]
 
 
@@ -106,5 +106,6 @@ def _rows(case: CampaignCase, results: Results, columns: Sequence[str]) -> Itera
     first = [case.index, case.key, *(case.point.get(c, "") for c in columns), case.model, result.ending.value]
     if not result.quantities:
         yield [*first, result.reason, "", "", ""]
+    reason = "" if result.ending is Ending.OK else result.reason
     for quantity in result.quantities:
-        yield [*first, "", quantity.name, repr(quantity.value), quantity.unit]
+        yield [*first, reason, quantity.name, repr(quantity.value), quantity.unit]

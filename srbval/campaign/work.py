@@ -14,7 +14,7 @@ from srbval.campaign.case_file import read_result, write_failure, write_result
 from srbval.campaign.quantities import quantities_of
 from srbval.errors import DataError, SrbvalError
 from srbval.models.kernel_cache import kernel_cache_folder
-from srbval.models.run import Run, RunStatus
+from srbval.models.run import Run
 from srbval.scene import Scene
 
 SHORTEST_S = 0.001  # simulated time in which everything that a case needs is compiled
@@ -67,12 +67,12 @@ def run_case(task: CaseTask) -> CaseOutcome:
         if isinstance(result, str):
             write_failure(task.path, task.scene, Ending.REFUSED, result)
             return ended(Ending.REFUSED, result)
-        if result.status is not RunStatus.OK:
+        if not result.status.usable:
             reason = f"{result.status.value}: {result.reason}"
             write_failure(task.path, task.scene, Ending.FAILED, reason)
             return ended(Ending.FAILED, reason)
         write_result(task.path, result, quantities_of(result, task.outputs), task.outputs)
-        return ended(Ending.OK, result.reason)
+        return ended(Ending(result.status.value), result.reason)
     except (OSError, DataError) as error:
         text = getattr(error, "strerror", None) or str(error)
         return ended(Ending.UNWRITTEN, f"the result could not be written: {text}")

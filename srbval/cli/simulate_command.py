@@ -11,7 +11,7 @@ from srbval.cli.output import print_json, print_table
 from srbval.cli.plan_command import question_of, scene_of
 from srbval.errors import DataError, NumericsError
 from srbval.models.ladder import AUTO, rung_of
-from srbval.models.run import RunStatus, RunSummary
+from srbval.models.run import RunSummary
 from srbval.models.simulate import Step, simulate, simulate_to_file
 from srbval.plan.coarser_output import with_coarser_output
 from srbval.plan.plan import make_plan
@@ -33,7 +33,7 @@ def run(options: argparse.Namespace) -> int:
     if output is not None and not output.parent.is_dir():
         raise DataError(f"{output.parent}: no such folder to write {output.name} to. Create it or choose another -o.")
     result = _simulate(scene, output, _step(options))
-    if result.status is not RunStatus.OK:
+    if not result.status.usable:
         raise NumericsError(f"run failed ({result.status}): {result.reason}. Nothing was written.")
     summary = _summary(result, output) | planned
     if options.json:

@@ -1,44 +1,57 @@
-"""Does a run behave like a bearing? Cheap tests for failures that leave no NaN behind.
+"""What a run shows: what the scene's bearing does, or that the integration has failed; and what would help.
 
-When explicit integration fails it does so silently: rollers are thrown clear, the acceleration is exactly zero and
-the cage stops. So what is tested is what a bearing must do: stay finite, stay within the contact geometry, drive its
-cage, carry its load, dissipate no more energy than is supplied, and resolve its stiffest contacts in time.
+When explicit integration fails it does so silently: rollers are thrown clear, the acceleration is exactly zero and the
+cage stops. So what is tested is what any motion of the model must do: stay finite and within the contact geometry,
+balance its forces, dissipate no more energy than is supplied, resolve its stiffest contacts in time. To drive the cage
+and to carry the load is nothing that a bearing must do: while those tests pass, that is told by name and no failure.
+
+The limits are measured; unless something else is said, on 144 scenes of the full model (710 and 3000 rpm; 1, 5, 31 and
+125 kN; friction 0.02, 0.1 and 0.7; either load path; play 0 and 0.1 mm, interference), each by imex2, ode1, ode2 and
+ode4 at the paper's step, twice and four times that, and by imex2 at a quarter of it as the truth.
+`tests/calibrators/health_limits.py` runs such scenes and counts.
 """
 
 import math
 from dataclasses import dataclass
 
+from srbval.models.ladder import rung_of
 from srbval.models.run import RunStatus
-from srbval.scene import LoadPath, Scene
+from srbval.scene import LoadPath, RollerFit, Scene, paper_scene
+from srbval.scene.scene import step_text
 
-# Of the cage speed of pure rolling. The paper's innermost and outermost circle alone give 0.985 and 1.026 of it; a cage
-# outside this wider range is not driven by its rollers.
-CAGE_RANGE = (0.88, 1.12)
-# Part of what static balance gives the rollers that they are expected to carry: all of it where nothing else can.
-LEAST_PART = {LoadPath.HOUSING: 0.5, LoadPath.BEARING: 0.99}
-# Beside the housing spring rattling shifts their force by a kilonewton or two, which is much of a light load's share:
-# four methods agree that at 457 rpm and 62.4 kN rollers with play carry 0.43 of it, at 997 rpm and 31.2 kN less than
-# nothing. So there the load counts as lost only on further evidence of failure: the energy balance misses more than
-# this share of the losses (sound runs up to 0.36, failed ones from 0.54), or for more than this share of the time there
-# is no contact at all (sound ones 0.0001, failed ones from 0.87).
+# Of the cage speed of pure rolling: the paper's innermost and outermost circle alone. Outside, rollers slip on all of
+# their length. The truths end at 0.979 or below and at 0.985 or above.
+CAGE_RANGE = (0.985, 1.026)
+DRIFT = 0.01  # of rolling, by which the cage's speed changes over a run that is worth a word
+# Least part of the load that rollers beside a housing spring have in static balance, and part of that share which they
+# carry: below, they rattle more than they carry. The truths: 0.002 and below, or 0.03 and above; 0.8 of it and more.
+LEAST_SHARE, LEAST_PART = 0.01, 0.5
+# Further evidence without which no load counts as lost beside a spring: the energy balance misses more than this share
+# of the losses (sound runs up to 0.36, failed ones from 0.54), or for more than this share of the time there is no
+# contact at all (sound ones 0.0001, failed ones from 0.87).
 ENERGY_OPEN, IDLE_SHARE = 0.45, 0.5
-# With enough play the spring carries everything and there is nothing to lose.
-NOTHING_TO_LOSE = 0.001
+CARRIED = 0.99  # of the load, where nothing but the rollers can: less needs an explanation
 # Share of the losses that may be missing from the energy balance. Where friction chatters, its power is counted at
 # states the rollers are never long in: beyond this, nearly all of it. Converged runs close to a few per cent, not in
 # a fast speed ramp (0.9 seen at 300 rad/s2), where the drive's torque is read at lagging velocities: only a caution.
 ENERGY_LIMIT, ENERGY_CAUTION = 0.9, 0.3
+# Share of the load by which the mean forces on the ring may miss its change of momentum. Explicit methods keep it;
+# imex2 at the paper's step misses up to 0.01, at four times that 0.2 to 0.96, its cage then up to 30 % off.
+FORCE_LIMIT = 0.1
 # Of 290 runs at steps above `step_limit.elastic_limit_s` two held, 6 % above it; 10 % above, none did.
 STEP_LIMIT = 1.1
-ADVICE = "take the default solver, or a smaller step (--dt)"
+# Of that limit: steps at which a slow cage is believed though the energy balance is open. With imex2 at up to 0.46 of
+# it slow cages are 2 % off at most, from 0.84 on 10 to 32 %.
+SHORT = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
 class HealthIndicators:
     """What a run is assessed by: means over the run, deepest penetration, depth that the contact search covers.
 
-    `rolling_ratio` is the cage ratio of pure rolling; `balanced_share` of the load is what the rollers carry in static
-    balance; `energy_imbalance`: see `run_statistics.EnergyBalance`; `idle_share`: share of the time without contact;
+    `rolling_ratio` is the cage ratio of pure rolling, `cage_course` that at the run's start and end; `balanced_share`
+    of the load is what the rollers carry in static balance; `energy_imbalance`: see `run_statistics.EnergyBalance`;
+    `missing_n`, along the load: see `run_statistics.MomentumBalance`; `idle_share`: share of the time without contact;
     `step_limit_s`: see `step_limit.elastic_limit_s`. What a model does not have is NaN and passes.
     """
 
@@ -50,60 +63,157 @@ class HealthIndicators:
     load_share: float
     balanced_share: float
     energy_imbalance: float
+    missing_n: float = math.nan
+    cage_course: tuple[float, ...] = (math.nan, math.nan)
     idle_share: float = 0.0
     step_s: float = math.nan
     step_limit_s: float = math.nan
 
+    @property
+    def too_long(self) -> bool:
+        """Is the step longer than the contacts allow?"""
+        return self.step_s > STEP_LIMIT * self.step_limit_s
+
 
 def assess(scene: Scene, run: HealthIndicators) -> tuple[RunStatus, str]:
-    """Status of a run and the reason for it, with advice where it failed."""
-    if not run.finite:
-        return RunStatus.NOT_FINITE, f"the state is no longer finite; {ADVICE}"
-    if run.deepest_m > run.limit_m:
-        return RunStatus.TOO_DEEP, (
-            f"penetration reached {run.deepest_m * 1e6:.4g} um, the contact search reaches "
-            f"{run.limit_m * 1e6:.0f} um; reduce the load, raise the stiffness, or {ADVICE}"
-        )
-    low, high = (share * run.rolling_ratio for share in CAGE_RANGE)
-    if not low <= run.cage_ratio <= high:
-        return RunStatus.CAGE_LOST, (
-            f"the cage turned at {run.cage_ratio:.4f} of the shaft, a driven one stays within {low:.3g} to "
-            f"{high:.3g}; {ADVICE}"
-        )
-    carried = f"the rollers carry {run.load_share:.2%} of the load, {run.balanced_share:.2%} in static balance"
-    unloaded = _unloaded(scene, run)
-    if unloaded and _beyond_rattling(scene, run):
-        return RunStatus.LOAD_LOST, f"{carried}; {ADVICE}"
-    if abs(run.energy_imbalance) > ENERGY_LIMIT and scene.speed_profile is None:
-        return RunStatus.ENERGY_OPEN, (
-            f"energy does not close: {abs(run.energy_imbalance):.0%} of the losses have no source, the limit is "
-            f"{ENERGY_LIMIT:.0%}; friction chatters from step to step; {ADVICE}"
-        )
-    if run.step_s > STEP_LIMIT * run.step_limit_s:
-        return RunStatus.STEP_TOO_LONG, (
-            f"the step of {run.step_s * 1e6:.4g} us is longer than the {run.step_limit_s * 1e6:.4g} us up to which "
-            f"a roller's bouncing between the races decays; {ADVICE}"
-        )
-    seen = ["the cage is driven"] + ([] if unloaded else ["the load is carried"])
-    cautions = [f"{carried}: they rattle more than they carry"] if unloaded else []
+    """Status of a run and the reason for it, with advice that is of use for this scene."""
+    failure = _failure(scene, run)
+    if failure is not None:
+        return failure
+    status, seen = _behaviour(scene, run)
     if abs(run.energy_imbalance) > ENERGY_CAUTION:
-        cautions.append(
-            f"{abs(run.energy_imbalance):.0%} of the losses have no source, so part of the noise is numerical; a "
-            "smaller step (--dt) shows how much"
+        seen.append(
+            f"with caution: {abs(run.energy_imbalance):.0%} of the losses have no source, so part of the noise is "
+            f"numerical; {_remedy(scene, run)}"
         )
     elif not math.isnan(run.energy_imbalance):
         seen.append(f"energy closes to {abs(run.energy_imbalance):.1%} of the losses")
-    return RunStatus.OK, ", ".join(seen) + (f"; with caution: {'; '.join(cautions)}" if cautions else "")
+    return status, "; ".join(seen)
+
+
+def _failure(scene: Scene, run: HealthIndicators) -> tuple[RunStatus, str] | None:
+    """What no motion of the model does; None where there is nothing of it."""
+    remedy = _remedy(scene, run)
+    if not run.finite:
+        return RunStatus.NOT_FINITE, f"the state is no longer finite; {remedy}"
+    if run.deepest_m > run.limit_m:
+        lighter = "reduce the load, or raise the contacts' stiffness"
+        return RunStatus.TOO_DEEP, (
+            f"penetration reached {run.deepest_m * 1e6:.4g} um, the contact search reaches "
+            f"{run.limit_m * 1e6:.0f} um; {lighter if _sound(scene, run) else remedy}"
+        )
+    missing = abs(run.missing_n) / scene.mean_radial_n if scene.mean_radial_n else 0.0
+    if missing > FORCE_LIMIT:
+        return RunStatus.LOAD_LOST, (
+            f"forces do not balance: the ring's motion misses {missing:.0%} of the load, the limit is {FORCE_LIMIT:.0%}"
+            f"; {remedy}"
+        )
+    if _load_lost(scene, run):
+        return RunStatus.LOAD_LOST, f"{_carried(run)}; {remedy}"
+    if not _driven(run) and not _sound(scene, run):
+        return RunStatus.CAGE_LOST, (
+            f"the cage turned at {run.cage_ratio:.4f} of the shaft, pure rolling is {run.rolling_ratio:.4f}, and "
+            f"{abs(run.energy_imbalance):.0%} of the losses have no source; {remedy}"
+        )
+    if abs(run.energy_imbalance) > ENERGY_LIMIT and scene.speed_profile is None:
+        return RunStatus.ENERGY_OPEN, (
+            f"energy does not close: {abs(run.energy_imbalance):.0%} of the losses have no source, the limit is "
+            f"{ENERGY_LIMIT:.0%}; friction chatters from step to step; {remedy}"
+        )
+    if run.too_long:
+        return RunStatus.STEP_TOO_LONG, (
+            f"the step of {run.step_s * 1e6:.4g} us is longer than the {run.step_limit_s * 1e6:.4g} us up to which "
+            f"a roller's bouncing between the races decays; the longest step below that is {_finer(scene, run)} (--dt)"
+        )
+    return None
+
+
+def _behaviour(scene: Scene, run: HealthIndicators) -> tuple[RunStatus, list[str]]:
+    """What the scene's bearing does, in words, and what would change it."""
+    unloaded, seen = _unloaded(scene, run), []
+    if unloaded:
+        seen = [f"{_carried(run)}, the housing spring the rest" if scene.mean_radial_n else "no load is there to carry"]
+    if not _driven(run):
+        return RunStatus.SKIDDING, [_slip_text(scene, run), *seen, _relief(scene, skids=True)]
+    if unloaded:
+        seen += ["fault lines come from rollers that rattle, or are absent", _relief(scene, skids=False)]
+        return RunStatus.ROLLERS_UNLOADED, seen
+    return RunStatus.OK, ["the cage is driven, the load is carried"]
+
+
+def _slip_text(scene: Scene, run: HealthIndicators) -> str:
+    slip, faster = run.cage_ratio / run.rolling_ratio - 1, (1 - run.cage_ratio) / (1 - run.rolling_ratio) - 1
+    first, last = run.cage_course
+    drifts = scene.speed_profile is None and abs(last - first) > DRIFT * run.rolling_ratio
+    return (
+        f"the rollers slide: the cage turned at {run.cage_ratio:.4f} of the shaft, {abs(slip):.1%} "
+        f"{'below' if slip < 0 else 'above'} pure rolling ({run.rolling_ratio:.4f})"
+        + (f", {first:.4f} at the start and {last:.4f} at the end" if drifts else "")
+        + f"; so BPFO lies {slip:+.1%} and BPFI {faster:+.1%} from the kinematic line"
+        + f", and both {'drift and ' if drifts else ''}broaden"
+    )
 
 
 def _unloaded(scene: Scene, run: HealthIndicators) -> bool:
-    """Whether the rollers carry less than is expected of them."""
-    something = scene.mean_radial_n > 0 and run.balanced_share > NOTHING_TO_LOSE
-    return something and run.load_share < LEAST_PART[scene.load.path] * run.balanced_share
+    """Whether the load flows past the rollers, or there is none to press them."""
+    load, contact, beside = scene.load, scene.contact, scene.load.path is LoadPath.HOUSING
+    if scene.mean_radial_n:
+        return beside and (run.balanced_share < LEAST_SHARE or run.load_share < LEAST_PART * run.balanced_share)
+    axial = load.axial_n or (scene.load_profile is not None and any(scene.load_profile.axial_n))
+    pressed = contact.roller_fit is RollerFit.PRINTED or contact.radial_play_m < 0
+    return not (axial or pressed or (load.gravity and not beside))
 
 
-def _beyond_rattling(scene: Scene, run: HealthIndicators) -> bool:
-    """Whether rattling beside the housing spring cannot be why."""
-    if scene.load.path is not LoadPath.HOUSING or math.isnan(run.energy_imbalance):
-        return True
-    return abs(run.energy_imbalance) > ENERGY_OPEN or run.idle_share > IDLE_SHARE
+def _load_lost(scene: Scene, run: HealthIndicators) -> bool:
+    """Whether the rollers do not carry what they should, on evidence that it is the integrator's doing."""
+    beside = scene.load.path is LoadPath.HOUSING
+    if not scene.mean_radial_n or (beside and run.balanced_share < LEAST_SHARE):
+        return False
+    missing = run.load_share < (LEAST_PART * run.balanced_share if beside else CARRIED)
+    return run.idle_share > IDLE_SHARE or (missing and not abs(run.energy_imbalance) <= ENERGY_OPEN)
+
+
+def _driven(run: HealthIndicators) -> bool:
+    low, high = (share * run.rolling_ratio for share in CAGE_RANGE)
+    return not (run.cage_ratio < low or run.cage_ratio > high)
+
+
+def _sound(scene: Scene, run: HealthIndicators) -> bool:
+    """Is no failure of the integration to be seen? Energy may be open in a speed ramp, and where steps are short."""
+    wild = abs(run.energy_imbalance) > ENERGY_CAUTION and not run.step_s < SHORT * run.step_limit_s
+    return not (run.idle_share > IDLE_SHARE or run.too_long or (wild and scene.speed_profile is None))
+
+
+def _carried(run: HealthIndicators) -> str:
+    return f"the rollers carry {run.load_share:.2%} of the load ({run.balanced_share:.2%} in static balance)"
+
+
+def _relief(scene: Scene, *, skids: bool) -> str:
+    """What puts load on the rollers of this scene, or takes speed from them."""
+    loose = scene.contact.roller_fit is RollerFit.PLAY and scene.contact.radial_play_m > 0
+    less_play = f"a radial play below {scene.contact.radial_play_m * 1e6:.4g} um"
+    beside = scene.load.path is LoadPath.HOUSING and scene.mean_radial_n > 0
+    helps = ['load path = "bearing"', less_play if loose else "more load"] if beside else ["more radial load"]
+    return f"to load the rollers: {', '.join(helps)}{', less speed' if skids else ''}"
+
+
+def _remedy(scene: Scene, run: HealthIndicators) -> str:
+    """What helps against a failure of the integration: never what the scene has already."""
+    if rung_of(scene.model).own_solver:
+        return "take the full model (--model full)"
+    if scene.solver.name == _default_solver():
+        return f"take a step of {_finer(scene, run)} (--dt)"
+    return f"take the solver {_default_solver()} (--solver), or a step of {_finer(scene, run)} (--dt)"
+
+
+def _finer(scene: Scene, run: HealthIndicators) -> str:
+    """The longest step of the scene that its contacts allow, or half of its own where they allow that."""
+    rung, rate = rung_of(scene.model), scene.output_rate_hz
+    steps = 2 * rung.steps_per_output(scene)
+    if run.step_s > run.step_limit_s:
+        steps = math.ceil(1 / (rate * run.step_limit_s))
+    return step_text(rate * ((steps - 1) * rung.coarser + 1))  # the longest that the rung makes so many steps of
+
+
+def _default_solver() -> str:
+    return paper_scene().solver.name

@@ -19,9 +19,15 @@ AMPLITUDES = "amplitudes and the noise floor"
 
 
 class RunStatus(enum.StrEnum):
-    """How a run ended. Only `OK` may be read as a bearing's vibration."""
+    """How a run ended. The `usable` ones are what the scene's bearing does; the others are failures of the numerics.
+
+    `SKIDDING`: the cage does not turn as rolling rollers would drive it. `ROLLERS_UNLOADED`: the load flows past the
+    rollers, or there is none.
+    """
 
     OK = "ok"
+    SKIDDING = "skidding"
+    ROLLERS_UNLOADED = "rollers-unloaded"
     NOT_FINITE = "not-finite"
     TOO_DEEP = "too-deep"
     CAGE_LOST = "cage-lost"
@@ -29,6 +35,14 @@ class RunStatus(enum.StrEnum):
     ENERGY_OPEN = "energy-open"
     STEP_TOO_LONG = "step-too-long"
     INACCURATE = "inaccurate"
+
+    @property
+    def usable(self) -> bool:
+        """May it be read as the vibration of the scene's bearing? Then files are written, and the exit code is 0."""
+        return self.value in USABLE
+
+
+USABLE = ("ok", "skidding", "rollers-unloaded")  # also of statuses kept as text
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -50,6 +50,40 @@ class EnergyBalance:
 
 
 @dataclass
+class MomentumBalance:
+    """Forces on the outer ring over a run: rollers, load, weight, spring and damper make up its change of momentum.
+
+    Newton's second law in the mean; what is missing is the integrator's. The first row is left out, as the ring's speed
+    before it is not known.
+    """
+
+    mass_kg: float = math.nan
+    stiffness_n_m: float = math.nan
+    damping_ns_m: float = math.nan
+    weight_n: float = math.nan
+    rows: int = 0
+    first: FloatArray = field(default_factory=lambda: np.zeros(9))
+    last: FloatArray = field(default_factory=lambda: np.zeros(9))
+    total: FloatArray = field(default_factory=lambda: np.zeros(9))
+
+    def add(self, out: FloatArray) -> None:
+        """Enter a chunk's rows: accelerations, displacements, forces of the rollers."""
+        rows = np.hstack([out[:, part] for part in (col.ACCELERATION, col.DISPLACEMENT, col.RING_FORCE)])
+        self.first = self.first if self.rows else rows[0]
+        self.rows, self.last, self.total = self.rows + len(rows), rows[-1], self.total + rows.sum(axis=0)
+
+    def missing_n(self, load_n: FloatArray, interval_s: float) -> FloatArray:
+        """Mean force on the ring beside these, under a mean external load, [3]; NaN where it is not known."""
+        intervals = self.rows - 1 if self.rows > 1 else math.nan
+        acceleration, displacement, rollers = np.split((self.total - self.first) / intervals, 3)
+        moved = (self.last - self.first)[3:6] / intervals
+        held = self.stiffness_n_m * (displacement - moved / 2) + self.damping_ns_m * moved / interval_s
+        weight = np.array([0.0, -self.weight_n, 0.0])
+        missing: FloatArray = rollers + load_n + weight - held - self.mass_kg * acceleration
+        return missing
+
+
+@dataclass
 class RunStatistics:
     """Running sums over a run's chunks, enough to assess it."""
 
@@ -61,13 +95,15 @@ class RunStatistics:
     idle: int = 0
     force_n: FloatArray = field(default_factory=lambda: np.zeros(3))
     finite: bool = True
-    balanced_share: float = 0.0
+    balanced_share: float = math.nan
     step_s: float = math.nan
     step_limit_s: float = math.nan
     wall_s: float = 0.0
     compile_s: float = 0.0
     check_wall_s: float = 0.0
     energy: EnergyBalance = field(default_factory=EnergyBalance)
+    momentum: MomentumBalance = field(default_factory=MomentumBalance)
+    cage_course: tuple[float, float] = (math.nan, math.nan)  # mean speed in the first and in the latest chunk
     step_error: StepError | None = None
     levels: BandLevels = field(init=False)
 
@@ -79,11 +115,14 @@ class RunStatistics:
         self.finite = self.finite and self.all_finite(out)
         self.samples += len(out)
         self.cage += float(out[:, col.CAGE_SPEED].sum())
+        latest = float(out[:, col.CAGE_SPEED].mean())
+        self.cage_course = (latest if math.isnan(self.cage_course[0]) else self.cage_course[0], latest)
         self.force_n = self.force_n + out[:, col.RING_FORCE].sum(axis=0)
         self.deepest_m = max(self.deepest_m, float(out[:, col.DEEPEST].max()))
         self.idle += int(np.count_nonzero(out[:, col.CONTACT_ENERGY] == 0.0))
         self.energy.add(out)
         self.levels.add(out[:, col.ACCELERATION])
+        self.momentum.add(out)
 
     def unfit(self, out: FloatArray) -> bool:
         """Do these rows already show that the run is beyond recovery?"""
@@ -105,10 +144,15 @@ class RunStatistics:
         ratio = self.cage / n / mean_shaft if mean_shaft else math.nan
         share = self.load_share(self.force_n / n, scene.mean_radial_n)
         imbalance = self.energy.imbalance(1 / scene.output_rate_hz)
+        direction = self.direction()
+        with np.errstate(all="ignore"):  # of a state that is not finite
+            missing_n = self.momentum.missing_n(scene.mean_radial_n * direction, 1 / scene.output_rate_hz)
         indicators = HealthIndicators(
             finite=self.finite, deepest_m=self.deepest_m, limit_m=DEEPEST_M, cage_ratio=ratio,
             rolling_ratio=self.bearing.orders.ftf, load_share=share, balanced_share=self.balanced_share,
             energy_imbalance=imbalance, idle_share=self.idle / n, step_s=self.step_s, step_limit_s=self.step_limit_s,
+            missing_n=float(missing_n @ direction),
+            cage_course=tuple(speed / (mean_shaft or math.nan) for speed in self.cage_course),
         )  # fmt: skip
         status, reason = with_step_error(*assess(scene, indicators), self.step_error)
         return RunSummary(
@@ -120,6 +164,9 @@ class RunStatistics:
 
     def load_share(self, force_n: FloatArray, radial_n: float) -> float:
         """Part of a radial load that a force of the rollers on the ring carries; NaN without a load."""
+        return float(-force_n @ self.direction()) / radial_n if radial_n else math.nan
+
+    def direction(self) -> FloatArray:
+        """Of the radial load, a unit vector [3]."""
         angle = self.scene.load.direction_rad
-        direction = np.array([math.cos(angle), math.sin(angle), 0.0])
-        return float(-force_n @ direction) / radial_n if radial_n else math.nan
+        return np.array([math.cos(angle), math.sin(angle), 0.0])

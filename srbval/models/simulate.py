@@ -21,8 +21,8 @@ from srbval.models.kernel_cache import WITHOUT_KERNELS, precompile
 from srbval.models.ladder import rung_of
 from srbval.models.outputs import Outputs
 from srbval.models.prescribed import Prescribed
-from srbval.models.run import EnergyFlow, Run, RunStatus, RunSummary
-from srbval.models.run_statistics import RunStatistics
+from srbval.models.run import EnergyFlow, Run, RunSummary
+from srbval.models.run_statistics import MomentumBalance, RunStatistics
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
 
@@ -73,7 +73,7 @@ def simulate(scene: Scene, *, step: Step = Step.CHECKED, progress: Progress = si
 def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, progress: Progress = silent) -> RunSummary:
     """Run `scene` and write its signals to `path` as they come: memory does not grow with the duration.
 
-    The file is there only if the run ended well; otherwise as `simulate`. Raises `DataError` where the place cannot be
+    The file is there only if the run is usable; otherwise as `simulate`. Raises `DataError` where the place cannot be
     written.
     """
     from srbval.models.run_file import run_writer
@@ -84,7 +84,7 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
         for chunk in _recorded(stats, progress):
             writer.append(signals(chunk.out) | {"spin_rad_s": chunk.spin_rad_s, "load_n": chunk.load_n})
         summary = stats.summary()
-        if summary.status is RunStatus.OK:
+        if summary.status.usable:
             writer.finish(summary)
     return summary
 
@@ -172,8 +172,13 @@ def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[
     scene = stats.scene
     stats.compile_s += precompile(scene.model)
     run = full_run(scene, stats.bearing)
-    stats.balanced_share = static_share(stats, run.model, run.state[layout_of(run.state).ring])
-    stats.step_s, stats.step_limit_s = run.step_s, elastic_limit_s(run.method, run.model, run.state) or math.inf
+    model = run.model
+    stats.balanced_share = static_share(stats, model, run.state[layout_of(run.state).ring])
+    stats.momentum = MomentumBalance(
+        mass_kg=model.ring_mass, stiffness_n_m=model.housing_stiffness, damping_ns_m=model.housing_damping,
+        weight_n=-model.ring_mass * model.gravity,
+    )  # fmt: skip
+    stats.step_s, stats.step_limit_s = run.step_s, elastic_limit_s(run.method, model, run.state) or math.inf
     started = time.perf_counter()
     run.advance(0, 0)
     stats.compile_s += time.perf_counter() - started

@@ -23,6 +23,7 @@ from srbval.models.step_limit import elastic_limit_s
 from srbval.scene import Scene
 
 TOLERANCE = {"cage": 1e-5, "band_rms": 0.05, "drive_power": 0.05}  # relative
+SLIDING = 0.01  # in cage speed, where it slides or rattles: it is then told to a per cent, not read to five digits
 SIGNIFICANT = 1.0  # standard errors
 FINER = 4
 LEVELS = 2  # of refinement by `FINER`: a chosen step is at most 16 times finer than the scene's
@@ -121,16 +122,19 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
 
 def with_step_error(status: RunStatus, reason: str, error: StepError | None) -> tuple[RunStatus, str]:
     """Status and reason of a run that is otherwise of this `status`, once its step's error counts."""
-    if error is None or status is not RunStatus.OK:
+    if error is None or not status.usable:
         return status, reason
-    if error.beyond:
+    slides = [e for e in error.beyond if status is not RunStatus.OK and e.kind == "cage" and abs(e.error) <= SLIDING]
+    beyond = [e for e in error.beyond if e not in slides]
+    if beyond:
         return RunStatus.INACCURATE, (
             f"the step of {error.step_s * 1e6:.4g} us leaves an error beyond the tolerance: "
-            f"{'; '.join(map(str, error.beyond))}; take --dt auto"
+            f"{'; '.join(map(str, beyond))}; take --dt auto"
         )
-    if error.open:
+    if error.open or slides:
         joint = "; " if CAUTION in reason else f"; {CAUTION}"
-        return status, f"{reason}{joint}the step's error is not established: {'; '.join(map(str, error.open))}"
+        told = "; ".join(map(str, (*slides, *error.open)))
+        return status, f"{reason}{joint}the step's error is not established: {told}"
     return status, reason
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from srbval.bearing import load_bearing
 from srbval.bench.ladder.questions import Question, answers, error_pct
 from srbval.errors import NumericsError
-from srbval.models.run import Run, RunStatus
+from srbval.models.run import Run
 from srbval.models.simulate import Step, simulate
 from srbval.plan.plan import Plan
 from srbval.scene import Scene
@@ -70,7 +70,7 @@ def _tried(scene: Scene, question: Question, tolerance_pct: float) -> Reduction:
     if ratio < 2:
         return _not_taken(f"{scene.output_rate_hz:g} Hz leave no room above the band's {SIMULATED_BAND_HZ[1]:g} Hz")
     run = simulate(scene, step=Step.UNCHECKED)
-    if run.status is not RunStatus.OK:
+    if not run.status.usable:
         raise NumericsError(f"run failed ({run.status}): {run.reason}.")
     name = f"output at {scene.output_rate_hz / ratio:g} Hz"
     bearing = load_bearing(scene.bearing)

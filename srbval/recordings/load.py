@@ -10,6 +10,7 @@ from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.recordings.datasets import recognise
 from srbval.recordings.datasets.description import dataset
+from srbval.recordings.datasets.srbval_files import ended
 from srbval.recordings.loaders import detect_format
 from srbval.recordings.raw import printable
 from srbval.recordings.reading import Reading
@@ -62,7 +63,7 @@ def recording_from_run(run: Run) -> Recording:
         state=scene.defect.kind,
         radial_n=scene.load.radial_n,
         axial_n=scene.load.axial_n,
-        notes=(f"not validated: {'; '.join(run.not_validated)}",),
+        notes=(*ended(run.status.value, run.reason), f"not validated: {'; '.join(run.not_validated)}"),
     )
 
 

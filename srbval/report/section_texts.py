@@ -16,6 +16,7 @@ from importlib import resources
 from typing import Any
 
 from srbval.bearing import Fault
+from srbval.models.run import USABLE
 from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Callout, Figure, Listing, Paragraph
 from srbval.report.figures.files import PanelFiles
@@ -139,7 +140,7 @@ def _environment() -> Any:
 
     environment = Environment(undefined=StrictUndefined, autoescape=False)
     environment.filters |= {"fmt": format_value, "literal": lambda value: literal(str(value))}
-    environment.globals["Fault"] = Fault
+    environment.globals |= {"Fault": Fault, "USABLE": USABLE}
     return environment
 
 

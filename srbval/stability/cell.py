@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from srbval.bench.scenes import PAPER_STEP_S
-from srbval.models.run import RunStatus
+from srbval.models.run import USABLE, RunStatus
 from srbval.stability.grid import StabilityCase, StabilityGroup
 from srbval.stability.outcome import StabilityOutcome, StabilityReference, relative
 from srbval.stability.step_limits import StepLimits
@@ -55,17 +55,17 @@ class StabilityCell:
 
     @property
     def status(self) -> str:
-        """``ok`` only where the run found nothing wrong with itself and the comparison neither."""
+        """The run's own, where neither it nor the comparison found anything wrong: ``ok``, or what its bearing does."""
         if not self.outcome.ok:
             return self.outcome.status
         if self.reference.flagged:
             return NO_REFERENCE
-        return "ok" if self.like_reference else UNLIKE
+        return self.outcome.status if self.like_reference else UNLIKE
 
     @property
     def ok(self) -> bool:
         """May it be read as a bearing's vibration?"""
-        return self.status == "ok"
+        return self.status in USABLE
 
     @property
     def holds(self) -> bool:
@@ -108,7 +108,7 @@ class StabilityCell:
 
 @dataclass(frozen=True, kw_only=True)
 class Planted(StabilityGroup):
-    """A planted failure: detected (`caught`) where the run's own status is not ``ok``."""
+    """A planted failure: detected (`caught`) where the run's own status is not usable."""
 
     JSON_PROPERTIES: ClassVar = ("caught",)
 
@@ -119,7 +119,7 @@ class Planted(StabilityGroup):
     @property
     def caught(self) -> bool:
         """Did the run detect it itself?"""
-        return self.run_status != "ok"
+        return self.run_status not in USABLE
 
 
 def planted_in(cells: Sequence[StabilityCell]) -> tuple[Planted, ...]:

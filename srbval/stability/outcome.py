@@ -8,6 +8,7 @@ from srbval.bench.measures import band_rms, smooth_mean
 from srbval.bench.reference import reference_solver
 from srbval.bench.scenes import scene_content
 from srbval.bench.timing import Attempt, run_all
+from srbval.models.run import USABLE
 from srbval.progress import Progress
 from srbval.scene import Scene
 from srbval.stability.grid import StabilityCase, StabilityGrid, StabilityGroup
@@ -38,8 +39,8 @@ class StabilityOutcome:
 
     @property
     def ok(self) -> bool:
-        """Did the run find nothing wrong with itself?"""
-        return self.status == "ok"
+        """Did the run find nothing wrong with itself? A cage or rollers that slip are not wrong."""
+        return self.status in USABLE
 
 
 def outcome_store() -> ContentStore:

@@ -13,7 +13,7 @@ from typing import Any
 from srbval.bearing import Fault
 from srbval.errors import ConfigurationError, NumericsError
 from srbval.models.precompile import load_kernels
-from srbval.models.run import Run, RunStatus
+from srbval.models.run import Run
 from srbval.models.simulate import simulate
 from srbval.progress import Progress, silent
 from srbval.scene import Scene, paper_scene
@@ -102,7 +102,7 @@ def run_cases(
             progress(f"Simulate {case.id}", fraction)
 
         run = simulate(case.scene, progress=report)
-        if run.status is not RunStatus.OK:
+        if not run.status.usable:
             raise NumericsError(f"case {case.id}: run failed ({run.status}): {run.reason}.")
         return run
 

@@ -18,7 +18,6 @@ from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
 from srbval.campaign.noise import WHITE, NoiseSpectrum, add_noise, noise_spectrum
 from srbval.cli.measured import this_machine
 from srbval.errors import NumericsError
-from srbval.models.run import RunStatus
 from srbval.models.simulate import simulate
 from srbval.progress import Progress, ProgressDisplay, silent
 from srbval.recordings import Recording, recording_from_run
@@ -87,7 +86,7 @@ def noise_study(
 
 def _record(fault: Fault, seconds: float) -> Recording:
     run = simulate(paper_scene(defect={"kind": fault}, duration_s=seconds))
-    if run.status is not RunStatus.OK:
+    if not run.status.usable:
         raise NumericsError(f"noise study: the {fault} run failed ({run.status}): {run.reason}")
     return recording_from_run(run)
 

@@ -22,7 +22,6 @@ from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.check.quantities import RIG_RPM
 from srbval.cli.measured import this_machine
 from srbval.errors import DataError, NumericsError
-from srbval.models.run import RunStatus
 from srbval.models.simulate import simulate
 from srbval.progress import Progress, ProgressDisplay, silent
 from srbval.recordings.registry import find_recording, load_entry
@@ -255,7 +254,7 @@ def cage_ratio(line: RigLine, changes: Mapping[str, Any]) -> float:
         "solver": {"step_s": STEP_S},
     }  # fmt: skip
     run = simulate(load_scene("rig", merge(own, changes)))
-    if run.status is not RunStatus.OK:
+    if not run.status.usable:
         raise NumericsError(f"rig inputs: the run with {changes} failed ({run.status}): {run.reason}")
     return run.cage_ratio
 

@@ -11,6 +11,7 @@ import pytest
 from srbval.bearing import Fault
 from srbval.check.reference import read_reference, reference_path
 from srbval.errors import NumericsError
+from srbval.models.run import RunStatus
 from srbval.scene import load_scene, rig_inputs
 from srbval.storage.stored_result import COMMAND, RIG_INPUTS, newest_result
 from tests.calibrators import rig_inputs as calibrator
@@ -119,7 +120,7 @@ def test_runs_are_of_the_rig_scene(monkeypatch: pytest.MonkeyPatch) -> None:
     scenes = []
 
     class Ran:
-        status = calibrator.RunStatus.OK
+        status = RunStatus.OK
         cage_ratio = 0.43
 
     def run(scene: object) -> Ran:
@@ -139,7 +140,7 @@ def test_runs_are_of_the_rig_scene(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_failed_run_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     class Failed:
-        status = calibrator.RunStatus.ENERGY_OPEN
+        status = RunStatus.ENERGY_OPEN
         reason = "energy does not close"
 
     monkeypatch.setattr(calibrator, "simulate", lambda _: Failed())

@@ -33,7 +33,7 @@ class MissingHarmonic:
 
 
 def missing_of(run: Run) -> MissingHarmonic:
-    """Read which harmonic a run with a race's defect, ended `RunStatus.OK`, lacks."""
+    """Read which harmonic a run with a race's defect, usable, lacks."""
     pulse = pulse_of(run.scene)
     return MissingHarmonic(
         pulse=pulse,

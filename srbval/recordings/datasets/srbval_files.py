@@ -6,6 +6,7 @@ import numpy as np
 
 from srbval.bearing import Fault
 from srbval.errors import DataError
+from srbval.models.run import USABLE
 from srbval.recordings.raw import RawFile, printable
 from srbval.recordings.reading import Channel, Reading
 from srbval.recordings.recording import Origin, SpeedSignal
@@ -31,7 +32,7 @@ def read_srbval_file(raw: RawFile) -> Reading:
     if kind not in ("run", "stand-in"):
         raise DataError(f"{raw.path}: srbval_kind is {kind!r}; this version reads 'run' and 'stand-in'.")
     status = raw.text("status") or "ok"
-    if status != "ok":
+    if status not in USABLE:
         raise DataError(f"{raw.path}: the run failed ({status}: {raw.text('reason')}); it is no vibration.")
     channels = _channels(raw)
     wanted = RUN_AXES if kind == "run" else (PREFIX,)
@@ -53,8 +54,17 @@ def read_srbval_file(raw: RawFile) -> Reading:
         axial_n=raw.number("axial_n"),
         nominal_rpm=raw.number("nominal_rpm"),
         name=printable(raw.text("name") or "") or None,
-        notes=(f"{kind} written by srbval{unchecked}", *([f"not validated: {missing}"] if missing else [])),
+        notes=(
+            f"{kind} written by srbval{unchecked}",
+            *ended(status, raw.text("reason") or ""),
+            *([f"not validated: {missing}"] if missing else []),
+        ),
     )
+
+
+def ended(status: str, reason: str) -> tuple[str, ...]:
+    """A note on a run that may be used and is not plainly ``ok``."""
+    return () if status == "ok" else (f"the run ended {status}: {printable(reason, LONGEST_NOTE)}",)
 
 
 def _channels(raw: RawFile) -> dict[str, Channel]:

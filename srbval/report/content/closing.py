@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.evidence.evidence import Evidence
-from srbval.models.run import RunStatus
+from srbval.models.run import USABLE
 from srbval.report.blocks import Command, KeyValues, Listing
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
@@ -47,7 +47,7 @@ def limits_section(evidence: Evidence) -> Section:
 def failures_section(evidence: Evidence) -> Section:
     """One line per failure; those of stored results by their number, since their sections name each."""
     bench, stability = (evidence.results[kind].content or {} for kind in (SPEED_ACCURACY, STABILITY))
-    failed = [run for run in evidence.run_facts if run.status != RunStatus.OK]
+    failed = [run for run in evidence.run_facts if run.status not in USABLE]
     unusable = [(Path(file).name, why) for file, why in evidence.matrix.unusable]
     cells = evidence.matrix.cells
     summary = FAILURES.listing(

@@ -7,6 +7,7 @@ from typing import Any
 
 from srbval.bench.scenes import PAPER_STEP_S
 from srbval.evidence.stored import ShownResult
+from srbval.models.run import USABLE
 from srbval.report.badges import Badge
 from srbval.report.blocks import Block, Figure
 from srbval.report.content.names import missing, origin_of
@@ -37,7 +38,7 @@ def speed_accuracy_section(result: ShownResult, default: SolverSettings, folder:
     intro: Block = TEXTS.paragraph(
         "intro",
         runs=len(rows),
-        failed=sum(row["status"] != "ok" for row in rows),
+        failed=sum(row["status"] not in USABLE for row in rows),
         reference_error=max(known, default=math.nan),
     )
     charts = (_chart(content, [row for row in rows if row["scene"] == scene], scene, folder) for scene in scenes)
@@ -57,7 +58,7 @@ def _marked(row: Row, default: SolverSettings) -> dict[str, Any]:
 
 def _shown(rows: Sequence[Row]) -> list[Row]:
     """The marked rows and those that failed."""
-    return [row for row in rows if row["status"] != "ok" or row["marks"]]
+    return [row for row in rows if row["status"] not in USABLE or row["marks"]]
 
 
 def _chart(content: Mapping[str, Any], rows: Sequence[Row], scene: str, folder: Path) -> Figure:
@@ -83,6 +84,6 @@ def _reasons(rows: Sequence[Row]) -> Iterator[str]:
     """Each kind of failure once, in the words of its first run."""
     first: dict[str, str] = {}
     for row in rows:
-        if row["status"] != "ok":
+        if row["status"] not in USABLE:
             first.setdefault(row["status"], row["reason"])
     yield from (f"**{status}**, for instance: {literal(reason)}." for status, reason in first.items())

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.evidence.stored import ShownResult
+from srbval.models.run import USABLE
 from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Figure, Listing
 from srbval.report.content.names import missing, origin_of
@@ -74,7 +75,7 @@ def _map(content: Mapping[str, Any], scene: str, folder: Path) -> Figure:
     blocks = [[block(s, v) for v in sorted(grid["critical_velocity_m_s"])] for s in grid["solvers"]]
     files = stability_map(folder, name, blocks=blocks, steps_per_s=steps, rpm=rpm)
     good = [
-        {"title": b.title, "good": [sum(status == "ok" for status in line) for line in b.statuses]}
+        {"title": b.title, "good": [sum(status in USABLE for status in line) for line in b.statuses]}
         for b in (b for row in blocks for b in row)
     ]
     return TEXTS.figure(
@@ -91,7 +92,7 @@ def _limits(cells: Sequence[Row], scenes: Sequence[str]) -> Iterator[dict[str, A
             "method": f"{solver}, {_velocity(velocity)}",
             "scenes": {
                 scene: {
-                    "ok": _longest(rows, lambda c: c["status"] == "ok"),
+                    "ok": _longest(rows, lambda c: c["status"] in USABLE),
                     "holds": _longest(rows, lambda c: bool(c["holds"])),
                     "elastic_limit": _per_s(rows, "predicted_elastic_limit_dt_s"),
                     "limit": _per_s(rows, "predicted_limit_dt_s"),
@@ -123,7 +124,7 @@ def _per_s(cells: Sequence[Row], name: str) -> float | None:
 def _default(cells: Sequence[Row], solver: SolverSettings) -> str:
     """How the default solver fares at its default step."""
     own = [c for c in cells if c["solver"] == solver.name and math.isclose(c["dt_s"], solver.step_s, rel_tol=1e-6)]
-    failed = [c for c in own if c["status"] != "ok"]
+    failed = [c for c in own if c["status"] not in USABLE]
     return TEXTS.text(
         "default", solver=solver, own=own, good=len(own) - len(failed), failed=failed, velocity=_velocity
     )  # fmt: skip

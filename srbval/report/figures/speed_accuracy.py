@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from srbval.models.run import USABLE
 from srbval.report.figures.files import PanelFiles, save_panel
 from srbval.report.figures.style import BLUE, GREEN, INK, ORANGE, PURPLE, SOFT, VERMILION, figure_style, new_figure
 
@@ -54,7 +55,7 @@ def _panel(ax: Any, runs: Sequence[Row], solvers: Sequence[str], value: str, *, 
     drawn = []
     for run in runs:
         cost, height = run[COST], run[value]
-        if run["status"] != "ok" or cost is None or not height:
+        if run["status"] not in USABLE or cost is None or not height:
             continue
         drawn.append((cost, height, run["solver"]))
         mark, colour = _look(solvers, run["solver"])
@@ -95,7 +96,7 @@ def _failed(above: Any, runs: Sequence[Row], solvers: Sequence[str], *, first: b
     above.set_xscale("log")
     left = min((run[COST] for run in runs if run[COST] is not None), default=1.0)
     for run in runs:
-        if run["status"] != "ok":
+        if run["status"] not in USABLE:
             mark, colour = _look(solvers, run["solver"])
             above.plot(run[COST] or left, 0.5, "x", color="#a3161f", ms=9, mew=1.3)
             above.plot(run[COST] or left, 0.5, mark, color=colour, ms=5, mew=0.6, mec="white")

@@ -14,11 +14,13 @@ from srbval.report.figures.style import INK, SOFT, figure_style, new_figure
 # status: (sign, face colour, ink, what it means). Light: may be read; dark: the bearing has come apart.
 LOOKS = {
     "ok": ("", "#cfe8d8", "#00573f", "as the converged run"),
+    "skidding": ("~", "#cfe8d8", "#00573f", "as the converged run: rollers slide"),
+    "rollers-unloaded": ("·", "#cfe8d8", "#00573f", "as the converged run: rollers unloaded"),
     "energy-open": ("≈", "#fbe7a1", "#6b5200", "energy does not close (found by the run)"),
     "step-too-long": ("↔", "#f7d08a", "#5a3b00", "step beyond what the contacts allow (found by the run)"),
     "unlike-reference": ("≠", "#f3b562", "#4a2c00", "unlike the converged run (found by comparison only)"),
     "load-lost": ("↓", "#b8417a", "white", "load lost"),
-    "cage-lost": ("○", "#8e3b76", "white", "cage not driven"),
+    "cage-lost": ("○", "#8e3b76", "white", "cage not driven, on other evidence of failure"),
     "too-deep": ("▼", "#a3161f", "white", "thrown too deep"),
     "not-finite": ("∞", "#39424d", "white", "not finite"),
     "refused": ("–", "#9aa5b1", "white", "not begun"),
