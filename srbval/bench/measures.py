@@ -8,6 +8,7 @@ import numpy as np
 import scipy.fft
 
 from srbval.arrays import FloatArray
+from srbval.models.band_levels import band_rms, hann
 from srbval.models.run import Run
 from srbval.recordings import recording_from_run
 from srbval.signal import Spectrum
@@ -65,7 +66,7 @@ def smooth_mean(values: FloatArray) -> float:
 
     The cage's ripple at roller passing leaves 1/n in a plain mean of n periods, 1/n^3 in this one.
     """
-    return float(np.average(values, weights=_hann(values.size)))
+    return float(np.average(values, weights=hann(values.size)))
 
 
 def scatter(values: FloatArray) -> float:
@@ -81,26 +82,12 @@ def noise_floor(envelope: FloatArray, fs_hz: float) -> float:
     run. Heights are such that white noise has those of a plain amplitude spectrum. Broadband noise stands lower in a
     longer record, by its square root: compare equal durations only.
     """
-    window, mean = _hann(envelope.size), float(envelope.mean())
+    window, mean = hann(envelope.size), float(envelope.mean())
     lines = np.abs(np.asarray(scipy.fft.rfft((envelope - mean) * window)))
     frequency = np.arange(lines.size) * fs_hz / envelope.size
     inside = (frequency >= FLOOR_HZ[0]) & (frequency <= FLOOR_HZ[1])
     as_plain = 2 / math.sqrt(envelope.size * float((window**2).sum()))
     return float(np.median(lines[inside])) * as_plain / mean
-
-
-def band_rms(samples: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> float:
-    """RMS of `samples` within a band, in their unit.
-
-    `samples` are means over their intervals, as a run's accelerations are: what that takes from high frequencies is put
-    back, so that runs of different output rate can be compared. Hann window; brick-wall band.
-    """
-    window = _hann(samples.size)
-    lines = np.asarray(scipy.fft.rfft((samples - samples.mean()) * window))
-    frequency = np.arange(lines.size) * fs_hz / samples.size
-    inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
-    power = np.abs(lines[inside]) ** 2 / np.sinc(frequency[inside] / fs_hz) ** 2
-    return math.sqrt(2 * float(power.sum()) / (samples.size * float((window**2).sum())))
 
 
 def harmonic_pattern(spectrum: Spectrum, defect_hz: float) -> tuple[float, ...]:
@@ -111,11 +98,6 @@ def harmonic_pattern(spectrum: Spectrum, defect_hz: float) -> tuple[float, ...]:
         near = np.abs(spectrum.frequency_hz - k * defect_hz) <= reach
         heights.append(float(spectrum.amplitude[near].max()))
     return tuple(height / heights[0] for height in heights)
-
-
-def _hann(length: int) -> FloatArray:
-    window: FloatArray = np.sin(np.pi * (np.arange(length) + 0.5) / length) ** 2
-    return window
 
 
 @dataclass(frozen=True, kw_only=True)

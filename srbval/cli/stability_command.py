@@ -1,6 +1,7 @@
 """``srbval stability``: where each method of time integration fails."""
 
 import argparse
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
@@ -10,16 +11,20 @@ from srbval.bench.scenes import RIG_SHOWN
 from srbval.cli.measured import measure_and_print
 from srbval.cli.output import print_table
 from srbval.stability.grid import FULL, QUICK, StabilityGrid
+from srbval.stability.own_verdicts import OwnVerdicts, judge_own_verdicts
 from srbval.stability.stability import StabilityResult, run_stability
-from srbval.storage.stored_result import RIG_STABILITY, STABILITY
+from srbval.storage.stored_result import OWN_VERDICTS, RIG_STABILITY, STABILITY
 from srbval.storage.strict_json import json_object
 
 SOUND, UNSOUND = 0, 1
+QUICK_SHARE = 1 / 40
 RIG = replace(FULL, scenes=RIG_SHOWN, critical_velocity_m_s=(0.1,))  # oil has its own; no run reads this
 
 
 def run(options: argparse.Namespace) -> int:
     """Map and print; exit code 1 where a planted failure was missed or a converged run was flagged."""
+    if options.verdicts:
+        return _verdicts(options)
     grid = grid_of(options)
     result = measure_and_print(
         RIG_STABILITY if grid.scenes == RIG_SHOWN else STABILITY,
@@ -29,6 +34,36 @@ def run(options: argparse.Namespace) -> int:
         show=show,
     )
     return SOUND if result.sound else UNSOUND
+
+
+def _verdicts(options: argparse.Namespace) -> int:
+    share = QUICK_SHARE if options.quick else 1.0
+    result = measure_and_print(
+        OWN_VERDICTS,
+        options,
+        lambda progress: judge_own_verdicts(seed=options.seed, share=share, jobs=options.jobs, progress=progress),
+        complete=not options.quick,
+        show=_show_verdicts,
+    )
+    return SOUND if result.sound else UNSOUND
+
+
+def _show_verdicts(result: OwnVerdicts) -> None:
+    """Print the counts, and every run whose verdict is wrong."""
+    print(", ".join(f"{count} {status}" for status, count in Counter(run.status for run in result.runs).most_common()))
+    counts = result.counts
+    print(
+        f"\n{counts['runs']} runs, seed {result.seed}: {counts['says_ok']} say ok without caution, "
+        f"{counts['falsely_ok']} of them are off; {counts['falsely_failed']} say failed and are like the converged run"
+    )
+    rows = [
+        (run.condition.scene, f"{run.condition.rpm:g}", f"{run.condition.load:g}", run.solver, f"{1 / run.step_s:.0f}",
+         run.status, "; ".join(map(str, run.off)))
+        for run in result.runs
+        if run.falsely_ok or run.falsely_failed
+    ]  # fmt: skip
+    if rows:
+        print_table(("scene", "rpm", "load", "solver", "1/dt [Hz]", "status", "beyond tolerance"), rows)
 
 
 def grid_of(options: argparse.Namespace) -> StabilityGrid:

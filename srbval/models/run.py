@@ -42,7 +42,7 @@ class RunStatus(enum.StrEnum):
         return self.value in USABLE
 
 
-USABLE = ("ok", "skidding", "rollers-unloaded")  # also of statuses kept as text
+USABLE = ("ok", "inaccurate", "skidding", "rollers-unloaded")  # also of statuses kept as text
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -134,6 +134,7 @@ def _attributes(run: RunSummary) -> dict[str, Any]:
         "scene": json.dumps(scene_dict(scene)),
         "status": run.status.value,
         "reason": run.reason,
+        "numerics": json.dumps(None if run.step_error is None else run.step_error.to_dict()),
         "cage_ratio": run.cage_ratio,
         "bpfo_hz": run.bpfo_hz,
         "bpfi_hz": run.bpfi_hz,

@@ -128,8 +128,8 @@ def with_step_error(status: RunStatus, reason: str, error: StepError | None) -> 
     beyond = [e for e in error.beyond if e not in slides]
     if beyond:
         return RunStatus.INACCURATE, (
-            f"the step of {error.step_s * 1e6:.4g} us leaves an error beyond the tolerance: "
-            f"{'; '.join(map(str, beyond))}; take --dt auto"
+            f"{reason}; but the step of {error.step_s * 1e6:.4g} us leaves errors beyond the tolerance: "
+            f"{'; '.join(map(str, beyond))}; take a finer one, or --dt auto"
         )
     if error.open or slides:
         joint = "; " if CAUTION in reason else f"; {CAUTION}"

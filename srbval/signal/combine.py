@@ -6,9 +6,7 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.errors import DataError
-
-# Direction of the rig's accelerometers, from the first radial axis towards the second [rad].
-SENSOR_ANGLE_RAD = math.pi / 4
+from srbval.models.band_levels import SENSOR_ANGLE_RAD
 
 # A standard deviation this small relative to the signal's largest value is rounding, not vibration.
 _CONSTANT = 1e-12

@@ -4,10 +4,11 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from srbval.bench.measures import band_rms, smooth_mean
+from srbval.bench.measures import smooth_mean
 from srbval.bench.reference import reference_solver
 from srbval.bench.scenes import scene_content
 from srbval.bench.timing import Attempt, run_all
+from srbval.models.band_levels import band_rms
 from srbval.models.run import USABLE
 from srbval.progress import Progress
 from srbval.scene import Scene

@@ -20,6 +20,7 @@ NOISE_STUDY, CAMPAIGN_SCALE = "noise_study", "campaign_scale"
 READING, SENSITIVITY = "reading", "sensitivity"
 HELD_OUT, RIG_INPUTS, RIG_BANDS = "held_out", "rig_inputs", "rig_bands"
 RIG_SPEED_ACCURACY, RIG_STABILITY = "rig_speed_accuracy", "rig_stability"
+OWN_VERDICTS = "own_verdicts"
 COMMAND = {
     SPEED_ACCURACY: "srbval bench",
     STABILITY: "srbval stability",
@@ -31,6 +32,7 @@ COMMAND = {
     RIG_INPUTS: "python -m tests.calibrators.rig_inputs",
     RIG_BANDS: "python -m tests.calibrators.rig_bands",
     RIG_SPEED_ACCURACY: "srbval bench --scenes rig-outer",
+    OWN_VERDICTS: "srbval stability --verdicts",
     RIG_STABILITY: "srbval stability --scenes rig-outer --critical-velocity 0.1",
 }
 SCHEMA_VERSION = 1

@@ -9,13 +9,13 @@ import pytest
 
 from srbval.bench.measures import (
     Measures,
-    band_rms,
     errors_against,
     harmonic_pattern,
     noise_floor,
     scatter,
     smooth_mean,
 )
+from srbval.models.band_levels import band_rms
 from srbval.signal import amplitude_spectrum
 
 FS = 20480.0

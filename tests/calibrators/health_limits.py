@@ -46,7 +46,7 @@ RIG_SLOWER = 1.5  # the rig scene's own step over the paper's
 
 @dataclass(frozen=True, kw_only=True)
 class Tried:
-    """A run: its status, is there a caution, cage ratio, band RMS [m/s2], drive power [W]; None where it was refused."""
+    """A run: status, is there a caution, cage ratio, band RMS [m/s2], drive power [W]; None where it was refused."""
 
     status: str
     caution: bool
