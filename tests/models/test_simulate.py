@@ -14,7 +14,7 @@ from srbval.models.health import HealthIndicators, assess
 from srbval.models.run import Run, RunStatus
 from srbval.models.run_file import write_run
 from srbval.models.run_statistics import RunStatistics
-from srbval.models.simulate import full_model, simulate, simulate_to_file
+from srbval.models.simulate import Step, full_model, simulate, simulate_to_file
 from srbval.recordings import Origin, load_recording, recording_from_run
 from srbval.scene import RollerFit, paper_scene
 
@@ -37,7 +37,7 @@ GOOD = {
 
 @pytest.fixture(scope="module")
 def run() -> Run:
-    return simulate(paper_scene(duration="0.3 s", defect={"kind": "outer"}))
+    return simulate(paper_scene(duration="0.3 s", defect={"kind": "outer"}), step=Step.UNCHECKED)
 
 
 def test_the_bearing_turns_as_bearings_do(run: Run) -> None:
@@ -132,7 +132,7 @@ def test_without_another_path_all_of_the_load_must_be_carried() -> None:
 def test_rattling_under_a_light_load_is_no_failure() -> None:
     """A speed and load of the paper's Table 5; methods and steps agree on what the rollers carry."""
     light = {"load": {"radial": "62.4 kN"}, "shaft_speed": "457 rpm", "duration": "0.5 s", "defect": {"kind": "none"}}
-    runs = [simulate(paper_scene(**light, solver={"name": name})) for name in ("imex2", "ode4")]
+    runs = [simulate(paper_scene(**light, solver={"name": name}), step=Step.UNCHECKED) for name in ("imex2", "ode4")]
     assert [run.status for run in runs] == [RunStatus.ROLLERS_UNLOADED] * 2
     assert all("the housing spring the rest" in run.reason for run in runs)
     assert runs[0].roller_load_share == pytest.approx(runs[1].roller_load_share, rel=SHARE_OF_METHODS)
@@ -195,7 +195,8 @@ def test_load_share_follows_the_path(run: Run) -> None:
 
 def test_a_run_straight_to_a_file_is_the_same(tmp_path: Path) -> None:
     scene = paper_scene(duration="0.05 s", settle="0.01 s", detail_rate="512 Hz")
-    kept, summary = simulate(scene), simulate_to_file(scene, tmp_path / "streamed.h5")
+    kept = simulate(scene, step=Step.UNCHECKED)
+    summary = simulate_to_file(scene, tmp_path / "streamed.h5", step=Step.UNCHECKED)
     write_run(kept, tmp_path / "written.h5")
     assert (summary.cage_ratio, summary.status) == (kept.cage_ratio, RunStatus.OK)
     import h5py
@@ -252,7 +253,7 @@ def test_details_add_up_to_the_force_on_the_ring(run: Run) -> None:
 
 def test_play_that_unloads_the_rollers_is_no_failure() -> None:
     """With 0.2 mm of play the housing spring alone carries the load: nothing is lost, whatever the step."""
-    run = simulate(paper_scene(duration="0.1 s", contact={"radial_play": "0.2 mm"}))
+    run = simulate(paper_scene(duration="0.1 s", contact={"radial_play": "0.2 mm"}), step=Step.UNCHECKED)
     assert run.roller_load_share < 0.01
     assert run.status is RunStatus.ROLLERS_UNLOADED
     assert "a radial play below 200 um" in run.reason
@@ -261,10 +262,10 @@ def test_play_that_unloads_the_rollers_is_no_failure() -> None:
 
 def test_without_a_load_the_rollers_are_unloaded(tmp_path: Path) -> None:
     scene = paper_scene(duration="0.05 s", settle="0 s", load={"radial": "0 N"})
-    assert simulate_to_file(scene, tmp_path / "run.h5").status is RunStatus.ROLLERS_UNLOADED
+    assert simulate_to_file(scene, tmp_path / "run.h5", step=Step.UNCHECKED).status is RunStatus.ROLLERS_UNLOADED
     assert any("the run ended rollers-unloaded" in note for note in load_recording(tmp_path / "run.h5").notes)
-    pressed = simulate(replace(scene, contact=replace(scene.contact, roller_fit=RollerFit.PRINTED)))
-    assert pressed.status is RunStatus.OK
+    pressed = replace(scene, contact=replace(scene.contact, roller_fit=RollerFit.PRINTED))
+    assert simulate(pressed, step=Step.UNCHECKED).status is RunStatus.OK
 
 
 SLOW = {
@@ -275,7 +276,9 @@ SLOW = {
 
 def test_a_slow_cage_is_physics_when_it_is_converged() -> None:
     """A light load at high speed, little friction: the same at half the step, and told with what it means."""
-    coarse, fine = (simulate(paper_scene(**SLOW, solver={"step_s": 1 / 61_440 / n})) for n in (1, 2))
+    coarse, fine = (
+        simulate(paper_scene(**SLOW, solver={"step_s": 1 / 61_440 / n}), step=Step.UNCHECKED) for n in (1, 2)
+    )
     assert coarse.status is fine.status is RunStatus.SKIDDING
     assert coarse.cage_ratio == pytest.approx(fine.cage_ratio, rel=SLOW_CAGE)
     assert coarse.cage_ratio < 0.92 * 0.4304
@@ -287,13 +290,20 @@ def test_a_slow_cage_is_physics_when_it_is_converged() -> None:
     assert 'path = "bearing"' not in fine.reason
 
 
+def test_a_chosen_step_leaves_a_slow_cage_usable() -> None:
+    """Its speed is no line to be read to five digits: what the step leaves there is told, and no failure."""
+    run = simulate(paper_scene(**SLOW), step=Step.AUTO)
+    assert run.status is RunStatus.SKIDDING
+    assert "mean cage speed by" in run.reason.partition("with caution: ")[2]
+
+
 @pytest.mark.parametrize(("solver", "times"), [("imex2", 4), ("ode1", 1), ("ode2", 4)])
 def test_a_failed_run_of_the_same_scene_is_not_called_skidding(solver: str, times: int) -> None:
-    failed = simulate(paper_scene(**SLOW, solver={"name": solver, "step_s": times / 61_440}))
+    failed = simulate(paper_scene(**SLOW, solver={"name": solver, "step_s": times / 61_440}), step=Step.UNCHECKED)
     assert not failed.status.usable
     offered = re.search(r"1/\d+ s \((\S+)\) \(--dt\)", failed.reason)
     assert offered
-    assert simulate(paper_scene(**SLOW, solver={"step_s": float(offered[1])})).status.usable
+    assert simulate(paper_scene(**SLOW, solver={"step_s": float(offered[1])}), step=Step.UNCHECKED).status.usable
     assert ("--solver" in failed.reason) == (solver != "imex2")
 
 
