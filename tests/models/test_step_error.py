@@ -1,0 +1,158 @@
+"""The estimated error of a step, against samples of known means and against runs with finer steps."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from srbval.bearing import load_bearing
+from srbval.models.run import Run, RunStatus
+from srbval.models.simulate import Step, simulate, simulate_to_file
+from srbval.models.step_error import (
+    BLOCKS,
+    FINER,
+    LEVELS,
+    TOLERANCE,
+    Estimate,
+    StepError,
+    difference,
+    samples,
+    step_error,
+    with_chosen_step,
+    with_step_error,
+)
+from srbval.scene import Scene, SpeedProfile, load_scene
+
+RMS = ("band_rms", "RMS in 500-1500 Hz")
+BEARING = load_bearing("skf-22240")
+RPM = 2 * math.pi / 60
+
+
+def fast_rig(steps_per_s: int, rpm: float = 3000.0, seconds: float = 0.25) -> Scene:
+    """The drilled rig scene so fast that the hole passes in a few steps."""
+    changes = {"defect": {"kind": "outer"}, "shaft_speed_rad_s": rpm * RPM, "duration_s": seconds,
+               "solver": {"step_s": 1 / steps_per_s}}  # fmt: skip
+    return load_scene("rig", changes)
+
+
+def samples_of(run: Run) -> dict[tuple[str, str], np.ndarray]:
+    return samples(
+        run.scene.output_rate_hz, cage_rad_s=run.cage_rad_s, acceleration_m_s2=run.acceleration_m_s2,
+        drive_w=run.energy.drive_w,
+    )  # fmt: skip
+
+
+def test_a_louder_record_is_off_upwards() -> None:
+    squares = np.random.default_rng(1).standard_normal(4000) ** 2
+    found = difference(RMS, 1.21 * squares, squares)
+    assert found.error == pytest.approx(0.1, rel=1e-9)  # of the RMS, from the squares
+    assert found.scatter == pytest.approx(0.0, abs=1e-9), "every block says the same"
+
+
+def test_the_scatter_is_that_of_the_means() -> None:
+    """Two records of independent noise: sd of the ratio of their means, over many draws and as each draw tells it."""
+    draw = np.random.default_rng(2)
+    found = [difference(("cage", "mean"), *(10 + draw.standard_normal((2, 800)))) for _ in range(300)]
+    spread = np.std([f.error for f in found])
+    assert spread == pytest.approx(math.sqrt(2 / 800) / 10, rel=0.15)
+    told = np.sqrt(np.mean([f.scatter**2 for f in found]))
+    assert 1.0 <= told / spread < 1.6, "the larger of what two partitions say: on the safe side"
+
+
+def test_lost_samples_are_an_infinite_error() -> None:
+    lost = difference(RMS, np.full(len(BLOCKS) * 8, np.nan), np.ones(64))
+    assert lost.beyond
+    assert math.isinf(lost.error)
+
+
+def test_nothing_at_all_is_no_error() -> None:
+    assert difference(("drive_power", "drive power"), np.zeros(64), np.zeros(64)).error == 0.0
+
+
+@pytest.mark.parametrize(
+    ("error", "scatter", "beyond", "open_"),
+    [(0.03, 0.01, False, False), (0.03, 0.03, False, True), (0.10, 0.01, True, False), (0.06, 0.02, False, True)],
+)
+def test_beyond_open_or_neither(error: float, scatter: float, beyond: bool, open_: bool) -> None:
+    for sign in (1, -1):
+        estimate = Estimate(kind="band_rms", of="RMS", error=sign * error, scatter=scatter)
+        assert (estimate.beyond, estimate.open) == (beyond, open_)
+
+
+def told(kind: str, error: float, scatter: float = 0.0) -> StepError:
+    return StepError(step_s=1e-5, estimates=(Estimate(kind=kind, of=kind, error=error, scatter=scatter),))
+
+
+def test_a_verdict_with_its_step() -> None:
+    good = told("band_rms", 0.01)
+    assert with_step_error(RunStatus.OK, "fine", good) == (RunStatus.OK, "fine")
+    assert with_step_error(RunStatus.OK, "fine", None) == (RunStatus.OK, "fine")
+    status, reason = with_step_error(RunStatus.OK, "fine", told("band_rms", 0.2))
+    assert status is RunStatus.INACCURATE
+    assert "+0.2" in reason
+    assert "--dt auto" in reason
+    status, reason = with_step_error(RunStatus.OK, "fine", told("band_rms", 0.04, 0.03))
+    assert status is RunStatus.OK
+    assert "caution" in reason
+    failed = with_step_error(RunStatus.ENERGY_OPEN, "chatters", told("band_rms", 0.2))
+    assert failed == (RunStatus.ENERGY_OPEN, "chatters"), "a failure stays what it is"
+
+
+def test_the_estimate_is_the_error_against_a_finer_run() -> None:
+    """The fast rig at a long step: sign and size of the estimate against a run with an eighth of it."""
+    scene = fast_rig(40960, rpm=4000.0)
+    estimated = {(e.kind, e.of): e for e in step_error(scene, BEARING).estimates}
+    run = samples_of(simulate(scene, step=Step.UNCHECKED))
+    right = samples_of(simulate(replace(scene, solver=replace(scene.solver, step_s=1 / 327680)), step=Step.UNCHECKED))
+    for name, estimate in estimated.items():
+        true = difference(name, run[name], right[name])
+        room = 3 * math.hypot(true.scatter, estimate.scatter) + 0.3 * TOLERANCE[estimate.kind]
+        assert abs(estimate.error - true.error) < max(room, 0.5 * abs(true.error)), name
+    assert any(abs(e.error) > 2 * e.scatter for e in estimated.values()), "something to tell"
+
+
+def test_a_chosen_step_is_legal_and_no_longer_than_asked() -> None:
+    scene = fast_rig(20480, rpm=4000.0)
+    chosen, error = with_chosen_step(scene, BEARING)
+    times = scene.solver.step_s / chosen.solver.step_s
+    assert times == pytest.approx(round(times))
+    assert 2 <= times <= 2 * FINER**LEVELS
+    assert error.step_s == pytest.approx(chosen.solver.step_s)
+    assert not error.beyond
+
+
+def test_what_is_fine_already_stays() -> None:
+    scene = fast_rig(40960, rpm=355.0)
+    chosen, error = with_chosen_step(scene, BEARING)
+    assert chosen == scene
+    assert not error.beyond
+
+
+def test_a_profile_is_checked_at_its_highest_speed() -> None:
+    steady = fast_rig(40960, rpm=2000.0)
+    ramp = SpeedProfile(time_s=(0.0, 1.0), speed_rad_s=(10.0, 2000 * RPM))
+    assert step_error(replace(steady, speed_profile=ramp), BEARING) == step_error(steady, BEARING)
+
+
+def test_a_step_by_hand_that_is_too_long_is_kept_and_told(tmp_path: Path) -> None:
+    path = tmp_path / "run.h5"
+    scene = fast_rig(40960, rpm=4000.0, seconds=0.2)
+    summary = simulate_to_file(scene, path)
+    assert summary.status is RunStatus.INACCURATE
+    assert summary.scene == scene
+    assert "RMS" in summary.reason
+    with h5py.File(path) as file:
+        numerics = json.loads(file.attrs["numerics"])
+        assert file.attrs["status"] == "inaccurate"
+    assert abs(numerics["band_rms_pct"]) > 100 * TOLERANCE["band_rms"]
+
+
+def test_models_of_their_own_have_no_estimate() -> None:
+    run = simulate(load_scene("paper", {"model": "planar", "duration_s": 0.05}))
+    assert run.step_error is None
