@@ -24,7 +24,8 @@ class Ending(enum.StrEnum):
     """How a case ended. The `usable`, `FAILED` and `REFUSED` are final; the others are tried again by the next run."""
 
     OK = "ok"
-    SKIDDING = "skidding"  # these two as in `RunStatus`: a good result, and what its bearing does
+    INACCURATE = "inaccurate"  # these three as in `RunStatus`, with a result
+    SKIDDING = "skidding"
     ROLLERS_UNLOADED = "rollers-unloaded"
     FAILED = "failed"  # the numerics: the reason begins with the run's own status
     REFUSED = "refused"  # no run could be started
@@ -38,7 +39,7 @@ class Ending(enum.StrEnum):
         return self.value in USABLE
 
 
-FINAL = (Ending.OK, Ending.SKIDDING, Ending.ROLLERS_UNLOADED, Ending.FAILED, Ending.REFUSED)
+FINAL = (*(ending for ending in Ending if ending.usable), Ending.FAILED, Ending.REFUSED)
 RETRIED = (Ending.CRASHED, Ending.TIMED_OUT)  # endings with a result file that is removed for another try
 
 
