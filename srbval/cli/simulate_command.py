@@ -22,7 +22,7 @@ from srbval.storage.strict_json import json_object
 
 # Attributes of a run that are printed under their own names.
 OF_RUN = ("seconds", "wall_s", "compile_s", "wall_per_simulated_s", "cage_ratio", "bpfo_hz", "bpfi_hz",
-          "roller_load_share", "energy_imbalance", "band_rms_m_s2", "check_wall_s", "reason",
+          "drive_power_w", "roller_load_share", "energy_imbalance", "band_rms_m_s2", "check_wall_s", "reason",
           "not_validated")  # fmt: skip
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -50,10 +51,11 @@ class RunSummary:
     """How a run ended and its figures; the recorded time starts after the scene's settling time.
 
     `cage_ratio` is the mean cage speed over the mean shaft speed; `roller_load_share` the part of the mean radial load
-    that the rollers carry, NaN without a load, the housing spring carries the rest; `energy_imbalance`
-    work in less stored less lost, as a share of what was lost, NaN where a model has no energies. `step_error`: what
-    the step leaves, None where it was not estimated; `check_wall_s`: what that, or choosing the step, took;
-    `band_rms_m_s2`: along the sensor's axis, by the names of `band_levels.BANDS_HZ`.
+    that the rollers carry, NaN without a load, the housing spring carries the rest; `drive_power_w` the mean power that
+    the shaft's drive puts in, `energy_imbalance` work in less stored less lost, as a share of what was lost, both NaN
+    where a model has no energies. `step_error`: what the step leaves, None where it was not estimated; `check_wall_s`:
+    what that, or choosing the step, took; `band_rms_m_s2`: along the sensor's axis, by the names of
+    `band_levels.BANDS_HZ`.
     """
 
     scene: Scene
@@ -66,6 +68,7 @@ class RunSummary:
     energy_imbalance: float
     wall_s: float
     compile_s: float
+    drive_power_w: float = math.nan
     check_wall_s: float = 0.0
     step_error: StepError | None = None
     band_rms_m_s2: Mapping[str, float] = field(default_factory=dict)

@@ -91,6 +91,7 @@ class RunStatistics:
     bearing: Bearing
     samples: int = 0
     cage: float = 0.0
+    drive_w: float = 0.0
     deepest_m: float = -math.inf
     idle: int = 0
     force_n: FloatArray = field(default_factory=lambda: np.zeros(3))
@@ -115,6 +116,7 @@ class RunStatistics:
         self.finite = self.finite and self.all_finite(out)
         self.samples += len(out)
         self.cage += float(out[:, col.CAGE_SPEED].sum())
+        self.drive_w += float(out[:, col.DRIVE_POWER].sum())
         latest = float(out[:, col.CAGE_SPEED].mean())
         self.cage_course = (latest if math.isnan(self.cage_course[0]) else self.cage_course[0], latest)
         self.force_n = self.force_n + out[:, col.RING_FORCE].sum(axis=0)
@@ -158,8 +160,8 @@ class RunStatistics:
         return RunSummary(
             scene=scene, rolling_elements=self.bearing.rolling_elements, status=status, reason=reason,
             samples=self.samples, cage_ratio=ratio, roller_load_share=share, energy_imbalance=imbalance,
-            wall_s=self.wall_s, compile_s=self.compile_s, check_wall_s=self.check_wall_s, step_error=self.step_error,
-            band_rms_m_s2=self.levels.rms(),
+            drive_power_w=self.drive_w / n, wall_s=self.wall_s, compile_s=self.compile_s,
+            check_wall_s=self.check_wall_s, step_error=self.step_error, band_rms_m_s2=self.levels.rms(),
         )  # fmt: skip
 
     def load_share(self, force_n: FloatArray, radial_n: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import errno
 import os
 import signal
@@ -15,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from srbval.campaign.campaign_folder import CampaignFolder
+from srbval.campaign.campaign_folder import TABLE, CampaignFolder
 from srbval.campaign.case import CaseOutcome
 from srbval.campaign.engines.choose import choose_engine
 from srbval.campaign.engines.engine import Job
@@ -41,6 +42,16 @@ def test_what_is_there_is_not_run_again(tmp_path: Path) -> None:
     more = small(axes=[{"kind": "grid", "values": {"shaft_speed": ["400 rpm", "700 rpm", "900 rpm"]}}])
     assert run_campaign(more, tmp_path, engine=InProcess()).ran == 1
     assert run_campaign(more, tmp_path, engine=InProcess()).ran == 0
+
+
+def test_a_case_whose_rollers_are_unloaded_has_a_result_that_says_so(tmp_path: Path) -> None:
+    played = small(axes=[{"kind": "grid", "values": {"contact.radial_play": ["0.2 mm"]}}])
+    assert run_campaign(played, tmp_path, engine=InProcess()).failed == ()
+    rows = list(csv.DictReader((tmp_path / TABLE).read_text(encoding="utf-8").splitlines()))
+    assert rows
+    assert {row["status"] for row in rows} <= {"rollers-unloaded", "inaccurate"}
+    assert all("the housing spring the rest" in row["reason"] for row in rows)
+    assert run_campaign(played, tmp_path, engine=InProcess()).ran == 0
 
 
 def test_a_case_file_is_a_run_file(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from scipy.io import savemat
 from srbval.cli import main
 from srbval.cli.analyse_command import LINE_OF_PART
 from srbval.cli.arguments import parser
+from srbval.recordings import load_recording
 
 BPFO_HZ, BPFI_HZ = 96.79, 128.04  # printed in Table 6 of the paper, at 710 rpm
 PRINTED_HZ = 0.05  # the paper's dimensions are rounded; its frequencies follow from them to this
@@ -54,6 +55,27 @@ def test_simulate_then_analyse(capsys: pytest.CaptureFixture[str], tmp_path: Pat
     assert line["detected"]
     # the line read from the envelope spectrum against the run's own cage speed
     assert line["found_hz"] == pytest.approx(made["bpfi_hz"], rel=READING)
+
+
+@pytest.mark.parametrize(
+    ("scene", "status"),
+    [
+        ('shaft_speed = "3000 rpm"\n[load]\nradial = "5 kN"\npath = "bearing"\n'
+         "[contact]\nstatic_friction = 0.02\ndynamic_friction = 0.02\n", "skidding"),
+        ('[contact]\nradial_play = "0.2 mm"\n', "rollers-unloaded"),
+    ],
+)  # fmt: skip
+def test_what_a_bearing_does_is_no_failure(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, scene: str, status: str
+) -> None:
+    """Its file is written, read again, and says so."""
+    given, path = tmp_path / "scene.toml", tmp_path / "run.h5"
+    given.write_text('duration = "0.3 s"\n' + scene)
+    code, made = ask(capsys, "simulate", str(given), "-o", str(path))
+    assert (code, made["status"]) == (0, status)
+    assert {"drive_power_w", "roller_load_share", "energy_imbalance"} <= set(made)
+    assert isinstance(made["drive_power_w"], float)
+    assert any(f"the run ended {status}" in note for note in load_recording(path).notes)
 
 
 def test_scene_file_and_options(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -68,6 +68,15 @@ def test_what_the_comparison_alone_sees_has_a_word_of_its_own(wrong: dict[str, f
     assert not silent.holds
 
 
+def test_a_slow_cage_that_the_converged_run_has_too_is_no_failure() -> None:
+    slow = {"status": "skidding", "cage_ratio": 0.36, "load_share": 1e-4}
+    both = cell(converged=outcome(**slow), **(slow | {"load_share": -2e-4}))
+    assert (both.status, both.ok, both.holds, both.reference.flagged) == ("skidding", True, True, False)
+    alone = cell(**slow)
+    assert (alone.status, alone.holds) == (UNLIKE, False)
+    assert cell(converged=outcome(**slow)).status == UNLIKE
+
+
 def test_the_run_s_own_word_comes_first() -> None:
     lost = cell(status="load-lost", reason="the rollers carry 0 %", load_share=0.0)
     assert (lost.status, lost.reason, lost.holds) == ("load-lost", "the rollers carry 0 %", False)
