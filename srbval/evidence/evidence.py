@@ -18,7 +18,17 @@ from srbval.recordings import Origin
 from srbval.recordings.datasets.description import DatasetDescription, PublishedSpeeds
 from srbval.recordings.registry import RegisteredRecording, RegisterListing
 from srbval.signal import Scalogram
-from srbval.storage.stored_result import CAMPAIGN_SCALE, NOISE_STUDY, READING, RIG_INPUTS, SPEED_ACCURACY, STABILITY
+from srbval.storage.stored_result import (
+    CAMPAIGN_SCALE,
+    NOISE_STUDY,
+    READING,
+    RIG_BANDS,
+    RIG_INPUTS,
+    RIG_SPEED_ACCURACY,
+    RIG_STABILITY,
+    SPEED_ACCURACY,
+    STABILITY,
+)
 from srbval.validation.analyse import Analysis
 from srbval.validation.bias import Bias, Pair
 from srbval.validation.comparison import Comparison
@@ -134,12 +144,15 @@ class Evidence:
             "point_passing": self.point_passing,
             "harmonic_patterns": self.patterns,
             "kurtograms": [_kurtogram(record) for record in self.kurtograms],
-            "speed_accuracy": content[SPEED_ACCURACY].get("runs", []),
-            "stability": content[STABILITY].get("cells", []),
+            "speed_accuracy": [
+                run for kind in (SPEED_ACCURACY, RIG_SPEED_ACCURACY) for run in content[kind].get("runs", [])
+            ],
+            "stability": [cell for kind in (STABILITY, RIG_STABILITY) for cell in content[kind].get("cells", [])],
             "kept_results": {kind: result.origin for kind, result in self.results.items() if result.origin},
             "ladder": self.ladder.rows,
             "rig_ladder": self.rig_ladder.rows,
             "rig_scene": content[RIG_INPUTS].get("studies", []),
+            "rig_bands": content[RIG_BANDS].get("rows", []),
             "detection_under_noise": content[NOISE_STUDY].get("rows", []),
             "reading": {key: content[READING].get(key, []) for key in READING_KEYS},
             "campaign_scale": content[CAMPAIGN_SCALE].get("reckoned", []),

@@ -13,7 +13,10 @@ from srbval.storage.stored_result import (
     HELD_OUT,
     NOISE_STUDY,
     READING,
+    RIG_BANDS,
     RIG_INPUTS,
+    RIG_SPEED_ACCURACY,
+    RIG_STABILITY,
     SENSITIVITY,
     SPEED_ACCURACY,
     STABILITY,
@@ -22,7 +25,10 @@ from srbval.storage.stored_result import (
 )
 from srbval.validation.effects import NO_SENSITIVITY, Sensitivity, sensitivity_of
 
-KINDS = (SPEED_ACCURACY, STABILITY, NOISE_STUDY, CAMPAIGN_SCALE, READING, SENSITIVITY, HELD_OUT, RIG_INPUTS)
+KINDS = (
+    SPEED_ACCURACY, STABILITY, NOISE_STUDY, CAMPAIGN_SCALE, READING, SENSITIVITY, HELD_OUT, RIG_INPUTS, RIG_BANDS,
+    RIG_SPEED_ACCURACY, RIG_STABILITY,
+)  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,7 +7,8 @@ band for simulated signals and from its band for the rig, by the one pipeline. T
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -18,8 +19,8 @@ from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Fault, load_bearing
 from srbval.check.quantities import RIG_RPM
 from srbval.cli.measured import this_machine
 from srbval.errors import DataError, NumericsError
-from srbval.models.run import Run, RunStatus
-from srbval.models.simulate import simulate
+from srbval.models.run import Run
+from srbval.models.simulate import Step, simulate
 from srbval.recordings import Recording, recording_from_run
 from srbval.recordings.registry import find_recording, load_entry
 from srbval.scene import load_scene
@@ -45,8 +46,8 @@ HARMONICS = range(2, 6)  # those that the pipeline reads
 class BandReading:
     """One record in one band: RMS there and, of a fault's, its line.
 
-    `order` over the shaft with its 95 % half width `ci95`, power over noise `snr`; `harmonics_db` 2 to 5 over the first
-    in the squared envelope, None where out of reach.
+    `order` over the shaft with its 95 % half width `ci95`, power over noise `snr`, whether it was `detected`;
+    `harmonics_db` 2 to 5 over the first in the squared envelope, None where out of reach.
     """
 
     side: str
@@ -58,6 +59,7 @@ class BandReading:
     order: float | None = None
     ci95: float | None = None
     snr: float | None = None
+    detected: bool = False
     harmonics_db: tuple[float | None, ...] = ()
 
 
@@ -75,8 +77,8 @@ def band_reading(side: str, state: Fault, found: Analysis) -> BandReading:
     levels = (harmonic_level(number)(found, state) for number in HARMONICS)
     known = line.found_hz is not None and line.ci95_hz is not None
     fields = asdict(read) | {
-        "line": line.name, "snr": line.snr, "order": line.found_hz / speed_hz if known else None,
-        "ci95": line.ci95_hz / speed_hz if known else None,
+        "line": line.name, "snr": line.snr, "detected": line.detected,
+        "order": line.found_hz / speed_hz if known else None, "ci95": line.ci95_hz / speed_hz if known else None,
         "harmonics_db": tuple(None if level is None else level.value for level in levels),
     }  # fmt: skip
     return BandReading(**fields)
@@ -91,12 +93,12 @@ def recorded(state: Fault) -> Recording:
 
 
 def simulated(scene: str, state: Fault) -> Run:
-    """A run of a bundled scene at the mean speed of the rig's record of that state."""
+    """A run of a bundled scene at the mean speed of the rig's record of that state, with steps as fine as it takes."""
     means = published_speeds().means
     rpm = next(mean.mean_rpm for mean in means if (mean.state, mean.nominal_rpm) == (state, RIG_RPM))
     own = {"defect": {"kind": state}, "shaft_speed": f"{rpm} rpm", "duration_s": SECONDS}
-    run = simulate(load_scene(scene, own))
-    if run.status is not RunStatus.OK:
+    run = simulate(load_scene(scene, own), step=Step.AUTO)
+    if not run.status.usable:
         raise NumericsError(f"rig bands: {scene}, {state}: the run failed ({run.status}): {run.reason}")
     return run
 
@@ -106,6 +108,22 @@ def in_both_bands(side: str, state: Fault, record: Recording) -> Iterator[BandRe
     bearing = load_bearing(DEFAULT_BEARING)
     for band in BANDS:
         yield band_reading(side, state, analyse(record, bearing=bearing, band_hz=band))
+
+
+def served(rows: Sequence[BandReading], side: str) -> bool:
+    """Does `RIG_BAND_HZ` show every fault of a side where the other band shows it?
+
+    That is: the line is detected, and lies where the other band has it, as far as both readings' intervals tell.
+    """
+    own = {(row.state, row.band_hz): row for row in rows if row.side == side}
+
+    def same(state: Fault) -> bool:
+        one, other = own[state, RIG_BAND_HZ], own[state, SIMULATED_BAND_HZ]
+        if None in (one.order, other.order, one.ci95, other.ci95) or not (one.detected and other.detected):
+            return False
+        return abs((one.order or 0.0) - (other.order or 0.0)) <= math.hypot(one.ci95 or 0.0, other.ci95 or 0.0)
+
+    return all(same(state) for state in RACE_DEFECTS)
 
 
 def main() -> None:
@@ -122,10 +140,12 @@ def main() -> None:
             if state is Fault.HEALTHY:
                 power_w[side] = float(run.energy.drive_w.mean())
     print_rows([asdict(row) for row in rows])
-    print(power_w)
     content: dict[str, Any] = {
-        "machine": this_machine(), "seconds": SECONDS, "drive_w": power_w, "rows": [json_object(row) for row in rows]
+        "machine": this_machine(), "seconds": SECONDS, "drive_w": power_w, "band_hz": RIG_BAND_HZ,
+        "served": {side: served(rows, side) for side in (RIG, *SCENES.values())},
+        "rows": [json_object(row) for row in rows],
     }  # fmt: skip
+    print(power_w, content["served"])
     print(store_result(stamped(RIG_BANDS, content, command=COMMAND[RIG_BANDS], revision=revision), options.output))
 
 

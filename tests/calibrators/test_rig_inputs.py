@@ -12,6 +12,7 @@ from srbval.bearing import Fault
 from srbval.check.reference import read_reference, reference_path
 from srbval.errors import NumericsError
 from srbval.models.run import RunStatus
+from srbval.models.simulate import Step
 from srbval.scene import load_scene, rig_inputs
 from srbval.storage.stored_result import COMMAND, RIG_INPUTS, newest_result
 from tests.calibrators import rig_inputs as calibrator
@@ -123,7 +124,8 @@ def test_runs_are_of_the_rig_scene(monkeypatch: pytest.MonkeyPatch) -> None:
         status = RunStatus.OK
         cage_ratio = 0.43
 
-    def run(scene: object) -> Ran:
+    def run(scene: object, *, step: Step) -> Ran:
+        assert step is Step.UNCHECKED
         scenes.append(scene)
         return Ran()
 
@@ -143,7 +145,7 @@ def test_a_failed_run_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
         status = RunStatus.ENERGY_OPEN
         reason = "energy does not close"
 
-    monkeypatch.setattr(calibrator, "simulate", lambda _: Failed())
+    monkeypatch.setattr(calibrator, "simulate", lambda _, **__: Failed())
     with pytest.raises(NumericsError, match=r"seed.*energy does not close"):
         cage_ratio(OUTER, {"seed": 1})
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +18,10 @@ from srbval.report.content.speed_accuracy import speed_accuracy_section
 from srbval.report.content.stability import stability_section
 from srbval.report.table import Table
 from srbval.scene import paper_scene
-from srbval.storage.stored_result import SPEED_ACCURACY, STABILITY, StoredResult
+from srbval.storage.stored_result import RIG_SPEED_ACCURACY, RIG_STABILITY, SPEED_ACCURACY, STABILITY, StoredResult
 
 DEFAULT = paper_scene().solver
+NO_BENCH, NO_MAP = shown_result(RIG_SPEED_ACCURACY, None), shown_result(RIG_STABILITY, None)
 STEPS, RPM = (61440, 30720, 7680), (127.0, 3000.0)
 ORIGIN = {"made_utc": "2026-01-01T00:00:00+00:00", "git_revision": "abc", "command": "srbval stability",
           "machine": {"processor": "A & <B>", "usable_cores": 2}}  # fmt: skip
@@ -91,13 +93,13 @@ def speed_accuracy() -> ShownResult:
 def test_without_a_result_the_section_says_how_to_make_one(
     section: Any, kind: str, command: str, tmp_path: Path
 ) -> None:
-    (only,) = section(shown_result(kind, None), DEFAULT, tmp_path).blocks
+    (only,) = section(shown_result(kind, None), shown_result(f"rig_{kind}", None), DEFAULT, tmp_path).blocks
     assert isinstance(only, Callout)
     assert f"`{command}`" in only.text
 
 
 def test_the_map_shows_every_status(stability: ShownResult, tmp_path: Path) -> None:
-    blocks = stability_section(stability, DEFAULT, tmp_path).blocks
+    blocks = stability_section(stability, NO_MAP, DEFAULT, tmp_path).blocks
     (figure,) = [b for b in blocks if isinstance(b, Figure)]
     text = figure.file.read_text(encoding="utf-8")
     for word in ("ok", "unlike-reference", "too-deep", "predicted limit"):
@@ -108,7 +110,7 @@ def test_the_map_shows_every_status(stability: ShownResult, tmp_path: Path) -> N
 
 
 def test_what_was_not_caught_is_counted(stability: ShownResult, tmp_path: Path) -> None:
-    listing = [b for b in stability_section(stability, DEFAULT, tmp_path).blocks if isinstance(b, Listing)][-1]
+    listing = [b for b in stability_section(stability, NO_MAP, DEFAULT, tmp_path).blocks if isinstance(b, Listing)][-1]
     text = " ".join(listing.items)
     assert "8 runs passed their own tests and are unlike" in text
     assert "cage at most 2.0% off" in text
@@ -116,13 +118,13 @@ def test_what_was_not_caught_is_counted(stability: ShownResult, tmp_path: Path) 
 
 
 def test_limits_stand_beside_what_was_seen(stability: ShownResult, tmp_path: Path) -> None:
-    (table,) = [b for b in stability_section(stability, DEFAULT, tmp_path).blocks if isinstance(b, Table)]
+    (table,) = [b for b in stability_section(stability, NO_MAP, DEFAULT, tmp_path).blocks if isinstance(b, Table)]
     first = [c.value for c in table.cells[0]]
     assert first == ["ode1, 1 mm/s", 61440.0, 61440.0, pytest.approx(1e4), pytest.approx(1e8)]
 
 
 def test_failed_runs_are_in_chart_and_table(speed_accuracy: ShownResult, tmp_path: Path) -> None:
-    blocks = speed_accuracy_section(speed_accuracy, DEFAULT, tmp_path).blocks
+    blocks = speed_accuracy_section(speed_accuracy, NO_BENCH, DEFAULT, tmp_path).blocks
     (figure,) = [b for b in blocks if isinstance(b, Figure)]
     assert "ode1 at 1/61440 s failed (load-lost)" in figure.alt
     assert "failed" in figure.file.read_text(encoding="utf-8")
@@ -139,10 +141,29 @@ def test_failed_runs_are_in_chart_and_table(speed_accuracy: ShownResult, tmp_pat
     assert [row[-1].value for row in tables["speed-accuracy-targets"].cells] == ["met", "not measured"]
 
 
+def test_the_rigs_scene_stands_beside_the_papers(
+    stability: ShownResult, speed_accuracy: ShownResult, tmp_path: Path
+) -> None:
+    as_text = json.dumps([stability.content, speed_accuracy.content]).replace("play0-outer", "rig-outer")
+    rig_map, rig_bench = (
+        replace(of, content=c) for of, c in zip((stability, speed_accuracy), json.loads(as_text), strict=True)
+    )
+    blocks = (
+        *stability_section(stability, rig_map, DEFAULT, tmp_path).blocks,
+        *speed_accuracy_section(speed_accuracy, rig_bench, DEFAULT, tmp_path).blocks,
+    )
+    ids = [b.id for b in blocks if isinstance(b, Figure)]
+    assert ids == [f"{kind}-{scene}-outer" for kind in ("stability", "speed-accuracy") for scene in ("play0", "rig")]
+    tables = {b.id: b for b in blocks if isinstance(b, Table)}
+    assert tables["rig-stability-limits"].cells[0][0].value == "ode1", "oil has no critical velocity of its own"
+    scenes = {str(row[0].value).split(", ")[0] for row in tables["speed-accuracy-table"].cells}
+    assert scenes == {"play0-outer", "rig-outer"}
+
+
 def test_both_say_who_measured_when(stability: ShownResult, speed_accuracy: ShownResult, tmp_path: Path) -> None:
     for section in (
-        stability_section(stability, DEFAULT, tmp_path),
-        speed_accuracy_section(speed_accuracy, DEFAULT, tmp_path),
+        stability_section(stability, NO_MAP, DEFAULT, tmp_path),
+        speed_accuracy_section(speed_accuracy, NO_BENCH, DEFAULT, tmp_path),
     ):
         text = json.dumps([getattr(b, "text", "") for b in section.blocks])
         assert "A & <B>" in text

@@ -28,7 +28,17 @@ from srbval.report.content.speed_accuracy import speed_accuracy_section
 from srbval.report.content.stability import stability_section
 from srbval.report.content.table6 import table6_section, verdict_box
 from srbval.report.model import Report
-from srbval.storage.stored_result import CAMPAIGN_SCALE, NOISE_STUDY, READING, RIG_INPUTS, SPEED_ACCURACY, STABILITY
+from srbval.storage.stored_result import (
+    CAMPAIGN_SCALE,
+    NOISE_STUDY,
+    READING,
+    RIG_BANDS,
+    RIG_INPUTS,
+    RIG_SPEED_ACCURACY,
+    RIG_STABILITY,
+    SPEED_ACCURACY,
+    STABILITY,
+)
 
 
 def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
@@ -49,11 +59,11 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
             figures_section(evidence, figures),
             band_section(evidence, figures),
             *((paper_speed_section(evidence, figures),) if evidence.measured_states else ()),
-            speed_accuracy_section(results[SPEED_ACCURACY], default, figures),
-            stability_section(results[STABILITY], default, figures),
+            speed_accuracy_section(results[SPEED_ACCURACY], results[RIG_SPEED_ACCURACY], default, figures),
+            stability_section(results[STABILITY], results[RIG_STABILITY], default, figures),
             reading_section(results[READING]),
             ladder_section(evidence, figures),
-            rig_scene_section(results[RIG_INPUTS]),
+            rig_scene_section(results[RIG_INPUTS], results[RIG_BANDS]),
             campaign_section(results[NOISE_STUDY], results[CAMPAIGN_SCALE]),
             matrix_section(evidence, figures),
             *other_rigs_section(evidence),

@@ -10,7 +10,7 @@ from srbval.report.blocks import Command, KeyValues, Listing
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
 from srbval.report.table import Value
-from srbval.storage.stored_result import SPEED_ACCURACY, STABILITY
+from srbval.storage.stored_result import RIG_SPEED_ACCURACY, RIG_STABILITY, SPEED_ACCURACY, STABILITY
 from srbval.validation.matrix import NOT_DETECTED
 
 ASSUMPTIONS, LIMITS, FAILURES, RUNS = Texts("assumptions"), Texts("limits"), Texts("failures"), Texts("runs")
@@ -46,7 +46,7 @@ def limits_section(evidence: Evidence) -> Section:
 
 def failures_section(evidence: Evidence) -> Section:
     """One line per failure; those of stored results by their number, since their sections name each."""
-    bench, stability = (evidence.results[kind].content or {} for kind in (SPEED_ACCURACY, STABILITY))
+    stored = {kind: result.content or {} for kind, result in evidence.results.items()}
     failed = [run for run in evidence.run_facts if run.status not in USABLE]
     unusable = [(Path(file).name, why) for file, why in evidence.matrix.unusable]
     cells = evidence.matrix.cells
@@ -58,8 +58,8 @@ def failures_section(evidence: Evidence) -> Section:
         cells=len(cells),
         refused=sum(bool(record.refused) for record in evidence.other_rigs),
         other_rigs=len(evidence.other_rigs),
-        bench=bench.get("runs"),
-        counts=stability.get("counts"),
+        bench=[run for kind in (SPEED_ACCURACY, RIG_SPEED_ACCURACY) for run in stored[kind].get("runs", [])],
+        maps=[stored[kind]["counts"] for kind in (STABILITY, RIG_STABILITY) if stored[kind]],
     )
     items = (
         *(item for run in failed for item in FAILURES.listing("run", run=run).items),

@@ -1,4 +1,4 @@
-"""Speed against accuracy, from the stored bench of the default scenes."""
+"""Speed against accuracy, from the stored benches of the paper's scenes and of the rig's."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -27,13 +27,15 @@ PANELS = {
 PAPER_SOLVER = "ode4"
 
 
-def speed_accuracy_section(result: ShownResult, default: SolverSettings, folder: Path) -> Section:
-    """Charts, the rows that matter, the targets; a remark where nothing is stored. `default`: the default solver."""
+def speed_accuracy_section(result: ShownResult, rig: ShownResult, default: SolverSettings, folder: Path) -> Section:
+    """Charts, the rows that matter, the targets; a remark where nothing is stored. `default`: the default solver.
+
+    `rig` is the bench of the rig's scene.
+    """
     if result.content is None:
         return TEXTS.section(missing(result))
     content = result.content
     rows = [_marked(row, default) for row in content["runs"]]
-    scenes = [scene for scene in dict.fromkeys(row["scene"] for row in rows) if scene in content["reference"]]
     known = [r["own_cage_error"] for r in content["reference"].values() if r["own_cage_error"] is not None]
     intro: Block = TEXTS.paragraph(
         "intro",
@@ -41,11 +43,14 @@ def speed_accuracy_section(result: ShownResult, default: SolverSettings, folder:
         failed=sum(row["status"] not in USABLE for row in rows),
         reference_error=max(known, default=math.nan),
     )
-    charts = (_chart(content, [row for row in rows if row["scene"] == scene], scene, folder) for scene in scenes)
-    shown = _shown(rows)
+    blocks, shown = [*_charts(content, rows, folder)], _shown(rows)
+    if rig.content is not None:
+        of_rig = [_marked(row, default) for row in rig.content["runs"]]
+        blocks += [TEXTS.paragraph("rig", runs=of_rig), origin_of(rig), *_charts(rig.content, of_rig, folder)]
+        shown += _shown(of_rig)
     table = TEXTS.table("speed-accuracy-table", shown, further_notes=list(_reasons(shown)))
     targets = TEXTS.table("speed-accuracy-targets", content["targets"])
-    return TEXTS.section(intro, origin_of(result), *charts, table, targets)
+    return TEXTS.section(intro, origin_of(result), *blocks, table, targets)
 
 
 def _marked(row: Row, default: SolverSettings) -> dict[str, Any]:
@@ -59,6 +64,12 @@ def _marked(row: Row, default: SolverSettings) -> dict[str, Any]:
 def _shown(rows: Sequence[Row]) -> list[Row]:
     """The marked rows and those that failed."""
     return [row for row in rows if row["status"] not in USABLE or row["marks"]]
+
+
+def _charts(content: Mapping[str, Any], rows: Sequence[Row], folder: Path) -> Iterator[Block]:
+    for scene in dict.fromkeys(row["scene"] for row in rows):
+        if scene in content["reference"]:
+            yield _chart(content, [row for row in rows if row["scene"] == scene], scene, folder)
 
 
 def _chart(content: Mapping[str, Any], rows: Sequence[Row], scene: str, folder: Path) -> Figure:

@@ -1,10 +1,11 @@
-"""Where each method fails, from the stored stability map."""
+"""Where each method fails, from the stored stability maps of the paper's scenes and of the rig's."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from srbval.bench.scenes import RIG_SCENES
 from srbval.evidence.stored import ShownResult
 from srbval.models.run import USABLE
 from srbval.report.badges import Badge, Tone
@@ -21,8 +22,11 @@ CLAIM_TONE = {True: Tone.GOOD, False: Tone.BAD, None: Tone.NEUTRAL}
 Row = Mapping[str, Any]
 
 
-def stability_section(result: ShownResult, default: SolverSettings, folder: Path) -> Section:
-    """Claims, map, table of limits and what the runs did not notice; `default`: the default solver and its step."""
+def stability_section(result: ShownResult, rig: ShownResult, default: SolverSettings, folder: Path) -> Section:
+    """Claims, map, table of limits and what the runs did not notice; `default`: the default solver and its step.
+
+    `rig` is the map of the rig's scene.
+    """
     if result.content is None:
         return TEXTS.section(missing(result))
     content = result.content
@@ -47,7 +51,19 @@ def stability_section(result: ShownResult, default: SolverSettings, folder: Path
             references=references,
             unlike=[c for c in cells if c["status"] == "unlike-reference"],
         ),
+        *_rig(rig, folder),
     )
+
+
+def _rig(result: ShownResult, folder: Path) -> Iterator[Block]:
+    """Map and limits of the rig's scene, where there is one."""
+    if result.content is None:
+        return
+    cells, scenes = result.content["cells"], result.content["grid"]["scenes"]
+    yield TEXTS.paragraph("rig", counts=result.content["counts"])
+    yield origin_of(result)
+    yield from (_map(result.content, scene, folder) for scene in scenes)
+    yield TEXTS.table("rig-stability-limits", _limits(cells, scenes), scenes=scenes)
 
 
 def _claim(claim: Row) -> Iterator[Block]:
@@ -67,7 +83,7 @@ def _map(content: Mapping[str, Any], scene: str, folder: Path) -> Figure:
     def block(solver: str, velocity: float) -> MapBlock:
         rows = [[cells[solver, velocity, n, r] for r in rpm] for n in steps]
         return MapBlock(
-            title=f"{solver}, critical velocity {_velocity(velocity)}",
+            title=solver if scene in RIG_SCENES else f"{solver}, critical velocity {_velocity(velocity)}",
             statuses=[[c["status"] for c in row] for row in rows],
             limits_s=[(c["predicted_elastic_limit_dt_s"], c["predicted_limit_dt_s"]) for c in rows[0]],
         )
@@ -89,7 +105,7 @@ def _limits(cells: Sequence[Row], scenes: Sequence[str]) -> Iterator[dict[str, A
         own = [c for c in cells if (c["solver"], c["critical_velocity_m_s"]) == (solver, velocity)]
         by_scene = {scene: [c for c in own if c["scene"] == scene] for scene in scenes}
         yield {
-            "method": f"{solver}, {_velocity(velocity)}",
+            "method": solver if own[0]["scene"] in RIG_SCENES else f"{solver}, {_velocity(velocity)}",
             "scenes": {
                 scene: {
                     "ok": _longest(rows, lambda c: c["status"] in USABLE),
