@@ -248,9 +248,15 @@ KINDS: tuple[Kind, ...] = tuple(dict.fromkeys(row.kind for row in COMPARED))
 
 
 def compare(
-    fault: Fault, rig: Analysis, model: Analysis, sensitivity: Sensitivity, *, model_order: float | None = None
+    fault: Fault,
+    rig: Analysis,
+    model: Analysis,
+    sensitivity: Sensitivity,
+    *,
+    model_order: float | None = None,
+    scene: str = "paper",
 ) -> tuple[Comparison, ...]:
-    """Every quantity of a fault that both sides can show; none for a healthy bearing.
+    """Every quantity of a fault that both sides can show; none for a healthy bearing. `scene` names the model's.
 
     `model_order` is the model's line in orders of the shaft where the run gives it without a reading (from the speed of
     its cage or its roller). `sensitivity` was measured at one speed and load and is carried over.
@@ -269,7 +275,7 @@ def compare(
             found.append(
                 Comparison(
                     kind=row.kind.name, fault=fault, quantity=name, unit=row.unit, error_unit=row.kind.error_unit,
-                    record=record, **outcome._asdict(),
+                    record=record, scene=scene, **outcome._asdict(),
                 )
             )  # fmt: skip
     return tuple(found)

@@ -48,7 +48,7 @@ class QuantityValue:
 class Comparison:
     """Model and rig in `unit`, `error` and the 95 % `parts` of its uncertainty in `error_unit`.
 
-    Where one side is not `present` its level is the noise's and nothing is compared. `verdict_override` is the verdict
+    `scene` is the bundled scene that the model ran, at the record's speed and load. Where one side is not `present` its level is the noise's and nothing is compared. `verdict_override` is the verdict
     on a quantity that is yes or no, which has no uncertainty.
     """
 
@@ -63,6 +63,7 @@ class Comparison:
     error: float
     parts: Mapping[str, float]
     verdict_override: ComparisonVerdict | None = None
+    scene: str = "paper"
 
     @property
     def uncertainty(self) -> float | None:
@@ -97,13 +98,12 @@ class Comparison:
         return ComparisonVerdict.RESOLVED if resolved else ComparisonVerdict.NOT_RESOLVED
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values for ``report.json``; the model is the paper's scene at the record's speed and load."""
+        """Plain values for ``report.json``."""
         entry = dict(vars(self))
         state = entry.pop("fault")
         return entry | {
             "state": state,
             "defect": state,
-            "scene": "paper",
             "model": self.model.value,
             "rig": self.rig.value,
             "model_present": self.model.present,

@@ -253,7 +253,7 @@ def _cell(
     rows: tuple[Comparison, ...] = ()
     model_order = model.line_order if isinstance(model, AnalysedRun) else None
     if line.detected and isinstance(model, AnalysedRun):
-        rows = compare(state, analysis, model.analysis, sensitivity, model_order=model_order)
+        rows = compare(state, analysis, model.analysis, sensitivity, model_order=model_order, scene=model.case.base)
     return MatrixCell(
         **point._asdict(),
         file=analysis.recording.file or analysis.recording.name,

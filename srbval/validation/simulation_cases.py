@@ -28,12 +28,13 @@ SMOOTH_FRICTION = "0.5 m/s"  # far above every sliding speed in the contacts: no
 
 @dataclass(frozen=True, kw_only=True)
 class SimulationCase:
-    """One run: its id, what it is for, the state it simulates, its scene."""
+    """One run: its id, what it is for, the state it simulates, its scene and the bundled one that this changes."""
 
     id: str
     purpose: str
     state: Fault
     scene: Scene
+    base: str = "paper"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -120,7 +120,8 @@ def test_missing_sidebands_count_where_they_would_have_shown(model, verdict):
 
 def test_the_run_s_own_speed_gives_the_model_s_line():
     known = Sensitivity(effects=(EFFECT,))
-    row = compare(Fault.INNER, analysis(), analysis(found_hz=107.0), known, model_order=10.83)[0]
+    row = compare(Fault.INNER, analysis(), analysis(found_hz=107.0), known, model_order=10.83, scene="rig")[0]
+    assert row.to_dict()["scene"] == "rig"
     assert (row.quantity, row.model.value, row.parts["model reading"]) == ("BPFI", 10.83, 0.0)
     assert compare(Fault.HEALTHY, analysis(), analysis(), known) == ()
 
