@@ -48,8 +48,9 @@ class QuantityValue:
 class Comparison:
     """Model and rig in `unit`, `error` and the 95 % `parts` of its uncertainty in `error_unit`.
 
-    `scene` is the bundled scene that the model ran, at the record's speed and load. Where one side is not `present` its level is the noise's and nothing is compared. `verdict_override` is the verdict
-    on a quantity that is yes or no, which has no uncertainty.
+    `scene` is the bundled scene that the model ran, at the record's speed and load. Where one side is not `present`
+    its level is the noise's and nothing is compared. `verdict_override` is the verdict on a quantity that is yes or
+    no, which has no uncertainty.
     """
 
     kind: str

@@ -3,7 +3,8 @@
 Nothing of the model's kernels: circles in a roller's meridian, their gap, q = c_L / L (approach of both)^(10/9) after
 ISO/TS 16281 with half of the approach for each contact, friction by a law of the slip. A roller's meridian has the axes
 s along its slot, outwards, and x along its axis, away from the mid-plane; its centre is the origin. The outer ring
-moves, rollers slide along their slots, the inner ring stays.
+moves, rollers slide along their slots, the inner ring stays. That is all that held rollers do, the model's; free ones
+slide along their axes and tilt as well, without friction.
 """
 
 from __future__ import annotations
@@ -66,7 +67,8 @@ class Friction:
 class Contacts:
     """Both contacts of all rollers: loads per length and where they act, [2 races, rollers, places].
 
-    `force_n`: each place's share; `s_m`, `x_m` in the roller's meridian; `normal_s`, `normal_x` off the roller.
+    `force_n`: each place's share; `s_m`, `x_m` in the roller's own meridian; `normal_s`, `normal_x` off the roller, in
+    its slot's. A free roller is `axial_m` off its slot's middle and tilted by `tilt_rad`, [rollers].
     """
 
     force_n: FloatArray
@@ -74,11 +76,16 @@ class Contacts:
     x_m: FloatArray
     normal_s: FloatArray
     normal_x: FloatArray
+    axial_m: FloatArray | float = 0.0
+    tilt_rad: FloatArray | float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class SlicedBearing:
-    """Rollers at the angles `angle_rad`, rows `side` +1 and -1; `swing_n`: centrifugal force of each along its slot."""
+    """Rollers at the angles `angle_rad`, rows `side` +1 and -1; `swing_n`: centrifugal force of each along its slot.
+
+    `free` rollers tilt about the tangent and slide along their axes; held ones do not.
+    """
 
     roller_m: float
     outer_osculation: float
@@ -86,6 +93,7 @@ class SlicedBearing:
     angle_rad: FloatArray
     side: FloatArray
     swing_n: float = 0.0
+    free: bool = False
 
     @classmethod
     def like(cls, model: Parameters, scene: Scene, cage_rad: float = 0.0) -> SlicedBearing:
@@ -106,28 +114,53 @@ class SlicedBearing:
         along = self.side * ring[2]
         return radial * np.cos(tilt) + along * np.sin(tilt), along * np.cos(tilt) - radial * np.sin(tilt)
 
-    def contacts(self, slide: FloatArray, ring: FloatArray, places: int = PLACES) -> Contacts:
-        """Both contacts of all rollers for these displacements [m]."""
-        g, count = geometry(), len(slide)
-        tilt, length = g.tilt_rad, g.roller_width_m
-        profile = self.outer_osculation * g.raceway_radius_m
-        arc = np.array([g.raceway_radius_m, profile / self.inner_osculation])
-        distance = g.pitch_radius_m / np.cos(tilt) + slide
+    def arcs(self, ring: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Radii of the races' arcs, [2, 1]; their centres along slot and axis, off the slot's middle, [2, rollers]."""
+        g = geometry()
+        tilt = g.tilt_rad
+        outer = g.raceway_radius_m
+        inner = self.outer_osculation * outer / self.inner_osculation
+        distance = g.pitch_radius_m / np.cos(tilt)
         ring_s, ring_x = self.slot_and_axis(ring)
         inner_s = g.inner_centre_radial_m * np.cos(tilt) + g.inner_centre_axial_m * np.sin(tilt)
         inner_x = g.inner_centre_axial_m * np.cos(tilt) - g.inner_centre_radial_m * np.sin(tilt)
-        centre_s = np.array([ring_s - distance, inner_s + arc[1] - g.raceway_radius_m - distance])
-        centre_x = np.array([ring_x, np.full(count, inner_x)])
-        lean = (np.arange(places) + 0.5) / places * length - length / 2
-        lean = lean / arc[:, None]
+        centre_s = np.array([ring_s - distance, np.full_like(ring_s, inner_s + inner - outer - distance)])
+        return np.array([[outer], [inner]]), centre_s, np.array([ring_x, np.full_like(ring_x, inner_x)])
+
+    def pose(self, along: FloatArray, ring: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Slide along the slot, along the axis, and tilt of every roller that is moved `along` its meridian [m].
+
+        A contact's force acts on the line through the centres of the two arcs that touch. Free of friction both lines
+        are one: of the four centres, two of them the roller's own, none lies beside the line through the others.
+        """
+        if not self.free:
+            return along, np.zeros_like(along), np.zeros_like(along)
+        arc, s, x = self.arcs(ring)
+        tilt = np.arctan2(x[1] - x[0], s[1] - s[0])
+        reach = arc[0] - self.roller_m + along
+        return s[0] + reach * np.cos(tilt), x[0] + reach * np.sin(tilt), tilt
+
+    def contacts(self, along: FloatArray, ring: FloatArray, places: int = PLACES) -> Contacts:
+        """Both contacts of all rollers for these displacements [m]."""
+        length = geometry().roller_width_m
+        arc, centre_s, centre_x = self.arcs(ring)
+        slide, axial, tilt = self.pose(along, ring)
+        c, s = np.cos(tilt)[:, None], np.sin(tilt)[:, None]
+        profile = self.outer_osculation * geometry().raceway_radius_m
         out = np.array([1.0, -1.0])[:, None, None]  # a race's arc lies outwards of its centre, or inwards
-        s = centre_s[:, :, None] + out * (arc[:, None] * np.cos(lean))[:, None, :]
-        x = centre_x[:, :, None] + (arc[:, None] * np.sin(lean))[:, None, :]
+        lean = ((np.arange(places) + 0.5) / places * length - length / 2) / arc[:, :, None] + out * tilt[:, None]
+        in_slot = (centre_s - slide)[:, :, None] + out * arc[:, :, None] * np.cos(lean)
+        off_slot = (centre_x - axial)[:, :, None] + arc[:, :, None] * np.sin(lean)
+        s_m, x_m = in_slot * c + off_slot * s, off_slot * c - in_slot * s
         barrel_s = -out * (profile - self.roller_m)  # centre of the barrel's arc on that side
-        off = np.hypot(s - barrel_s, x)
+        off = np.hypot(s_m - barrel_s, x_m)
         depth = np.maximum(profile - off, 0.0)
         per_m = C_L_N_MM * (1e3 * length) ** (8 / 9) / length * (2e3 * depth) ** (10 / 9)
-        return Contacts(force_n=per_m * length / places, s_m=s, x_m=x, normal_s=(s - barrel_s) / off, normal_x=x / off)
+        normal_s, normal_x = (s_m - barrel_s) / off, x_m / off
+        return Contacts(
+            force_n=per_m * length / places, s_m=s_m, x_m=x_m, normal_s=normal_s * c - normal_x * s,
+            normal_x=normal_s * s + normal_x * c, axial_m=axial, tilt_rad=tilt,
+        )  # fmt: skip
 
     def slides(self, ring: FloatArray) -> FloatArray:
         """Where every roller rests between the races [m]; one that nothing presses, where it is about to touch."""
@@ -171,7 +204,7 @@ class SlicedBearing:
         for turn in turns:
             turned = replace(self, angle_rad=self.angle_rad + turn)
             ring, slide = turned.balance(load)
-            cases.append((turned.contacts(slide, ring), slide))
+            cases.append((turned.contacts(slide, ring), turned.pose(slide, ring)[0]))
         return balanced_ratio(cases, shaft_rad_s, friction)
 
 
@@ -194,16 +227,16 @@ def moment_about_shaft(
 ) -> float:
     """Moment of friction on rollers about the shaft [N m], each turning so that friction has none about its axis.
 
-    A roller's material at s and x moves at Omega (L cos(tilt) - sin(tilt) x) + spin s, the inner race at W times its
-    radius about the shaft.
+    A roller's material at s and x moves at Omega (r - sin(tilt) x) + spin s, r its centre's radius about the shaft and
+    the tilt that of its axis, the inner race at W times its radius about the shaft.
     """
     g = geometry()
-    c, s = np.cos(g.tilt_rad), np.sin(g.tilt_rad)
     cage = ratio * shaft_rad_s
-    distance = (g.pitch_radius_m / c + slide)[:, None]
-    about_shaft = (distance + found.s_m) * c - found.x_m * s
+    tilt = np.broadcast_to(g.tilt_rad + found.tilt_rad, slide.shape)[:, None]
+    centre = g.pitch_radius_m + slide * np.cos(g.tilt_rad) - found.axial_m * np.sin(g.tilt_rad)
+    about_shaft = centre[:, None] + found.s_m * np.cos(tilt) - found.x_m * np.sin(tilt)
     race = np.array([0.0, shaft_rad_s])[:, None, None] * about_shaft
-    carried = cage * (distance * c - s * found.x_m)
+    carried = cage * (centre[:, None] - np.sin(tilt) * found.x_m)
 
     def drags(spin: FloatArray) -> FloatArray:
         slip = race - carried - spin[:, None] * found.s_m
