@@ -35,6 +35,7 @@ def provenance(runs: Iterable[Run], registered: Iterable[RegisteredRecording]) -
 class RunFacts:
     """How one run went; `step_s` is None where the model has a solver of its own.
 
+    `numerics`: estimated errors that the step leaves [%], see `step_error.StepError.to_dict`, None where not estimated.
     `energy_imbalance` is relative to what was lost, NaN where a model has no energies.
     """
 
@@ -51,6 +52,7 @@ class RunFacts:
     reason: str
     cage_ratio: float
     energy_imbalance: float
+    numerics: dict[str, float] | None
     wall_per_simulated_s: float
 
 
@@ -69,5 +71,6 @@ def run_facts(case: SimulationCase, run: Run) -> RunFacts:
         reason=run.reason,
         cage_ratio=run.cage_ratio,
         energy_imbalance=run.energy_imbalance,
+        numerics=None if run.step_error is None else run.step_error.to_dict(),
         wall_per_simulated_s=run.wall_per_simulated_s,
     )
