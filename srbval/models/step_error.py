@@ -82,6 +82,14 @@ class StepError:
             estimates=tuple(replace(e, error=e.error / finer, scatter=e.scatter / finer) for e in self.estimates),
         )
 
+    def with_coarser(self, coarser: "StepError") -> "StepError":
+        """Each estimate's mean with what the `coarser` pair of steps says, `FINER` times less, by their variances.
+
+        To what is carried over half of itself is added as its scatter: the order is not that sure.
+        """
+        expected = {(e.kind, e.of): e for e in coarser.with_steps(FINER).estimates}
+        return replace(self, estimates=tuple(_mean(e, expected.get((e.kind, e.of))) for e in self.estimates))
+
     def to_dict(self) -> dict[str, float]:
         """In per cent by kind, the band with the largest error for the RMS, and its standard error."""
         found = {}
@@ -90,6 +98,15 @@ class StepError:
             found[f"{kind}_pct"] = math.nan if worst is None else 100 * worst.error
             found[f"{kind}_scatter_pct"] = math.nan if worst is None else 100 * worst.scatter
         return found
+
+
+def _mean(own: Estimate, expected: Estimate | None) -> Estimate:
+    variances = own.scatter**2, math.inf if expected is None else expected.scatter**2 + (0.5 * expected.error) ** 2
+    if expected is None or not all(0 < v < math.inf for v in variances):
+        return own
+    share = variances[1] / sum(variances)
+    error = share * own.error + (1 - share) * expected.error
+    return replace(own, error=error, scatter=math.sqrt(share * variances[0]))
 
 
 def step_error(scene: Scene, bearing: Bearing) -> StepError:
@@ -111,9 +128,11 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
     run = full_run(steady, bearing)
     limit_s = elastic_limit_s(run.method, run.model, run.state) or math.inf
     run = run.with_finer_steps(max(1, math.ceil(run.step_s / limit_s)))
+    error: StepError | None = None
     for level in range(LEVELS):
         steps = run.steps_per_output * FINER**level
-        error = _error_of(steady, bearing, run.with_finer_steps(FINER**level))
+        measured = _error_of(steady, bearing, run.with_finer_steps(FINER**level))
+        error = measured if error is None else measured.with_coarser(error)
         for finer in (1, 2, FINER):
             if not error.with_steps(finer).beyond:
                 return _with_steps(scene, steps * finer), error.with_steps(finer)

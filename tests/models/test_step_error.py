@@ -85,6 +85,19 @@ def test_beyond_open_or_neither(error: float, scatter: float, beyond: bool, open
         assert (estimate.beyond, estimate.open) == (beyond, open_)
 
 
+def test_two_pairs_of_steps_are_weighed_by_their_variances() -> None:
+    """Chance at the finer pair is overruled by the coarser one; what is certain is not."""
+    coarse, fine = told("band_rms", 0.08, 0.08), told("band_rms", 0.16, 0.08)
+    (both,) = fine.with_coarser(coarse).estimates
+    carried = math.hypot(0.02, 0.01)
+    share = carried**2 / (carried**2 + 0.08**2)
+    assert both.error == pytest.approx(share * 0.16 + (1 - share) * 0.02)
+    assert both.scatter == pytest.approx(carried * 0.08 / math.hypot(carried, 0.08))
+    (certain,) = told("band_rms", 0.16, 0.001).with_coarser(coarse).estimates
+    assert certain.error == pytest.approx(0.16, rel=0.01)
+    assert told("cage", 0.1, 0.1).with_coarser(coarse) == told("cage", 0.1, 0.1), "another quantity"
+
+
 def told(kind: str, error: float, scatter: float = 0.0) -> StepError:
     return StepError(step_s=1e-5, estimates=(Estimate(kind=kind, of=kind, error=error, scatter=scatter),))
 
