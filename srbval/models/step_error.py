@@ -128,14 +128,14 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
     run = full_run(steady, bearing)
     limit_s = elastic_limit_s(run.method, run.model, run.state) or math.inf
     run = run.with_finer_steps(max(1, math.ceil(run.step_s / limit_s)))
-    error: StepError | None = None
-    for level in range(LEVELS):
-        steps = run.steps_per_output * FINER**level
-        measured = _error_of(steady, bearing, run.with_finer_steps(FINER**level))
-        error = measured if error is None else measured.with_coarser(error)
+    steps, error = run.steps_per_output, _error_of(steady, bearing, run.with_finer_steps(1))
+    for level in range(1, LEVELS + 1):
         for finer in (1, 2, FINER):
             if not error.with_steps(finer).beyond:
                 return _with_steps(scene, steps * finer), error.with_steps(finer)
+        if level < LEVELS:
+            steps *= FINER
+            error = _error_of(steady, bearing, run.with_finer_steps(FINER**level)).with_coarser(error)
     return _with_steps(scene, steps * FINER), error.with_steps(FINER)
 
 
