@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from srbval.scene import paper_scene
+from srbval.cli.stability_command import RIG
+from srbval.scene import load_scene, paper_scene
 from srbval.stability.cell import CAGE_LIMIT, LOAD_RANGE
 from srbval.stability.grid import FULL
 from srbval.storage.strict_json import json_value
@@ -51,3 +52,14 @@ def test_the_default_turns_its_cage_and_carries_its_load_at_every_speed(stored: 
     assert [(c["scene"], c["rpm"], c["reason"]) for c in own if c["run_status"] != "ok"] == []
     assert max(c["cage_error"] for c in own) <= CAGE_LIMIT
     assert min(c["load_part"] for c in own) >= LOAD_RANGE[0]
+
+
+def test_the_map_of_the_rigs_scene_is_whole_and_good_to_the_predicted_limit() -> None:
+    content = json.loads((STORED.parent / "rig_stability.json").read_text(encoding="utf-8"))
+    assert content["grid"] == json_value(RIG)
+    cells = content["cells"]
+    assert len(cells) == len(list(RIG.cases))
+    assert [r for r in content["references"] if r["status"] != "ok"] == []
+    of_default = [c for c in cells if c["solver"] == load_scene("rig").solver.name]
+    for cell in of_default:
+        assert (cell["status"] == "ok") == (cell["dt_s"] < cell["predicted_elastic_limit_dt_s"])
