@@ -20,7 +20,7 @@ from typing import Any
 from srbval.bench.measures import band_rms
 from srbval.bench.timing import attempt
 from srbval.errors import ConfigurationError
-from srbval.models.run import USABLE
+from srbval.models.run import USABLE, RunStatus
 from srbval.models.simulate import Step
 from srbval.scene import Scene, load_scene, merge, paper_scene
 from srbval.validation.pipeline import SIMULATED_BAND_HZ
@@ -59,7 +59,7 @@ class Tried:
         pairs = tuple(
             (name, vars(self)[name], vars(truth)[name], vars(unsure)[name], limit) for name, limit in LIMITS.items()
         )
-        sure = [p for p in pairs if p[2] is not None and p[3] is not None and abs(p[3] / p[2] - 1) <= p[4] / 2]
+        sure = [p for p in pairs if p[2] and p[3] is not None and abs(p[3] / p[2] - 1) <= p[4] / 2]
         off = [name for name, own, right, _, limit in sure if own is None or not abs(own / right - 1) <= limit]
         return off[0] if off else "" if sure else "unsure"
 
@@ -93,7 +93,7 @@ def tried(scene: Scene) -> tuple[Tried, str]:
     run, has = ran.run, ran.run is not None and ran.run.samples > RATE_HZ // 10
     return Tried(
         status=ran.status,
-        caution="with caution" in ran.reason,
+        caution="with caution" in ran.reason or ran.status == RunStatus.INACCURATE,
         drive=float(run.energy.drive_w.mean()) if run is not None and run.samples else None,
         cage=run.cage_ratio if run is not None else None,
         band=band_rms(run.acceleration_m_s2[:, 1], RATE_HZ, SIMULATED_BAND_HZ) if run is not None and has else None,
