@@ -22,6 +22,7 @@ from srbval.models.full.state import layout_of as layout_of
 from srbval.models.full.steps import Rates as Rates
 from srbval.models.full.steps import rates as rates
 from srbval.models.full.steps import take_steps
+from srbval.models.run import EnergyFlow
 from srbval.models.simulate import signals
 from srbval.models.solvers import METHODS
 from srbval.scene import Scene as Scene
@@ -144,14 +145,18 @@ def implicit_response(
 
 def stepped(
     model: Parameters, y: FloatArray, method: str, *, step_s: float, first: int, steps: int
-) -> list[FloatArray]:
+) -> tuple[list[FloatArray], FloatArray]:
     """States after each of `steps` steps of a method, the first of which is step number `first`; `y` is left alone.
+
+    And the powers of drive and of all losses in each, [steps, 2] [W].
 
     Without its averaging of contact onsets, which is a matter of the contact law: `tests/models/full/test_contact.py`.
     """
-    state, memory, states = y.copy(), np.zeros_like(y), []
+    state, memory, states, powers = y.copy(), np.zeros_like(y), [], []
     plain = replace(METHODS[method], coefficients=METHODS[method].coefficients._replace(onset=0.0))
     for i in range(first, first + steps):
-        take_steps(model, state, plain, step_s=step_s, intervals=1, first_interval=i, memory=memory)
+        out = take_steps(model, state, plain, step_s=step_s, intervals=1, first_interval=i, memory=memory).out
         states.append(state.copy())
-    return states
+        energy: EnergyFlow = signals(out)["energy"]
+        powers.append([energy.drive_w[0], energy.friction_w[0] + energy.damping_w[0] + energy.housing_w[0]])
+    return states, np.array(powers)

@@ -61,17 +61,26 @@ def damping_matrix(world: World, t: float, y: FloatArray, *, about_slot: bool = 
 
     `about_slot`: count in that the cage turns rollers about their slots, which the model leaves out.
     """
+    return damping_with_shaft(world, t, y, about_slot=about_slot)[:-1, :-1]
+
+
+def damping_with_shaft(world: World, t: float, y: FloatArray, *, about_slot: bool = False) -> FloatArray:
+    """The same, [S + 1, S + 1], with the speed of the shaft as one more."""
     where, p = layout_of(y), partial_velocities(world, y)
-    omega, slot = p.omega, world.slots(y)[:, :, 0]
+    slot, centres, along = world.slots(y)[:, :, 0], world.centres(y), np.array([0.0, 0.0, 1.0])
+    # the shaft's material at the rollers
+    omega = np.concatenate([-p.omega, np.broadcast_to(along, (1, where.rollers, 3))])
+    centre = np.concatenate([-p.centre, np.cross(along, centres)[None]])
     if not about_slot:
         omega = omega - (omega * slot).sum(axis=2)[:, :, None] * slot
-    damping = np.zeros((where.half, where.half))
+    damping = np.zeros((where.half + 1, where.half + 1))
     damping[where.ring, where.ring] = world.scene.housing.damping_ns_m * np.eye(3)
     for race in (0, 1):
         at = world.touching(t, y, race)
-        past = -p.centre[:, at.roller] - np.cross(omega[:, at.roller], at.arm)
+        past = centre[:, at.roller] + np.cross(omega[:, at.roller], at.arm)
         if race == 0:
-            past += p.ring[:, None, :]
+            past[:-1] += p.ring[:, None, :]
+            past[-1] = 0.0
         closing = (past * at.normal).sum(axis=2)
         damping += np.einsum("kia,i,lia->kl", past, at.drag, past, optimize=True)
         damping += np.einsum("ki,i,li->kl", closing, at.damper - at.drag, closing, optimize=True)

@@ -5,9 +5,9 @@ none, breaks it. Source: first law; kinetic energy, weight and housing spring fr
 At an instant the balance holds to rounding. Over time it closes with the step: powers are summed with the weights of
 the method itself, so what is left is the method's error. Points that enter and leave contact within a step limit its
 order. The paper's step does not resolve friction with a critical velocity of 1 mm/s, and the balance
-shows it: half the work is lost track of, until the step is refined. The implicit leapfrog reads forces and powers once
-a step, at velocities predicted for its middle: its balance closes with the square of the step, more coarsely than
-ode4's where the step resolves friction, four times better than ode4's where it does not.
+shows it: with ode4 half the work is lost track of, until the step is refined. The implicit methods record torque and
+powers of the forces that they apply, friction and damping relaxed (`power_kernel`): they close at the paper's step,
+whatever the friction. Read at the velocities of the evaluation, the drive's power was 26 % too large there.
 """
 
 from __future__ import annotations
@@ -48,7 +48,8 @@ SCENES: dict[str, dict[str, Any]] = {
     "critical velocity of 1 mm/s": {"contact": PRINTED_FIT},
 }  # fmt: skip
 # Refinements of the paper's step, share of the losses left at the last, factor gained from first to last. Of order two
-# four times the refinement gains 16, eight times 64; stiff friction and a critical velocity passed in a step spoil it.
+# four times the refinement gains 16, eight times 64; stiff friction and a critical velocity passed in a step spoil it
+# (there imex2 leaves 1.7e-3 at the paper's step already).
 RUNS: dict[str, dict[str, tuple[tuple[int, int], float, float]]] = {
     "ode4": {
         "interference": ((1, 4), 5e-5, 20.0),
@@ -57,12 +58,18 @@ RUNS: dict[str, dict[str, tuple[tuple[int, int], float, float]]] = {
         "critical velocity of 1 mm/s": ((1, 8), 2e-2, 20.0),
     },
     "imex2": {
-        "interference": ((1, 4), 2e-3, 10.0),
-        "interference, outer-race defect": ((1, 4), 2e-3, 10.0),
-        "play, axial load, weight": ((1, 8), 3e-3, 30.0),
-        "critical velocity of 1 mm/s": ((1, 16), 1e-2, 10.0),
+        "interference": ((1, 4), 5e-4, 10.0),
+        "interference, outer-race defect": ((1, 4), 5e-4, 10.0),
+        "play, axial load, weight": ((1, 8), 5e-4, 30.0),
+        "critical velocity of 1 mm/s": ((1, 16), 5e-4, 5.0),
     },
 }
+# At the paper's step, with its friction: share of the losses left over, and the drive's power against an eighth of the
+# step, 0.008 off, which rattling scatters. 0.023 is left with play at 3000 rpm, by imex1 0.039 at 710 rpm.
+DEFAULT_S = 0.1
+LEFT = {"imex2": 0.03, "imex1": 0.05, "ros2": 0.05}
+DRIVE = 0.03
+FITS: dict[str, dict[str, Any]] = {"play": {}, "interference": PRINTED_FIT}
 
 
 def lost(totals: FloatArray) -> float:
@@ -98,13 +105,39 @@ def test_balance_over_time(method: str, name: str) -> None:
     assert left[fine] < left[coarse] / gain
 
 
-def share_left(changes: dict[str, Any], method: str, refinement: int) -> float:
-    """Energy unaccounted for as a share of all that was lost, over `RUN_S` from the rolling start."""
+@pytest.mark.parametrize("rpm", [127, 710, 3000])
+@pytest.mark.parametrize("kind", ["none", "outer", "inner"])
+@pytest.mark.parametrize("fit", FITS)
+def test_balance_at_the_default_step(fit: str, kind: str, rpm: int) -> None:
+    changes = {"contact": FITS[fit], "defect": {"kind": kind}, "shaft_speed": f"{rpm} rpm"}
+    assert share_left(changes, "imex2", 1, DEFAULT_S) < LEFT["imex2"]
+
+
+@pytest.mark.parametrize("method", ["imex1", "ros2"])
+@pytest.mark.parametrize("fit", FITS)
+def test_balance_of_the_other_implicit_methods(fit: str, method: str) -> None:
+    assert share_left({"contact": FITS[fit]}, method, 1, DEFAULT_S) < LEFT[method]
+
+
+@pytest.mark.parametrize("fit", FITS)
+def test_drive_power_at_the_default_step(fit: str) -> None:
+    model = parameters(paper_scene(contact=FITS[fit]))
+
+    def drive_w(refinement: int) -> float:
+        y, steps = rolling_state(model), round(DEFAULT_S / PAPER_STEP_S / 5) * refinement
+        run = recorded(model, y, step_s=PAPER_STEP_S / refinement, steps=steps, method="imex2", outputs=5)
+        return float(run["energy"].drive_w[1:].mean())  # without the start's
+
+    assert drive_w(1) == pytest.approx(drive_w(8), rel=DRIVE)
+
+
+def share_left(changes: dict[str, Any], method: str, refinement: int, run_s: float = RUN_S) -> float:
+    """Energy unaccounted for as a share of all that was lost, over `run_s` from the rolling start."""
     scene = paper_scene(**changes)
     model, world = parameters(scene), World(scene, geometry())
     y, step = rolling_state(model), PAPER_STEP_S / refinement
     before = world.mechanical_energy(y) + rates(model, 0.0, y).totals[col.CONTACT_ENERGY]
-    steps = round(RUN_S / step)
+    steps = round(run_s / step)
     seconds = steps * step
     if method == "ode4":
         work, losses = ledger_by_stages(model, y, step, steps)

@@ -83,7 +83,7 @@ def seeds(defect: str) -> tuple[int, ...]:
 
 def changes(model: Parameters, y: FloatArray, method: str) -> FloatArray:
     """Change of each kind of velocity in a step, over the largest of its kind."""
-    change = stepped(model, y, method, step_s=PAPER_STEP_S, first=0, steps=1)[0] - y
+    change = stepped(model, y, method, step_s=PAPER_STEP_S, first=0, steps=1)[0][0] - y
     return np.concatenate([change[part] / np.abs(change[part]).max() for part in layout_of(y).velocities])
 
 

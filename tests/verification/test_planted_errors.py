@@ -31,7 +31,11 @@ CHECKS = (
     "test_damping_matrix.py",
     "test_implicit_steps.py",
 )  # the quickest; they need few right-hand sides
-LIKELIEST = {"damping_kernel.py": "test_damping_matrix.py", "step_kernel.py": "test_implicit_steps.py"}  # run first
+LIKELIEST = {  # run first
+    "damping_kernel.py": "test_damping_matrix.py",
+    "power_kernel.py": "test_implicit_steps.py",
+    "step_kernel.py": "test_implicit_steps.py",
+}
 PROCESSES = 2
 FAILED = 1  # exit status of pytest when tests ran and some failed; others mean that they did not run
 LONGEST_S = 120

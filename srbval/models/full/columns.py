@@ -51,8 +51,9 @@ STRIDE = 2056
     SLIDE_ACCELERATION, SPIN_ACCELERATION,  # [m/s2], [rad/s2]
     # inverse of a roller's own block, and how its slide and spin follow cage and ring, see `damping_kernel`
     OWN_UU, OWN_US, OWN_SS, U_WY, U_WZ, U_RX, U_RY, U_RZ, S_WY, S_WZ, S_RX, S_RY, S_RZ,
-) = (np.uint64(i * STRIDE) for i in range(88))  # fmt: skip
-ROWS = 88
+    SHAFT_U, SHAFT_S,  # damping torque on the shaft per slide [N s] and per spin [N m s], see `power_kernel`
+) = (np.uint64(i * STRIDE) for i in range(90))  # fmt: skip
+ROWS = 90
 FACED_ROWS = 6  # rows of A and B, which are turned to a column's own window
 FRAME_ROWS = 18  # rows that set up a column
 FIRST_SUM, LAST_SUM, LAST_DAMPING_SUM = 18, 27, 41  # sums of force, torque and energy; then those of damping
@@ -105,9 +106,10 @@ SLICE_ROWS = 13
 ) = range(21)  # fmt: skip
 TOTALS = 21
 # Rows of the factors behind the border of cages and ring: that border's coupling with a second cage's lead, how it
-# follows the lead, and the inverse of what is then left of the lead's own entry.
-LEAD_BORDER, LEAD_FOLLOWED, LEAD_OWN = 6, 7, 8
-FACTOR_ROWS = 9
+# follows the lead, and the inverse of what is then left of the lead's own entry; damping torque on the shaft per rate
+# of the cage and of the lead [N m s].
+LEAD_BORDER, LEAD_FOLLOWED, LEAD_OWN, SHAFT_ROW = 6, 7, 8, 9
+FACTOR_ROWS = 10
 RING_FORCE, INERTIA = slice(0, 3), slice(11, 17)
 
 

@@ -90,10 +90,10 @@ def contact_columns(law, candidates, space, start, stop, damping, patch):
             q_y = u_y - u_n * n_y
             q_z = u_z - u_n * n_z
             if patch is None:
-                spring, viscous = point_spring_and_damper(point_law, depth, u_n, share, damping)
+                spring, viscous, elastic = point_spring_and_damper(point_law, depth, u_n, share, damping)
                 normal = normal_force(spring, viscous, u_n)
                 drag, g_x, g_y, g_z, loss = point_friction(point_law, normal, q_x, q_y, q_z)
-                twice_energy = spring * depth
+                twice_energy = elastic * depth
             else:
                 deep = depth if depth > 0.0 else 0.0
                 root = math.sqrt(deep)
@@ -107,7 +107,7 @@ def contact_columns(law, candidates, space, start, stop, damping, patch):
                 pivot = w_x * n_x + w_y * n_y + w_z * n_z
                 pivot *= pivot * patch[race, i, col.PATCH_LENGTH] * deep
                 drag, g_x, g_y, g_z, loss = patch_friction(law, normal, q_x, q_y, q_z, e_x, e_y, e_z, pivot)
-                twice_energy = 0.8 * spring * deep
+                elastic, twice_energy = spring, 0.8 * spring * deep
             g_x -= normal * n_x
             g_y -= normal * n_y
             g_z -= normal * n_z
@@ -118,7 +118,7 @@ def contact_columns(law, candidates, space, start, stop, damping, patch):
             space[col.T_Y + j] += p_z * g_x - p_x * g_z
             space[col.T_Z + j] += p_x * g_y - p_y * g_x
             space[col.FRICTION_LOSS + j] += loss
-            space[col.DAMPING_LOSS + j] += (spring - normal) * u_n
+            space[col.DAMPING_LOSS + j] += (elastic - normal) * u_n
             space[col.TWICE_ENERGY + j] += twice_energy
             if damping is not None:
                 viscous = viscous if normal > 0.0 else 0.0
@@ -182,13 +182,15 @@ def point_spring_and_damper(law, depth, u_n, share, damping):
         x = x if x < 1.0 else 1.0
         smooth = share * x
         spring = smooth * law.stiffness * (lead - 0.5 * x * travel)
+        elastic = share * law.stiffness * (depth if depth > 0.0 else 0.0)
+        elastic = elastic if elastic < spring else spring
     else:
         x = depth * law.sharpness
         x = x if x > 0.0 else 0.0
         x = x if x < 1.0 else 1.0
         smooth = share * x * x * (3.0 - 2.0 * x)
-        spring = smooth * law.stiffness * depth
-    return spring, smooth * law.damping
+        spring = elastic = smooth * law.stiffness * depth
+    return spring, smooth * law.damping, elastic
 
 
 @kernel_part

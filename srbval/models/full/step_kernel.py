@@ -11,8 +11,10 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.models.full import columns as col
 from srbval.models.full.damping_kernel import BORDER, factor, solve
+from srbval.models.full.drive_kernel import shaft_motion
 from srbval.models.full.frames_kernel import cage_tilt, tilted_about_x
 from srbval.models.full.motion_kernel import WITH_DAMPING, right_hand_side
+from srbval.models.full.power_kernel import add_implicit_powers, shaft_row
 from srbval.models.full.state import state_indices
 from srbval.models.jit import kernel, kernel_part
 
@@ -20,13 +22,14 @@ from srbval.models.jit import kernel, kernel_part
 class WorkingSpace(NamedTuple):
     """Arrays that a step works in, and the running mean over an output interval.
 
-    `rates`, [stages, size], and `trial`, [size]; `factors`, [col.FACTOR_ROWS, BORDER], and `frozen`, [col.TOTALS]: the
-    factored border and the totals it belongs to; `totals` of the latest evaluation and their `mean`, see `add_to_mean`,
-    both [col.TOTALS]; `no_loads`: empty.
+    `rates`, [stages, size]; `trial` and `braked`, [size]; `factors`, [col.FACTOR_ROWS, BORDER], and `frozen`,
+    [col.TOTALS]: the factored border and the totals it belongs to; `totals` of the latest evaluation and their `mean`,
+    see `add_to_mean`, both [col.TOTALS]; `no_loads`: empty.
     """
 
     rates: FloatArray
     trial: FloatArray
+    braked: FloatArray
     factors: FloatArray
     totals: FloatArray
     mean: FloatArray
@@ -39,6 +42,7 @@ def working_space(size: int, stages: int) -> WorkingSpace:
     return WorkingSpace(
         rates=np.zeros((max(2, stages), size)),
         trial=np.zeros(size),
+        braked=np.zeros(size),
         factors=np.zeros((col.FACTOR_ROWS, BORDER)),
         totals=np.zeros(col.TOTALS),
         mean=np.zeros(col.TOTALS),
@@ -98,11 +102,13 @@ def runge_kutta_step(y, t, step, method, model, work):
 def rosenbrock_step(y, t, step, method, model, work):
     """Advance `y` in place from time `t` by `step`; add the weighted totals to the mean.
 
-    `work`: see `WorkingSpace`.
+    `work`: see `WorkingSpace`. With the stages weighed alike, the mean force is that at each stage's speeds and the u
+    that it solves for: the `beyond` of `power_kernel`.
     """
     size = y.shape[0]
     u, trial, totals, frozen, factors = work.rates, work.trial, work.totals, work.frozen, work.factors
     a, b, c, g, powers, implicit = method.a, method.b, method.c, method.g, method.powers, method.implicit_coefficient
+    braked = work.braked
     for s in range(b.shape[0]):
         for m in range(size):
             trial[m] = y[m]
@@ -112,16 +118,22 @@ def rosenbrock_step(y, t, step, method, model, work):
         right_hand_side(t + c[s] * step, trial, model, u[s], totals, work.no_loads, WITH_DAMPING)
         if s == 0:
             factor(implicit * step, model, totals, factors)
+            shaft_row(model, factors)
             for m in range(frozen.shape[0]):
                 frozen[m] = totals[m]
-        add_to_mean(totals, powers[s], work.mean, s == 0)
         for p in range(s):
             weight = g[s, p] / step
             for m in range(size):
                 u[s, m] += weight * u[p, m]
+        for m in range(size):
+            braked[m] = u[s, m]
         solve(implicit * step, model, frozen, factors, u[s])
         for m in range(size):
+            braked[m] -= u[s, m]
             u[s, m] *= implicit * step
+        shaft, _ = shaft_motion(t + c[s] * step, model.drive)
+        add_implicit_powers(trial, u[s], braked, shaft, model, frozen, factors, totals)
+        add_to_mean(totals, powers[s], work.mean, s == 0)
     for s in range(b.shape[0]):
         for m in range(size):
             y[m] += b[s] * u[s, m]
@@ -154,11 +166,13 @@ def leapfrog_step(y, t, step, method, model, work, ahead):
     `ahead`, [size]: predicted change of the velocities up to where forces are linearised; renewed for the next
     step. With x the velocities less the predicted ones, a their accelerations and J the damping, the equation is
     x' = a + J x from x = -ahead. The rollers' angles about their axes are moved in the middle, with the mean of both
-    velocities; where no roller is damaged, no force depends on them and the predicted velocities serve.
+    velocities; where no roller is damaged, no force depends on them and the predicted velocities serve. With the
+    solutions k1 and k2 the mean force of the step is that at x = h ((1 + gamma) k1 + gamma k2) / 2 - ahead, of one
+    solution that at gamma h k1 - ahead: the `beyond` of `power_kernel`.
     """
     size = y.shape[0]
     b, implicit, before, share, first, second = method
-    totals, factors = work.totals, work.factors
+    totals, factors, beyond, braked = work.totals, work.factors, work.trial, work.braked
     first_rate, end = np.uint64(size // 2), np.uint64(size)
     per = 1.0 / (implicit * step)
     damaged = model.roller_defects.shape[0] > 0
@@ -169,19 +183,20 @@ def leapfrog_step(y, t, step, method, model, work, ahead):
         y[m] += ahead[m]
     right_hand_side(t + before * step, y, model, first, totals, work.no_loads, WITH_DAMPING)
     factor(implicit * step, model, totals, factors)
-    add_to_mean(totals, 1.0, work.mean, True)
+    shaft_row(model, factors)
     if not damaged:
         rollers = (first_rate - np.uint64(6)) // np.uint64(2)
         for m in range(rollers, np.uint64(2) * rollers):
             y[m] += step * first[m]
     # J x = (S x - x) / (gamma h), S = (1 - gamma h J)^-1, gamma the implicit coefficient
     for m in range(first_rate, end):
-        second[m] = first[m]
+        braked[m] = second[m] = first[m]
         first[m] -= ahead[m] * per
     solve(implicit * step, model, totals, factors, first)
     if b.shape[0] == 1:
         for m in range(first_rate, end):
             first[m] = b[0] * (first[m] + ahead[m] * per)
+            beyond[m] = implicit * step * first[m] - ahead[m]
     else:
         for m in range(first_rate, end):
             first[m] += ahead[m] * per
@@ -189,7 +204,13 @@ def leapfrog_step(y, t, step, method, model, work, ahead):
         solve(implicit * step, model, totals, factors, second)
         for m in range(first_rate, end):
             own = second[m] - (step * first[m] - ahead[m]) * per
+            beyond[m] = 0.5 * step * ((1.0 + implicit) * first[m] + implicit * own) - ahead[m]
             first[m] = b[0] * first[m] + b[1] * own
+    for m in range(first_rate, end):
+        braked[m] -= first[m]
+    shaft, _ = shaft_motion(t + before * step, model.drive)
+    add_implicit_powers(y, beyond, braked, shaft, model, totals, factors, totals)
+    add_to_mean(totals, 1.0, work.mean, True)
     for m in range(first_rate, end):
         rise = step * first[m]
         y[m] += rise - ahead[m]

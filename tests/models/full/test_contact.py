@@ -99,9 +99,16 @@ def test_losses_and_stored_energy() -> None:
 
 @pytest.mark.parametrize("share", [-0.6, -0.45, -0.2, 0.0, 0.3, 0.5, 2.0])
 def test_coming_into_contact_is_averaged_over_its_time(share: float) -> None:
-    """Spring and damper against their mean over the time about a moment when the point is `share` of it inside."""
+    """Spring and damper against their mean over the time about a moment when the point is `share` of it inside.
+
+    What they do against the approach beyond the energy stored in a spring that is as deep as the point, is lost.
+    """
     onset, rate = 1.5e-5, 0.6
     depth = share * rate * onset
     then = depth + rate * onset * (np.arange(20_000) + 0.5 - 10_000) / 20_000
     expected = np.where(then > 0, K * then + C * rate, 0.0).mean()
-    assert -one_point(depth, (-rate, 0.0, 0.0), onset_s=onset)[0] == pytest.approx(expected, rel=MEAN, abs=MEAN_N)
+    f_x, *_, lost, stored = one_point(depth, (-rate, 0.0, 0.0), onset_s=onset)
+    assert -f_x == pytest.approx(expected, rel=MEAN, abs=MEAN_N)
+    inside = max(depth, 0.0)
+    assert lost == pytest.approx((expected - K * inside) * rate, rel=MEAN, abs=MEAN_N)
+    assert stored == pytest.approx(K * inside**2, rel=MEAN)
