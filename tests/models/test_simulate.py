@@ -99,7 +99,7 @@ def test_silent_failures_are_caught(solver: str, factor: int) -> None:
         ({"cage_ratio": 0.42, "energy_imbalance": -0.31, "step_s": 1e-5, "step_limit_s": 3e-5}, RunStatus.SKIDDING),
         ({"cage_ratio": 0.42, "step_s": 1.2e-5, "step_limit_s": 1e-5}, RunStatus.CAGE_LOST),
         ({"cage_ratio": 0.42, "idle_share": 0.9, "balanced_share": 0.0}, RunStatus.CAGE_LOST),
-        ({"missing_n": 0.11 * 124.8e3}, RunStatus.LOAD_LOST),
+        ({"missing_n": 0.21 * 124.8e3}, RunStatus.LOAD_LOST),
         ({"balanced_share": 0.009}, RunStatus.ROLLERS_UNLOADED),
         ({"load_share": 0.029, "energy_imbalance": -0.54}, RunStatus.LOAD_LOST),
         ({"load_share": 0.0, "idle_share": 0.9}, RunStatus.LOAD_LOST),
