@@ -16,8 +16,8 @@ from srbval.models.simulate import Step, simulate, simulate_to_file
 from srbval.plan.coarser_output import with_coarser_output
 from srbval.plan.plan import make_plan
 from srbval.progress import ProgressDisplay
-from srbval.scene import Scene
-from srbval.scene.read import BUNDLED, scene_table
+from srbval.scene import Scene, scene_table
+from srbval.scene.read import BUNDLED
 from srbval.storage.strict_json import json_object
 
 # Attributes of a run that are printed under their own names.

@@ -15,12 +15,13 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFAULT_BEARING, Fault, FaultOrders, load_bearing
 from srbval.errors import ConfigurationError
+from srbval.models.band_levels import BANDS_HZ
 from srbval.recordings.load import load_recording
 from srbval.recordings.recording import Recording
 from srbval.storage.own_hdf5 import Variable, write_own_hdf5
 
 FS_HZ = 20480.0  # the rig's
-BAND_HZ = (1400.0, 2800.0)  # the rig's
+BAND_HZ = BANDS_HZ["1400-2800"]
 RESONANCE_HZ = 2000.0
 DAMPING_RATIO = 0.03
 RING_S = 0.02  # the response has decayed to 5e-4 by then

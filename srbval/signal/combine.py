@@ -6,13 +6,12 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.errors import DataError
-from srbval.models.band_levels import SENSOR_ANGLE_RAD
 
 # A standard deviation this small relative to the signal's largest value is rounding, not vibration.
 _CONSTANT = 1e-12
 
 
-def rotate_axes(first: FloatArray, second: FloatArray, angle_rad: float = SENSOR_ANGLE_RAD) -> FloatArray:
+def rotate_axes(first: FloatArray, second: FloatArray, angle_rad: float) -> FloatArray:
     """Project two perpendicular radial axes, each [n], onto a sensor at `angle_rad` from the first.
 
     The angle counts from the first axis towards the second, so +45 degrees weights both with +1/sqrt(2)

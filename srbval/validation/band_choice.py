@@ -6,13 +6,14 @@ from dataclasses import dataclass
 
 from srbval.bearing import Bearing
 from srbval.errors import ConfigurationError
+from srbval.models.band_levels import BANDS_HZ
 from srbval.recordings import Origin, Recording, ShaftSpeed
 from srbval.signal import FALSE_ALARM, Kurtogram, kurtogram, normalise
 from srbval.validation.lines import Line
 from srbval.validation.pipeline import SIMULATED_BAND_HZ, one_signal
 
 # Giraudo et al. 2025 (Sensors 25, 2419), sect. 5: band found best for the rig's signals.
-RIG_BAND_HZ = (1400.0, 2800.0)
+RIG_BAND_HZ = BANDS_HZ["1400-2800"]
 RIG_BEARING = "skf-22240"
 # A band must hold this many harmonics of the higher race line in its envelope.
 HARMONICS_HELD = 3

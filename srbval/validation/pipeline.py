@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
 from srbval.errors import ConfigurationError
+from srbval.models.band_levels import BANDS_HZ, SENSOR_ANGLE_RAD
 from srbval.recordings import Recording, ShaftSpeed, SpeedSource
 from srbval.signal import (
     BandFilter,
@@ -25,7 +26,7 @@ from srbval.signal import (
 )
 
 # Giraudo et al. 2025 (Sensors 25, 2419), sect. 5: band found best for the simulated signals.
-SIMULATED_BAND_HZ = (500.0, 1500.0)
+SIMULATED_BAND_HZ = BANDS_HZ["500-1500"]
 # Signals are normalised, so every amplitude is in standard deviations of the whole record.
 UNIT, SQUARED_UNIT = "standard deviations", "squared standard deviations"
 # A line that moves by more than this many bins in the record is smeared over them.
@@ -186,4 +187,4 @@ def one_signal(recording: Recording, channel: str | None = None) -> FloatArray:
             raise ConfigurationError(f"{recording.name}: no channel {name!r}; it has {', '.join(recording.channels)}.")
         return recording.channels[name]
     first, second = recording.axes or ("", "")
-    return rotate_axes(recording.channels[first], recording.channels[second])
+    return rotate_axes(recording.channels[first], recording.channels[second], SENSOR_ANGLE_RAD)

@@ -11,13 +11,13 @@ ROUNDING = 1e-12
 
 def test_motion_along_plus_45_degrees_is_seen_whole():
     motion = np.sin(np.arange(50.0))
-    along = rotate_axes(motion / math.sqrt(2), motion / math.sqrt(2))
+    along = rotate_axes(motion / math.sqrt(2), motion / math.sqrt(2), math.pi / 4)
     np.testing.assert_allclose(along, motion, atol=ROUNDING)
 
 
 def test_motion_along_minus_45_degrees_is_not_seen():
     motion = np.sin(np.arange(50.0))
-    np.testing.assert_allclose(rotate_axes(motion, -motion), 0.0, atol=ROUNDING)
+    np.testing.assert_allclose(rotate_axes(motion, -motion, math.pi / 4), 0.0, atol=ROUNDING)
 
 
 def test_quarter_turn_gives_the_second_axis():
@@ -27,7 +27,7 @@ def test_quarter_turn_gives_the_second_axis():
 
 def test_axes_of_different_length_are_refused():
     with pytest.raises(DataError, match="3 and 4"):
-        rotate_axes(np.zeros(3), np.zeros(4))
+        rotate_axes(np.zeros(3), np.zeros(4), 0.0)
 
 
 def test_normalised_signal_has_mean_zero_and_spread_one():

@@ -15,9 +15,9 @@ from srbval.arrays import FloatArray
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.bench.measures import measure, smooth_mean
 from srbval.errors import DataError
+from srbval.models.band_levels import along_sensor
 from srbval.models.run import Run
 from srbval.recordings import recording_from_run
-from srbval.signal import rotate_axes
 from srbval.validation.analyse import Analysis, analyse
 
 Answer = tuple[float, ...]
@@ -103,7 +103,7 @@ def answers(run: Run, bearing: Bearing) -> dict[Question, Answer | None]:
     except DataError:
         return found
     found[Question.AMPLITUDE] = (measures.band_rms_m_s2,)
-    spread_m_s2 = float(rotate_axes(run.acceleration_m_s2[:, 0], run.acceleration_m_s2[:, 1]).std())
+    spread_m_s2 = float(along_sensor(run.acceleration_m_s2).std())
     if measures.noise_floor is not None:  # of the envelope's mean, that of the normalised signal
         found[Question.NOISE_FLOOR] = (measures.noise_floor * float(analysis.processed.envelope.mean()) * spread_m_s2,)
     return found | _of_line(run, analysis)
