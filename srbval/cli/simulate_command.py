@@ -11,7 +11,7 @@ from srbval.cli.output import print_json, print_table
 from srbval.cli.plan_command import question_of, scene_of
 from srbval.errors import DataError, NumericsError
 from srbval.models.ladder import AUTO, rung_of
-from srbval.models.run import RunSummary
+from srbval.models.run import RunStatus, RunSummary
 from srbval.models.simulate import Step, simulate, simulate_to_file
 from srbval.plan.coarser_output import with_coarser_output
 from srbval.plan.plan import make_plan
@@ -27,12 +27,17 @@ OF_RUN = ("seconds", "wall_s", "compile_s", "wall_per_simulated_s", "cage_ratio"
 
 
 def run(options: argparse.Namespace) -> int:
-    """Simulate and print what came out; a failed run leaves with exit code 4 and writes no file."""
+    """Simulate and print what came out; a failed run leaves with exit code 4 and writes no file.
+
+    One whose step leaves more than the tolerances, as it was given by hand or no step was fine enough, is written and
+    printed, with its status, and leaves with exit code 4 as well.
+    """
     scene, planned = _planned(scene_of(options), options)
     output = Path(options.output) if options.output else None
     if output is not None and not output.parent.is_dir():
         raise DataError(f"{output.parent}: no such folder to write {output.name} to. Create it or choose another -o.")
-    result = _simulate(scene, output, _step(options))
+    step = _step(options)
+    result = _simulate(scene, output, step)
     if not result.status.usable:
         raise NumericsError(f"run failed ({result.status}): {result.reason}. Nothing was written.")
     summary = _summary(result, output) | planned
@@ -43,6 +48,11 @@ def run(options: argparse.Namespace) -> int:
         rows = [(k, f"{v:.6g}" if isinstance(v, float) else v) for k, v in summary.items() if k not in apart]
         print_table(("quantity", "value"), rows)
         print("\n" + "\n".join(f"not validated: {what}" for what in result.not_validated))
+    if result.status is RunStatus.INACCURATE:
+        kept = "printed" if output is None else f"printed and written to {output}"
+        finer = "" if step is Step.AUTO else " --dt auto chooses a finer step."
+        print(f"srbval: the run is inaccurate and {kept} as it is: {result.reason}.{finer}", file=sys.stderr)
+        return NumericsError.exit_code
     return 0
 
 

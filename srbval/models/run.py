@@ -23,23 +23,23 @@ class RunStatus(enum.StrEnum):
     """How a run ended. The `usable` ones are what the scene's bearing does; the others are failures of the numerics.
 
     `SKIDDING`: the cage does not turn as rolling rollers would drive it. `ROLLERS_UNLOADED`: the load flows past the
-    rollers, or there is none.
+    rollers, or there is none. `INACCURATE`: its step leaves errors beyond the tolerances of `step_error`.
     """
 
     OK = "ok"
     SKIDDING = "skidding"
     ROLLERS_UNLOADED = "rollers-unloaded"
+    INACCURATE = "inaccurate"
     NOT_FINITE = "not-finite"
     TOO_DEEP = "too-deep"
     CAGE_LOST = "cage-lost"
     LOAD_LOST = "load-lost"
     ENERGY_OPEN = "energy-open"
     STEP_TOO_LONG = "step-too-long"
-    INACCURATE = "inaccurate"
 
     @property
     def usable(self) -> bool:
-        """May it be read as the vibration of the scene's bearing? Then files are written, and the exit code is 0."""
+        """May it be read as the vibration of the scene's bearing? Then files are written."""
         return self.value in USABLE
 
 

@@ -148,7 +148,7 @@ def with_step_error(status: RunStatus, reason: str, error: StepError | None) -> 
     if beyond:
         return RunStatus.INACCURATE, (
             f"{reason}; but the step of {error.step_s * 1e6:.4g} us leaves errors beyond the tolerance: "
-            f"{'; '.join(map(str, beyond))}; take a finer one, or --dt auto"
+            f"{'; '.join(map(str, beyond))}"
         )
     if error.open or slides:
         joint = "; " if CAUTION in reason else f"; {CAUTION}"

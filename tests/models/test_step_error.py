@@ -109,7 +109,6 @@ def test_a_verdict_with_its_step() -> None:
     status, reason = with_step_error(RunStatus.OK, "fine", told("band_rms", 0.2))
     assert status is RunStatus.INACCURATE
     assert "+0.2" in reason
-    assert "--dt auto" in reason
     status, reason = with_step_error(RunStatus.OK, "fine", told("band_rms", 0.04, 0.03))
     assert status is RunStatus.OK
     assert "caution" in reason
