@@ -93,7 +93,7 @@ def contact_columns(law, candidates, space, start, stop, damping, patch):
                 spring, viscous, elastic = point_spring_and_damper(point_law, depth, u_n, share, damping)
                 normal = normal_force(spring, viscous, u_n)
                 drag, g_x, g_y, g_z, loss = point_friction(point_law, normal, q_x, q_y, q_z)
-                twice_energy = elastic * depth
+                twice_energy = spring * depth
             else:
                 deep = depth if depth > 0.0 else 0.0
                 root = math.sqrt(deep)
@@ -165,13 +165,14 @@ def penetration(law, p_x, p_y, p_z):
 
 @kernel_part
 def point_spring_and_damper(law, depth, u_n, share, damping):
-    """Spring force of a point in contact, eq. (18) [N], and its damping coefficient [N s/m].
+    """Spring force of a point in contact, eq. (18) [N], its damping coefficient [N s/m], and the force that is stored.
 
     A point comes into contact with C_c times its speed, some 600 N at once: a step that finds it a little earlier or
     later makes noise of first order. Unless `damping` is None, spring and damper of a point that approaches are
     averaged over ``law.onset_s`` about the moment, but `LONGEST_ONSET_M` at most, at constant speed, in place of the
     smoothing, whose width it crosses in nanoseconds. A point that retreats lets go where the damper's pull equals the
-    spring's push: nothing jumps there.
+    spring's push: nothing jumps there. What an averaged spring does beyond the one that is as deep as the point, is
+    lost.
     """
     if damping is not None:
         travel = -law.onset_s * u_n if u_n < 0.0 else 0.0
@@ -183,7 +184,6 @@ def point_spring_and_damper(law, depth, u_n, share, damping):
         smooth = share * x
         spring = smooth * law.stiffness * (lead - 0.5 * x * travel)
         elastic = share * law.stiffness * (depth if depth > 0.0 else 0.0)
-        elastic = elastic if elastic < spring else spring
     else:
         x = depth * law.sharpness
         x = x if x > 0.0 else 0.0

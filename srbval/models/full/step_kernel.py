@@ -197,6 +197,7 @@ def leapfrog_step(y, t, step, method, model, work, ahead):
         for m in range(first_rate, end):
             first[m] = b[0] * (first[m] + ahead[m] * per)
             beyond[m] = implicit * step * first[m] - ahead[m]
+            braked[m] -= first[m]
     else:
         for m in range(first_rate, end):
             first[m] += ahead[m] * per
@@ -206,8 +207,7 @@ def leapfrog_step(y, t, step, method, model, work, ahead):
             own = second[m] - (step * first[m] - ahead[m]) * per
             beyond[m] = 0.5 * step * ((1.0 + implicit) * first[m] + implicit * own) - ahead[m]
             first[m] = b[0] * first[m] + b[1] * own
-    for m in range(first_rate, end):
-        braked[m] -= first[m]
+            braked[m] -= first[m]
     shaft, _ = shaft_motion(t + before * step, model.drive)
     add_implicit_powers(y, beyond, braked, shaft, model, totals, factors, totals)
     add_to_mean(totals, 1.0, work.mean, True)
