@@ -5,7 +5,7 @@ from typing import Any
 
 from srbval.bench.measures import MeasureErrors, Measures, plain_or_nulls
 from srbval.bench.timing import Attempt, RunTiming, right_hand_sides_per_step
-from srbval.models.run import USABLE
+from srbval.models.run import USABLE, RunStatus
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,6 +36,11 @@ class BenchRun:
     def ok(self) -> bool:
         """May it be read as a bearing's vibration?"""
         return self.status in USABLE
+
+    @property
+    def measurable(self) -> bool:
+        """Has it figures to compare? See `timing.Attempt`."""
+        return self.ok or self.status == RunStatus.ENERGY_OPEN.value
 
     @property
     def wall_per_simulated_s(self) -> float | None:

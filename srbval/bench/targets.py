@@ -93,7 +93,7 @@ def accuracy_targets(rows: Sequence[BenchRun]) -> list[Target]:
 
 
 def _of_row(row: BenchRun | None, read: Read, name: str, limit: float, unit: str) -> Target:
-    value = read(row) if row is not None and row.ok else None
+    value = read(row) if row is not None and row.measurable else None
     return Target(name=name, value=value, limit=limit, unit=unit, attempted=row is not None)
 
 

@@ -57,6 +57,11 @@ class Attempt:
         """May it be read as a bearing's vibration?"""
         return self.status in USABLE
 
+    @property
+    def measurable(self) -> bool:
+        """Has it figures to compare? Also where its energy is open, as explicit friction chatters: the paper's own."""
+        return self.ok or self.status == RunStatus.ENERGY_OPEN.value
+
 
 def attempt(scene: Scene, *, step: Step = Step.UNCHECKED, progress: Progress = silent) -> Attempt:
     """Run `scene` once, without timing; a failure becomes a failed attempt."""
@@ -119,7 +124,7 @@ def measure_all(
     """Run and measure all `scenes`, `jobs` at a time (default: one per usable core), the most expensive first."""
 
     def read(_: Key, tried: Attempt, wall_s: float) -> Measured:
-        measures = measure(tried.run) if tried.ok and tried.run is not None else None
+        measures = measure(tried.run) if tried.measurable and tried.run is not None else None
         return Measured(scene=tried.scene, status=tried.status, reason=tried.reason, measures=measures, wall_s=wall_s)
 
     return run_all(scenes, read, task=task, jobs=jobs, progress=progress)
