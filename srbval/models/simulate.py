@@ -58,7 +58,6 @@ def simulate(scene: Scene, *, step: Step = Step.CHECKED, progress: Progress = si
     recovery ends early, and its signals with it.
     """
     stats = _begun(scene, step)
-    check_room(stats)
     with np.errstate(all="ignore"):  # a state that is no longer finite is a status of the run
         chunks = list(_recorded(stats, progress))
     out = np.concatenate([chunk.out for chunk in chunks])
@@ -78,8 +77,7 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
     """
     from srbval.models.run_file import run_writer
 
-    stats = _begun(scene, step)
-    check_room(stats, path.parent)
+    stats = _begun(scene, step, path.parent)
     with np.errstate(all="ignore"), run_writer(path, stats.scene) as writer:
         for chunk in _recorded(stats, progress):
             writer.append(signals(chunk.out) | {"spin_rad_s": chunk.spin_rad_s, "load_n": chunk.load_n})
@@ -89,11 +87,12 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
     return summary
 
 
-def _begun(scene: Scene, step: Step) -> RunStatistics:
-    """Statistics of a run that has not begun, its step chosen or its step's error estimated where that is wanted."""
+def _begun(scene: Scene, step: Step, folder: Path | None = None) -> RunStatistics:
+    """Statistics of a run that has room, its step chosen or its step's error estimated where that is wanted."""
     from srbval.models.step_error import step_error, with_chosen_step
 
     stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
+    check_room(stats, folder)
     if step is not Step.UNCHECKED and rung_of(scene.model).parameters is not None:
         stats.compile_s = precompile(scene.model)
         started = time.perf_counter()

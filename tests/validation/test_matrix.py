@@ -61,7 +61,8 @@ def another_impulse_model(rig: Analysis) -> AnalysedRun:
     )  # fmt: skip
     order = {Fault.OUTER: 19 * CAGE, Fault.INNER: 19 * (1 - CAGE)}.get(state)
     analysis = analyse(made, bearing=BEARING, speed=rig.speed)
-    return AnalysedRun(case=None, run=None, analysis=analysis, line_order=order)  # type: ignore[arg-type]
+    case = SimpleNamespace(base="paper")
+    return AnalysedRun(case=case, run=None, analysis=analysis, line_order=order)  # type: ignore[arg-type]
 
 
 KNOWN = Sensitivity(
