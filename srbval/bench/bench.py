@@ -1,7 +1,7 @@
 """The complete benchmark."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,22 +9,26 @@ from srbval.bench.machine import Machine, calibrate, describe_machine, load_aver
 from srbval.bench.processes import Processes, measure_processes
 from srbval.bench.reference import SceneReference, references
 from srbval.bench.row import BenchRun
-from srbval.bench.scenes import FULL, PAPER_STEP_S, SCENES, BenchSettings, check_scenes
+from srbval.bench.scenes import FULL, PAPER_STEP_S, SCENES, BenchSettings, base_of, check_scenes
 from srbval.bench.speed import speed_rows
 from srbval.bench.targets import Target, accuracy_targets, speed_targets
 from srbval.bench.work_precision import Trajectory, trajectories, with_accuracy
 from srbval.errors import ConfigurationError
 from srbval.models.solvers import SOLVERS
 from srbval.progress import Progress, silent
-from srbval.scene import paper_scene
+from srbval.scene import load_scene
 from srbval.storage.content_store import ContentStore
 
 
 @dataclass(frozen=True, kw_only=True)
 class BenchResult:
-    """All that a benchmark measured; `references` and `trajectories` are empty where only speed was asked for."""
+    """All that a benchmark measured; `references` and `trajectories` are empty where only speed was asked for.
+
+    `default_step_s`: of each scene.
+    """
 
     machine: Machine
+    default_step_s: dict[str, float]
     references: dict[str, SceneReference]
     runs: tuple[BenchRun, ...]
     trajectories: tuple[Trajectory, ...]
@@ -56,7 +60,8 @@ def run_bench(
     check_solvers(solvers)
     load = load_average()
     calibration = calibrate()
-    steps = step_sizes(settings, accuracy=accuracy)
+    defaults = {name: load_scene(base_of(name)).solver.step_s for name in scenes}
+    steps = step_sizes(settings, defaults.values(), accuracy=accuracy)
     rows = speed_rows(scenes, solvers, steps, settings, calibration.seconds, progress)
     measured_processes = measure_processes(settings, progress) if processes else None
     found: dict[str, SceneReference] = {}
@@ -67,6 +72,7 @@ def run_bench(
         paths = trajectories(scenes, solvers, settings, progress)
     return BenchResult(
         machine=describe_machine(calibration, calibrate(), load),
+        default_step_s=defaults,
         references=found,
         runs=tuple(rows),
         trajectories=tuple(paths),
@@ -75,12 +81,12 @@ def run_bench(
     )
 
 
-def step_sizes(settings: BenchSettings, *, accuracy: bool) -> list[float]:
-    """Step sizes to run at [s], descending: the study's, or only the paper's, and a scene's default one."""
+def step_sizes(settings: BenchSettings, defaults_s: Iterable[float], *, accuracy: bool) -> list[float]:
+    """Step sizes to run at [s], descending: the study's, or only the paper's, and the scenes' default ones."""
     steps = [1 / n for n in settings.steps] if accuracy else [PAPER_STEP_S]
-    default = paper_scene().solver.step_s
-    if not any(math.isclose(default, step, rel_tol=1e-6) for step in steps):
-        steps.append(default)
+    for default_s in defaults_s:
+        if not any(math.isclose(default_s, step, rel_tol=1e-6) for step in steps):
+            steps.append(default_s)
     return sorted(steps, reverse=True)
 
 

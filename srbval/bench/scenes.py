@@ -53,6 +53,11 @@ QUICK = BenchSettings(
 )  # fmt: skip
 
 
+def base_of(name: str) -> str:
+    """The bundled scene that a scene of the bench begins with."""
+    return "rig" if name.split("-")[0] == "rig" else "paper"
+
+
 def bench_scene(
     name: str,
     *,
@@ -76,7 +81,7 @@ def bench_scene(
         "defect": {"kind": state},
         "solver": {"name": solver, "step_s": step_s},
     }
-    return load_scene("rig" if reading == "rig" else "paper", changes)
+    return load_scene(base_of(name), changes)
 
 
 def scene_content(scene: Scene) -> str:

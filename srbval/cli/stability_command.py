@@ -18,7 +18,12 @@ from srbval.storage.strict_json import json_object
 
 SOUND, UNSOUND = 0, 1
 QUICK_SHARE = 1 / 40
-RIG = replace(FULL, scenes=RIG_SHOWN, critical_velocity_m_s=(0.1,))  # oil has its own; no run reads this
+RIG = replace(  # its default step among them; oil has its own critical velocity: no run reads this one
+    FULL,
+    scenes=RIG_SHOWN,
+    critical_velocity_m_s=(0.1,),
+    steps_per_s=tuple(sorted({*FULL.steps_per_s, 40960}, reverse=True)),
+)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -77,7 +82,8 @@ def grid_of(options: argparse.Namespace) -> StabilityGrid:
         for field, value in values.items()
         if value is not None
     }
-    return replace(QUICK if options.quick else FULL, **given)
+    base = RIG if given.get("scenes") == RIG_SHOWN else FULL
+    return replace(QUICK if options.quick else base, **given)
 
 
 def show(result: StabilityResult) -> None:

@@ -33,7 +33,7 @@ COMMAND = {
     RIG_BANDS: "python -m tests.calibrators.rig_bands",
     RIG_SPEED_ACCURACY: "srbval bench --scenes rig-outer",
     OWN_VERDICTS: "srbval stability --verdicts",
-    RIG_STABILITY: "srbval stability --scenes rig-outer --critical-velocity 0.1",
+    RIG_STABILITY: "srbval stability --scenes rig-outer",
 }
 SCHEMA_VERSION = 1
 MOST_BYTES = 2**26  # the longest there are have some megabytes

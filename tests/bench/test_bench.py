@@ -169,8 +169,12 @@ def test_path_error() -> None:
 
 
 def test_default_step_is_among_the_steps() -> None:
-    assert step_sizes(QUICK, accuracy=True) == sorted(step_sizes(QUICK, accuracy=True), reverse=True)
-    assert any(abs(s * 61440 - 1) < ROUNDING for s in step_sizes(TINY, accuracy=False))
+    of_rig = 1 / 40960
+    steps = step_sizes(QUICK, [of_rig], accuracy=True)
+    assert steps == sorted(steps, reverse=True)
+    assert of_rig in steps
+    assert any(abs(s * 61440 - 1) < ROUNDING for s in step_sizes(TINY, [of_rig], accuracy=False))
+    assert step_sizes(QUICK, [1 / 61440, 1 / 61440], accuracy=True) == step_sizes(QUICK, [], accuracy=True)
 
 
 def test_processes_read_their_children(monkeypatch: pytest.MonkeyPatch) -> None:

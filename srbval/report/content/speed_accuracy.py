@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -45,7 +46,11 @@ def speed_accuracy_section(result: ShownResult, rig: ShownResult, default: Solve
     )
     blocks, shown = [*_charts(content, rows, folder)], _shown(rows)
     if rig.content is not None:
-        of_rig = [_marked(row, default) for row in rig.content["runs"]]
+        own_steps = rig.content.get("default_step_s", {})
+        of_rig = [
+            _marked(row, replace(default, step_s=own_steps.get(row["scene"], default.step_s)))
+            for row in rig.content["runs"]
+        ]
         blocks += [TEXTS.paragraph("rig", runs=of_rig), origin_of(rig), *_charts(rig.content, of_rig, folder)]
         shown += _shown(of_rig)
     table = TEXTS.table("speed-accuracy-table", shown, further_notes=list(_reasons(shown)))
