@@ -8,8 +8,9 @@ from typing import Any
 from srbval.bench.measures import MeasureErrors, Measures, errors_against, plain_or_nulls
 from srbval.bench.scenes import PAPER_STEP_S, BenchSettings, bench_scene, scene_content
 from srbval.bench.timing import Measured, measure_all, time_scene
+from srbval.models.health import default_solver
 from srbval.progress import Progress, silent
-from srbval.scene import Scene, paper_scene
+from srbval.scene import Scene
 from srbval.storage.content_store import ContentStore
 
 FINEST, COARSEST = 6, 1  # powers of two below the paper's step
@@ -42,11 +43,6 @@ class SceneReference:
         return plain | measures | {f"own_{name}": value for name, value in own.items()}
 
 
-def reference_solver() -> str:
-    """The most accurate method there is: the default of a scene."""
-    return paper_scene().solver.name
-
-
 def reference_store() -> ContentStore:
     """Where references are stored: the user's cache."""
     return ContentStore(kind="reference", computed_by=__name__)
@@ -64,7 +60,7 @@ def references(
 
     A reference whose runs failed says so and is not stored.
     """
-    solver = solver or reference_solver()
+    solver = solver or default_solver()
     store = store or reference_store()
     found = {name: _stored(name, solver, settings, store) for name in scenes}
     missing = [name for name, reference in found.items() if reference is None]

@@ -13,10 +13,11 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bench.measures import errors_against
-from srbval.bench.reference import SceneReference, reference_solver
+from srbval.bench.reference import SceneReference
 from srbval.bench.row import BenchRun
 from srbval.bench.scenes import PAPER_STEP_S, BenchSettings, bench_scene
 from srbval.bench.timing import Measured, attempt, measure_all
+from srbval.models.health import default_solver
 from srbval.progress import Progress, silent
 
 REFERENCE_POWER = 6  # powers of two below the paper's step
@@ -118,7 +119,7 @@ def trajectories(
 
 
 def _scene_trajectories(name: str, solvers: Sequence[str], window_s: float) -> list[Trajectory]:
-    best = reference_solver()
+    best = default_solver()
     reference = ring_path(name, best, REFERENCE_POWER, window_s)
     coarser = ring_path(name, best, REFERENCE_POWER - 1, window_s)
     if reference is None or coarser is None:

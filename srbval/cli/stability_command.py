@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import groupby
 from typing import Any
 
-from srbval.bench.scenes import RIG_SHOWN
+from srbval.bench.scenes import PAPER_STEP_S, RIG_SHOWN
 from srbval.cli.measured import measure_and_print
 from srbval.cli.output import print_table
 from srbval.stability.grid import FULL, QUICK, StabilityGrid
@@ -55,15 +55,17 @@ def _verdicts(options: argparse.Namespace) -> int:
 
 def _show_verdicts(result: OwnVerdicts) -> None:
     """Print the counts, and every run whose verdict is wrong."""
-    print(", ".join(f"{count} {status}" for status, count in Counter(run.status for run in result.runs).most_common()))
+    print(
+        ", ".join(f"{count} {status}" for status, count in Counter(run.own.status for run in result.runs).most_common())
+    )
     counts = result.counts
     print(
         f"\n{counts['runs']} runs, seed {result.seed}: {counts['says_ok']} say ok without caution, "
         f"{counts['falsely_ok']} of them are off; {counts['falsely_failed']} say failed and are like the converged run"
     )
     rows = [
-        (run.condition.scene, f"{run.condition.rpm:g}", f"{run.condition.load:g}", run.solver, f"{1 / run.step_s:.0f}",
-         run.status, "; ".join(map(str, run.off)))
+        (run.case.condition.scene, f"{run.case.condition.rpm:g}", f"{run.case.condition.load:g}", run.case.solver,
+         f"{1 / (PAPER_STEP_S * run.case.times):.0f}", run.own.status, "; ".join(map(str, run.own.beyond(run.right))))
         for run in result.runs
         if run.falsely_ok or run.falsely_failed
     ]  # fmt: skip

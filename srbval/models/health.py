@@ -53,7 +53,8 @@ class HealthIndicators:
     `rolling_ratio` is the cage ratio of pure rolling, `cage_course` that at the run's start and end; `balanced_share`
     of the load is what the rollers carry in static balance; `energy_imbalance`: see `run_statistics.EnergyBalance`;
     `missing_n`, along the load: see `run_statistics.MomentumBalance`; `idle_share`: share of the time without contact;
-    `step_limit_s`: see `step_limit.elastic_limit_s`. What a model does not have is NaN and passes.
+    `step_limit_s`: see `step_limit.elastic_limit_s`, `default_limit_s`: that of the default solver. What a model does
+    not have is NaN and passes.
     """
 
     finite: bool
@@ -69,6 +70,7 @@ class HealthIndicators:
     idle_share: float = 0.0
     step_s: float = math.nan
     step_limit_s: float = math.nan
+    default_limit_s: float = math.inf
 
     @property
     def too_long(self) -> bool:
@@ -202,9 +204,9 @@ def _remedy(scene: Scene, run: HealthIndicators) -> str:
     """What helps against a failure of the integration: never what the scene has already."""
     if rung_of(scene.model).own_solver:
         return "take the full model (--model full)"
-    if scene.solver.name == _default_solver():
+    if scene.solver.name == default_solver() or run.step_s > run.default_limit_s:
         return f"take a step of {_finer(scene, run)} (--dt)"
-    return f"take the solver {_default_solver()} (--solver), or a step of {_finer(scene, run)} (--dt)"
+    return f"take the solver {default_solver()} (--solver), or a step of {_finer(scene, run)} (--dt)"
 
 
 def _finer(scene: Scene, run: HealthIndicators) -> str:
@@ -216,5 +218,6 @@ def _finer(scene: Scene, run: HealthIndicators) -> str:
     return step_text(rate * ((steps - 1) * rung.coarser + 1))  # the longest that the rung makes so many steps of
 
 
-def _default_solver() -> str:
+def default_solver() -> str:
+    """Name of the solver that a scene has without being told one."""
     return paper_scene().solver.name

@@ -18,19 +18,22 @@ from srbval.models import outputs as col
 from srbval.models.band_levels import BANDS_HZ, along_sensor, band_squares
 from srbval.models.full_run import FullRun, full_run
 from srbval.models.ladder import rung_of
-from srbval.models.run import RunStatus
+from srbval.models.run import Run, RunStatus
 from srbval.models.step_limit import elastic_limit_s
 from srbval.scene import Scene
 
+BlockMeans = dict[str, FloatArray]  # of samples, [BLOCKS], by what an error is in; of the bands of the squares
+CAGE, DRIVE_POWER = "mean cage speed", "drive power"  # beside the RMS in each band
+KINDS = {CAGE: "cage", DRIVE_POWER: "drive_power"}  # the others are of kind "band_rms"
 TOLERANCE = {"cage": 1e-5, "band_rms": 0.05, "drive_power": 0.05}  # relative
 SLIDING = 0.01  # in cage speed, where it slides or rattles: it is then told to a per cent, not read to five digits
 SIGNIFICANT = 1.0  # standard errors
 FINER = 4
 LEVELS = 2  # of refinement by `FINER`: a chosen step is at most 16 times finer than the scene's
-PIECE_S = 0.18  # both pieces cost five times that: 9 % of a ten-second run; 11 to 15 % seen, kernels not counted
+PIECE_S = 0.15  # both pieces cost five times that: 8 % of a ten-second run, 10 % where a quarter of the step is taken
 PASSAGES = 4.0  # of rollers over a point of the outer race, at least
 SETTLED = 0.25  # share of a piece in which the finer step's own motion settles
-BLOCKS = (8, 4)  # of a piece; the scatter is the larger of what both say, as a cage's speed wanders slowly
+BLOCKS = 8  # of a piece; the scatter is the larger of what they say and what pairs of them say: a cage's speed wanders
 CAUTION = "with caution: "  # as in `health.assess`
 LEAST_S = 0.02  # of a piece that has two bands
 
@@ -177,12 +180,13 @@ def _error_of(scene: Scene, bearing: Bearing, run: FullRun) -> StepError:
     """Errors of `run`, at its start, which is used up."""
     passage_s = 1 / bearing.orders.at(scene.shaft_hz).bpfo_hz
     piece_s = max(LEAST_S, min(scene.duration_s, max(PIECE_S, PASSAGES * passage_s)))
-    settle, piece = round(scene.settle_s * scene.output_rate_hz), round(piece_s * scene.output_rate_hz)
+    settle = round(scene.settle_s * scene.output_rate_hz)
+    piece = max(2 * BLOCKS, round(piece_s * scene.output_rate_hz))
     run.advance(0, settle)
     fine = run.with_finer_steps(FINER)
     skip = round(SETTLED * piece)
     coarse, finer = (
-        samples(
+        block_means(
             scene.output_rate_hz,
             cage_rad_s=out[skip:, col.CAGE_SPEED],
             acceleration_m_s2=out[skip:, col.ACCELERATION],
@@ -190,27 +194,42 @@ def _error_of(scene: Scene, bearing: Bearing, run: FullRun) -> StepError:
         )
         for out in (run.advance(settle, piece).out, fine.advance(settle, piece).out)
     )
-    with np.errstate(all="ignore"):
-        found = tuple(difference(name, coarse[name], finer[name]) for name in coarse)
-    error = StepError(step_s=run.step_s, estimates=found)
+    error = StepError(step_s=run.step_s, estimates=differences(coarse, finer))
     return replace(error.with_steps((FINER - 1) / FINER), step_s=run.step_s)
 
 
-def samples(
+def means_of(run: Run) -> BlockMeans:
+    """Means of `BLOCKS` equal parts of what a run recorded; see `block_means`."""
+    return block_means(
+        run.scene.output_rate_hz, cage_rad_s=run.cage_rad_s, acceleration_m_s2=run.acceleration_m_s2,
+        drive_w=run.energy.drive_w,
+    )  # fmt: skip
+
+
+def block_means(
     fs_hz: float, *, cage_rad_s: FloatArray, acceleration_m_s2: FloatArray, drive_w: FloatArray
-) -> dict[tuple[str, str], FloatArray]:
-    """What the errors are in: samples, [n] each, whose mean counts, by kind and name; of the bands the squares."""
-    found = {("cage", "mean cage speed"): cage_rad_s, ("drive_power", "drive power"): drive_w}
+) -> BlockMeans:
+    """Means of `BLOCKS` equal parts of a run of [n] samples; a band that does not lie below half the rate is left out.
+
+    Left out too where an acceleration is not finite.
+    """
+    found = {CAGE: cage_rad_s, DRIVE_POWER: drive_w}
     along = along_sensor(acceleration_m_s2)
     for name, band_hz in BANDS_HZ.items():
         if band_hz[1] < 0.5 * fs_hz and np.all(np.isfinite(along)):
-            found["band_rms", f"RMS in {name} Hz"] = band_squares(along, fs_hz, band_hz)
-    return found
+            found[f"RMS in {name} Hz"] = band_squares(along, fs_hz, band_hz)
+    whole = len(along) // BLOCKS * BLOCKS
+    return {name: values[:whole].reshape(BLOCKS, -1).mean(axis=1) for name, values in found.items()}
 
 
-def difference(name: tuple[str, str], first: FloatArray, second: FloatArray) -> Estimate:
-    """How far the mean of the `first` samples is from that of the `second` ones, which need not be as many."""
-    kind, of = name
+def differences(first: BlockMeans, second: BlockMeans) -> tuple[Estimate, ...]:
+    """How far the means of the `first` run are from those of the `second`, which need not be as long."""
+    with np.errstate(all="ignore"):
+        return tuple(_difference(name, first[name], second[name]) for name in first if name in second)
+
+
+def _difference(of: str, first: FloatArray, second: FloatArray) -> Estimate:
+    kind = KINDS.get(of, "band_rms")
     power = 0.5 if kind == "band_rms" else 1.0
 
     def error(means: FloatArray) -> FloatArray:
@@ -218,14 +237,16 @@ def difference(name: tuple[str, str], first: FloatArray, second: FloatArray) -> 
         found: FloatArray = np.sign(ratio) * np.abs(ratio) ** power - 1
         return found
 
-    def scatter(blocks: int) -> float:
-        means = np.array([[part.mean() for part in np.array_split(one, blocks)] for one in (first, second)])
+    def scatter(means: FloatArray) -> float:
+        blocks = means.shape[1]
         without = error((means.sum(axis=1, keepdims=True) - means) / (blocks - 1))
         return math.sqrt((blocks - 1) / blocks * float(((without - without.mean()) ** 2).sum()))
 
-    whole = np.array([first.mean(), second.mean()])
-    if not np.all(np.isfinite(whole)):
+    means = np.array([first, second])
+    whole = means.mean(axis=1)
+    if not np.all(np.isfinite(means)):
         return Estimate(kind=kind, of=of, error=math.inf, scatter=0.0)
     if not np.any(whole):
         return Estimate(kind=kind, of=of, error=0.0, scatter=0.0)
-    return Estimate(kind=kind, of=of, error=float(error(whole)), scatter=max(map(scatter, BLOCKS)))
+    pairs = means.reshape(2, -1, 2).mean(axis=2)
+    return Estimate(kind=kind, of=of, error=float(error(whole)), scatter=max(scatter(means), scatter(pairs)))

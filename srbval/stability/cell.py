@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 from srbval.bench.scenes import PAPER_STEP_S
 from srbval.models.health import LEAST_SHARE
 from srbval.models.run import USABLE, RunStatus
+from srbval.models.step_error import Estimate
 from srbval.stability.grid import StabilityCase, StabilityGroup
 from srbval.stability.outcome import StabilityOutcome, StabilityReference, relative
 from srbval.stability.step_limits import StepLimits
@@ -50,6 +51,11 @@ class StabilityCell:
         return relative(self.outcome.band_rms_m_s2, self.reference.fine.band_rms_m_s2)
 
     @property
+    def beyond(self) -> tuple[Estimate, ...]:
+        """Errors in cage speed, band levels and drive power that are beyond their tolerance by more than chance."""
+        return self.outcome.beyond(self.reference.fine)
+
+    @property
     def like_reference(self) -> bool:
         """Are cage and load within their limits? Not a number is no. Loads that are next to nothing are alike."""
         idle = max(abs(self.outcome.load_share), abs(self.reference.fine.load_share)) < LEAST_SHARE
@@ -57,31 +63,38 @@ class StabilityCell:
 
     @property
     def status(self) -> str:
-        """The run's own, where neither it nor the comparison found anything wrong: ``ok``, or what its bearing does."""
+        """The run's own, where neither it nor the comparison found anything wrong: ``ok``, or what its bearing does.
+
+        ``inaccurate``: cage and load are right, but an error is beyond its tolerance.
+        """
         if not self.outcome.ok:
             return self.outcome.status
         if self.reference.flagged:
             return NO_REFERENCE
-        return self.outcome.status if self.like_reference else UNLIKE
+        if not self.like_reference:
+            return UNLIKE
+        return RunStatus.INACCURATE.value if self.beyond else self.outcome.status
 
     @property
     def ok(self) -> bool:
-        """May it be read as a bearing's vibration?"""
-        return self.status in USABLE
+        """Are its cage speed, band levels and drive power within the tolerances of `step_error`?"""
+        return self.status in USABLE and self.status != RunStatus.INACCURATE.value
 
     @property
-    def holds(self) -> bool:
-        """Does the run stay with the converged one? Also where its energy does not close, as friction chatters.
+    def stable(self) -> bool:
+        """Does the run stay with the converged one in cage and load? Also where its energy does not close.
 
-        Nearest to what the paper calls stable; not enough for `ok`.
+        Nearest to what the paper calls stable; not enough for `ok`, as friction may chatter.
         """
-        return self.ok or (self.status == RunStatus.ENERGY_OPEN.value and self.like_reference)
+        return self.status in USABLE or (self.status == RunStatus.ENERGY_OPEN.value and self.like_reference)
 
     @property
     def reason(self) -> str:
         """The run's own reason, or what the comparison found."""
         if self.status == NO_REFERENCE:
             return "the converged run to compare with failed"
+        if self.status == RunStatus.INACCURATE.value and self.beyond:
+            return f"cage and load are right, but beyond the tolerance: {'; '.join(map(str, self.beyond))}"
         if self.status != UNLIKE:
             return self.outcome.reason
         return (
@@ -93,7 +106,7 @@ class StabilityCell:
     def to_dict(self) -> dict[str, Any]:
         """What is written as JSON, flat. `points_per_step`: points of the inner race that pass a roller per step."""
         outcome = self.outcome
-        own = ("model", "status", "reason", "like_reference", "holds", "cage_error", "load_part", "band_rms_part",
+        own = ("model", "status", "reason", "like_reference", "stable", "cage_error", "load_part", "band_rms_part",
                "points_per_step")  # fmt: skip
         measured = ("energy_imbalance", "cage_ratio", "load_share", "seconds", "wall_s")
         return {
@@ -105,6 +118,7 @@ class StabilityCell:
             "predicted_elastic_limit_dt_s": self.limits.elastic_s,
             "run_status": outcome.status,
             **{name: getattr(outcome, name) for name in measured},
+            "errors": {e.of: e.error for e in outcome.errors_against(self.reference.fine)},
         }
 
 

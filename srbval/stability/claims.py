@@ -31,16 +31,16 @@ def claims(cells: Cells) -> tuple[Claim, ...]:
 def _lowest_order(cells: Cells) -> Claim:
     explicit = [solver for solver in _solvers(cells) if not METHODS[solver].implicit]
     at_step = {s: [c for c in _at_paper_step(cells, s) if _rpm(c) <= CLAIMED_LIMIT_RPM] for s in explicit}
-    holding = [solver for solver in explicit if at_step[solver] and _all_hold(at_step[solver])]
+    stable = [solver for solver in explicit if at_step[solver] and _all_stable(at_step[solver])]
     covered = PAPER_SOLVER in explicit and len(explicit) > 1 and all(at_step.values())
     where = f"at 1/{_per_s(PAPER_STEP_S)} s up to {CLAIMED_LIMIT_RPM:g} rpm"
-    answer = f"No explicit method holds in every cell {where}."
-    if holding:
-        yes_no = "Yes" if holding[0] == PAPER_SOLVER else "No"
-        answer = f"{yes_no}: the lowest order that holds in every cell {where} is {holding[0]}."
+    answer = f"No explicit method is stable in every cell {where}."
+    if stable:
+        yes_no = "Yes" if stable[0] == PAPER_SOLVER else "No"
+        answer = f"{yes_no}: the lowest order that is stable in every cell {where} is {stable[0]}."
     return Claim(
         claim="ODE4 is the lowest order of solver that computes the model stably (section 2.3).",
-        borne_out=holding[:1] == [PAPER_SOLVER] if covered else None,
+        borne_out=stable[:1] == [PAPER_SOLVER] if covered else None,
         answer=answer if covered else "The cells of this map do not cover the claim.",
         evidence=tuple(_order_line([c for c in cells if _solver(c) == s], at_step[s]) for s in explicit),
     )
@@ -48,12 +48,12 @@ def _lowest_order(cells: Cells) -> Claim:
 
 def _order_line(cells: Cells, at_step: Cells) -> str:
     """How an explicit method fares at the paper's step, and how long its step may be anywhere in the map."""
-    text = f"{_solver(cells[0])}: {_count(at_step)} hold there"
-    if not _all_hold(at_step):
+    text = f"{_solver(cells[0])}: {_count(at_step)} are stable there, {sum(c.ok for c in at_step)} within tolerance"
+    if not _all_stable(at_step):
         text += f" ({_statuses(at_step)})"
     steps = sorted({c.case.steps_per_s for c in cells}, reverse=True)
-    holding = [n for n in steps if all(c.holds for c in cells if c.case.steps_per_s >= n)]
-    text += f"; over the whole map it holds to 1/{holding[-1]} s" if holding else "; no step holds over the whole map"
+    stable = [n for n in steps if all(c.stable for c in cells if c.case.steps_per_s >= n)]
+    text += f"; over the whole map it is stable to 1/{stable[-1]} s" if stable else "; at no step over the whole map"
     elastic = [limit for c in cells if (limit := c.limits.elastic_s) is not None]
     whole = [limit for c in cells if (limit := c.limits.whole_s) is not None]
     if elastic and whole:
@@ -68,8 +68,8 @@ def _above_limit(cells: Cells) -> Claim:
     own = _at_paper_step(cells, PAPER_SOLVER)
     below, above = _split(own)
     covered = bool(below and above)
-    borne_out = _all_hold(below) and not _all_hold(above) if covered else None
-    where = f"{PAPER_SOLVER} at 1/{_per_s(PAPER_STEP_S)} s holds"
+    borne_out = _all_stable(below) and not _all_stable(above) if covered else None
+    where = f"{PAPER_SOLVER} at 1/{_per_s(PAPER_STEP_S)} s is stable"
     answer = "The cells of this map do not cover the claim."
     if covered:
         answer = f"{'Yes' if borne_out else 'No'}: {where} in {_count(above)} above {CLAIMED_LIMIT_RPM:g} rpm and in "
@@ -101,16 +101,16 @@ def _noisiest(own: Cells) -> str:
 
 
 def _what_fails(cells: Cells) -> str:
-    """Methods and steps that hold at every speed up to the limit, and not above."""
+    """Methods and steps that are stable at every speed up to the limit, and not above."""
     lost = []
     for solver in _solvers(cells):
         for steps in sorted({c.case.steps_per_s for c in cells}, reverse=True):
             below, above = _split([c for c in cells if (_solver(c), c.case.steps_per_s) == (solver, steps)])
-            if below and above and _all_hold(below) and not _all_hold(above):
+            if below and above and _all_stable(below) and not _all_stable(above):
                 lost.append(f"{solver} at 1/{steps} s ({_statuses(above)})")
     if not lost:
-        return "No method fails above that speed at a step at which it holds below: steps fail, speeds do not."
-    return f"What holds up to that speed and fails above: {'; '.join(lost)}."
+        return "No method fails above that speed at a step at which it is stable below: steps fail, speeds do not."
+    return f"What is stable up to that speed and fails above: {'; '.join(lost)}."
 
 
 def _points_lines(own: Cells) -> list[str]:
@@ -146,12 +146,12 @@ def _speed_line(cells: Cells, solver: str) -> str:
     parts = []
     for part, name in zip(_split(cells), ("up to", "above"), strict=True):
         if part:
-            text = f"{_count(part)} hold {name} {CLAIMED_LIMIT_RPM:g} rpm"
-            held = [c.cage_error for c in part if c.holds]
+            text = f"{_count(part)} are stable {name} {CLAIMED_LIMIT_RPM:g} rpm"
+            held = [c.cage_error for c in part if c.stable]
             text += f", cage within {max(held):.1g} of the converged run" if held else ""
-            noise = [c.band_rms_part for c in part if c.holds]
+            noise = [c.band_rms_part for c in part if c.stable]
             text += f", 500-1500 Hz RMS {min(noise):.2g} to {max(noise):.2g} times its" if held else ""
-            parts.append(text if _all_hold(part) else f"{text} ({_statuses(part)})")
+            parts.append(text if _all_stable(part) else f"{text} ({_statuses(part)})")
     return f"{solver} at 1/{_per_s(PAPER_STEP_S)} s: {'; '.join(parts) or 'not in this map'}."
 
 
@@ -165,8 +165,8 @@ def _at_paper_step(cells: Cells, solver: str) -> Cells:
 
 
 def _statuses(cells: Cells) -> str:
-    """The ways in which those that do not hold fail, and at which speeds."""
-    failed = [c for c in cells if not c.holds]
+    """The ways in which those that are not stable fail, and at which speeds."""
+    failed = [c for c in cells if not c.stable]
     words = []
     for status in sorted({c.status for c in failed}):
         speeds = sorted({_rpm(c) for c in failed if c.status == status})
@@ -175,11 +175,11 @@ def _statuses(cells: Cells) -> str:
 
 
 def _count(cells: Cells) -> str:
-    return f"{sum(c.holds for c in cells)} of {len(cells)} cells"
+    return f"{sum(c.stable for c in cells)} of {len(cells)} cells"
 
 
-def _all_hold(cells: Iterable[StabilityCell]) -> bool:
-    return all(c.holds for c in cells)
+def _all_stable(cells: Iterable[StabilityCell]) -> bool:
+    return all(c.stable for c in cells)
 
 
 def _solvers(cells: Cells) -> list[str]:

@@ -1,22 +1,30 @@
-"""Outcomes of the runs of the map, stored so that an interrupted map continues; the converged runs among them."""
+"""Outcomes of runs, stored so that interrupted work continues; the converged runs of the map among them."""
 
 import math
-from dataclasses import asdict, dataclass
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any, TypeVar
+
+import numpy as np
 
 from srbval.bench.measures import smooth_mean
-from srbval.bench.reference import reference_solver
 from srbval.bench.scenes import scene_content
 from srbval.bench.timing import Attempt, run_all
 from srbval.models.band_levels import band_rms
-from srbval.models.run import USABLE
+from srbval.models.health import default_solver
+from srbval.models.run import USABLE, RunStatus
+from srbval.models.simulate import Step
+from srbval.models.step_error import SLIDING, TOLERANCE, Estimate, differences, means_of
 from srbval.progress import Progress
 from srbval.scene import Scene
 from srbval.stability.grid import StabilityCase, StabilityGrid, StabilityGroup
 from srbval.storage.content_store import ContentStore
 from srbval.validation.pipeline import SIMULATED_BAND_HZ
 
+Key = TypeVar("Key")
+CHANCE = 2.0  # standard errors of a comparison, its runs being short, by which an error may be beyond its tolerance
 MEASURED = ("cage_ratio", "load_share", "band_rms_m_s2", "energy_imbalance")  # of a run: fields of its outcome
+SLIDING_STATUSES = (RunStatus.SKIDDING.value, RunStatus.ROLLERS_UNLOADED.value)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,7 +33,7 @@ class StabilityOutcome:
 
     `cage_ratio` is weighted as in `bench.measures`; `load_share` the part of the radial load on the rollers;
     `band_rms_m_s2` the ring's vertical acceleration, 500-1500 Hz; `energy_imbalance` as in the run's summary.
-    `wall_s` is disturbed by parallel runs.
+    `wall_s` is disturbed by parallel runs. `means`: see `step_error.block_means`; empty where a run ended early.
     """
 
     status: str
@@ -37,11 +45,28 @@ class StabilityOutcome:
     seconds: float
     settle_s: float
     wall_s: float
+    means: Mapping[str, list[float]] = field(default_factory=dict)
 
     @property
     def ok(self) -> bool:
         """Did the run find nothing wrong with itself? A cage or rollers that slip are not wrong."""
         return self.status in USABLE
+
+    def errors_against(self, right: "StabilityOutcome") -> tuple[Estimate, ...]:
+        """Errors in cage speed, band levels and drive power against another run of the same scene."""
+        own, theirs = ({name: np.array(m) for name, m in outcome.means.items()} for outcome in (self, right))
+        return differences(own, theirs)
+
+    def beyond(self, right: "StabilityOutcome") -> tuple[Estimate, ...]:
+        """Those of the errors that are beyond their tolerance by more than chance.
+
+        A cage that both say to slide or to rattle is told to a per cent, as a run's own estimate is.
+        """
+        slides = all(outcome.status in SLIDING_STATUSES for outcome in (self, right))
+        return tuple(
+            e for e in self.errors_against(right)
+            if abs(e.error) > (SLIDING if slides and e.kind == "cage" else TOLERANCE[e.kind]) + CHANCE * e.scatter
+        )  # fmt: skip
 
 
 def outcome_store() -> ContentStore:
@@ -50,48 +75,47 @@ def outcome_store() -> ContentStore:
 
 
 def outcomes(
-    grid: StabilityGrid,
-    cases: tuple[StabilityCase, ...],
+    scenes: Mapping[Key, Scene],
     *,
     task: str,
     store: ContentStore,
+    step: Step = Step.UNCHECKED,
     jobs: int | None,
     progress: Progress,
-) -> dict[StabilityCase, StabilityOutcome]:
-    """The outcome of every case: from `store`, or run now and stored as soon as the run has ended."""
-    scenes = {case: grid.scene(case) for case in cases}
-    found = {case: _stored(store, scene) for case, scene in scenes.items()}
-    missing = {case: scene for case, scene in scenes.items() if found[case] is None}
+) -> dict[Key, StabilityOutcome]:
+    """The outcome of every scene: from `store`, or run now and stored as soon as the run has ended."""
+    content = {key: f"{scene_content(scene)} {step}" for key, scene in scenes.items()}
+    found = {key: store.load(text, _from_stored) for key, text in content.items()}
 
-    def read(case: StabilityCase, tried: Attempt, wall_s: float) -> StabilityOutcome:
+    def read(key: Key, tried: Attempt, wall_s: float) -> StabilityOutcome:
         outcome = outcome_of(tried, wall_s)
-        store.save(scene_content(scenes[case]), asdict(outcome))
+        store.save(content[key], asdict(outcome))
         return outcome
 
-    fresh = run_all(missing, read, task=task, jobs=jobs, progress=progress) if missing else {}
-    return {case: found[case] or fresh[case] for case in cases}
+    missing = {key: scene for key, scene in scenes.items() if found[key] is None}
+    fresh = run_all(missing, read, task=task, step=step, jobs=jobs, progress=progress) if missing else {}
+    return {key: found[key] or fresh[key] for key in scenes}
 
 
 def outcome_of(tried: Attempt, wall_s: float) -> StabilityOutcome:
     """What is stored of an attempt."""
     scene, run = tried.scene, tried.run
-    measured = [math.nan] * len(MEASURED)
+    measured, means = [math.nan] * len(MEASURED), {}
     if run is not None and run.samples > 0:
         band = band_rms(run.acceleration_m_s2[:, 1], scene.output_rate_hz, SIMULATED_BAND_HZ)
         cage_ratio = smooth_mean(run.cage_rad_s) / scene.mean_shaft_rad_s
         measured = [cage_ratio, run.roller_load_share, band, run.energy_imbalance]
+        if run.samples == scene.samples and np.all(np.isfinite(run.acceleration_m_s2)):
+            means = {name: values.tolist() for name, values in means_of(run).items()}
     return StabilityOutcome(
         status=tried.status, reason=tried.reason, **dict(zip(MEASURED, measured, strict=True)),
-        seconds=scene.duration_s, settle_s=scene.settle_s, wall_s=wall_s,
+        seconds=scene.duration_s, settle_s=scene.settle_s, wall_s=wall_s, means=means,
     )  # fmt: skip
 
 
-def _stored(store: ContentStore, scene: Scene) -> StabilityOutcome | None:
-    def read(table: dict[str, Any]) -> StabilityOutcome:
-        values: dict[str, Any] = {name: math.nan if value is None else value for name, value in table.items()}
-        return StabilityOutcome(**values)
-
-    return store.load(scene_content(scene), read)
+def _from_stored(table: dict[str, Any]) -> StabilityOutcome:
+    values: dict[str, Any] = {name: math.nan if value is None else value for name, value in table.items()}
+    return StabilityOutcome(**values)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,7 +163,7 @@ def reference_cases(grid: StabilityGrid) -> dict[StabilityGroup, tuple[Stability
     fine = grid.reference_steps_per_s
 
     def case(group: StabilityGroup, steps: int) -> StabilityCase:
-        return StabilityCase(group=group, solver=reference_solver(), steps_per_s=steps)
+        return StabilityCase(group=group, solver=default_solver(), steps_per_s=steps)
 
     return {group: (case(group, fine), case(group, fine // 2)) for group in grid.groups}
 

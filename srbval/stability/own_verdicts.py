@@ -8,26 +8,27 @@ from __future__ import annotations
 import itertools
 import math
 import random
+import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple
 
-import numpy as np
-
-from srbval.arrays import FloatArray
+from srbval.bearing import load_bearing
 from srbval.bench.machine import Machine, calibrate, describe_machine, load_average
-from srbval.bench.reference import reference_solver
 from srbval.bench.scenes import PAPER_STEP_S, bench_scene
-from srbval.bench.timing import Attempt, run_all
-from srbval.models.run import RunStatus
+from srbval.models.health import default_solver
+from srbval.models.run import USABLE, RunStatus
 from srbval.models.simulate import Step
 from srbval.models.solvers import SOLVERS
-from srbval.models.step_error import CAUTION, TOLERANCE, Estimate, difference, samples
+from srbval.models.step_error import CAUTION, TOLERANCE
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
 from srbval.stability.grid import RPM
+from srbval.stability.outcome import StabilityOutcome, outcome_store, outcomes
+from srbval.storage.content_store import ContentStore
 
 CONVERGING, JUDGING = "converged runs", "runs that judge themselves"
 SCENES = ("play0-outer", "interference-healthy", "interference-inner", "rig-outer", "rig-healthy")
@@ -40,15 +41,19 @@ LOADS = (0.0, 0.05, 0.25, 1.0, 1.0, 2.0, 10.0)  # times the scene's
 FRICTION = (0.02, 1.0)  # range of the coefficient
 PLAY_M = 200e-6  # at most
 HEIGHTS_M = (-5e-4, 5e-5, 2e-4)  # of defects: pits and bumps
-CHANCE = 2.0  # standard errors of the comparison itself, 0.5 s long, that an error may be beyond its tolerance
+SIZES = (0.25, 0.5, 1.5)  # of bearings, in the scene's
 MOST_FALSE = 0.005  # of the runs that say ok without caution
-DYNAMIC = 5 / 7  # Table 4: dynamic over static friction
 REFUSED = "refused"
+DYNAMIC = 5 / 7  # Table 4: dynamic over static friction
 
 
 @dataclass(frozen=True, kw_only=True)
 class Condition:
-    """A scene of the bench at a speed; None: the scene's own value. `load` in the scene's load."""
+    """A scene of the bench at a speed; None: the scene's own value. `load` in the scene's load.
+
+    `size`: of a geometrically similar bearing, in the scene's, with the load, masses and stiffnesses that keep the
+    stresses; heights and plays are then this many times what is written here.
+    """
 
     scene: str
     rpm: float
@@ -56,9 +61,10 @@ class Condition:
     friction: float | None = None
     play_m: float | None = None
     height_m: float | None = None
+    size: float = 1.0
 
-    def at(self, solver: str, times: float) -> Scene:
-        """The scene with a solver and a step of so many of the paper's."""
+    def at(self, solver: str, times: float, folder: Path) -> Scene:
+        """The scene with a solver and a step of so many of the paper's; bearings of other sizes are in `folder`."""
         scene = bench_scene(
             self.scene, solver=solver, step_s=PAPER_STEP_S * times, seconds=SECONDS, settle_s=SETTLE_S, contact={}
         )
@@ -71,52 +77,104 @@ class Condition:
         if self.height_m is not None:
             defect = replace(defect, height_m=self.height_m)
         load = replace(scene.load, radial_n=self.load * scene.load.radial_n)
-        return replace(
+        scene = replace(
             scene, shaft_speed_rad_s=self.rpm * RPM, contact=contact, line_contact=line, defect=defect, load=load
         )
+        return scene if self.size == 1 else similar(scene, self.size, folder)
+
+
+def similar(scene: Scene, size: float, folder: Path) -> Scene:
+    """The scene of a geometrically similar bearing, its file in `folder`, at the same shaft speed.
+
+    Lengths go with the size, forces and dampings with its square, masses with its cube, stiffnesses with itself: times
+    of the elastic bodies then go with the size, and stresses stay. The friction law's velocity stays as well.
+    """
+    contact, housing, bodies, defect, load = scene.contact, scene.housing, scene.bodies, scene.defect, scene.load
+    return replace(
+        scene,
+        bearing=_similar_bearing(scene.bearing, size, folder),
+        load=replace(load, radial_n=load.radial_n * size**2, axial_n=load.axial_n * size**2),
+        contact=replace(
+            contact, stiffness_n_m=contact.stiffness_n_m * size, damping_ns_m=contact.damping_ns_m * size**2,
+            smoothing_width_m=contact.smoothing_width_m * size, radial_play_m=contact.radial_play_m * size,
+        ),
+        housing=replace(
+            housing, mass_kg=housing.mass_kg * size**3, stiffness_n_m=housing.stiffness_n_m * size,
+            damping_ns_m=housing.damping_ns_m * size**2,
+        ),
+        bodies=replace(bodies, cage_mass_kg=bodies.cage_mass_kg * size**3),
+        defect=replace(defect, **{key: value * size for key, value in vars(defect).items() if _is_length(key, value)}),
+    )  # fmt: skip
+
+
+def _is_length(key: str, value: Any) -> bool:
+    return key.endswith("_m") and value is not None
+
+
+def _similar_bearing(name: str, size: float, folder: Path) -> str:
+    bearing = load_bearing(name)
+    assert bearing.geometry is not None, "a scene of the bench has a bearing with one"
+    path = folder / f"{Path(name).stem}-{size:g}.toml"
+    if not path.exists():
+        lengths = {
+            key: value * size if _is_length(key, value) else value for key, value in asdict(bearing.geometry).items()
+        }
+        lines = ['title = "similar"', f'source = "{size:g} times {bearing.title}"', "[geometry]"]
+        path.write_text("\n".join(lines + [f"{key} = {value!r}" for key, value in lengths.items()]), encoding="utf-8")
+    return str(path)
+
+
+class Case(NamedTuple):
+    """A run that is judged: `times` the paper's step."""
+
+    condition: Condition
+    solver: str
+    times: float
+    drawn: bool
 
 
 @dataclass(frozen=True, kw_only=True)
 class JudgedRun:
-    """A run with its verdict on itself, and its errors against the converged run; no `errors` where one was refused."""
+    """A run with its verdict on itself, and the converged run of the same condition."""
 
-    condition: Condition
-    solver: str
-    step_s: float
-    drawn: bool
-    status: str
-    reason: str
-    errors: tuple[Estimate, ...]
-    reference_status: str
+    case: Case
+    own: StabilityOutcome
+    right: StabilityOutcome
 
     @property
-    def off(self) -> tuple[Estimate, ...]:
-        """Errors beyond their tolerance, by more than the chance of two short runs."""
-        return tuple(e for e in self.errors if abs(e.error) > TOLERANCE[e.kind] + CHANCE * e.scatter)
-
-    @property
-    def falsely_ok(self) -> bool:
-        """Did it call itself ok, without caution, and is off?"""
-        return self.says_ok and bool(self.off)
+    def off(self) -> bool:
+        """Is an error beyond its tolerance, by more than the chance of two short runs?"""
+        return bool(self.own.beyond(self.right))
 
     @property
     def says_ok(self) -> bool:
         """Ok without caution."""
-        return self.status == RunStatus.OK.value and CAUTION not in self.reason
+        return self.own.status == RunStatus.OK.value and CAUTION not in self.own.reason
+
+    @property
+    def falsely_ok(self) -> bool:
+        """Did it call itself ok, without caution, and is off?"""
+        return self.says_ok and self.off
+
+    @property
+    def failed(self) -> bool:
+        """Did it end in a failure of the numerics?"""
+        return self.own.status not in (*USABLE, REFUSED)
 
     @property
     def falsely_failed(self) -> bool:
         """Did it call itself failed although it is like the converged run, which says that it is not?"""
-        failed = self.status != REFUSED and not RunStatus(self.status).usable
-        return failed and RunStatus(self.reference_status).usable and bool(self.errors) and not self.off
+        return self.failed and self.right.ok and bool(self.own.errors_against(self.right)) and not self.off
 
     def to_dict(self) -> dict[str, Any]:
         """Flat, for JSON."""
-        errors = {f"error of {e.of}": e.error for e in self.errors} | {
-            f"scatter of {e.of}": e.scatter for e in self.errors
-        }
-        own = ("solver", "step_s", "drawn", "status", "reason", "reference_status", "falsely_ok", "falsely_failed")
-        return vars(self.condition) | {name: getattr(self, name) for name in own} | errors
+        found = {e.of: {"error": e.error, "scatter": e.scatter} for e in self.own.errors_against(self.right)}
+        names = ("says_ok", "off", "failed", "falsely_ok", "falsely_failed")
+        return vars(self.case.condition) | {name: getattr(self, name) for name in names} | {
+            "solver": self.case.solver, "step_s": PAPER_STEP_S * self.case.times, "drawn": self.case.drawn,
+            "status": self.own.status, "reason": self.own.reason, "reference_status": self.right.status,
+            "errors": found,
+        }  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,24 +194,24 @@ class OwnVerdicts:
     @property
     def counts(self) -> dict[str, int]:
         """How many runs there are, by what they say and what is wrong with that."""
-        kinds = ("says_ok", "falsely_ok", "falsely_failed")
+        kinds = ("says_ok", "off", "failed", "falsely_ok", "falsely_failed")
         return {"runs": len(self.runs)} | {kind: sum(getattr(run, kind) for run in self.runs) for kind in kinds}
 
     def to_dict(self) -> dict[str, Any]:
         """What is written as JSON."""
-        statuses = Counter(run.status for run in self.runs)
+        statuses = Counter(run.own.status for run in self.runs)
         return {"machine": self.machine, "seed": self.seed, "counts": self.counts, "statuses": statuses,
                 "tolerance": TOLERANCE, "runs": self.runs}  # fmt: skip
 
 
-def fixed_conditions() -> Iterator[tuple[Condition, str, float]]:
-    """The half that is the same every time: condition, solver, step."""
+def fixed_cases() -> Iterator[Case]:
+    """The half that is the same every time."""
     for scene, rpm in itertools.product(SCENES, SPEEDS_RPM):
         for solver, times in itertools.product(SOLVERS, STEPS):
-            yield Condition(scene=scene, rpm=rpm), solver, times
+            yield Case(Condition(scene=scene, rpm=rpm), solver, times, drawn=False)
 
 
-def drawn_conditions(seed: int) -> Iterator[tuple[Condition, str, float]]:
+def drawn_cases(seed: int) -> Iterator[Case]:
     """The half that is drawn."""
     drawn = random.Random(seed)
     for _ in range(DRAWN):
@@ -165,46 +223,40 @@ def drawn_conditions(seed: int) -> Iterator[tuple[Condition, str, float]]:
             friction=friction,
             play_m=drawn.uniform(0.0, PLAY_M) if drawn.random() < 0.3 else None,
             height_m=drawn.choice(HEIGHTS_M) if drawn.random() < 0.3 else None,
+            size=drawn.choice(SIZES) if drawn.random() < 0.25 else 1.0,
         )
         for solver, times in drawn.sample(list(itertools.product(SOLVERS, STEPS)), RUNS_OF_DRAWN):
-            yield condition, solver, times
+            yield Case(condition, solver, times, drawn=True)
 
 
 def judge_own_verdicts(
-    *, seed: int | None = None, share: float = 1.0, jobs: int | None = None, progress: Progress = silent
+    *,
+    seed: int | None = None,
+    share: float = 1.0,
+    store: ContentStore | None = None,
+    jobs: int | None = None,
+    progress: Progress = silent,
 ) -> OwnVerdicts:
-    """Run all conditions, or a `share` of them, and compare; `seed` of the half that is drawn: None for the clock."""
-    load, calibration = load_average(), calibrate()
+    """Run all conditions, or a `share` of them, and compare; `seed` of the half that is drawn: None for the clock.
+
+    Each run that has ended is in the `store`, so that with its seed interrupted work continues where it was.
+    """
+    load, calibration, store = load_average(), calibrate(), store or outcome_store()
     seed = int(time.time()) if seed is None else seed
-    halves = [(False, list(fixed_conditions())), (True, list(drawn_conditions(seed)))]
     chosen = random.Random(seed)
-    runs = {}
-    for drawn, cases in halves:
-        for condition, solver, times in chosen.sample(cases, max(1, round(share * len(cases)))):
-            runs[condition, solver, times, drawn] = condition.at(solver, times)
-    references = {case[0]: case[0].at(reference_solver(), REFERENCE) for case in runs}
-    converged = run_all(references, lambda _, tried, __: _signals(tried), task=CONVERGING, jobs=jobs, progress=progress)
-
-    def judged(key: tuple[Condition, str, float, bool], tried: Attempt, _: float) -> JudgedRun:
-        condition, solver, times, drawn = key
-        own, right = _signals(tried)[1], converged[condition][1]
-        with np.errstate(all="ignore"):
-            errors = tuple(difference(name, own[name], right[name]) for name in own if name in right)
-        return JudgedRun(
-            condition=condition, solver=solver, step_s=PAPER_STEP_S * times, drawn=drawn, status=tried.status,
-            reason=tried.reason, errors=errors, reference_status=converged[condition][0],
-        )  # fmt: skip
-
-    found = run_all(runs, judged, task=JUDGING, step=Step.CHECKED, jobs=jobs, progress=progress)
-    return OwnVerdicts(machine=describe_machine(calibration, calibrate(), load), seed=seed, runs=tuple(found.values()))
-
-
-def _signals(tried: Attempt) -> tuple[str, dict[tuple[str, str], FloatArray]]:
-    """Status of a run and what it is compared by; nothing of one that ended early."""
-    run = tried.run
-    if run is None or run.samples < run.scene.samples:
-        return tried.status, {}
-    return tried.status, samples(
-        run.scene.output_rate_hz, cage_rad_s=run.cage_rad_s, acceleration_m_s2=run.acceleration_m_s2,
-        drive_w=run.energy.drive_w,
-    )  # fmt: skip
+    cases = [
+        case
+        for half in (list(fixed_cases()), list(drawn_cases(seed)))
+        for case in chosen.sample(half, max(1, round(share * len(half))))
+    ]
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        references = {case.condition: case.condition.at(default_solver(), REFERENCE, folder) for case in cases}
+        right = outcomes(references, task=CONVERGING, store=store, jobs=jobs, progress=progress)
+        runs = {case: case.condition.at(case.solver, case.times, folder) for case in cases}
+        own = outcomes(runs, task=JUDGING, store=store, step=Step.CHECKED, jobs=jobs, progress=progress)
+    return OwnVerdicts(
+        machine=describe_machine(calibration, calibrate(), load),
+        seed=seed,
+        runs=tuple(JudgedRun(case=case, own=own[case], right=right[case.condition]) for case in cases),
+    )

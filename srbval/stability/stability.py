@@ -1,10 +1,12 @@
 """The complete stability map."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 from srbval.bearing import load_bearing
 from srbval.bench.machine import Machine, calibrate, describe_machine, load_average
+from srbval.models.run import RunStatus
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
 from srbval.stability.cell import NO_REFERENCE, UNLIKE, Planted, StabilityCell, planted_in
@@ -41,6 +43,8 @@ class StabilityResult:
             "counts": {
                 "cells": len(self.cells),
                 "ok": sum(cell.ok for cell in self.cells),
+                "stable": sum(cell.stable for cell in self.cells),
+                "inaccurate": sum(cell.status == RunStatus.INACCURATE.value for cell in self.cells),
                 "caught_by_the_run": sum(not cell.outcome.ok for cell in self.cells),
                 "seen_by_comparison_only": sum(cell.status in (UNLIKE, NO_REFERENCE) for cell in self.cells),
                 "flagged_with_cage_and_load_right": sum(
@@ -71,12 +75,12 @@ def run_stability(
     limits = _limits(grid, progress)
     pairs = reference_cases(grid)
     both = tuple(case for pair in pairs.values() for case in pair)
-    converged = outcomes(grid, both, task=CONVERGING, store=store, jobs=jobs, progress=progress)
+    converged = outcomes(_scenes(grid, both), task=CONVERGING, store=store, jobs=jobs, progress=progress)
     references = {
         group: StabilityReference(**vars(fine), fine=converged[fine], coarse=converged[coarse])
         for group, (fine, coarse) in pairs.items()
     }
-    found = outcomes(grid, tuple(grid.cases), task=MAPPING, store=store, jobs=jobs, progress=progress)
+    found = outcomes(_scenes(grid, grid.cases), task=MAPPING, store=store, jobs=jobs, progress=progress)
     cells = tuple(
         StabilityCell(
             case=case,
@@ -96,6 +100,10 @@ def run_stability(
         planted=planted_in(cells),
         claims=claims(cells),
     )
+
+
+def _scenes(grid: StabilityGrid, cases: Iterable[StabilityCase]) -> dict[StabilityCase, Scene]:
+    return {case: grid.scene(case) for case in cases}
 
 
 def _limits(grid: StabilityGrid, progress: Progress) -> dict[StabilityGroup, dict[str, StepLimits]]:

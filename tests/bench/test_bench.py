@@ -16,7 +16,7 @@ from srbval.bench import bench, processes
 from srbval.bench.bench import BenchResult, run_bench, step_sizes
 from srbval.bench.measures import Measures
 from srbval.bench.processes import Processes
-from srbval.bench.reference import reference_solver, reference_store, references
+from srbval.bench.reference import reference_store, references
 from srbval.bench.row import row_of
 from srbval.bench.scenes import QUICK, SCENES, BenchSettings, bench_scene, output_rate_hz
 from srbval.bench.targets import Target, speed_targets
@@ -24,6 +24,7 @@ from srbval.bench.timing import time_scene
 from srbval.bench.work_precision import observed_order, path_error, with_accuracy
 from srbval.cli import bench_command, main
 from srbval.errors import ConfigurationError
+from srbval.models.health import default_solver
 from srbval.scene import RollerFit
 from srbval.storage.content_store import ContentStore
 from srbval.storage.strict_json import json_object
@@ -102,7 +103,7 @@ def test_reference_is_kept_and_said_to_be(tmp_path: Path) -> None:
 
 
 def test_failed_reference_is_said_and_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("srbval.bench.reference.reference_solver", lambda: "ode9")
+    monkeypatch.setattr("srbval.bench.reference.default_solver", lambda: "ode9")
     found = references(["play0-outer"], TINY, store=stored_in(tmp_path))["play0-outer"]
     assert (found.status, found.measures) == ("refused", None)
     assert found.to_dict()["cage_ratio"] is None
@@ -129,7 +130,7 @@ def test_failed_run_stays_a_row(tmp_path: Path) -> None:
 def test_reference_is_not_held_against_itself(tmp_path: Path) -> None:
     """Its error would be zero, and the best on the chart."""
     found = references(["play0-outer"], TINY, store=stored_in(tmp_path))
-    itself = bench_scene("play0-outer", solver=reference_solver(), step_s=1 / 122880, seconds=0.002, settle_s=0.0)
+    itself = bench_scene("play0-outer", solver=default_solver(), step_s=1 / 122880, seconds=0.002, settle_s=0.0)
     (row,) = with_accuracy([row_of("play0-outer", time_scene(itself, 1), 0.05)], found, TINY)
     assert row.ok
     assert (row.errors, row.pareto, row.cage_error_bound) == (None, False, None)

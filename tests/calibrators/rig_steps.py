@@ -13,9 +13,8 @@ from dataclasses import replace
 from typing import Any
 
 from srbval.bearing import Fault
-from srbval.models.run import Run
 from srbval.models.simulate import Step, simulate
-from srbval.models.step_error import difference, samples
+from srbval.models.step_error import differences, means_of
 from srbval.scene import load_scene
 from tests.calibrators.rows import print_rows
 
@@ -36,18 +35,9 @@ def compare(state: Fault, rpm: float, seconds: float) -> Iterator[tuple[str, Any
     run, right = simulate(scene, step=Step.AUTO), simulate(fine, step=Step.UNCHECKED)
     yield from (("state", state.value), ("rpm", rpm), ("1/step [Hz]", round(1 / run.scene.solver.step_s)))
     yield from (("status", run.status.value), ("s per s", f"{run.wall_per_simulated_s:.2f}"))
-    own, exact = _samples(run), _samples(right)
-    for name in own:
-        error = difference(name, own[name], exact[name])
+    for error in differences(means_of(run), means_of(right)):
         yield error.of, f"{error.error:+.2g} ± {error.scatter:.1g}"
     yield from ((f"{band} Hz [m/s2]", f"{rms:.3g}") for band, rms in run.band_rms_m_s2.items())
-
-
-def _samples(run: Run) -> dict[tuple[str, str], Any]:
-    return samples(
-        run.scene.output_rate_hz, cage_rad_s=run.cage_rad_s, acceleration_m_s2=run.acceleration_m_s2,
-        drive_w=run.energy.drive_w,
-    )  # fmt: skip
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

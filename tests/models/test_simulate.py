@@ -331,6 +331,15 @@ def test_a_caution_names_a_step_that_is_legal() -> None:
     assert reason.endswith("take a step of 1/122880 s (8.1380208e-06) (--dt)")
 
 
+def test_the_default_solver_is_advised_where_it_takes_the_step() -> None:
+    for limit_s, advised in ((math.inf, True), (1 / 40_000, False)):
+        lost = GOOD | {"finite": False, "step_s": 1 / 20_480, "step_limit_s": 1 / 50_000, "default_limit_s": limit_s}
+        scene = paper_scene(solver={"name": "ode4", "step_s": 1 / 20_480})
+        reason = assess(scene, HealthIndicators(**lost))[1]  # type: ignore[arg-type]
+        assert ("take the solver imex2" in reason) is advised
+        assert "a step of 1/61440 s (" in reason
+
+
 def test_a_step_beyond_the_contacts_names_the_longest_below() -> None:
     long = HealthIndicators(**(GOOD | {"step_s": 1 / 20_480, "step_limit_s": 1 / 50_000}))  # type: ignore[arg-type]
     for model, per_s in (("full", 61_440), ("line", 7 * 20_480)):  # line makes three steps of the scene one

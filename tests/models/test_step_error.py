@@ -12,24 +12,26 @@ import numpy as np
 import pytest
 
 from srbval.bearing import load_bearing
-from srbval.models.run import Run, RunStatus
+from srbval.models.run import RunStatus
 from srbval.models.simulate import Step, simulate, simulate_to_file
 from srbval.models.step_error import (
     BLOCKS,
+    CAGE,
+    DRIVE_POWER,
     FINER,
     LEVELS,
     TOLERANCE,
     Estimate,
     StepError,
-    difference,
-    samples,
+    differences,
+    means_of,
     step_error,
     with_chosen_step,
     with_step_error,
 )
 from srbval.scene import Scene, SpeedProfile, load_scene
 
-RMS = ("band_rms", "RMS in 500-1500 Hz")
+RMS = "RMS in 500-1500 Hz"
 BEARING = load_bearing("skf-22240")
 RPM = 2 * math.pi / 60
 
@@ -41,11 +43,10 @@ def fast_rig(steps_per_s: int, rpm: float = 3000.0, seconds: float = 0.25) -> Sc
     return load_scene("rig", changes)
 
 
-def samples_of(run: Run) -> dict[tuple[str, str], np.ndarray]:
-    return samples(
-        run.scene.output_rate_hz, cage_rad_s=run.cage_rad_s, acceleration_m_s2=run.acceleration_m_s2,
-        drive_w=run.energy.drive_w,
-    )  # fmt: skip
+def difference(name: str, first: np.ndarray, second: np.ndarray) -> Estimate:
+    """Of two records of samples."""
+    (found,) = differences(*({name: record.reshape(BLOCKS, -1).mean(axis=1)} for record in (first, second)))
+    return found
 
 
 def test_a_louder_record_is_off_upwards() -> None:
@@ -58,7 +59,7 @@ def test_a_louder_record_is_off_upwards() -> None:
 def test_the_scatter_is_that_of_the_means() -> None:
     """Two records of independent noise: sd of the ratio of their means, over many draws and as each draw tells it."""
     draw = np.random.default_rng(2)
-    found = [difference(("cage", "mean"), *(10 + draw.standard_normal((2, 800)))) for _ in range(300)]
+    found = [difference(CAGE, *(10 + draw.standard_normal((2, 800)))) for _ in range(300)]
     spread = np.std([f.error for f in found])
     assert spread == pytest.approx(math.sqrt(2 / 800) / 10, rel=0.15)
     told = np.sqrt(np.mean([f.scatter**2 for f in found]))
@@ -66,13 +67,13 @@ def test_the_scatter_is_that_of_the_means() -> None:
 
 
 def test_lost_samples_are_an_infinite_error() -> None:
-    lost = difference(RMS, np.full(len(BLOCKS) * 8, np.nan), np.ones(64))
+    lost = difference(RMS, np.full(64, np.nan), np.ones(64))
     assert lost.beyond
     assert math.isinf(lost.error)
 
 
 def test_nothing_at_all_is_no_error() -> None:
-    assert difference(("drive_power", "drive power"), np.zeros(64), np.zeros(64)).error == 0.0
+    assert difference(DRIVE_POWER, np.zeros(64), np.zeros(64)).error == 0.0
 
 
 @pytest.mark.parametrize(
@@ -119,11 +120,11 @@ def test_a_verdict_with_its_step() -> None:
 def test_the_estimate_is_the_error_against_a_finer_run() -> None:
     """The fast rig at a long step: sign and size of the estimate against a run with an eighth of it."""
     scene = fast_rig(40960, rpm=4000.0)
-    estimated = {(e.kind, e.of): e for e in step_error(scene, BEARING).estimates}
-    run = samples_of(simulate(scene, step=Step.UNCHECKED))
-    right = samples_of(simulate(replace(scene, solver=replace(scene.solver, step_s=1 / 327680)), step=Step.UNCHECKED))
-    for name, estimate in estimated.items():
-        true = difference(name, run[name], right[name])
+    estimated = {e.of: e for e in step_error(scene, BEARING).estimates}
+    run = means_of(simulate(scene, step=Step.UNCHECKED))
+    right = means_of(simulate(replace(scene, solver=replace(scene.solver, step_s=1 / 327680)), step=Step.UNCHECKED))
+    for true in differences(run, right):
+        name, estimate = true.of, estimated[true.of]
         room = 3 * math.hypot(true.scatter, estimate.scatter) + 0.3 * TOLERANCE[estimate.kind]
         assert abs(estimate.error - true.error) < max(room, 0.5 * abs(true.error)), name
     assert any(abs(e.error) > 2 * e.scatter for e in estimated.values()), "something to tell"
