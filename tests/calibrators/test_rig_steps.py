@@ -7,7 +7,7 @@ from tests.calibrators.rig_steps import compare
 
 
 def test_a_default_run_is_close_to_the_converged_one() -> None:
-    row = dict(compare(Fault.OUTER, 858.94, 0.1))
+    row = dict(compare(Fault.OUTER, 858.94, 0.05))
     assert row["status"] == "ok"
     assert row["1/step [Hz]"] >= 40960
     cage, _ = row["mean cage speed"].split(" ± ")
