@@ -85,8 +85,12 @@ def bench_scene(
 
 
 def scene_content(scene: Scene) -> str:
-    """A scene and its bearing's data as text: the key of results that are computed from the scene."""
-    return json.dumps(scene_dict(scene), sort_keys=True) + _bearing_content(scene.bearing)
+    """A scene and its bearing's data as text: the key of results that are computed from the scene.
+
+    Where a bearing's file lies does not matter.
+    """
+    bearing = {"bearing": load_bearing(scene.bearing).name}
+    return json.dumps(scene_dict(scene) | bearing, sort_keys=True) + _bearing_content(scene.bearing)
 
 
 @cache

@@ -12,6 +12,7 @@ from srbval.storage.stored_result import (
     COMMAND,
     HELD_OUT,
     NOISE_STUDY,
+    OWN_VERDICTS,
     READING,
     RIG_BANDS,
     RIG_INPUTS,
@@ -27,7 +28,7 @@ from srbval.validation.effects import NO_SENSITIVITY, Sensitivity, sensitivity_o
 
 KINDS = (
     SPEED_ACCURACY, STABILITY, NOISE_STUDY, CAMPAIGN_SCALE, READING, SENSITIVITY, HELD_OUT, RIG_INPUTS, RIG_BANDS,
-    RIG_SPEED_ACCURACY, RIG_STABILITY,
+    RIG_SPEED_ACCURACY, RIG_STABILITY, OWN_VERDICTS,
 )  # fmt: skip
 
 

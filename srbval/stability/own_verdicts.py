@@ -11,7 +11,7 @@ import random
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -157,6 +157,11 @@ class JudgedRun:
         return self.says_ok and self.off
 
     @property
+    def right_but_unsure(self) -> bool:
+        """Is it within the tolerances, and calls itself inaccurate, or ok with caution?"""
+        return not (self.off or self.failed or self.says_ok) and bool(self.own.errors_against(self.right))
+
+    @property
     def failed(self) -> bool:
         """Did it end in a failure of the numerics?"""
         return self.own.status not in (*USABLE, REFUSED)
@@ -167,14 +172,36 @@ class JudgedRun:
         return self.failed and self.right.ok and bool(self.own.errors_against(self.right)) and not self.off
 
     def to_dict(self) -> dict[str, Any]:
-        """Flat, for JSON."""
-        found = {e.of: {"error": e.error, "scatter": e.scatter} for e in self.own.errors_against(self.right)}
+        """Flat, for JSON: `errors` with their standard errors; the reason of wrong verdicts alone."""
+        found = {e.of: [float(f"{x:.4g}") for x in (e.error, e.scatter)] for e in self.own.errors_against(self.right)}
         names = ("says_ok", "off", "failed", "falsely_ok", "falsely_failed")
+        wrong = self.falsely_ok or self.falsely_failed
         return vars(self.case.condition) | {name: getattr(self, name) for name in names} | {
             "solver": self.case.solver, "step_s": PAPER_STEP_S * self.case.times, "drawn": self.case.drawn,
-            "status": self.own.status, "reason": self.own.reason, "reference_status": self.right.status,
-            "errors": found,
+            "status": self.own.status, "reason": self.own.reason if wrong else "",
+            "reference_status": self.right.status, "errors": found,
         }  # fmt: skip
+
+
+PARTS: Mapping[str, Callable[[Case], str]] = {  # what runs are counted by
+    "scene": lambda case: case.condition.scene,
+    "solver": lambda case: case.solver,
+    "step over the paper's": lambda case: f"{case.times:g}",
+    "speed, rpm": lambda case: _range(case.condition.rpm, (355.0, 1000.0, 2000.0, 6000.0)),
+    "load over the scene's": lambda case: f"{case.condition.load:g}",
+    "friction coefficient": lambda case: _range(case.condition.friction, (0.1, 1.0)),
+    "radial play, um": lambda case: _range(case.condition.play_m and 1e6 * case.condition.play_m, (50.0, 200.0)),
+    "height of the defect, mm": lambda case: _given(case.condition.height_m and 1e3 * case.condition.height_m),
+    "size over the SKF 22240's": lambda case: f"{case.condition.size:g}",
+}
+
+
+def _given(value: float | None) -> str:
+    return "the scene's" if value is None else f"{value:g}"
+
+
+def _range(value: float | None, ends: Sequence[float]) -> str:
+    return _given(None) if value is None else f"to {next(end for end in ends if value <= end):g}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -194,14 +221,34 @@ class OwnVerdicts:
     @property
     def counts(self) -> dict[str, int]:
         """How many runs there are, by what they say and what is wrong with that."""
-        kinds = ("says_ok", "off", "failed", "falsely_ok", "falsely_failed")
-        return {"runs": len(self.runs)} | {kind: sum(getattr(run, kind) for run in self.runs) for kind in kinds}
+        return _counts(self.runs)
+
+    @property
+    def parts(self) -> Iterator[dict[str, Any]]:
+        """The same by each of `PARTS` and its values."""
+        for name, value_of in PARTS.items():
+            by_value: dict[str, list[JudgedRun]] = {}
+            for run in self.runs:
+                by_value.setdefault(value_of(run.case), []).append(run)
+            for value in sorted(by_value, key=_by_number):
+                yield {"part": name, "value": value} | _counts(by_value[value])
 
     def to_dict(self) -> dict[str, Any]:
         """What is written as JSON."""
         statuses = Counter(run.own.status for run in self.runs)
         return {"machine": self.machine, "seed": self.seed, "counts": self.counts, "statuses": statuses,
-                "tolerance": TOLERANCE, "runs": self.runs}  # fmt: skip
+                "tolerance": TOLERANCE, "parts": list(self.parts), "runs": self.runs}  # fmt: skip
+
+
+def _counts(runs: Sequence[JudgedRun]) -> dict[str, int]:
+    kinds = ("says_ok", "right_but_unsure", "off", "failed", "falsely_ok", "falsely_failed")
+    return {"runs": len(runs)} | {kind: sum(getattr(run, kind) for run in runs) for kind in kinds}
+
+
+def _by_number(text: str) -> tuple[float, str]:
+    """Numbers in their order, after what is none."""
+    number = text.removeprefix("to ")
+    return (float(number), "") if number.removeprefix("-").replace(".", "").isdigit() else (-math.inf, text)
 
 
 def fixed_cases() -> Iterator[Case]:

@@ -12,16 +12,24 @@ import pytest
 
 from srbval.bench.scenes import PAPER_STEP_S
 from srbval.evidence.stored import ShownResult, shown_result
-from srbval.report.blocks import Callout, Figure, Listing
+from srbval.report.blocks import Callout, Figure, Listing, Paragraph
 from srbval.report.content.reading import TEXTS as READING_TEXTS
 from srbval.report.content.speed_accuracy import speed_accuracy_section
 from srbval.report.content.stability import stability_section
 from srbval.report.table import Table
 from srbval.scene import paper_scene
-from srbval.storage.stored_result import RIG_SPEED_ACCURACY, RIG_STABILITY, SPEED_ACCURACY, STABILITY, StoredResult
+from srbval.storage.stored_result import (
+    OWN_VERDICTS,
+    RIG_SPEED_ACCURACY,
+    RIG_STABILITY,
+    SPEED_ACCURACY,
+    STABILITY,
+    StoredResult,
+)
 
 DEFAULT = paper_scene().solver
 NO_BENCH, NO_MAP = shown_result(RIG_SPEED_ACCURACY, None), shown_result(RIG_STABILITY, None)
+NO_VERDICTS = shown_result(OWN_VERDICTS, None)
 STEPS, RPM = (61440, 30720, 7680), (127.0, 3000.0)
 ORIGIN = {"made_utc": "2026-01-01T00:00:00+00:00", "git_revision": "abc", "command": "srbval stability",
           "machine": {"processor": "A & <B>", "usable_cores": 2}}  # fmt: skip
@@ -31,7 +39,7 @@ def cell(solver: str, velocity: float, steps: int, rpm: float) -> dict[str, Any]
     status = {61440: "ok", 30720: "unlike-reference", 7680: "too-deep"}[steps]
     return {
         "scene": "play0-outer", "model": "full", "solver": solver, "dt_s": 1 / steps, "rpm": rpm,
-        "critical_velocity_m_s": velocity, "status": status, "reason": "because", "holds": status == "ok",
+        "critical_velocity_m_s": velocity, "status": status, "reason": "because", "stable": status == "ok",
         "predicted_limit_dt_s": 1e-8 if velocity < 0.1 else None, "predicted_elastic_limit_dt_s": 1e-4,
         "cage_error": 0.02, "load_part": 1.3,
     }  # fmt: skip
@@ -47,7 +55,8 @@ def stability() -> ShownResult:
     content = ORIGIN | {
         "grid": grid,
         "cells": cells,
-        "counts": {"cells": 24, "ok": 8, "caught_by_the_run": 8, "seen_by_comparison_only": 8,
+        "counts": {"cells": 24, "ok": 8, "stable": 8, "inaccurate": 0, "caught_by_the_run": 8,
+                   "seen_by_comparison_only": 8,
                    "flagged_with_cage_and_load_right": 0},
         "claims": [{"claim": "A *claim*.", "borne_out": False, "answer": "No.", "evidence": ["ode1: `so`"]}],
         "planted": [{"caught": True}, {"caught": False}],
@@ -84,22 +93,22 @@ def speed_accuracy() -> ShownResult:
 
 
 @pytest.mark.parametrize(
-    ("section", "kind", "command"),
+    ("section", "kind", "others", "command"),
     [
-        (stability_section, STABILITY, "srbval stability"),
-        (speed_accuracy_section, SPEED_ACCURACY, "srbval bench"),
+        (stability_section, STABILITY, (NO_MAP, NO_VERDICTS), "srbval stability"),
+        (speed_accuracy_section, SPEED_ACCURACY, (NO_BENCH,), "srbval bench"),
     ],
 )
 def test_without_a_result_the_section_says_how_to_make_one(
-    section: Any, kind: str, command: str, tmp_path: Path
+    section: Any, kind: str, others: tuple[ShownResult, ...], command: str, tmp_path: Path
 ) -> None:
-    (only,) = section(shown_result(kind, None), shown_result(f"rig_{kind}", None), DEFAULT, tmp_path).blocks
+    (only,) = section(shown_result(kind, None), *others, DEFAULT, tmp_path).blocks
     assert isinstance(only, Callout)
     assert f"`{command}`" in only.text
 
 
 def test_the_map_shows_every_status(stability: ShownResult, tmp_path: Path) -> None:
-    blocks = stability_section(stability, NO_MAP, DEFAULT, tmp_path).blocks
+    blocks = stability_section(stability, NO_MAP, NO_VERDICTS, DEFAULT, tmp_path).blocks
     (figure,) = [b for b in blocks if isinstance(b, Figure)]
     text = figure.file.read_text(encoding="utf-8")
     for word in ("ok", "unlike-reference", "too-deep", "predicted limit"):
@@ -110,7 +119,9 @@ def test_the_map_shows_every_status(stability: ShownResult, tmp_path: Path) -> N
 
 
 def test_what_was_not_caught_is_counted(stability: ShownResult, tmp_path: Path) -> None:
-    listing = [b for b in stability_section(stability, NO_MAP, DEFAULT, tmp_path).blocks if isinstance(b, Listing)][-1]
+    listing = [
+        b for b in stability_section(stability, NO_MAP, NO_VERDICTS, DEFAULT, tmp_path).blocks if isinstance(b, Listing)
+    ][-1]
     text = " ".join(listing.items)
     assert "8 runs passed their own tests and are unlike" in text
     assert "cage at most 2.0% off" in text
@@ -118,9 +129,38 @@ def test_what_was_not_caught_is_counted(stability: ShownResult, tmp_path: Path) 
 
 
 def test_limits_stand_beside_what_was_seen(stability: ShownResult, tmp_path: Path) -> None:
-    (table,) = [b for b in stability_section(stability, NO_MAP, DEFAULT, tmp_path).blocks if isinstance(b, Table)]
+    (table,) = [
+        b for b in stability_section(stability, NO_MAP, NO_VERDICTS, DEFAULT, tmp_path).blocks if isinstance(b, Table)
+    ]
     first = [c.value for c in table.cells[0]]
     assert first == ["ode1, 1 mm/s", 61440.0, 61440.0, pytest.approx(1e4), pytest.approx(1e8)]
+
+
+def test_wrong_verdicts_are_counted_and_listed(stability: ShownResult, tmp_path: Path) -> None:
+    counts = {
+        "runs": 9,
+        "says_ok": 5,
+        "right_but_unsure": 1,
+        "off": 2,
+        "failed": 2,
+        "falsely_ok": 1,
+        "falsely_failed": 0,
+    }
+    run = {"scene": "rig-outer", "rpm": 859.0, "load": 1.0, "solver": "ode3", "step_s": 1 / 61440, "status": "ok",
+           "errors": {"drive power": [0.3, 0.01]}, "falsely_ok": True, "falsely_failed": False}  # fmt: skip
+    content = ORIGIN | {
+        "counts": counts, "seed": 7, "tolerance": {}, "parts": [{"part": "solver", "value": "ode3"} | counts],
+        "runs": [run, run | {"solver": "ode2", "falsely_ok": False}],
+    }  # fmt: skip
+    verdicts = shown_result(OWN_VERDICTS, StoredResult(path=Path("own_verdicts.json"), content=content))
+    blocks = stability_section(stability, NO_MAP, verdicts, DEFAULT, tmp_path).blocks
+    (said,) = [b.text for b in blocks if isinstance(b, Paragraph) and "right about itself" in b.text]
+    assert "5 called themselves ok without caution; **1 of these are off**" in said
+    (table,) = [b for b in blocks if isinstance(b, Table) and b.id == "own-verdicts"]
+    assert [c.value for c in table.cells[0]] == ["solver", "ode3", 9, 5, 1, 1, 2, 0]
+    (wrong,) = [b for b in blocks if isinstance(b, Listing)][-1].items
+    assert "rig-outer, 859 rpm, load 1, ode3 at 1/61440 s: ok, but drive power +0.3 ± 0.01" in " ".join(wrong.split())
+    assert "ode2" not in wrong
 
 
 def test_failed_runs_are_in_chart_and_table(speed_accuracy: ShownResult, tmp_path: Path) -> None:
@@ -149,7 +189,7 @@ def test_the_rigs_scene_stands_beside_the_papers(
         replace(of, content=c) for of, c in zip((stability, speed_accuracy), json.loads(as_text), strict=True)
     )
     blocks = (
-        *stability_section(stability, rig_map, DEFAULT, tmp_path).blocks,
+        *stability_section(stability, rig_map, NO_VERDICTS, DEFAULT, tmp_path).blocks,
         *speed_accuracy_section(speed_accuracy, rig_bench, DEFAULT, tmp_path).blocks,
     )
     ids = [b.id for b in blocks if isinstance(b, Figure)]
@@ -162,7 +202,7 @@ def test_the_rigs_scene_stands_beside_the_papers(
 
 def test_both_say_who_measured_when(stability: ShownResult, speed_accuracy: ShownResult, tmp_path: Path) -> None:
     for section in (
-        stability_section(stability, NO_MAP, DEFAULT, tmp_path),
+        stability_section(stability, NO_MAP, NO_VERDICTS, DEFAULT, tmp_path),
         speed_accuracy_section(speed_accuracy, NO_BENCH, DEFAULT, tmp_path),
     ):
         text = json.dumps([getattr(b, "text", "") for b in section.blocks])

@@ -31,6 +31,7 @@ from srbval.report.model import Report
 from srbval.storage.stored_result import (
     CAMPAIGN_SCALE,
     NOISE_STUDY,
+    OWN_VERDICTS,
     READING,
     RIG_BANDS,
     RIG_INPUTS,
@@ -60,7 +61,7 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
             band_section(evidence, figures),
             *((paper_speed_section(evidence, figures),) if evidence.measured_states else ()),
             speed_accuracy_section(results[SPEED_ACCURACY], results[RIG_SPEED_ACCURACY], default, figures),
-            stability_section(results[STABILITY], results[RIG_STABILITY], default, figures),
+            stability_section(results[STABILITY], results[RIG_STABILITY], results[OWN_VERDICTS], default, figures),
             reading_section(results[READING]),
             ladder_section(evidence, figures),
             rig_scene_section(results[RIG_INPUTS], results[RIG_BANDS]),

@@ -7,7 +7,7 @@ from typing import Any
 
 from srbval.bench.scenes import RIG_SCENES
 from srbval.evidence.stored import ShownResult
-from srbval.models.run import USABLE
+from srbval.models.run import USABLE, RunStatus
 from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Figure, Listing
 from srbval.report.content.names import missing, origin_of
@@ -19,13 +19,16 @@ from srbval.scene import SolverSettings
 
 TEXTS = Texts("stability")
 CLAIM_TONE = {True: Tone.GOOD, False: Tone.BAD, None: Tone.NEUTRAL}
+WITHIN = tuple(status for status in USABLE if status != RunStatus.INACCURATE)  # the tolerances
 Row = Mapping[str, Any]
 
 
-def stability_section(result: ShownResult, rig: ShownResult, default: SolverSettings, folder: Path) -> Section:
+def stability_section(
+    result: ShownResult, rig: ShownResult, verdicts: ShownResult, default: SolverSettings, folder: Path
+) -> Section:
     """Claims, map, table of limits and what the runs did not notice; `default`: the default solver and its step.
 
-    `rig` is the map of the rig's scene.
+    `rig` is the map of the rig's scene, `verdicts` what runs say of themselves against converged ones.
     """
     if result.content is None:
         return TEXTS.section(missing(result))
@@ -52,6 +55,7 @@ def stability_section(result: ShownResult, rig: ShownResult, default: SolverSett
             unlike=[c for c in cells if c["status"] == "unlike-reference"],
         ),
         *_rig(rig, folder),
+        *_verdicts(verdicts),
     )
 
 
@@ -64,6 +68,19 @@ def _rig(result: ShownResult, folder: Path) -> Iterator[Block]:
     yield origin_of(result)
     yield from (_map(result.content, scene, folder) for scene in scenes)
     yield TEXTS.table("rig-stability-limits", _limits(cells, scenes), scenes=scenes)
+
+
+def _verdicts(result: ShownResult) -> Iterator[Block]:
+    """How often runs are right about themselves, where it was tried."""
+    if result.content is None:
+        yield missing(result)
+        return
+    content = result.content
+    wrong = [run for run in content["runs"] if run["falsely_ok"] or run["falsely_failed"]]
+    yield TEXTS.paragraph("verdicts", **{name: content[name] for name in ("counts", "seed", "tolerance")})
+    yield origin_of(result)
+    yield TEXTS.table("own-verdicts", content["parts"])
+    yield TEXTS.listing("wrong-verdicts", wrong=wrong)
 
 
 def _claim(claim: Row) -> Iterator[Block]:
@@ -91,7 +108,7 @@ def _map(content: Mapping[str, Any], scene: str, folder: Path) -> Figure:
     blocks = [[block(s, v) for v in sorted(grid["critical_velocity_m_s"])] for s in grid["solvers"]]
     files = stability_map(folder, name, blocks=blocks, steps_per_s=steps, rpm=rpm)
     good = [
-        {"title": b.title, "good": [sum(status in USABLE for status in line) for line in b.statuses]}
+        {"title": b.title, "good": [sum(status in WITHIN for status in line) for line in b.statuses]}
         for b in (b for row in blocks for b in row)
     ]
     return TEXTS.figure(
@@ -108,8 +125,8 @@ def _limits(cells: Sequence[Row], scenes: Sequence[str]) -> Iterator[dict[str, A
             "method": solver if own[0]["scene"] in RIG_SCENES else f"{solver}, {_velocity(velocity)}",
             "scenes": {
                 scene: {
-                    "ok": _longest(rows, lambda c: c["status"] in USABLE),
-                    "holds": _longest(rows, lambda c: bool(c["holds"])),
+                    "ok": _longest(rows, lambda c: c["status"] in WITHIN),
+                    "stable": _longest(rows, lambda c: bool(c["stable"])),
                     "elastic_limit": _per_s(rows, "predicted_elastic_limit_dt_s"),
                     "limit": _per_s(rows, "predicted_limit_dt_s"),
                 }
@@ -140,7 +157,7 @@ def _per_s(cells: Sequence[Row], name: str) -> float | None:
 def _default(cells: Sequence[Row], solver: SolverSettings) -> str:
     """How the default solver fares at its default step."""
     own = [c for c in cells if c["solver"] == solver.name and math.isclose(c["dt_s"], solver.step_s, rel_tol=1e-6)]
-    failed = [c for c in own if c["status"] not in USABLE]
+    failed = [c for c in own if c["status"] not in WITHIN]
     return TEXTS.text(
         "default", solver=solver, own=own, good=len(own) - len(failed), failed=failed, velocity=_velocity
     )  # fmt: skip

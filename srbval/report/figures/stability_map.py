@@ -13,9 +13,10 @@ from srbval.report.figures.style import INK, SOFT, figure_style, new_figure
 
 # status: (sign, face colour, ink, what it means). Light: may be read; dark: the bearing has come apart.
 LOOKS = {
-    "ok": ("", "#cfe8d8", "#00573f", "as the converged run"),
-    "skidding": ("~", "#cfe8d8", "#00573f", "as the converged run: rollers slide"),
-    "rollers-unloaded": ("·", "#cfe8d8", "#00573f", "as the converged run: rollers unloaded"),
+    "ok": ("", "#cfe8d8", "#00573f", "cage, band levels and power within tolerance"),
+    "skidding": ("~", "#cfe8d8", "#00573f", "the same: rollers slide"),
+    "rollers-unloaded": ("·", "#cfe8d8", "#00573f", "the same: rollers unloaded"),
+    "inaccurate": ("±", "#eef3c4", "#4a5200", "stable, but beyond a tolerance"),
     "energy-open": ("≈", "#fbe7a1", "#6b5200", "energy does not close (found by the run)"),
     "step-too-long": ("↔", "#f7d08a", "#5a3b00", "step beyond what the contacts allow (found by the run)"),
     "unlike-reference": ("≠", "#f3b562", "#4a2c00", "unlike the converged run (found by comparison only)"),
