@@ -85,6 +85,11 @@ def speed_accuracy() -> ShownResult:
             run("ode1", 30720, "not-finite", wall_per_simulated_s=None),
             run("ode3", 122880, "ok"),
         ],
+        "trajectories": [
+            {"scene": scene, "solver": solver, "observed_order": order, "reference_error": error, "window_s": 0.02}
+            for scene, error in (("interference-outer", 1e-3), ("play0-outer", 0.3))
+            for solver, order in (("ode4", None), (DEFAULT.name, 1.5))
+        ],
         "reference": {"play0-outer": {"own_cage_error": 1e-7, "own_band_rms_error": 0.01, "noise_floor": 1e-4}},
         "targets": [{"name": "cage", "value": 1.0, "limit": 2.0, "unit": "1", "met": True},
                     {"name": "floor", "value": None, "limit": 2.0, "unit": "1", "met": None}],
@@ -161,6 +166,13 @@ def test_wrong_verdicts_are_counted_and_listed(stability: ShownResult, tmp_path:
     (wrong,) = [b for b in blocks if isinstance(b, Listing)][-1].items
     assert "rig-outer, 859 rpm, load 1, ode3 at 1/61440 s: ok, but drive power +0.3 ± 0.01" in " ".join(wrong.split())
     assert "ode2" not in wrong
+
+
+def test_orders_stand_where_there_is_one(speed_accuracy: ShownResult, tmp_path: Path) -> None:
+    blocks = speed_accuracy_section(speed_accuracy, NO_BENCH, DEFAULT, tmp_path).blocks
+    (table,) = [b for b in blocks if isinstance(b, Table) and b.id == "observed-orders"]
+    assert [[c.value for c in row] for row in table.cells] == [["ode4", None], [DEFAULT.name, 1.5]]
+    assert "Rollers rattle in play0-outer" in table.notes[0]
 
 
 def test_failed_runs_are_in_chart_and_table(speed_accuracy: ShownResult, tmp_path: Path) -> None:

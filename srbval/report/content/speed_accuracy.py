@@ -26,6 +26,7 @@ PANELS = {
     "noise_floor": "Envelope noise floor",
 }
 PAPER_SOLVER = "ode4"
+CONVERGED = 0.1  # relative error of a path at twice the converged run's step, below which it has an order
 
 
 def speed_accuracy_section(result: ShownResult, rig: ShownResult, default: SolverSettings, folder: Path) -> Section:
@@ -55,7 +56,25 @@ def speed_accuracy_section(result: ShownResult, rig: ShownResult, default: Solve
         shown += _shown(of_rig)
     table = TEXTS.table("speed-accuracy-table", shown, further_notes=list(_reasons(shown)))
     targets = TEXTS.table("speed-accuracy-targets", content["targets"])
-    return TEXTS.section(intro, origin_of(result), *blocks, table, targets)
+    paths = [path for one in (content, rig.content or {}) for path in one.get("trajectories", ())]
+    return TEXTS.section(intro, origin_of(result), *blocks, table, *_orders(paths), targets)
+
+
+def _orders(paths: Sequence[Row]) -> Iterator[Block]:
+    """The order that each solver was observed to have, where the converged run vouches for one."""
+    told = [path for path in paths if path["reference_error"] < CONVERGED]
+    scenes = list(dict.fromkeys(path["scene"] for path in told))
+    rows = [
+        {
+            "solver": solver,
+            "scenes": {path["scene"]: path["observed_order"] for path in told if path["solver"] == solver},
+        }
+        for solver in dict.fromkeys(path["solver"] for path in told)
+    ]
+    if rows:
+        without = list(dict.fromkeys(path["scene"] for path in paths if path not in told))
+        window_s = told[0]["window_s"]
+        yield TEXTS.table("observed-orders", rows, scenes=scenes, without=without, window_s=window_s)
 
 
 def _marked(row: Row, default: SolverSettings) -> dict[str, Any]:
