@@ -107,7 +107,7 @@ FULL = StabilityGrid(
     scenes=("play0-outer", "interference-outer"), solvers=SOLVERS,
     steps_per_s=(245760, 122880, 61440, 30720, 15360, 7680),
     rpm=(127.0, 355.0, 710.0, 1000.0, 1500.0, 3000.0, 6000.0), critical_velocity_m_s=(0.001, 0.5),
-    seconds=0.2, passages=4.0, settle_passages=2.0, reference_steps_per_s=983040,
+    seconds=0.5, passages=4.0, settle_passages=2.0, reference_steps_per_s=983040,
 )  # fmt: skip
 QUICK = replace(
     FULL, scenes=("play0-outer",), steps_per_s=(61440, 30720, 7680), rpm=(710.0, 3000.0), seconds=0.05,
