@@ -30,6 +30,7 @@ LEAST_SHARE, LEAST_PART = 0.01, 0.5
 # of the losses (sound runs up to 0.05, failed ones from 0.17), or for more than this share of the time there is no
 # contact at all (sound ones 0.0001, failed ones from 0.87).
 ENERGY_OPEN, IDLE_SHARE = 0.1, 0.5
+CAUTION = "with caution: "  # what follows may make a run's figures wrong
 CARRIED = 0.99  # of the load, where nothing but the rollers can: less needs an explanation
 # Share of the losses that may be missing from the energy balance. At the paper's step implicit methods leave 0.05 at
 # most, imex2 0.023 from 127 to 3000 rpm, 0.02 in a ramp of 300 rad/s2. Explicit ones whose friction chatters leave
@@ -86,7 +87,7 @@ def assess(scene: Scene, run: HealthIndicators) -> tuple[RunStatus, str]:
     status, seen = _behaviour(scene, run)
     if abs(run.energy_imbalance) > ENERGY_CAUTION:
         seen.append(
-            f"with caution: {abs(run.energy_imbalance):.0%} of the losses have no source, so part of the noise is "
+            f"{CAUTION}{abs(run.energy_imbalance):.0%} of the losses have no source, so part of the noise is "
             f"numerical; {_remedy(scene, run)}"
         )
     elif not math.isnan(run.energy_imbalance):

@@ -17,6 +17,7 @@ from srbval.bearing import Bearing
 from srbval.models import outputs as col
 from srbval.models.band_levels import BANDS_HZ, along_sensor, band_squares
 from srbval.models.full_run import FullRun, full_run
+from srbval.models.health import CAUTION
 from srbval.models.ladder import rung_of
 from srbval.models.run import Run, RunStatus
 from srbval.models.step_limit import elastic_limit_s
@@ -34,7 +35,6 @@ PIECE_S = 0.15  # both pieces cost five times that: 8 % of a ten-second run, 10 
 PASSAGES = 4.0  # of rollers over a point of the outer race, at least
 SETTLED = 0.25  # share of a piece in which the finer step's own motion settles
 BLOCKS = 8  # of a piece; the scatter is the larger of what they say and what pairs of them say: a cage's speed wanders
-CAUTION = "with caution: "  # as in `health.assess`
 LEAST_S = 0.02  # of a piece that has two bands
 
 

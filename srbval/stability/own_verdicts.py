@@ -19,11 +19,11 @@ from typing import Any, NamedTuple
 from srbval.bearing import load_bearing
 from srbval.bench.machine import Machine, calibrate, describe_machine, load_average
 from srbval.bench.scenes import PAPER_STEP_S, bench_scene
-from srbval.models.health import default_solver
+from srbval.models.health import CAUTION, default_solver
 from srbval.models.run import USABLE, RunStatus
 from srbval.models.simulate import Step
 from srbval.models.solvers import SOLVERS
-from srbval.models.step_error import CAUTION, TOLERANCE
+from srbval.models.step_error import TOLERANCE
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
 from srbval.stability.grid import RPM

@@ -12,7 +12,8 @@ from srbval.bearing import load_bearing
 from srbval.bench.scenes import bench_scene
 from srbval.models.full.state import layout_of
 from srbval.models.full_run import full_run
-from srbval.models.step_error import BLOCKS, CAUTION
+from srbval.models.health import CAUTION
+from srbval.models.step_error import BLOCKS
 from srbval.models.step_limit import elastic_limit_s
 from srbval.stability.outcome import StabilityOutcome, outcome_store
 from srbval.stability.own_verdicts import (
