@@ -1,13 +1,15 @@
-"""One bias and one scatter per kind of quantity, over all comparisons there are, net of the data's own scatter.
+"""One bias of each kind of quantity, with the interval that the number of records allows, and the model's scatter.
 
-After the practice of the NIST fire-model validation guide (McGrattan et al., NIST SP 1018-3): the mean error is the
-model's bias; what the errors scatter by beyond the data's own uncertainty is the model's.
+The record is the unit: errors of one record share its bearing, mounting and speed. Mean error and Student's interval
+b +- t s / sqrt(n); below `LEAST_RECORDS` there is no claim, since neither mean nor scatter says anything of the next
+record. What the errors scatter by beyond the data's own uncertainty is the model's (after the NIST fire-model
+validation guide, McGrattan et al., NIST SP 1018-3).
 """
 
 import math
 import statistics
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from srbval.signal import NORMAL_95
 from srbval.validation.compared_quantities import KINDS, Kind
@@ -15,16 +17,18 @@ from srbval.validation.comparison import deviation_pct
 from srbval.validation.matrix import MatrixCell
 
 KIND = {kind.name: kind for kind in KINDS}
+LEAST_RECORDS = 5
 
 
 @dataclass(frozen=True, kw_only=True)
 class Pair:
-    """One compared number: model and rig, error and the data's 95 % half width in `unit`.
+    """One compared number of a record: model and rig, error and the data's 95 % half width in `unit`.
 
-    Line frequencies are deviations from kinematics at the record's own speed.
+    Frequencies are deviations from kinematics.
     """
 
     kind: str
+    record: str
     name: str
     model: float
     rig: float
@@ -35,12 +39,16 @@ class Pair:
 
 @dataclass(frozen=True, kw_only=True)
 class Bias:
-    """Bias and scatter (one standard deviation, net of the data's) of one kind; scatter None below three pairs."""
+    """Bias of one kind, its 95 % half width, and scatter (one standard deviation, net of the data's).
+
+    All three are None below `LEAST_RECORDS`: no claim.
+    """
 
     kind: str
     unit: str
-    pairs: int
-    bias: float
+    records: int
+    bias: float | None
+    ci95: float | None
     scatter: float | None
     data_scatter: float
 
@@ -50,9 +58,10 @@ def pairs(cells: Iterable[MatrixCell]) -> tuple[Pair, ...]:
     return tuple(
         Pair(
             kind=kind.name,
+            record=cell.file,
             name=f"{cell.state} {cell.nominal_rpm:g} rpm, {cell.radial_kn:g}/{cell.axial_kn:g} kN: {row.quantity}",
-            model=_shown(kind, row.model.value, cell),
-            rig=_shown(kind, row.rig.value, cell),
+            model=_shown(kind, row.model.value, row.rig.kinematic),
+            rig=_shown(kind, row.rig.value, row.rig.kinematic),
             error=row.error,
             data_ci95=row.data_ci95,
             unit=row.error_unit,
@@ -63,20 +72,35 @@ def pairs(cells: Iterable[MatrixCell]) -> tuple[Pair, ...]:
     )
 
 
-def _shown(kind: Kind, value: float, cell: MatrixCell) -> float:
-    """The value itself; of a line's order its deviation from kinematics [%]."""
-    return deviation_pct(value * cell.shaft_rpm / 60, cell.line.kinematic_hz) if kind.relative else value
+def _shown(kind: Kind, value: float, kinematic: float | None) -> float:
+    """The value itself; of a frequency its deviation from kinematics [%]."""
+    return deviation_pct(value, kinematic) if kind.relative and kinematic else value
 
 
 def biases(found: Sequence[Pair]) -> tuple[Bias, ...]:
-    """One row per kind that has pairs."""
-    return tuple(_bias(kind, own) for kind in KIND if (own := [p for p in found if p.kind == kind]))
+    """One row per kind that has pairs and is measured, not counted."""
+    measured = [name for name, kind in KIND.items() if not kind.yes_or_no]
+    return tuple(_bias(kind, own) for kind in measured if (own := [p for p in found if p.kind == kind]))
 
 
 def _bias(kind: str, own: Sequence[Pair]) -> Bias:
-    errors = [pair.error for pair in own]
+    from scipy.special import stdtrit
+
+    errors = [
+        statistics.fmean(pair.error for pair in own if pair.record == record)
+        for record in dict.fromkeys(pair.record for pair in own)
+    ]
     data = math.sqrt(statistics.fmean((pair.data_ci95 / NORMAL_95) ** 2 for pair in own))
-    scatter = math.sqrt(max(statistics.variance(errors) - data**2, 0.0)) if len(errors) > 2 else None
-    return Bias(
-        kind=kind, unit=own[0].unit, pairs=len(own), bias=statistics.fmean(errors), scatter=scatter, data_scatter=data
+    count = len(errors)
+    row = Bias(
+        kind=kind, unit=own[0].unit, records=count, bias=None, ci95=None, scatter=None, data_scatter=data
+    )  # fmt: skip
+    if count < LEAST_RECORDS:
+        return row
+    variance = statistics.variance(errors)
+    return replace(
+        row,
+        bias=statistics.fmean(errors),
+        ci95=float(stdtrit(count - 1, 0.975)) * math.sqrt(variance / count),
+        scatter=math.sqrt(max(variance - data**2, 0.0)),
     )

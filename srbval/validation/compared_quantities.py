@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from srbval.bearing import DEFECTS, Fault
+from srbval.bearing import DEFECTS, RACE_DEFECTS, Fault
 from srbval.signal import LEAST_SNR, NORMAL_95
 from srbval.validation.analyse import Analysis
 from srbval.validation.comparison import (
@@ -46,11 +46,21 @@ class Kind:
 
 
 LEVEL_AXIS = "level over the first harmonic, dB"
-FREQUENCY = Kind(
-    name="line frequency", heading="Frequency, %", error_unit="%", relative=True,
-    plot="order", axis="line's deviation from kinematics, %",
+CAGE_RATIO = Kind(
+    name="cage ratio", heading="Cage ratio, %", error_unit="%", relative=True,
+    plot="cage", axis="cage ratio's deviation from kinematics, %",
 )  # fmt: skip
-PATTERN = Kind(name="harmonic pattern", heading="Harmonics, dB", error_unit="dB", plot="level", axis=LEVEL_AXIS)
+ROLLER_LINE = Kind(
+    name="roller line", heading="Roller's line, %", error_unit="%", relative=True,
+    plot="roller", axis="roller line's deviation from kinematics, %",
+)  # fmt: skip
+FREQUENCIES = (CAGE_RATIO.name, ROLLER_LINE.name)
+HARMONIC = {
+    number: Kind(
+        name=f"harmonic {number}", heading=f"Harmonic {number}, dB", error_unit="dB", plot="level", axis=LEVEL_AXIS
+    )
+    for number in (2, 3, 4, 5)
+}
 PRESENCE = Kind(
     name="sideband presence", heading="Sidebands, model / rig", error_unit="yes or no", yes_or_no=True
 )  # fmt: skip
@@ -62,14 +72,13 @@ SHAPE = Kind(
 
 
 class Sides(NamedTuple):
-    """Both sides' values of one quantity, the 95 % bounds of what terms of numerics and inputs do to it, in its unit,
-    and the 95 % half width of the record's shaft speed [%]."""
+    """Both sides' values of one quantity, and the 95 % bounds of what terms of numerics and inputs do to it, in its
+    unit."""
 
     kind: Kind
     model: QuantityValue
     rig: QuantityValue
     effects: Mapping[str, float]
-    speed_pct: float
 
 
 class Outcome(NamedTuple):
@@ -86,8 +95,8 @@ class Outcome(NamedTuple):
 class ComparedQuantity:
     """One row: the quantity's name (with ``{line}`` for the fault's), unit, how it is read and how it is compared.
 
-    `effects` gives the 95 % bounds of what each term of numerics and inputs does to it, in `unit`; `from_run` is
-    set where the model's run itself gives the value, free of a reading's noise.
+    `effects` gives the 95 % bounds of what each term of numerics and inputs does to it, in `unit`; `from_order` gives
+    the value from the line's order, where the model's run itself knows that, free of a reading's noise.
     """
 
     kind: Kind
@@ -96,7 +105,7 @@ class ComparedQuantity:
     read: Read
     effects: Callable[[Sensitivity, Fault, str, QuantityValue], dict[str, float]]
     compare: Callable[[Sides], Outcome | None]
-    from_run: bool = False
+    from_order: Callable[[Fault, float, int], float] | None = None
 
     def name_of(self, fault: Fault) -> str:
         """The quantity's name for a fault; a multiple of a line that is one itself reads ``2 x 2xBSF``."""
@@ -104,13 +113,43 @@ class ComparedQuantity:
         return self.name.replace("x{line}", " x {line}" if line[:1].isdigit() else "x{line}").format(line=line)
 
 
-def line_order(analysis: Analysis, fault: Fault) -> QuantityValue | None:
-    """The fault's line in orders of the shaft."""
-    line, shaft_hz = analysis.line_of(fault), analysis.speed.value_hz
+def cage_ratio(analysis: Analysis, fault: Fault) -> QuantityValue | None:
+    """Cage speed over shaft speed by the line of a race's defect.
+
+    It is what both race lines tell, BPFO = Z c and BPFI = Z (1 - c) in orders: one that slip lowers is one that slip
+    raises the other by, so that errors of lines must not be pooled.
+    """
+    return _by_line(analysis, fault, cage_of) if fault in RACE_DEFECTS else None
+
+
+def roller_line(analysis: Analysis, fault: Fault) -> QuantityValue | None:
+    """The line of a roller's defect in orders of the shaft: its own turning, which the cage does not settle."""
+    return _by_line(analysis, fault, order_of) if fault is Fault.ROLLER else None
+
+
+def cage_of(fault: Fault, order: float, rolling_elements: int) -> float:
+    """Cage ratio c of a race line's order: order / Z by BPFO, 1 - order / Z by BPFI."""
+    return order / rolling_elements if fault is Fault.OUTER else 1 - order / rolling_elements
+
+
+def order_of(_: Fault, order: float, __: int) -> float:
+    """The order itself."""
+    return order
+
+
+def _by_line(analysis: Analysis, fault: Fault, value_of: Callable[[Fault, float, int], float]) -> QuantityValue | None:
+    line, shaft_hz, rollers = analysis.line_of(fault), analysis.speed.value_hz, analysis.bearing.rolling_elements
     if line.found_hz is None or not line.depth:
         return None
+    order, slower = line.found_hz / shaft_hz, 1 - analysis.speed.ci95_hz / shaft_hz
+    value = value_of(fault, order, rollers)
     return QuantityValue(
-        value=line.found_hz / shaft_hz, ci95=(line.ci95_hz or 0.0) / shaft_hz, present=line.detected, line=line
+        value=value,
+        ci95=abs(value_of(fault, order + (line.ci95_hz or 0.0) / shaft_hz, rollers) - value),
+        speed_ci95=abs(value_of(fault, order * slower, rollers) - value),
+        present=line.detected,
+        line=line,
+        kinematic=value_of(fault, line.kinematic_hz / shaft_hz, rollers),
     )
 
 
@@ -164,7 +203,7 @@ def _scatter_db(line: Line) -> float:
 
 def own_effects(sensitivity: Sensitivity, fault: Fault, quantity: str, _: QuantityValue) -> dict[str, float]:
     """Bounds of the terms that were measured on this very quantity."""
-    return {e.part: e.bound for e in sensitivity.effects if (e.defect, e.quantity) == (fault.value, quantity)}
+    return {e.part: e.bound for e in sensitivity.effects if e.of(fault, quantity)}
 
 
 def shape_effects(sensitivity: Sensitivity, fault: Fault, _: str, rig: QuantityValue) -> dict[str, float]:
@@ -183,11 +222,11 @@ def no_effects(*_: object) -> dict[str, float]:
 
 def difference(sides: Sides) -> Outcome:
     """Model less rig; relative kinds in per cent of the rig's value, and with the uncertainty of its shaft speed."""
-    kind, model, rig, effects, speed_pct = sides
+    kind, model, rig, effects = sides
     scale = 100 / rig.value if kind.relative else 1.0
     parts = {MODEL_READING: scale * (model.ci95 or 0.0), RIG_READING: scale * (rig.ci95 or 0.0)}
     if kind.relative:
-        parts[RIG_SPEED] = speed_pct
+        parts[RIG_SPEED] = scale * rig.speed_ci95
     parts |= {term: scale * bound for term, bound in effects.items()}
     return Outcome(model, rig, scale * (model.value - rig.value), parts)
 
@@ -221,15 +260,19 @@ def shape_angle(sides: Sides) -> Outcome | None:
 
 COMPARED: tuple[ComparedQuantity, ...] = (
     ComparedQuantity(
-        kind=FREQUENCY, name="{line}", unit="order",
-        read=line_order, effects=own_effects, compare=difference, from_run=True,
+        kind=CAGE_RATIO, name="cage ratio", unit="1",
+        read=cage_ratio, effects=own_effects, compare=difference, from_order=cage_of,
+    ),
+    ComparedQuantity(
+        kind=ROLLER_LINE, name="{line}", unit="order",
+        read=roller_line, effects=own_effects, compare=difference, from_order=order_of,
     ),
     *(
         ComparedQuantity(
-            kind=PATTERN, name=f"{number}x{{line}}", unit="dB",
+            kind=kind, name=f"{number}x{{line}}", unit="dB",
             read=harmonic_level(number), effects=own_effects, compare=difference,
         )
-        for number in (2, 3, 4, 5)
+        for number, kind in HARMONIC.items()
     ),
     ComparedQuantity(
         kind=PRESENCE, name="{line} sidebands: shown", unit="1: yes",
@@ -261,7 +304,6 @@ def compare(
     `model_order` is the model's line in orders of the shaft where the run gives it without a reading (from the speed of
     its cage or its roller). `sensitivity` was measured at one speed and load and is carried over.
     """
-    speed_pct = 100 * rig.speed.ci95_hz / rig.speed.value_hz
     record = rig.recording.file or rig.recording.name
     found = []
     for row in COMPARED if fault in DEFECTS else ():
@@ -270,7 +312,7 @@ def compare(
             continue
         name = row.name_of(fault)
         effects = row.effects(sensitivity, fault, name, own)
-        outcome = row.compare(Sides(row.kind, theirs, own, effects, speed_pct))
+        outcome = row.compare(Sides(row.kind, theirs, own, effects))
         if outcome is not None:
             found.append(
                 Comparison(
@@ -284,7 +326,9 @@ def compare(
 def value_of_model(
     row: ComparedQuantity, analysis: Analysis, fault: Fault, order: float | None
 ) -> QuantityValue | None:
-    """The model's value: as its run gives it where the row says so and the run does, else as read."""
-    if row.from_run and order is not None:
-        return QuantityValue(value=order, line=analysis.line_of(fault))
-    return row.read(analysis, fault)
+    """The model's value: by the order that its run gives, where the row can take that, else as read."""
+    read = row.read(analysis, fault)
+    if read is None or row.from_order is None or order is None:
+        return read
+    value = row.from_order(fault, order, analysis.bearing.rolling_elements)
+    return QuantityValue(value=value, line=read.line, kinematic=read.kinematic)

@@ -30,17 +30,21 @@ class ComparisonVerdict(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class QuantityValue:
-    """One quantity of one side, with the 95 % half width of its reading; None where the source states none.
+    """One quantity of one side, with the 95 % half width of its reading (None where the source states none), and with
+    that of the shaft speed that it was divided by.
 
     `line` is the fault's line that it was read from, `present` whether what is read stands out of the noise, `least`
-    the value from which it would. `halves` are the spectra that a spectrum's shape is compared by, [2, bins].
+    the value from which it would, `kinematic` what pure rolling gives. `halves` are the spectra that a spectrum's shape
+    is compared by, [2, bins].
     """
 
     value: float
     ci95: float | None = 0.0
+    speed_ci95: float = 0.0
     present: bool = True
     least: float = -math.inf
     line: Line | None = None
+    kinematic: float | None = None
     halves: NDArray[np.float64] | None = field(default=None, repr=False, compare=False)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from srbval.bearing import Fault
 from srbval.validation.spectrum_shape import angle_between
 
 
@@ -33,6 +34,10 @@ class Effect(_TermEffect):
     unit: str
     base: float
     bound: float
+
+    def of(self, fault: Fault, quantity: str) -> bool:
+        """Whether it is one on this quantity of this fault."""
+        return (self.defect, self.quantity) == (fault.value, quantity)
 
     @property
     def bound_pct(self) -> float:

@@ -17,7 +17,7 @@ from srbval.recordings import ShaftSpeed
 from srbval.recordings.datasets.description import OperatingGrid, dataset
 from srbval.recordings.registry import RIG_DATASETS, RegisteredRecording, load_entry
 from srbval.validation.analyse import Analysis, analyse
-from srbval.validation.compared_quantities import FREQUENCY, compare
+from srbval.validation.compared_quantities import FREQUENCIES, compare
 from srbval.validation.comparison import Comparison, ComparisonVerdict
 from srbval.validation.counterpart import AnalysedRun
 from srbval.validation.effects import Sensitivity
@@ -43,7 +43,7 @@ class MatrixCell:
     """One record [kN, rpm], its shaft speed, the line of its state, the model's, and what may be said.
 
     `comparisons` hold every quantity of the fault that both sides show; error, uncertainty and verdict of the cell are
-    those of the line frequency. `model_hz` is the model's line at the same speed, None where the cell is no fault's or
+    those of the frequency. `model_hz` is the model's line at the same speed, None where the cell is no fault's or
     the model's run failed (`remark` says why). `call` is the fault call against the healthy record of the same point.
     """
 
@@ -72,8 +72,8 @@ class MatrixCell:
 
     @property
     def frequency(self) -> Comparison | None:
-        """The comparison of the line's frequency."""
-        return next((row for row in self.comparisons if row.kind == FREQUENCY.name), None)
+        """The comparison of the frequency: of the cage ratio, or of a roller's line."""
+        return next((row for row in self.comparisons if row.kind in FREQUENCIES), None)
 
     @property
     def error_pct(self) -> float | None:

@@ -13,7 +13,7 @@ from srbval.config.strict import build, read_toml
 from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.validation.analyse import Analysis
-from srbval.validation.compared_quantities import FREQUENCY
+from srbval.validation.compared_quantities import CAGE_RATIO
 from srbval.validation.comparison import RIG_READING, RIG_SPEED, Comparison, QuantityValue, deviation_pct
 from srbval.validation.effects import Effect
 from srbval.validation.lines import Line
@@ -127,11 +127,11 @@ def line_comparison(
 ) -> Comparison:
     """The comparison of a line's frequencies [Hz]; parts of its uncertainty [%]."""
     return Comparison(
-        kind=FREQUENCY.name,
+        kind=CAGE_RATIO.name,
         fault=fault,
         quantity=fault.line or "",
         unit="Hz",
-        error_unit=FREQUENCY.error_unit,
+        error_unit=CAGE_RATIO.error_unit,
         record=record,
         model=model,
         rig=rig,
@@ -172,11 +172,12 @@ def measured_rows(
         (line, found_hz, ci95_hz), speed = found_line(rig[fault], fault), rig[fault].speed
         if not line.detected:
             continue
-        model_hz = cage_line_hz(runs[fault], fault)
+        model_hz, cage = cage_line_hz(runs[fault], fault), runs[fault].cage_ratio
+        line_over_cage = 1.0 if fault is Fault.OUTER else cage / (1 - cage)
         parts = {
             RIG_READING: 100 * ci95_hz / found_hz,
             RIG_SPEED: 100 * speed.ci95_hz / speed.value_hz,
-            **{e.part: e.bound_pct for e in effects if e.quantity == line.name},
+            **{e.part: e.bound_pct * line_over_cage for e in effects if e.of(fault, CAGE_RATIO.name)},
         }
         own = QuantityValue(value=found_hz, ci95=ci95_hz, line=line)
         recording = rig[fault].recording

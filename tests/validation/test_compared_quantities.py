@@ -9,9 +9,10 @@ from srbval.bearing import Fault
 from srbval.validation import compared_quantities
 from srbval.validation.compared_quantities import (
     COMPARED,
-    PATTERN,
+    HARMONIC,
     PRESENCE,
     ComparedQuantity,
+    cage_of,
     compare,
     difference,
     own_effects,
@@ -25,8 +26,8 @@ EXACT_RELATIVE = 1e-6  # the same sum of squares, in another order
 
 SHAFT_HZ = 10.0
 EFFECT = Effect(
-    term="half the step", kind="numerics", source="s", defect="inner", quantity="BPFI", unit="order", base=10.82,
-    bound=0.01,
+    term="half the step", kind="numerics", source="s", defect="inner", quantity="cage ratio", unit="1", base=0.4305,
+    bound=0.0005,
 )  # fmt: skip
 
 
@@ -49,7 +50,7 @@ def analysis(depth_second=0.5, detected=True, found_hz=108.2):
     recording = SimpleNamespace(file="made", name="made")
     return SimpleNamespace(
         lines=lines, line=first, line_of=lambda fault: first(fault.line), speed=speed, processed=short,
-        recording=recording,
+        recording=recording, bearing=SimpleNamespace(rolling_elements=19),
     )  # fmt: skip
 
 
@@ -57,11 +58,11 @@ def rows(model, rig, effects=(EFFECT,)):
     return {r.quantity: r for r in compare(Fault.INNER, rig, model, Sensitivity(effects=effects))}
 
 
-def test_quantities_are_the_order_and_levels_over_the_first_harmonic():
+def test_quantities_are_the_cage_ratio_and_levels_over_the_first_harmonic():
     fault = Fault.INNER
     values = {row.name_of(fault): row.read(analysis(), fault) for row in COMPARED if row.effects is own_effects}
     assert {name: value.value for name, value in values.items() if value is not None} == {
-        "BPFI": pytest.approx(10.82),
+        "cage ratio": pytest.approx(1 - 10.82 / 19),
         "2xBPFI": pytest.approx(20 * math.log10(0.5)),
         "BPFI sidebands": pytest.approx(20 * math.log10(0.3)),
     }
@@ -70,16 +71,18 @@ def test_quantities_are_the_order_and_levels_over_the_first_harmonic():
 
 
 def test_error_and_uncertainty_join_numerics_data_and_speed():
-    row = rows(analysis(found_hz=108.4), analysis())["BPFI"]
-    assert row.error == pytest.approx(100 * 0.2 / 108.2)
-    parts = (100 * 0.001 / 10.82, 100 * 0.001 / 10.82, 0.01, 100 * 0.01 / 10.82)
+    row = rows(analysis(found_hz=108.4), analysis())["cage ratio"]
+    cage = 1 - 10.82 / 19
+    assert row.error == pytest.approx(-100 * 0.02 / 19 / cage)  # the faster BPFI, the slower the cage
+    speed = 0.001 / SHAFT_HZ * 10.82  # what the shaft's speed does to the line's order
+    parts = [100 / cage * part for part in (0.001 / 19, 0.001 / 19, speed / 19, 0.0005)]
     assert row.uncertainty == pytest.approx(math.hypot(*parts), rel=EXACT_RELATIVE)
     assert row.dominant == "numerics: half the step"
     assert row.verdict is ComparisonVerdict.RESOLVED
 
 
 def test_small_error_is_not_resolved_and_without_terms_the_data_do_not_suffice():
-    assert rows(analysis(found_hz=108.25), analysis())["BPFI"].verdict is ComparisonVerdict.NOT_RESOLVED
+    assert rows(analysis(found_hz=108.25), analysis())["cage ratio"].verdict is ComparisonVerdict.NOT_RESOLVED
     assert rows(analysis(), analysis())["2xBPFI"].verdict is ComparisonVerdict.INSUFFICIENT
 
 
@@ -122,15 +125,21 @@ def test_the_run_s_own_speed_gives_the_model_s_line():
     known = Sensitivity(effects=(EFFECT,))
     row = compare(Fault.INNER, analysis(), analysis(found_hz=107.0), known, model_order=10.83, scene="rig")[0]
     assert row.to_dict()["scene"] == "rig"
-    assert (row.quantity, row.model.value, row.parts["model reading"]) == ("BPFI", 10.83, 0.0)
+    assert (row.quantity, row.model.value, row.parts["model reading"]) == ("cage ratio", 1 - 10.83 / 19, 0.0)
     assert compare(Fault.HEALTHY, analysis(), analysis(), known) == ()
 
 
 def test_a_row_is_all_that_a_new_quantity_needs(monkeypatch):
     row = ComparedQuantity(
-        kind=PATTERN, name="{line} depth", unit="dB", effects=own_effects, compare=difference,
+        kind=HARMONIC[2], name="{line} depth", unit="dB", effects=own_effects, compare=difference,
         read=lambda analysis, fault: QuantityValue(value=20 * math.log10(analysis.line_of(fault).depth)),
     )  # fmt: skip
     monkeypatch.setattr(compared_quantities, "COMPARED", (*COMPARED, row))
     (found,) = (r for q, r in rows(analysis(), analysis()).items() if q == "BPFI depth")
-    assert (found.kind, found.unit, found.error) == ("harmonic pattern", "dB", 0.0)
+    assert (found.kind, found.unit, found.error) == ("harmonic 2", "dB", 0.0)
+
+
+def test_slip_moves_both_race_lines_to_one_cage_ratio():
+    """A cage at 0.43 of the shaft's speed: BPFO = 8.17 and BPFI = 10.83 orders of 19 rollers tell the same."""
+    assert cage_of(Fault.OUTER, 8.17, 19) == pytest.approx(0.43)
+    assert cage_of(Fault.INNER, 10.83, 19) == pytest.approx(0.43)

@@ -15,7 +15,7 @@ STUDENT_RELATIVE = 1e-3  # Student's factor is printed with five digits
 
 
 def line(value):
-    return {"BPFO": value}
+    return {"cage ratio": value}
 
 
 def test_every_kind_of_term_that_a_validation_needs_is_in_the_table():
@@ -62,10 +62,13 @@ def test_a_change_is_its_bound_and_repeats_give_one_interval():
 
 
 def test_the_line_of_a_run_is_by_its_own_speeds():
-    read = SimpleNamespace(found_hz=90.0, ci95_hz=0.1, depth=1.0, detected=True)
-    analysis = SimpleNamespace(line_of=lambda _: read, lines=(), speed=SimpleNamespace(value_hz=10.0))
-    assert sensitivity._values(SimpleNamespace(line_order=10.0, analysis=analysis), Fault.OUTER) == line(10.0)
-    assert sensitivity._values(SimpleNamespace(line_order=None, analysis=analysis), Fault.OUTER) == line(9.0)
+    read = SimpleNamespace(found_hz=90.0, ci95_hz=0.1, depth=1.0, detected=True, kinematic_hz=90.0)
+    analysis = SimpleNamespace(
+        line_of=lambda _: read, lines=(), speed=SimpleNamespace(value_hz=10.0, ci95_hz=0.0),
+        bearing=SimpleNamespace(rolling_elements=20),
+    )  # fmt: skip
+    assert sensitivity._values(SimpleNamespace(line_order=10.0, analysis=analysis), Fault.OUTER) == line(0.5)
+    assert sensitivity._values(SimpleNamespace(line_order=None, analysis=analysis), Fault.OUTER) == line(0.45)
 
 
 def test_what_a_term_does_to_the_shape_is_told_beside_a_record():

@@ -14,6 +14,7 @@ from srbval.report.figures.deviation import agreement_plot
 from srbval.report.figures.matrix import heat_map
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
+from srbval.validation.bias import LEAST_RECORDS
 from srbval.validation.compared_quantities import KINDS, PRESENCE, Kind
 from srbval.validation.comparison import Comparison, ComparisonVerdict
 from srbval.validation.counterpart import TURNS
@@ -139,7 +140,7 @@ def _bias_blocks(evidence: Evidence, folder: Path) -> Iterator[Block]:
     shown_by = [(name, sides.count(key)) for key, name in SHOWN_BY.items() if key in sides]
     yield TEXTS.table("matrix-quantities", compared, kinds=KINDS, point=_point, entry=_entry)
     yield TEXTS.paragraph("carried", nominal_rpm=NOMINAL_RPM, turns=TURNS)
-    yield TEXTS.table("bias", evidence.bias, shown_by=shown_by)
+    yield TEXTS.table("bias", evidence.bias, shown_by=shown_by, least_records=LEAST_RECORDS)
     yield FigureGrid(
         figures=tuple(_agreement(evidence, folder)), label="Predicted against measured",
         caption=TEXTS.text("grid-agreement"),
@@ -147,7 +148,7 @@ def _bias_blocks(evidence: Evidence, folder: Path) -> Iterator[Block]:
 
 
 def _entry(cell: MatrixCell, kind: Kind) -> str:
-    """What a cell's comparisons of one kind say: the error, or the mean of several."""
+    """What a cell's comparison of one kind says."""
     rows = [row for row in cell.comparisons if row.kind == kind.name]
     if kind.yes_or_no:
         texts = (f"{_yes(row.model.value)} / {_yes(row.rig.value)}, {row.verdict.value}" for row in rows)
@@ -155,11 +156,7 @@ def _entry(cell: MatrixCell, kind: Kind) -> str:
     shown = [row for row in rows if row.both_present]
     if not shown:
         return "not on both sides" if rows else ""
-    if len(shown) == 1:
-        return _error(shown[0])
-    mean = sum(row.error for row in shown) / len(shown)
-    resolved = sum(row.verdict is ComparisonVerdict.RESOLVED for row in shown)
-    return f"{mean:+.2g} ({resolved} of {len(shown)} resolved)"
+    return "; ".join(map(_error, shown))
 
 
 def _yes(value: float) -> str:

@@ -13,6 +13,7 @@ from srbval.report.figures.deviation import Deviation, deviation_plot
 from srbval.report.model import Section, VerdictBox
 from srbval.report.section_texts import Texts
 from srbval.storage.strict_json import json_object
+from srbval.validation.compared_quantities import CAGE_RATIO
 from srbval.validation.comparison import ComparisonVerdict
 from srbval.validation.table6 import RigSource, Table6Row
 
@@ -28,7 +29,8 @@ def verdict_box(evidence: Evidence) -> VerdictBox:
     points = VERDICT.listing(
         "points",
         measured=measured,
-        resolved=[row.line.name for row in measured if row.comparison.verdict is ComparisonVerdict.RESOLVED],
+        cage=(cage := [row for row in evidence.comparisons if row.kind == CAGE_RATIO.name]),
+        resolved=[row.fault.code for row in cage if row.verdict is ComparisonVerdict.RESOLVED],
         paper_sum=next(s for s in evidence.sums if s.source == "paper's rig"),
         rig_sum=next((s for s in evidence.sums if s.origin == "measured"), None),
         fetch_command=FETCH_COMMAND,
