@@ -68,11 +68,14 @@ def _above_limit(cells: Cells) -> Claim:
     own = _at_paper_step(cells, PAPER_SOLVER)
     below, above = _split(own)
     covered = bool(below and above)
-    borne_out = _all_stable(below) and not _all_stable(above) if covered else None
+    failing = [rpm for rpm in sorted({_rpm(c) for c in above}) if not _all_stable(c for c in above if _rpm(c) == rpm)]
+    everywhere = {_rpm(c) for c in above} == set(failing)
+    borne_out = _all_stable(below) and everywhere if covered else None
     where = f"{PAPER_SOLVER} at 1/{_per_s(PAPER_STEP_S)} s is stable"
     answer = "The cells of this map do not cover the claim."
     if covered:
-        answer = f"{'Yes' if borne_out else 'No'}: {where} in {_count(above)} above {CLAIMED_LIMIT_RPM:g} rpm and in "
+        partly = f"Only at {', '.join(f'{rpm:g}' for rpm in failing)} rpm" if failing and not everywhere else "No"
+        answer = f"{'Yes' if borne_out else partly}: {where} in {_count(above)} above {CLAIMED_LIMIT_RPM:g} rpm and in "
         answer += f"{_count(below)} up to it. {_noisiest(own)} {_what_fails(cells)}"
     return Claim(
         claim=f"Above {CLAIMED_LIMIT_RPM:g} rpm the model's output becomes incorrect, as the points move too far in a "

@@ -145,6 +145,8 @@ def test_what_fails_above_1000_rpm_is_named() -> None:
     assert speed.borne_out is False
     assert "ode1 at 1/61440 s (too-deep at 3000 rpm)" in speed.answer
     assert claims(grid({("ode4", 3000.0): "too-deep"}))[1].borne_out is True
+    faster = claims([*grid({}), cell(solver="ode4", rpm=6000.0, status="too-deep")])[1]
+    assert (faster.borne_out, faster.answer[:17]) == (False, "Only at 6000 rpm:")
     assert claims(grid({("ode4", 3000.0): "too-deep", ("ode4", 710.0): "too-deep"}))[1].borne_out is False
 
 
