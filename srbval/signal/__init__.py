@@ -4,7 +4,7 @@ Other rooms import the names below from here, anything else from its module.
 """
 
 from srbval.signal.bandpass import bandpass, check_band, drop_ends, end_s
-from srbval.signal.comb import FALSE_ALARM, LEAST_SNR, LineReading, peak_snr, read_comb
+from srbval.signal.comb import LEAST_SNR, LineReading, is_improbable, peak_snr, read_comb
 from srbval.signal.combine import normalise, rotate_axes
 from srbval.signal.envelope import (
     BandFilter,
@@ -24,7 +24,6 @@ from srbval.signal.scalogram import Scalogram, check_range, column_width, morlet
 from srbval.signal.spectrum import Spectrum, amplitude_spectrum
 
 __all__ = [
-    "FALSE_ALARM",
     "LEAST_SNR",
     "NORMAL_95",
     "BandFilter",
@@ -47,6 +46,7 @@ __all__ = [
     "envelope",
     "envelope_spectrum_one_pass",
     "frequency_error_hz",
+    "is_improbable",
     "kurtogram",
     "morlet_scalogram",
     "normalise",

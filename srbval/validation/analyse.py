@@ -127,7 +127,7 @@ def analyse(
     )
     _check_duration(processed, known_speed)
     found = search(processed, bearing, known_speed)
-    lines = sidak_corrected(found.lines, band.trials * found.tried)
+    lines = sidak_corrected(found.lines, speeds=found.tried, bands=band.trials)
     return Analysis(
         recording=recording,
         bearing=bearing,
