@@ -3,7 +3,7 @@
 Real noise is not what `false_alarm` assumes: it holds lines of other machines, whose share no formula knows. So the
 comb is ranked among placebos. The lines of a placebo come from `ORDERS` meaningless fundamentals, each harmonic from
 one of them at random. Whole combs at one meaningless fundamental would be too few: a record holds only some tens whose
-windows do not overlap, and the strongest of tens is no event of one in five hundred. Lines drawn from a fundamental
+windows do not overlap, and the strongest of tens is no event of one in a thousand. Lines drawn from a fundamental
 each would lose what alien lines have in common, being harmonics of each other.
 """
 
@@ -19,7 +19,8 @@ from srbval.arrays import FloatArray
 from srbval.signal.false_alarm import neg_log_p
 from srbval.signal.periodogram import NOISE_BINS, PADDING, Periodogram
 
-COMBS = 500
+# So many that nine speeds tried leave the least rank, times nine, below `PLACEBO_FALSE_ALARM`.
+COMBS = 1000
 # Different fundamentals that the lines of one placebo come from.
 ORDERS = 2
 # Fundamentals to choose from per half window.
@@ -69,15 +70,9 @@ class PlaceboRank:
 
 
 def rank_among_placebos(
-    record: Periodogram,
-    expected_hz: float,
-    half_window_hz: float,
-    harmonics: int,
-    meaningless_hz: FloatArray,
-    *,
-    combs: int = COMBS,
-    orders: int = ORDERS,
-) -> PlaceboRank | None:
+    record: Periodogram, expected_hz: float, half_window_hz: float, harmonics: int, meaningless_hz: FloatArray, *,
+    combs: int = COMBS, orders: int = ORDERS,
+) -> PlaceboRank | None:  # fmt: skip
     """The comb at `expected_hz` among `combs` placebos.
 
     `meaningless_hz` [n] are of `fundamentals`, more than two half windows from `expected_hz`. A placebo has the same

@@ -14,8 +14,8 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS, Bearing
 from srbval.recordings import ShaftSpeed, SpeedSource
-from srbval.signal import NORMAL_95, LineReading, Periodogram, read_comb
-from srbval.signal.placebo import APART, COMBS, PlaceboRank, fundamentals, rank_among_placebos
+from srbval.signal import LineReading, Periodogram, read_comb
+from srbval.signal.placebo import APART, fundamentals, rank_among_placebos
 from srbval.validation.identity import identity_probability
 
 # Half width of the search about the kinematic frequency, as a share of it: slip. Never wider, see `speed_search`.
@@ -92,14 +92,12 @@ def families_of(bearing: Bearing, shaft_hz: float) -> tuple[Family, ...]:
     )
 
 
-def find_families(
-    record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, scale: float = 1.0, combs: int = COMBS
-) -> dict[str, Found]:
+def find_families(record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, scale: float = 1.0) -> dict[str, Found]:
     """Every family of `bearing` that `record`, a periodogram of the squared envelope, can show, by name.
 
     They are looked for about `scale` times kinematic; with a nominal speed the first detected line also settles the
-    scale of the others, which stand there too but for slip. Each is ranked among `combs` meaningless combs of the
-    record it is read in. The cage line is read by itself: its harmonics coincide with every other line's.
+    scale of the others, which stand there too but for slip. Each is ranked among meaningless combs of the record it
+    is read in. The cage line is read by itself: its harmonics coincide with every other line's.
     """
     families = families_of(bearing, speed.value_hz)
     *waiting, cage = families
@@ -107,38 +105,43 @@ def find_families(
     found: list[Found] = []
     bare = record
 
-    def ranked(family: Family, reading: LineReading, within: Periodogram, stronger: list[Found]) -> Found:
+    def judged(family: Family, reading: LineReading, within: Periodogram, stronger: list[Found]) -> Found:
         elsewhere = meaningless_hz(family, reading, within, families, speed, scale)
         centre = scale * family.kinematic_hz
-        rank = rank_among_placebos(within, centre, reading.half_window_hz, len(reading.snr), elsewhere, combs=combs)
+        rank = rank_among_placebos(within, centre, reading.half_window_hz, len(reading.snr), elsewhere)
         reading = replace(reading, placebo_false_alarm=None if rank is None else rank.false_alarm)
-        # Simulated (the shaft is prescribed) there is no other machine, and how far the line lies off is the model's.
-        doubtful = reading.detected and speed.source is not SpeedSource.PRESCRIBED
-        identity = _identity(reading, rank, centre, speed) if doubtful else None
-        return _found(family, reading, within, scale, stronger, identity)
+        explained, identity = None, None
+        if reading.detected:
+            explained = _explained_by(reading, stronger, within.bin_hz)
+            alien = reading.noise_false_alarm if rank is None else rank.tail_false_alarm
+            # Simulated (the shaft is prescribed) there is no other machine, and how far off the line is the model's.
+            if speed.source is not SpeedSource.PRESCRIBED:
+                identity = identity_probability(reading, centre, speed.ci95_hz / speed.value_hz, alien)
+        if identity is not None and identity < LEAST_IDENTITY:
+            explained = explained or OTHER_LINE
+        return Found(
+            family=family, reading=reading, record=within, scale=scale, explained_by=explained,
+            identity_probability=identity,
+        )  # fmt: skip
 
     while read := _fundamentals(record, waiting, scale, block_s):
         # Lines that noise does not explain first, the deepest modulation before all.
         strongest = max(read, key=lambda f: read[f].depth if read[f].detected else 0.0)
         waiting.remove(strongest)
-        latest = ranked(strongest, read[strongest], record, found)
+        latest = judged(strongest, read[strongest], record, found)
         found.append(latest)
         if latest.detected:
             record = _without(record, latest)
             if settles:
                 scale, settles = latest.reading.found_hz / strongest.kinematic_hz, False
-    found += [ranked(f, reading, bare, []) for f, reading in _fundamentals(bare, [cage], scale, block_s).items()]
+    found += [judged(f, reading, bare, []) for f, reading in _fundamentals(bare, [cage], scale, block_s).items()]
     return {f.family.name: f for f in found}
 
 
 def meaningless_hz(
-    family: Family,
-    reading: LineReading,
-    record: Periodogram,
-    families: tuple[Family, ...],
-    speed: ShaftSpeed,
+    family: Family, reading: LineReading, record: Periodogram, families: tuple[Family, ...], speed: ShaftSpeed,
     scale: float = 1.0,
-) -> FloatArray:
+) -> FloatArray:  # fmt: skip
     """Fundamentals [n] about that of `family` that mean nothing in this bearing, for `rank_among_placebos`.
 
     Within `PLACEBO_REACH` of it and with all lines of `reading` below the record's limit; their windows share
@@ -172,37 +175,6 @@ def _fundamentals(
         if reading is not None:
             found[family] = reading
     return found
-
-
-def _identity(reading: LineReading, rank: PlaceboRank | None, centre_hz: float, speed: ShaftSpeed) -> float:
-    """Of a reading about `centre_hz`; where it has no rank, an alien peak's chance is that of noise."""
-    return identity_probability(
-        reading.found_hz / centre_hz - 1,
-        math.hypot(reading.ci95_hz / reading.found_hz, speed.ci95_hz / speed.value_hz) / NORMAL_95,
-        reading.half_window_hz / centre_hz,
-        reading.noise_false_alarm if rank is None else rank.tail_false_alarm,
-    )
-
-
-def _found(
-    family: Family,
-    reading: LineReading,
-    record: Periodogram,
-    scale: float,
-    stronger: list[Found],
-    identity: float | None,
-) -> Found:
-    explained = _explained_by(reading, stronger, record.bin_hz) if reading.detected else None
-    if identity is not None and identity < LEAST_IDENTITY:
-        explained = explained or OTHER_LINE
-    return Found(
-        family=family,
-        reading=reading,
-        record=record,
-        scale=scale,
-        explained_by=explained,
-        identity_probability=identity,
-    )
 
 
 def _explained_by(reading: LineReading, stronger: list[Found], bin_hz: float) -> str | None:

@@ -8,7 +8,6 @@ from typing import Any, ClassVar
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.recordings import ShaftSpeed
 from srbval.signal import LEAST_SNR, LineReading, Periodogram, peak_snr, read_comb
-from srbval.signal.placebo import COMBS
 from srbval.validation.families import Family, Found, families_of, find_families, half_window_hz
 
 RACE_LINES = tuple(fault.line or "" for fault in RACE_DEFECTS)
@@ -88,15 +87,12 @@ def detected_fault_lines(lines: Iterable[Line]) -> list[Line]:
     return sorted(shown, key=lambda line: line.depth or 0.0, reverse=True)
 
 
-def read_lines(
-    record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, scale: float = 1.0, combs: int = COMBS
-) -> tuple[Line, ...]:
+def read_lines(record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, scale: float = 1.0) -> tuple[Line, ...]:
     """All lines of `bearing` in `record`, a periodogram of the squared envelope, about `scale` times kinematic.
 
-    First harmonics are ranked among `combs` placebos. A family that cannot be read (out of reach, hidden by the shaft)
-    leaves one line without values.
+    A family that cannot be read (out of reach, hidden by the shaft) leaves one line without values.
     """
-    found = find_families(record, bearing, speed, scale=scale, combs=combs)
+    found = find_families(record, bearing, speed, scale=scale)
     return tuple(
         line
         for family in families_of(bearing, speed.value_hz)

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from srbval.bearing import Bearing
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import Periodogram
-from srbval.signal.placebo import COMBS
 from srbval.validation.band_choice import sidak_corrected
 from srbval.validation.families import SLIP_WINDOW, highest_line_hz
 from srbval.validation.lines import Line, detected_fault_lines, read_lines
@@ -73,18 +72,17 @@ def _refined(found: SpeedSearch, processed: Processed, bearing: Bearing, nominal
     estimated = estimate_speed(periodogram_of(processed, bearing, found.speed), lines, nominal)
     if estimated is None:
         return found
-    return replace(found, lines=_read(processed, bearing, estimated, speeds=found.tried), speed=estimated)
+    return replace(found, lines=_read(processed, bearing, estimated), speed=estimated)
 
 
 def _try_speeds(processed: Processed, bearing: Bearing, nominal: ShaftSpeed) -> SpeedSearch:
     """Lines about every trial speed; those with the deepest fault line after the Sidak correction."""
     scales = tuple(_scales(nominal))
-    readings = [_read(processed, bearing, nominal, scale, len(scales)) for scale in scales]
+    readings = [_read(processed, bearing, nominal, scale) for scale in scales]
 
     def depth(lines: tuple[Line, ...]) -> float:
-        return max(
-            (x.depth or 0.0 for x in detected_fault_lines(sidak_corrected(lines, speeds=len(scales)))), default=0.0
-        )
+        detected = detected_fault_lines(sidak_corrected(lines, speeds=len(scales)))
+        return max((x.depth or 0.0 for x in detected), default=0.0)
 
     return SpeedSearch(lines=max(readings, key=depth), speed=nominal, tried=len(scales))
 
@@ -97,16 +95,10 @@ def _scales(nominal: ShaftSpeed) -> Iterator[float]:
         yield 1 + step * SLIP_WINDOW
 
 
-def _read(
-    processed: Processed, bearing: Bearing, speed: ShaftSpeed, scale: float = 1.0, speeds: int = 1
-) -> tuple[Line, ...]:
-    """Lines about `scale` times `speed`, with deviations at `speed`; shaft harmonics are masked at the scaled speed.
-
-    Every one of `speeds` tried is paid for in the placebo rank too, which more combs then resolve.
-    """
+def _read(processed: Processed, bearing: Bearing, speed: ShaftSpeed, scale: float = 1.0) -> tuple[Line, ...]:
+    """Lines about `scale` times `speed`, with deviations at `speed`; shaft harmonics are masked at the scaled speed."""
     turning = replace(speed, value_hz=scale * speed.value_hz)
-    record = periodogram_of(processed, bearing, turning)
-    return read_lines(record, bearing, speed, scale=scale, combs=COMBS * math.ceil(speeds / 2))
+    return read_lines(periodogram_of(processed, bearing, turning), bearing, speed, scale=scale)
 
 
 def periodogram_of(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Periodogram:

@@ -11,14 +11,22 @@ import scipy.integrate
 
 from srbval.bearing import load_bearing
 from srbval.recordings import load_recording
-from srbval.signal import LEAST_SNR
+from srbval.signal import LEAST_SNR, LineReading
 from srbval.validation.analyse import analyse
 from srbval.validation.families import LEAST_IDENTITY, OTHER_LINE
 from srbval.validation.fault_call import _ratio, call_fault
 from srbval.validation.identity import SLIP_SPREAD, identity_probability
 from tests.validation.test_fault_call import faulted_analysis, healthy_analysis
 
-HALF = 0.01
+HALF, LINE_HZ = 0.01, 100.0
+
+
+def probability(deviation: float, speed_ci95: float, chance: float) -> float:
+    reading = LineReading(
+        found_hz=LINE_HZ * (1 + deviation), ci95_hz=0.0, snr=(20.0,), noise_false_alarm=chance,
+        half_window_hz=HALF * LINE_HZ, isolated=True, depth=0.1, noise_ci95_hz=0.0, resolution_hz=0.1,
+    )  # fmt: skip
+    return identity_probability(reading, LINE_HZ, speed_ci95, chance)
 
 
 def odds(probability: float) -> float:
@@ -28,22 +36,22 @@ def odds(probability: float) -> float:
 def test_position_alone_is_a_ratio_of_densities() -> None:
     """No strength (p = 1): odds are the prior's density over the uniform one, whose mean over the window is one."""
     at = np.linspace(-HALF, HALF, 4001)
-    ratio = [odds(identity_probability(float(d), 0.0, HALF, 1.0)) for d in at]
+    ratio = [odds(probability(float(d), 0.0, 1.0)) for d in at]
     assert scipy.integrate.trapezoid(ratio, at) / (2 * HALF) == pytest.approx(1, rel=1e-3)
     assert ratio[2000] == pytest.approx(2 * HALF / (SLIP_SPREAD * np.sqrt(2 * np.pi)), rel=1e-3)
 
 
 def test_further_off_or_weaker_is_less_probable_and_an_unsure_speed_says_less() -> None:
-    near, far = (identity_probability(d, 1e-4, HALF, 1e-4) for d in (0.001, 0.006))
-    assert near > 0.99 > LEAST_IDENTITY > identity_probability(0.0095, 1e-4, HALF, 1e-4)
-    assert near > far > identity_probability(0.006, 1e-4, HALF, 1e-2)
-    assert identity_probability(0.0095, 8e-3, HALF, 1e-4) > 0.99
-    assert identity_probability(-0.006, 1e-4, HALF, 1e-4) == far
+    near, far = (probability(d, 1e-4, 1e-4) for d in (0.001, 0.006))
+    assert near > 0.99 > LEAST_IDENTITY > probability(0.0095, 1e-4, 1e-4)
+    assert near > far > probability(0.006, 1e-4, 1e-2)
+    assert probability(0.0095, 2e-2, 1e-4) > 0.99
+    assert probability(-0.006, 1e-4, 1e-4) == pytest.approx(far)
 
 
 def test_a_chance_of_one_in_a_hundred_weighs_no_more_than_eight_to_one() -> None:
     """The bound -e p ln p: 0.125 at p = 0.01."""
-    flat = identity_probability(0.0, 1.0, HALF, 0.01)
+    flat = probability(0.0, 2.0, 0.01)
     assert odds(flat) == pytest.approx(1 / (np.e * 0.01 * np.log(100)), rel=1e-3)
 
 
