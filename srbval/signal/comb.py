@@ -55,11 +55,6 @@ class LineReading:
     placebo_false_alarm: float | None = None
 
     @property
-    def false_alarm(self) -> float:
-        """The larger of the probabilities from noise alone and from the record's meaningless combs."""
-        return max(self.noise_false_alarm, self.placebo_false_alarm or 0.0)
-
-    @property
     def detected(self) -> bool:
         """Whether it is a line: improbable as noise and as a placebo, strong, and no side lobe of another line."""
         improbable = is_improbable(self.noise_false_alarm, self.placebo_false_alarm)

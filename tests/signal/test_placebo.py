@@ -69,7 +69,6 @@ def test_one_alien_line_in_the_window_is_least_among_whole_combs_only():
 def test_a_true_line_is_stronger_than_all_placebos_with_alien_lines_about():
     record = record_of(np.random.default_rng(4), alien=0.3, line=0.4)
     assert rank(record, TRUE_HZ * 1.003) == LEAST
-    assert rank(record, TRUE_HZ * 1.003, combs=1999) < 1.5 * LEAST
 
 
 def test_the_rank_is_the_same_whatever_the_unit_and_repeats_itself():
