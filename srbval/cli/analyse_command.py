@@ -16,7 +16,7 @@ from srbval.validation.fault_call import FaultCall, call_fault
 from srbval.validation.pipeline import SQUARED_UNIT
 
 COLUMNS = ("line", "harmonic", "kinematic Hz", "found Hz", "± 95 %", "deviation %", "line/noise", "false alarm",
-           "detected")  # fmt: skip
+           "identity", "detected")  # fmt: skip
 LINE_OF_PART = {**{fault.value: fault.line or "" for fault in DEFECTS}, "cage": "FTF"}
 
 
@@ -88,7 +88,7 @@ def _print(result: Analysis, defect: str | None) -> None:
         COLUMNS,
         [
             (n.name, n.harmonic, n.kinematic_hz, n.found_hz, n.ci95_hz, n.deviation_pct, n.snr, n.false_alarm,
-             "yes" if n.detected else "no")
+             n.identity_probability, "yes" if n.detected else "no")
             for n in lines
         ],
     )  # fmt: skip

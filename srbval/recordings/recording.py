@@ -33,8 +33,8 @@ class SpeedSource(enum.StrEnum):
 class ShaftSpeed:
     """Mean shaft speed of a record.
 
-    `ci95_hz` is the half width of a 95 % interval [Hz] of the mean. `spread_hz` is the standard deviation
-    over the record and `drift_hz` the change from its first to its last quarter, where the speed was
+    `ci95_hz` is the half width of a 95 % interval [Hz] of the mean over this very record. `spread_hz` is the standard
+    deviation over the record and `drift_hz` the change from its first to its last quarter, where the speed was
     measured over the record, else None.
     """
 

@@ -12,8 +12,9 @@ from srbval.signal.periodogram import Noise, Periodogram
 
 # Harmonics fitted together, as far as they lie below the limit of the record.
 HARMONICS = 5
-# A line counts as detected when noise would show it less often than this ...
-FALSE_ALARM = 1e-3
+# A line counts as detected when noise would show it less often than this, no more of the record's meaningless combs
+# than this are as strong ...
+FALSE_ALARM, PLACEBO_FALSE_ALARM = 1e-3, 1e-2
 # ... and its first harmonic is this many times the local noise in the squared envelope spectrum, which separates
 # the records that Smith & Randall (2015, Mech. Syst. Signal Process. 64-65, 100) call diagnosable from the
 # rest.
@@ -31,10 +32,11 @@ class LineReading:
 
     `found_hz` is the fundamental, `ci95_hz` the half width of its 95 % interval without the uncertainty of
     the shaft speed; `snr` the power of each harmonic over the local mean noise power in a bin;
-    `false_alarm` the probability of at least this much from noise alone anywhere in the window; `isolated` is
-    False where the peak is a side lobe of a far stronger line or of one outside the window. `depth` is
-    the first harmonic's amplitude over the record's mean. `sideband_hz` and `sideband_ci95_hz` are the
-    spacing of the sidebands fitted with the line and its 95 % half width, None where no sideband stood out.
+    `noise_false_alarm` the probability of at least this much from noise alone anywhere in the window,
+    `placebo_false_alarm` the comb's rank among meaningless ones of the record (`srbval.signal.placebo`), None where it
+    was not ranked; `isolated` is False where the peak is a side lobe of a far stronger line or of one outside the
+    window. `depth` is the first harmonic's amplitude over the record's mean. `sideband_hz` and `sideband_ci95_hz` are
+    the spacing of the sidebands fitted with the line and its 95 % half width, None where no sideband stood out.
     `resolution_hz` is one over the record's duration, `noise_ci95_hz` the interval from noise alone (Cramer-Rao). Some
     peak is always *found*: whether it is a line is said by `detected`.
     """
@@ -42,7 +44,7 @@ class LineReading:
     found_hz: float
     ci95_hz: float
     snr: tuple[float, ...]
-    false_alarm: float
+    noise_false_alarm: float
     half_window_hz: float
     isolated: bool
     depth: float
@@ -50,11 +52,18 @@ class LineReading:
     resolution_hz: float
     sideband_hz: float | None = None
     sideband_ci95_hz: float | None = None
+    placebo_false_alarm: float | None = None
 
     @property
     def detected(self) -> bool:
-        """Whether it is a line: improbable as noise, strong enough, and no side lobe of another line."""
-        return self.isolated and self.false_alarm < FALSE_ALARM and self.snr[0] > LEAST_SNR
+        """Whether it is a line: improbable as noise and as a placebo, strong, and no side lobe of another line."""
+        improbable = is_improbable(self.noise_false_alarm, self.placebo_false_alarm)
+        return self.isolated and improbable and self.snr[0] > LEAST_SNR
+
+
+def is_improbable(noise_false_alarm: float, placebo_false_alarm: float | None) -> bool:
+    """Whether neither noise nor the record's meaningless combs, where they are known, explain a line."""
+    return noise_false_alarm < FALSE_ALARM and (placebo_false_alarm or 0.0) < PLACEBO_FALSE_ALARM
 
 
 def read_comb(
@@ -104,7 +113,7 @@ def read_comb(
         found_hz=result.found_hz,
         ci95_hz=min(result.ci95_hz, half_window_hz),
         snr=tuple(snr.tolist()),
-        false_alarm=probability,
+        noise_false_alarm=probability,
         half_window_hz=half_window_hz,
         depth=record.depth_at(result.found_hz),
         isolated=inside and _isolated(record, result.found_hz, noise[0], float(snr[0])),

@@ -9,6 +9,7 @@ somewhere in the window searched is given by Rice's formula.
 import math
 
 import numpy as np
+import scipy.special
 
 from srbval.arrays import FloatArray
 
@@ -18,10 +19,12 @@ def neg_log_p(snr: FloatArray, bins: FloatArray) -> FloatArray:
 
     `snr` [..., h] is power over a noise mean estimated as median / ln 2 of `bins` [h] (odd) exponential neighbours.
     The k-th of n ordered exponential variables is a sum of independent ones of rates n, n - 1, ... n - k + 1 (Renyi
-    1953, Acta Math. Hung. 4, 191), so that E exp(-x M / ln 2) is a product: its log is summed here.
+    1953, Acta Math. Hung. 4, 191), so that E exp(-x M / ln 2) is a product: its log, the sum of
+    ``log(1 + x / (j ln 2))`` over j from (n + 1) / 2 to n, is a difference of log gamma functions.
     """
-    each = [np.log1p(np.asarray(snr)[..., h, None] / _rates(n)).sum(axis=-1) for h, n in enumerate(bins)]
-    return np.stack(each, axis=-1)
+    half, ratio = (bins + 1) / 2, np.asarray(snr) / math.log(2)
+    rise = scipy.special.gammaln(bins + 1 + ratio) - scipy.special.gammaln(half + ratio)
+    return np.asarray(rise - scipy.special.gammaln(bins + 1) + scipy.special.gammaln(half))
 
 
 def true_noise_ratio(snr: FloatArray, bins: FloatArray) -> FloatArray:
@@ -29,13 +32,9 @@ def true_noise_ratio(snr: FloatArray, bins: FloatArray) -> FloatArray:
 
     Noise reaches far above its estimate mostly where the estimate is too low. With `neg_log_p` S this is x dS/dx.
     """
-    ratios = [np.asarray(snr)[..., h, None] for h in range(len(bins))]
-    return np.stack([(r / (_rates(n) + r)).sum(axis=-1) for r, n in zip(ratios, bins, strict=True)], axis=-1)
-
-
-def _rates(bins: float) -> FloatArray:
-    """Rates of the exponential variables whose sum is the median of `bins` bins, over ln 2 of their mean."""
-    return np.asarray(np.arange((int(bins) + 1) // 2, int(bins) + 1) * math.log(2))
+    ratio = np.asarray(snr) / math.log(2)
+    rise = scipy.special.digamma(bins + 1 + ratio) - scipy.special.digamma((bins + 1) / 2 + ratio)
+    return np.asarray(ratio * rise)
 
 
 def false_alarm(

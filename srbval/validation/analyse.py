@@ -9,7 +9,7 @@ from srbval.recordings import Recording, ShaftSpeed
 from srbval.signal import BandFilter
 from srbval.validation.band_choice import BandChoice, auto_band, declared_band, sidak_corrected
 from srbval.validation.lines import Line
-from srbval.validation.pipeline import SQUARED_UNIT, Processed, choose_tracking, process
+from srbval.validation.pipeline import SQUARED_UNIT, Processed, choose_tracking, process, speed_of_record
 from srbval.validation.speed_search import search
 from srbval.validation.sum_rule import Closure, closure_of
 from srbval.validation.verdict import verdict
@@ -102,7 +102,7 @@ def analyse(
     most impulsive band of the record is taken instead, and every false-alarm probability counts the bands tried. A
     speed that is only nominal gives way to one estimated from the record, where that knows more (see
     `speed_search.search`). The envelope of the paper's chain (see `process`) is kept for figures; lines are read from
-    its square. Where the speed signal drifts by more than a bin its course is followed (`choose_tracking`) and all
+    its square. Where there is a speed signal its course is followed (`choose_tracking`) and all
     frequencies are those at the mean speed. Raises `ConfigurationError` where speed or band are missing or
     impossible, `DataError` where the record is constant or too short.
     """
@@ -118,16 +118,12 @@ def analyse(
         if choose_on_record
         else declared_band(recording, band_hz)
     )
-    processed = process(
-        recording,
-        band_hz=band.band_hz,
-        channel=channel,
-        band_filter=band_filter,
-        tracking=choose_tracking(recording, bearing, known_speed),
-    )
+    tracking = choose_tracking(recording, bearing, known_speed)
+    known_speed = speed_of_record(known_speed, tracking)
+    processed = process(recording, band_hz=band.band_hz, channel=channel, band_filter=band_filter, tracking=tracking)
     _check_duration(processed, known_speed)
     found = search(processed, bearing, known_speed)
-    lines = sidak_corrected(found.lines, band.trials * found.tried)
+    lines = sidak_corrected(found.lines, speeds=found.tried, bands=band.trials)
     return Analysis(
         recording=recording,
         bearing=bearing,

@@ -8,7 +8,7 @@ from srbval.bearing import Bearing
 from srbval.errors import ConfigurationError
 from srbval.models.band_levels import BANDS_HZ
 from srbval.recordings import Origin, Recording, ShaftSpeed
-from srbval.signal import FALSE_ALARM, Kurtogram, kurtogram, normalise
+from srbval.signal import Kurtogram, is_improbable, kurtogram, normalise
 from srbval.validation.lines import Line
 from srbval.validation.pipeline import SIMULATED_BAND_HZ, one_signal
 
@@ -70,15 +70,16 @@ def band_kurtogram(
     return kurtogram(normalise(one_signal(recording, channel)), recording.fs_hz, least_width_hz=widest)
 
 
-def sidak_corrected(lines: tuple[Line, ...], trials: int) -> tuple[Line, ...]:
-    """The lines with their false-alarm probabilities corrected for `trials`, and detected by these.
+def sidak_corrected(lines: tuple[Line, ...], *, speeds: int = 1, bands: int = 1) -> tuple[Line, ...]:
+    """The lines with their false-alarm probabilities corrected for the trials made, and detected by these.
 
     Sidak's correction 1 - (1 - p)^trials (Sidak 1967, J. Am. Stat. Assoc. 62, 626): exact for independent trials, too
-    high for bands that overlap, as these do. A sideband counts only with its own line.
+    high for bands that overlap, as these do. A band is chosen without regard to any comb, so it is no trial of a rank
+    among combs in that same band. A sideband counts only with its own line.
     """
-    if trials == 1:
+    if speeds * bands == 1:
         return lines
-    corrected = [_corrected(line, trials) for line in lines]
+    corrected = [_corrected(line, speeds, bands) for line in lines]
     own = {x.name for x in corrected if x.detected and x.harmonic == 1}
     # A sideband's name begins with its line's: ``BPFI-fr``.
     return tuple(
@@ -86,9 +87,12 @@ def sidak_corrected(lines: tuple[Line, ...], trials: int) -> tuple[Line, ...]:
     )
 
 
-def _corrected(line: Line, trials: int) -> Line:
-    chance = line.false_alarm
-    if chance is not None and chance < 1:
-        chance = -math.expm1(trials * math.log1p(-chance))
-    detected = line.detected and chance is not None and chance < FALSE_ALARM
-    return dataclasses.replace(line, false_alarm=chance, detected=detected)
+def _corrected(line: Line, speeds: int, bands: int) -> Line:
+    noise = _any_of(line.noise_false_alarm, speeds * bands)
+    placebo = _any_of(line.placebo_false_alarm, speeds)
+    detected = line.detected and noise is not None and is_improbable(noise, placebo)
+    return dataclasses.replace(line, noise_false_alarm=noise, placebo_false_alarm=placebo, detected=detected)
+
+
+def _any_of(chance: float | None, trials: int) -> float | None:
+    return chance if chance is None or chance >= 1 else -math.expm1(trials * math.log1p(-chance))

@@ -7,21 +7,28 @@ BPFO lies within one per cent of twice BPFI.
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS, Bearing
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import LineReading, Periodogram, read_comb
+from srbval.signal.placebo import APART, fundamentals, rank_among_placebos
+from srbval.validation.identity import identity_probability
 
 # Half width of the search about the kinematic frequency, as a share of it: slip. Never wider, see `speed_search`.
 SLIP_WINDOW = 0.01
 HARMONICS = 5
+# A peak less probably the line than this is taken for another's, and is nobody's baseline.
+LEAST_IDENTITY, OTHER_LINE = 0.5, "another line: too far off for slip"
 # Sidebands of a found line that are taken as its own when a weaker line is read.
 _OWN_SIDEBANDS = 3
 # Blocks of the phase wander last at least this many revolutions, or a line's sidebands leak into its phase.
 _BLOCK_REVOLUTIONS = 2
+# Placebos are drawn up to this factor from a family's own frequency, an octave to either side.
+PLACEBO_REACH = 2.0
 # A weaker line on one of these ratios of a stronger one's frequency is taken as part of it.
 _RATIOS = [(up, down) for up in range(1, 5) for down in range(1, 5) if math.gcd(up, down) == 1]
 
@@ -38,13 +45,17 @@ class Family:
 
 @dataclass(frozen=True, kw_only=True)
 class Found:
-    """A family as read in `record`, about `scale` times kinematic."""
+    """A family as read in `record`, about `scale` times kinematic.
+
+    `identity_probability` is that of the peak being the line, None where it does not stand out or is simulated.
+    """
 
     family: Family
     reading: LineReading
     record: Periodogram
     scale: float
     explained_by: str | None
+    identity_probability: float | None
 
     @property
     def detected(self) -> bool:
@@ -85,25 +96,69 @@ def find_families(record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, s
     """Every family of `bearing` that `record`, a periodogram of the squared envelope, can show, by name.
 
     They are looked for about `scale` times kinematic; with a nominal speed the first detected line also settles the
-    scale of the others, which stand there too but for slip. The cage line is read by itself: its harmonics coincide
-    with every other line's.
+    scale of the others, which stand there too but for slip. Each is ranked among meaningless combs of the record it
+    is read in. The cage line is read by itself: its harmonics coincide with every other line's.
     """
-    *waiting, cage = families_of(bearing, speed.value_hz)
+    families = families_of(bearing, speed.value_hz)
+    *waiting, cage = families
     block_s, settles = _BLOCK_REVOLUTIONS / speed.value_hz, speed.source is SpeedSource.NOMINAL
     found: list[Found] = []
     bare = record
+
+    def judged(family: Family, reading: LineReading, within: Periodogram, stronger: list[Found]) -> Found:
+        elsewhere = meaningless_hz(family, reading, within, families, speed, scale)
+        centre = scale * family.kinematic_hz
+        rank = rank_among_placebos(within, centre, reading.half_window_hz, len(reading.snr), elsewhere)
+        reading = replace(reading, placebo_false_alarm=None if rank is None else rank.false_alarm)
+        explained, identity = None, None
+        if reading.detected:
+            explained = _explained_by(reading, stronger, within.bin_hz)
+            alien = reading.noise_false_alarm if rank is None else rank.tail_false_alarm
+            # Simulated (the shaft is prescribed) there is no other machine, and how far off the line is the model's.
+            if speed.source is not SpeedSource.PRESCRIBED:
+                identity = identity_probability(reading, centre, speed.ci95_hz / speed.value_hz, alien)
+        if identity is not None and identity < LEAST_IDENTITY:
+            explained = explained or OTHER_LINE
+        return Found(
+            family=family, reading=reading, record=within, scale=scale, explained_by=explained,
+            identity_probability=identity,
+        )  # fmt: skip
+
     while read := _fundamentals(record, waiting, scale, block_s):
-        # Detected lines first, the deepest modulation before all.
+        # Lines that noise does not explain first, the deepest modulation before all.
         strongest = max(read, key=lambda f: read[f].depth if read[f].detected else 0.0)
         waiting.remove(strongest)
-        latest = _found(strongest, read[strongest], record, scale, found)
+        latest = judged(strongest, read[strongest], record, found)
         found.append(latest)
         if latest.detected:
             record = _without(record, latest)
             if settles:
                 scale, settles = latest.reading.found_hz / strongest.kinematic_hz, False
-    found += [_found(f, reading, bare, scale, []) for f, reading in _fundamentals(bare, [cage], scale, block_s).items()]
+    found += [judged(f, reading, bare, []) for f, reading in _fundamentals(bare, [cage], scale, block_s).items()]
     return {f.family.name: f for f in found}
+
+
+def meaningless_hz(
+    family: Family, reading: LineReading, record: Periodogram, families: tuple[Family, ...], speed: ShaftSpeed,
+    scale: float = 1.0,
+) -> FloatArray:  # fmt: skip
+    """Fundamentals [n] about that of `family` that mean nothing in this bearing, for `rank_among_placebos`.
+
+    Within `PLACEBO_REACH` of it and with all lines of `reading` below the record's limit; their windows share
+    nothing with those about a harmonic of the shaft, a family, a sideband of one, or a simple ratio of one.
+    """
+    centre = scale * family.kinematic_hz
+    relative = reading.half_window_hz / centre
+    highest = min(PLACEBO_REACH * centre, record.limit_hz / len(reading.snr) / (1 + relative))
+    candidates = fundamentals(centre / PLACEBO_REACH, highest, relative)
+    ratios = np.outer([f.kinematic_hz for f in families], [up / down for up, down in _RATIOS])
+    sides = np.arange(-_OWN_SIDEBANDS, _OWN_SIDEBANDS + 1)
+    sidebands = np.array([f.kinematic_hz + k * f.sideband_hz for f in families for k in sides])
+    meant = scale * np.concatenate((ratios.ravel(), sidebands[sidebands > 0]))
+    near = np.abs(candidates[:, None] / meant - 1).min(axis=1) < APART * relative
+    order = candidates / (scale * speed.value_hz)
+    near |= np.abs(order - np.rint(order)) < (APART * relative + speed.ci95_hz / speed.value_hz) * order
+    return np.asarray(candidates[~near])
 
 
 def _fundamentals(
@@ -120,11 +175,6 @@ def _fundamentals(
         if reading is not None:
             found[family] = reading
     return found
-
-
-def _found(family: Family, reading: LineReading, record: Periodogram, scale: float, stronger: list[Found]) -> Found:
-    explained = _explained_by(reading, stronger, record.bin_hz) if reading.detected else None
-    return Found(family=family, reading=reading, record=record, scale=scale, explained_by=explained)
 
 
 def _explained_by(reading: LineReading, stronger: list[Found], bin_hz: float) -> str | None:

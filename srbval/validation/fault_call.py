@@ -1,5 +1,6 @@
 """Whether a record shows a fault, compared with the healthy record of the same rig, speed and load."""
 
+import dataclasses
 import enum
 import math
 from dataclasses import dataclass
@@ -8,8 +9,9 @@ import numpy as np
 
 from srbval.bearing import Fault
 from srbval.recordings import Origin
-from srbval.signal import NORMAL_95
+from srbval.signal import LEAST_SNR, NORMAL_95
 from srbval.validation.analyse import Analysis
+from srbval.validation.families import OTHER_LINE
 from srbval.validation.lines import Line, detected_fault_lines
 from srbval.validation.verdict import SHALLOW_DEPTH
 
@@ -158,8 +160,14 @@ def _compared(analysis: Analysis, lines: list[Line], baseline: Analysis) -> Faul
 def _ratio(
     analysis: Analysis, line: Line, baseline: Analysis, scaled: bool
 ) -> tuple[float, tuple[float, float]] | None:
-    """Modulation of `line` over the baseline's with its 95 % interval; None where the baseline's is out of reach."""
+    """Modulation of `line` over the baseline's with its 95 % interval; None where the baseline's is out of reach.
+
+    Where the baseline's peak is another's line, its own is unseen: it is taken as high as it could be, undetected.
+    """
     before = baseline.line(line.name)
+    if before.explained_by == OTHER_LINE and before.snr and before.depth is not None:
+        unseen = min(1.0, math.sqrt(LEAST_SNR / before.snr))
+        before = dataclasses.replace(before, depth=unseen * before.depth, snr=min(before.snr, LEAST_SNR))
     ours, theirs = _modulation(analysis, line, scaled), _modulation(baseline, before, scaled)
     if not theirs:
         return None

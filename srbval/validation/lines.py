@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.recordings import ShaftSpeed
@@ -15,7 +15,8 @@ RACE_LINES = tuple(fault.line or "" for fault in RACE_DEFECTS)
 HALF_SHARE = 0.5
 # What a line takes over from its reading.
 _AS_READ = (
-    "found_hz", "ci95_hz", "depth", "false_alarm", "detected", "resolution_hz", "sideband_hz", "sideband_ci95_hz",
+    "found_hz", "ci95_hz", "depth", "noise_false_alarm", "placebo_false_alarm", "detected", "resolution_hz",
+    "sideband_hz", "sideband_ci95_hz",
 )  # fmt: skip
 
 
@@ -25,13 +26,18 @@ class Line:
 
     `snr` is power over local mean noise power in the squared envelope spectrum, `depth` the line's amplitude
     there over the squared envelope's mean. The first harmonic comes from the joint fit of all, and so does
-    its `false_alarm`; the others are read one by one. A sideband counts only with its own line.
+    its `noise_false_alarm`; the others are read one by one. `placebo_false_alarm` is a first harmonic's rank among the
+    record's meaningless combs (`srbval.signal.placebo`), None where there are too few; `false_alarm` the larger of the
+    two. A sideband counts only with its own line.
     `resolution_hz` is one over the record's duration: two lines closer than that are not resolved. `sideband_hz` is
     the spacing of the sidebands fitted with the line, where some stood out. `half_snr` and `double_snr` are the power
     over noise at half and at twice the frequency found: a comb at half of it would make it but a second harmonic.
-    `explained_by` names the stronger line whose frequency this one is a simple multiple of. Values are
+    `explained_by` names the stronger line whose frequency this one is a simple multiple of, or says that it is another
+    line; `identity_probability` is that of a first harmonic's peak being the line (`identity_probability`). Values are
     None where the line is out of the record's reach.
     """
+
+    JSON_PROPERTIES: ClassVar = ("false_alarm",)
 
     name: str
     harmonic: int
@@ -42,14 +48,21 @@ class Line:
     deviation_ci95_pct: float | None = None
     snr: float | None = None
     depth: float | None = None
-    false_alarm: float | None = None
+    noise_false_alarm: float | None = None
+    placebo_false_alarm: float | None = None
     detected: bool = False
     explained_by: str | None = None
+    identity_probability: float | None = None
     resolution_hz: float | None = None
     sideband_hz: float | None = None
     sideband_ci95_hz: float | None = None
     half_snr: float | None = None
     double_snr: float | None = None
+
+    @property
+    def false_alarm(self) -> float | None:
+        """The larger of the probabilities from noise alone and from the record's meaningless combs."""
+        return None if self.noise_false_alarm is None else max(self.noise_false_alarm, self.placebo_false_alarm or 0.0)
 
     @property
     def detected_deviation_pct(self) -> float | None:
@@ -98,7 +111,8 @@ def _lines_of(family: Family, found: Found | None, speed: ShaftSpeed) -> list[Li
         for name, times in (("half_snr", 0.5), ("double_snr", 2.0))
     }
     explained = found.explained_by or _second_harmonic_of_other(found, octaves["half_snr"])
-    first = replace(first, detected=found.detected and explained is None, explained_by=explained, **octaves)
+    judged: dict[str, Any] = {"explained_by": explained, "identity_probability": found.identity_probability}
+    first = replace(first, detected=found.detected and explained is None, **judged, **octaves)
     harmonics = [_read_one(found, speed, family.name, number) for number in range(2, len(found.reading.snr) + 1)]
     sides = [
         _read_one(found, speed, f"{family.name}{sign}{family.sideband_name}", 1, offset)

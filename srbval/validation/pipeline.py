@@ -1,7 +1,8 @@
 """The one chain from a recording to its envelope spectrum, the same for measured and simulated records."""
 
 import functools
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from srbval.errors import ConfigurationError
 from srbval.models.band_levels import BANDS_HZ, SENSOR_ANGLE_RAD
 from srbval.recordings import Recording, ShaftSpeed, SpeedSource
 from srbval.signal import (
+    NORMAL_95,
     BandFilter,
     ShaftAngle,
     Spectrum,
@@ -29,8 +31,6 @@ from srbval.signal import (
 SIMULATED_BAND_HZ = BANDS_HZ["500-1500"]
 # Signals are normalised, so every amplitude is in standard deviations of the whole record.
 UNIT, SQUARED_UNIT = "standard deviations", "squared standard deviations"
-# A line that moves by more than this many bins in the record is smeared over them.
-LARGEST_DRIFT_BINS = 1.0
 MEASURED_SPEEDS = (SpeedSource.TACHOMETER, SpeedSource.PRESCRIBED)
 # Share of the record that the speed signal must cover.
 LEAST_COVERAGE = 0.98
@@ -146,7 +146,7 @@ def process(
 
 
 def choose_tracking(recording: Recording, bearing: Bearing, speed: ShaftSpeed) -> Tracking:
-    """Follow the speed signal where the higher race line moves by more than a bin; say so either way.
+    """Follow the speed signal wherever there is one, or say why not.
 
     Needs a speed signal over the whole record that `speed` is the mean of. Raises `DataError` for one in which the
     shaft stops.
@@ -158,18 +158,20 @@ def choose_tracking(recording: Recording, bearing: Bearing, speed: ShaftSpeed) -
         return Tracking(why="no order tracking: the speed signal is shorter than the record")
     course = ShaftAngle.from_speed(signal.values_hz, signal.rate_hz)
     bins = course.drift_bins(max(bearing.orders.bpfo, bearing.orders.bpfi))
-    if bins <= LARGEST_DRIFT_BINS:
-        return Tracking(
-            why=f"no order tracking: with the speed the race lines move by {bins:.2f} bins, not more than one",
-            drift_bins=bins,
-        )
     return Tracking(
-        why=f"order tracking: with the speed the race lines move by {bins:.1f} bins; resampled to even shaft angles, "
+        why=f"order tracking: with the speed the race lines move by {bins:.2g} bins; resampled to even shaft angles, "
         "frequencies are those at the mean speed",
         drift_bins=bins,
         course=course,
         mean_hz=speed.value_hz,
     )
+
+
+def speed_of_record(speed: ShaftSpeed, tracking: Tracking) -> ShaftSpeed:
+    """`speed`, less sure where its course is not followed: the mean of a part is any speed within the spread."""
+    if tracking.used or not speed.spread_hz:
+        return speed
+    return replace(speed, ci95_hz=math.hypot(speed.ci95_hz, NORMAL_95 * speed.spread_hz))
 
 
 def tracked(samples: FloatArray, fs_hz: float, start_s: float, tracking: Tracking) -> FloatArray:

@@ -66,7 +66,7 @@ def search(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> SpeedSe
 
 def _refined(found: SpeedSearch, processed: Processed, bearing: Bearing, nominal: ShaftSpeed) -> SpeedSearch:
     """The lines read again at the speed given by the sidebands of a detected line, where there is one."""
-    lines = sidak_corrected(found.lines, found.tried)
+    lines = sidak_corrected(found.lines, speeds=found.tried)
     if not detected_fault_lines(lines):
         return found
     estimated = estimate_speed(periodogram_of(processed, bearing, found.speed), lines, nominal)
@@ -81,7 +81,8 @@ def _try_speeds(processed: Processed, bearing: Bearing, nominal: ShaftSpeed) -> 
     readings = [_read(processed, bearing, nominal, scale) for scale in scales]
 
     def depth(lines: tuple[Line, ...]) -> float:
-        return max((x.depth or 0.0 for x in detected_fault_lines(sidak_corrected(lines, len(scales)))), default=0.0)
+        detected = detected_fault_lines(sidak_corrected(lines, speeds=len(scales)))
+        return max((x.depth or 0.0 for x in detected), default=0.0)
 
     return SpeedSearch(lines=max(readings, key=depth), speed=nominal, tried=len(scales))
 

@@ -200,7 +200,7 @@ def chances_of(noise: str, count: int, seed: Sequence[int]) -> list[tuple[float,
 
 def _chance(record: np.ndarray, harmonics: int) -> float:
     reading = read_record(record, harmonics)
-    return 1.0 if reading is None else reading.false_alarm
+    return 1.0 if reading is None else reading.noise_false_alarm
 
 
 def rates_of(noise: str, chances: Sequence[tuple[float, ...]]) -> list[FalseAlarms]:

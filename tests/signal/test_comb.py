@@ -62,7 +62,7 @@ def test_stated_interval_is_not_vacuous():
 def test_line_is_detected_with_its_depth():
     reading = read(comb(np.random.default_rng(4), 10.0))
     assert reading.detected
-    assert reading.false_alarm < CERTAIN
+    assert reading.noise_false_alarm < CERTAIN
     assert reading.depth == pytest.approx(1 / 3, rel=DEPTH)
     assert len(reading.snr) == len(AMPLITUDES)
 

@@ -6,7 +6,8 @@ import pytest
 from srbval.bearing import Fault
 from srbval.cli import main
 from srbval.errors import ConfigurationError
-from srbval.signal import FALSE_ALARM, BandFilter
+from srbval.signal import BandFilter
+from srbval.signal.comb import FALSE_ALARM
 from srbval.storage.strict_json import json_object
 from srbval.validation.analyse import analyse
 from srbval.validation.band_choice import declared_band, sidak_corrected
@@ -34,8 +35,11 @@ def test_every_band_tried_on_the_record_counts_as_a_trial(record):
     given = analyse(record, bearing=BEARING, band_hz=chosen.processed.band_hz)
     assert given.band.trials == 1
     for dear, free in zip(first_harmonics(chosen), first_harmonics(given), strict=True):
-        corrected = 1 - (1 - free.false_alarm) ** chosen.band.trials
-        assert dear.false_alarm == pytest.approx(corrected, rel=ROUNDING, abs=ROUNDING_PROBABILITY)
+        corrected = 1 - (1 - free.noise_false_alarm) ** chosen.band.trials
+        assert dear.noise_false_alarm == pytest.approx(corrected, rel=ROUNDING, abs=ROUNDING_PROBABILITY)
+        # A rank among combs of the band is no matter of which band it is.
+        assert dear.placebo_false_alarm == pytest.approx(free.placebo_false_alarm)
+        assert dear.false_alarm == max(dear.noise_false_alarm, dear.placebo_false_alarm or 0)
 
 
 def test_the_ringing_band_is_chosen_and_the_fault_still_found():
@@ -46,11 +50,11 @@ def test_the_ringing_band_is_chosen_and_the_fault_still_found():
 
 
 def test_a_line_that_the_trials_explain_is_no_longer_detected_nor_are_its_sidebands():
-    line = Line(name="BPFI", harmonic=1, kinematic_hz=100.0, false_alarm=0.2 * FALSE_ALARM, detected=True)
-    side = dataclasses.replace(line, name="BPFI+fr", false_alarm=1e-9)
-    assert all(x.detected for x in sidak_corrected((line, side), 1))
-    assert all(x.detected for x in sidak_corrected((line, side), 4))
-    assert not any(x.detected for x in sidak_corrected((line, side), 6))
+    line = Line(name="BPFI", harmonic=1, kinematic_hz=100.0, noise_false_alarm=0.2 * FALSE_ALARM, detected=True)
+    side = dataclasses.replace(line, name="BPFI+fr", noise_false_alarm=1e-9)
+    assert all(x.detected for x in sidak_corrected((line, side), bands=1))
+    assert all(x.detected for x in sidak_corrected((line, side), bands=4))
+    assert not any(x.detected for x in sidak_corrected((line, side), bands=6))
 
 
 def test_trials_keep_the_stated_rate_where_the_best_of_many_bands_is_taken():
@@ -59,7 +63,7 @@ def test_trials_keep_the_stated_rate_where_the_best_of_many_bands_is_taken():
     best = rng.uniform(size=(4000, 44)).min(axis=1)
     assert np.mean(best < 0.01) > 0.3
     lines = sidak_corrected(
-        tuple(Line(name="BPFO", harmonic=1, kinematic_hz=1.0, false_alarm=float(p)) for p in best), 44
+        tuple(Line(name="BPFO", harmonic=1, kinematic_hz=1.0, noise_false_alarm=float(p)) for p in best), bands=44
     )
     assert np.mean([x.false_alarm < 0.01 for x in lines]) == pytest.approx(0.01, abs=RATE)
 

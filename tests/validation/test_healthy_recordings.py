@@ -11,6 +11,7 @@ import pytest
 from srbval.bearing import DEFECTS, Fault, load_bearing
 from srbval.models.simulate import simulate
 from srbval.recordings import Origin, Recording, load_recording, recording_from_run
+from srbval.recordings.speed import tachometer_speed
 from srbval.scene import paper_scene
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.fault_call import call_fault
@@ -62,10 +63,14 @@ def test_healthy_record_indicates_no_fault_without_its_label(
 
 
 def part(recording: Recording, start_s: float, end_s: float) -> Recording:
-    """A piece of a record, with the mean speed of the whole."""
+    """A piece of a record, with its own piece of the speed signal."""
     first, last = (round(t * recording.fs_hz) for t in (start_s, end_s))
     channels = {name: samples[first:last] for name, samples in recording.channels.items()}
-    return dataclasses.replace(recording, channels=channels, speed_signal=None)
+    whole = recording.speed_signal
+    assert whole is not None
+    values = whole.values_hz[round(start_s * whole.rate_hz) : round(end_s * whole.rate_hz)]
+    signal = dataclasses.replace(whole, values_hz=values)
+    return dataclasses.replace(recording, channels=channels, speed=tachometer_speed(values), speed_signal=signal)
 
 
 @pytest.mark.recordings

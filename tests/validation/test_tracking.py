@@ -6,14 +6,17 @@ import pytest
 from srbval.models.run_file import write_run
 from srbval.models.simulate import simulate
 from srbval.recordings import ShaftSpeed, SpeedSignal, SpeedSource, load_recording, recording_from_run
-from srbval.recordings.speed import tachometer_speed
+from srbval.recordings.speed import SCALE_CI95, tachometer_speed
 from srbval.scene import SpeedProfile, paper_scene
+from srbval.signal import NORMAL_95
 from srbval.validation.analyse import analyse
-from tests.validation.test_analyse import BEARING, FS_HZ, SECONDS, SHAFT_HZ, recording
+from tests.validation.test_analyse import BEARING, FS_HZ, SECONDS, SHAFT_HZ, impulses, recording
 
 RAMP = 0.05  # of the mean speed, from the first sample to the last
 SLIP = 1.002
 READING_PCT = 0.03
+STEADY = 1e-6  # the same samples but for the spline
+SPREAD = 0.01  # 2560 samples of a ramp; 20,480 a second without sensor noise
 
 
 def ramped(noise=0.3):
@@ -59,22 +62,37 @@ def test_a_speed_given_instead_of_the_tachometer_s_is_not_followed():
     assert not analyse(with_tachometer(), bearing=BEARING, speed=stated).processed.tracking.used
 
 
-def test_a_steady_shaft_is_left_alone_and_that_is_said():
+def test_a_steady_shaft_is_tracked_too_and_read_as_without():
     speed = np.full(2560, SHAFT_HZ)
     record = recording(
-        ramped(), speed=tachometer_speed(speed), speed_signal=SpeedSignal(values_hz=speed, rate_hz=2560 / SECONDS)
+        impulses(BEARING.orders.bpfo * SHAFT_HZ * SLIP),
+        speed=tachometer_speed(speed),
+        speed_signal=SpeedSignal(values_hz=speed, rate_hz=2560 / SECONDS),
     )
-    tracking = analyse(record, bearing=BEARING).processed.tracking
-    assert not tracking.used
-    assert "not more than one" in tracking.why
+    tracked, bare = (analyse(r, bearing=BEARING) for r in (record, dataclasses.replace(record, speed_signal=None)))
+    assert tracked.processed.tracking.used
+    assert not bare.processed.tracking.used
+    assert tracked.line("BPFO").found_hz == pytest.approx(bare.line("BPFO").found_hz, rel=STEADY)
+    assert tracked.speed.ci95_hz == bare.speed.ci95_hz == pytest.approx(SCALE_CI95 * SHAFT_HZ)
+
+
+def test_a_mean_without_its_course_is_as_unsure_as_the_speed_varies():
+    record = with_tachometer()
+    tracked, bare = (
+        analyse(r, bearing=BEARING).speed for r in (record, dataclasses.replace(record, speed_signal=None))
+    )
+    assert tracked.ci95_hz < 2e-4 * SHAFT_HZ
+    assert bare.ci95_hz == pytest.approx(NORMAL_95 * RAMP * SHAFT_HZ / np.sqrt(12), rel=SPREAD)
 
 
 @pytest.mark.recordings
-def test_the_rig_s_own_tachometers_drift_by_less_than_a_bin(recordings_dir):
-    for path in sorted(recordings_dir.glob("torino/*_877rpm_sample.mat")):
-        tracking = analyse(load_recording(path), bearing=BEARING).processed.tracking
-        assert tracking.drift_bins is not None
-        assert not tracking.used
+@pytest.mark.parametrize(("name", "before_rpm"), [("OR", 0.3634), ("IR", 0.1178), ("H", 0.1748), ("Roller", 0.1090)])
+def test_the_rig_s_records_are_tracked_and_their_mean_is_known_to_the_clocks(recordings_dir, name, before_rpm):
+    """`before_rpm`: 1.96 standard errors of the samples' mean, which took the shaft's own variation for an error."""
+    analysis = analyse(load_recording(recordings_dir / "torino" / f"{name}_877rpm_sample.mat"), bearing=BEARING)
+    assert analysis.processed.tracking.used
+    assert 60 * analysis.speed.ci95_hz == pytest.approx(60 * SCALE_CI95 * analysis.speed.value_hz, rel=SPREAD)
+    assert 60 * analysis.speed.ci95_hz < before_rpm
 
 
 RAMP_RAD_S = (70.0, 78.0)

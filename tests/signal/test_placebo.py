@@ -1,0 +1,94 @@
+"""A comb's rank among meaningless ones: uniform where noise-only probabilities are not, least for a true line."""
+
+import numpy as np
+
+from srbval.signal import Periodogram
+from srbval.signal.comb import read_comb
+from srbval.signal.placebo import COMBS, GRID, LEAST_WINDOWS, PlaceboRank, fundamentals, rank_among_placebos
+
+FS_HZ, SECONDS, SHAFT_HZ, LIMIT_HZ = 2000.0, 4.0, 11.83, 520.0
+HARMONICS, RELATIVE = 5, 0.01
+TRUE_HZ = 88.7
+LEAST = 1 / (COMBS + 1)
+# 240 combs of 60 records: ranks below a twentieth within three binomial standard errors, and a distance from the
+# uniform distribution that 60 independent ones stay below in 19 of 20 cases (1.36 / sqrt(60)).
+RECORDS, COMBS_EACH, HIGHEST_SHARE, HIGHEST_DISTANCE = 60, 4, 0.13, 0.175
+
+
+def record_of(rng, *, alien=0.0, line=0.0):
+    """White noise, six lines at random frequencies that are no one's harmonics, and a comb at `TRUE_HZ`."""
+    time_s = np.arange(round(FS_HZ * SECONDS)) / FS_HZ
+    samples = rng.standard_normal(time_s.size)
+    for _ in range(6):
+        samples += alien * np.cos(2 * np.pi * rng.uniform(50, LIMIT_HZ) * time_s + rng.uniform(0, 6))
+    for number in range(1, HARMONICS + 1):
+        samples += line * np.cos(2 * np.pi * number * TRUE_HZ * time_s + rng.uniform(0, 6))
+    return Periodogram.of(samples, FS_HZ, limit_hz=LIMIT_HZ, shaft_hz=SHAFT_HZ)
+
+
+def pool(centre_hz):
+    elsewhere = fundamentals(45.0, LIMIT_HZ / HARMONICS / (1 + RELATIVE), RELATIVE)
+    return elsewhere[np.abs(elsewhere / centre_hz - 1) > 2 * RELATIVE]
+
+
+def rank(record, centre_hz, **options):
+    return rank_among_placebos(
+        record, centre_hz, RELATIVE * centre_hz, HARMONICS, pool(centre_hz), **options
+    ).false_alarm
+
+
+def test_ranks_are_uniform_where_alien_lines_make_noise_only_probabilities_small():
+    rng = np.random.default_rng(3)
+    rows = []
+    for _ in range(RECORDS):
+        record = record_of(rng, alien=0.5)
+        for centre_hz in rng.uniform(50, 100, COMBS_EACH):
+            reading = read_comb(record, centre_hz, RELATIVE * centre_hz, shortest_block_s=None)
+            rows.append((rank(record, centre_hz), 1.0 if reading is None else reading.noise_false_alarm))
+    placebo, noise = np.array(rows).T
+    assert np.mean(noise < 0.001) > 0.1
+    assert np.mean(placebo < 0.05) < HIGHEST_SHARE
+    ordered = np.sort(placebo)
+    assert np.max(np.abs(ordered - (np.arange(ordered.size) + 0.5) / ordered.size)) < HIGHEST_DISTANCE
+
+
+def test_one_alien_line_in_the_window_is_least_among_whole_combs_only():
+    """Some forty windows do not overlap: every fortieth comb holds the strongest line, and no whole placebo does."""
+    rng = np.random.default_rng(7)
+    time_s = np.arange(round(FS_HZ * SECONDS)) / FS_HZ
+    ranks, whole = [], []
+    for centre_hz in np.linspace(55, 95, 40):
+        samples = rng.standard_normal(time_s.size) + 0.7 * np.cos(2 * np.pi * 1.003 * centre_hz * time_s)
+        record = Periodogram.of(samples, FS_HZ, limit_hz=LIMIT_HZ, shaft_hz=SHAFT_HZ)
+        ranks.append(rank(record, centre_hz))
+        whole.append(rank(record, centre_hz, orders=1))
+    assert np.median(whole) == LEAST
+    assert np.mean(ranks) > 1.5 * np.mean(whole)
+
+
+def test_a_true_line_is_stronger_than_all_placebos_with_alien_lines_about():
+    record = record_of(np.random.default_rng(4), alien=0.3, line=0.4)
+    assert rank(record, TRUE_HZ * 1.003) == LEAST
+
+
+def test_the_rank_is_the_same_whatever_the_unit_and_repeats_itself():
+    record = record_of(np.random.default_rng(5), alien=0.3)
+    scaled = Periodogram.of(1e3 * record.samples, record.fs_hz, limit_hz=LIMIT_HZ, shaft_hz=SHAFT_HZ)
+    assert rank(record, 70.0) == rank(record, 70.0) == rank(scaled, 70.0)
+
+
+def test_no_rank_where_too_little_of_the_record_means_nothing():
+    record = record_of(np.random.default_rng(6))
+    few = pool(TRUE_HZ)[: 2 * GRID * LEAST_WINDOWS - 1]
+    assert rank_among_placebos(record, TRUE_HZ, RELATIVE * TRUE_HZ, HARMONICS, few) is None
+
+
+def test_the_tail_is_the_rank_inside_and_goes_on_exponentially_beyond():
+    """Placebos drawn from an exponential distribution: what is as rare as 1e-5 has a tail of about that."""
+    placebos = np.random.default_rng(8).exponential(3.0, 4000)
+    inside, beyond = (
+        PlaceboRank(evidence=e, of_placebos=placebos) for e in (np.quantile(placebos, 0.5), 3 * np.log(1e5))
+    )
+    assert inside.tail_false_alarm == inside.false_alarm
+    assert beyond.false_alarm == 1 / 4001
+    assert 0.3e-5 < beyond.tail_false_alarm < 3e-5
