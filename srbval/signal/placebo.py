@@ -142,6 +142,8 @@ def _scores(record: Periodogram, frequency_hz: FloatArray) -> tuple[NDArray[np.f
 
 def _highest(total: NDArray[np.float32]) -> NDArray[np.float32]:
     """The highest interior maximum of each row, [combs]; minus infinity where there is none."""
-    middle = total[:, 1:-1]
-    peak = (middle >= total[:, :-2]) & (middle > total[:, 2:])
-    return np.asarray(np.max(middle, axis=1, where=peak, initial=-np.inf))
+    top = np.max(total, axis=1)
+    edge = (total[:, 0] == top) | (total[:, -1] == top)  # of what stands outside: few rows, looked at closely
+    left, middle, right = (total[edge, first : total.shape[1] - 2 + first] for first in range(3))
+    top[edge] = np.max(middle, axis=1, where=(middle >= left) & (middle > right), initial=-np.inf)
+    return np.asarray(top)

@@ -124,16 +124,18 @@ def find_families(record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, s
             identity_probability=identity,
         )  # fmt: skip
 
-    while read := _fundamentals(record, waiting, scale, block_s):
+    read = _fundamentals(record, waiting, scale, block_s)
+    while read:
         # Lines that noise does not explain first, the deepest modulation before all.
         strongest = max(read, key=lambda f: read[f].depth if read[f].detected else 0.0)
         waiting.remove(strongest)
-        latest = judged(strongest, read[strongest], record, found)
+        latest = judged(strongest, read.pop(strongest), record, found)
         found.append(latest)
         if latest.detected:
             record = _without(record, latest)
             if settles:
                 scale, settles = latest.reading.found_hz / strongest.kinematic_hz, False
+            read = _fundamentals(record, waiting, scale, block_s)
     found += [judged(f, reading, bare, []) for f, reading in _fundamentals(bare, [cage], scale, block_s).items()]
     return {f.family.name: f for f in found}
 
