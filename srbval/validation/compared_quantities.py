@@ -218,7 +218,7 @@ def _scatter_db(line: Line) -> float:
 def own_effects(effects: DefectEffects, quantity: str, _: QuantityValue) -> dict[str, float]:
     """Half widths that were measured on this very quantity."""
     own = effects.of(quantity)
-    return {} if own is None else {INPUTS: NORMAL_95 * own.deviation, GRID: own.grid_ci95}
+    return {} if own is None else {INPUTS: effects.inputs_ci95(quantity), GRID: own.grid_ci95}
 
 
 def shape_effects(effects: DefectEffects, _: str, rig: QuantityValue) -> dict[str, float]:

@@ -1,5 +1,6 @@
 """What inputs, starts and numerics do to the compared quantities of one defect, all of them together."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -44,7 +45,8 @@ class DefectEffects:
     """Effects on all quantities of one defect; `correlation` of inputs and starts, [quantities, quantities].
 
     `draws` runs were used, `failed` ones were not; `refined`: whether the first half of them was not enough for the
-    emulator. `spectra` are the base run's and some draws' (see `spectrum_shape.halves_of`), [2, bins] each.
+    emulator. `at` are their inputs, [draws, inputs] in 0 to 1, `values` their quantities, [draws, quantities], None
+    where a run did not show one. `spectra` are those of some draws (see `spectrum_shape.halves_of`), [2, bins] each.
     """
 
     defect: str
@@ -53,16 +55,30 @@ class DefectEffects:
     draws: int
     failed: int
     refined: bool
+    at: Sequence[Sequence[float]] = field(default=(), repr=False)
+    values: Sequence[Sequence[float | None]] = field(default=(), repr=False)
     spectra: Sequence[Sequence[Sequence[float]]] = field(default=(), repr=False)
 
     def of(self, name: str) -> QuantityEffects | None:
         """Those on one quantity."""
         return next((one for one in self.quantities if one.name == name), None)
 
-    def correlation_of(self, first: str, second: str) -> float:
-        """Of two quantities, by inputs and starts."""
-        places = {one.name: place for place, one in enumerate(self.quantities)}
-        return self.correlation[places[first]][places[second]]
+    def covariance(self, names: Sequence[str]) -> NDArray[np.float64]:
+        """Of some quantities, by inputs and starts, [names, names]."""
+        places = [[one.name for one in self.quantities].index(name) for name in names]
+        deviation = np.array([self.quantities[place].deviation for place in places])
+        return np.asarray(np.outer(deviation, deviation) * np.array(self.correlation)[np.ix_(places, places)])
+
+    def deviations(self, names: Sequence[str]) -> NDArray[np.float64]:
+        """What the draws' quantities lie off the mean over the inputs, [draws, names]; 0 where one was not shown."""
+        places = [[one.name for one in self.quantities].index(name) for name in names]
+        means = np.array([self.quantities[place].value + self.quantities[place].shift for place in places])
+        return np.nan_to_num(np.array(self.values, dtype=float)[:, places] - means)
+
+    def inputs_ci95(self, name: str) -> float:
+        """Half width that holds a new draw of the inputs with a chance of 95 %: by rank, since they are not normal."""
+        off = np.sort(np.abs(self.deviations([name])[:, 0]))
+        return float(off[min(math.ceil(0.95 * (off.size + 1)), off.size) - 1])
 
     def angle_ci95(self, rig: NDArray[np.float64]) -> float | None:
         """What inputs and starts do to the model's angle with a record's halves, [2, bins] [degrees]."""

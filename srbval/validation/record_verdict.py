@@ -2,11 +2,12 @@
 
 The errors E of a record's cage ratio, levels and sidebands have one covariance V: inputs and starts move them together,
 all levels share the record's first harmonic, the sensor's mounting adds to each level. D^2 = E' V^-1 E is held against
-its own distribution: chi-squared where the mounting does nothing, and for one of unknown size (half-normal prior) the
-mixture of these, by `TRIALS` draws. Holm's procedure (1979, Scand. J. Stat. 6, 65) keeps the chance of any false
-"resolved" among all records at 5 %. "Agrees" needs every quantity surely within its margin (intersection-union: Berger
-1982, Technometrics 24, 295); between the two it is undecided. A level below one side's detection is censored: its error
-counts as the least that this allows, and it cannot agree.
+its own distribution by `TRIALS` draws: of the inputs' own runs, which are not normal, of normal errors of reading, and
+of a mounting of unknown size (half-normal prior). It is chi-squared where only the normal errors count. Holm's
+procedure (1979, Scand. J. Stat. 6, 65) keeps the chance of any false "resolved" among all records at 5 %. "Agrees"
+needs every quantity surely within its margin (intersection-union: Berger 1982, Technometrics 24, 295); between the two
+it is undecided. A level below one side's detection is censored: its error counts as the least that this allows, and it
+cannot agree.
 """
 
 from collections.abc import Iterable, Sequence
@@ -26,7 +27,7 @@ from srbval.validation.comparison import (
     Comparison,
     ComparisonVerdict,
 )
-from srbval.validation.effects import GRID, INPUTS, DefectEffects
+from srbval.validation.effects import GRID, DefectEffects
 
 PRIMARY = tuple(kind.name for kind in KINDS if kind.primary)
 FREQUENCIES = (CAGE_RATIO.name, ROLLER_LINE.name)
@@ -74,20 +75,22 @@ def judge(rows: Iterable[Comparison], effects: DefectEffects | None) -> RecordVe
     used, known = [r for r, e in zip(used, errors, strict=True) if e is not None], [e for e in errors if e is not None]
     if effects is None or not any(row.kind in FREQUENCIES for row in used):
         return None
-    own = covariance(used, effects)
+    scales = np.array([100 / row.rig.value if row.kind in FREQUENCIES else 1.0 for row in used])
+    own, inputs = covariance(used), effects.deviations([row.quantity for row in used]) * scales
+    spread = np.outer(scales, scales) * effects.covariance([row.quantity for row in used])
     levels = np.array([float(row.kind not in FREQUENCIES) for row in used])
     error = np.array(known)
-    d2, p = tail(error, own, levels, mounting=MOUNTING_DB)
+    d2, p = tail(error, own, levels, mounting=MOUNTING_DB, inputs=inputs, spread=spread)
+    wider = own + np.diag((1 - levels) * DISCREPANCY_PCT**2)
     _, p_discrepancy = tail(
-        error, own + np.diag((1 - levels) * DISCREPANCY_PCT**2), levels, mounting=MOUNTING_DB,
-        discrepancy=DISCREPANCY_DB,
-    )  # fmt: skip
+        error, wider, levels, mounting=MOUNTING_DB, discrepancy=DISCREPANCY_DB, inputs=inputs, spread=spread
+    )
     return RecordVerdict(
         record=used[0].record,
         quantities=tuple(row.quantity for row in used),
         units=tuple(row.error_unit for row in used),
         errors=tuple(known),
-        u=tuple(np.sqrt(np.diag(own) + levels * MOUNTING_DB**2).tolist()),
+        u=tuple(np.sqrt(np.diag(own + spread) + levels * MOUNTING_DB**2).tolist()),
         censored=tuple(row.quantity for row in used if not row.both_present),
         d2=d2, p=p, p_discrepancy=p_discrepancy, p_holm=p,
         agrees=all(row.within_margin for row in used),
@@ -104,32 +107,30 @@ def holm(found: Sequence[RecordVerdict]) -> tuple[RecordVerdict, ...]:
     return tuple(replace(one, p_holm=adjusted[place]) for place, one in enumerate(found))
 
 
-def covariance(rows: Sequence[Comparison], effects: DefectEffects) -> FloatArray:
-    """Of the errors of one record's quantities, without the mounting, in the units of the errors."""
-    own = np.diag([sum((row.parts.get(p, 0.0) / NORMAL_95) ** 2 for p in (MODEL_STARTS, RIG_READING, RIG_SPEED, GRID))
-                   for row in rows])  # fmt: skip
-    for i, one in enumerate(rows):
-        for j, other in enumerate(rows):
-            inputs = [row.parts.get(INPUTS, 0.0) / NORMAL_95 for row in (one, other)]
-            own[i, j] += inputs[0] * inputs[1] * effects.correlation_of(one.quantity, other.quantity)
-            if i != j and FREQUENCIES[0] not in (one.kind, other.kind) and FREQUENCIES[1] not in (one.kind, other.kind):
-                own[i, j] += (one.rig.first_ci95 / NORMAL_95) * (other.rig.first_ci95 / NORMAL_95)
+def covariance(rows: Sequence[Comparison]) -> FloatArray:
+    """Of the normal errors of one record's quantities, in the units of the errors: all but inputs and mounting."""
+    parts = (MODEL_STARTS, RIG_READING, RIG_SPEED, GRID)
+    first = np.array([0.0 if row.kind in FREQUENCIES else row.rig.first_ci95 / NORMAL_95 for row in rows])
+    own = np.outer(first, first)
+    np.fill_diagonal(own, [sum((row.parts.get(part, 0.0) / NORMAL_95) ** 2 for part in parts) for row in rows])
     return np.asarray(own)
 
 
 def tail(
-    error: FloatArray, own: FloatArray, levels: FloatArray, *, mounting: float = 0.0, discrepancy: float = 0.0
-) -> tuple[float, float]:
-    """D^2 of an error and its chance, with errors of the `levels` (1, else 0) of unknown sizes on top of `own`.
+    error: FloatArray, own: FloatArray, levels: FloatArray, *, inputs: FloatArray, spread: FloatArray,
+    mounting: float = 0.0, discrepancy: float = 0.0,
+) -> tuple[float, float]:  # fmt: skip
+    """D^2 of an error and its chance.
 
-    `mounting` and `discrepancy` are the scales [dB] of the half-normal priors of those sizes, whose mean square is the
-    scale's own.
+    Errors are normal with covariance `own`; of the inputs, one row of `inputs`, [draws, quantities], with covariance
+    `spread`; and of the `levels` (1, else 0) of unknown sizes: `mounting` and `discrepancy` are the scales [dB] of
+    their half-normal priors, whose mean square is the scale's own.
     """
-    whole = own + np.diag(levels) * (mounting**2 + discrepancy**2)
+    whole = own + spread + np.diag(levels) * (mounting**2 + discrepancy**2)
     inverse = np.linalg.inv(whole)
     d2 = float(error @ inverse @ error)
     normal = _normal(error.size + 2)
-    drawn = normal[:, : error.size] @ np.linalg.cholesky(own).T
+    drawn = normal[:, : error.size] @ np.linalg.cholesky(own).T + inputs[np.arange(TRIALS) % len(inputs)]
     sizes = np.hypot(mounting * normal[:, -2], discrepancy * normal[:, -1])
     drawn += levels * sizes[:, None] * _normal(error.size, SEED + 1)
     as_large = int(np.count_nonzero(((drawn @ inverse) * drawn).sum(axis=1) >= d2))

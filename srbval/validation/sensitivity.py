@@ -114,6 +114,8 @@ def _defect_effects(own: Scene, inputs: Sequence[OpenInput], count: int, progres
         draws=len(runs),
         failed=count * (1 + refined) - len(runs),
         refined=refined,
+        at=shares.round(5).tolist(),
+        values=[[run.values[name].value if name in run.values else None for name in fitted] for run in runs],
         spectra=[one.round(3).tolist() for one in spectra if one is not None],
     )
 

@@ -54,6 +54,7 @@ def test_the_stored_rates_are_those_that_the_verdict_promises() -> None:
     if kept is None:
         pytest.skip(f"no stored result; {COMMAND[RECORD_VERDICTS]} makes one")
     rows = kept.content["rows"]
+    rows = [row for row in rows if row["truth"] == "emulated"]  # the others are too few for a rate of 5 %
     assert {(row["seconds"], row["discrepancy"]) for row in rows} == {
         (s, k) for s in SECONDS for k in (NONE, MARGIN, PRIOR)
     }

@@ -59,9 +59,12 @@ def analysis(depth_second=0.5, detected=True, found_hz=108.2):
 
 def known(*effects):
     size = len(effects)
+    # Two draws, each two deviations off: so is the half width.
+    values = [[one.value + one.shift + sign * 2 * one.deviation for one in effects] for sign in (-1, 1)]
     own = DefectEffects(
-        defect="inner", quantities=effects, correlation=np.eye(size).tolist(), draws=60, failed=0, refined=False
-    )
+        defect="inner", quantities=effects, correlation=np.eye(size).tolist(), draws=2, failed=0, refined=False,
+        values=values,
+    )  # fmt: skip
     return Sensitivity(defects=(own,))
 
 
@@ -87,7 +90,7 @@ def test_error_and_uncertainty_join_numerics_data_and_speed():
     cage = 1 - 10.82 / 19
     assert row.error == pytest.approx(-100 * 0.02 / 19 / cage)  # the faster BPFI, the slower the cage
     speed = 0.001 / SHAFT_HZ * 10.82  # what the shaft's speed does to the line's order
-    parts = [100 / cage * part for part in (0.001 / 19, 0.001 / 19, speed / 19, NORMAL_95 * 0.0005)]
+    parts = [100 / cage * part for part in (0.001 / 19, 0.001 / 19, speed / 19, 2 * 0.0005)]
     assert row.uncertainty == pytest.approx(math.hypot(*parts), rel=EXACT_RELATIVE)
     assert row.dominant == INPUTS
     assert row.verdict is ComparisonVerdict.RESOLVED

@@ -57,7 +57,11 @@ def test_inputs_move_quantities_together_and_by_as_much_as_they_do(study):
     assert level.deviation == pytest.approx(np.hypot(np.hypot(*parts[:2]), parts[2]), rel=EMULATED)
     assert level.shares["critical velocity of friction"] == pytest.approx((parts[0] / level.deviation) ** 2, abs=0.1)
     assert level.shares["friction"] < 0.05
-    assert found.correlation_of("cage ratio", "2xBPFO") == pytest.approx(parts[0] / level.deviation, abs=0.1)
+    (one, both), (_, other) = found.covariance(["cage ratio", "2xBPFO"])
+    assert both / np.sqrt(one * other) == pytest.approx(parts[0] / level.deviation, abs=0.1)
+    assert found.deviations(["cage ratio"]).std() == pytest.approx(cage.deviation, rel=EMULATED)
+    # Uniform: 95 % lie within 0.95 of half the range, where a normal one would have 1.96 of 0.577 of it.
+    assert found.inputs_ci95("cage ratio") == pytest.approx(0.95 * 1e-3 * decades / 2, rel=EMULATED)
 
 
 def test_points_are_an_offset_with_a_sign_and_the_rest_an_index(study):
@@ -102,7 +106,9 @@ def test_stored_and_read_again_it_is_the_same(study):
     found = study()
     again = sensitivity_of({"defects": [json_object(found)]}).of(Fault.OUTER)
     assert again.quantities == found.quantities
-    assert again.correlation_of("2xBPFO", "cage ratio") == found.correlation_of("cage ratio", "2xBPFO")
+    names = ["2xBPFO", "cage ratio"]
+    assert again.covariance(names) == pytest.approx(found.covariance(names))
+    assert again.deviations(names) == pytest.approx(found.deviations(names))
 
 
 def test_a_healthy_scene_has_nothing_to_compare():
