@@ -3,7 +3,7 @@
 A rig is two records, outer and inner race. Its truth is what the model shows at inputs drawn from their ranges, plus
 a known discrepancy, plus a mounting (size half-normal, `MOUNTING_DB`; levels normal with that size). "Emulated": fresh
 draws, by the sensitivity study's emulators and a residual of theirs, so that the rule is tried on the distribution that
-it assumes. "Full model": `TRUTHS` draws run anew, so few that a rate of 5 % is known to 3 or 4 % only, but free of the
+it assumes. "Full model": `TRUTHS` draws run anew, so few that a rate of 5 % is known to 4 or 5 % only, but free of the
 emulator. A truth is read as a record of 2, 10 or 30 s is: every harmonic is an amplitude plus complex normal noise, its
 power over noise drawn for two seconds and growing with duration; the cage ratio gets normal errors of reading and of
 the shaft's speed of the size the record states. What is not simulated: the record's samples, its band and its search
@@ -47,7 +47,7 @@ from srbval.validation.record_verdict import DISCREPANCY_DB, DISCREPANCY_PCT, LE
 from srbval.validation.sensitivity import _paper_scenes, _run, _values
 from tests.calibrators.rows import print_rows
 
-RIGS, TRUTHS, SEED = 500, 40, 20
+RIGS, TRUTHS, SEED = 500, 24, 20
 SECONDS = (2.0, 10.0, 30.0)
 SNR = (30.0, 3000.0)  # of the first harmonic in 2 s, power over noise; even in the logarithm
 SHAFT_HZ = 14.3
