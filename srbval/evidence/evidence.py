@@ -36,7 +36,6 @@ from srbval.validation.cross_band import CrossBand
 from srbval.validation.effects import Sensitivity
 from srbval.validation.matrix import Matrix
 from srbval.validation.other_rigs import OtherRecord
-from srbval.validation.simulation_cases import Variation
 from srbval.validation.speed_and_slip import SpeedAndSlip
 from srbval.validation.sum_rule import SumRule
 from srbval.validation.table6 import Table6, Table6Row
@@ -81,7 +80,6 @@ class Evidence:
     crossed: tuple[CrossBand, ...]
     rows: tuple[Table6Row, ...]
     sums: tuple[SumRule, ...]
-    variations: tuple[Variation, ...]
     known: Sensitivity
     registered: tuple[RegisteredRecording, ...]
     register: RegisterListing
@@ -133,8 +131,7 @@ class Evidence:
             "closure": self.sums,
             "comparisons": self.comparisons,
             "bias": self.bias,
-            "sensitivity": self.known.effects,
-            "variations": self.variations,
+            "sensitivity": self.known.defects,
             "analyses": {
                 f"{name}-{state}": analysis for name, side in sides.items() for state, analysis in side.items()
             },

@@ -32,12 +32,8 @@ from srbval.validation.other_rigs import OtherRecord
 from srbval.validation.simulation_cases import (
     PAPER_STATES,
     SimulationCase,
-    Variation,
-    as_sensitivity,
     paper_cases,
     run_cases,
-    variation,
-    variation_cases,
 )
 from srbval.validation.speed_and_slip import matrix_rows, published_speeds, table6_rows
 from srbval.validation.table6 import Table6, measured_rows, published_rows, sum_rules, table6
@@ -68,7 +64,6 @@ class _Simulated:
 
     cases: tuple[SimulationCase, ...]
     runs: Mapping[str, Run]
-    variations: tuple[Variation, ...]
     paper: Mapping[Fault, Analysis]
 
 
@@ -101,8 +96,6 @@ class _Gathering:
             others = BackgroundReading(register.recordings, jobs=self.jobs)
         simulated = self._simulate(seconds)
         known = known_sensitivity(results)
-        if not known.effects:
-            known = as_sensitivity(simulated.variations, simulated.runs["paper-outer"])
         keep = {point for entry in chosen.values() if (point := point_of(entry)) is not None}
         matrix = self._matrix(of_rig, keep, known)
         rig = self._rig_side(chosen, matrix, stand_in_folder)
@@ -140,10 +133,13 @@ class _Gathering:
             crossed=cross_bands(model_at_rig, rig.rig),
             rows=(
                 *published_rows(self.printed, simulated.paper, runs),
-                *measured_rows(rig.measured, {s: side.run for s, side in rig.models.items()}, known.effects),
+                *measured_rows(
+                    rig.measured,
+                    {s: side.run for s, side in rig.models.items()},
+                    [row for cell in matrix.cells if cell.point in matrix.sides for row in cell.comparisons],
+                ),
             ),
             sums=tuple(sum_rules(self.printed, simulated.paper, runs, rig.measured)),
-            variations=simulated.variations,
             known=known,
             registered=rig.registered,
             register=register,
@@ -163,9 +159,9 @@ class _Gathering:
         )
 
     def _simulate(self, seconds: float) -> _Simulated:
-        paper, varied = paper_cases(seconds), variation_cases(seconds)
+        paper = paper_cases(seconds)
         outer = next(case for case in paper if case.state is Fault.OUTER)
-        cases = (*paper, *varied, load_zone_case(outer.scene), *pattern_cases())
+        cases = (*paper, load_zone_case(outer.scene), *pattern_cases())
         for model in dict.fromkeys(case.scene.model for case in cases):
             if not is_compiled(model):
                 with stage(self.progress, f"Compile the {model} model, once after installation"):
@@ -179,7 +175,6 @@ class _Gathering:
         return _Simulated(
             cases=cases,
             runs=runs,
-            variations=tuple(variation(case, runs[case.id], runs[f"paper-{case.state}"]) for case in varied),
             paper=analyses,
         )
 

@@ -7,8 +7,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
-import numpy as np
-
 from srbval.bearing import Fault
 from srbval.bench.ladder.cases import BASES, CalibrationScene
 from srbval.bench.ladder.questions import Question
@@ -22,12 +20,22 @@ FREE = ("model", "shaft_speed_rad_s", "duration_s", "settle_s", "output_rate_hz"
 LONGER = 0.6  # a record may be this much of the calibrated length, or longer
 SAME = 1e-9
 AXES = ("rpm", "radial_kn", "height_mm")
-# Of the upper half of the logarithms: three for one scene in some seven hundred, were they normal, and one more since
-# the deviation itself is estimated from a dozen scenes.
-DEVIATIONS = 4.0
-LEAST_SCENES = 8  # that a margin is estimated from
+LEAST_SCENES = 9  # that a margin is read from: it then holds for nine scenes in ten
 
 Key = tuple[str, str, Question]  # roller fit, model, question
+
+
+@dataclass(frozen=True, kw_only=True)
+class Margin:
+    """Factor on the largest error at the corners, at least 1, and the number of `scenes` that it was read from."""
+
+    factor: float
+    scenes: int
+
+    @property
+    def coverage(self) -> float:
+        """Chance that the bound holds for a new scene like these, at least."""
+        return self.scenes / (self.scenes + 1)
 
 
 @cache
@@ -50,13 +58,17 @@ class Neighbours:
 
     entries: tuple[Entry, ...]
     outside: tuple[str, ...]
-    margin: Mapping[Key, float]
+    margin: Mapping[Key, Margin]
+
+    def margin_of(self, model: str, question: Question) -> Margin | None:
+        """A rung's, for the scene's roller fit."""
+        return self.margin.get((self.entries[0].case.fit, model, question))
 
     def error_pct(self, model: str, question: Question) -> float | None:
         """The largest error of a rung among them, times its margin; None where any has no answer, or none a margin."""
         largest = largest_error_pct(self.entries, model, question)
-        factor = self.margin.get((self.entries[0].case.fit, model, question))
-        return None if largest is None or factor is None else largest * factor
+        margin = self.margin_of(model, question)
+        return None if largest is None or margin is None else largest * margin.factor
 
     def wall_per_simulated_s(self, model: str) -> float | None:
         """The largest cost of a rung among them."""
@@ -170,14 +182,13 @@ def largest_error_pct(entries: Sequence[Entry], model: str, question: Question) 
 
 
 @cache
-def margins(calibration: LadderCalibration) -> Mapping[Key, float]:
-    """For each roller fit, rung and question: the factor on the largest error at the corners; at least 1.
+def margins(calibration: LadderCalibration) -> Mapping[Key, Margin]:
+    """For each roller fit, rung and question: the factor on the largest error at the corners.
 
-    The fits are kept apart because rollers rattle with play, while the ring rings with interference.
-
-    From the ratios of measured to predicted errors on the scenes between: their median and `DEVIATIONS` times the
-    deviation of the upper half from it, in logarithms, or the largest where that is more. Too few scenes with an answer
-    give no margin.
+    The fits are kept apart because rollers rattle with play, while the ring rings with interference. Split conformal
+    prediction (Vovk, Gammerman & Shafer 2005; Lei et al. 2018, J. Am. Stat. Assoc. 113, 1094): of n scenes between the
+    calibration's, drawn like the one that is asked for, the largest ratio of measured to predicted error is exceeded by
+    a new one with a chance of at most 1 / (n + 1), whatever the distribution. Too few scenes give no margin.
     """
     seen: dict[Key, list[float]] = {}
     for entry in calibration.between:
@@ -187,16 +198,11 @@ def margins(calibration: LadderCalibration) -> Mapping[Key, float]:
                 ratio = _measured_over_predicted(entry, near, model, question)
                 if ratio is not None:
                     seen.setdefault((entry.case.fit, model, question), []).append(ratio)
-    return {key: margin(ratios) for key, ratios in seen.items() if len(ratios) >= LEAST_SCENES}
-
-
-def margin(ratios: Sequence[float]) -> float:
-    """Factor that covers ratios of measured to predicted errors, and those to be expected beyond them."""
-    logs = np.log(np.maximum(ratios, 1e-12))
-    middle = float(np.median(logs))
-    above = logs[logs >= middle] - middle
-    spread = DEVIATIONS * math.sqrt(float(np.mean(above**2)))
-    return max(1.0, float(np.max(ratios)), math.exp(middle + spread))
+    return {
+        key: Margin(factor=max(1.0, *ratios), scenes=len(ratios))
+        for key, ratios in seen.items()
+        if len(ratios) >= LEAST_SCENES
+    }
 
 
 def _measured_over_predicted(entry: Entry, near: Sequence[Entry], model: str, question: Question) -> float | None:

@@ -11,13 +11,20 @@ from srbval.models.ladder import RUNGS, Rung
 from srbval.plan.calibrated import Neighbours, calibration_of, neighbours
 from srbval.scene import Scene
 
+VACUOUS_PCT = 100.0  # an error bound as large as what is asked for says nothing
+
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
-    """A rung: bound of its error [%], wall time [s] on the calibration's machine, whether it is enough (`ok`), why."""
+    """A rung: bound of its error [%], wall time [s] on the calibration's machine, whether it is enough (`ok`), why.
+
+    The bound holds with a chance of at least `coverage`, read from so many `scenes`; both None without one.
+    """
 
     model: str
     error_pct: float | None
+    coverage: float | None
+    scenes: int | None
     wall_s: float | None
     ok: bool
     why: str
@@ -58,7 +65,7 @@ def make_plan(
     """The cheapest rung that answers `question` on `scene` within `tolerance_pct`.
 
     Errors are the largest of the calibration scenes about this one, against their reference model at half its step,
-    times the margin that the scenes between those call for (`margins`): bounds, which one scene in hundreds may exceed.
+    times the margin that the scenes between those call for (`margins`): bounds that hold with the chance they state.
     Outside the calibrated range only the reference model is enough. If even its error is larger, it is chosen all the
     same and `met` is False. Raises `ConfigurationError` for a tolerance that is not positive, or a question that a
     scene without defect leaves empty.
@@ -94,10 +101,15 @@ def _judge(
 ) -> Candidate:
     error = near.error_pct(rung.name, question)
     pace = near.wall_per_simulated_s(rung.name)
+    margin = near.margin_of(rung.name, question) if error is not None else None
     ok, why = _verdict(rung, question, error, tolerance_pct, near, reference)
+    if margin is not None and not near.outside:
+        why += f" (with a chance of {100 * margin.coverage:.0f} %, from {margin.scenes} scenes)"
     return Candidate(
         model=rung.name,
         error_pct=error,
+        coverage=None if margin is None else margin.coverage,
+        scenes=None if margin is None else margin.scenes,
         wall_s=None if pace is None else pace * (scene.duration_s + scene.settle_s),
         ok=ok,
         why=why,
@@ -120,5 +132,7 @@ def _verdict(
     if error is None:
         return False, "gave no answer on a calibration scene about this one, or on too many between them"
     of = MEANING[question].error_of
+    if error >= VACUOUS_PCT:
+        return error <= tolerance_pct, f"nothing useful is known: its bound, {error:.3g} % of {of}, is vacuous"
     verb = "is within" if error <= tolerance_pct else "exceeds"
     return error <= tolerance_pct, f"errs by up to {error:.3g} % of {of}, which {verb} {tolerance_pct:g} %"

@@ -4,7 +4,8 @@ Amplitudes are not compared: neither the sensor's path nor the contact's damping
 """
 
 import math
-from collections.abc import Callable, Mapping
+import statistics
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -12,14 +13,16 @@ from srbval.bearing import DEFECTS, RACE_DEFECTS, Fault
 from srbval.signal import LEAST_SNR, NORMAL_95
 from srbval.validation.analyse import Analysis
 from srbval.validation.comparison import (
-    MODEL_READING,
+    MODEL_STARTS,
+    MOUNTING,
+    MOUNTING_DB,
     RIG_READING,
     RIG_SPEED,
     Comparison,
     ComparisonVerdict,
     QuantityValue,
 )
-from srbval.validation.effects import Sensitivity
+from srbval.validation.effects import GRID, INPUTS, DefectEffects, Sensitivity
 from srbval.validation.lines import Line
 from srbval.validation.spectrum_shape import angle_between, angle_within, halves_of
 
@@ -33,7 +36,8 @@ class Kind:
     """A kind of quantity: one bias and one scatter, one column of the matrix, and the plot it is drawn in.
 
     Errors of a `relative` kind are per cent of the rig's value, those of the others differences; `yes_or_no` kinds
-    count whether or not both sides show something. Kinds of one `plot` (its name) share it and its `axis`.
+    count whether or not both sides show something. Kinds of one `plot` (its name) share it and its `axis`. A kind is
+    judged with its record's others where it is `primary`; a model whose error is surely below `margin` agrees.
     """
 
     name: str
@@ -43,28 +47,38 @@ class Kind:
     yes_or_no: bool = False
     plot: str = ""
     axis: str = ""
+    primary: bool = False
+    margin: float | None = None
 
 
 LEVEL_AXIS = "level over the first harmonic, dB"
 CAGE_RATIO = Kind(
     name="cage ratio", heading="Cage ratio, %", error_unit="%", relative=True,
-    plot="cage", axis="cage ratio's deviation from kinematics, %",
+    plot="cage", axis="cage ratio's deviation from kinematics, %", primary=True, margin=0.1,
 )  # fmt: skip
 ROLLER_LINE = Kind(
     name="roller line", heading="Roller's line, %", error_unit="%", relative=True,
-    plot="roller", axis="roller line's deviation from kinematics, %",
+    plot="roller", axis="roller line's deviation from kinematics, %", primary=True, margin=0.1,
 )  # fmt: skip
-FREQUENCIES = (CAGE_RATIO.name, ROLLER_LINE.name)
 HARMONIC = {
     number: Kind(
-        name=f"harmonic {number}", heading=f"Harmonic {number}, dB", error_unit="dB", plot="level", axis=LEVEL_AXIS
+        name=f"harmonic {number}",
+        heading=f"Harmonic {number}, dB",
+        error_unit="dB",
+        plot="level",
+        axis=LEVEL_AXIS,
+        primary=number < 5,
+        margin=3.0,
     )
     for number in (2, 3, 4, 5)
 }
 PRESENCE = Kind(
     name="sideband presence", heading="Sidebands, model / rig", error_unit="yes or no", yes_or_no=True
 )  # fmt: skip
-SIDEBANDS = Kind(name="sideband level", heading="Sideband level, dB", error_unit="dB", plot="level", axis=LEVEL_AXIS)
+SIDEBANDS = Kind(
+    name="sideband level", heading="Sideband level, dB", error_unit="dB", plot="level", axis=LEVEL_AXIS,
+    primary=True, margin=3.0,
+)  # fmt: skip
 SHAPE = Kind(
     name="spectrum shape", heading="Spectrum shape, degrees", error_unit="degrees",
     plot="shape", axis="angle with the rig's spectrum, degrees",
@@ -72,8 +86,7 @@ SHAPE = Kind(
 
 
 class Sides(NamedTuple):
-    """Both sides' values of one quantity, and the 95 % bounds of what terms of numerics and inputs do to it, in its
-    unit."""
+    """Both sides' values of one quantity, and 95 % half widths of what numerics and inputs do to it, in its unit."""
 
     kind: Kind
     model: QuantityValue
@@ -95,7 +108,7 @@ class Outcome(NamedTuple):
 class ComparedQuantity:
     """One row: the quantity's name (with ``{line}`` for the fault's), unit, how it is read and how it is compared.
 
-    `effects` gives the 95 % bounds of what each term of numerics and inputs does to it, in `unit`; `from_order` gives
+    `effects` gives the 95 % half widths of what numerics and inputs do to it, in `unit`; `from_order` gives
     the value from the line's order, where the model's run itself knows that, free of a reading's noise.
     """
 
@@ -103,7 +116,7 @@ class ComparedQuantity:
     name: str
     unit: str
     read: Read
-    effects: Callable[[Sensitivity, Fault, str, QuantityValue], dict[str, float]]
+    effects: Callable[[DefectEffects, str, QuantityValue], dict[str, float]]
     compare: Callable[[Sides], Outcome | None]
     from_order: Callable[[Fault, float, int], float] | None = None
 
@@ -190,6 +203,7 @@ def _level(analysis: Analysis, fault: Fault, names: tuple[str | None, ...], harm
     return QuantityValue(
         value=_DB * math.log(depth / first.depth),
         ci95=NORMAL_95 * spread,
+        first_ci95=NORMAL_95 * _scatter_db(first),
         present=first.detected and all(line.detected for line in lines),
         least=_DB * math.log(least / first.depth),
         line=first,
@@ -201,18 +215,16 @@ def _scatter_db(line: Line) -> float:
     return _DB / math.sqrt(2 * max(line.snr or 0.0, 0.5))
 
 
-def own_effects(sensitivity: Sensitivity, fault: Fault, quantity: str, _: QuantityValue) -> dict[str, float]:
-    """Bounds of the terms that were measured on this very quantity."""
-    return {e.part: e.bound for e in sensitivity.effects if e.of(fault, quantity)}
+def own_effects(effects: DefectEffects, quantity: str, _: QuantityValue) -> dict[str, float]:
+    """Half widths that were measured on this very quantity."""
+    own = effects.of(quantity)
+    return {} if own is None else {INPUTS: effects.inputs_ci95(quantity), GRID: own.grid_ci95}
 
 
-def shape_effects(sensitivity: Sensitivity, fault: Fault, _: str, rig: QuantityValue) -> dict[str, float]:
-    """What each term does to the model's angle with this very record; of an ensemble the largest counts."""
-    bounds: dict[str, float] = {}
-    for effect in sensitivity.shapes:
-        if effect.defect == fault.value and rig.halves is not None:
-            bounds[effect.part] = max(effect.bound_with(rig.halves), bounds.get(effect.part, 0.0))
-    return bounds
+def shape_effects(effects: DefectEffects, _: str, rig: QuantityValue) -> dict[str, float]:
+    """What inputs and starts do to the model's angle with this very record."""
+    angle = None if rig.halves is None else effects.angle_ci95(rig.halves)
+    return {} if angle is None else {INPUTS: angle}
 
 
 def no_effects(*_: object) -> dict[str, float]:
@@ -221,12 +233,14 @@ def no_effects(*_: object) -> dict[str, float]:
 
 
 def difference(sides: Sides) -> Outcome:
-    """Model less rig; relative kinds in per cent of the rig's value, and with the uncertainty of its shaft speed."""
+    """Model less rig; relative kinds in per cent of the rig's value, and with the uncertainty of its shaft speed.
+
+    What the sensor's mounting does to a level is not told from that of the model by one mounting: it is in U.
+    """
     kind, model, rig, effects = sides
     scale = 100 / rig.value if kind.relative else 1.0
-    parts = {MODEL_READING: scale * (model.ci95 or 0.0), RIG_READING: scale * (rig.ci95 or 0.0)}
-    if kind.relative:
-        parts[RIG_SPEED] = scale * rig.speed_ci95
+    parts = {MODEL_STARTS: scale * (model.ci95 or 0.0), RIG_READING: scale * (rig.ci95 or 0.0)}
+    parts |= {RIG_SPEED: scale * rig.speed_ci95} if kind.relative else {MOUNTING: NORMAL_95 * MOUNTING_DB}
     parts |= {term: scale * bound for term, bound in effects.items()}
     return Outcome(model, rig, scale * (model.value - rig.value), parts)
 
@@ -236,7 +250,7 @@ def presence(sides: Sides) -> Outcome:
     both = (sides.model, sides.rig)
     missing = [quiet for quiet, other in (both, both[::-1]) if other.present and not quiet.present]
     if not missing:
-        verdict = ComparisonVerdict.NOT_RESOLVED
+        verdict = ComparisonVerdict.UNDECIDED
     else:
         shown = max(q.value - (q.ci95 or 0.0) for q in both if q.present)
         verdict = ComparisonVerdict.RESOLVED if missing[0].least < shown else ComparisonVerdict.INSUFFICIENT
@@ -253,7 +267,7 @@ def shape_angle(sides: Sides) -> Outcome | None:
     if rig.halves is None or model.halves is None or rig.line is None or not rig.line.detected:
         return None
     between = angle_between(rig.halves, model.halves)
-    parts = {MODEL_READING: between.ci95, RIG_READING: rig.ci95 or 0.0, **sides.effects}
+    parts = {MODEL_STARTS: between.ci95, RIG_READING: rig.ci95 or 0.0, **sides.effects}
     theirs = QuantityValue(value=between.degrees, ci95=between.ci95, line=model.line)
     return Outcome(theirs, replace(rig, halves=None), between.degrees - rig.value, parts)
 
@@ -293,42 +307,67 @@ KINDS: tuple[Kind, ...] = tuple(dict.fromkeys(row.kind for row in COMPARED))
 def compare(
     fault: Fault,
     rig: Analysis,
-    model: Analysis,
+    model: Mapping[str, QuantityValue],
     sensitivity: Sensitivity,
     *,
-    model_order: float | None = None,
     scene: str = "paper",
 ) -> tuple[Comparison, ...]:
     """Every quantity of a fault that both sides can show; none for a healthy bearing. `scene` names the model's.
 
-    `model_order` is the model's line in orders of the shaft where the run gives it without a reading (from the speed of
-    its cage or its roller). `sensitivity` was measured at one speed and load and is carried over.
+    `model` are its values by name. `sensitivity` was measured at one speed and load and is carried over; the mean over
+    the inputs is compared, not their nominal values' run.
     """
-    record = rig.recording.file or rig.recording.name
+    record, known = rig.recording.file or rig.recording.name, sensitivity.of(fault)
     found = []
     for row in COMPARED if fault in DEFECTS else ():
-        theirs, own = value_of_model(row, model, fault, model_order), row.read(rig, fault)
+        name = row.name_of(fault)
+        theirs, own = model.get(name), row.read(rig, fault)
         if theirs is None or own is None:
             continue
-        name = row.name_of(fault)
-        effects = row.effects(sensitivity, fault, name, own)
+        effects: dict[str, float] = {}
+        if known is not None:
+            effects = row.effects(known, name, own)
+            shift = known.of(name)
+            theirs = replace(theirs, value=theirs.value + (shift.shift if shift else 0.0))
         outcome = row.compare(Sides(row.kind, theirs, own, effects))
         if outcome is not None:
             found.append(
                 Comparison(
                     kind=row.kind.name, fault=fault, quantity=name, unit=row.unit, error_unit=row.kind.error_unit,
-                    record=record, scene=scene, **outcome._asdict(),
+                    record=record, scene=scene, margin=row.kind.margin, **outcome._asdict(),
                 )
             )  # fmt: skip
     return tuple(found)
 
 
-def value_of_model(
-    row: ComparedQuantity, analysis: Analysis, fault: Fault, order: float | None
-) -> QuantityValue | None:
-    """The model's value: by the order that its run gives, where the row can take that, else as read."""
-    read = row.read(analysis, fault)
-    if read is None or row.from_order is None or order is None:
-        return read
-    value = row.from_order(fault, order, analysis.bearing.rolling_elements)
-    return QuantityValue(value=value, line=read.line, kinematic=read.kinematic)
+def values_of_model(analysis: Analysis, fault: Fault, order: float | None) -> dict[str, QuantityValue]:
+    """Every quantity of a run by name, as read, or by the line's `order` where the run gives it and a row takes it."""
+    found = {}
+    for row in COMPARED if fault in DEFECTS else ():
+        read = row.read(analysis, fault)
+        if read is not None and row.from_order is not None and order is not None:
+            value = row.from_order(fault, order, analysis.bearing.rolling_elements)
+            read = QuantityValue(value=value, line=read.line, kinematic=read.kinematic)
+        if read is not None:
+            found[row.name_of(fault)] = read
+    return found
+
+
+def mean_of_starts(values: Sequence[Mapping[str, QuantityValue]]) -> dict[str, QuantityValue]:
+    """Means over runs, with Student's interval; shown where most runs show it. One run keeps its reading's interval."""
+    from scipy.special import stdtrit
+
+    if len(values) < 2:
+        return dict(values[0])
+    found = {}
+    for name in values[0]:
+        own = [one[name] for one in values if name in one]
+        if len(own) < len(values):
+            continue
+        numbers = [one.value for one in own]
+        ci95 = float(stdtrit(len(own) - 1, 0.975)) * statistics.stdev(numbers) / math.sqrt(len(own))
+        found[name] = replace(
+            own[0], value=statistics.fmean(numbers), ci95=ci95, least=max(one.least for one in own),
+            present=2 * sum(one.present for one in own) > len(own),
+        )  # fmt: skip
+    return found

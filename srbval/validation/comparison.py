@@ -1,7 +1,9 @@
 """One comparison of the model with the rig: one quantity of one fault, whatever it is read from.
 
 After ASME V&V 20 (2009): comparison error E = S - D, validation uncertainty U from numerics, inputs and data as a root
-of squares. Where |E| exceeds U the model's error is resolved; otherwise it is lost in the uncertainty.
+of squares. Where |E| exceeds U the model's error is resolved. It agrees only where its error is surely below a margin
+fixed before: |E| + 1.645 u below it, u = U / 1.96 (two one-sided tests, Schuirmann 1987). Between the two nothing is
+decided. These verdicts on single quantities are exploratory: `srbval.validation.record_verdict` has the record's.
 """
 
 import enum
@@ -14,24 +16,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.bearing import Fault
+from srbval.signal import NORMAL_95
 from srbval.validation.lines import Line
 
-RIG_READING, RIG_SPEED, MODEL_READING = "rig reading", "rig speed", "model reading"
-DATA_PARTS = (RIG_READING, RIG_SPEED)
+RIG_READING, RIG_SPEED, MOUNTING, MODEL_STARTS = "rig reading", "rig speed", "rig mounting", "model: mean of starts"
+DATA_PARTS = (RIG_READING, RIG_SPEED, MOUNTING)
+# Prior of what a sensor's place and mounting do to a level over the first harmonic: half-normal with this scale.
+MOUNTING_DB = 2.0
+ONE_SIDED = 1.645  # standard normal quantile, 95 %
 
 
 class ComparisonVerdict(enum.StrEnum):
     """What a comparison error and its uncertainty allow to be said."""
 
     RESOLVED = "resolved"
-    NOT_RESOLVED = "not resolved from uncertainty"
+    AGREES = "agrees"
+    UNDECIDED = "undecided"
     INSUFFICIENT = "insufficient data"
 
 
 @dataclass(frozen=True, kw_only=True)
 class QuantityValue:
     """One quantity of one side, with the 95 % half width of its reading (None where the source states none), and with
-    that of the shaft speed that it was divided by.
+    that of the shaft speed that it was divided by. `first_ci95`: the first harmonic's share of a level's.
 
     `line` is the fault's line that it was read from, `present` whether what is read stands out of the noise, `least`
     the value from which it would, `kinematic` what pure rolling gives. `halves` are the spectra that a spectrum's shape
@@ -41,6 +48,7 @@ class QuantityValue:
     value: float
     ci95: float | None = 0.0
     speed_ci95: float = 0.0
+    first_ci95: float = 0.0
     present: bool = True
     least: float = -math.inf
     line: Line | None = None
@@ -69,11 +77,12 @@ class Comparison:
     parts: Mapping[str, float]
     verdict_override: ComparisonVerdict | None = None
     scene: str = "paper"
+    margin: float | None = None
 
     @property
     def uncertainty(self) -> float | None:
         """Validation uncertainty; None where no term of numerics or inputs is known."""
-        terms = set(self.parts) - {MODEL_READING, *DATA_PARTS}
+        terms = set(self.parts) - {MODEL_STARTS, *DATA_PARTS}
         return math.hypot(*self.parts.values()) if terms else None
 
     @property
@@ -99,8 +108,15 @@ class Comparison:
         uncertainty = self.uncertainty
         if uncertainty is None or self.rig.ci95 is None or not self.both_present:
             return ComparisonVerdict.INSUFFICIENT
-        resolved = abs(self.error) > uncertainty
-        return ComparisonVerdict.RESOLVED if resolved else ComparisonVerdict.NOT_RESOLVED
+        if abs(self.error) > uncertainty:
+            return ComparisonVerdict.RESOLVED
+        return ComparisonVerdict.AGREES if self.within_margin else ComparisonVerdict.UNDECIDED
+
+    @property
+    def within_margin(self) -> bool:
+        """Whether the error is surely below the margin."""
+        known = self.uncertainty is not None and self.margin is not None and self.both_present
+        return known and abs(self.error) + ONE_SIDED * (self.uncertainty or 0.0) / NORMAL_95 < (self.margin or 0.0)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for ``report.json``."""

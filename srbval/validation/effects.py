@@ -1,69 +1,100 @@
-"""Effects of numerics and inputs: of each term on a compared quantity, and on the shape of the spectrum."""
+"""What inputs, starts and numerics do to the compared quantities of one defect, all of them together."""
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from srbval.bearing import Fault
+from srbval.signal import NORMAL_95
 from srbval.validation.spectrum_shape import angle_between
 
-
-@dataclass(frozen=True, kw_only=True)
-class _TermEffect:
-    """What one term (or ensemble of terms) does to the lines of one defect."""
-
-    term: str
-    kind: str
-    source: str
-    defect: str
-
-    @property
-    def part(self) -> str:
-        """The term as a part of an uncertainty."""
-        return f"{self.kind}: {self.term}"
+INPUTS, GRID = "inputs: all together", "numerics: points and step"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Effect(_TermEffect):
-    """Effect on one quantity: a 95 % bound, in `unit`."""
+class QuantityEffects:
+    """Of one quantity, in its `unit`: the scene's own value at the converged model, and what moves it.
 
-    quantity: str
+    `shift`: the mean over the inputs less that value; `deviation`: one standard deviation over the inputs and starts;
+    `shares` of its variance by each input on its own. `grid_ci95`: what points and step still leave open;
+    `paper_points` and `paper_points_ci95`: what the paper's number of points does (its value less the converged one),
+    an offset with a sign. `start_sd` and `paper_start_sd`: scatter over starts of the compared length. `outside`: share
+    of the runs that the emulator, fitted to the others, misses by more than two deviations.
+    """
+
+    name: str
     unit: str
-    base: float
-    bound: float
-
-    def of(self, fault: Fault, quantity: str) -> bool:
-        """Whether it is one on this quantity of this fault."""
-        return (self.defect, self.quantity) == (fault.value, quantity)
-
-    @property
-    def bound_pct(self) -> float:
-        """The bound relative to the base, for quantities that have a size [%]."""
-        return 100 * self.bound / abs(self.base)
+    value: float
+    shift: float
+    deviation: float
+    shares: Mapping[str, float]
+    grid_ci95: float
+    paper_points: float | None
+    paper_points_ci95: float | None
+    start_sd: float
+    paper_start_sd: float | None
+    outside: float
 
 
 @dataclass(frozen=True, kw_only=True)
-class ShapeEffect(_TermEffect):
-    """A term's run and the base run as spectra (see `spectrum_shape.halves_of`), [2, bins] each."""
+class DefectEffects:
+    """Effects on all quantities of one defect; `correlation` of inputs and starts, [quantities, quantities].
 
-    base: Sequence[Sequence[float]]
-    varied: Sequence[Sequence[float]]
+    `draws` runs were used, `failed` ones were not; `refined`: whether the first half of them was not enough for the
+    emulator. `at` are their inputs, [draws, inputs] in 0 to 1, `values` their quantities, [draws, quantities], None
+    where a run did not show one. `spectra` are those of some draws (see `spectrum_shape.halves_of`), [2, bins] each.
+    """
 
-    def bound_with(self, rig: NDArray[np.float64]) -> float:
-        """Change of the model's angle with a record's halves, [2, bins], by the term [degrees]."""
-        angles = [angle_between(rig, np.asarray(x)).degrees for x in (self.base, self.varied)]
-        return abs(angles[1] - angles[0])
+    defect: str
+    quantities: tuple[QuantityEffects, ...]
+    correlation: Sequence[Sequence[float]]
+    draws: int
+    failed: int
+    refined: bool
+    at: Sequence[Sequence[float]] = field(default=(), repr=False)
+    values: Sequence[Sequence[float | None]] = field(default=(), repr=False)
+    spectra: Sequence[Sequence[Sequence[float]]] = field(default=(), repr=False)
+
+    def of(self, name: str) -> QuantityEffects | None:
+        """Those on one quantity."""
+        return next((one for one in self.quantities if one.name == name), None)
+
+    def covariance(self, names: Sequence[str]) -> NDArray[np.float64]:
+        """Of some quantities, by inputs and starts, [names, names]."""
+        places = [[one.name for one in self.quantities].index(name) for name in names]
+        deviation = np.array([self.quantities[place].deviation for place in places])
+        return np.asarray(np.outer(deviation, deviation) * np.array(self.correlation)[np.ix_(places, places)])
+
+    def deviations(self, names: Sequence[str]) -> NDArray[np.float64]:
+        """What the draws' quantities lie off the mean over the inputs, [draws, names]; 0 where one was not shown."""
+        places = [[one.name for one in self.quantities].index(name) for name in names]
+        means = np.array([self.quantities[place].value + self.quantities[place].shift for place in places])
+        return np.nan_to_num(np.array(self.values, dtype=float)[:, places] - means)
+
+    def inputs_ci95(self, name: str) -> float:
+        """Half width that holds a new draw of the inputs with a chance of 95 %: by rank, since they are not normal."""
+        off = np.sort(np.abs(self.deviations([name])[:, 0]))
+        return float(off[min(math.ceil(0.95 * (off.size + 1)), off.size) - 1])
+
+    def angle_ci95(self, rig: NDArray[np.float64]) -> float | None:
+        """What inputs and starts do to the model's angle with a record's halves, [2, bins] [degrees]."""
+        angles = [angle_between(rig, np.asarray(one)).degrees for one in self.spectra]
+        return NORMAL_95 * float(np.std(angles, ddof=1)) if len(angles) > 2 else None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sensitivity:
-    """All measured effects of numerics and inputs: on numbers and on the shape of the spectrum."""
+    """The effects that were measured, by defect."""
 
-    effects: tuple[Effect, ...] = ()
-    shapes: tuple[ShapeEffect, ...] = ()
+    defects: tuple[DefectEffects, ...] = ()
+
+    def of(self, fault: Fault) -> DefectEffects | None:
+        """Those of a fault."""
+        return next((one for one in self.defects if one.defect == fault.value), None)
 
 
 NO_SENSITIVITY = Sensitivity()
@@ -72,6 +103,8 @@ NO_SENSITIVITY = Sensitivity()
 def sensitivity_of(stored: Mapping[str, Any]) -> Sensitivity:
     """From plain values, as stored."""
     return Sensitivity(
-        effects=tuple(Effect(**row) for row in stored["effects"]),
-        shapes=tuple(ShapeEffect(**row) for row in stored.get("shapes", ())),
+        defects=tuple(
+            DefectEffects(**one | {"quantities": tuple(QuantityEffects(**row) for row in one["quantities"])})
+            for one in stored.get("defects", ())
+        )
     )

@@ -8,7 +8,7 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 from srbval.bearing import DEFECTS, Bearing, Fault
@@ -17,12 +17,13 @@ from srbval.recordings import ShaftSpeed
 from srbval.recordings.datasets.description import OperatingGrid, dataset
 from srbval.recordings.registry import RIG_DATASETS, RegisteredRecording, load_entry
 from srbval.validation.analyse import Analysis, analyse
-from srbval.validation.compared_quantities import FREQUENCIES, compare
+from srbval.validation.compared_quantities import compare
 from srbval.validation.comparison import Comparison, ComparisonVerdict
 from srbval.validation.counterpart import AnalysedRun
 from srbval.validation.effects import Sensitivity
 from srbval.validation.fault_call import FaultCall, call_fault
 from srbval.validation.lines import Line, line_entry
+from srbval.validation.record_verdict import FREQUENCIES, RecordVerdict, holm, judge
 
 # Verdicts of cells that hold no comparison.
 NOT_DETECTED, BASELINE = "line not detected", "baseline"
@@ -42,9 +43,10 @@ class Point(NamedTuple):
 class MatrixCell:
     """One record [kN, rpm], its shaft speed, the line of its state, the model's, and what may be said.
 
-    `comparisons` hold every quantity of the fault that both sides show; error, uncertainty and verdict of the cell are
-    those of the frequency. `model_hz` is the model's line at the same speed, None where the cell is no fault's or
-    the model's run failed (`remark` says why). `call` is the fault call against the healthy record of the same point.
+    `comparisons` hold every quantity of the fault that both sides show; error and uncertainty of the cell are those of
+    the frequency, the verdict, `judged`, that of all its quantities together. `model_hz` is the model's line at the
+    same speed, None where the cell is no fault's or the model's run failed (`remark` says why). `call` is the fault
+    call against the healthy record of the same point.
     """
 
     state: Fault
@@ -57,6 +59,7 @@ class MatrixCell:
     model_hz: float | None
     call: FaultCall
     comparisons: tuple[Comparison, ...] = ()
+    judged: RecordVerdict | None = None
     remark: str = ""
     cautions: tuple[str, ...] = ()
 
@@ -92,7 +95,7 @@ class MatrixCell:
             return NOT_DETECTED
         if self.state is Fault.HEALTHY:
             return BASELINE
-        return (ComparisonVerdict.INSUFFICIENT if self.frequency is None else self.frequency.verdict).value
+        return (ComparisonVerdict.INSUFFICIENT if self.judged is None else self.judged.verdict).value
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for ``report.json``; the deviation from kinematics is null where the line is not detected."""
@@ -162,9 +165,9 @@ def build_matrix(
     """Analyse one record per operating point (the longest) and compare the model with it, `jobs` at a time.
 
     `counterpart` runs the model at a record's own speed and load, or says why it failed; `sensitivity` holds the
-    effects of numerics and open inputs. A healthy bearing's line is its baseline, not a fault that the model has:
-    nothing is run for it. A record that cannot be analysed is listed with its reason and fills no cell. Both sides of
-    the points in `keep_sides_of` are returned in full, healthy ones' too.
+    effects of numerics and open inputs. Verdicts hold over all records together (Holm). A healthy bearing's line is its
+    baseline, not a fault that the model has: nothing is run for it. A record that cannot be analysed is listed with its
+    reason and fills no cell. Both sides of the points in `keep_sides_of` are returned in full, healthy ones' too.
     """
     chosen: dict[Point, RegisteredRecording] = {}
     for entry in registered:
@@ -197,10 +200,16 @@ def build_matrix(
         results = sorted(pool.map(one, ordered), key=lambda result: result[0])
     return Matrix(
         grid=rig_grid(),
-        cells=tuple(cell for _, cell, _ in results if isinstance(cell, MatrixCell)),
+        cells=_with_holm([cell for _, cell, _ in results if isinstance(cell, MatrixCell)]),
         unusable=tuple((chosen[point].file, why) for point, why, _ in results if isinstance(why, str)),
         sides={point: sides for point, _, sides in results if sides is not None},
     )
+
+
+def _with_holm(cells: Sequence[MatrixCell]) -> tuple[MatrixCell, ...]:
+    """The cells, their verdicts adjusted for the number of records."""
+    adjusted = iter(holm([cell.judged for cell in cells if cell.judged is not None]))
+    return tuple(cell if cell.judged is None else replace(cell, judged=next(adjusted)) for cell in cells)
 
 
 class _Baseline:
@@ -253,7 +262,7 @@ def _cell(
     rows: tuple[Comparison, ...] = ()
     model_order = model.line_order if isinstance(model, AnalysedRun) else None
     if line.detected and isinstance(model, AnalysedRun):
-        rows = compare(state, analysis, model.analysis, sensitivity, model_order=model_order, scene=model.case.base)
+        rows = compare(state, analysis, model.values, sensitivity, scene=model.case.base)
     return MatrixCell(
         **point._asdict(),
         file=analysis.recording.file or analysis.recording.name,
@@ -262,6 +271,7 @@ def _cell(
         model_hz=analysis.speed.value_hz * model_order if model_order else None,
         call=call_fault(analysis, None if state is Fault.HEALTHY else healthy),
         comparisons=rows,
+        judged=judge(rows, sensitivity.of(state)),
         remark=model if isinstance(model, str) else "",
         cautions=analysis.recording.cautions,
     )

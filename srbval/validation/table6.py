@@ -14,8 +14,7 @@ from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.validation.analyse import Analysis
 from srbval.validation.compared_quantities import CAGE_RATIO
-from srbval.validation.comparison import RIG_READING, RIG_SPEED, Comparison, QuantityValue, deviation_pct
-from srbval.validation.effects import Effect
+from srbval.validation.comparison import Comparison, QuantityValue, deviation_pct
 from srbval.validation.lines import Line
 from srbval.validation.sum_rule import SumRule
 
@@ -160,30 +159,29 @@ def published_rows(printed: Table6, paper: Mapping[Fault, Analysis], runs: Mappi
 
 
 def measured_rows(
-    rig: Mapping[Fault, Analysis], runs: Mapping[Fault, Run], effects: Sequence[Effect]
+    rig: Mapping[Fault, Analysis], runs: Mapping[Fault, Run], comparisons: Sequence[Comparison]
 ) -> Iterator[Table6Row]:
     """Our model compared with each recording at its measured speed; states without a found line are left out.
 
-    The model's line is its mean cage speed's, free of a reading's noise; `effects` are those of numerics and inputs.
+    The comparison of the cage ratio, said of the line: a per cent of c is c / (1 - c) per cent of BPFI.
     """
     for fault in RACE_DEFECTS:
-        if fault not in rig:
+        of_cage = [row for row in comparisons if (row.fault, row.kind) == (fault, CAGE_RATIO.name)]
+        if fault not in rig or not of_cage:
             continue
         (line, found_hz, ci95_hz), speed = found_line(rig[fault], fault), rig[fault].speed
-        if not line.detected:
-            continue
-        model_hz, cage = cage_line_hz(runs[fault], fault), runs[fault].cage_ratio
-        line_over_cage = 1.0 if fault is Fault.OUTER else cage / (1 - cage)
-        parts = {
-            RIG_READING: 100 * ci95_hz / found_hz,
-            RIG_SPEED: 100 * speed.ci95_hz / speed.value_hz,
-            **{e.part: e.bound_pct * line_over_cage for e in effects if e.of(fault, CAGE_RATIO.name)},
-        }
+        c, outer = of_cage[0].model.value, fault is Fault.OUTER
+        model_hz = rig[fault].bearing.rolling_elements * speed.value_hz * (c if outer else 1 - c)
+        line_over_cage = 1.0 if outer else c / (1 - c)
+        parts = {name: line_over_cage * part for name, part in of_cage[0].parts.items()}
         own = QuantityValue(value=found_hz, ci95=ci95_hz, line=line)
         recording = rig[fault].recording
         made = line_comparison(fault, recording.file or recording.name, QuantityValue(value=model_hz), own, parts)
         yield Table6Row(
-            comparison=made, rig_source=RigSource.MEASURED, shaft_rpm=60 * speed.value_hz, model_cage_hz=model_hz
+            comparison=made,
+            rig_source=RigSource.MEASURED,
+            shaft_rpm=60 * speed.value_hz,
+            model_cage_hz=cage_line_hz(runs[fault], fault),
         )
 
 

@@ -7,10 +7,12 @@ the report finds it.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
+
+import numpy as np
 
 from srbval.bearing import Fault
 from srbval.bench.ladder.cases import CalibrationScene, drawn
@@ -20,11 +22,11 @@ from srbval.bench.ladder.table import Entry, LadderCalibration
 from srbval.cli.measured import this_machine
 from srbval.models.ladder import rung_of
 from srbval.plan.calibrated import shipped_calibration
-from srbval.plan.plan import make_plan
+from srbval.plan.plan import VACUOUS_PCT, make_plan
 from srbval.progress import Progress, ProgressDisplay, silent
 from srbval.storage.content_store import ContentStore
 from srbval.storage.own_package import git_revision
-from srbval.storage.stored_result import COMMAND, HELD_OUT, stamped, store_result
+from srbval.storage.stored_result import COMMAND, HELD_OUT, newest_result, stamped, store_result
 from srbval.storage.strict_json import json_object
 from tests.calibrators.rows import print_rows
 
@@ -42,6 +44,8 @@ def held_out() -> list[CalibrationScene]:
 class PredictionCheck:
     """A rung on a held-out scene: predicted and measured error [%]; `measured_pct` is None where it gave no answer.
 
+    `coverage` is the chance that the prediction states for being a bound.
+
     `tolerances_pct`: those of `TOLERANCES_PCT` at which the rung was called enough. `chosen_pct`: those at which it was
     the planner's choice.
     """
@@ -52,6 +56,7 @@ class PredictionCheck:
     question: Question
     model: str
     predicted_pct: float
+    coverage: float
     measured_pct: float | None
     tolerances_pct: tuple[float, ...]
     chosen_pct: tuple[float, ...]
@@ -97,26 +102,42 @@ def check_cases(
 
 def checks_of(entry: Entry, calibration: LadderCalibration) -> Iterable[PredictionCheck]:
     """Every prediction for the scene of a measured entry."""
-    scene = entry.case.scene("full", seconds=calibration.seconds)
     for question in asked_of(Fault(entry.case.kind)):
-        if entry.reference.get(question) is None:
+        if entry.reference.get(question) is not None:
+            measured = {model: rung.error_pct[question] for model, rung in entry.rungs.items()}
+            yield from _checks(entry.case, question, measured, calibration)
+
+
+def checks_again(stored: Iterable[Mapping[str, Any]], calibration: LadderCalibration) -> list[PredictionCheck]:
+    """Stored checks with the predictions that the planner makes now, held against the errors measured then."""
+    measured: dict[tuple[CalibrationScene, Question], dict[str, float | None]] = {}
+    for row in stored:
+        key = CalibrationScene(**row["case"]), Question(row["question"])
+        measured.setdefault(key, {})[row["model"]] = row["measured_pct"]
+    return [check for key, errors in measured.items() for check in _checks(*key, errors, calibration)]
+
+
+def _checks(
+    case: CalibrationScene, question: Question, measured: Mapping[str, float | None], calibration: LadderCalibration
+) -> Iterator[PredictionCheck]:
+    scene = case.scene("full", seconds=calibration.seconds)
+    plans = [
+        make_plan(scene, question=question, tolerance_pct=tolerance, calibration=calibration)
+        for tolerance in TOLERANCES_PCT
+    ]
+    for number, candidate in enumerate(plans[0].candidates):
+        if candidate.error_pct is None or question.value in rung_of(candidate.model).lacks:
             continue
-        plans = [
-            make_plan(scene, question=question, tolerance_pct=tolerance, calibration=calibration)
-            for tolerance in TOLERANCES_PCT
-        ]
-        for number, candidate in enumerate(plans[0].candidates):
-            if candidate.error_pct is None or question.value in rung_of(candidate.model).lacks:
-                continue
-            yield PredictionCheck(
-                case=entry.case,
-                question=question,
-                model=candidate.model,
-                predicted_pct=candidate.error_pct,
-                measured_pct=entry.rungs[candidate.model].error_pct[question],
-                tolerances_pct=tuple(p.tolerance_pct for p in plans if p.candidates[number].ok),
-                chosen_pct=tuple(p.tolerance_pct for p in plans if p.met and p.chosen == candidate.model),
-            )
+        yield PredictionCheck(
+            case=case,
+            question=question,
+            model=candidate.model,
+            predicted_pct=candidate.error_pct,
+            coverage=candidate.coverage or 0.0,
+            measured_pct=measured[candidate.model],
+            tolerances_pct=tuple(p.tolerance_pct for p in plans if p.candidates[number].ok),
+            chosen_pct=tuple(p.tolerance_pct for p in plans if p.met and p.chosen == candidate.model),
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,7 +145,8 @@ class Tally:
     """Checks of one question, or of all (`question` None), counted.
 
     `scenes`: those with a prediction; `scenes_within_twice`: those where every rung's measured error is within twice
-    the predicted one. `predictions`: one per scene and rung. `promises`: how often a rung was called enough at a
+    the predicted one. `predictions`: one per scene and rung; `coverage`: the mean chance that they state, `vacuous`:
+    those of 100 % and more. `promises`: how often a rung was called enough at a
     tolerance; `broken`: how often it was not.
     """
 
@@ -134,6 +156,8 @@ class Tally:
     scenes_within_twice: int
     predictions: int
     within: int
+    coverage: float
+    vacuous: int
     within_twice: int
     unanswered: int
     promises: int
@@ -156,6 +180,8 @@ def _tally(question: Question | None, checks: Sequence[PredictionCheck]) -> Tall
         scenes_within_twice=len(scenes - missed),
         predictions=len(checks),
         within=sum(c.within for c in checks),
+        coverage=float(np.mean([c.coverage for c in checks])) if checks else 0.0,
+        vacuous=sum(c.predicted_pct >= VACUOUS_PCT for c in checks),
         within_twice=sum(c.within_twice for c in checks),
         unanswered=sum(c.measured_pct is None for c in checks),
         promises=sum(len(c.tolerances_pct) for c in checks),
@@ -168,15 +194,25 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="The planner's predictions on scenes that it was not calibrated with.")
     parser.add_argument("--jobs", metavar="N", type=int, help="runs at a time (default: one per core)")
     parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="default: the user's cache")
+    parser.add_argument("--judge-again", action="store_true", help="predict anew, keep the stored measured errors")
     options = parser.parse_args()
-    revision, calibration = git_revision(), shipped_calibration()
-    with ProgressDisplay() as progress:
-        checks = check_cases(held_out(), calibration, jobs=options.jobs, store=answer_store(), progress=progress)
+    revision, calibration, kept = git_revision(), shipped_calibration(), newest_result(HELD_OUT)
+    command, ran = COMMAND[HELD_OUT], {}
+    if options.judge_again and kept is not None:
+        checks = checks_again(kept.content["checks"], calibration)
+        command, ran = f"{command} --judge-again", {"runs_of": kept.content.get("runs_of", kept.origin)}
+    else:
+        with ProgressDisplay() as progress:
+            checks = check_cases(held_out(), calibration, jobs=options.jobs, store=answer_store(), progress=progress)
     counted = [json_object(tally) for tally in tallies(checks)]
     print_rows(counted)
-    content = {"machine": this_machine(), "seconds": calibration.seconds, "reference": calibration.reference}
-    content |= {"tallies": counted, "checks": checks}
-    print(store_result(stamped(HELD_OUT, content, command=COMMAND[HELD_OUT], revision=revision), options.output))
+    content: dict[str, Any] = ran | {
+        "machine": this_machine(),
+        "seconds": calibration.seconds,
+        "reference": calibration.reference,
+    }
+    content |= {"reference": calibration.reference, "tallies": counted, "checks": checks}
+    print(store_result(stamped(HELD_OUT, content, command=command, revision=revision), options.output))
 
 
 if __name__ == "__main__":

@@ -52,7 +52,7 @@ class ReadingSettings:
 
     trials: int = 1000
     noise_records: int = 60_000
-    seconds: tuple[float, ...] = (10.0, 30.0)
+    seconds: tuple[float, ...] = (2.0, 10.0, 30.0)
     snr_db: tuple[float, ...] = (16.0, 25.0, 35.0)
     jitter: tuple[float, ...] = (0.0, 0.001, 0.003, 0.01)
     timed: bool = True

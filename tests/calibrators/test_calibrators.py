@@ -23,9 +23,9 @@ def test_the_table_covers_fresh_draws_of_every_ratio(ratio: float, monkeypatch: 
     assert COVERAGE[0] < slip_calibrator.coverage(slip_interval(), spread, error) <= COVERAGE[1]
 
 
-def test_draws_are_of_weak_lines_and_more_jitter_is_less_steady(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(weak_calibrator, "RECORDS", RECORDS)
-    steady, slipping = (weak_calibrator.drawn((10.0, weak_calibrator.COMBS[0], jitter)) for jitter in (0.0, 0.01))
+def test_draws_are_of_weak_lines_and_more_jitter_is_less_steady() -> None:
+    cells = [(10.0, weak_calibrator.COMBS[0], jitter) for jitter in (0.0, 0.01)]
+    steady, slipping = (weak_calibrator.drawn(cell, RECORDS) for cell in cells)
     assert steady.shape == (3, RECORDS)
     assert slipping.shape[0] == 3
     assert steady[1].mean() > slipping[1].mean()

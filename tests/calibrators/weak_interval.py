@@ -1,11 +1,13 @@
 """Calibration of a weak line's interval: ``python -m tests.calibrators.weak_interval`` prints the table.
 
 Records of weak combs with and without slip are read; the factors of the credible interval are moved until the lines
-detected are covered as nearly alike as can be, whatever they slip.
+detected are covered as nearly alike as can be, whatever they slip. ``--check`` changes nothing: it prints how the table
+in use covers on cells that it was not made from, of other durations, combs and jitters, and of two seconds.
 """
 
 from __future__ import annotations
 
+import argparse
 import itertools
 import math
 import multiprocessing
@@ -40,6 +42,9 @@ COMBS: tuple[Comb, ...] = (
 )  # fmt: skip
 JITTERS = (0.0, 0.0005, 0.001, 0.002, 0.003, 0.005, 0.01)
 RECORDS, SEED = 240, 22
+# None of these has a part in the table.
+OTHER_SECONDS, OTHER_JITTERS = (2.0, 5.0, 20.0), (0.0, 0.0007, 0.0025, 0.007)
+OTHER_COMBS: tuple[Comb, ...] = (((1.0, 1 / 2, 1 / 3), 18.0), ((1.0, 0.85, 0.6, 0.3), 15.0))
 # Coverage aimed at; how far off costs nothing, and how far off the worst cell's does.
 WANTED, FREE, FREE_WORST = 0.95, 0.01, 0.025
 BEGINNINGS = 12
@@ -48,12 +53,12 @@ BEGINNINGS = 12
 SOFT, UNEVEN = 0.05, 5e-5
 
 
-def drawn(cell: Cell) -> FloatArray:
+def drawn(cell: Cell, count: int = RECORDS) -> FloatArray:
     """Of the lines detected: errors in credible half widths, chances that nothing slips, widths, [3, detected]."""
     seconds, (amplitudes, snr_db), jitter = cell
     rng = np.random.default_rng((SEED, *(round(1e4 * v) for v in (seconds, sum(amplitudes), snr_db, jitter))))
     found = []
-    for _ in range(RECORDS):
+    for _ in range(count):
         record = comb_record(rng, seconds, snr_db=snr_db, jitter=jitter, amplitudes=amplitudes)
         reading = read_record(record)
         if reading is None or not reading.detected:
@@ -68,7 +73,7 @@ def drawn(cell: Cell) -> FloatArray:
             off = abs(reading.found_hz + told.shift_hz - LINE_HZ)
             alone = NORMAL_95 * noise_error_hz(sums, number, seconds / sums.shape[1])
             found.append((off / told.credible_hz, told.steady, told.credible_hz / alone))
-    return np.array(found).T
+    return np.array(found).reshape(-1, 3).T
 
 
 def calibrate(draws: list[FloatArray]) -> FloatArray:
@@ -110,7 +115,29 @@ def coverage(logs: FloatArray, draw: FloatArray, soft: float) -> float:
     return float(np.mean(0.5 * (1 + np.tanh((stretch - np.log(np.maximum(draw[0], 1e-9))) / soft))))
 
 
+def check(count: int) -> None:
+    """Print the coverage of the table in use on other cells, `count` records each, and over all of a duration."""
+    table = slip_interval()
+    logs = np.log(np.concatenate((table.weak_factor, table.wide_factor)))
+    for seconds in OTHER_SECONDS:
+        cells = list(itertools.product((seconds,), OTHER_COMBS, OTHER_JITTERS))
+        draws = [drawn(cell, count) for cell in cells]
+        for (_, (amplitudes, snr_db), jitter), draw in zip(cells, draws, strict=True):
+            share = f"coverage {coverage(logs, draw, 1e-6):.3f}" if draw.shape[1] else "nothing to cover"
+            lines = f"{len(amplitudes)} lines, {snr_db:g} dB, jitter {jitter:g}"
+            print(f"# {seconds:g} s, {lines}: {draw.shape[1]} detected and weak, {share}")
+        whole = np.concatenate(draws, axis=1)
+        print(f"{seconds:g} s: {whole.shape[1]} lines, coverage {coverage(logs, whole, 1e-6):.3f}")
+
+
 if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description="Calibrate, or check, the interval of a weak line.")
+    parser.add_argument("--check", action="store_true", help="coverage on cells that the table was not made from")
+    parser.add_argument("-n", type=int, default=RECORDS, help="records per cell of the check")
+    options = parser.parse_args()
+    if options.check:
+        check(options.n)
+        raise SystemExit
     cells = list(itertools.product(SECONDS, COMBS, JITTERS))
     with ProcessPoolExecutor(usable_cores(), mp_context=multiprocessing.get_context("spawn")) as pool:
         all_draws = list(pool.map(drawn, cells))

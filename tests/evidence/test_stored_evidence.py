@@ -10,4 +10,4 @@ def test_nothing_stored_says_how_to_make_it() -> None:
     missing = shown_result(SENSITIVITY, None)
     assert (missing.content, missing.origin) == (None, None)
     assert missing.command == "srbval bench --sensitivity"
-    assert known_sensitivity({SENSITIVITY: missing}).effects == ()
+    assert known_sensitivity({SENSITIVITY: missing}).defects == ()

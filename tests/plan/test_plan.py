@@ -96,7 +96,7 @@ def test_predictions_between_the_calibration_scenes_are_the_worst_of_their_corne
     assert {e.case.rpm for e in near.entries} == {353.0, 710.0}
     assert {e.case.radial_kn for e in near.entries} == {62.4, 124.8}
     errors = [e.rungs["kinematic"].error_pct[Question.LINES] for e in near.entries]
-    bound = max(errors) * margins(table)["play", "kinematic", Question.LINES]  # type: ignore[type-var, operator]
+    bound = max(errors) * margins(table)["play", "kinematic", Question.LINES].factor  # type: ignore[type-var, operator]
     assert near.error_pct("kinematic", Question.LINES) == bound
     for tolerance in (0.99 * bound, 1.01 * bound):
         plan = make_plan(scene, tolerance_pct=tolerance)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from srbval.bearing import Fault
+from srbval.signal import NORMAL_95
 from srbval.validation import compared_quantities
 from srbval.validation.compared_quantities import (
     COMPARED,
@@ -15,19 +16,21 @@ from srbval.validation.compared_quantities import (
     cage_of,
     compare,
     difference,
+    mean_of_starts,
     own_effects,
+    values_of_model,
 )
 from srbval.validation.comparison import ComparisonVerdict, QuantityValue
-from srbval.validation.effects import Effect, Sensitivity
+from srbval.validation.effects import INPUTS, DefectEffects, QuantityEffects, Sensitivity
 from srbval.validation.lines import Line
 
 PRINTED_RELATIVE = 1e-3  # 1.96 and 8.686 are printed with four digits
 EXACT_RELATIVE = 1e-6  # the same sum of squares, in another order
 
 SHAFT_HZ = 10.0
-EFFECT = Effect(
-    term="half the step", kind="numerics", source="s", defect="inner", quantity="cage ratio", unit="1", base=0.4305,
-    bound=0.0005,
+CAGE = QuantityEffects(
+    name="cage ratio", unit="1", value=0.4305, shift=0.0, deviation=0.0005, shares={}, grid_ci95=0.0, paper_points=None,
+    paper_points_ci95=None, start_sd=0.0, paper_start_sd=None, outside=0.0,
 )  # fmt: skip
 
 
@@ -54,8 +57,20 @@ def analysis(depth_second=0.5, detected=True, found_hz=108.2):
     )  # fmt: skip
 
 
-def rows(model, rig, effects=(EFFECT,)):
-    return {r.quantity: r for r in compare(Fault.INNER, rig, model, Sensitivity(effects=effects))}
+def known(*effects):
+    size = len(effects)
+    # Two draws, each two deviations off: so is the half width.
+    values = [[one.value + one.shift + sign * 2 * one.deviation for one in effects] for sign in (-1, 1)]
+    own = DefectEffects(
+        defect="inner", quantities=effects, correlation=np.eye(size).tolist(), draws=2, failed=0, refined=False,
+        values=values,
+    )  # fmt: skip
+    return Sensitivity(defects=(own,))
+
+
+def rows(model, rig, effects=(CAGE,)):
+    values = values_of_model(model, Fault.INNER, None)
+    return {r.quantity: r for r in compare(Fault.INNER, rig, values, known(*effects))}
 
 
 def test_quantities_are_the_cage_ratio_and_levels_over_the_first_harmonic():
@@ -75,21 +90,42 @@ def test_error_and_uncertainty_join_numerics_data_and_speed():
     cage = 1 - 10.82 / 19
     assert row.error == pytest.approx(-100 * 0.02 / 19 / cage)  # the faster BPFI, the slower the cage
     speed = 0.001 / SHAFT_HZ * 10.82  # what the shaft's speed does to the line's order
-    parts = [100 / cage * part for part in (0.001 / 19, 0.001 / 19, speed / 19, 0.0005)]
+    parts = [100 / cage * part for part in (0.001 / 19, 0.001 / 19, speed / 19, 2 * 0.0005)]
     assert row.uncertainty == pytest.approx(math.hypot(*parts), rel=EXACT_RELATIVE)
-    assert row.dominant == "numerics: half the step"
+    assert row.dominant == INPUTS
     assert row.verdict is ComparisonVerdict.RESOLVED
 
 
-def test_small_error_is_not_resolved_and_without_terms_the_data_do_not_suffice():
-    assert rows(analysis(found_hz=108.25), analysis())["cage ratio"].verdict is ComparisonVerdict.NOT_RESOLVED
+def test_small_error_is_undecided_unless_surely_small_and_without_terms_the_data_do_not_suffice():
+    tight = replace(CAGE, deviation=0.0001)
+    assert rows(analysis(found_hz=108.25), analysis())["cage ratio"].verdict is ComparisonVerdict.UNDECIDED
+    found = rows(analysis(found_hz=108.205), analysis(), (tight,))["cage ratio"]
+    assert abs(found.error) + 1.645 * found.uncertainty / NORMAL_95 < 0.1
+    assert found.verdict is ComparisonVerdict.AGREES
     assert rows(analysis(), analysis())["2xBPFI"].verdict is ComparisonVerdict.INSUFFICIENT
 
 
+def test_the_mean_over_the_inputs_is_compared():
+    shifted = replace(CAGE, shift=0.002)
+    plain, moved = (rows(analysis(), analysis(), (one,))["cage ratio"] for one in (CAGE, shifted))
+    assert (plain.error, moved.error) == (0.0, pytest.approx(100 * 0.002 / plain.rig.value))
+
+
+def test_values_are_means_over_starts_with_student_s_interval():
+    members = [{"2xBPFI": QuantityValue(value=v, present=v > 1, least=-v)} for v in (1.0, 2.0, 3.0, 4.0)]
+    (mean,) = mean_of_starts(members).values()
+    assert mean.value == 2.5
+    assert mean.ci95 == pytest.approx(3.182446 * np.std([1, 2, 3, 4], ddof=1) / 2, rel=EXACT_RELATIVE)
+    assert (mean.present, mean.least) == (True, -1.0)
+    assert mean_of_starts([*members, {}]) == {}  # what one start does not show has no mean
+    assert mean_of_starts(members[:1]) == members[0]
+
+
 def test_a_level_that_is_only_noise_is_not_compared():
-    level = replace(EFFECT, quantity="2xBPFI", bound=0.1)
+    level = replace(CAGE, name="2xBPFI", unit="dB", deviation=0.1)
     shown = rows(analysis(depth_second=0.1), analysis(), (level,))["2xBPFI"]
     assert shown.verdict is ComparisonVerdict.RESOLVED
+    assert shown.parts["rig mounting"] == pytest.approx(NORMAL_95 * 2.0)
     hidden = rows(analysis(depth_second=0.1, detected=False), analysis(), (level,))["2xBPFI"]
     assert hidden.verdict is ComparisonVerdict.INSUFFICIENT
 
@@ -106,7 +142,7 @@ def sided(*, snr, depth, shown):
 @pytest.mark.parametrize(
     ("model", "verdict"),
     [
-        (sided(snr=100.0, depth=0.3, shown=True), ComparisonVerdict.NOT_RESOLVED),
+        (sided(snr=100.0, depth=0.3, shown=True), ComparisonVerdict.UNDECIDED),
         # Noise so low that sidebands a tenth as high would have shown ...
         (sided(snr=5.0, depth=0.02, shown=False), ComparisonVerdict.RESOLVED),
         # ... or so high that those of the rig would not.
@@ -121,12 +157,13 @@ def test_missing_sidebands_count_where_they_would_have_shown(model, verdict):
     assert row.verdict is verdict
 
 
-def test_the_run_s_own_speed_gives_the_model_s_line():
-    known = Sensitivity(effects=(EFFECT,))
-    row = compare(Fault.INNER, analysis(), analysis(found_hz=107.0), known, model_order=10.83, scene="rig")[0]
+def test_the_run_s_own_speed_gives_the_model_s_cage():
+    values = values_of_model(analysis(found_hz=107.0), Fault.INNER, 10.83)
+    row = compare(Fault.INNER, analysis(), values, known(CAGE), scene="rig")[0]
     assert row.to_dict()["scene"] == "rig"
-    assert (row.quantity, row.model.value, row.parts["model reading"]) == ("cage ratio", 1 - 10.83 / 19, 0.0)
-    assert compare(Fault.HEALTHY, analysis(), analysis(), known) == ()
+    assert (row.quantity, row.model.value) == ("cage ratio", 1 - 10.83 / 19)
+    assert row.parts["model: mean of starts"] == 0.0
+    assert compare(Fault.HEALTHY, analysis(), values, known(CAGE)) == ()
 
 
 def test_a_row_is_all_that_a_new_quantity_needs(monkeypatch):

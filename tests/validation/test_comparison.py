@@ -36,7 +36,7 @@ def test_uncertainty_is_the_root_sum_of_squares() -> None:
 
 def test_verdicts() -> None:
     assert row().comparison.verdict is ComparisonVerdict.RESOLVED
-    assert row(model_hz=100.14).comparison.verdict is ComparisonVerdict.NOT_RESOLVED
+    assert row(model_hz=100.14).comparison.verdict is ComparisonVerdict.UNDECIDED
     assert row(rig_ci95_hz=None).comparison.verdict is ComparisonVerdict.INSUFFICIENT
 
 

@@ -20,11 +20,20 @@ from srbval.recordings.stand_in import vibration
 from srbval.report.blocks import Paragraph
 from srbval.report.content.matrix import matrix_section
 from srbval.report.content.other_rigs import other_rigs_section
+from srbval.storage.stored_result import RECORD_VERDICTS
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.bias import biases, pairs
-from srbval.validation.compared_quantities import CAGE_RATIO, HARMONIC, KINDS, PRESENCE, ROLLER_LINE, SHAPE
+from srbval.validation.compared_quantities import (
+    CAGE_RATIO,
+    HARMONIC,
+    KINDS,
+    PRESENCE,
+    ROLLER_LINE,
+    SHAPE,
+    values_of_model,
+)
 from srbval.validation.counterpart import AnalysedRun
-from srbval.validation.effects import NO_SENSITIVITY, Effect, Sensitivity
+from srbval.validation.effects import NO_SENSITIVITY, DefectEffects, QuantityEffects, Sensitivity
 from srbval.validation.fault_call import Basis
 from srbval.validation.lines import RACE_LINES
 from srbval.validation.matrix import BASELINE, NOT_DETECTED, Matrix, build_matrix
@@ -62,16 +71,27 @@ def another_impulse_model(rig: Analysis) -> AnalysedRun:
     order = {Fault.OUTER: 19 * CAGE, Fault.INNER: 19 * (1 - CAGE)}.get(state)
     analysis = analyse(made, bearing=BEARING, speed=rig.speed)
     case = SimpleNamespace(base="paper")
-    return AnalysedRun(case=case, run=None, analysis=analysis, line_order=order)  # type: ignore[arg-type]
+    values = values_of_model(analysis, state, order)
+    return AnalysedRun(case=case, run=None, analysis=analysis, line_order=order, values=values)  # type: ignore[arg-type]
 
 
-KNOWN = Sensitivity(
-    effects=tuple(
-        Effect(term="a term", kind="input", source="s", defect=d, quantity=q, unit=u, base=0.43, bound=0.0004)
-        for d, line in (("outer", "BPFO"), ("inner", "BPFI"))
-        for q, u in (("cage ratio", "1"), (f"2x{line}", "dB"), (f"{line} sidebands", "dB"))
-    )
-)
+def known(defect: str, line: str) -> DefectEffects:
+    sizes = {"cage ratio": ("1", 0.0002), f"2x{line}": ("dB", 0.5), f"{line} sidebands": ("dB", 0.5)}
+    return DefectEffects(
+        defect=defect, correlation=np.eye(3).tolist(), draws=100, failed=0, refined=False,
+        values=(1 + np.random.default_rng(8).standard_normal((100, 3)) * [size for _, size in sizes.values()]).tolist(),
+        quantities=tuple(
+            QuantityEffects(
+                name=name, unit=unit, value=1.0, shift=0.0, deviation=size, shares={"load": 0.6, "friction": 0.1},
+                grid_ci95=0.0, paper_points=-1.0, paper_points_ci95=0.3, start_sd=0.0, paper_start_sd=0.1, outside=0.0,
+            )
+            for name, (unit, size) in sizes.items()
+        ),
+    )  # fmt: skip
+
+
+NO_RATES = {RECORD_VERDICTS: SimpleNamespace(content=None)}
+KNOWN = Sensitivity(defects=(known("outer", "BPFO"), known("inner", "BPFI")))
 
 
 @pytest.fixture(scope="module")
@@ -142,6 +162,11 @@ def test_bias_is_the_planted_one_and_like_spectra_are_told_as_like(folder: Path)
     shapes = [row for c in cells for row in c.comparisons if row.kind == SHAPE.name]
     assert len(shapes) == 2
     assert all(abs(row.error) < math.hypot(*row.parts.values()) for row in shapes)
+    judged = {c.state: c.judged for c in cells if c.judged is not None}
+    assert set(judged) == {Fault.OUTER, Fault.INNER}
+    # The planted 0.3 % of the cage ratio is far beyond what is not known; all that is compared is judged at once.
+    assert all(one.p_holm < 0.05 and {"cage ratio"} < set(one.quantities) for one in judged.values())
+    assert {c.verdict for c in cells if c.judged} == {"resolved"}
     shown = [row for c in cells for row in c.comparisons if row.kind == PRESENCE.name]
     assert [(row.model.value, row.rig.value) for row in shown] == [(1.0, 1.0)]
 
@@ -196,12 +221,15 @@ def test_damaged_healthy_record_is_listed_and_is_no_baseline(tmp_path: Path) -> 
 
 def evidence_of(matrix: Matrix) -> Any:
     found = pairs(matrix.cells)
-    return SimpleNamespace(matrix=matrix, pairs=found, bias=biases(found))
+    return SimpleNamespace(matrix=matrix, pairs=found, bias=biases(found), known=KNOWN, results=NO_RATES)
 
 
 def test_maps_leave_empty_cells_empty(folder: Path, tmp_path: Path) -> None:
     section = matrix_section(evidence_of(made(folder)), tmp_path)
-    drawn, bias = ["Paragraph", "FigureGrid", "Table", "Paragraph"], ["Table", "Paragraph", "Table", "FigureGrid"]
+    drawn, bias = (
+        ["Paragraph", "FigureGrid", "Table", "Paragraph"],
+        ["Table", "Paragraph", "Table", "Paragraph", "Table", "Table", "FigureGrid"],
+    )
     assert [b.__class__.__name__ for b in section.blocks] == drawn + bias
     for kind in ("deviation", "detectability", "verdict"):
         lines = (tmp_path / f"matrix-{kind}.csv").read_text().splitlines()

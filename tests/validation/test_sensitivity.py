@@ -4,81 +4,150 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from srbval.bearing import Fault, load_bearing
+from srbval.bearing import Fault
+from srbval.errors import ConfigurationError, NumericsError
 from srbval.scene import paper_scene
+from srbval.storage.strict_json import json_object
 from srbval.validation import sensitivity
-from srbval.validation.effects import ShapeEffect
-from srbval.validation.sensitivity import BASE, UncertaintyTerm, terms
-from srbval.validation.spectrum_shape import angle_between
+from srbval.validation.comparison import QuantityValue
+from srbval.validation.counterpart import CONVERGED_POINTS, STARTS, converged, starts
+from srbval.validation.effects import sensitivity_of
+from srbval.validation.sensitivity import grid_ci95, measure
 
-STUDENT_RELATIVE = 1e-3  # Student's factor is printed with five digits
-
-
-def line(value):
-    return {"cage ratio": value}
-
-
-def test_every_kind_of_term_that_a_validation_needs_is_in_the_table():
-    listed = terms()
-    named = " ".join(t.source for t in listed)
-    for word in ("step", "n_pc", "ensemble", "geometry", "friction", "load", "speed", "defect height"):
-        assert word in named or any(word in t.name for t in listed), word
-    assert {t.kind for t in listed} == {"numerics", "input"}
-    assert all(t.changes or t.geometry or t.relative_speed != 1 for t in listed)
+SCENE = paper_scene(defect={"kind": "outer"})
+UNIFORM = 1 / np.sqrt(12)  # standard deviation of a uniform variable over one
+EMULATED = 0.1  # relative, of moments over a Latin hypercube of 48
 
 
-def test_every_term_makes_a_scene_and_a_bearing(tmp_path):
-    files = {t.name: sensitivity._bearing_file(t, tmp_path) for t in terms()}
-    cases = list(sensitivity._cases(terms(), files, 1.0))
-    assert len(cases) == 3 * (1 + len(terms()))
-    changed = load_bearing(files["pitch radius half a printed digit off"])
-    assert changed.geometry.pitch_radius_m == pytest.approx(141.815e-3)
-    assert changed.geometry.raceway_radius_m == pytest.approx(164e-3)
-    speeds = {c.scene.shaft_speed_rad_s for c in cases if c.state is Fault.OUTER}
-    assert max(speeds) / min(speeds) == pytest.approx(1.001)
+def analytic(chaos=0.0):
+    """A stand-in for runs: the cage ratio and a level as known functions of the inputs, of points and of the step."""
+    rng = np.random.default_rng(5)
+
+    def run(scene, band_hz=None):
+        load = scene.load.radial_n / SCENE.load.radial_n - 1
+        points = 1 + 10.0 * (scene.contact.points_per_circle / 500) ** -2
+        speed = np.log10(scene.contact.critical_velocity_m_s / 1e-3)
+        cage = 0.43 + 1e-3 * speed - 1e-5 * points
+        level = -3 + 2 * speed + 50 * load + (0 if band_hz is None else 0.01 * (band_hz[0] - 500))
+        values = {"cage ratio": cage, "2xBPFO": level + chaos * rng.standard_normal()}
+        return SimpleNamespace(
+            values={name: QuantityValue(value=value) for name, value in values.items()}, analysis=None
+        )
+
+    return run
 
 
-def test_points_are_doubled_at_the_same_stiffness():
-    term = next(t for t in terms() if t.name == "twice the points")
-    changed, base = paper_scene(**term.changes).contact, paper_scene().contact
-    assert changed.points_per_circle == 2 * base.points_per_circle
-    assert changed.stiffness_n_m * changed.points_per_circle == pytest.approx(
-        base.stiffness_n_m * base.points_per_circle
-    )
-    assert changed.damping_ns_m * changed.points_per_circle == pytest.approx(base.damping_ns_m * base.points_per_circle)
+@pytest.fixture
+def study(monkeypatch):
+    def made(chaos=0.0, **options):
+        monkeypatch.setattr(sensitivity, "_run", analytic(chaos))
+        monkeypatch.setattr(sensitivity, "halves_of", lambda *_: np.zeros((2, 4)))
+        return measure(scene=SCENE, **options).of(Fault.OUTER)
+
+    return made
 
 
-def test_a_change_is_its_bound_and_repeats_give_one_interval():
-    listed = (
-        UncertaintyTerm(name="a", kind="input", source="s"),
-        UncertaintyTerm(name="b", kind="numerics", source="s", ensemble="starts"),
-        UncertaintyTerm(name="c", kind="numerics", source="s", ensemble="starts"),
-    )
-    found = {(n, Fault.OUTER): line(v) for n, v in ((BASE, 8.0), ("a", 7.9), ("b", 8.1), ("c", 7.9))}
-    single, repeats = sensitivity._effects(listed, found, Fault.OUTER)
-    assert (single.term, single.bound) == ("a", pytest.approx(0.1))
-    assert single.bound_pct == pytest.approx(1.25)
-    assert (repeats.term, repeats.bound) == ("starts", pytest.approx(4.3027 * 0.1, rel=STUDENT_RELATIVE))
+def test_inputs_move_quantities_together_and_by_as_much_as_they_do(study):
+    found = study()
+    cage, level = found.of("cage ratio"), found.of("2xBPFO")
+    decades = np.log10(0.2 / 1e-3)
+    assert cage.deviation == pytest.approx(1e-3 * decades * UNIFORM, rel=EMULATED)
+    assert cage.shift == pytest.approx(1e-3 * decades / 2, rel=EMULATED)  # the nominal value is an end of the range
+    parts = (2 * decades * UNIFORM, 50 * 0.04 * UNIFORM, 0.01 * 200 * UNIFORM)
+    assert level.deviation == pytest.approx(np.hypot(np.hypot(*parts[:2]), parts[2]), rel=EMULATED)
+    assert level.shares["critical velocity of friction"] == pytest.approx((parts[0] / level.deviation) ** 2, abs=0.1)
+    assert level.shares["friction"] < 0.05
+    (one, both), (_, other) = found.covariance(["cage ratio", "2xBPFO"])
+    assert both / np.sqrt(one * other) == pytest.approx(parts[0] / level.deviation, abs=0.1)
+    assert found.deviations(["cage ratio"]).std() == pytest.approx(cage.deviation, rel=EMULATED)
+    # Uniform: 95 % lie within 0.95 of half the range, where a normal one would have 1.96 of 0.577 of it.
+    assert found.inputs_ci95("cage ratio") == pytest.approx(0.95 * 1e-3 * decades / 2, rel=EMULATED)
 
 
-def test_the_line_of_a_run_is_by_its_own_speeds():
-    read = SimpleNamespace(found_hz=90.0, ci95_hz=0.1, depth=1.0, detected=True, kinematic_hz=90.0)
-    analysis = SimpleNamespace(
-        line_of=lambda _: read, lines=(), speed=SimpleNamespace(value_hz=10.0, ci95_hz=0.0),
-        bearing=SimpleNamespace(rolling_elements=20),
-    )  # fmt: skip
-    assert sensitivity._values(SimpleNamespace(line_order=10.0, analysis=analysis), Fault.OUTER) == line(0.5)
-    assert sensitivity._values(SimpleNamespace(line_order=None, analysis=analysis), Fault.OUTER) == line(0.45)
+def test_points_are_an_offset_with_a_sign_and_the_rest_an_index(study):
+    cage = study().of("cage ratio")
+    at = {n: -1e-5 * (1 + 10.0 * (n / 500) ** -2) for n in (500, 1000, 2000, 4000)}
+    assert cage.value == pytest.approx(0.43 + at[2000], abs=1e-9)
+    assert cage.paper_points == pytest.approx(at[500] - at[2000], rel=1e-6)
+    assert cage.grid_ci95 == pytest.approx(grid_ci95(at[2000], at[1000], at[4000]), rel=1e-6)
+    assert cage.grid_ci95 > abs(at[2000] + 1e-5)  # second order: the index covers what is left to infinitely many
 
 
-def test_what_a_term_does_to_the_shape_is_told_beside_a_record():
-    """The bound is the change of the model's angle with that very record: a term that turns it away counts."""
-    rng = np.random.default_rng(1)
-    rig, other = rng.standard_normal((2, 120)), rng.standard_normal((2, 120))
-    near, far = rig + 0.1 * other, rig + other
-    effect = ShapeEffect(
-        term="t", kind="input", source="s", defect="outer", base=near.tolist(), varied=far.tolist()
-    )  # fmt: skip
-    turned = angle_between(rig, far).degrees - angle_between(rig, near).degrees
-    assert effect.bound_with(rig) == pytest.approx(turned)
-    assert dataclasses.replace(effect, varied=effect.base).bound_with(rig) == 0
+def test_what_starts_scatter_is_in_the_deviation(study):
+    quiet, loud = (study(chaos).of("2xBPFO") for chaos in (0.0, 1.5))
+    assert loud.start_sd == pytest.approx(1.5, rel=0.7)  # of eight
+    assert loud.deviation > np.hypot(quiet.deviation, 1.0)
+
+
+def test_too_many_misses_of_the_emulator_double_the_draws(study, monkeypatch):
+    monkeypatch.setattr(sensitivity, "MOST_OUTSIDE", -1.0)
+    found = study(draws=15)
+    assert (found.refined, found.draws) == (True, 30)
+
+
+def test_draws_that_fail_are_counted_and_too_many_are_an_error(study, monkeypatch):
+    run, asked = analytic(), []
+
+    def failing(scene, band_hz=None):
+        asked.append(band_hz)
+        if band_hz is not None and len(asked) % 4 == 0:
+            raise NumericsError("crushed")
+        return run(scene, band_hz)
+
+    study()
+    monkeypatch.setattr(sensitivity, "_run", failing)
+    found = measure(scene=SCENE, draws=40).of(Fault.OUTER)
+    assert (found.draws, found.failed) == (30, 10)
+    with pytest.raises(NumericsError, match="draws could be run"):
+        measure(scene=SCENE, draws=14)
+
+
+def test_stored_and_read_again_it_is_the_same(study):
+    found = study()
+    again = sensitivity_of({"defects": [json_object(found)]}).of(Fault.OUTER)
+    assert again.quantities == found.quantities
+    names = ["2xBPFO", "cage ratio"]
+    assert again.covariance(names) == pytest.approx(found.covariance(names))
+    assert again.deviations(names) == pytest.approx(found.deviations(names))
+
+
+def test_a_healthy_scene_has_nothing_to_compare():
+    with pytest.raises(ConfigurationError, match="defect"):
+        measure(scene=paper_scene())
+
+
+def test_grid_convergence_index_of_a_known_order():
+    """Values 1 + h^2 at h = 4, 2, 1: the middle one is 4 off; 1.25 times that is the index."""
+    assert grid_ci95(5.0, 17.0, 2.0) == pytest.approx(1.25 * 4.0)
+    assert grid_ci95(1.0, 1.0, 1.0) == 0.0
+    assert grid_ci95(1.0, 0.0, 0.5) > 1.25 * 0.5  # not from one side: the lowest order
+
+
+def test_converged_points_hold_stiffness_and_the_defect_s_length():
+    base, fine = SCENE.contact, converged(SCENE).contact
+    assert fine.points_per_circle == CONVERGED_POINTS
+    assert fine.stiffness_n_m * fine.points_per_circle == pytest.approx(base.stiffness_n_m * base.points_per_circle)
+    assert fine.damping_ns_m * fine.points_per_circle == pytest.approx(base.damping_ns_m * base.points_per_circle)
+    assert converged(SCENE).defect.points == SCENE.defect.points * CONVERGED_POINTS // base.points_per_circle
+    assert converged(converged(SCENE)) == converged(SCENE)
+    slices = dataclasses.replace(SCENE, model="slices")
+    assert converged(slices) is slices
+
+
+def test_starts_differ_by_nothing_but_a_hair_of_load():
+    made = starts(SCENE)
+    loads = [scene.load.radial_n / SCENE.load.radial_n - 1 for scene in made]
+    assert len(set(loads)) == STARTS >= 8
+    assert (min(loads), max(loads)) == pytest.approx((-1e-5, 1e-5), rel=1e-6)
+    assert {dataclasses.replace(scene, load=SCENE.load) for scene in made} == {SCENE}
+
+
+@pytest.mark.slow
+def test_the_paper_s_points_make_runs_chaotic_and_converged_ones_do_not():
+    """Eight starts of 14 turns each: at 500 points levels scatter, at 2000 they repeat to a thousandth of a decibel."""
+    short = dataclasses.replace(SCENE, duration_s=1.0, shaft_speed_rad_s=90.0)
+    spread = {}
+    for name, scene in (("paper", short), ("converged", converged(short))):
+        levels = [sensitivity._values(sensitivity._run(one))["4xBPFO"] for one in starts(scene)[:4]]
+        spread[name] = np.std(levels)
+    assert spread["converged"] < 0.01 < 0.1 < spread["paper"]

@@ -20,20 +20,12 @@ SHOWN_DIGITS = 12  # of a scene's values: beyond them stands the rounding of a c
 
 
 def assumptions_section(evidence: Evidence) -> Section:
-    """What the paper leaves open, what each choice does, and how the load divides."""
-    base = evidence.runs["paper-outer"]
-    scene, geometry = base.scene, evidence.bearing.geometry
+    """What the paper leaves open, and how the load divides; what it does stands with the matrix."""
+    scene, geometry = evidence.runs["paper-outer"].scene, evidence.bearing.geometry
     assert geometry is not None, "the report's bearing is one the model can run"
-    as_simulated = {
-        "purpose": "as simulated here", "state": "outer", "cage_ratio": base.cage_ratio, "bpfo_hz": base.bpfo_hz,
-        "bpfi_hz": base.bpfi_hz, "bpfo_change_pct": 0.0, "roller_load_share": base.roller_load_share,
-    }  # fmt: skip
     return ASSUMPTIONS.section(
         ASSUMPTIONS.listing(
             "assumptions", geometry=geometry, contact=scene.contact, defect=scene.defect, bodies=scene.bodies
-        ),
-        ASSUMPTIONS.table(
-            "variations", [as_simulated, *evidence.variations], shaft_rpm=evidence.printed.shaft_rpm
         ),
         ASSUMPTIONS.paragraph("load-path", path=evidence.load_path),
     )  # fmt: skip

@@ -9,25 +9,29 @@ import numpy as np
 from srbval.evidence.evidence import Evidence
 from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Figure, FigureGrid, Listing
-from srbval.report.content.names import FETCH_COMMAND
+from srbval.report.content.names import FETCH_COMMAND, VERDICT_TONE
 from srbval.report.figures.deviation import agreement_plot
 from srbval.report.figures.matrix import heat_map
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
+from srbval.storage.stored_result import RECORD_VERDICTS
 from srbval.validation.bias import LEAST_RECORDS
 from srbval.validation.compared_quantities import KINDS, PRESENCE, Kind
-from srbval.validation.comparison import Comparison, ComparisonVerdict
-from srbval.validation.counterpart import TURNS
+from srbval.validation.comparison import MOUNTING_DB, Comparison, ComparisonVerdict
+from srbval.validation.counterpart import CONVERGED_POINTS, STARTS, TURNS
+from srbval.validation.effects import QuantityEffects
 from srbval.validation.fault_call import Basis
 from srbval.validation.matrix import Matrix, MatrixCell
+from srbval.validation.record_verdict import DISCREPANCY_DB, DISCREPANCY_PCT, RecordVerdict
 from srbval.validation.sensitivity import NOMINAL_RPM
 
 TEXTS = Texts("matrix")
 DEVIATION_LIMIT_PCT = 0.5
 SNR_LIMITS = (0.0, 3.0)  # powers of ten
 VERDICT_LEVEL = {
-    ComparisonVerdict.NOT_RESOLVED.value: 1.0,
+    ComparisonVerdict.AGREES.value: 1.0,
     ComparisonVerdict.RESOLVED.value: -1.0,
+    ComparisonVerdict.UNDECIDED.value: 0.0,
     ComparisonVerdict.INSUFFICIENT.value: 0.0,
 }
 SHOWN_BY = {
@@ -138,8 +142,21 @@ def _bias_blocks(evidence: Evidence, folder: Path) -> Iterator[Block]:
     compared = [cell for cell in evidence.matrix.cells if cell.comparisons]
     sides = [(bool(p.model), bool(p.rig)) for p in evidence.pairs if p.kind == PRESENCE.name]
     shown_by = [(name, sides.count(key)) for key, name in SHOWN_BY.items() if key in sides]
+    judged = [cell for cell in compared if cell.judged]
+    if judged:
+        yield TEXTS.table(
+            "record-verdicts", judged, point=_point, errors=_errors, verdict_tone=VERDICT_TONE,
+            discrepancy_pct=DISCREPANCY_PCT, discrepancy_db=DISCREPANCY_DB,
+        )  # fmt: skip
+        yield TEXTS.paragraph("verdicts", mounting_db=MOUNTING_DB)
+    rates = evidence.results[RECORD_VERDICTS].content
+    if rates is not None:
+        yield TEXTS.table("verdict-rates", rates["rows"], truths=rates["truths"])
     yield TEXTS.table("matrix-quantities", compared, kinds=KINDS, point=_point, entry=_entry)
-    yield TEXTS.paragraph("carried", nominal_rpm=NOMINAL_RPM, turns=TURNS)
+    yield TEXTS.paragraph("carried", nominal_rpm=NOMINAL_RPM, turns=TURNS, starts=STARTS, points=CONVERGED_POINTS)
+    if evidence.known.defects:
+        rows = [row for defect in evidence.known.defects for row in defect.quantities]
+        yield TEXTS.table("inputs", rows, most_by=_most_by)
     yield TEXTS.table("bias", evidence.bias, shown_by=shown_by, least_records=LEAST_RECORDS)
     yield FigureGrid(
         figures=tuple(_agreement(evidence, folder)), label="Predicted against measured",
@@ -168,6 +185,18 @@ def _error(row: Comparison) -> str:
         return f"{row.error:+.2g}"
     resolved = ", resolved" if row.verdict is ComparisonVerdict.RESOLVED else ""
     return f"{row.error:+.2g} [{row.uncertainty:.2g}]{resolved}"
+
+
+def _errors(judged: RecordVerdict) -> str:
+    rows = zip(judged.quantities, judged.errors, judged.u, judged.units, strict=True)
+    return "; ".join(
+        f"{name} {error:+.2g} ± {u:.2g} {unit}{'*' * (name in judged.censored)}" for name, error, u, unit in rows
+    )
+
+
+def _most_by(row: QuantityEffects) -> str:
+    most = sorted(row.shares, key=lambda name: -row.shares[name])[:2]
+    return ", ".join(f"{name} {100 * row.shares[name]:.0f} %" for name in most)
 
 
 def _agreement(evidence: Evidence, folder: Path) -> Iterator[Figure]:

@@ -19,7 +19,8 @@ SIDE_NAME = {
 FETCH_COMMAND = "srbval data fetch torino-excerpts"
 VERDICT_TONE = {
     "resolved": "warning",
-    "not resolved from uncertainty": "good",
+    "agrees": "good",
+    "undecided": "neutral",
     "insufficient data": "neutral",
 }
 

@@ -14,7 +14,6 @@ from srbval.report.model import Section, VerdictBox
 from srbval.report.section_texts import Texts
 from srbval.storage.strict_json import json_object
 from srbval.validation.compared_quantities import CAGE_RATIO
-from srbval.validation.comparison import ComparisonVerdict
 from srbval.validation.table6 import RigSource, Table6Row
 
 TEXTS, VERDICT = Texts("table6"), Texts("verdict")
@@ -29,8 +28,8 @@ def verdict_box(evidence: Evidence) -> VerdictBox:
     points = VERDICT.listing(
         "points",
         measured=measured,
-        cage=(cage := [row for row in evidence.comparisons if row.kind == CAGE_RATIO.name]),
-        resolved=[row.fault.code for row in cage if row.verdict is ComparisonVerdict.RESOLVED],
+        cage=[row for row in evidence.comparisons if row.kind == CAGE_RATIO.name],
+        judged=[(cell.state.code, cell.verdict) for cell in evidence.matrix.cells if cell.judged],
         paper_sum=next(s for s in evidence.sums if s.source == "paper's rig"),
         rig_sum=next((s for s in evidence.sums if s.origin == "measured"), None),
         fetch_command=FETCH_COMMAND,
