@@ -41,7 +41,7 @@ PACKAGE = Path(srbval.__file__).parent
 SOURCES = {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(PACKAGE.rglob("*.py"))}
 FILES = [path for path in SOURCES if path.parent not in (PACKAGE, PACKAGE / "docs")]
 WRITING_FUNCTIONS = {"document", "json_object", "strict_json", "write_json"}
-MOST_LINES = 31_800  # so that the whole of it can be read; what grows here makes something else superfluous
+MOST_LINES = 32_600  # so that the whole of it can be read; what grows here makes something else superfluous
 MOST_FILES = 300  # so that a newcomer finds the one to change
 LONGEST_FUNCTION = 80  # lines; more does not fit on a screen. Kernels are compiled as a whole and may be longer.
 

@@ -154,7 +154,9 @@ class RunStatistics:
             finite=self.finite, deepest_m=self.deepest_m, limit_m=DEEPEST_M, cage_ratio=ratio,
             rolling_ratio=self.bearing.orders.ftf, load_share=share, balanced_share=self.balanced_share,
             energy_imbalance=imbalance, idle_share=self.idle / n, step_s=self.step_s, step_limit_s=self.step_limit_s,
-            default_limit_s=self.default_limit_s, missing_n=float(missing_n @ direction),
+            default_limit_s=self.default_limit_s,
+            vouched=self.step_error is not None and not (self.step_error.certain or self.step_error.open),
+            missing_n=float(missing_n @ direction),
             cage_course=tuple(speed / (mean_shaft or math.nan) for speed in self.cage_course),
         )  # fmt: skip
         status, reason = with_step_error(*assess(scene, indicators), self.step_error)

@@ -90,14 +90,15 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
 
 def _begun(scene: Scene, step: Step, folder: Path | None = None) -> RunStatistics:
     """Statistics of a run that has room, its step chosen or its step's error estimated where that is wanted."""
-    from srbval.models.precompile import load_kernels
+    from srbval.models.full_run import full_run
     from srbval.models.step_error import step_error, with_chosen_step
 
     stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
     check_room(stats, folder)
     if step is not Step.UNCHECKED and rung_of(scene.model).parameters is not None:
         started = time.perf_counter()
-        load_kernels([scene.model])
+        precompile(scene.model)
+        full_run(scene, stats.bearing).advance(0, 0)  # loads them
         stats.compile_s, started = time.perf_counter() - started, time.perf_counter()
         with np.errstate(all="ignore"):
             if step is Step.AUTO:

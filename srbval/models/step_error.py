@@ -28,7 +28,9 @@ CAGE, DRIVE_POWER = "mean cage speed", "drive power"  # beside the RMS in each b
 KINDS = {CAGE: "cage", DRIVE_POWER: "drive_power"}  # the others are of kind "band_rms"
 TOLERANCE = {"cage": 1e-5, "band_rms": 0.05, "drive_power": 0.05}  # relative
 SLIDING = 0.01  # in cage speed, where it slides or rattles: it is then told to a per cent, not read to five digits
-SIGNIFICANT = 1.0  # standard errors
+SIGNIFICANT = 1.0  # standard errors beyond a tolerance, for which a finer step is chosen
+CERTAIN = 2.0  # those for which a run is called inaccurate: one in six is beyond one of them by chance
+ORDER = 0.2  # of an estimate, by which it is unsure: second order would leave 16/15 d in place of 4/3 d
 FINER = 4
 LEVELS = 2  # of refinement by `FINER`: a chosen step is at most 16 times finer than the scene's
 PIECE_S = 0.15  # both pieces cost five times that: 8 % of a ten-second run, 10 % where a quarter of the step is taken
@@ -53,9 +55,14 @@ class Estimate:
         return not abs(self.error) <= TOLERANCE[self.kind] + SIGNIFICANT * self.scatter
 
     @property
+    def certain(self) -> bool:
+        """Is it beyond, however chance may have it?"""
+        return not abs(self.error) <= TOLERANCE[self.kind] + CERTAIN * self.scatter
+
+    @property
     def open(self) -> bool:
-        """Is it too uncertain to say so?"""
-        return not self.beyond and abs(self.error) + self.scatter > TOLERANCE[self.kind]
+        """Is it neither certainly beyond its tolerance nor certainly within?"""
+        return not self.certain and abs(self.error) * (1 + ORDER) + self.scatter > TOLERANCE[self.kind]
 
     def __str__(self) -> str:
         return f"{self.of} by {self.error:+.2g} (standard error {self.scatter:.1g}, tolerance {TOLERANCE[self.kind]:g})"
@@ -72,6 +79,11 @@ class StepError:
     def beyond(self) -> tuple[Estimate, ...]:
         """What is beyond its tolerance."""
         return tuple(estimate for estimate in self.estimates if estimate.beyond)
+
+    @property
+    def certain(self) -> tuple[Estimate, ...]:
+        """What is beyond it, however chance may have it."""
+        return tuple(estimate for estimate in self.estimates if estimate.certain)
 
     @property
     def open(self) -> tuple[Estimate, ...]:
@@ -146,8 +158,8 @@ def with_step_error(status: RunStatus, reason: str, error: StepError | None) -> 
     """Status and reason of a run that is otherwise of this `status`, once its step's error counts."""
     if error is None or not status.usable:
         return status, reason
-    slides = [e for e in error.beyond if status is not RunStatus.OK and e.kind == "cage" and abs(e.error) <= SLIDING]
-    beyond = [e for e in error.beyond if e not in slides]
+    slides = [e for e in error.certain if status is not RunStatus.OK and e.kind == "cage" and abs(e.error) <= SLIDING]
+    beyond = [e for e in error.certain if e not in slides]
     if beyond:
         return RunStatus.INACCURATE, (
             f"{reason}; but the step of {error.step_s * 1e6:.4g} us leaves errors beyond the tolerance: "

@@ -107,6 +107,8 @@ def test_silent_failures_are_caught(solver: str, factor: int) -> None:
         ({"load_share": 0.031, "energy_imbalance": -0.09}, RunStatus.OK),
         ({"load_share": 0.029, "energy_imbalance": 0.09}, RunStatus.ROLLERS_UNLOADED),
         ({"energy_imbalance": -0.11}, RunStatus.ENERGY_OPEN),
+        ({"energy_imbalance": -0.11, "vouched": True}, RunStatus.OK),
+        ({"energy_imbalance": -0.21, "vouched": True}, RunStatus.ENERGY_OPEN),
         ({"energy_imbalance": math.nan}, RunStatus.OK),
         ({"step_s": 1.2e-5, "step_limit_s": 1e-5}, RunStatus.STEP_TOO_LONG),
         ({"step_s": 1.05e-5, "step_limit_s": 1e-5}, RunStatus.OK),

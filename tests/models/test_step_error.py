@@ -78,12 +78,20 @@ def test_nothing_at_all_is_no_error() -> None:
 
 @pytest.mark.parametrize(
     ("error", "scatter", "beyond", "open_"),
-    [(0.03, 0.01, False, False), (0.03, 0.03, False, True), (0.10, 0.01, True, False), (0.06, 0.02, False, True)],
+    [
+        (0.03, 0.01, False, False),
+        (0.03, 0.03, False, True),
+        (0.10, 0.01, True, False),
+        (0.06, 0.02, False, True),
+        (0.10, 0.04, True, True),
+        (0.045, 0.0, False, True),
+    ],
 )
 def test_beyond_open_or_neither(error: float, scatter: float, beyond: bool, open_: bool) -> None:
     for sign in (1, -1):
         estimate = Estimate(kind="band_rms", of="RMS", error=sign * error, scatter=scatter)
         assert (estimate.beyond, estimate.open) == (beyond, open_)
+        assert estimate.certain == (beyond and not open_), "by one standard error a finer step, by two a verdict"
 
 
 def test_two_pairs_of_steps_are_weighed_by_their_variances() -> None:
