@@ -110,5 +110,5 @@ def test_command_line_says_filter_envelope_unit_and_trials(recordings_dir, capsy
     path = recordings_dir / "torino" / "IR_877rpm_sample.mat"
     assert main(["analyse", str(path), "--auto-band", "--filter", "brick-wall"]) == 0
     said = capsys.readouterr().out
-    for words in ("brick wall", "squared envelope", "standard deviations", "trials", "no order tracking"):
+    for words in ("brick wall", "squared envelope", "standard deviations", "trials", "order tracking: with the speed"):
         assert words in said
