@@ -24,8 +24,8 @@ from srbval.stability.own_verdicts import (
     drawn_cases,
     fixed_cases,
     judge_own_verdicts,
-    similar,
 )
+from srbval.stability.similar_bearing import similar
 
 RMS = "RMS in 500-1500 Hz"
 

@@ -44,19 +44,29 @@ def test_no_ok_cell_is_unlike_its_converged_run(stored: dict[str, Any]) -> None:
     assert all(error < TOLERANCE[KINDS.get(name, "band_rms")] for name, error in typical.items())
 
 
-@pytest.mark.xfail(strict=True, reason="2 of 371 are off, one is falsely failed; mended since, not measured again yet")
-def test_runs_that_say_ok_are_right() -> None:
-    """The study behind the statement: at least 2,000 runs, half of them drawn; those that are off are listed."""
-    content = json.loads((STORED.parent / "own_verdicts.json").read_text(encoding="utf-8"))
-    runs, counts = content["runs"], content["counts"]
-    assert len(runs) == counts["runs"] == len([*fixed_cases(), *drawn_cases(content["seed"])]) >= 2000
+@pytest.fixture(scope="module")
+def verdicts() -> dict[str, Any]:
+    content: dict[str, Any] = json.loads((STORED.parent / "own_verdicts.json").read_text(encoding="utf-8"))
+    return content
+
+
+def test_two_thousand_runs_judged_themselves_and_those_that_were_wrong_are_listed(verdicts: dict[str, Any]) -> None:
+    runs, counts = verdicts["runs"], verdicts["counts"]
+    assert len(runs) == counts["runs"] == len([*fixed_cases(), *drawn_cases(verdicts["seed"])]) >= 2000
     assert 0.4 < sum(run["drawn"] for run in runs) / len(runs) < 0.6
-    wrong = [run for run in runs if run["falsely_ok"]]
-    assert len(wrong) == counts["falsely_ok"] <= MOST_FALSE * counts["says_ok"]
-    assert all(run["reason"] for run in wrong)
+    for kind in ("falsely_ok", "falsely_failed"):
+        wrong = [run for run in runs if run[kind]]
+        assert len(wrong) == counts[kind]
+        assert all(run["reason"] for run in wrong)
+    for part in {entry["part"] for entry in verdicts["parts"]}:
+        assert sum(entry["runs"] for entry in verdicts["parts"] if entry["part"] == part) == len(runs)
+
+
+@pytest.mark.xfail(strict=True, reason="2 of 371 are off, one is falsely failed; mended since, not measured again yet")
+def test_runs_that_say_ok_are_right(verdicts: dict[str, Any]) -> None:
+    counts = verdicts["counts"]
+    assert counts["falsely_ok"] <= MOST_FALSE * counts["says_ok"]
     assert counts["falsely_failed"] == 0
-    for part in {entry["part"] for entry in content["parts"]}:
-        assert sum(entry["runs"] for entry in content["parts"] if entry["part"] == part) == len(runs)
 
 
 def test_planted_failures_are_caught_and_converged_runs_are_not_flagged(stored: dict[str, Any]) -> None:
@@ -87,4 +97,6 @@ def test_the_map_of_the_rigs_scene_is_whole_and_good_to_the_predicted_limit() ->
     assert [r for r in content["references"] if r["status"] != "ok"] == []
     of_default = [c for c in cells if c["solver"] == load_scene("rig").solver.name]
     for cell in of_default:
-        assert cell["stable"] == (cell["dt_s"] < cell["predicted_elastic_limit_dt_s"])
+        below = cell["dt_s"] < cell["predicted_elastic_limit_dt_s"]
+        assert cell["stable"] == below
+        assert (cell["status"] == "ok") == below or (below and cell["rpm"] >= 3000), "then its own step is too long"
