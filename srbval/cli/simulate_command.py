@@ -8,13 +8,11 @@ from typing import Any
 
 from srbval.cli.arguments import AUTO as AUTO_STEP
 from srbval.cli.output import print_json, print_table
-from srbval.cli.plan_command import question_of, scene_of
+from srbval.cli.scene_options import scene_of
 from srbval.errors import DataError, NumericsError
 from srbval.models.ladder import AUTO, rung_of
 from srbval.models.run import RunStatus, RunSummary
 from srbval.models.simulate import Step, simulate, simulate_to_file
-from srbval.plan.coarser_output import with_coarser_output
-from srbval.plan.plan import make_plan
 from srbval.progress import ProgressDisplay
 from srbval.scene import Scene, scene_table
 from srbval.scene.read import BUNDLED
@@ -60,6 +58,10 @@ def _planned(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dict[str
     """The scene, its model and output rate chosen by the planner where it asks for that, and the plan for the JSON."""
     if scene.model != AUTO:
         return scene, {}
+    from srbval.cli.plan_command import question_of  # the planner takes half a second to load
+    from srbval.plan.coarser_output import with_coarser_output
+    from srbval.plan.plan import make_plan
+
     plan = make_plan(scene, question=question_of(options.question), tolerance_pct=options.tolerance)
     reason = next(c.why for c in plan.candidates if c.model == plan.chosen)
     print(f"model {plan.chosen} for {plan.question.value} within {plan.tolerance_pct:g} %: {reason}", file=sys.stderr)

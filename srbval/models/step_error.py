@@ -90,6 +90,11 @@ class StepError:
         """What is not established."""
         return tuple(estimate for estimate in self.estimates if estimate.open)
 
+    @property
+    def lost(self) -> bool:
+        """Is an error as large as the thing itself? The piece then began from a state that the step made up."""
+        return not all(abs(estimate.error) < 1 for estimate in self.estimates)
+
     def with_steps(self, finer: float) -> "StepError":
         """The same with so many times finer steps."""
         return StepError(
@@ -130,7 +135,7 @@ def step_error(scene: Scene, bearing: Bearing) -> StepError:
     With a profile of the speed or load: at its highest. Raises what a run's start raises, see `simulate`.
     """
     steady = _steady(scene)
-    return _error_of(steady, bearing, full_run(steady, bearing))
+    return _error_of(_Piece(steady, bearing, full_run(steady, bearing)))
 
 
 def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
@@ -142,15 +147,20 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
     steady = _steady(scene)
     run = full_run(steady, bearing)
     limit_s = elastic_limit_s(run.method, run.model, run.state) or math.inf
-    run = run.with_finer_steps(max(1, math.ceil(run.step_s / limit_s)))
-    steps, error = run.steps_per_output, _error_of(steady, bearing, run.with_finer_steps(1))
+    start = run.with_finer_steps(max(1, math.ceil(run.step_s / limit_s)))
+    piece = _Piece(steady, bearing, start.with_finer_steps(1))
+    steps, error = start.steps_per_output, _error_of(piece)
     for level in range(1, LEVELS + 1):
         for finer in (1, 2, FINER):
             if not error.with_steps(finer).beyond:
                 return _with_steps(scene, steps * finer), error.with_steps(finer)
         if level < LEVELS:
             steps *= FINER
-            error = _error_of(steady, bearing, run.with_finer_steps(FINER**level)).with_coarser(error)
+            if error.lost:
+                piece = _Piece(steady, bearing, start.with_finer_steps(FINER**level))
+                error = _error_of(piece).with_coarser(error)
+            else:
+                error = _error_of(piece, FINER**level).with_coarser(error)
     return _with_steps(scene, steps * FINER), error.with_steps(FINER)
 
 
@@ -188,26 +198,34 @@ def _steady(scene: Scene) -> Scene:
     return scene
 
 
-def _error_of(scene: Scene, bearing: Bearing, run: FullRun) -> StepError:
-    """Errors of `run`, at its start, which is used up."""
-    passage_s = 1 / bearing.orders.at(scene.shaft_hz).bpfo_hz
-    piece_s = max(LEAST_S, min(scene.duration_s, max(PIECE_S, PASSAGES * passage_s)))
-    settle = round(scene.settle_s * scene.output_rate_hz)
-    piece = max(2 * BLOCKS, round(piece_s * scene.output_rate_hz))
-    run.advance(0, settle)
-    fine = run.with_finer_steps(FINER)
-    skip = round(SETTLED * piece)
-    coarse, finer = (
-        block_means(
-            scene.output_rate_hz,
-            cage_rad_s=out[skip:, col.CAGE_SPEED],
-            acceleration_m_s2=out[skip:, col.ACCELERATION],
-            drive_w=out[skip:, col.DRIVE_POWER],
-        )
-        for out in (run.advance(settle, piece).out, fine.advance(settle, piece).out)
-    )
-    error = StepError(step_s=run.step_s, estimates=differences(coarse, finer))
-    return replace(error.with_steps((FINER - 1) / FINER), step_s=run.step_s)
+class _Piece:
+    """A short piece of a run from one settled state, with the run's step and with finer ones, each run once."""
+
+    def __init__(self, scene: Scene, bearing: Bearing, run: FullRun) -> None:
+        passage_s = 1 / bearing.orders.at(scene.shaft_hz).bpfo_hz
+        length_s = max(LEAST_S, min(scene.duration_s, max(PIECE_S, PASSAGES * passage_s)))
+        self.rate_hz, self.run = scene.output_rate_hz, run
+        self.settle, self.length = round(scene.settle_s * self.rate_hz), max(2 * BLOCKS, round(length_s * self.rate_hz))
+        run.advance(0, self.settle)
+        self.known: dict[int, BlockMeans] = {}
+
+    def means(self, finer: int) -> BlockMeans:
+        """Means of the piece with so many times finer steps."""
+        if finer not in self.known:
+            settling = round(SETTLED * self.length)
+            out = self.run.with_finer_steps(finer).advance(self.settle, self.length).out[settling:]
+            self.known[finer] = block_means(
+                self.rate_hz, cage_rad_s=out[:, col.CAGE_SPEED], acceleration_m_s2=out[:, col.ACCELERATION],
+                drive_w=out[:, col.DRIVE_POWER],
+            )  # fmt: skip
+        return self.known[finer]
+
+
+def _error_of(piece: _Piece, finer: int = 1) -> StepError:
+    """Errors of so many times finer steps than the piece's run has."""
+    estimates = differences(piece.means(finer), piece.means(FINER * finer))
+    error = StepError(step_s=piece.run.step_s / finer, estimates=estimates)
+    return replace(error.with_steps((FINER - 1) / FINER), step_s=error.step_s)
 
 
 def means_of(run: Run) -> BlockMeans:
