@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS, Bearing
@@ -153,14 +154,22 @@ def meaningless_hz(
     relative = reading.half_window_hz / centre
     highest = min(PLACEBO_REACH * centre, record.limit_hz / len(reading.snr) / (1 + relative))
     candidates = fundamentals(centre / PLACEBO_REACH, highest, relative)
+    return np.asarray(candidates[means_nothing(candidates, relative, families, speed, scale)])
+
+
+def means_nothing(
+    candidates_hz: FloatArray, relative: float, families: tuple[Family, ...], speed: ShaftSpeed, scale: float = 1.0
+) -> NDArray[np.bool_]:
+    """Which fundamentals [n], with windows of half width `relative`, mean nothing here: see `meaningless_hz`."""
     ratios = np.outer([f.kinematic_hz for f in families], [up / down for up, down in _RATIOS])
     sides = np.arange(-_OWN_SIDEBANDS, _OWN_SIDEBANDS + 1)
     sidebands = np.array([f.kinematic_hz + k * f.sideband_hz for f in families for k in sides])
-    meant = scale * np.concatenate((ratios.ravel(), sidebands[sidebands > 0]))
-    near = np.abs(candidates[:, None] / meant - 1).min(axis=1) < APART * relative
-    order = candidates / (scale * speed.value_hz)
+    meant = np.sort(scale * np.concatenate((ratios.ravel(), sidebands[sidebands > 0])))
+    above = np.clip(np.searchsorted(meant, candidates_hz), 1, meant.size - 1)
+    near = np.minimum(*(np.abs(candidates_hz / meant[above - side] - 1) for side in (0, 1))) < APART * relative
+    order = candidates_hz / (scale * speed.value_hz)
     near |= np.abs(order - np.rint(order)) < (APART * relative + speed.ci95_hz / speed.value_hz) * order
-    return np.asarray(candidates[~near])
+    return np.asarray(~near)
 
 
 def _fundamentals(

@@ -15,6 +15,7 @@ from srbval.recordings.registry.lookup import (
     healthy_baseline,
     load_entry,
     load_registered,
+    rig_of,
     rig_recordings,
 )
 from srbval.recordings.registry.register import add, listing, verify
@@ -33,6 +34,7 @@ __all__ = [
     "listing",
     "load_entry",
     "load_registered",
+    "rig_of",
     "rig_recordings",
     "verify",
     "without_copies",

@@ -85,15 +85,15 @@ def _comparable(entry: RegisteredRecording, recording: Recording) -> bool:
         and entry.state is Fault.HEALTHY
         and entry.file != file
         and entry.sha256 != recording.sha256
-        and _rig(entry.dataset, entry.file) == _rig(recording.dataset, file)
+        and rig_of(entry.dataset, entry.file) == rig_of(recording.dataset, file)
         and (entry.channel, entry.fs_hz) == (recording.channel, recording.fs_hz)
         and entry.nominal_rpm == recording.nominal_rpm
         and (_newton(entry.radial_kn), _newton(entry.axial_kn)) == (recording.radial_n, recording.axial_n)
     )
 
 
-def _rig(dataset: str | None, file: str) -> tuple[str | None, str]:
-    """Identifies the machine of a record: the data set, and its folder where a set holds several rigs."""
+def rig_of(dataset: str | None, file: str) -> tuple[str | None, str]:
+    """What identifies the machine of a record: the data set, and its folder where a set holds several rigs."""
     if dataset in RIG_DATASETS:
         return RIG_DATASETS[0], ""
     per_folder = any(d.name == dataset and d.one_rig_a_folder for d in known_datasets())
