@@ -78,12 +78,13 @@ def _print(result: Analysis, defect: str | None) -> None:
     )
     print(f"band {shown.chain}; {result.band.why}")
     print(f"lines searched in {result.search}")
+    print(f"that is {', '.join(f'{w.name} {w.low_hz:.2f} to {w.high_hz:.2f} Hz' for w in result.windows)}")
     print(f"lines from the squared envelope, {SQUARED_UNIT} (1 = {shown.scale:.4g} {recording.unit})")
     print(f"{shown.tracking.why}\n")
     for caution in recording.cautions:
         print(f"caution: {caution}")
     wanted = LINE_OF_PART[defect] if defect else ""
-    lines = [line for line in result.lines if line.name.startswith(wanted)]
+    lines = [line.stated() for line in result.lines if line.name.startswith(wanted)]
     print_table(
         COLUMNS,
         [

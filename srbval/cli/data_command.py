@@ -50,8 +50,11 @@ def run(options: argparse.Namespace) -> int:
 
 
 def recording_settings(options: argparse.Namespace) -> RecordingSettings:
-    """Settings from --channel, --fs, --unit and --rpm."""
-    return RecordingSettings(channel=options.channel, fs_hz=options.fs, unit=options.unit, rpm=options.rpm)
+    """Settings from --channel, --fs, --unit, --rpm and --rpm-tolerance."""
+    return RecordingSettings(
+        channel=options.channel, fs_hz=options.fs, unit=options.unit, rpm=options.rpm,
+        rpm_tolerance_pct=options.rpm_tolerance,
+    )  # fmt: skip
 
 
 def _act(options: argparse.Namespace) -> RegisterListing:

@@ -26,17 +26,19 @@ def load_recording(
     fs_hz: float | None = None,
     unit: str | None = None,
     rpm: float | None = None,
+    rpm_tolerance_pct: float | None = None,
 ) -> Recording:
     """Load one measured file, simulated run or stand-in.
 
     The format is recognised by the file's first bytes, the data set by its variables. The options decide what the
     file leaves open and override what it says: `channel` by name, `fs_hz` the sampling rate [Hz], `unit`
-    that of the samples in the file (see `reading.UNITS`), `rpm` the mean shaft speed [rpm].
+    that of the samples in the file (see `reading.UNITS`), `rpm` the mean shaft speed [rpm], `rpm_tolerance_pct` how far
+    off it may be where it is only a set point [%].
     Raises `DataError` for anything that cannot be read or is ambiguous, `ConfigurationError` for an
     impossible option. Does not estimate a speed from the vibration, and does not use the settings kept in the
     register (`registry.load_registered` does).
     """
-    settings = RecordingSettings(channel=channel, fs_hz=fs_hz, unit=unit, rpm=rpm)
+    settings = RecordingSettings(channel=channel, fs_hz=fs_hz, unit=unit, rpm=rpm, rpm_tolerance_pct=rpm_tolerance_pct)
     file = Path(path)
     return _assemble(file, apply_settings(file, read_file(file), settings), sha256_of(file))
 

@@ -10,7 +10,7 @@ from srbval.signal import BandFilter
 from srbval.validation.band_choice import BandChoice, auto_band, declared_band, sidak_corrected
 from srbval.validation.lines import Line
 from srbval.validation.pipeline import SQUARED_UNIT, Processed, choose_tracking, process, speed_of_record
-from srbval.validation.speed_search import search
+from srbval.validation.speed_search import OutsideFamily, Window, search
 from srbval.validation.sum_rule import Closure, closure_of
 from srbval.validation.verdict import verdict
 
@@ -24,13 +24,17 @@ class Analysis:
 
     `processed` holds the arrays that figures need (signal, envelope, envelope spectrum); `lines` the
     bearing's lines, first harmonics from the joint fit; `search` says in which windows and at how many speeds they were
-    looked for; `verdict` is a sentence.
+    looked for, `windows` where each was; `outside` is a family that stands out just outside them, where none was found
+    inside; `verdict` says it all in sentences.
     """
 
     recording: Recording
     bearing: Bearing
     speed: ShaftSpeed
     search: str
+    windows: tuple[Window, ...]
+    outside: OutsideFamily | None
+    beyond_nominal_pct: float | None
     processed: Processed
     band: BandChoice
     lines: tuple[Line, ...]
@@ -59,6 +63,8 @@ class Analysis:
             "band_hz": self.processed.band_hz,
             "band_choice": {"why": self.band.why, "trials": self.band.trials},
             "search": self.search,
+            "windows": self.windows,
+            "outside": self.outside,
             "resolution_hz": 1 / self.processed.seconds,
             "chain": {
                 "filter": self.processed.band_filter,
@@ -77,8 +83,9 @@ class Analysis:
                 "drift_hz": self.speed.drift_hz,
                 "spread_hz": self.speed.spread_hz,
                 "nominal_rpm": self.recording.nominal_rpm,
+                "beyond_nominal_pct": self.beyond_nominal_pct,
             },
-            "lines": self.lines,
+            "lines": [line.stated() for line in self.lines],
             "closure": self.closure,
             "verdict": self.verdict,
             "notes": self.recording.notes,
@@ -124,16 +131,20 @@ def analyse(
     _check_duration(processed, known_speed)
     found = search(processed, bearing, known_speed)
     lines = sidak_corrected(found.lines, speeds=found.tried, bands=band.trials)
+    outside = "" if found.outside is None else f" {found.outside.sentence}"
     return Analysis(
         recording=recording,
         bearing=bearing,
         band=band,
         speed=found.speed,
         search=found.description,
+        windows=found.windows(bearing),
+        outside=found.outside,
+        beyond_nominal_pct=found.beyond_nominal_pct,
         processed=processed,
         lines=lines,
         closure=closure_of(lines, bearing, found.speed),
-        verdict=verdict(lines, recording, found.speed),
+        verdict=verdict(lines, recording, found.speed) + outside,
     )
 
 
