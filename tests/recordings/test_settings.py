@@ -41,7 +41,8 @@ def test_settled_once_and_kept(tmp_path: Path) -> None:
     path = two_columns(tmp_path / "two.npy")
     (open_,) = add(tmp_path).recordings
     assert "--channel data[1] | data[2]; no sampling rate: --fs HZ; no unit: --unit m/s2 |" in (open_.reason or "")
-    given = RecordingSettings(channel="data[2]", fs_hz=8000.0, unit="g")
+    assert "no bearing: --bearing NAME | FILE.toml; no shaft speed: --rpm R, or --tacho CHANNEL" in (open_.reason or "")
+    given = RecordingSettings(channel="data[2]", fs_hz=8000.0, unit="g", bearing="skf-6205", rpm=1500.0)
     (entry,) = add(path, settings=given).recordings
     assert (entry.status, entry.reason, entry.channel, entry.fs_hz) == (FileStatus.OK, None, "data[2]", 8000.0)
     for again in (add(tmp_path), verify()):
@@ -64,7 +65,8 @@ def test_later_options_go_over_kept_ones(tmp_path: Path) -> None:
 def test_option_that_one_file_of_a_folder_has_no_use_for(tmp_path: Path) -> None:
     two_columns(tmp_path / "two.npy")
     np.save(tmp_path / "one.npy", files.vibration())
-    found = add(tmp_path, settings=RecordingSettings(channel="data[2]", fs_hz=8000.0, unit="g")).recordings
+    given = {"fs_hz": 8000.0, "unit": "g", "bearing": "skf-6205", "rpm": 1500.0}
+    found = add(tmp_path, settings=RecordingSettings(channel="data[2]", **given)).recordings
     one, two = sorted(found, key=lambda r: r.file)
     assert (two.channel, two.reason) == ("data[2]", None)
     assert (one.status, one.channel, one.fs_hz) == (FileStatus.OK, "data", 8000.0)
@@ -100,13 +102,8 @@ def test_commands_share_the_options(tmp_path: Path, capsys: pytest.CaptureFixtur
     at_once = json.loads(capsys.readouterr().out)
     assert main(["data", "add", str(tmp_path), *given, "--json"]) == 0
     (entry,) = json.loads(capsys.readouterr().out)["recordings"]
-    assert entry["settings"] == {
-        "channel": "right",
-        "fs_hz": 8000.0,
-        "unit": "g",
-        "rpm": 1500.0,
-        "rpm_tolerance_pct": None,
-    }
+    stated = {key: value for key, value in entry["settings"].items() if value is not None}
+    assert stated == {"channel": "right", "fs_hz": 8000.0, "unit": "g", "rpm": 1500.0}
     assert main(analyse) == 0
     assert json.loads(capsys.readouterr().out)["lines"] == at_once["lines"]
 
