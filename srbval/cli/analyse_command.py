@@ -3,7 +3,7 @@
 import argparse
 import sys
 
-from srbval.bearing import DEFECTS, known_bearings, load_bearing
+from srbval.bearing import DEFECTS, Bearing, load_bearing
 from srbval.cli.data_command import recording_settings
 from srbval.cli.output import print_json, print_table
 from srbval.errors import ConfigurationError, DataError
@@ -23,7 +23,7 @@ LINE_OF_PART = {**{fault.value: fault.line or "" for fault in DEFECTS}, "cage": 
 def run(options: argparse.Namespace) -> int:
     """Analyse a file and print its lines and verdict."""
     recording = load_registered(options.file, recording_settings(options))
-    bearing = load_bearing(options.bearing or _bearing_of(recording))
+    bearing = load_bearing(options.bearing) if options.bearing else _bearing_of(recording)
     band = (options.band[0], options.band[1]) if options.band else None
     chosen = BandFilter(options.filter)
     result = analyse(recording, bearing=bearing, band_hz=band, band_filter=chosen, choose_on_record=options.auto_band)
@@ -54,13 +54,15 @@ def _call(result: Analysis) -> FaultCall:
     return call_fault(result, analyse(healthy, bearing=result.bearing, band_hz=band, band_filter=chosen))
 
 
-def _bearing_of(recording: Recording) -> str:
+def _bearing_of(recording: Recording) -> Bearing:
+    if recording.own_bearing is not None:
+        return recording.own_bearing
     if recording.bearing is None:
         raise ConfigurationError(
-            f"{recording.name}: neither the file nor its data set names the bearing; give --bearing: "
-            f"{', '.join(known_bearings())} or a TOML file."
+            f"{recording.name}: neither the file nor its data set names the bearing; give --bearing: a known one "
+            "(srbval bearing list) or a TOML file."
         )
-    return recording.bearing
+    return load_bearing(recording.bearing)
 
 
 def _selected(result: Analysis, defect: str | None) -> dict[str, object]:

@@ -146,12 +146,13 @@ def not_validated(scene: Scene) -> tuple[str, ...]:
     A bearing counts as validated that has the geometry of the paper's, whatever it is called.
     """
     found = [AMPLITUDES]
-    bearing = _bearing(scene.bearing)
+    bearing = bearing_of_run(scene)
     if bearing is None or bearing.geometry != load_bearing(DEFAULT_BEARING).geometry:
         found.append(f"the bearing {scene.bearing}: the models were held against the {DEFAULT_BEARING} alone")
         if bearing is not None and bearing.geometry is None:
-            found.append("everything but where lines lie: the bearing has no [geometry], so load zone, pulses and "
-                         "resonance are assumed")  # fmt: skip
+            assumed = ("load zone, pulses and resonance are" if bearing.elements is None
+                       else "grooves, housing and what the scene does not say are")  # fmt: skip
+            found.append(f"everything but where lines lie: the bearing has no [geometry], so {assumed} assumed")
     if any(defect.kind is Fault.ROLLER for defect in scene.defects):
         found.append("a defect on a roller")
     if scene.load.axial_n or (scene.load_profile is not None and any(scene.load_profile.axial_n)):
@@ -163,8 +164,9 @@ def not_validated(scene: Scene) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _bearing(name: str) -> Bearing | None:
+def bearing_of_run(scene: Scene) -> Bearing | None:
+    """The bearing of a scene that was run; None where its file has gone since."""
     try:
-        return load_bearing(name)
-    except SrbvalError:  # its file has gone since
+        return load_bearing(scene.bearing)
+    except SrbvalError:
         return None

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.models.run import Run, RunSummary
+from srbval.models.run import Run, RunSummary, bearing_of_run
 from srbval.scene import Scene
 from srbval.storage.own_hdf5 import CHECKED, own_hdf5
 
@@ -120,6 +120,15 @@ def _plain(value: object) -> str:
     return str(value.value) if isinstance(value, enum.Enum) else str(value)
 
 
+def _own_bearing(scene: Scene) -> dict[str, Any]:
+    """What a reader needs of the bearing to find its lines, wherever the bearing's own file is by then."""
+    bearing = bearing_of_run(scene)
+    if bearing is None:
+        return {}
+    said = {key: getattr(bearing, key) for key in ("name", "title", "source", "rolling_elements")}
+    return {f"bearing_{key}": value for key, value in (said | vars(bearing.orders)).items()}
+
+
 def _attributes(run: RunSummary) -> dict[str, Any]:
     scene = run.scene
     return {
@@ -127,6 +136,7 @@ def _attributes(run: RunSummary) -> dict[str, Any]:
         "name": f"{scene.model} model, {scene.defect.kind.scene_word} defect, {scene.shaft_hz * 60:.6g} rpm",
         "unit": "m/s2",
         "bearing": scene.bearing,
+        **_own_bearing(scene),
         "state": scene.defect.kind.value,
         "shaft_speed_hz": scene.shaft_hz,
         "radial_n": scene.load.radial_n,

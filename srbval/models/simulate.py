@@ -90,10 +90,13 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
 
 def _begun(scene: Scene, step: Step, folder: Path | None = None) -> RunStatistics:
     """Statistics of a run that has room, its step chosen or its step's error estimated where that is wanted."""
+    from srbval.models.full.parameters import geometry_of
     from srbval.models.full_run import full_run
     from srbval.models.step_error import step_error, with_chosen_step
 
     stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
+    if rung_of(scene.model).parameters is not None:
+        geometry_of(stats.bearing, scene.model)  # refused at once, before kernels are compiled
     check_room(stats, folder)
     if step is not Step.UNCHECKED and rung_of(scene.model).parameters is not None:
         started = time.perf_counter()

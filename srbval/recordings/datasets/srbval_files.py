@@ -4,8 +4,8 @@ import re
 
 import numpy as np
 
-from srbval.bearing import Fault
-from srbval.errors import DataError
+from srbval.bearing import Bearing, Fault, FaultOrders
+from srbval.errors import ConfigurationError, DataError
 from srbval.models.run import USABLE
 from srbval.recordings.raw import RawFile, printable
 from srbval.recordings.reading import Channel, Reading
@@ -19,6 +19,7 @@ PREFIX = "acceleration"
 SUFFIX = "_m_s2"
 RUN_AXES = ("x", "y")
 LONGEST_NOTE = 1000
+ORDERS = ("bpfo", "bpfi", "bsf", "ftf")
 
 
 def is_srbval_file(raw: RawFile) -> bool:
@@ -53,6 +54,7 @@ def read_srbval_file(raw: RawFile) -> Reading:
         radial_n=raw.number("radial_n"),
         axial_n=raw.number("axial_n"),
         nominal_rpm=raw.number("nominal_rpm"),
+        own_bearing=_own_bearing(raw),
         name=printable(raw.text("name") or "") or None,
         notes=(
             f"{kind} written by srbval{unchecked}",
@@ -60,6 +62,20 @@ def read_srbval_file(raw: RawFile) -> Reading:
             *([f"not validated: {missing}"] if missing else []),
         ),
     )
+
+
+def _own_bearing(raw: RawFile) -> Bearing | None:
+    """The bearing that a run carries, as far as its lines need it; None in runs of versions that wrote none."""
+    numbers = {name: raw.number(f"bearing_{name}") for name in ("rolling_elements", *ORDERS)}
+    count = numbers.pop("rolling_elements")
+    if count is None or None in numbers.values():
+        return None
+    try:
+        orders = FaultOrders(**{name: value or 0.0 for name, value in numbers.items()})
+    except ConfigurationError as error:
+        raise DataError(f"{raw.path}: the bearing stored with the run: {error}") from None
+    name, title, source = (printable(raw.text(f"bearing_{key}") or "?") for key in ("name", "title", "source"))
+    return Bearing(name=name, title=title, source=source, rolling_elements=round(count), orders=orders)
 
 
 def ended(status: str, reason: str) -> tuple[str, ...]:
