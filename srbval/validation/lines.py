@@ -95,22 +95,22 @@ def detected_fault_lines(lines: Iterable[Line]) -> list[Line]:
 
 
 def read_lines(
-    record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, scale: float = 1.0, rank_all: bool = True
+    record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, scale: float = 1.0, brief: bool = False
 ) -> tuple[Line, ...]:
     """All lines of `bearing` in `record`, a periodogram of the squared envelope, about `scale` times kinematic.
 
-    A family that cannot be read (out of reach, hidden by the shaft) leaves one line without values. `rank_all`: see
-    `find_families`.
+    A family that cannot be read (out of reach, hidden by the shaft) leaves one line without values. With `brief` only
+    first harmonics are read, and only those are ranked that noise does not explain: what is detected is the same.
     """
-    found = find_families(record, bearing, speed, scale=scale, rank_all=rank_all)
+    found = find_families(record, bearing, speed, scale=scale, rank_all=not brief)
     return tuple(
         line
         for family in families_of(bearing, speed.value_hz)
-        for line in _lines_of(family, found.get(family.name), speed)
+        for line in _lines_of(family, found.get(family.name), speed, brief)
     )
 
 
-def _lines_of(family: Family, found: Found | None, speed: ShaftSpeed) -> list[Line]:
+def _lines_of(family: Family, found: Found | None, speed: ShaftSpeed, brief: bool) -> list[Line]:
     first = Line(name=family.name, harmonic=1, kinematic_hz=family.kinematic_hz)
     if found is None:
         return [first]
@@ -123,6 +123,8 @@ def _lines_of(family: Family, found: Found | None, speed: ShaftSpeed) -> list[Li
     explained = found.explained_by or _second_harmonic_of_other(found, octaves["half_snr"])
     judged: dict[str, Any] = {"explained_by": explained, "identity_probability": found.identity_probability}
     first = replace(first, detected=found.detected and explained is None, **judged, **octaves)
+    if brief:
+        return [first]
     harmonics = [_read_one(found, speed, family.name, number) for number in range(2, len(found.reading.snr) + 1)]
     sides = [
         _read_one(found, speed, f"{family.name}{sign}{family.sideband_name}", 1, offset)

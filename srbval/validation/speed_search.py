@@ -147,7 +147,7 @@ def _try_speeds(processed: Processed, bearing: Bearing, nominal: ShaftSpeed) -> 
     scales = tuple(_scales(nominal))
 
     def depth(scale: float) -> float:
-        lines = _read(processed, bearing, nominal, scale, rank_all=False)
+        lines = _read(processed, bearing, nominal, scale, brief=True)
         detected = detected_fault_lines(sidak_corrected(lines, speeds=len(scales)))
         return max((x.depth or 0.0 for x in detected), default=0.0)
 
@@ -174,7 +174,7 @@ def _outside(
         if reading is None or not reading.detected or sum(s > LEAST_SNR for s in reading.snr) <= 1:
             continue
         scale = reading.found_hz / family.kinematic_hz
-        there = _read(processed, bearing, found.speed, scale, rank_all=False)
+        there = _read(processed, bearing, found.speed, scale, brief=True)
         line = next(x for x in there if (x.name, x.harmonic) == (family.name, 1))
         if line.detected and (strongest[0] is None or reading.snr[0] > strongest[0].snr):
             outside = OutsideFamily(
@@ -194,12 +194,12 @@ def _scales(nominal: ShaftSpeed) -> Iterator[float]:
 
 
 def _read(
-    processed: Processed, bearing: Bearing, speed: ShaftSpeed, scale: float = 1.0, *, rank_all: bool = True
+    processed: Processed, bearing: Bearing, speed: ShaftSpeed, scale: float = 1.0, *, brief: bool = False
 ) -> tuple[Line, ...]:
     """Lines about `scale` times `speed`, with deviations at `speed`; shaft harmonics are masked at the scaled speed."""
     turning = replace(speed, value_hz=scale * speed.value_hz)
     record = periodogram_of(processed, bearing, turning)
-    return read_lines(record, bearing, speed, scale=scale, rank_all=rank_all)
+    return read_lines(record, bearing, speed, scale=scale, brief=brief)
 
 
 def periodogram_of(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Periodogram:
