@@ -18,10 +18,11 @@ from srbval.recordings.registry.lookup import (
     rig_of,
     rig_recordings,
 )
-from srbval.recordings.registry.register import add, listing, verify
+from srbval.recordings.registry.register import RIG_EXCERPTS, add, listing, verify
 
 __all__ = [
     "RIG_DATASETS",
+    "RIG_EXCERPTS",
     "Coverage",
     "FileStatus",
     "GridPoint",

@@ -11,7 +11,7 @@ from srbval.recordings.reading import N_PER_KN
 from srbval.recordings.recording import Recording
 from srbval.recordings.registry.entry import FileStatus, RegisteredRecording, without_copies
 from srbval.recordings.registry.manifest import read_manifest
-from srbval.recordings.registry.register import listing
+from srbval.recordings.registry.register import listing, shipped_recordings
 from srbval.recordings.settings import RecordingSettings
 from srbval.recordings.speed import RPM_PER_HZ
 
@@ -25,17 +25,22 @@ def rig_recordings(
 ) -> Registered:
     """Usable recordings of the rig, of all or of those `registered`, by state and nominal motor speed [rpm].
 
-    Full recordings come first, each content once.
+    Full recordings come first, each content once; those that come with the program where none is registered of the same
+    state, load and speed.
     """
-    found = [
-        r
-        for r in (listing().recordings if registered is None else registered)
-        if r.dataset in RIG_DATASETS
-        and r.status is FileStatus.OK
-        and state in (None, r.state)
-        and nominal_rpm in (None, r.nominal_rpm)
-    ]
+    own = [r for r in (listing().recordings if registered is None else registered) if _of_rig(r)]
+    points = {_point(r) for r in own}
+    shipped = [r for r in shipped_recordings() if _of_rig(r) and _point(r) not in points]
+    found = [r for r in (*own, *shipped) if state in (None, r.state) and nominal_rpm in (None, r.nominal_rpm)]
     return tuple(sorted(without_copies(found), key=lambda r: (RIG_DATASETS.index(r.dataset or ""), r.file)))
+
+
+def _of_rig(entry: RegisteredRecording) -> bool:
+    return entry.dataset in RIG_DATASETS and entry.status is FileStatus.OK
+
+
+def _point(entry: RegisteredRecording) -> tuple[Fault | None, float | None, float | None, float | None]:
+    return entry.state, entry.radial_kn, entry.axial_kn, entry.nominal_rpm
 
 
 def find_recording(
@@ -57,7 +62,7 @@ def healthy_baseline(recording: Recording, registered: Registered | None = None)
     """
     if recording.file is None or (recording.speed if recording.dataset is None else recording.nominal_rpm) is None:
         return None
-    candidates = listing().recordings if registered is None else registered
+    candidates = (*listing().recordings, *shipped_recordings()) if registered is None else registered
     fitting = [entry for entry in candidates if _comparable(entry, recording)]
     return max(fitting, key=lambda entry: entry.seconds or 0.0, default=None)
 

@@ -17,9 +17,11 @@ from srbval.recordings.registry.inspect import inspect_file
 from srbval.recordings.registry.label_table import label_table
 from srbval.recordings.registry.manifest import Entries, inspected_path, manifest_path, read_manifest, update_manifest
 from srbval.recordings.settings import RecordingSettings
+from srbval.storage.own_package import shipped_folder
 
 MAX_WORKERS = 4
 RECORDINGS_VARIABLE = "SRBVAL_RECORDINGS"
+RIG_EXCERPTS = "rig_excerpts"  # the folder that comes with the program
 
 
 def add(
@@ -226,17 +228,24 @@ def _verified(entry: RegisteredRecording) -> RegisteredRecording:
 
 
 def _with_environment_folder(entries: Entries) -> Entries:
-    """Add the files of SRBVAL_RECORDINGS, for as long as it names their folder.
+    """Add the files of SRBVAL_RECORDINGS, for as long as it names their folder."""
+    folder = recordings_folder()
+    return entries if folder is None else {**entries, **_looked_at(folder, entries)}
+
+
+def shipped_recordings() -> tuple[RegisteredRecording, ...]:
+    """The rig's open excerpts that come with the program, in compact form; their folder says where they come from."""
+    return tuple(_looked_at(shipped_folder(RIG_EXCERPTS), {}, pinned=False).values())
+
+
+def _looked_at(folder: Path, entries: Entries, *, pinned: bool = True) -> Entries:
+    """The files of a folder that is used without being registered; where `pinned`, those that changed since are marked.
 
     The results of their inspection are stored apart from the register, so that they are not read again each time.
     """
-    folder = recordings_folder()
-    if folder is None:
-        return entries
     known = {**_inspected_before(), **entries}
-    found = {
-        e.file: _against_pin(known.get(e.file), e) for e in _inspect(dict.fromkeys(_files_under(folder)), known, silent)
-    }
+    looked_at = _inspect(dict.fromkeys(_files_under(folder)), known, silent)
+    found = {e.file: _against_pin(known.get(e.file), e) if pinned else e for e in looked_at}
     if any(entry != known.get(key) for key, entry in found.items()):
         with contextlib.suppress(DataError):  # a home that cannot be written costs time, not the recordings
 
@@ -246,7 +255,7 @@ def _with_environment_folder(entries: Entries) -> Entries:
                 stored.update((key, entry) for key, entry in found.items() if key not in entries)
 
             update_manifest(change, inspected_path())
-    return {**entries, **found}
+    return found
 
 
 def _inspected_before() -> Entries:
