@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
 from srbval.errors import SrbvalError
@@ -107,7 +109,8 @@ class Run(RunSummary):
     by its mean); `displacement_m` outer ring, [n, 3]; `cage_rad_s` mean cage speed, [n]; `cage_tilt_rad`
     about x and y, [n, 2]; `roller_force_n` force of the rollers on the outer ring, interval mean, [n, 3];
     `depth_m` deepest penetration into an undamaged raceway, [n]. `spin_rad_s`, [k, 2 M], and `load_n`, normal forces,
-    [k, outer and inner race, 2 M rollers, 3 circles], at `detail_rate_hz`; k is 0 without one.
+    [k, outer and inner race, 2 M rollers, 3 circles], at `detail_rate_hz`; k is 0 without one. `sensor_m_s2`: what
+    the sensor shows behind the scene's path to it, [n]; empty without a path.
     """
 
     acceleration_m_s2: FloatArray
@@ -119,6 +122,7 @@ class Run(RunSummary):
     energy: EnergyFlow
     spin_rad_s: FloatArray
     load_n: FloatArray
+    sensor_m_s2: FloatArray = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True, eq=False)

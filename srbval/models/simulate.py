@@ -8,6 +8,7 @@ import os
 import shutil
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -67,6 +68,7 @@ def simulate(scene: Scene, *, step: Step = Step.CHECKED, progress: Progress = si
         **signals(out),
         spin_rad_s=np.concatenate([chunk.spin_rad_s for chunk in chunks]),
         load_n=np.concatenate([chunk.load_n for chunk in chunks]),
+        sensor_m_s2=np.concatenate([chunk.sensor_m_s2 for chunk in chunks]),
     )
 
 
@@ -81,7 +83,8 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
     stats = _begun(scene, step, path.parent)
     with np.errstate(all="ignore"), run_writer(path, stats.scene) as writer:
         for chunk in _recorded(stats, progress):
-            writer.append(signals(chunk.out) | {"spin_rad_s": chunk.spin_rad_s, "load_n": chunk.load_n})
+            details = {name: getattr(chunk, name) for name in ("spin_rad_s", "load_n", "sensor_m_s2")}
+            writer.append(signals(chunk.out) | details)
         summary = stats.summary()
         if summary.status.usable:
             writer.finish(summary)
@@ -163,8 +166,8 @@ def _recorded(stats: RunStatistics, progress: Progress) -> Iterator[Outputs]:
     for first, steps in rung.run(stats, settle, whole):
         progress("Simulate", (first + len(steps.out)) / whole)
         if first >= settle or stats.unfit(steps.out):
-            stats.add(steps.out)
-            yield steps
+            shown = stats.add(steps.out)
+            yield steps if scene.sensor_path is None else replace(steps, sensor_m_s2=shown)
         if stats.lost:
             return
 

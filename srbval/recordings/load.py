@@ -10,7 +10,7 @@ from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.recordings.datasets import recognise
 from srbval.recordings.datasets.description import dataset
-from srbval.recordings.datasets.srbval_files import ended
+from srbval.recordings.datasets.srbval_files import SENSOR, ended
 from srbval.recordings.loaders import detect_format
 from srbval.recordings.raw import printable
 from srbval.recordings.reading import Reading
@@ -54,15 +54,17 @@ def load_recording(
 def recording_from_run(run: Run) -> Recording:
     """The outer ring's acceleration with its radial axes x and y, to be rotated onto the sensor's direction.
 
+    Behind a path to the sensor, what that shows is the channel to analyse instead.
     Does not look at the run's status: check that first, a failed run is no vibration.
     """
-    scene = run.scene
-    profile = scene.speed_profile
+    scene, profile = run.scene, run.scene.speed_profile
+    shown = {SENSOR: run.sensor_m_s2} if run.sensor_m_s2.size else {}
     return Recording(
         name=f"{scene.model} model, {scene.defect.kind.scene_word} defect, {scene.shaft_hz * RPM_PER_HZ:.6g} rpm",
         origin=Origin.SIMULATED,
-        channels={a: np.ascontiguousarray(run.acceleration_m_s2[:, i]) for i, a in enumerate("xyz")},
-        axes=("x", "y"),
+        channels={a: np.ascontiguousarray(run.acceleration_m_s2[:, i]) for i, a in enumerate("xyz")} | shown,
+        channel=SENSOR if shown else None,
+        axes=None if shown else ("x", "y"),
         fs_hz=scene.output_rate_hz,
         unit="m/s2",
         speed=prescribed_speed(scene.shaft_hz),

@@ -12,11 +12,14 @@ from srbval.config.strict import build, read_toml
 from srbval.config.units import SI_SUFFIX
 from srbval.errors import ConfigurationError
 from srbval.scene.scene import MOST_DEFECTS, Scene
+from srbval.scene.sensor_path import SensorPath
 from srbval.scene.similar import IN_ITS_MACHINE, SAME, WITHOUT_DIMENSIONS, for_size, size_of
 
 PAPER = "paper"
 BUNDLED = (PAPER, "rig")  # the scenes that come with the package, each a file beside this one
 DRILL = "2 mm"  # section 3.2
+NO_PATH = "none"
+BUNDLED_PATHS = {"rig": "sensor_path_rig"}  # by name; `srbval identify` writes such files
 
 
 def paper_scene(**changes: Any) -> Scene:
@@ -104,7 +107,28 @@ def _scene(table: Mapping[str, Any], where: str, base: Mapping[str, Any] | None 
         ]
     if isinstance(merged.get("defect"), Mapping):
         merged["defect"] = _with_extent(merged["defect"])
+    if isinstance(merged.get("sensor_path"), str):
+        path = sensor_path_table(merged.pop("sensor_path"))
+        merged |= {} if path is None else {"sensor_path": path}
     return build(Scene, merged, where)
+
+
+def sensor_path_table(path: str) -> Mapping[str, Any] | None:
+    """The table of a path to the sensor: a bundled one by its name, or a file; None for ``"none"``."""
+    if path == NO_PATH:
+        return None
+    if path in BUNDLED_PATHS:
+        return bundled_table(BUNDLED_PATHS[path])
+    if not Path(path).suffix and path == Path(path).name:
+        known = ", ".join((NO_PATH, *BUNDLED_PATHS))
+        raise ConfigurationError(f"sensor_path {path!r} is not known; known: {known}. A file is meant by {path}.toml.")
+    return read_toml(Path(path))
+
+
+def load_sensor_path(path: str) -> SensorPath | None:
+    """A path to the sensor by name or from a file; raises what `load_scene` raises."""
+    table = sensor_path_table(path)
+    return None if table is None else build(SensorPath, table, path)
 
 
 def _with_extent(defect: Mapping[str, Any]) -> Mapping[str, Any]:

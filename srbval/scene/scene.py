@@ -12,6 +12,7 @@ from srbval.config.strict import quantity
 from srbval.errors import ConfigurationError
 from srbval.scene.parts import Bodies, Contact, Defect, Housing, LineContact, Load, not_negative, positive
 from srbval.scene.profile import LoadProfile, SpeedProfile
+from srbval.scene.sensor_path import SensorPath
 
 STEP_TOLERANCE = 1e-6  # how far an output interval may be from a whole number of steps, relative
 MOST_PER_OUTPUT = 100_000  # steps; within an output interval a run cannot be interrupted
@@ -46,7 +47,8 @@ class Scene:
     outputs (spins, contact loads). A profile, where there is one, takes the place of the constant speed or load
     and must cover the recorded time; before it its first value holds. `slip_jitter`: random part of the spacing of two
     passages of a defect, relative, for models whose slip is random; `cage_slip`: by how much the cage lags behind pure
-    rolling, relative, in models that prescribe its speed.
+    rolling, relative, in models that prescribe its speed. `sensor_path`: what stands between ring and sensor, None for
+    nothing; no motion depends on it.
     """
 
     bearing: str
@@ -69,6 +71,7 @@ class Scene:
     further_defects: tuple[Defect, ...] = ()
     speed_profile: SpeedProfile | None = None
     load_profile: LoadProfile | None = None
+    sensor_path: SensorPath | None = None
 
     def __post_init__(self) -> None:
         positive(self, "shaft_speed_rad_s", "duration_s", "output_rate_hz")

@@ -18,6 +18,7 @@ KIND_ATTRIBUTE = "srbval_kind"
 PREFIX = "acceleration"
 SUFFIX = "_m_s2"
 RUN_AXES = ("x", "y")
+SENSOR = "sensor"  # the channel of a run behind a path to the sensor
 LONGEST_NOTE = 1000
 ORDERS = ("bpfo", "bpfi", "bsf", "ftf")
 
@@ -28,7 +29,7 @@ def is_srbval_file(raw: RawFile) -> bool:
 
 
 def read_srbval_file(raw: RawFile) -> Reading:
-    """A run (channels x, y, z; axes x and y) or a stand-in (one channel), in m/s2, at the prescribed speed."""
+    """A run (axes x and y, or the channel behind its path to the sensor) or a stand-in, in m/s2, at its speed."""
     kind = raw.text(KIND_ATTRIBUTE)
     if kind not in ("run", "stand-in"):
         raise DataError(f"{raw.path}: srbval_kind is {kind!r}; this version reads 'run' and 'stand-in'.")
@@ -36,7 +37,7 @@ def read_srbval_file(raw: RawFile) -> Reading:
     if status not in USABLE:
         raise DataError(f"{raw.path}: the run failed ({status}: {raw.text('reason')}); it is no vibration.")
     channels = _channels(raw)
-    wanted = RUN_AXES if kind == "run" else (PREFIX,)
+    wanted: tuple[str, ...] = (PREFIX,) if kind == "stand-in" else (SENSOR,) if SENSOR in channels else RUN_AXES
     if not set(wanted) <= set(channels):
         missing = " and ".join(wanted)
         raise DataError(f"{raw.path}: a {kind} without {missing} acceleration; it is incomplete.")
@@ -46,8 +47,8 @@ def read_srbval_file(raw: RawFile) -> Reading:
     return Reading(
         channels=channels,
         origin=Origin.SIMULATED if kind == "run" else Origin.STAND_IN,
-        channel=None if kind == "run" else PREFIX,
-        axes=RUN_AXES if kind == "run" else None,
+        channel=wanted[0] if len(wanted) == 1 else None,
+        axes=None if len(wanted) == 1 else RUN_AXES,
         fs_hz=raw.number("fs_hz"),
         speed=None if speed_hz is None else prescribed_speed(speed_hz),
         speed_signal=_speed_signal(raw, next(iter(channels.values())).samples.size),
