@@ -2,17 +2,19 @@
 
 import argparse
 import sys
+from pathlib import Path
 
-from srbval.bearing import DEFECTS, Bearing, load_bearing
+from srbval.bearing import DEFECTS
 from srbval.cli.data_command import recording_settings
-from srbval.cli.output import print_json, print_table
-from srbval.errors import ConfigurationError, DataError
-from srbval.recordings import Recording, RecordingSettings
-from srbval.recordings.registry import healthy_baseline, load_registered
+from srbval.cli.output import own_command, print_json, print_table
+from srbval.errors import DataError
+from srbval.main_job import check_plot, write_plot
+from srbval.recordings import Recording
+from srbval.recordings.registry import load_registered
 from srbval.signal import BandFilter
 from srbval.storage.strict_json import json_object
-from srbval.validation.analyse import Analysis, analyse
-from srbval.validation.fault_call import FaultCall, call_fault
+from srbval.validation.analyse import Analysis, analyse, bearing_of
+from srbval.validation.baseline import Baseline, against, baseline_of, load_healthy, registered_baseline
 from srbval.validation.pipeline import SQUARED_UNIT
 
 COLUMNS = ("line", "harmonic", "kinematic Hz", "found Hz", "± 95 %", "deviation %", "line/noise", "false alarm",
@@ -22,12 +24,19 @@ LINE_OF_PART = {**{fault.value: fault.line or "" for fault in DEFECTS}, "cage": 
 
 def run(options: argparse.Namespace) -> int:
     """Analyse a file and print its lines and verdict."""
-    recording = load_registered(options.file, recording_settings(options))
-    bearing = load_bearing(options.bearing) if options.bearing else _bearing_of(recording)
+    if options.plot:
+        check_plot(Path(options.plot))
+    settings = recording_settings(options)
+    recording = load_registered(options.file, settings)
+    healthy = load_healthy(options.healthy, settings) if options.healthy else None
+    bearing = bearing_of(recording, options.bearing)
     band = (options.band[0], options.band[1]) if options.band else None
     chosen = BandFilter(options.filter)
     result = analyse(recording, bearing=bearing, band_hz=band, band_filter=chosen, choose_on_record=options.auto_band)
-    call = _call(result)
+    baseline = _baseline(result, healthy)
+    call = against(result, baseline)
+    if options.plot:
+        write_plot(result, Path(options.plot), baseline=baseline, command=own_command())
     if options.json:
         print_json(_selected(result, options.defect) | {"fault": call})
     else:
@@ -36,33 +45,19 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _call(result: Analysis) -> FaultCall:
-    """Against the registered healthy record of the same rig, speed and load, where there is one."""
+def _baseline(result: Analysis, given: Recording | None) -> Baseline | None:
+    """The healthy record given, or the registered one of the same rig, speed and load, where there is one."""
     try:
-        entry = healthy_baseline(result.recording)
-        healthy = (
-            None if entry is None else load_registered(entry.file, RecordingSettings(channel=result.recording.channel))
-        )
+        healthy = given if given is not None else registered_baseline(result)
     except DataError as error:  # an unreadable register must not hide what the file itself shows
         print(f"srbval: no healthy baseline: {error}", file=sys.stderr)
         healthy = None
     if healthy is None:
-        return call_fault(result)
-    for caution in healthy.cautions:
+        return None
+    baseline = baseline_of(result, healthy)
+    for caution in (*healthy.cautions, *(baseline.remarks if given is not None else ())):
         print(f"srbval: caution: healthy baseline {healthy.file}: {caution}", file=sys.stderr)
-    band, chosen = result.processed.band_hz, result.processed.band_filter
-    return call_fault(result, analyse(healthy, bearing=result.bearing, band_hz=band, band_filter=chosen))
-
-
-def _bearing_of(recording: Recording) -> Bearing:
-    if recording.own_bearing is not None:
-        return recording.own_bearing
-    if recording.bearing is None:
-        raise ConfigurationError(
-            f"{recording.name}: neither the file nor its data set names the bearing; give --bearing: a known one "
-            "(srbval bearing list) or a TOML file."
-        )
-    return load_bearing(recording.bearing)
+    return baseline
 
 
 def _selected(result: Analysis, defect: str | None) -> dict[str, object]:

@@ -1,9 +1,9 @@
 """`analyse`: one recording, measured or simulated, through the one pipeline to its fault lines."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from srbval.bearing import Bearing, Fault
+from srbval.bearing import Bearing, Fault, load_bearing
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings import Recording, ShaftSpeed
 from srbval.signal import BandFilter
@@ -14,11 +14,14 @@ from srbval.validation.speed_search import OutsideFamily, Window, search
 from srbval.validation.sum_rule import Closure, closure_of
 from srbval.validation.verdict import verdict
 
+if TYPE_CHECKING:
+    import pandas
+
 # Shorter records do not resolve a line from the neighbouring harmonics of the shaft.
 LEAST_REVOLUTIONS = 8
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Analysis:
     """What was read from one recording.
 
@@ -51,6 +54,29 @@ class Analysis:
     def line_of(self, fault: Fault) -> Line:
         """The first harmonic of a fault's line."""
         return self.line(fault.line or "")
+
+    def plot(self, *, healthy: "Analysis | None" = None) -> Any:
+        """A matplotlib figure: a stretch of the record with its envelope, and the envelope spectrum, lines marked.
+
+        `healthy`, analysed in the same band, is drawn dashed. Notebooks show what this returns; ``savefig`` writes it.
+        """
+        from srbval.validation.picture import analysis_picture
+
+        return analysis_picture(self, healthy)
+
+    def to_frame(self) -> "pandas.DataFrame":
+        """The lines as a pandas table, one row each."""
+        import pandas
+
+        return pandas.DataFrame([vars(line) | {"false_alarm": line.false_alarm} for line in self.lines])
+
+    def __repr__(self) -> str:
+        found = [line.name for line in self.lines if line.detected and line.harmonic == 1]
+        low, high = self.processed.band_hz
+        return (
+            f"<Analysis of {self.recording.name}: {60 * self.speed.value_hz:.5g} rpm, {low:g} to {high:g} Hz, "
+            f"{', '.join(found) or 'no line'} detected>"
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON: SI units, None where there is nothing to say; without the arrays."""
@@ -146,6 +172,19 @@ def analyse(
         closure=closure_of(lines, bearing, found.speed),
         verdict=verdict(lines, recording, found.speed) + outside,
     )
+
+
+def bearing_of(recording: Recording, given: str | None = None) -> Bearing:
+    """The bearing `given` by name or file, or else the one the recording names; `ConfigurationError` without either."""
+    if given is None and recording.own_bearing is not None:
+        return recording.own_bearing
+    name = given or recording.bearing
+    if name is None:
+        raise ConfigurationError(
+            f"{recording.name}: neither the file nor its data set names the bearing; give --bearing: a known one "
+            "(srbval bearing list) or a TOML file."
+        )
+    return load_bearing(name)
 
 
 def _check_duration(processed: Processed, speed: ShaftSpeed) -> None:
