@@ -8,7 +8,6 @@ from srbval.bearing import DEFECTS
 from srbval.cli.data_command import recording_settings
 from srbval.cli.output import own_command, print_json, print_table
 from srbval.errors import DataError
-from srbval.main_job import check_plot, write_plot
 from srbval.recordings import Recording
 from srbval.recordings.registry import load_registered
 from srbval.signal import BandFilter
@@ -25,6 +24,8 @@ LINE_OF_PART = {**{fault.value: fault.line or "" for fault in DEFECTS}, "cage": 
 def run(options: argparse.Namespace) -> int:
     """Analyse a file and print its lines and verdict."""
     if options.plot:
+        from srbval.main_job import check_plot, write_plot  # needs the report's room
+
         check_plot(Path(options.plot))
     settings = recording_settings(options)
     recording = load_registered(options.file, settings)

@@ -5,19 +5,20 @@ import time
 from pathlib import Path
 from typing import Any
 
+from srbval.cli.data_command import recording_settings
 from srbval.cli.output import own_command, print_json
 from srbval.errors import ConfigurationError
 from srbval.progress import Progress, ProgressDisplay, stage
-
-OF_FILES = ("bearing", "healthy", "rpm", "channel", "fs", "unit", "band")  # options that are about files only
 
 
 def run(options: argparse.Namespace) -> int:
     """Gather, analyse, compare, write; prints where the files are."""
     folder = Path(options.output)
-    stray = [f"--{name}" for name in OF_FILES if getattr(options, name) is not None]
-    if stray and not options.files:
-        raise ConfigurationError(f"{', '.join(stray)}: name the recording too, for example: srbval report FILE.csv")
+    settings = recording_settings(options)
+    if not options.files and (settings or options.healthy or options.band):
+        raise ConfigurationError(
+            "options are given that are about recordings: name the recording too, for example: srbval report FILE.csv"
+        )
     started = time.perf_counter()
     with ProgressDisplay() as progress:
         files, found = (_own if options.files else _main)(options, folder, progress)
@@ -45,7 +46,6 @@ def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tupl
 
 def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple[dict[str, Path], dict[str, Any]]:
     with stage(progress, "Load the program"):
-        from srbval.cli.data_command import recording_settings
         from srbval.main_job import report_recordings
         from srbval.recordings.registry import load_registered
         from srbval.validation.baseline import load_healthy

@@ -39,11 +39,13 @@ def registered_baseline(analysis: Analysis) -> Recording | None:
 def load_healthy(path: str, settings: RecordingSettings) -> Recording:
     """A healthy record by its file, with the settings of the record that is held against it.
 
-    Its own speed counts; the `settings`' only where it states none. `ConfigurationError` where it is declared faulty.
+    Its own speed, state and loads count; the `settings`' speed only where it states none. `ConfigurationError` where it
+    is declared faulty.
     """
-    healthy = load_registered(path, dataclasses.replace(settings, rpm=None))
+    kept = dataclasses.replace(settings, state=None, radial_kn=None, axial_kn=None)
+    healthy = load_registered(path, dataclasses.replace(kept, rpm=None, rpm_tolerance_pct=None))
     if healthy.speed is None and settings.rpm is not None:
-        healthy = load_registered(path, settings)
+        healthy = load_registered(path, kept)
     if healthy.state not in (None, Fault.HEALTHY):
         raise ConfigurationError(
             f"{path}: declared {healthy.state.label}, so it is no healthy record; give --healthy one of a healthy "
