@@ -1,15 +1,26 @@
-"""The main job as one call: gather the evidence, draw the report, write it."""
+"""The reports as one call each: gather the evidence, draw the report, write it."""
 
 import tempfile
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from srbval.errors import ConfigurationError
 from srbval.evidence.evidence import Evidence
 from srbval.evidence.gather import gather
+from srbval.evidence.own_records import OwnEvidence, gather_own, own_record
+from srbval.figures.files import picture_bytes
+from srbval.figures.style import figure_style
 from srbval.progress import Progress, silent, stage
-from srbval.report import FORMATS, write_report
+from srbval.recordings import Recording
+from srbval.report import FORMATS, Report, write_report
 from srbval.report.content.assemble import assemble
+from srbval.report.content.own_report import assemble_own
+from srbval.report.html import render_html
 from srbval.report.pdf import require_typst
+from srbval.storage.whole_file import whole_file
+from srbval.validation.analyse import Analysis
+from srbval.validation.baseline import Baseline
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,13 +53,80 @@ def make_report(
     from threadpoolctl import threadpool_limits
 
     # Cases and records run at the same time; threads of the libraries would only wait for each other.
-    with tempfile.TemporaryDirectory(prefix="srbval-") as name, threadpool_limits(1):
-        scratch = Path(name)
-        evidence = gather(seconds=seconds, stand_in_folder=scratch, jobs=jobs, progress=progress)
-        with stage(progress, "Draw the figures"):
-            figures = scratch / "figures"
-            figures.mkdir()
-            report = assemble(evidence, figures, command=command)
-        with stage(progress, "Write the report"):
-            files = write_report(report, folder, formats)
+    with tempfile.TemporaryDirectory(prefix="srbval-") as scratch, threadpool_limits(1):
+        evidence = gather(seconds=seconds, stand_in_folder=Path(scratch), jobs=jobs, progress=progress)
+        files = _written(lambda figures: assemble(evidence, figures, command=command), folder, formats, progress)
     return MadeReport(evidence=evidence, files=files)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MadeOwnReport:
+    """The same of a report on one's own recordings."""
+
+    evidence: OwnEvidence
+    files: dict[str, Path]
+
+
+def report_recordings(
+    recordings: Sequence[Recording],
+    folder: Path,
+    *,
+    bearing: str | None = None,
+    healthy: Recording | None = None,
+    band_hz: tuple[float, float] | None = None,
+    model: bool = True,
+    formats: tuple[str, ...] = FORMATS,
+    command: str = "srbval report",
+    progress: Progress = silent,
+) -> MadeOwnReport:
+    """Write a report of a few pages on recordings of one bearing into `folder`.
+
+    See `gather_own` for `bearing`, `healthy`, `band_hz` and `model`, and `make_report` for the rest. Raises what they
+    raise.
+    """
+    if "pdf" in formats:
+        require_typst()
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(1):
+        evidence = gather_own(
+            recordings, bearing=bearing, healthy=healthy, band_hz=band_hz, model=model, progress=progress
+        )
+        files = _written(lambda figures: assemble_own(evidence, figures, command=command), folder, formats, progress)
+    return MadeOwnReport(evidence=evidence, files=files)
+
+
+PLOTS = (".png", ".svg", ".html")
+
+
+def check_plot(path: Path) -> None:
+    """Refuse a name that `write_plot` cannot write (`ConfigurationError`), before anything is computed."""
+    if path.suffix.lower() not in PLOTS:
+        raise ConfigurationError(f"{path}: a picture is one of {', '.join(PLOTS)}; end its name with one of them.")
+
+
+def write_plot(
+    analysis: Analysis, path: Path, *, baseline: Baseline | None = None, command: str = "srbval analyse"
+) -> None:
+    """One picture of an analysis as PNG or SVG (`Analysis.plot`), or with its table of lines as a page of its own."""
+    check_plot(path)
+    with whole_file(path) as part, figure_style():
+        if path.suffix.lower() == ".html":
+            evidence = OwnEvidence(bearing=analysis.bearing, records=(own_record(analysis, baseline),), provenance={})
+            with tempfile.TemporaryDirectory(prefix="srbval-") as figures:
+                page = assemble_own(evidence, Path(figures), command=command, brief=True)
+                part.write_text(render_html(page), encoding="utf-8")
+        else:
+            figure = analysis.plot(healthy=None if baseline is None else baseline.analysis)
+            part.write_bytes(picture_bytes(figure, path.suffix.lower()))
+
+
+def _written(
+    assembled: Callable[[Path], Report], folder: Path, formats: tuple[str, ...], progress: Progress
+) -> dict[str, Path]:
+    """Draw the figures into a folder of their own, and write the report."""
+    with tempfile.TemporaryDirectory(prefix="srbval-") as figures:
+        with stage(progress, "Draw the figures"):
+            report = assembled(Path(figures))
+        with stage(progress, "Write the report"):
+            return write_report(report, folder, formats)

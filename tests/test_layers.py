@@ -21,6 +21,7 @@ ORDER = (
     "storage",
     "progress",
     "processes",
+    "figures",
     "bearing",
     "scene",
     "models",
@@ -40,6 +41,7 @@ ORDER = (
 PACKAGE = Path(srbval.__file__).parent
 SOURCES = {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(PACKAGE.rglob("*.py"))}
 FILES = [path for path in SOURCES if path.parent not in (PACKAGE, PACKAGE / "docs")]
+DRAWING = ("srbval.report.", "srbval.figures.")
 WRITING_FUNCTIONS = {"document", "json_object", "strict_json", "write_json"}
 MOST_LINES = 32_600  # so that the whole of it can be read; what grows here makes something else superfluous
 MOST_FILES = 300  # so that a newcomer finds the one to change
@@ -151,10 +153,10 @@ def test_no_function_is_too_long() -> None:
 
 
 def test_the_report_computes_nothing() -> None:
-    """Of other rooms it takes types and constants, and of their functions those alone that write what is there."""
+    """Of other rooms, the figures' apart, it takes types and constants, and of functions those that write what is."""
     for path in (PACKAGE / "report").rglob("*.py"):
         for node in ast.walk(SOURCES[path]):
-            if isinstance(node, ast.ImportFrom) and not f"{node.module}.".startswith("srbval.report."):
+            if isinstance(node, ast.ImportFrom) and not f"{node.module}.".startswith(DRAWING):
                 names = {alias.name for alias in node.names} if f"{node.module}.".startswith("srbval.") else set()
                 functions = {name for name in names if name.islower()}
                 assert functions <= WRITING_FUNCTIONS, f"{path.relative_to(PACKAGE)}: {functions}"

@@ -1,6 +1,7 @@
 """Bearings: geometry, faults and their kinematic orders, the bearings known by name."""
 
-from srbval.bearing.catalogue import DEFAULT_BEARING, Bearing, known_bearings, load_bearing
+from srbval.bearing.catalogue import DEFAULT_BEARING, Bearing, find_bearings, known_bearings, load_bearing
+from srbval.bearing.elements import ElementShape, RollingElements
 from srbval.bearing.fault import DEFECTS, RACE_DEFECTS, Fault
 from srbval.bearing.geometry import CIRCLES, SphericalRollerGeometry
 from srbval.bearing.kinematics import FaultFrequencies, FaultOrders
@@ -11,10 +12,13 @@ __all__ = [
     "DEFECTS",
     "RACE_DEFECTS",
     "Bearing",
+    "ElementShape",
     "Fault",
     "FaultFrequencies",
     "FaultOrders",
+    "RollingElements",
     "SphericalRollerGeometry",
+    "find_bearings",
     "known_bearings",
     "load_bearing",
 ]

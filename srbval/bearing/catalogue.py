@@ -1,17 +1,24 @@
 """Bearings known by name, and bearings read from a user's TOML file.
 
 A bearing file has a `title`, a `source` and one of three tables: `[geometry]` (spherical roller bearing,
-all of the paper's Table 1), `[elements]` (number, diameters, contact angle) or `[orders]` (published).
+all of the paper's Table 1), `[elements]` (number, diameters, contact angle) or `[orders]` (published). The bearings
+known by name are rows of `catalogue.csv`, whose columns are the keys of the last two, and files in `known`.
 """
 
+import csv
+import dataclasses
 import difflib
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
+from srbval.bearing.elements import RollingElements
 from srbval.bearing.geometry import SphericalRollerGeometry
 from srbval.bearing.kinematics import FaultOrders
-from srbval.config.strict import build, quantity, read_toml
+from srbval.config.strict import build, read_toml
 from srbval.errors import ConfigurationError
 
 DEFAULT_BEARING = "skf-22240"
@@ -22,8 +29,9 @@ SUM_TOLERANCE = 0.01  # of the number of elements, by which published race order
 class Bearing:
     """A rolling bearing.
 
-    `rolling_elements` counts one row. `geometry` is there only for bearings the bundled model can
-    simulate; the orders of the others come from their dimensions or from a published table, as `source` says.
+    `rolling_elements` counts one row. `geometry` is there only for spherical roller bearings that the full model can
+    simulate, `elements` for others whose dimensions are known; where both are None, `orders` come from a published
+    table, as `source` says.
     """
 
     name: str
@@ -32,14 +40,14 @@ class Bearing:
     rolling_elements: int
     orders: FaultOrders
     geometry: SphericalRollerGeometry | None = None
+    elements: RollingElements | None = None
 
-
-@dataclass(frozen=True, kw_only=True)
-class _Elements:
-    rolling_elements: int
-    element_diameter_m: float = quantity("length")
-    pitch_diameter_m: float = quantity("length")
-    contact_angle_rad: float = quantity("angle")
+    @property
+    def pitch_diameter_m(self) -> float | None:
+        """Diameter of the circle on which the rolling elements' centres lie; None where only orders are known."""
+        if self.geometry is not None:
+            return 2 * self.geometry.pitch_radius_m
+        return None if self.elements is None else self.elements.pitch_diameter_m
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,13 +76,21 @@ class _BearingFile:
     title: str
     source: str
     geometry: SphericalRollerGeometry | None = None
-    elements: _Elements | None = None
+    elements: RollingElements | None = None
     orders: _Orders | None = None
 
 
 def known_bearings() -> tuple[str, ...]:
     """Names of the bearings that ship with the program, sorted."""
-    return tuple(sorted(p.name.removesuffix(".toml") for p in _folder().iterdir() if p.name.endswith(".toml")))
+    files = (p.name.removesuffix(".toml") for p in _folder().iterdir() if p.name.endswith(".toml"))
+    return tuple(sorted({*files, *catalogue_rows()}))
+
+
+def find_bearings(text: str) -> tuple[Bearing, ...]:
+    """The known bearings whose name, title or source holds each word of `text`, in any case; all for an empty one."""
+    found = (load_bearing(name) for name in known_bearings())
+    words = text.casefold().split()
+    return tuple(b for b in found if all(w in f"{b.name} {b.title} {b.source}".casefold() for w in words))
 
 
 def load_bearing(name_or_path: str | Path) -> Bearing:
@@ -83,6 +99,8 @@ def load_bearing(name_or_path: str | Path) -> Bearing:
     Raises `ConfigurationError` for an unknown name or impossible values, `DataError` for a missing file.
     """
     text = str(name_or_path)
+    if text in catalogue_rows():
+        return _assemble(build(_BearingFile, catalogue_rows()[text], text), text)
     known = text in known_bearings()
     if known or text.endswith(".toml"):
         path = Path(str(_folder() / f"{text}.toml")) if known else Path(text)
@@ -90,12 +108,28 @@ def load_bearing(name_or_path: str | Path) -> Bearing:
     close = difflib.get_close_matches(text, known_bearings(), n=1, cutoff=0.4)
     hint = f" Did you mean {close[0]!r}?" if close else ""
     raise ConfigurationError(
-        f"bearing {text!r} is not known.{hint} Known: {', '.join(known_bearings())}; or give a .toml file."
+        f"bearing {text!r} is not known.{hint} `srbval bearing list` shows those that are; or give a .toml file."
     )
 
 
 def _folder() -> resources.abc.Traversable:
     return resources.files("srbval.bearing") / "known"
+
+
+@cache
+def catalogue_rows() -> Mapping[str, Mapping[str, Any]]:
+    """The rows of the catalogue by name, each as the table that a file of that bearing would hold."""
+    text = (resources.files("srbval.bearing") / "catalogue.csv").read_text(encoding="utf-8")
+    return {row["name"]: _table(row) for row in csv.DictReader(text.splitlines())}
+
+
+def _table(row: Mapping[str, str]) -> Mapping[str, Any]:
+    kind, cls = ("orders", _Orders) if row["bpfo"] else ("elements", RollingElements)
+    keys = {f.name: f.name for f in dataclasses.fields(cls)}
+    keys |= {name.rsplit("_", 1)[0]: name for name in keys if name.endswith(("_m", "_rad"))}
+    filled = {key: value for key, value in row.items() if key in keys and value}
+    values = {key: int(value) if key in ("rolling_elements", "rows") else value for key, value in filled.items()}
+    return {"title": row["title"], "source": row["source"], kind: values}
 
 
 def _assemble(file: _BearingFile, name: str) -> Bearing:
@@ -104,20 +138,23 @@ def _assemble(file: _BearingFile, name: str) -> Bearing:
         raise ConfigurationError(
             f"{name}: give exactly one of the tables [geometry], [elements], [orders]; found {len(given)}."
         )
-    elements = file.elements
     if file.geometry is not None:
         g = file.geometry
-        elements = _Elements(
-            rolling_elements=g.rollers_per_row,
-            element_diameter_m=g.roller_diameter_m,
-            pitch_diameter_m=2 * g.pitch_radius_m,
-            contact_angle_rad=g.tilt_rad,
+        count, orders = (
+            g.rollers_per_row,
+            FaultOrders.from_dimensions(
+                rolling_elements=g.rollers_per_row,
+                element_diameter_m=g.roller_diameter_m,
+                pitch_diameter_m=2 * g.pitch_radius_m,
+                contact_angle_rad=g.tilt_rad,
+            ),
         )
-    if elements is not None:
-        count, orders = elements.rolling_elements, FaultOrders.from_dimensions(**vars(elements))
+    elif file.elements is not None:
+        count, orders = file.elements.rolling_elements, file.elements.orders
     else:
         values = dict(vars(file.orders))
         count, orders = values.pop("rolling_elements"), FaultOrders(**values)
     return Bearing(
-        name=name, title=file.title, source=file.source, rolling_elements=count, orders=orders, geometry=file.geometry
-    )
+        name=name, title=file.title, source=file.source, rolling_elements=count, orders=orders, geometry=file.geometry,
+        elements=file.elements,
+    )  # fmt: skip

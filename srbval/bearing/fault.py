@@ -14,7 +14,8 @@ class Fault(enum.StrEnum):
 
     `line` names the fault's line in the envelope spectrum and `sidebands` the spacing of the sidebands about it
     (Randall & Antoni 2011, Mech. Syst. Signal Process. 25, 485), None where there are none; `code` is the short form
-    used in tables and in file names of the paper's rig, `label` the part in words. ``Fault("none")`` is `HEALTHY`.
+    used in tables and in file names of the paper's rig, `label` the part in words. ``Fault("none")`` is `HEALTHY`,
+    ``Fault("ball")`` is `ROLLER`.
     """
 
     line: str | None
@@ -38,7 +39,7 @@ class Fault(enum.StrEnum):
 
     @classmethod
     def _missing_(cls, value: object) -> Fault | None:
-        return cls.HEALTHY if value == _SCENE_NONE else None
+        return {_SCENE_NONE: cls.HEALTHY, "ball": cls.ROLLER}.get(str(value))
 
     @classmethod
     def of_line(cls, line: str) -> Fault | None:

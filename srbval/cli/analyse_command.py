@@ -2,17 +2,18 @@
 
 import argparse
 import sys
+from pathlib import Path
 
-from srbval.bearing import DEFECTS, known_bearings, load_bearing
+from srbval.bearing import DEFECTS
 from srbval.cli.data_command import recording_settings
-from srbval.cli.output import print_json, print_table
-from srbval.errors import ConfigurationError, DataError
-from srbval.recordings import Recording, RecordingSettings
-from srbval.recordings.registry import healthy_baseline, load_registered
+from srbval.cli.output import own_command, print_json, print_table
+from srbval.errors import DataError
+from srbval.recordings import Recording
+from srbval.recordings.registry import load_registered
 from srbval.signal import BandFilter
 from srbval.storage.strict_json import json_object
-from srbval.validation.analyse import Analysis, analyse
-from srbval.validation.fault_call import FaultCall, call_fault
+from srbval.validation.analyse import Analysis, analyse, bearing_of
+from srbval.validation.baseline import Baseline, against, baseline_of, load_healthy, registered_baseline
 from srbval.validation.pipeline import SQUARED_UNIT
 
 COLUMNS = ("line", "harmonic", "kinematic Hz", "found Hz", "± 95 %", "deviation %", "line/noise", "false alarm",
@@ -22,12 +23,21 @@ LINE_OF_PART = {**{fault.value: fault.line or "" for fault in DEFECTS}, "cage": 
 
 def run(options: argparse.Namespace) -> int:
     """Analyse a file and print its lines and verdict."""
-    recording = load_registered(options.file, recording_settings(options))
-    bearing = load_bearing(options.bearing or _bearing_of(recording))
+    if options.plot:
+        from srbval.main_job import check_plot, write_plot  # needs the report's room
+
+        check_plot(Path(options.plot))
+    settings = recording_settings(options)
+    recording = load_registered(options.file, settings)
+    healthy = load_healthy(options.healthy, settings) if options.healthy else None
+    bearing = bearing_of(recording, options.bearing)
     band = (options.band[0], options.band[1]) if options.band else None
     chosen = BandFilter(options.filter)
     result = analyse(recording, bearing=bearing, band_hz=band, band_filter=chosen, choose_on_record=options.auto_band)
-    call = _call(result)
+    baseline = _baseline(result, healthy)
+    call = against(result, baseline)
+    if options.plot:
+        write_plot(result, Path(options.plot), baseline=baseline, command=own_command())
     if options.json:
         print_json(_selected(result, options.defect) | {"fault": call})
     else:
@@ -36,31 +46,19 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _call(result: Analysis) -> FaultCall:
-    """Against the registered healthy record of the same rig, speed and load, where there is one."""
+def _baseline(result: Analysis, given: Recording | None) -> Baseline | None:
+    """The healthy record given, or the registered one of the same rig, speed and load, where there is one."""
     try:
-        entry = healthy_baseline(result.recording)
-        healthy = (
-            None if entry is None else load_registered(entry.file, RecordingSettings(channel=result.recording.channel))
-        )
+        healthy = given if given is not None else registered_baseline(result)
     except DataError as error:  # an unreadable register must not hide what the file itself shows
         print(f"srbval: no healthy baseline: {error}", file=sys.stderr)
         healthy = None
     if healthy is None:
-        return call_fault(result)
-    for caution in healthy.cautions:
+        return None
+    baseline = baseline_of(result, healthy)
+    for caution in (*healthy.cautions, *(baseline.remarks if given is not None else ())):
         print(f"srbval: caution: healthy baseline {healthy.file}: {caution}", file=sys.stderr)
-    band, chosen = result.processed.band_hz, result.processed.band_filter
-    return call_fault(result, analyse(healthy, bearing=result.bearing, band_hz=band, band_filter=chosen))
-
-
-def _bearing_of(recording: Recording) -> str:
-    if recording.bearing is None:
-        raise ConfigurationError(
-            f"{recording.name}: neither the file nor its data set names the bearing; give --bearing: "
-            f"{', '.join(known_bearings())} or a TOML file."
-        )
-    return recording.bearing
+    return baseline
 
 
 def _selected(result: Analysis, defect: str | None) -> dict[str, object]:
@@ -78,12 +76,13 @@ def _print(result: Analysis, defect: str | None) -> None:
     )
     print(f"band {shown.chain}; {result.band.why}")
     print(f"lines searched in {result.search}")
+    print(f"that is {', '.join(f'{w.name} {w.low_hz:.2f} to {w.high_hz:.2f} Hz' for w in result.windows)}")
     print(f"lines from the squared envelope, {SQUARED_UNIT} (1 = {shown.scale:.4g} {recording.unit})")
     print(f"{shown.tracking.why}\n")
     for caution in recording.cautions:
         print(f"caution: {caution}")
     wanted = LINE_OF_PART[defect] if defect else ""
-    lines = [line for line in result.lines if line.name.startswith(wanted)]
+    lines = [line.stated() for line in result.lines if line.name.startswith(wanted)]
     print_table(
         COLUMNS,
         [

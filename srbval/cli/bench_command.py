@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bench.bench import BenchResult, run_bench
+from srbval.bench.diagnosis import ALL, confusions, judge, known_records, methods
 from srbval.bench.ladder.cases import between, grid, quick_grid
 from srbval.bench.ladder.measure import SECONDS as LADDER_SECONDS
 from srbval.bench.ladder.measure import answer_store, measure_ladder
@@ -15,11 +16,13 @@ from srbval.bench.machine import Machine
 from srbval.bench.scenes import FULL, QUICK, RIG_SHOWN, SCENES
 from srbval.cli.measured import measure_and_print
 from srbval.cli.output import print_columns, print_json
+from srbval.errors import DataError
 from srbval.models.solvers import SOLVERS
 from srbval.progress import Progress, ProgressDisplay, prefixed
+from srbval.recordings.registry import listing
 from srbval.scene import load_scene
-from srbval.storage.stored_result import RIG_SPEED_ACCURACY, SENSITIVITY, SPEED_ACCURACY
-from srbval.storage.strict_json import json_object, write_json
+from srbval.storage.stored_result import DIAGNOSIS, RIG_SPEED_ACCURACY, SENSITIVITY, SPEED_ACCURACY
+from srbval.storage.strict_json import json_object, json_value, write_json
 from srbval.validation.sensitivity import DRAWS
 from srbval.validation.sensitivity import measure as measure_sensitivity
 
@@ -33,6 +36,8 @@ def run(options: argparse.Namespace) -> int:
         return _ladder(options)
     if options.sensitivity:
         return _sensitivity(options)
+    if options.diagnosis:
+        return _diagnosis(options)
     settings = QUICK if options.quick else FULL
     if options.seconds:
         settings = replace(settings, accuracy_s=options.seconds)
@@ -71,6 +76,39 @@ def _sensitivity(options: argparse.Namespace) -> int:
     own = options.quick or options.scene or options.inputs
     measure_and_print(SENSITIVITY, options, measure, complete=not own, show=_print_sensitivity)
     return 0
+
+
+def _diagnosis(options: argparse.Namespace) -> int:
+    """Are faults of the registered recordings named rightly? `DataError` where none of known state is registered."""
+    registered = listing().recordings
+    records = known_records(registered)
+    if not records:
+        raise DataError(
+            "no measured recording of known state is registered; register some with srbval data add DIR, or name their "
+            "folder in SRBVAL_RECORDINGS."
+        )
+
+    def measure(progress: Progress) -> dict[str, Any]:
+        judged = judge(records, methods(registered), progress=progress)
+        found: dict[str, Any] = json_value({"confusions": list(confusions(judged)), "records": judged})
+        return found
+
+    measure_and_print(DIAGNOSIS, options, measure, complete=True, show=_print_diagnosis)
+    return 0
+
+
+def _print_diagnosis(result: Mapping[str, Any]) -> None:
+    for row in result["confusions"]:
+        if row["dataset"] == ALL:
+            print(f"{row['method']}, {row['answer']}:")
+            print_columns("diagnosis-confusion", [{"state": state} | said for state, said in row["counts"].items()])
+    print_columns("diagnosis", [row | _per_cent(row) for row in result["confusions"] if row["healthy"] + row["faulty"]])
+
+
+def _per_cent(row: Mapping[str, Any]) -> dict[str, str]:
+    """The intervals of a row in words."""
+    shares = {"right_range": row["right_ci95"], "wrong_range": row["wrong_ci95"], "alarm_range": row["alarms_ci95"]}
+    return {name: f"{100 * v[0]:.0f} to {100 * v[1]:.0f}" if v else "" for name, v in shares.items()}
 
 
 def _print_sensitivity(result: Mapping[str, Any]) -> None:

@@ -1,9 +1,13 @@
 """``srbval data``: register, list, verify and download recordings."""
 
 import argparse
+import dataclasses
 from collections.abc import Sequence
+from pathlib import Path
 
+from srbval.bearing import Fault
 from srbval.cli.output import print_json, print_table
+from srbval.errors import ConfigurationError
 from srbval.progress import ProgressDisplay
 from srbval.recordings import RecordingSettings
 from srbval.recordings.raw import printable
@@ -50,8 +54,11 @@ def run(options: argparse.Namespace) -> int:
 
 
 def recording_settings(options: argparse.Namespace) -> RecordingSettings:
-    """Settings from --channel, --fs, --unit and --rpm."""
-    return RecordingSettings(channel=options.channel, fs_hz=options.fs, unit=options.unit, rpm=options.rpm)
+    """Settings from the options that state something of a record."""
+    given = vars(options) | {"fs_hz": options.fs, "sensitivity_mv_per_g": options.sensitivity}
+    given["rpm_tolerance_pct"] = options.rpm_tolerance
+    named = {field.name: given.get(field.name) for field in dataclasses.fields(RecordingSettings)}
+    return RecordingSettings(**named | {"state": Fault(named["state"]) if named["state"] else None})
 
 
 def _act(options: argparse.Namespace) -> RegisterListing:
@@ -60,7 +67,10 @@ def _act(options: argparse.Namespace) -> RegisterListing:
     with ProgressDisplay() as progress:
         if options.action == "add":
             settings = recording_settings(options)
-            return add(options.folder, progress=progress, repin=options.repin, settings=settings)
+            if options.folder is None and options.table is None:
+                raise ConfigurationError("name a folder or a file to register, or a --table of them.")
+            folder = options.folder or Path(options.table).parent
+            return add(folder, progress=progress, repin=options.repin, settings=settings, table=options.table)
         if options.action == "verify":
             return verify(progress=progress)
         return fetch(options.name, options.output, progress=progress)

@@ -1,31 +1,63 @@
-"""``srbval report``: the main job."""
+"""``srbval report``: the main job, or with files a report on these recordings."""
 
 import argparse
 import time
 from pathlib import Path
+from typing import Any
 
+from srbval.cli.data_command import recording_settings
 from srbval.cli.output import own_command, print_json
-from srbval.progress import ProgressDisplay, stage
+from srbval.errors import ConfigurationError
+from srbval.progress import Progress, ProgressDisplay, stage
 
 
 def run(options: argparse.Namespace) -> int:
-    """Simulate, analyse, compare, write; prints where the files are."""
+    """Gather, analyse, compare, write; prints where the files are."""
     folder = Path(options.output)
+    settings = recording_settings(options)
+    if not options.files and (settings or options.healthy or options.band):
+        raise ConfigurationError(
+            "options are given that are about recordings: name the recording too, for example: srbval report FILE.csv"
+        )
     started = time.perf_counter()
     with ProgressDisplay() as progress:
-        with stage(progress, "Load the program"):
-            from srbval.main_job import make_report
-        made = make_report(
-            folder,
-            seconds=options.seconds,
-            jobs=options.jobs,
-            formats=("html", "json") if options.no_pdf else ("html", "pdf", "json"),
-            command=own_command(),
-            progress=progress,
-        )
-    summary = {kind: str(path) for kind, path in made.files.items()} | {"figures": str(folder / "figures")}
+        files, found = (_own if options.files else _main)(options, folder, progress)
+    summary = {kind: str(path) for kind, path in files.items()} | {"figures": str(folder / "figures")}
     if options.json:
-        print_json(summary | {"wall_s": time.perf_counter() - started, "table6": made.evidence.rows})
+        print_json(summary | {"wall_s": time.perf_counter() - started} | found)
     else:
         print("\n".join(summary.values()))
     return 0
+
+
+def _formats(options: argparse.Namespace) -> tuple[str, ...]:
+    return ("html", "json") if options.no_pdf else ("html", "pdf", "json")
+
+
+def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple[dict[str, Path], dict[str, Any]]:
+    with stage(progress, "Load the program"):
+        from srbval.main_job import make_report
+    made = make_report(
+        folder, seconds=options.seconds, jobs=options.jobs, formats=_formats(options), command=own_command(),
+        progress=progress,
+    )  # fmt: skip
+    return made.files, {"table6": made.evidence.rows}
+
+
+def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple[dict[str, Path], dict[str, Any]]:
+    with stage(progress, "Load the program"):
+        from srbval.main_job import report_recordings
+        from srbval.recordings.registry import load_registered
+        from srbval.validation.baseline import load_healthy
+    settings = recording_settings(options)
+    made = report_recordings(
+        [load_registered(file, settings) for file in options.files],
+        folder,
+        bearing=options.bearing,
+        healthy=load_healthy(options.healthy, settings) if options.healthy else None,
+        band_hz=(options.band[0], options.band[1]) if options.band else None,
+        formats=_formats(options),
+        command=own_command(),
+        progress=progress,
+    )
+    return made.files, made.evidence.to_dict()

@@ -12,7 +12,7 @@ import re
 import tomllib
 import types
 import typing
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from datetime import date, time
 from functools import cache
 from pathlib import Path
@@ -86,7 +86,7 @@ def build(cls: type[T], table: Mapping[str, Any], where: str) -> T:
     values: dict[str, Any] = {}
     for key, raw in table.items():
         if key not in spelling:
-            raise ConfigurationError(f"{where}: unknown key {key!r}{_nearest(key, spelling)}.")
+            raise ConfigurationError(f"{where}: unknown key {key!r}{nearest(key, spelling)}.")
         name = spelling[key]
         if name in values:
             raise ConfigurationError(f"{where}: {key!r} is given twice, as {name!r} and without its unit.")
@@ -110,7 +110,8 @@ def _keys(field: dataclasses.Field[Any]) -> tuple[str, ...]:
     return (field.name, field.name.removesuffix(suffix)) if suffix else (field.name,)
 
 
-def _nearest(key: str, known: Mapping[str, str]) -> str:
+def nearest(key: str, known: Collection[str]) -> str:
+    """What to add to the refusal of `key`: the nearest of those `known`, else all of them."""
     close = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
     return f"; did you mean {close[0]!r}?" if close else f"; known: {', '.join(sorted(known))}"
 
@@ -153,8 +154,8 @@ def _convert_enum(raw: object, hint: type[enum.Enum], where: str) -> enum.Enum:
     try:
         return hint(raw)
     except ValueError:
-        known = {str(member.value): "" for member in hint}
-        raise ConfigurationError(f"{where}: {shown(raw)} is not known{_nearest(shown(raw), known)}.") from None
+        known = [str(member.value) for member in hint]
+        raise ConfigurationError(f"{where}: {shown(raw)} is not known{nearest(shown(raw), known)}.") from None
 
 
 def _convert_scalar(raw: object, hint: type, where: str) -> object:

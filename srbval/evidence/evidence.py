@@ -10,7 +10,7 @@ from srbval.evidence.bands import RecordKurtogram
 from srbval.evidence.bearing_views import BearingViews, LoadSharing, PointPassing
 from srbval.evidence.harmonics import HarmonicPatterns
 from srbval.evidence.provenance import RunFacts
-from srbval.evidence.shown_records import ShownRecord, SidebandShares
+from srbval.evidence.shown_records import SidebandShares
 from srbval.evidence.speeds import PublishedSpeedRow, SingleSpeed
 from srbval.evidence.stored import ShownLadder, ShownResult
 from srbval.models.run import Run
@@ -36,6 +36,7 @@ from srbval.validation.cross_band import CrossBand
 from srbval.validation.effects import Sensitivity
 from srbval.validation.matrix import Matrix
 from srbval.validation.other_rigs import OtherRecord
+from srbval.validation.shown_record import ShownRecord
 from srbval.validation.speed_and_slip import SpeedAndSlip
 from srbval.validation.sum_rule import SumRule
 from srbval.validation.table6 import Table6, Table6Row

@@ -12,7 +12,7 @@ from srbval.evidence.evidence import Evidence
 from srbval.evidence.harmonics import harmonic_patterns, pattern_cases
 from srbval.evidence.other_rigs_in_background import BackgroundReading
 from srbval.evidence.provenance import provenance, run_facts
-from srbval.evidence.shown_records import envelope_scalogram, shown_record, sideband_shares
+from srbval.evidence.shown_records import envelope_scalogram, sideband_shares
 from srbval.evidence.speeds import published_speed_rows, single_speed
 from srbval.evidence.stored import known_sensitivity, shown_ladder, shown_results
 from srbval.models.kernel_cache import is_compiled, precompile
@@ -29,6 +29,7 @@ from srbval.validation.cross_band import cross_bands
 from srbval.validation.effects import Sensitivity
 from srbval.validation.matrix import Matrix, Point, build_matrix, point_of
 from srbval.validation.other_rigs import OtherRecord
+from srbval.validation.shown_record import shown_record
 from srbval.validation.simulation_cases import (
     PAPER_STATES,
     SimulationCase,

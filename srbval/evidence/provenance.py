@@ -2,7 +2,7 @@
 
 import os
 import platform
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
@@ -11,8 +11,9 @@ from typing import Any, ClassVar
 from srbval import __version__
 from srbval.models.ladder import rung_of
 from srbval.models.run import Run
-from srbval.recordings.registry import RegisteredRecording
-from srbval.storage.own_package import git_revision
+from srbval.recordings.datasets.description import dataset
+from srbval.recordings.registry import RIG_EXCERPTS, RegisteredRecording
+from srbval.storage.own_package import git_revision, shipped_folder
 from srbval.validation.simulation_cases import SimulationCase
 
 PACKAGES = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib")
@@ -20,6 +21,7 @@ PACKAGES = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotl
 
 def provenance(runs: Iterable[Run], registered: Iterable[RegisteredRecording]) -> dict[str, Any]:
     """Facts for ``report.json`` and the report's section of that name."""
+    entries = tuple(registered)
     return {
         "srbval": __version__,
         "git_revision": git_revision(),
@@ -27,8 +29,21 @@ def provenance(runs: Iterable[Run], registered: Iterable[RegisteredRecording]) -
         "packages": {name: metadata.version(name) for name in PACKAGES},
         "machine": {"system": platform.system(), "processor": platform.machine(), "cores": os.cpu_count()},
         "seeds": sorted({run.scene.seed for run in runs}),
-        "recordings": {Path(entry.file).name: entry.sha256 for entry in registered},
+        "recordings": {Path(entry.file).name: entry.sha256 for entry in entries},
+        **_shipped(entries),
     }
+
+
+def _shipped(entries: Sequence[RegisteredRecording]) -> dict[str, Any]:
+    """Where those recordings come from that came with the program."""
+    folder = shipped_folder(RIG_EXCERPTS)
+    found = [entry for entry in entries if Path(entry.file).parent == folder]
+    if not found:
+        return {}
+    description = dataset(found[0].dataset or "")
+    origin = {"source": description.source, "licence": description.licence}
+    form = {"files": [Path(entry.file).name for entry in found], "changes": "single precision, speed at 640 Hz"}
+    return {"recordings_shipped_with_srbval": origin | form}
 
 
 @dataclass(frozen=True, kw_only=True)

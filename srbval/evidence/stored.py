@@ -10,6 +10,7 @@ from srbval.plan.calibrated import shipped_calibration
 from srbval.storage.stored_result import (
     CAMPAIGN_SCALE,
     COMMAND,
+    DIAGNOSIS,
     HELD_OUT,
     NOISE_STUDY,
     OWN_VERDICTS,
@@ -29,7 +30,7 @@ from srbval.validation.effects import NO_SENSITIVITY, Sensitivity, sensitivity_o
 
 KINDS = (
     SPEED_ACCURACY, STABILITY, NOISE_STUDY, CAMPAIGN_SCALE, READING, SENSITIVITY, HELD_OUT, RIG_INPUTS, RIG_BANDS,
-    RIG_SPEED_ACCURACY, RIG_STABILITY, OWN_VERDICTS, RECORD_VERDICTS,
+    RIG_SPEED_ACCURACY, RIG_STABILITY, OWN_VERDICTS, RECORD_VERDICTS, DIAGNOSIS,
 )  # fmt: skip
 
 

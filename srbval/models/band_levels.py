@@ -48,7 +48,7 @@ def hann(length: int) -> FloatArray:
 
 @dataclass
 class BandLevels:
-    """Sums for the RMS in each of `BANDS_HZ` along the sensor's axis, of accelerations that come chunk by chunk.
+    """Sums for the RMS in each of `BANDS_HZ` of what the sensor shows, which comes chunk by chunk.
 
     A causal Butterworth band-pass of order `ORDER`, so that nothing is kept but its state.
     """
@@ -58,9 +58,8 @@ class BandLevels:
     squares: dict[str, float] = field(default_factory=dict)
     _states: dict[str, FloatArray] = field(default_factory=dict)
 
-    def add(self, acceleration: FloatArray) -> None:
-        """Count accelerations in, [n, 3], in m/s2."""
-        along = along_sensor(acceleration)
+    def add(self, along: FloatArray) -> None:
+        """Count accelerations along the sensor's axis in, [n], in m/s2."""
         self.samples += len(along)
         for name, band_hz in self._bands():
             sections = _sections(self.fs_hz, band_hz)

@@ -5,10 +5,10 @@ McFadden & Smith (1984, J. Sound Vib. 96, 69: the paper's ref. 54) with slip as 
 roller at that angle of the load zone (see `srbval.models.planar.statics`); the ring answers as a mass on housing and
 contacts linearised about static balance.
 
-Of a bearing without geometry only the places of the lines are right; the strength of the pulses is assumed. Half-sine
-pulses of one length act on a housing of its own mass and spring. Their height is the load of the rolling element that
-is struck, after Stribeck's distribution at no clearance (Harris & Kotzalas, Essential Concepts of Bearing Technology,
-2006, sect. 7.4), with the exponent of line contact. Contacts add no stiffness.
+Of a bearing of which only orders are known the places of the lines alone are right; the strength of the pulses is
+assumed. Half-sine pulses of one length act on a housing of its own mass and spring. Their height is the load of the
+rolling element that is struck, after Stribeck's distribution at no clearance (Harris & Kotzalas, Essential Concepts of
+Bearing Technology, 2006, sect. 7.4), with the exponent of line contact. Contacts add no stiffness.
 
 Answers: where the lines are, harmonic pattern, sidebands and load-zone modulation, roughly the amplitude. Cannot
 answer: slip of the cage (its mean is none), noise floor, the healthy bearing (it is silent), anything that a moving
@@ -25,14 +25,14 @@ from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.models.outputs import Outputs
 from srbval.models.planar import ring_kernel
-from srbval.models.planar.rung import NUDGE_M, PlanarRing, make_ring
+from srbval.models.planar.rung import PlanarRing, make_ring
 from srbval.models.prescribed import Prescribed, passages, refuse_axial
 from srbval.models.run_statistics import RunStatistics
 from srbval.models.simulate import prescribed_outputs
 from srbval.scene import Defect, Scene
 
 MOST_AT_ONCE = 2_000_000  # samples of pulses worked on together
-# Without geometry:
+# Of a bearing of which only orders are known:
 PULSE_S = 5e-4  # up to 3 kHz is excited
 LINE_CONTACT = 10 / 9
 HIGHEST_SHARE = 4.08  # of the load over the number of elements, line contact, no clearance
@@ -49,7 +49,7 @@ def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Ou
 def _ring_velocity(stats: RunStatistics, samples: int) -> FloatArray:
     """Velocity of the ring, [samples, 2]."""
     scene = stats.scene
-    if stats.bearing.geometry is None:
+    if stats.bearing.geometry is None and stats.bearing.elements is None:
         stiffness = scene.housing.stiffness_n_m * np.eye(2)
         return _velocity(scene, scene.housing.mass_kg, stiffness, _assumed_pulses(stats, samples))
     ring = make_ring(stats)
@@ -57,10 +57,7 @@ def _ring_velocity(stats: RunStatistics, samples: int) -> FloatArray:
     force = np.zeros((samples, 2))
     for number in range(len(scene.defects)):
         force += _pulses(ring, number, balance, samples)
-    here = ring.undamaged_force_n(balance)
-    contact = -np.array([ring.undamaged_force_n(balance + NUDGE_M * axis) - here for axis in np.eye(2)]) / NUDGE_M
-    stiffness = ring.kernel.stiffness * np.eye(2) + (contact + contact.T) / 2
-    return _velocity(scene, ring.kernel.mass, stiffness, force)
+    return _velocity(scene, ring.kernel.mass, ring.stiffness_n_m(balance), force)
 
 
 def _pulses(ring: PlanarRing, number: int, balance_m: FloatArray, samples: int) -> FloatArray:
@@ -123,7 +120,7 @@ def _add(
 
 
 def _assumed_pulses(stats: RunStatistics, samples: int) -> FloatArray:
-    """Force of all pulses on the ring of a bearing without geometry at each sample, [samples, 2]."""
+    """Force of all pulses on the ring of a bearing with orders alone at each sample, [samples, 2]."""
     scene, bearing = stats.scene, stats.bearing
     refuse_axial(scene)
     motion = Prescribed(scene=scene, orders=bearing.orders)

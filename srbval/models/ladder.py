@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from srbval.bearing import Bearing
 from srbval.errors import ConfigurationError
 from srbval.models import outputs as col
 from srbval.scene import Scene
@@ -25,7 +26,7 @@ class Rung:
     `columns`: those of `outputs` that it fills; the others are NaN.
     `own_solver`: what integrates it, where that is not the scene's choice. `coarser`: how many of the scene's
     steps it takes in one, as far as the output interval allows. `lacks`: questions that it cannot answer whatever the
-    scene, and why.
+    scene, and why. `needs`: the least that must be known of a bearing, one of `KNOWN_OF_BEARING`.
     """
 
     name: str
@@ -36,6 +37,11 @@ class Rung:
     own_solver: str | None = None
     coarser: int = 1
     lacks: Mapping[str, str] = field(default_factory=dict)
+    needs: str = "geometry"
+
+    def runs(self, bearing: Bearing) -> bool:
+        """Is enough known of the bearing?"""
+        return KNOWN_OF_BEARING.index(self.needs) <= known_of(bearing)
 
     def steps_per_output(self, scene: Scene) -> int:
         """Solver steps in one output interval."""
@@ -61,6 +67,14 @@ class Rung:
         return _imported(self.parameters)
 
 
+KNOWN_OF_BEARING = ("orders", "elements", "geometry")  # the tables of a bearing's file, the richest last
+
+
+def known_of(bearing: Bearing) -> int:
+    """Which of `KNOWN_OF_BEARING` the bearing has."""
+    return 2 if bearing.geometry is not None else int(bearing.elements is not None)
+
+
 def _imported(place: str) -> Callable[..., Any]:
     module, name = place.split(":")
     function: Callable[..., Any] = getattr(importlib.import_module(module), name)
@@ -80,6 +94,7 @@ RUNGS = (
         place="srbval.models.kinematic:run",
         columns=VIBRATION,
         own_solver="closed form",
+        needs="orders",
         lacks={
             "harmonics": "its clicks have no shape",
             "sidebands": "its clicks know no load zone",
@@ -94,6 +109,7 @@ RUNGS = (
         place="srbval.models.impulse:run",
         columns=VIBRATION,
         own_solver="linear filter",
+        needs="orders",
         lacks={"noise-floor": NO_NOISE, "slip": NO_SLIP},
     ),
     Rung(
@@ -102,6 +118,7 @@ RUNGS = (
         place="srbval.models.planar.rung:run",
         columns=PLANAR,
         own_solver="ode4, own step",
+        needs="elements",
         lacks={"noise-floor": NO_NOISE, "slip": NO_SLIP},
     ),
     Rung(
@@ -135,6 +152,11 @@ def rung_of(name: str) -> Rung:
     """The rung of that name; `ConfigurationError` with the nearest one for an unknown name."""
     check_known("model", name, MODELS)
     return next(rung for rung in RUNGS if rung.name == name)
+
+
+def models_of(bearing: Bearing) -> tuple[str, ...]:
+    """Names of the rungs that can simulate the bearing, cheapest first."""
+    return tuple(rung.name for rung in RUNGS if rung.runs(bearing))
 
 
 def check_known(what: str, name: str, known: tuple[str, ...]) -> None:

@@ -32,8 +32,10 @@ class Outputs:
     """`out`, one row per output interval, by the columns above; a column of NaN is a quantity the model does not have.
 
     Of the detailed outputs, if any: roller spins, [k, 2 M], and normal forces, [k, 2 races, 2 M rollers, 3 circles].
+    `sensor_m_s2`: what the sensor shows, one a row, behind a scene's path to it.
     """
 
     out: FloatArray
     spin_rad_s: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     load_n: FloatArray = field(default_factory=lambda: np.zeros((0, 2, 0, 3)))
+    sensor_m_s2: FloatArray = field(default_factory=lambda: np.zeros(0))

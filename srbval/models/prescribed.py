@@ -20,7 +20,7 @@ GRID_S = 1e-3  # on which angles are inverted to times; between, speeds are take
 class Prescribed:
     """Angles and load over the run's time, which starts `Scene.settle_s` before the recorded one.
 
-    Cage and spin from the bearing's orders (Randall 2011, sect. 2.2.3): no slip.
+    Cage and spin from the bearing's orders (Randall 2011, sect. 2.2.3), the cage less the scene's slip.
     """
 
     scene: Scene
@@ -44,7 +44,7 @@ class Prescribed:
 
     def cage_rad(self, time_s: FloatArray) -> FloatArray:
         """Cage angle."""
-        return self.orders.ftf * self.shaft_rad(time_s)
+        return self.orders.ftf * (1 - self.scene.cage_slip) * self.shaft_rad(time_s)
 
     def spun_rad(self, time_s: FloatArray) -> FloatArray:
         """Angle of the rollers about their axes against their slots; against the shaft's sense."""
@@ -69,7 +69,8 @@ def refuse_axial(scene: Scene) -> None:
     axial = [scene.load.axial_n] if scene.load_profile is None else list(scene.load_profile.axial_n)
     if any(axial):
         raise ConfigurationError(
-            f"axial load {max(axial, key=abs):g} N: the {scene.model} model has no axial motion; use --model full."
+            f"axial load {max(axial, key=abs):g} N: the {scene.model} model has no axial motion: leave the axial load "
+            "out, or use --model full with a bearing that has a [geometry]."
         )
 
 

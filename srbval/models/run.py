@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
 from srbval.errors import SrbvalError
@@ -107,7 +109,8 @@ class Run(RunSummary):
     by its mean); `displacement_m` outer ring, [n, 3]; `cage_rad_s` mean cage speed, [n]; `cage_tilt_rad`
     about x and y, [n, 2]; `roller_force_n` force of the rollers on the outer ring, interval mean, [n, 3];
     `depth_m` deepest penetration into an undamaged raceway, [n]. `spin_rad_s`, [k, 2 M], and `load_n`, normal forces,
-    [k, outer and inner race, 2 M rollers, 3 circles], at `detail_rate_hz`; k is 0 without one.
+    [k, outer and inner race, 2 M rollers, 3 circles], at `detail_rate_hz`; k is 0 without one. `sensor_m_s2`: what
+    the sensor shows behind the scene's path to it, [n]; empty without a path.
     """
 
     acceleration_m_s2: FloatArray
@@ -119,6 +122,7 @@ class Run(RunSummary):
     energy: EnergyFlow
     spin_rad_s: FloatArray
     load_n: FloatArray
+    sensor_m_s2: FloatArray = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,12 +150,13 @@ def not_validated(scene: Scene) -> tuple[str, ...]:
     A bearing counts as validated that has the geometry of the paper's, whatever it is called.
     """
     found = [AMPLITUDES]
-    bearing = _bearing(scene.bearing)
+    bearing = bearing_of_run(scene)
     if bearing is None or bearing.geometry != load_bearing(DEFAULT_BEARING).geometry:
         found.append(f"the bearing {scene.bearing}: the models were held against the {DEFAULT_BEARING} alone")
         if bearing is not None and bearing.geometry is None:
-            found.append("everything but where lines lie: the bearing has no [geometry], so load zone, pulses and "
-                         "resonance are assumed")  # fmt: skip
+            assumed = ("load zone, pulses and resonance are" if bearing.elements is None
+                       else "grooves, housing and what the scene does not say are")  # fmt: skip
+            found.append(f"everything but where lines lie: the bearing has no [geometry], so {assumed} assumed")
     if any(defect.kind is Fault.ROLLER for defect in scene.defects):
         found.append("a defect on a roller")
     if scene.load.axial_n or (scene.load_profile is not None and any(scene.load_profile.axial_n)):
@@ -163,8 +168,9 @@ def not_validated(scene: Scene) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _bearing(name: str) -> Bearing | None:
+def bearing_of_run(scene: Scene) -> Bearing | None:
+    """The bearing of a scene that was run; None where its file has gone since."""
     try:
-        return load_bearing(name)
-    except SrbvalError:  # its file has gone since
+        return load_bearing(scene.bearing)
+    except SrbvalError:
         return None

@@ -16,11 +16,12 @@ from typing import Any
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.models.run import Run, RunSummary
+from srbval.models.run import Run, RunSummary, bearing_of_run
 from srbval.scene import Scene
 from srbval.storage.own_hdf5 import CHECKED, own_hdf5
 
 ROWS = 4096  # of a chunk on disk
+SENSOR = "acceleration_sensor_m_s2"
 DETAIL_DIMENSIONS = {"spin_rad_s": ("detail_time_s", "roller"), "load_n": ("detail_time_s", "race", "roller", "circle")}
 VARIABLES = tomllib.loads((files("srbval.models") / "run_variables.toml").read_text(encoding="utf-8"))
 
@@ -41,6 +42,8 @@ class RunWriter:
             values = values[:, variable["column"]] if "column" in variable else values
             if not np.isnan(values).all():  # a quantity that the model does not have
                 self._extend(name, values, variable["units"], variable["long_name"])
+        if len(signals.get("sensor_m_s2", ())):
+            self._extend(SENSOR, signals["sensor_m_s2"], "m s-2", "acceleration at the sensor, behind the path to it")
         if len(signals["spin_rad_s"]):
             self._extend("spin_rad_s", signals["spin_rad_s"], "rad s-1", "spin about the rollers' axes")
             self._extend("load_n", signals["load_n"], "N", "normal force, by race, roller, circle")
@@ -112,12 +115,23 @@ def scene_dict(scene: Any) -> dict[str, Any]:
     table = dataclasses.asdict(scene)
     for defect in (table["defect"], *table["further_defects"]):
         defect["kind"] = defect["kind"].scene_word
+    if table["sensor_path"] is None:  # content of scenes without one is as it was
+        del table["sensor_path"]
     plain: dict[str, Any] = json.loads(json.dumps(table, default=_plain))
     return plain
 
 
 def _plain(value: object) -> str:
     return str(value.value) if isinstance(value, enum.Enum) else str(value)
+
+
+def _own_bearing(scene: Scene) -> dict[str, Any]:
+    """What a reader needs of the bearing to find its lines, wherever the bearing's own file is by then."""
+    bearing = bearing_of_run(scene)
+    if bearing is None:
+        return {}
+    said = {key: getattr(bearing, key) for key in ("name", "title", "source", "rolling_elements")}
+    return {f"bearing_{key}": value for key, value in (said | vars(bearing.orders)).items()}
 
 
 def _attributes(run: RunSummary) -> dict[str, Any]:
@@ -127,6 +141,7 @@ def _attributes(run: RunSummary) -> dict[str, Any]:
         "name": f"{scene.model} model, {scene.defect.kind.scene_word} defect, {scene.shaft_hz * 60:.6g} rpm",
         "unit": "m/s2",
         "bearing": scene.bearing,
+        **_own_bearing(scene),
         "state": scene.defect.kind.value,
         "shaft_speed_hz": scene.shaft_hz,
         "radial_n": scene.load.radial_n,

@@ -8,11 +8,12 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
 from srbval.models import outputs as col
-from srbval.models.band_levels import BandLevels
+from srbval.models.band_levels import BandLevels, along_sensor
 from srbval.models.full.point_cloud import DEEPEST_M
 from srbval.models.health import HealthIndicators, assess
 from srbval.models.ladder import rung_of
 from srbval.models.run import RunSummary
+from srbval.models.sensor_filter import SensorFilter
 from srbval.models.step_error import StepError, with_step_error
 from srbval.scene import Scene
 
@@ -108,12 +109,17 @@ class RunStatistics:
     cage_course: tuple[float, float] = (math.nan, math.nan)  # mean speed in the first and in the latest chunk
     step_error: StepError | None = None
     levels: BandLevels = field(init=False)
+    sensor: SensorFilter = field(init=False)
 
     def __post_init__(self) -> None:
         self.levels = BandLevels(fs_hz=self.scene.output_rate_hz)
+        self.sensor = SensorFilter(self.scene.sensor_path, self.scene.output_rate_hz)
 
-    def add(self, out: FloatArray) -> None:
-        """Count a chunk's rows in; what the model does not have is NaN and passes every test."""
+    def add(self, out: FloatArray) -> FloatArray:
+        """Count a chunk's rows in; what the model does not have is NaN and passes every test.
+
+        What the sensor shows of it [m/s2], one a row.
+        """
         self.finite = self.finite and self.all_finite(out)
         self.samples += len(out)
         self.cage += float(out[:, col.CAGE_SPEED].sum())
@@ -124,8 +130,10 @@ class RunStatistics:
         self.deepest_m = max(self.deepest_m, float(out[:, col.DEEPEST].max()))
         self.idle += int(np.count_nonzero(out[:, col.CONTACT_ENERGY] == 0.0))
         self.energy.add(out)
-        self.levels.add(out[:, col.ACCELERATION])
         self.momentum.add(out)
+        shown = self.sensor.add(along_sensor(out[:, col.ACCELERATION]))
+        self.levels.add(shown)
+        return shown
 
     def unfit(self, out: FloatArray) -> bool:
         """Do these rows already show that the run is beyond recovery?"""

@@ -8,6 +8,7 @@ import os
 import shutil
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -67,6 +68,7 @@ def simulate(scene: Scene, *, step: Step = Step.CHECKED, progress: Progress = si
         **signals(out),
         spin_rad_s=np.concatenate([chunk.spin_rad_s for chunk in chunks]),
         load_n=np.concatenate([chunk.load_n for chunk in chunks]),
+        sensor_m_s2=np.concatenate([chunk.sensor_m_s2 for chunk in chunks]),
     )
 
 
@@ -81,7 +83,8 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
     stats = _begun(scene, step, path.parent)
     with np.errstate(all="ignore"), run_writer(path, stats.scene) as writer:
         for chunk in _recorded(stats, progress):
-            writer.append(signals(chunk.out) | {"spin_rad_s": chunk.spin_rad_s, "load_n": chunk.load_n})
+            details = {name: getattr(chunk, name) for name in ("spin_rad_s", "load_n", "sensor_m_s2")}
+            writer.append(signals(chunk.out) | details)
         summary = stats.summary()
         if summary.status.usable:
             writer.finish(summary)
@@ -90,10 +93,13 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
 
 def _begun(scene: Scene, step: Step, folder: Path | None = None) -> RunStatistics:
     """Statistics of a run that has room, its step chosen or its step's error estimated where that is wanted."""
+    from srbval.models.full.parameters import geometry_of
     from srbval.models.full_run import full_run
     from srbval.models.step_error import step_error, with_chosen_step
 
     stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
+    if rung_of(scene.model).parameters is not None:
+        geometry_of(stats.bearing, scene.model)  # refused at once, before kernels are compiled
     check_room(stats, folder)
     if step is not Step.UNCHECKED and rung_of(scene.model).parameters is not None:
         started = time.perf_counter()
@@ -160,8 +166,8 @@ def _recorded(stats: RunStatistics, progress: Progress) -> Iterator[Outputs]:
     for first, steps in rung.run(stats, settle, whole):
         progress("Simulate", (first + len(steps.out)) / whole)
         if first >= settle or stats.unfit(steps.out):
-            stats.add(steps.out)
-            yield steps
+            shown = stats.add(steps.out)
+            yield steps if scene.sensor_path is None else replace(steps, sensor_m_s2=shown)
         if stats.lost:
             return
 

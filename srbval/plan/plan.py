@@ -4,11 +4,13 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
+from srbval.bearing import load_bearing
 from srbval.bench.ladder.questions import MEANING, Question, asked_of
 from srbval.bench.ladder.table import LadderCalibration
 from srbval.errors import ConfigurationError
-from srbval.models.ladder import RUNGS, Rung
+from srbval.models.ladder import RUNGS, Rung, rung_of
 from srbval.plan.calibrated import Neighbours, calibration_of, neighbours
+from srbval.plan.refusal import refusal
 from srbval.scene import Scene
 
 VACUOUS_PCT = 100.0  # an error bound as large as what is asked for says nothing
@@ -79,21 +81,48 @@ def make_plan(
         )
     table = calibration or calibration_of(scene)
     near = neighbours(table, scene)
-    rungs = [rung for rung in RUNGS if rung.name in table.models]
-    candidates = [_judge(rung, scene, question, tolerance_pct, near, table.reference_model) for rung in rungs]
-    enough = [c for c in candidates if c.ok]
-    chosen = (
-        min(enough, key=lambda c: math.inf if c.wall_s is None else c.wall_s).model if enough else table.reference_model
-    )
+    candidates, chosen = _choose(scene, question, tolerance_pct, table, near)
     return Plan(
         chosen=chosen,
         question=question,
         tolerance_pct=tolerance_pct,
-        met=bool(enough),
-        candidates=tuple(candidates),
+        met=any(c.ok for c in candidates),
+        candidates=candidates,
         outside=near.outside,
         calibrated_on=tuple(entry.case.name for entry in near.entries),
     )
+
+
+def _choose(
+    scene: Scene, question: Question, tolerance_pct: float, table: LadderCalibration, near: Neighbours
+) -> tuple[tuple[Candidate, ...], str]:
+    """All candidates, and the name of the cheapest that is enough and does not refuse the scene.
+
+    Where none is enough, the reference model; where that refuses, the last rung that does not and knows the question.
+    """
+    rungs, bearing = [rung for rung in RUNGS if rung.name in table.models], load_bearing(scene.bearing)
+    refused = {rung.name: refusal(rung, scene, bearing) or "" for rung in rungs if not rung.runs(bearing)}
+    while True:
+        able = [r for r in rungs if r.name not in refused]
+        knowing = [r.name for r in able if question.value not in r.lacks] or [r.name for r in able]
+        if not knowing:
+            raise ConfigurationError(f"no model runs this scene: {'; '.join(dict.fromkeys(refused.values()))}")
+        reference = table.reference_model if table.reference_model in knowing else knowing[-1]
+        candidates = [
+            _refused(rung.name, refused[rung.name]) if rung.name in refused
+            else _judge(rung, scene, question, tolerance_pct, near, reference)
+            for rung in rungs
+        ]  # fmt: skip
+        enough = [c for c in candidates if c.ok]
+        chosen = min(enough, key=lambda c: math.inf if c.wall_s is None else c.wall_s).model if enough else reference
+        why = refusal(rung_of(chosen), scene, bearing)
+        if why is None:
+            return tuple(candidates), chosen
+        refused[chosen] = why
+
+
+def _refused(model: str, why: str) -> Candidate:
+    return Candidate(model=model, error_pct=None, coverage=None, scenes=None, wall_s=None, ok=False, why=why)
 
 
 def _judge(

@@ -10,49 +10,61 @@ from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.recordings.datasets import recognise
 from srbval.recordings.datasets.description import dataset
-from srbval.recordings.datasets.srbval_files import ended
+from srbval.recordings.datasets.srbval_files import SENSOR, ended
 from srbval.recordings.loaders import detect_format
 from srbval.recordings.raw import printable
 from srbval.recordings.reading import Reading
 from srbval.recordings.recording import Origin, Recording, SourceFacts
-from srbval.recordings.settings import NAMED_CHANNELS, RecordingSettings, apply_settings, open_questions
+from srbval.recordings.settings import (
+    NAMED_CHANNELS,
+    RecordingSettings,
+    apply_settings,
+    open_for_analysis,
+    open_questions,
+)
 from srbval.recordings.speed import RPM_PER_HZ, prescribed_speed, profile_signal
 
 
 def load_recording(
     path: str | Path,
+    settings: RecordingSettings | None = None,
     *,
     channel: str | None = None,
     fs_hz: float | None = None,
     unit: str | None = None,
     rpm: float | None = None,
+    rpm_tolerance_pct: float | None = None,
 ) -> Recording:
     """Load one measured file, simulated run or stand-in.
 
     The format is recognised by the file's first bytes, the data set by its variables. The options decide what the
     file leaves open and override what it says: `channel` by name, `fs_hz` the sampling rate [Hz], `unit`
-    that of the samples in the file (see `reading.UNITS`), `rpm` the mean shaft speed [rpm].
+    that of the samples in the file (see `reading.UNITS`), `rpm` the mean shaft speed [rpm], `rpm_tolerance_pct` how far
+    off it may be where it is only a set point [%]; `settings` hold these and everything else that can be stated.
     Raises `DataError` for anything that cannot be read or is ambiguous, `ConfigurationError` for an
     impossible option. Does not estimate a speed from the vibration, and does not use the settings kept in the
     register (`registry.load_registered` does).
     """
-    settings = RecordingSettings(channel=channel, fs_hz=fs_hz, unit=unit, rpm=rpm)
+    given = RecordingSettings(channel=channel, fs_hz=fs_hz, unit=unit, rpm=rpm, rpm_tolerance_pct=rpm_tolerance_pct)
+    given = given.over(settings or RecordingSettings())
     file = Path(path)
-    return _assemble(file, apply_settings(file, read_file(file), settings), sha256_of(file))
+    return _assemble(file, apply_settings(file, read_file(file), given), sha256_of(file))
 
 
 def recording_from_run(run: Run) -> Recording:
     """The outer ring's acceleration with its radial axes x and y, to be rotated onto the sensor's direction.
 
+    Behind a path to the sensor, what that shows is the channel to analyse instead.
     Does not look at the run's status: check that first, a failed run is no vibration.
     """
-    scene = run.scene
-    profile = scene.speed_profile
+    scene, profile = run.scene, run.scene.speed_profile
+    shown = {SENSOR: run.sensor_m_s2} if run.sensor_m_s2.size else {}
     return Recording(
         name=f"{scene.model} model, {scene.defect.kind.scene_word} defect, {scene.shaft_hz * RPM_PER_HZ:.6g} rpm",
         origin=Origin.SIMULATED,
-        channels={a: np.ascontiguousarray(run.acceleration_m_s2[:, i]) for i, a in enumerate("xyz")},
-        axes=("x", "y"),
+        channels={a: np.ascontiguousarray(run.acceleration_m_s2[:, i]) for i, a in enumerate("xyz")} | shown,
+        channel=SENSOR if shown else None,
+        axes=None if shown else ("x", "y"),
         fs_hz=scene.output_rate_hz,
         unit="m/s2",
         speed=prescribed_speed(scene.shaft_hz),
@@ -87,20 +99,24 @@ def sha256_of(path: Path) -> str:
 def _assemble(path: Path, reading: Reading, sha256: str) -> Recording:
     questions = open_questions(reading)
     if questions or reading.fs_hz is None:
+        asked = "; ".join((*questions, *open_for_analysis(reading)))
         raise DataError(
-            f"{path} leaves open: {'; '.join(questions)}. Give the option to `srbval analyse`, or permanently to "
-            "`srbval data add` (in Python: channel=, fs_hz=, unit=, rpm=)."
+            f"{path} leaves open: {asked}. Give the option to `srbval analyse`, or permanently to "
+            "`srbval data add` (in Python: channel=, fs_hz=, unit=, rpm=, the others by settings=)."
         )
     main = reading.channels[reading.channel or reading.axes[0]]  # type: ignore[index]
     same = {
         key: c
         for key, c in reading.channels.items()
-        if len(c.samples) == len(main.samples) and c.recording_unit == main.recording_unit
+        if (len(c.samples), c.fs_hz, c.recording_unit) == (len(main.samples), main.fs_hz, main.recording_unit)
     }
     stated = {f.name: getattr(reading, f.name) for f in dataclasses.fields(SourceFacts)}
     stated["cautions"] = reading.all_cautions()
     if left := [printable(key) for key in reading.channels if key not in same]:
-        stated["notes"] = (*reading.notes, f"left out, of another length or unit: {', '.join(left[:NAMED_CHANNELS])}")
+        stated["notes"] = (
+            *reading.notes,
+            f"left out, of another length, rate or unit: {', '.join(left[:NAMED_CHANNELS])}",
+        )
     stated["axes"] = None if reading.channel is not None else reading.axes
     band_hz = main.band_hz
     if band_hz is None and reading.dataset is not None:

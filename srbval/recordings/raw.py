@@ -1,6 +1,7 @@
 """Result of a loader: the named arrays and texts of a file, before anybody interprets them; and the loader's limits."""
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,6 +14,7 @@ from srbval.errors import DataError
 
 Value = NDArray[Any] | str
 TEXT = "text"  # format of text tables
+RATE_NAME = re.compile(r"(?:.*\.)?(?:fs|sr|fs_hz|fs_acc|sampl(?:e|ing)_?(?:rate|frequency)(?:_hz)?)")  # lower case
 NO_TABLE = "table of numbers"  # in what is said of a text that is none: it never was a recording
 MAX_CODES = 64
 LARGEST = 1e100  # above any vibration sample; its square and its spectrum must not overflow
@@ -27,7 +29,8 @@ class RawFile:
     """Variables of a file under their own names; fields of nested structs are joined by dots.
 
     `variables` holds numeric arrays (any shape, as stored) and texts; `attributes` the root attributes
-    of an HDF5 file or the ``# key = value`` lines of a text file, `units` the ``units`` attributes of its data sets.
+    of an HDF5 file or the ``# key = value`` lines of a text file, `units` and `rates_hz` what the file itself says of
+    single variables.
     `notes` and `cautions` are the loader's own, see `recording.SourceFacts`. Nothing in it is interpreted.
     `unusable` says of variables whose samples the file does not hold why; they are NaN, and `DataError` where used.
     """
@@ -37,6 +40,7 @@ class RawFile:
     variables: Mapping[str, Value]
     attributes: Mapping[str, float | str] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
+    rates_hz: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     cautions: tuple[str, ...] = ()
     unusable: Mapping[str, str] = field(default_factory=dict)
@@ -133,14 +137,14 @@ def first_line(error: Exception, longest: int = LONGEST_ERROR) -> str:
     return str(error).split("\n", 1)[0][:longest] or type(error).__name__
 
 
-def largest_claim(path: Path) -> int:
+def largest_claim(path: Path, expansion: int = EXPANSION) -> int:
     """The most memory that the contents of this file may take [bytes]: a few bytes can claim terabytes."""
-    return EXPANSION * path.stat().st_size + FREE_BYTES
+    return expansion * path.stat().st_size + FREE_BYTES
 
 
-def check_claim(path: Path, claimed_bytes: int, what: str) -> None:
+def check_claim(path: Path, claimed_bytes: int, what: str, expansion: int = EXPANSION) -> None:
     """Refuse (`DataError`) an array whose claimed size is out of proportion to the file."""
-    limit = largest_claim(path)
+    limit = largest_claim(path, expansion)
     if claimed_bytes > limit:
         raise DataError(
             f"{path}: {what} claims {claimed_bytes} bytes in a file of {path.stat().st_size}; the limit is "

@@ -1,5 +1,8 @@
 """Contents of a file as a recogniser understood them, before the user's settings decide what is still open."""
 
+import math
+import re
+import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -28,13 +31,39 @@ UNITS: dict[str, tuple[str, float]] = {
     "mV": ("V", 1e-3),
     UNKNOWN: (UNKNOWN, 1.0),
 }
+# units of a shaft speed, as `known_unit` has them, and the factor to Hz
+SPEED_HZ = {"rpm": 1 / 60, "Hz": 1.0, "rad/s": 1 / (2 * math.pi)}
+# what files write for them, without blanks, dots, carets and parentheses
+SPELLINGS = {
+    **dict.fromkeys(("ms-2", "m/s/s", "m/sec2", "mps2"), "m/s2"),
+    **dict.fromkeys(("mms-2", "mm/s/s", "mm/sec2"), "mm/s2"),
+    **dict.fromkeys(("G", "gn", "g0"), "g"),
+    **dict.fromkeys(("Volt", "Volts", "volt", "volts"), "V"),
+    **dict.fromkeys(("mVolt", "mvolt", "millivolt"), "mV"),
+    **dict.fromkeys(("1/min", "r/min", "rev/min", "U/min", "min-1", "RPM"), "rpm"),
+}
+_IN_NAME = re.compile(r"(.*?\S)\s*(?:[\[(]\s*([^\[\]]*?)\s*[\])]|\s(?:in|/)\s+(\S+))")
+
+
+def known_unit(text: str) -> str | None:
+    """The unit of `UNITS` or `SPEED_HZ` that a text out of a file means, None for any other."""
+    plain = re.sub(r"[\s^*·().]", "", unicodedata.normalize("NFKC", text)).replace("\u2212", "-")
+    plain = SPELLINGS.get(plain, plain)
+    return plain if plain in UNITS or plain in SPEED_HZ else None
+
+
+def split_unit(name: str) -> tuple[str, str | None]:
+    """The name of a column and what stands there for a unit: ``acc DE [g]``, ``a / (m/s²)``, ``acc in g``."""
+    found = _IN_NAME.fullmatch(name)
+    return (found[1], found[2] or found[3] or None) if found else (name, None)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Channel:
     """Samples of one channel as stored, float64, shape [n], their unit and the bearing they belong to.
 
-    `unit` is ``unknown`` where the data set is known to state none, None where the file should have stated one.
+    `unit` is ``unknown`` where the data set is known to state none, None where the file should have stated one; the
+    samples times `factor` are in it. `fs_hz` is the channel's own sampling rate, where the file states one.
     """
 
     samples: FloatArray
@@ -44,6 +73,8 @@ class Channel:
     state: Fault | None = None
     variable: str | None = None
     cautions: tuple[str, ...] = ()
+    factor: float = 1.0
+    fs_hz: float | None = None
 
     @property
     def recording_unit(self) -> str:
@@ -53,7 +84,7 @@ class Channel:
 
     def converted(self) -> FloatArray:
         """A copy of the samples in `recording_unit`: a view would keep the whole file in memory."""
-        factor = UNITS.get(self.unit or UNKNOWN, ("", 1.0))[1]
+        factor = self.factor * UNITS.get(self.unit or UNKNOWN, ("", 1.0))[1]
         return np.array(self.samples) if factor == 1.0 else self.samples * factor
 
 
@@ -72,6 +103,11 @@ class Reading(SourceFacts):
     time: TimeColumn | None = None
     speed_problem: str | None = None
     name: str | None = None
+
+    @property
+    def vibrations(self) -> tuple[str, ...]:
+        """Names of the channels that may be analysed: those that are no shaft speed."""
+        return tuple(name for name, channel in self.channels.items() if channel.unit not in SPEED_HZ)
 
     def all_cautions(self) -> tuple[str, ...]:
         """Those of the file and of the channel to analyse; of every channel, by its name, where that is open."""

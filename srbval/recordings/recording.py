@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.bearing import Fault
+from srbval.bearing import Bearing, Fault
 from srbval.errors import DataError
 
 
@@ -57,7 +57,8 @@ class SpeedSignal:
 class SourceFacts:
     """What the source of a record says of it; None where it says nothing. Loads in N, nominal speed in rpm.
 
-    `notes` say what was read from where, `cautions` what may make the numbers wrong, each with a count.
+    `own_bearing`: the bearing that a simulated run carries, as far as its lines need it. `notes` say what was read from
+    where, `cautions` what may make the numbers wrong, each with a count.
     """
 
     origin: Origin
@@ -69,6 +70,7 @@ class SourceFacts:
     radial_n: float | None = None
     axial_n: float | None = None
     nominal_rpm: float | None = None
+    own_bearing: Bearing | None = None
     notes: tuple[str, ...] = ()
     cautions: tuple[str, ...] = ()
 

@@ -4,22 +4,33 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from srbval.bearing import Fault
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.raw import printable
-from srbval.recordings.reading import UNITS, Reading
-from srbval.recordings.speed import stated_speed
+from srbval.recordings.reading import N_PER_KN, UNITS, Channel, Reading, split_unit
+from srbval.recordings.recording import Origin, ShaftSpeed, SpeedSource
+from srbval.recordings.speed import nominal_speed, stated_speed
+from srbval.recordings.tachometer import with_tachometer
 
 USER_RPM_CI95 = 1.0  # a speed given by hand is taken as rounded to about 1 rpm
+MOST_TOLERANCE_PCT = 10.0  # a record is searched no wider
 NAMED_CHANNELS = 16
+VOLTAGES = ("V", "mV")
+MV_PER_V = 1e3
 
 
 @dataclass(frozen=True, kw_only=True)
 class RecordingSettings:
-    """Channel by name, sampling rate [Hz], unit of the samples (see `reading.UNITS`), mean shaft speed [rpm].
+    """What the user knows of a record; None where nothing is stated.
 
+    `channel` to analyse by name; sampling rate [Hz]; unit of the samples (see `reading.UNITS`) once they are multiplied
+    by `scale`; sensitivity of the sensor [mV/g] where that unit is V or mV; mean shaft speed [rpm], or the channel of
+    the tachometer with its pulses per revolution of the shaft; state and bearing (a name or a TOML file), loads [kN].
+    With `rpm_tolerance_pct` [%] the speed is a set point that the shaft keeps within it (95 %), else a measured one.
     Raises `ConfigurationError` for an impossible value.
     """
 
@@ -27,11 +38,28 @@ class RecordingSettings:
     fs_hz: float | None = None
     unit: str | None = None
     rpm: float | None = None
+    rpm_tolerance_pct: float | None = None
+    scale: float | None = None
+    sensitivity_mv_per_g: float | None = None
+    tacho: str | None = None
+    pulses_per_rev: float | None = None
+    state: Fault | None = None
+    bearing: str | None = None
+    radial_kn: float | None = None
+    axial_kn: float | None = None
 
     def __post_init__(self) -> None:
-        for name, value in (("sampling rate", self.fs_hz), ("shaft speed", self.rpm)):
+        positive = {"sampling rate": self.fs_hz, "shaft speed": self.rpm, "sensitivity": self.sensitivity_mv_per_g,
+                    "scale": self.scale, "pulses per revolution": self.pulses_per_rev,
+                    "tolerance of the speed": self.rpm_tolerance_pct}  # fmt: skip
+        for name, value in positive.items():
             if value is not None and not (math.isfinite(value) and value > 0):
                 raise ConfigurationError(f"{name} {value} must be a positive number.")
+        if self.rpm_tolerance_pct is not None and (self.rpm is None or self.rpm_tolerance_pct > MOST_TOLERANCE_PCT):
+            raise ConfigurationError(
+                f"a tolerance of {self.rpm_tolerance_pct:g} % belongs to a speed of --rpm and is at most "
+                f"{MOST_TOLERANCE_PCT:g} %; --rpm is {'not given' if self.rpm is None else f'{self.rpm:g}'}."
+            )
         if self.unit is not None and self.unit not in UNITS:
             raise ConfigurationError(f"unit {self.unit!r} is not known; known: {', '.join(UNITS)}.")
 
@@ -40,45 +68,132 @@ class RecordingSettings:
 
     def over(self, stored: RecordingSettings) -> RecordingSettings:
         """These settings, and the `stored` ones where these are not given."""
-        given = {key: value for key, value in dataclasses.asdict(self).items() if value is not None}
+        given = {key: value for key, value in vars(self).items() if value is not None}
+        if self.rpm is not None:  # a stored tolerance is that of the stored speed
+            given["rpm_tolerance_pct"] = self.rpm_tolerance_pct
         return dataclasses.replace(stored, **given)
 
 
 def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) -> Reading:
     """`reading` with the user's settings; `DataError` where the file has no such channel."""
     notes = list(reading.notes)
+    if settings.channel is not None:
+        notes.append(f"channel {printable(settings.channel)} chosen by the user")
+        reading = dataclasses.replace(reading, channel=_find_channel(path, reading, settings.channel), axes=None)
+    tacho = None if settings.tacho is None else _find_channel(path, reading, settings.tacho)
+    if tacho is not None and reading.channel is None and reading.axes is None:
+        others = [name for name in reading.vibrations if name != tacho]
+        reading = dataclasses.replace(reading, channel=others[0] if len(others) == 1 else None)
     if settings.fs_hz is not None:
         notes.append(f"sampling rate {settings.fs_hz:g} Hz given by the user")
         # the time base of the file's own speed signal is discarded with its rate
         reading = dataclasses.replace(reading, fs_hz=settings.fs_hz, speed_signal=None)
+    elif reading.fs_hz is None and reading.channel is not None:
+        reading = dataclasses.replace(reading, fs_hz=reading.channels[reading.channel].fs_hz)
+    pulses = None if tacho is None else reading.channels[tacho]
+    reading, said = _with_facts(_in_unit(path, reading, settings), settings)
     if settings.rpm is not None:
-        notes.append(f"shaft speed {settings.rpm:g} rpm given by the user")
-        speed = stated_speed(settings.rpm, USER_RPM_CI95)
+        speed, how = _given_speed(settings.rpm, settings.rpm_tolerance_pct, reading)
+        said.append(f"shaft speed {settings.rpm:g} rpm given by the user{how}")
         reading = dataclasses.replace(reading, speed=speed, speed_signal=None, speed_problem=None)
-    if settings.unit is not None:
-        notes.append(f"unit {settings.unit} given by the user")
-        channels = {key: dataclasses.replace(c, unit=settings.unit) for key, c in reading.channels.items()}
-        reading = dataclasses.replace(reading, channels=channels)
-    if settings.channel is not None:
-        notes.append(f"channel {printable(settings.channel)} chosen by the user")
-        reading = dataclasses.replace(reading, channel=_find_channel(path, reading, settings.channel), axes=None)
+    reading = dataclasses.replace(reading, notes=(*notes, *said))
+    if pulses is not None:
+        reading = with_tachometer(reading, pulses, pulses_per_rev=settings.pulses_per_rev, rpm=settings.rpm)
     against = reading.time.against(reading.fs_hz) if reading.time and reading.fs_hz else None
-    cautions = (*reading.cautions, *filter(None, (against,)))
-    return dataclasses.replace(reading, notes=tuple(notes), cautions=cautions)
+    return dataclasses.replace(reading, cautions=(*reading.cautions, *filter(None, (against,))))
+
+
+def _in_unit(path: Path, reading: Reading, settings: RecordingSettings) -> Reading:
+    """Unit, scale and sensitivity, for all channels that they fit."""
+    channels = {
+        name: dataclasses.replace(c, unit=settings.unit or c.unit, factor=settings.scale or c.factor)
+        for name, c in reading.channels.items()
+    }
+    if settings.sensitivity_mv_per_g is not None:
+        per_g = settings.sensitivity_mv_per_g
+        in_volt = {name for name, c in channels.items() if c.unit in VOLTAGES}
+        if not in_volt and all(c.unit is not None for c in channels.values()):
+            stated = ", ".join(sorted({c.unit or "" for c in channels.values()}))
+            raise DataError(
+                f"{path}: a sensitivity of {per_g:g} mV/g needs samples in V or mV; they are in {stated}. "
+                "Leave it out, or state --unit V or mV."
+            )
+        for name in in_volt:
+            c = channels[name]
+            factor = c.factor * UNITS[c.unit or ""][1] * MV_PER_V / per_g
+            channels[name] = dataclasses.replace(c, unit="g", factor=factor)
+    return dataclasses.replace(reading, channels=channels)
+
+
+def _with_facts(reading: Reading, settings: RecordingSettings) -> tuple[Reading, list[str]]:
+    """State, bearing and loads, and what is to be noted of all that was given."""
+    said = [
+        f"{name} {value} given by the user"
+        for name, value in (
+            ("unit", settings.unit),
+            ("scale", settings.scale),
+            ("sensitivity [mV/g]", settings.sensitivity_mv_per_g),
+            ("state", settings.state),
+            ("bearing", settings.bearing),
+            ("radial load [kN]", settings.radial_kn),
+            ("axial load [kN]", settings.axial_kn),
+        )
+        if value is not None
+    ]
+    cautions = tuple(
+        f"the file or its data set says {stated}, the user {given}: the user's is used"
+        for stated, given in {(c.state, settings.state) for c in reading.channels.values()}
+        if stated is not None and given not in (None, stated)
+    )
+    channels = {
+        name: dataclasses.replace(c, state=settings.state or c.state, bearing=settings.bearing or c.bearing)
+        for name, c in reading.channels.items()
+    }
+    changed = dataclasses.replace(
+        reading,
+        channels=channels,
+        radial_n=reading.radial_n if settings.radial_kn is None else settings.radial_kn * N_PER_KN,
+        axial_n=reading.axial_n if settings.axial_kn is None else settings.axial_kn * N_PER_KN,
+        cautions=(*reading.cautions, *cautions),
+    )
+    return changed, said
+
+
+def _given_speed(rpm: float, tolerance_pct: float | None, reading: Reading) -> tuple[ShaftSpeed, str]:
+    """The user's speed: a set point where a tolerance is given or it repeats the file's own, else a measured one."""
+    own = reading.speed
+    if tolerance_pct is not None:
+        return nominal_speed(rpm, tolerance_pct), f", a set point kept within {tolerance_pct:g} %"
+    if own is not None and own.source is SpeedSource.NOMINAL and abs(rpm - 60 * own.value_hz) < USER_RPM_CI95:
+        return own, f", the set point that the file states: kept within {100 * own.ci95_hz / own.value_hz:.2g} %"
+    return stated_speed(rpm, USER_RPM_CI95), ""
 
 
 def open_questions(reading: Reading) -> tuple[str, ...]:
     """What neither the file nor the user states, each with the choices and the option that decides it."""
-    questions = []
+    questions, names = [], reading.vibrations or tuple(reading.channels)
     if reading.channel is None and reading.axes is None:
-        questions.append(f"which of {len(reading.channels)} channels: --channel {' | '.join(_names(reading))}")
-    if reading.fs_hz is None:
+        questions.append(f"which of {len(names)} channels: --channel {' | '.join(_names(names))}")
+    main = [reading.channels[name] for name in ((reading.channel,) if reading.channel is not None else names)]
+    if reading.fs_hz is None and not all(c.fs_hz for c in main):
         because = f" ({reading.rate_problem})" if reading.rate_problem else ""
         questions.append(f"no sampling rate{because}: --fs HZ")
-    if any(c.unit is None for c in reading.channels.values()):
+    if any(c.unit is None for c in main):
         questions.append(f"no unit: --unit {' | '.join(u for u in UNITS if u.isascii() and '^' not in u)}")
     if reading.speed_problem is not None:
         questions.append(f"{reading.speed_problem} State the speed: --rpm R")
+    return tuple(questions)
+
+
+def open_for_analysis(reading: Reading) -> tuple[str, ...]:
+    """What a record can do without, but no analysis of it: the bearing and the speed."""
+    questions: list[str] = []
+    if reading.origin is Origin.MEASURED:
+        main: Channel = reading.channels[reading.channel or (reading.axes or tuple(reading.channels))[0]]
+        if main.bearing is None:
+            questions.append("no bearing: --bearing NAME | FILE.toml")
+        if reading.speed is None and reading.speed_problem is None:
+            questions.append("no shaft speed: --rpm R, or --tacho CHANNEL --pulses-per-rev N")
     return tuple(questions)
 
 
@@ -86,12 +201,12 @@ def _find_channel(path: Path, reading: Reading, wanted: str) -> str:
     for name, channel in reading.channels.items():
         if wanted in (name, channel.variable):
             return name
-    lower = [name for name in reading.channels if name.lower() == wanted.lower()]
+    lower = [name for name in reading.channels if wanted.lower() in (name.lower(), split_unit(name)[0].lower())]
     if len(lower) == 1:
         return lower[0]
-    raise DataError(f"{path}: no channel {printable(wanted)!r}; it has {', '.join(_names(reading))}.")
+    raise DataError(f"{path}: no channel {printable(wanted)!r}; it has {', '.join(_names(reading.channels))}.")
 
 
-def _names(reading: Reading) -> list[str]:
-    names = [printable(name) for name in reading.channels]
+def _names(channels: Iterable[str]) -> list[str]:
+    names = [printable(name) for name in channels]
     return names if len(names) <= NAMED_CHANNELS else [*names[:NAMED_CHANNELS], "..."]

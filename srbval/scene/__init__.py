@@ -13,9 +13,10 @@ from srbval.scene.parts import (
     Traction,
 )
 from srbval.scene.profile import LoadProfile, SpeedProfile
-from srbval.scene.read import load_scene, merge, paper_scene, scene_table
+from srbval.scene.read import load_scene, load_sensor_path, merge, paper_scene, scene_table
 from srbval.scene.rig_inputs import RigInput, rig_inputs
 from srbval.scene.scene import Scene, SolverSettings
+from srbval.scene.sensor_path import PathMode, SensorPath
 
 __all__ = [
     "Bodies",
@@ -27,13 +28,16 @@ __all__ = [
     "Load",
     "LoadPath",
     "LoadProfile",
+    "PathMode",
     "RigInput",
     "RollerFit",
     "Scene",
+    "SensorPath",
     "SolverSettings",
     "SpeedProfile",
     "Traction",
     "load_scene",
+    "load_sensor_path",
     "merge",
     "paper_scene",
     "rig_inputs",

@@ -7,20 +7,26 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from srbval.bearing import load_bearing
 from srbval.config.strict import build, read_toml
 from srbval.config.units import SI_SUFFIX
 from srbval.errors import ConfigurationError
 from srbval.scene.scene import MOST_DEFECTS, Scene
+from srbval.scene.sensor_path import SensorPath
+from srbval.scene.similar import IN_ITS_MACHINE, SAME, WITHOUT_DIMENSIONS, for_size, size_of
 
 PAPER = "paper"
 BUNDLED = (PAPER, "rig")  # the scenes that come with the package, each a file beside this one
 DRILL = "2 mm"  # section 3.2
+NO_PATH = "none"
+BUNDLED_PATHS = {"rig": "sensor_path_rig"}  # by name; `srbval identify` writes such files
 
 
 def paper_scene(**changes: Any) -> Scene:
     """The paper's scene (Table 4, 710 rpm, 124.8 kN), with `changes` laid over it.
 
-    `changes` are top-level keys of a scene file, e.g. ``defect={"kind": "outer"}``, ``duration="2 s"``.
+    `changes` are top-level keys of a scene file, e.g. ``defect={"kind": "outer"}``, ``duration="2 s"``. For another
+    `bearing` the values that they leave open go with its size, see `for_bearing`.
     """
     return _scene(changes, "scene")
 
@@ -31,7 +37,10 @@ def load_scene(path: str | Path, changes: Mapping[str, Any] | None = None) -> Sc
     Keys that it leaves out keep the paper's value, `changes` overrule it. Raises `DataError` for a missing file,
     `ConfigurationError` for an unknown name or key (with the nearest known one), a wrong unit or an impossible value.
     """
-    return _scene(merge(scene_table(path), changes or {}), str(path))
+    given = scene_table(path)
+    if str(path) in BUNDLED:  # a bundled scene is written for its bearing, a user's file for the user's
+        return _scene(changes or {}, str(path), merge(bundled_table(PAPER), given))
+    return _scene(merge(given, changes or {}), str(path))
 
 
 def scene_table(scene: str | Path, folder: str | Path = "") -> Mapping[str, Any]:
@@ -67,18 +76,59 @@ def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     return merged
 
 
-def _scene(table: Mapping[str, Any], where: str) -> Scene:
-    merged = merge(bundled_table(PAPER), table)
+def for_bearing(base: Mapping[str, Any], name: object) -> Mapping[str, Any]:
+    """The table `base`, written for the default bearing, with the values that a bearing of another size has.
+
+    Load, contact, housing, masses, defect and step go with its pitch diameter (see `similar`); balls and cylindrical
+    rollers stand as `IN_ITS_MACHINE` says. A bearing of which only orders are known has no size, and changes the model
+    alone. Raises what `load_bearing` raises.
+    """
+    if not isinstance(name, str) or name == base["bearing"]:
+        return base
+    bearing = load_bearing(name)
+    size = size_of(bearing)
+    if size is None:
+        return merge(base, WITHOUT_DIMENSIONS)
+    table = base if bearing.geometry is not None else merge(base, IN_ITS_MACHINE)
+    if bearing.geometry is not None and abs(size - 1) < SAME:
+        return base
+    return merge(table, for_size(build(Scene, table, "scene"), size, spherical=bearing.geometry is not None))
+
+
+def _scene(table: Mapping[str, Any], where: str, base: Mapping[str, Any] | None = None) -> Scene:
+    base = for_bearing(base or bundled_table(PAPER), table.get("bearing"))
+    merged = merge(base, table)
     further = merged.get("further_defects", [])
     if isinstance(further, list) and len(further) >= MOST_DEFECTS:
         raise ConfigurationError(f"{where}: {len(further)} further defects; the limit is {MOST_DEFECTS} defects.")
     if isinstance(further, list):  # each further defect, too, is laid over the paper's
         merged["further_defects"] = [
-            _with_extent(merge(bundled_table(PAPER)["defect"], d)) if isinstance(d, Mapping) else d for d in further
+            _with_extent(merge(base["defect"], d)) if isinstance(d, Mapping) else d for d in further
         ]
     if isinstance(merged.get("defect"), Mapping):
         merged["defect"] = _with_extent(merged["defect"])
+    if isinstance(merged.get("sensor_path"), str):
+        path = sensor_path_table(merged.pop("sensor_path"))
+        merged |= {} if path is None else {"sensor_path": path}
     return build(Scene, merged, where)
+
+
+def sensor_path_table(path: str) -> Mapping[str, Any] | None:
+    """The table of a path to the sensor: a bundled one by its name, or a file; None for ``"none"``."""
+    if path == NO_PATH:
+        return None
+    if path in BUNDLED_PATHS:
+        return bundled_table(BUNDLED_PATHS[path])
+    if not Path(path).suffix and path == Path(path).name:
+        known = ", ".join((NO_PATH, *BUNDLED_PATHS))
+        raise ConfigurationError(f"sensor_path {path!r} is not known; known: {known}. A file is meant by {path}.toml.")
+    return read_toml(Path(path))
+
+
+def load_sensor_path(path: str) -> SensorPath | None:
+    """A path to the sensor by name or from a file; raises what `load_scene` raises."""
+    table = sensor_path_table(path)
+    return None if table is None else build(SensorPath, table, path)
 
 
 def _with_extent(defect: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -12,11 +12,13 @@ from srbval.config.strict import quantity
 from srbval.errors import ConfigurationError
 from srbval.scene.parts import Bodies, Contact, Defect, Housing, LineContact, Load, not_negative, positive
 from srbval.scene.profile import LoadProfile, SpeedProfile
+from srbval.scene.sensor_path import SensorPath
 
 STEP_TOLERANCE = 1e-6  # how far an output interval may be from a whole number of steps, relative
 MOST_PER_OUTPUT = 100_000  # steps; within an output interval a run cannot be interrupted
 MOST_STEPS = 1e11  # of a run, settling included; a week of computing or more
 MOST_JITTER = 10.0  # passages out of all order
+MOST_CAGE_SLIP = 0.5
 MOST_DEFECTS = 20  # each with a table of its own, which takes seconds to make
 
 
@@ -44,7 +46,9 @@ class Scene:
     output interval must be a whole number of solver steps. `detail_rate_hz`, 0 for none, is that of the detailed
     outputs (spins, contact loads). A profile, where there is one, takes the place of the constant speed or load
     and must cover the recorded time; before it its first value holds. `slip_jitter`: random part of the spacing of two
-    passages of a defect, relative, for models whose slip is random.
+    passages of a defect, relative, for models whose slip is random; `cage_slip`: by how much the cage lags behind pure
+    rolling, relative, in models that prescribe its speed. `sensor_path`: what stands between ring and sensor, None for
+    nothing; no motion depends on it.
     """
 
     bearing: str
@@ -63,9 +67,11 @@ class Scene:
     bodies: Bodies
     defect: Defect
     solver: SolverSettings
+    cage_slip: float = 0.0
     further_defects: tuple[Defect, ...] = ()
     speed_profile: SpeedProfile | None = None
     load_profile: LoadProfile | None = None
+    sensor_path: SensorPath | None = None
 
     def __post_init__(self) -> None:
         positive(self, "shaft_speed_rad_s", "duration_s", "output_rate_hz")
@@ -77,6 +83,8 @@ class Scene:
                 f"slip_jitter = {self.slip_jitter:g}, {1 + len(self.further_defects)} defects: "
                 f"the limits are {MOST_JITTER:g} and {MOST_DEFECTS}."
             )
+        if not 0 <= self.cage_slip <= MOST_CAGE_SLIP:
+            raise ConfigurationError(f"cage_slip = {self.cage_slip:g} must be between 0 and {MOST_CAGE_SLIP:g}.")
         for profile in (self.speed_profile, self.load_profile):
             if profile is not None:
                 profile.check_covers(self.duration_s)

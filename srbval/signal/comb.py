@@ -111,7 +111,8 @@ def read_comb(
     inside = abs(result.found_hz - expected_hz) < half_window_hz
     return LineReading(
         found_hz=result.found_hz,
-        ci95_hz=min(result.ci95_hz, half_window_hz),
+        # No wider than to the window's far end; less would cut the interval of a line that is off its middle.
+        ci95_hz=min(result.ci95_hz, half_window_hz + abs(result.found_hz - expected_hz)),
         snr=tuple(snr.tolist()),
         noise_false_alarm=probability,
         half_window_hz=half_window_hz,

@@ -18,7 +18,7 @@ from srbval.arrays import ComplexArray, FloatArray
 # Points of the circle: enough for a line whose phase the whole record gives no better than to 0.03 rad.
 CIRCLE = 128
 # Jitters of the spacing of impacts, relative to it, each with prior weight one; and the prior weight of no jitter.
-JITTERS = np.geomspace(0.0005, 0.0128, 8)
+JITTERS = np.geomspace(0.0005, 0.0325, 10)
 STEADY_WEIGHT = 2.0
 # How far from the start the mean frequency is searched, in bins and in its own standard errors, and how finely.
 REACH_BINS, REACH_ERRORS = 1.5, 4.0

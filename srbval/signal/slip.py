@@ -32,7 +32,7 @@ WEAK_BLOCKS = 32
 # Power over noise that the strongest harmonic needs in a block for its phase to be tracked.
 BLOCK_SNR = 1.0
 # Largest jitter of the spacing of impacts that is tracked, relative to it.
-LARGEST_JITTER = 0.015
+LARGEST_JITTER = 0.035
 # Ratios of walk to noise, in the variance of the slope, and their prior weights.
 RATIOS = np.geomspace(0.05, 1e10, 93)
 WEIGHTS = (1 + RATIOS) ** -0.5

@@ -20,7 +20,7 @@ NOISE_STUDY, CAMPAIGN_SCALE = "noise_study", "campaign_scale"
 READING, SENSITIVITY = "reading", "sensitivity"
 HELD_OUT, RIG_INPUTS, RIG_BANDS = "held_out", "rig_inputs", "rig_bands"
 RIG_SPEED_ACCURACY, RIG_STABILITY = "rig_speed_accuracy", "rig_stability"
-OWN_VERDICTS, RECORD_VERDICTS = "own_verdicts", "record_verdicts"
+OWN_VERDICTS, RECORD_VERDICTS, DIAGNOSIS = "own_verdicts", "record_verdicts", "diagnosis"
 COMMAND = {
     SPEED_ACCURACY: "srbval bench",
     STABILITY: "srbval stability",
@@ -29,6 +29,7 @@ COMMAND = {
     READING: "python -m tests.calibrators.reading",
     SENSITIVITY: "srbval bench --sensitivity",
     RECORD_VERDICTS: "python -m tests.calibrators.record_verdicts",
+    DIAGNOSIS: "srbval bench --diagnosis",
     HELD_OUT: "python -m tests.calibrators.held_out",
     RIG_INPUTS: "python -m tests.calibrators.rig_inputs",
     RIG_BANDS: "python -m tests.calibrators.rig_bands",

@@ -1,36 +1,43 @@
 """`analyse`: one recording, measured or simulated, through the one pipeline to its fault lines."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from srbval.bearing import Bearing, Fault
+from srbval.bearing import Bearing, Fault, load_bearing
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings import Recording, ShaftSpeed
 from srbval.signal import BandFilter
 from srbval.validation.band_choice import BandChoice, auto_band, declared_band, sidak_corrected
 from srbval.validation.lines import Line
 from srbval.validation.pipeline import SQUARED_UNIT, Processed, choose_tracking, process, speed_of_record
-from srbval.validation.speed_search import search
+from srbval.validation.speed_search import OutsideFamily, Window, search
 from srbval.validation.sum_rule import Closure, closure_of
 from srbval.validation.verdict import verdict
+
+if TYPE_CHECKING:
+    import pandas
 
 # Shorter records do not resolve a line from the neighbouring harmonics of the shaft.
 LEAST_REVOLUTIONS = 8
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Analysis:
     """What was read from one recording.
 
     `processed` holds the arrays that figures need (signal, envelope, envelope spectrum); `lines` the
     bearing's lines, first harmonics from the joint fit; `search` says in which windows and at how many speeds they were
-    looked for; `verdict` is a sentence.
+    looked for, `windows` where each was; `outside` is a family that stands out just outside them, where none was found
+    inside; `verdict` says it all in sentences.
     """
 
     recording: Recording
     bearing: Bearing
     speed: ShaftSpeed
     search: str
+    windows: tuple[Window, ...]
+    outside: OutsideFamily | None
+    beyond_nominal_pct: float | None
     processed: Processed
     band: BandChoice
     lines: tuple[Line, ...]
@@ -48,6 +55,29 @@ class Analysis:
         """The first harmonic of a fault's line."""
         return self.line(fault.line or "")
 
+    def plot(self, *, healthy: "Analysis | None" = None) -> Any:
+        """A matplotlib figure: a stretch of the record with its envelope, and the envelope spectrum, lines marked.
+
+        `healthy`, analysed in the same band, is drawn dashed. Notebooks show what this returns; ``savefig`` writes it.
+        """
+        from srbval.validation.picture import analysis_picture
+
+        return analysis_picture(self, healthy)
+
+    def to_frame(self) -> "pandas.DataFrame":
+        """The lines as a pandas table, one row each."""
+        import pandas
+
+        return pandas.DataFrame([vars(line) | {"false_alarm": line.false_alarm} for line in self.lines])
+
+    def __repr__(self) -> str:
+        found = [line.name for line in self.lines if line.detected and line.harmonic == 1]
+        low, high = self.processed.band_hz
+        return (
+            f"<Analysis of {self.recording.name}: {60 * self.speed.value_hz:.5g} rpm, {low:g} to {high:g} Hz, "
+            f"{', '.join(found) or 'no line'} detected>"
+        )
+
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON: SI units, None where there is nothing to say; without the arrays."""
         return {
@@ -59,6 +89,8 @@ class Analysis:
             "band_hz": self.processed.band_hz,
             "band_choice": {"why": self.band.why, "trials": self.band.trials},
             "search": self.search,
+            "windows": self.windows,
+            "outside": self.outside,
             "resolution_hz": 1 / self.processed.seconds,
             "chain": {
                 "filter": self.processed.band_filter,
@@ -77,8 +109,9 @@ class Analysis:
                 "drift_hz": self.speed.drift_hz,
                 "spread_hz": self.speed.spread_hz,
                 "nominal_rpm": self.recording.nominal_rpm,
+                "beyond_nominal_pct": self.beyond_nominal_pct,
             },
-            "lines": self.lines,
+            "lines": [line.stated() for line in self.lines],
             "closure": self.closure,
             "verdict": self.verdict,
             "notes": self.recording.notes,
@@ -124,17 +157,34 @@ def analyse(
     _check_duration(processed, known_speed)
     found = search(processed, bearing, known_speed)
     lines = sidak_corrected(found.lines, speeds=found.tried, bands=band.trials)
+    outside = "" if found.outside is None else f" {found.outside.sentence}"
     return Analysis(
         recording=recording,
         bearing=bearing,
         band=band,
         speed=found.speed,
         search=found.description,
+        windows=found.windows(bearing),
+        outside=found.outside,
+        beyond_nominal_pct=found.beyond_nominal_pct,
         processed=processed,
         lines=lines,
         closure=closure_of(lines, bearing, found.speed),
-        verdict=verdict(lines, recording, found.speed),
+        verdict=verdict(lines, recording, found.speed) + outside,
     )
+
+
+def bearing_of(recording: Recording, given: str | None = None) -> Bearing:
+    """The bearing `given` by name or file, or else the one the recording names; `ConfigurationError` without either."""
+    if given is None and recording.own_bearing is not None:
+        return recording.own_bearing
+    name = given or recording.bearing
+    if name is None:
+        raise ConfigurationError(
+            f"{recording.name}: neither the file nor its data set names the bearing; give --bearing: a known one "
+            "(srbval bearing list) or a TOML file."
+        )
+    return load_bearing(name)
 
 
 def _check_duration(processed: Processed, speed: ShaftSpeed) -> None:

@@ -39,7 +39,8 @@ def declared_band(recording: Recording, band_hz: tuple[float, float] | None) -> 
     if recording.band_hz is not None:
         return BandChoice(band_hz=recording.band_hz, why="declared by the data set")
     simulated = recording.origin is Origin.SIMULATED
-    if simulated or recording.bearing == RIG_BEARING:
+    own = recording.dataset is None and recording.origin is Origin.MEASURED  # a like bearing in another machine
+    if simulated or (recording.bearing == RIG_BEARING and not own):
         return BandChoice(band_hz=SIMULATED_BAND_HZ if simulated else RIG_BAND_HZ, why="the paper's")
     raise ConfigurationError(
         f"{recording.name}: neither the file nor its data set states a demodulation band; give --band LO HI "

@@ -5,11 +5,13 @@ weaker line on a simple ratio of a stronger one is marked as explained by it: in
 BPFO lies within one per cent of twice BPFI.
 """
 
+import functools
 import itertools
 import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS, Bearing
@@ -18,7 +20,7 @@ from srbval.signal import LineReading, Periodogram, read_comb
 from srbval.signal.placebo import APART, fundamentals, rank_among_placebos
 from srbval.validation.identity import identity_probability
 
-# Half width of the search about the kinematic frequency, as a share of it: slip. Never wider, see `speed_search`.
+# What slip may add to the half width of the search about the kinematic frequency, as a share of it.
 SLIP_WINDOW = 0.01
 HARMONICS = 5
 # A peak less probably the line than this is taken for another's, and is nobody's baseline.
@@ -63,9 +65,17 @@ class Found:
         return self.reading.detected and self.explained_by is None
 
 
-def half_window_hz(frequency_hz: float, record: Periodogram) -> float:
+def window_share(speed: ShaftSpeed) -> float:
+    """Half width of the search window about a kinematic frequency, as a share of it: slip and the speed's interval.
+
+    That of a nominal speed widens no window: several speeds are tried instead, see `speed_search`.
+    """
+    return SLIP_WINDOW + (0.0 if speed.source is SpeedSource.NOMINAL else speed.ci95_hz / speed.value_hz)
+
+
+def half_window_hz(frequency_hz: float, record: Periodogram, share: float = SLIP_WINDOW) -> float:
     """Half width of the search window about a frequency [Hz], at least one bin."""
-    return max(SLIP_WINDOW * frequency_hz, record.bin_hz)
+    return max(share * frequency_hz, record.bin_hz)
 
 
 def highest_line_hz(bearing: Bearing, shaft_hz: float) -> float:
@@ -92,23 +102,28 @@ def families_of(bearing: Bearing, shaft_hz: float) -> tuple[Family, ...]:
     )
 
 
-def find_families(record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, scale: float = 1.0) -> dict[str, Found]:
+def find_families(
+    record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, scale: float = 1.0, rank_all: bool = True
+) -> dict[str, Found]:
     """Every family of `bearing` that `record`, a periodogram of the squared envelope, can show, by name.
 
     They are looked for about `scale` times kinematic; with a nominal speed the first detected line also settles the
     scale of the others, which stand there too but for slip. Each is ranked among meaningless combs of the record it
-    is read in. The cage line is read by itself: its harmonics coincide with every other line's.
+    is read in, without `rank_all` only those that noise does not explain: what is detected is the same. The cage line
+    is read by itself: its harmonics coincide with every other line's.
     """
     families = families_of(bearing, speed.value_hz)
     *waiting, cage = families
     block_s, settles = _BLOCK_REVOLUTIONS / speed.value_hz, speed.source is SpeedSource.NOMINAL
+    read_all = functools.partial(_fundamentals, block_s=block_s, share=window_share(speed))
     found: list[Found] = []
     bare = record
 
     def judged(family: Family, reading: LineReading, within: Periodogram, stronger: list[Found]) -> Found:
-        elsewhere = meaningless_hz(family, reading, within, families, speed, scale)
-        centre = scale * family.kinematic_hz
-        rank = rank_among_placebos(within, centre, reading.half_window_hz, len(reading.snr), elsewhere)
+        centre, rank = scale * family.kinematic_hz, None
+        if rank_all or reading.detected:
+            elsewhere = meaningless_hz(family, reading, within, families, speed, scale)
+            rank = rank_among_placebos(within, centre, reading.half_window_hz, len(reading.snr), elsewhere)
         reading = replace(reading, placebo_false_alarm=None if rank is None else rank.false_alarm)
         explained, identity = None, None
         if reading.detected:
@@ -124,7 +139,7 @@ def find_families(record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, s
             identity_probability=identity,
         )  # fmt: skip
 
-    read = _fundamentals(record, waiting, scale, block_s)
+    read = read_all(record, waiting, scale)
     while read:
         # Lines that noise does not explain first, the deepest modulation before all.
         strongest = max(read, key=lambda f: read[f].depth if read[f].detected else 0.0)
@@ -135,8 +150,8 @@ def find_families(record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, s
             record = _without(record, latest)
             if settles:
                 scale, settles = latest.reading.found_hz / strongest.kinematic_hz, False
-            read = _fundamentals(record, waiting, scale, block_s)
-    found += [judged(f, reading, bare, []) for f, reading in _fundamentals(bare, [cage], scale, block_s).items()]
+            read = read_all(record, waiting, scale)
+    found += [judged(f, reading, bare, []) for f, reading in read_all(bare, [cage], scale).items()]
     return {f.family.name: f for f in found}
 
 
@@ -153,25 +168,33 @@ def meaningless_hz(
     relative = reading.half_window_hz / centre
     highest = min(PLACEBO_REACH * centre, record.limit_hz / len(reading.snr) / (1 + relative))
     candidates = fundamentals(centre / PLACEBO_REACH, highest, relative)
+    return np.asarray(candidates[means_nothing(candidates, relative, families, speed, scale)])
+
+
+def means_nothing(
+    candidates_hz: FloatArray, relative: float, families: tuple[Family, ...], speed: ShaftSpeed, scale: float = 1.0
+) -> NDArray[np.bool_]:
+    """Which fundamentals [n], with windows of half width `relative`, mean nothing here: see `meaningless_hz`."""
     ratios = np.outer([f.kinematic_hz for f in families], [up / down for up, down in _RATIOS])
     sides = np.arange(-_OWN_SIDEBANDS, _OWN_SIDEBANDS + 1)
     sidebands = np.array([f.kinematic_hz + k * f.sideband_hz for f in families for k in sides])
-    meant = scale * np.concatenate((ratios.ravel(), sidebands[sidebands > 0]))
-    near = np.abs(candidates[:, None] / meant - 1).min(axis=1) < APART * relative
-    order = candidates / (scale * speed.value_hz)
+    meant = np.sort(scale * np.concatenate((ratios.ravel(), sidebands[sidebands > 0])))
+    above = np.clip(np.searchsorted(meant, candidates_hz), 1, meant.size - 1)
+    near = np.minimum(*(np.abs(candidates_hz / meant[above - side] - 1) for side in (0, 1))) < APART * relative
+    order = candidates_hz / (scale * speed.value_hz)
     near |= np.abs(order - np.rint(order)) < (APART * relative + speed.ci95_hz / speed.value_hz) * order
-    return np.asarray(candidates[~near])
+    return np.asarray(~near)
 
 
 def _fundamentals(
-    record: Periodogram, families: list[Family], scale: float, block_s: float
+    record: Periodogram, families: list[Family], scale: float, *, block_s: float, share: float
 ) -> dict[Family, LineReading]:
     """Those families that are in the record's reach, as read; wander is followed in blocks of `block_s`."""
     found = {}
     for family in families:
         centre = scale * family.kinematic_hz
         reading = read_comb(
-            record, centre, half_window_hz(centre, record),
+            record, centre, half_window_hz(centre, record, share),
             harmonics=HARMONICS, sideband_hz=family.sideband_hz, shortest_block_s=block_s,
         )  # fmt: skip
         if reading is not None:

@@ -22,6 +22,10 @@ CALLING_RATIO = 2.0
 # under the load cause it (varying compliance, Sunnersjo 1978, J. Sound Vib. 58, 363), not a train of impacts. The
 # healthy model at 997 rpm has 0.2 with a line half as deep as its mean, measured outer-race faults 0.48 and more.
 IMPACT_SECOND_HARMONIC = 1 / 3
+# Factor by which a healthy line's share of the mean may change from one speed or load to another: the largest of 15
+# changes, three lines in five bands, between the two healthy records of one rig at hand that differ in speed, and 1.96
+# times their scatter (tests/validation/test_baseline.py). One rig: another may need more.
+OTHER_CONDITIONS = 5.5
 
 
 class Basis(enum.StrEnum):
@@ -51,8 +55,12 @@ class FaultCall:
     baseline: str | None = None
 
 
-def call_fault(analysis: Analysis, baseline: Analysis | None = None) -> FaultCall:
+def call_fault(analysis: Analysis, baseline: Analysis | None = None, *, conditions: tuple[str, ...] = ()) -> FaultCall:
     """Compare `analysis` with `baseline`, the analysis of a healthy record in the same band.
+
+    `conditions` are those in which the healthy record was taken otherwise, in words: modulations are then compared as
+    depths, since levels rise with the speed, and the interval of their ratio is as much wider as `OTHER_CONDITIONS`
+    says.
 
     Modulations are compared in the squared envelope's own unit where both records state one, else as depths
     (share of the mean), since amplitudes of unknown scale cannot be compared. Without a baseline a line like a
@@ -68,7 +76,7 @@ def call_fault(analysis: Analysis, baseline: Analysis | None = None) -> FaultCal
     lines = detected_fault_lines(analysis.lines)
     if recording.state is Fault.HEALTHY:
         return _declared_healthy(analysis, lines)
-    return _alone(analysis, lines) if baseline is None else _compared(analysis, lines, baseline)
+    return _alone(analysis, lines) if baseline is None else _compared(analysis, lines, baseline, conditions)
 
 
 def is_fault_like(analysis: Analysis, line: Line) -> bool:
@@ -93,6 +101,16 @@ def _part(fault: Fault) -> str:
     return fault.label.replace(" ", "-")
 
 
+def _a_part(fault: Fault) -> str:
+    """The same with its article."""
+    return f"{'an' if fault.label[0] in 'aeiou' else 'a'} {_part(fault)}"
+
+
+def _short(ratio: float) -> str:
+    """Three digits, never with an exponent a reader has to work out."""
+    return f"{float(f'{ratio:.3g}'):,g}"
+
+
 def _declared_healthy(analysis: Analysis, lines: list[Line]) -> FaultCall:
     """Its lines are the baseline; a line like a fault's calls no fault either, but puts the label in doubt."""
     deepest = next((x for x in lines if is_fault_like(analysis, x)), None)
@@ -105,8 +123,8 @@ def _declared_healthy(analysis: Analysis, lines: list[Line]) -> FaultCall:
     state = _fault_of(deepest)
     return FaultCall(
         basis=Basis.DECLARED_HEALTHY,
-        sentence=f"Doubtful: the record is declared healthy, but its {deepest.name} line is like an "
-        f"{_part(state)} fault's. Check the label before using it as a baseline.",
+        sentence=f"Doubtful: the record is declared healthy, but its {deepest.name} line is like "
+        f"{_a_part(state)} fault's. Check the label before using it as a baseline.",
         indicated=state,
         line=deepest.name,
     )
@@ -115,7 +133,7 @@ def _declared_healthy(analysis: Analysis, lines: list[Line]) -> FaultCall:
 def _alone(analysis: Analysis, lines: list[Line]) -> FaultCall:
     deep = [x for x in lines if is_fault_like(analysis, x)]
     shown = _fault_of(deep[0]) if deep else None
-    points = f"The {deep[0].name} line points to an {_part(shown)} fault, but " if shown else ""
+    points = f"The {deep[0].name} line points to {_a_part(shown)} fault, but " if shown else ""
     sentence = (
         f"{points}no healthy record of this rig at the same speed and load is registered: "
         "a line alone cannot tell a fault from the healthy bearing's own lines."
@@ -128,10 +146,13 @@ def _alone(analysis: Analysis, lines: list[Line]) -> FaultCall:
     )
 
 
-def _compared(analysis: Analysis, lines: list[Line], baseline: Analysis) -> FaultCall:
+def _compared(analysis: Analysis, lines: list[Line], baseline: Analysis, conditions: tuple[str, ...] = ()) -> FaultCall:
     name = baseline.recording.name
-    scaled = analysis.recording.unit == baseline.recording.unit == "m/s2"
-    compared = [(x, *r) for x in lines if (r := _ratio(analysis, x, baseline, scaled))]
+    if conditions:
+        name += f" ({', '.join(conditions)}: comparable within a factor of {OTHER_CONDITIONS:g} only)"
+    scaled = not conditions and analysis.recording.unit == baseline.recording.unit == "m/s2"
+    further = math.log(OTHER_CONDITIONS) if conditions else 0.0
+    compared = [(x, *r) for x in lines if (r := _ratio(analysis, x, baseline, scaled, further))]
     risen = [(x, ratio, ci95) for x, ratio, ci95 in compared if ratio >= CALLING_RATIO and ci95[0] > 1]
     if not risen:
         return FaultCall(
@@ -142,12 +163,12 @@ def _compared(analysis: Analysis, lines: list[Line], baseline: Analysis) -> Faul
         )
     line, ratio, ci95 = risen[0]
     state = _fault_of(line)
-    others = [f"{x.name} {r:.3g} times" for x, r, _ in risen[1:]]
+    others = [f"{x.name} {_short(r)} times" for x, r, _ in risen[1:]]
     also = f" (also risen, less deep: {', '.join(others)})" if others else ""
     return FaultCall(
         basis=Basis.BASELINE,
-        sentence=f"Against the healthy record {name} the {line.name} line stands {ratio:.3g} times as high "
-        f"(95 %: {ci95[0]:.3g} to {ci95[1]:.3g}): {_part(state)} fault{also}.",
+        sentence=f"Against the healthy record {name} the {line.name} line stands {_short(ratio)} times as high "
+        f"(95 %: {_short(ci95[0])} to {_short(ci95[1])}): {_part(state)} fault{also}.",
         indicated=state,
         called=state,
         line=line.name,
@@ -158,9 +179,11 @@ def _compared(analysis: Analysis, lines: list[Line], baseline: Analysis) -> Faul
 
 
 def _ratio(
-    analysis: Analysis, line: Line, baseline: Analysis, scaled: bool
+    analysis: Analysis, line: Line, baseline: Analysis, scaled: bool, further: float = 0.0
 ) -> tuple[float, tuple[float, float]] | None:
     """Modulation of `line` over the baseline's with its 95 % interval; None where the baseline's is out of reach.
+
+    `further` is what widens that interval besides noise, of the ratio's logarithm.
 
     Where the baseline's peak is another's line, its own is unseen: it is taken as high as it could be, undetected.
     """
@@ -171,7 +194,8 @@ def _ratio(
     ours, theirs = _modulation(analysis, line, scaled), _modulation(baseline, before, scaled)
     if not theirs:
         return None
-    spread = NORMAL_95 * math.sqrt(sum(0.5 / max(x.snr or 0.0, 0.5) for x in (line, before)))
+    noise = NORMAL_95 * math.sqrt(sum(0.5 / max(x.snr or 0.0, 0.5) for x in (line, before)))
+    spread = math.hypot(noise, further)
     ratio = ours / theirs
     return ratio, (ratio * math.exp(-spread), ratio * math.exp(spread))
 

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.recordings import ShaftSpeed
 from srbval.signal import LEAST_SNR, LineReading, Periodogram, peak_snr, read_comb
-from srbval.validation.families import Family, Found, families_of, find_families, half_window_hz
+from srbval.validation.families import Family, Found, families_of, find_families, half_window_hz, window_share
 
 RACE_LINES = tuple(fault.line or "" for fault in RACE_DEFECTS)
 # Least power over noise of a comb's first harmonic, as a share of that of its second.
@@ -64,6 +64,13 @@ class Line:
         """The larger of the probabilities from noise alone and from the record's meaningless combs."""
         return None if self.noise_false_alarm is None else max(self.noise_false_alarm, self.placebo_false_alarm or 0.0)
 
+    def stated(self) -> "Line":
+        """The line as it is printed: an undetected one has no frequency, for some peak is always found."""
+        if self.detected:
+            return self
+        unsaid = ("found_hz", "ci95_hz", "deviation_pct", "deviation_ci95_pct", "sideband_hz", "sideband_ci95_hz")
+        return replace(self, **dict.fromkeys(unsaid))
+
     @property
     def detected_deviation_pct(self) -> float | None:
         """The deviation from kinematics where the line was detected [%]."""
@@ -87,20 +94,23 @@ def detected_fault_lines(lines: Iterable[Line]) -> list[Line]:
     return sorted(shown, key=lambda line: line.depth or 0.0, reverse=True)
 
 
-def read_lines(record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, scale: float = 1.0) -> tuple[Line, ...]:
+def read_lines(
+    record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, scale: float = 1.0, brief: bool = False
+) -> tuple[Line, ...]:
     """All lines of `bearing` in `record`, a periodogram of the squared envelope, about `scale` times kinematic.
 
-    A family that cannot be read (out of reach, hidden by the shaft) leaves one line without values.
+    A family that cannot be read (out of reach, hidden by the shaft) leaves one line without values. With `brief` only
+    first harmonics are read, and only those are ranked that noise does not explain: what is detected is the same.
     """
-    found = find_families(record, bearing, speed, scale=scale)
+    found = find_families(record, bearing, speed, scale=scale, rank_all=not brief)
     return tuple(
         line
         for family in families_of(bearing, speed.value_hz)
-        for line in _lines_of(family, found.get(family.name), speed)
+        for line in _lines_of(family, found.get(family.name), speed, brief)
     )
 
 
-def _lines_of(family: Family, found: Found | None, speed: ShaftSpeed) -> list[Line]:
+def _lines_of(family: Family, found: Found | None, speed: ShaftSpeed, brief: bool) -> list[Line]:
     first = Line(name=family.name, harmonic=1, kinematic_hz=family.kinematic_hz)
     if found is None:
         return [first]
@@ -113,6 +123,8 @@ def _lines_of(family: Family, found: Found | None, speed: ShaftSpeed) -> list[Li
     explained = found.explained_by or _second_harmonic_of_other(found, octaves["half_snr"])
     judged: dict[str, Any] = {"explained_by": explained, "identity_probability": found.identity_probability}
     first = replace(first, detected=found.detected and explained is None, **judged, **octaves)
+    if brief:
+        return [first]
     harmonics = [_read_one(found, speed, family.name, number) for number in range(2, len(found.reading.snr) + 1)]
     sides = [
         _read_one(found, speed, f"{family.name}{sign}{family.sideband_name}", 1, offset)
@@ -146,7 +158,7 @@ def _read_one(found: Found, speed: ShaftSpeed, name: str, number: int, offset_hz
         half = record.bin_hz + slip_hz + (speed.ci95_hz if offset_hz else 0.0)
     else:
         centre = found.scale * line.kinematic_hz
-        half = half_window_hz(centre, record)
+        half = half_window_hz(centre, record, window_share(speed))
     reading = read_comb(record, centre, half, harmonics=1, shortest_block_s=None)
     if reading is None:
         return line

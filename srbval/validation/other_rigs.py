@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from srbval.bearing import DEFECTS, Fault, load_bearing
+from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
 from srbval.errors import SrbvalError
-from srbval.recordings import Origin, ShaftSpeed
+from srbval.recordings import Origin, Recording, ShaftSpeed
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import (
     RIG_DATASETS,
@@ -112,13 +112,7 @@ def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...],
         if recording.bearing is None:
             return dataclasses.replace(record, refused="the set does not say the bearing's geometry or orders")
         analysis = analyse(recording, bearing=load_bearing(recording.bearing))
-        baseline = healthy_baseline(recording, others)
-        healthy = None
-        if baseline is not None:
-            key = baseline.file, analysis.bearing.name
-            healthy = baselines.get(key)
-            if healthy is None:
-                healthy = baselines[key] = analyse(load_entry(baseline), bearing=analysis.bearing)
+        healthy = baseline_of(recording, analysis.bearing, others, baselines)
     except SrbvalError as error:
         return dataclasses.replace(record, refused=str(error).removeprefix(f"{entry.file}: "))
     special = {r.note for r in dataset(name).records}
@@ -137,6 +131,19 @@ def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...],
         caution="; ".join(n for n in recording.notes if n in special),
         cautions=recording.cautions,
     )
+
+
+def baseline_of(
+    recording: Recording, bearing: Bearing, registered: Sequence[RegisteredRecording], read: Baselines
+) -> Analysis | None:
+    """The analysis of the healthy record that `recording` is compared with, if there is one; kept in `read`."""
+    entry = healthy_baseline(recording, tuple(registered))
+    if entry is None:
+        return None
+    key = entry.file, bearing.name
+    if key not in read:
+        read[key] = analyse(load_entry(entry), bearing=bearing)
+    return read[key]
 
 
 def _line(analysis: Analysis, state: Fault | None) -> Line:

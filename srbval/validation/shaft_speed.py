@@ -15,7 +15,13 @@ from srbval.validation.lines import Line, detected_fault_lines
 HARMONICS = 5  # of the fault line whose sidebands are used
 SIDEBANDS = 3  # shaft orders to either side of each
 SHAFT_HARMONICS = 4  # of the shaft itself, in the envelope
-LEAST_WINDOW = 0.02  # half width of the search about the nominal speed, as a share of it
+# Half width of the search about the nominal speed, as a share of it: set points of rigs turn out 6 % wrong.
+SEARCH_SHARE = 0.1
+# Every speed but the best is a placebo: the next best peak of the score may rise above the median score by no more than
+# this share of what the best does. Lines of other sources make up combs by chance, several about as good.
+RIVAL_SHARE = 0.5
+# Two speeds closer than this, in bins of the highest shaft order, are one.
+SAME_BINS = 2.0
 # -log p of one term counts no more than this: one strong line of another source must not outweigh all others.
 LARGEST_NEG_LOG_P = 30.0
 # Effective number of averaged bins of the local noise estimate, a median of some 65 bins.
@@ -48,16 +54,18 @@ class SpectralTerm(NamedTuple):
 def estimate_speed(record: Periodogram, lines: tuple[Line, ...], nominal: ShaftSpeed) -> ShaftSpeed | None:
     """Shaft speed read from `record`, the periodogram of a squared envelope, about a `nominal` one.
 
-    First the speed at which sidebands of the deepest detected fault line and harmonics of the shaft stand out
-    together most; then line and shaft jointly by least squares through the peaks of all terms that stand out,
-    the scatter about the fit widening the interval (Birge's ratio), and `ALLOWANCE` for what scatter does
-    not show. Cage slip moves the line and leaves the spacing of its sidebands alone: no kinematics is used.
-    None where noise would do as well, where fewer than four shaft terms show, or where the result is no more
-    certain than the nominal speed. A drift within the record is averaged, not followed.
+    First the speed, within `SEARCH_SHARE` of the nominal one whatever its interval, at which sidebands of the deepest
+    detected fault line and harmonics of the shaft stand out together most; then line and shaft jointly by least
+    squares through the peaks of all terms that stand out, the scatter about the fit widening the interval (Birge's
+    ratio), and `ALLOWANCE` for what scatter does not show. Cage slip moves the line and leaves the spacing of its
+    sidebands alone: no kinematics is used. None where noise would do as well or another speed nearly as well
+    (`RIVAL_SHARE`), where fewer than four shaft terms show, or where the result is no more certain than the nominal
+    speed. It may lie outside the nominal speed's interval: the caller says so. A drift within the record is averaged,
+    not followed.
     """
     bare = dataclasses.replace(record, masks_hz=np.empty((0, 2)))
     line = next((x.found_hz or 0.0 for x in detected_fault_lines(lines)), 0.0)
-    half = max(LEAST_WINDOW, nominal.ci95_hz / nominal.value_hz) * nominal.value_hz
+    half = max(SEARCH_SHARE, nominal.ci95_hz / nominal.value_hz) * nominal.value_hz
     start = _search(bare, line, nominal.value_hz, half)
     if start is None:
         return None
@@ -75,7 +83,7 @@ def _terms(line_hz: float) -> list[SpectralTerm]:
 
 
 def _search(record: Periodogram, line_hz: float, nominal_hz: float, half_hz: float) -> float | None:
-    """The speed in the window with the largest joint -log p of all terms; None where noise would reach as much."""
+    """The speed in the window with the largest joint -log p of all terms; None where noise or a rival reaches it."""
     from scipy.special import gammaincc
 
     speeds = np.arange(nominal_hz - half_hz, nominal_hz + half_hz, record.bin_hz / _GRID_PER_BIN)
@@ -94,6 +102,10 @@ def _search(record: Periodogram, line_hz: float, nominal_hz: float, half_hz: flo
         return None
     best = int(np.argmax(score))
     trials = max(1.0, 2 * half_hz / record.bin_hz * SIDEBANDS)  # independent speeds
+    rival = np.max(score, where=np.abs(speeds - speeds[best]) > SAME_BINS * record.bin_hz, initial=-np.inf)
+    usual = float(np.median(score))
+    if rival - usual > RIVAL_SHARE * (score[best] - usual):
+        return None
     return float(speeds[best]) if trials * gammaincc(used, float(score[best])) < FALSE_ALARM else None
 
 

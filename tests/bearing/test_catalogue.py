@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from srbval.bearing import known_bearings, load_bearing
+from srbval.bearing import find_bearings, known_bearings, load_bearing
 from srbval.errors import ConfigurationError, DataError
 
 GAP_M = 2e-5  # what Table 1's rounding leaves of the gap between the raceways
@@ -106,3 +106,34 @@ def test_a_bad_file_is_wrong_use(table: str, message: str, tmp_path: Path) -> No
     path.write_text(f"title = 'mine'\nsource = 'a drawing'\n{table}\n")
     with pytest.raises(ConfigurationError, match=message):
         load_bearing(path)
+
+
+SUM = 2e-3  # of the number of elements: multipliers printed with three digits
+CAGE = 1.3e-2  # of the cage's order: 0.40 is printed with two digits
+STEEPEST = 0.7  # cosine of the contact angle that the orders imply, 45 degrees
+
+
+@pytest.mark.parametrize("name", known_bearings())
+def test_the_orders_of_every_known_bearing_fit_each_other(name: str) -> None:
+    """What pure rolling makes of published numbers: an entry that was made up fails here."""
+    bearing = load_bearing(name)
+    orders, count = bearing.orders, bearing.rolling_elements
+    assert orders.bpfo + orders.bpfi == pytest.approx(count, rel=SUM)
+    assert orders.ftf * count == pytest.approx(orders.bpfo, rel=CAGE)
+    ratio = 1 - 2 * orders.bpfo / count
+    cosine = orders.bsf * 2 * ratio / (1 - ratio**2)  # bsf = D / (2 d) (1 - ratio^2), ratio = d cos / D
+    assert STEEPEST < cosine < 1 + CAGE
+    assert len(bearing.source) > 20
+
+
+def test_a_search_looks_at_every_word() -> None:
+    assert {b.name for b in find_bearings("222")} == {"skf-22240", "fag-22205", "skf-22228"}
+    assert [b.name for b in find_bearings("SKF deep cwru fan")] == ["skf-6203"]
+    assert find_bearings("no such bearing") == ()
+    assert len(find_bearings("")) == len(known_bearings())
+
+
+def test_a_published_list_of_orders_agrees_with_the_dimensions() -> None:
+    """MAFAULDA prints both: 2.998, 5.002, 1.871, 0.375."""
+    orders = load_bearing("mafaulda-ball").orders
+    assert (orders.bpfo, orders.bpfi, orders.bsf, orders.ftf) == pytest.approx((2.998, 5.002, 1.871, 0.375), abs=1e-3)

@@ -3,6 +3,10 @@
 Combs at meaningless orders of healthy records are ranked as a family would be: their ranks must be uniform. Whatever
 was chosen in the design, that is from how many fundamentals a placebo's lines come, is chosen again for each rig on the
 others alone. Then every record is read with and without the placebos' part in what counts as detected.
+
+The combs of one rig are not independent: a record holds some tens whose windows do not overlap. So beside a rig's
+distance from uniform stands what the same number of combs give by chance: ``--noise N`` prints it, from N white noises
+in the place of each record.
 """
 
 from __future__ import annotations
@@ -25,7 +29,7 @@ from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
 from srbval.errors import SrbvalError
 from srbval.recordings import Recording, load_recording
 from srbval.signal import Periodogram, comb, read_comb
-from srbval.signal.placebo import APART, ORDERS, PlaceboRank, rank_among_placebos
+from srbval.signal.placebo import APART, GRID, ORDERS, PlaceboRank, rank_among_placebos
 from srbval.validation import families as families_module
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.families import Family, families_of, half_window_hz, meaningless_hz
@@ -61,6 +65,7 @@ class Tried:
     placebo: tuple[float, ...]
     noise: float
     detected_before: bool
+    share: float  # of an independent comb: windows that do not overlap, over combs drawn
 
 
 def tried_combs(rig: str, analysis: Analysis, designs: Sequence[int], count: int) -> Iterator[Tried]:
@@ -85,8 +90,26 @@ def tried_combs(rig: str, analysis: Analysis, designs: Sequence[int], count: int
             if reading is None or math.isnan(placebo[0]):
                 continue
             yield Tried(
-                rig=rig, placebo=placebo, noise=reading.noise_false_alarm, detected_before=reading.detected
+                rig=rig, placebo=placebo, noise=reading.noise_false_alarm, detected_before=reading.detected,
+                share=min(1.0, pool.size / (2 * GRID * count)),
             )  # fmt: skip
+
+
+def as_noise(analysis: Analysis, seed: int) -> Analysis:
+    """The same with white noise in the place of its squared envelope: whatever is not uniform there is chance."""
+    squared = 3 + np.random.default_rng(seed).standard_normal(analysis.processed.squared.size)
+    return dataclasses.replace(analysis, processed=dataclasses.replace(analysis.processed, squared=squared))
+
+
+def by_chance(analyses: Sequence[tuple[str, Analysis]], repeats: int, count: int) -> Iterator[dict[str, object]]:
+    """Per rig the distance from uniform that noise gives, in `repeats` trials of `count` combs per family."""
+    for rig in dict.fromkeys(rig for rig, _ in analyses):
+        own = [analysis for name, analysis in analyses if name == rig]
+        distances = [
+            distance([t.placebo[0] for a in own for t in tried_combs(rig, as_noise(a, seed), (ORDERS,), count)])
+            for seed in range(repeats)
+        ]
+        yield {"rig": rig, "median": float(np.median(distances)), "highest": max(distances), "trials": repeats}
 
 
 def _rank(record: Periodogram, family: Family, relative: float, harmonics: int, pool: FloatArray, orders: int) -> float:
@@ -181,18 +204,25 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description="Are placebo probabilities uniform on healthy records?")
     parser.add_argument("-n", type=int, default=COMBS_PER_FAMILY, help="combs per family of each record")
+    parser.add_argument("--noise", metavar="N", type=int, help="print only what N noises per record give by chance")
     options = parser.parse_args()
     folder = Path(os.environ["SRBVAL_RECORDINGS"])
-    tried = [
-        one
-        for rig, recording, bearing in healthy(folder)
-        for one in tried_combs(rig, analyse(recording, bearing=bearing), DESIGNS, options.n)
-    ]
+    analyses = [(rig, analyse(recording, bearing=bearing)) for rig, recording, bearing in healthy(folder)]
+    if options.noise:
+        print_rows(list(by_chance(analyses, options.noise, options.n)))
+        return
+    tried = [one for rig, analysis in analyses for one in tried_combs(rig, analysis, DESIGNS, options.n)]
     print("# Probabilities of combs at meaningless orders")
     designs = [_row(f"{design} fundamentals", [t.placebo[n] for t in tried]) for n, design in enumerate(DESIGNS)]
     rigs = dict.fromkeys(t.rig for t in tried)
-    own = [_row(rig, [t.placebo[0] for t in tried if t.rig == rig]) for rig in rigs]
-    print_rows([_row("noise only", [t.noise for t in tried]), *designs, *own])
+    own = [
+        _row(rig, [t.placebo[0] for t in tried if t.rig == rig])
+        | {"independent": round(sum(t.share for t in tried if t.rig == rig))}
+        for rig in rigs
+    ]
+    print_rows([_row("noise only", [t.noise for t in tried]), *designs])
+    print("# By rig: combs that do not overlap, and 1.36 over their root, which chance exceeds one time in twenty")
+    print_rows([row | {"by chance": 1.36 / math.sqrt(float(str(row["independent"])))} for row in own])
     print("# Every rig by the design chosen on the others")
     folds = left_out(tried)
     print_rows(

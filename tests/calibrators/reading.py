@@ -1,6 +1,8 @@
 """How well a frequency is read: accuracy against the Cramer-Rao bound, false alarms, the signal chain, timings.
 
-``python -m tests.calibrators.reading`` stores the result in the user's cache, where the report finds it.
+``python -m tests.calibrators.reading`` stores the result in the user's cache, where the report finds it. Every piece
+of it is kept there too, so that an interrupted run goes on where it was. On a machine with other work to do
+``--timed-in reports/reading.json`` takes the wall times, which are not Monte-Carlo, from an earlier result and says so.
 """
 
 from __future__ import annotations
@@ -10,18 +12,22 @@ import contextlib
 import functools
 import multiprocessing
 import operator
+import re
+import sys
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
 from srbval.bench.machine import usable_cores
 from srbval.cli.measured import this_machine
 from srbval.progress import Progress, ProgressDisplay, silent
+from srbval.storage.content_store import ContentStore
 from srbval.storage.own_package import git_revision
 from srbval.storage.stored_result import COMMAND, READING, stamped, store_result
-from srbval.storage.strict_json import json_object
+from srbval.storage.strict_json import json_object, parse_json
+from tests.calibrators import reading_trials
 from tests.calibrators.reading_trials import (
     NOISES,
     Accuracy,
@@ -39,6 +45,7 @@ from tests.calibrators.signal_chain import ChainError, ChainTiming, chain_errors
 # Records a task is made of; each has a seed of its own, so that results do not depend on who does it.
 _TASK = 50
 _NOISE_SEED = 1_000_000
+STORE = ContentStore(kind="reading", computed_by="srbval.signal")
 
 Piece = TypeVar("Piece")
 
@@ -73,9 +80,13 @@ class ReadingBench:
 
 
 def run_reading_bench(
-    settings: ReadingSettings, *, seed: int = 0, jobs: int = 1, progress: Progress = silent
-) -> ReadingBench:
-    """Run all cells in `jobs` processes; deterministic except for the timings, which come first, with no other work."""
+    settings: ReadingSettings, *, seed: int = 0, jobs: int = 1, store: ContentStore | None = None,
+    progress: Progress = silent,
+) -> ReadingBench:  # fmt: skip
+    """Run all cells in `jobs` processes; deterministic except for the timings, which come first, with no other work.
+
+    Pieces found in `store` are not made again.
+    """
     timed = timings() if settings.timed else ()
     chains = chain_errors() if settings.timed else ()
     transforms = tuple(check_scalogram(name) for name in TRANSFORMS) if settings.timed else ()
@@ -85,6 +96,7 @@ def run_reading_bench(
         settings.trials,
         (seed, 0),
         jobs,
+        store,
         functools.partial(progress, "reading accuracy"),
     )
     noise = _in_pieces(
@@ -92,6 +104,7 @@ def run_reading_bench(
         settings.noise_records,
         (seed, _NOISE_SEED),
         jobs,
+        store,
         functools.partial(progress, "false alarms"),
     )
     return ReadingBench(
@@ -108,12 +121,13 @@ def _in_pieces(
     count: int,
     seed: tuple[int, int],
     jobs: int,
+    store: ContentStore | None,
     report: Callable[[float], None],
 ) -> list[list[Piece]]:
     """`count` results of each work, made in pieces of `_TASK`, each with a seed of its own: `seed` + work, piece."""
     sizes = [min(_TASK, count - done) for done in range(0, count, _TASK)]
     tasks = [
-        functools.partial(work, size, (seed[0], seed[1] + number, piece))
+        functools.partial(_kept, store, work, size, (seed[0], seed[1] + number, piece))
         for number, work in enumerate(works)
         for piece, size in enumerate(sizes)
     ]
@@ -127,21 +141,47 @@ def _in_pieces(
     return results
 
 
+def _kept(
+    store: ContentStore | None, work: Callable[[int, Sequence[int]], list[Piece]], size: int, seed: Sequence[int]
+) -> list[Piece]:
+    """A piece as it lies in `store`, which knows the code that reads; this name knows what the piece is made of."""
+    if store is None:
+        return work(size, seed)
+    name = f"{work} {size} {seed} {Path(reading_trials.__file__).read_text(encoding='utf-8')}"
+    name = re.sub(r" at 0x[0-9a-f]+", "", name)
+    found = store.load(name, lambda table: [tuple(row) for row in table["piece"]])
+    if found is None:
+        store.save(name, {"piece": work(size, seed)})
+        found = store.load(name, lambda table: [tuple(row) for row in table["piece"]])
+    assert found is not None, "just saved"
+    return found  # type: ignore[return-value]
+
+
 def main() -> None:
     """Measure, store and print."""
     parser = argparse.ArgumentParser(description="How well frequencies are read, by simulation, and the run time.")
     parser.add_argument("--quick", action="store_true", help="few records: a first impression, not for publication")
     parser.add_argument("--jobs", metavar="N", type=int, default=usable_cores(), help="processes (default: every core)")
+    parser.add_argument("-n", type=int, help="records per cell")
+    parser.add_argument("--noise", metavar="N", type=int, help="records of noise only, of each kind")
+    parser.add_argument("--timed-in", metavar="FILE", type=Path, help="take the wall times from this earlier result")
     parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="default: the user's cache, for a full run")
     options = parser.parse_args()
     revision = git_revision()  # at the beginning: measuring may take long
-    settings = QUICK_READING if options.quick else ReadingSettings()
+    settings, timed = QUICK_READING if options.quick else ReadingSettings(), {}
+    settings = replace(settings, trials=options.n or settings.trials)
+    settings = replace(settings, noise_records=options.noise or settings.noise_records)
+    if options.timed_in:
+        earlier = parse_json(options.timed_in.read_bytes())
+        timed = {key: earlier[key] for key in ("timings", "chains", "transforms")}
+        timed["timed_in"] = {key: earlier[key] for key in ("made_utc", "git_revision", "command", "machine")}
+        settings = replace(settings, timed=False)
     with ProgressDisplay() as progress:
-        result = run_reading_bench(settings, jobs=options.jobs, progress=progress)
+        result = run_reading_bench(settings, jobs=options.jobs, store=STORE, progress=progress)
     show(result)
     if options.output or not options.quick:
-        content = {"machine": this_machine()} | json_object(result)
-        command = COMMAND[READING] + (" --quick" if options.quick else "")
+        content = {"machine": this_machine()} | json_object(result) | timed
+        command = " ".join([COMMAND[READING], *sys.argv[1:]])
         print(store_result(stamped(READING, content, command=command, revision=revision), options.output))
 
 

@@ -23,7 +23,7 @@ def accelerations(amplitude: float, frequency_hz: float, angle_rad: float) -> np
 def levels_of(samples: np.ndarray, chunk: int) -> BandLevels:
     levels = BandLevels(fs_hz=FS_HZ)
     for first in range(0, len(samples), chunk):
-        levels.add(samples[first : first + chunk])
+        levels.add(along_sensor(samples[first : first + chunk]))
     return levels
 
 
@@ -55,6 +55,6 @@ def test_agrees_with_the_whole_record() -> None:
 
 def test_a_band_beyond_half_the_rate_has_no_level() -> None:
     levels = BandLevels(fs_hz=4096.0)
-    levels.add(np.ones((100, 3)))
+    levels.add(np.ones(100))
     assert math.isnan(levels.rms()["1400-2800"])
     assert not math.isnan(levels.rms()["500-1500"])

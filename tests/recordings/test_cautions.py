@@ -125,7 +125,7 @@ def test_analyse_and_data_show_cautions(tmp_path: Path, capsys: pytest.CaptureFi
     assert out.index("caution: clipped: ") < out.index("kinematic Hz")
     assert main([*analyse, "--json"]) == 0
     (said,) = json.loads(capsys.readouterr().out)["cautions"]
-    assert main(["data", "add", str(path), *options]) == 0
+    assert main(["data", "add", str(path), "--bearing", "skf-6205", *options]) == 0
     assert f"a.mat: caution: {said}" in capsys.readouterr().out
     assert main(["data", "list", "--json"]) == 0
     (entry,) = json.loads(capsys.readouterr().out)["recordings"]

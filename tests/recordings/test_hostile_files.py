@@ -49,7 +49,7 @@ def test_text_named_mat(tmp_path: Path) -> None:
 
 
 def test_binary_of_no_kind(tmp_path: Path) -> None:
-    (tmp_path / "a.mat").write_bytes(b"PK\x03\x04" + bytes(range(256)) * 4)
+    (tmp_path / "a.mat").write_bytes(b"XK\x03\x04" + bytes(range(256)) * 4)
     refused(tmp_path / "a.mat", "no known recording. Accepted: .*MATLAB")
 
 

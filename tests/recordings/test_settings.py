@@ -12,7 +12,7 @@ from scipy.io import savemat
 from srbval.bearing import Fault
 from srbval.cli import main
 from srbval.errors import ConfigurationError, DataError
-from srbval.recordings import RecordingSettings, load_recording
+from srbval.recordings import RecordingSettings, SpeedSource, load_recording
 from srbval.recordings.registry import FileStatus, add, load_entry, load_registered, rig_recordings, verify
 
 from . import files
@@ -41,7 +41,8 @@ def test_settled_once_and_kept(tmp_path: Path) -> None:
     path = two_columns(tmp_path / "two.npy")
     (open_,) = add(tmp_path).recordings
     assert "--channel data[1] | data[2]; no sampling rate: --fs HZ; no unit: --unit m/s2 |" in (open_.reason or "")
-    given = RecordingSettings(channel="data[2]", fs_hz=8000.0, unit="g")
+    assert "no bearing: --bearing NAME | FILE.toml; no shaft speed: --rpm R, or --tacho CHANNEL" in (open_.reason or "")
+    given = RecordingSettings(channel="data[2]", fs_hz=8000.0, unit="g", bearing="skf-6205", rpm=1500.0)
     (entry,) = add(path, settings=given).recordings
     assert (entry.status, entry.reason, entry.channel, entry.fs_hz) == (FileStatus.OK, None, "data[2]", 8000.0)
     for again in (add(tmp_path), verify()):
@@ -64,7 +65,8 @@ def test_later_options_go_over_kept_ones(tmp_path: Path) -> None:
 def test_option_that_one_file_of_a_folder_has_no_use_for(tmp_path: Path) -> None:
     two_columns(tmp_path / "two.npy")
     np.save(tmp_path / "one.npy", files.vibration())
-    found = add(tmp_path, settings=RecordingSettings(channel="data[2]", fs_hz=8000.0, unit="g")).recordings
+    given = {"fs_hz": 8000.0, "unit": "g", "bearing": "skf-6205", "rpm": 1500.0}
+    found = add(tmp_path, settings=RecordingSettings(channel="data[2]", **given)).recordings
     one, two = sorted(found, key=lambda r: r.file)
     assert (two.channel, two.reason) == ("data[2]", None)
     assert (one.status, one.channel, one.fs_hz) == (FileStatus.OK, "data", 8000.0)
@@ -100,7 +102,8 @@ def test_commands_share_the_options(tmp_path: Path, capsys: pytest.CaptureFixtur
     at_once = json.loads(capsys.readouterr().out)
     assert main(["data", "add", str(tmp_path), *given, "--json"]) == 0
     (entry,) = json.loads(capsys.readouterr().out)["recordings"]
-    assert entry["settings"] == {"channel": "right", "fs_hz": 8000.0, "unit": "g", "rpm": 1500.0}
+    stated = {key: value for key, value in entry["settings"].items() if value is not None}
+    assert stated == {"channel": "right", "fs_hz": 8000.0, "unit": "g", "rpm": 1500.0}
     assert main(analyse) == 0
     assert json.loads(capsys.readouterr().out)["lines"] == at_once["lines"]
 
@@ -112,3 +115,30 @@ def test_add_prints_how_to_settle(tmp_path: Path, capsys: pytest.CaptureFixture[
     out = capsys.readouterr().out
     assert "0.npy and 2 more: to be settled: which of 2 channels: --channel data[1] | data[2]" in out
     assert "`srbval data add FILE|DIR OPTIONS`" in out
+
+
+def test_a_set_point_is_not_a_measured_speed(tmp_path: Path) -> None:
+    path = tmp_path / "one.npy"
+    np.save(path, files.vibration(seed=0))
+    given = {"fs_hz": 8000.0, "unit": "g", "rpm": 1500.0}
+    measured, nominal = load_recording(path, **given), load_recording(path, **given, rpm_tolerance_pct=2.0)
+    assert (measured.speed.source, measured.speed.ci95_hz) == (SpeedSource.STATED, 1 / 60)
+    assert (nominal.speed.source, nominal.speed.ci95_hz) == (SpeedSource.NOMINAL, 0.5)
+    assert "set point kept within 2 %" in " ".join(nominal.notes)
+    add(path, settings=RecordingSettings(fs_hz=8000.0, unit="g", rpm=1500.0, rpm_tolerance_pct=2.0))
+    assert load_registered(path).speed == nominal.speed
+    again = load_registered(path, RecordingSettings(rpm=1490.0))
+    assert again.speed.source is SpeedSource.STATED  # the kept tolerance was that of the kept speed
+
+
+@pytest.mark.parametrize("wrong", [{"rpm_tolerance_pct": 1.0}, {"rpm": 1500.0, "rpm_tolerance_pct": 11.0}])
+def test_a_tolerance_needs_its_speed_and_has_a_limit(wrong: dict[str, float]) -> None:
+    with pytest.raises(ConfigurationError, match=r"--rpm.*at most 10 %"):
+        RecordingSettings(**wrong)
+
+
+@pytest.mark.recordings
+def test_the_file_s_own_set_point_given_again_stays_one(recordings_dir: Path) -> None:
+    path = recordings_dir / "mfpt" / "InnerRaceFault_vload_1.mat"
+    assert load_recording(path, rpm=1500.0).speed == load_recording(path).speed
+    assert load_recording(path, rpm=1484.4).speed.source is SpeedSource.STATED

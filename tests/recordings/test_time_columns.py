@@ -158,7 +158,7 @@ def test_what_is_left_out_is_said(tmp_path: Path) -> None:
     notes = load(tmp_path, {"fs": 8000.0, "short": np.arange(100.0), "no": np.arange(1, N + 1)}).notes
     assert "left out, no signal of 256 samples or more: short (100, 1), no (4096, 1)" in notes
     notes = load(tmp_path, {"fs": 8000.0, "y": files.vibration(300)}, channel="x").notes
-    assert "left out, of another length or unit: y" in notes
+    assert "left out, of another length, rate or unit: y" in notes
     (entry,) = add(tmp_path).recordings
     assert entry.channels == ("x", "y")
 

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from srbval.figures.acceleration import acceleration_panel
+from srbval.figures.spectrum import envelope_spectrum_panel, fault_cursors
 from srbval.main_job import MadeReport, make_report
 from srbval.report import (
     Badge,
@@ -27,8 +29,6 @@ from srbval.report import (
     VerdictBox,
     literal,
 )
-from srbval.report.figures.acceleration import acceleration_panel
-from srbval.report.figures.spectrum import envelope_spectrum_panel, fault_cursors
 
 from .whole import SECONDS, HostileReport, hostile_file, write_hostile
 

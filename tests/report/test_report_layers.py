@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from .whole import HostileReport
 
-OWN_ROOMS = {"report", "errors", "storage", "progress", "bearing", "scene"}  # their functions draw, word or describe
+OWN_ROOMS = {
+    "report",
+    "figures",
+    "errors",
+    "storage",
+    "progress",
+    "bearing",
+    "scene",
+}  # their functions draw, word or describe
 
 
 def test_nothing_is_computed_while_the_report_is_drawn(hostile_report: HostileReport) -> None:

@@ -16,7 +16,6 @@ import srbval
 from srbval.bearing import Fault
 from srbval.evidence.bands import RecordKurtogram
 from srbval.evidence.evidence import Evidence
-from srbval.evidence.shown_records import ShownRecord
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import FileStatus, RegisteredRecording
 from srbval.report import Report
@@ -24,6 +23,7 @@ from srbval.report.content.assemble import assemble
 from srbval.report.write import write_report
 from srbval.validation.analyse import Analysis
 from srbval.validation.other_rigs import OtherRecord
+from srbval.validation.shown_record import ShownRecord
 
 PACKAGE = Path(srbval.__file__).parent
 Record = TypeVar("Record", ShownRecord, RecordKurtogram)

@@ -16,13 +16,14 @@ import tomllib
 import types
 import typing
 import warnings
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from srbval.bearing import load_bearing
-from srbval.bearing.catalogue import known_bearings
+from srbval.bearing.catalogue import catalogue_rows, known_bearings
 from srbval.bench.child import peak_bytes
 from srbval.campaign.planning import final_scene, plan_cases
 from srbval.campaign.sampling import MOST_CASES, points_in
@@ -153,7 +154,8 @@ def defect(rng: np.random.Generator, pointwise: bool) -> dict[str, Any]:
 def bearing_table(rng: np.random.Generator) -> dict[str, Any]:
     """A bearing file with hostile values, of each of the three kinds."""
     name = known_bearings()[rng.integers(len(known_bearings()))] if rng.random() < 0.5 else "skf-22240"
-    table = tomllib.loads((KNOWN / f"{name}.toml").read_text())
+    row = catalogue_rows().get(name)
+    table = tomllib.loads((KNOWN / f"{name}.toml").read_text()) if row is None else deepcopy(dict(row))
     part = next(v for v in table.values() if isinstance(v, dict))
     if "raceway_radius" in part and rng.random() < 0.5:  # one that fits together, of any size and angle
         scale, tilt = 10 ** rng.uniform(-9, 2.5), rng.uniform(1e-6, 0.78)

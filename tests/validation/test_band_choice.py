@@ -76,7 +76,10 @@ def test_a_band_given_and_one_chosen_are_refused_together():
 def test_who_chose_the_band_is_said():
     assert declared_band(OUTER, None).why == "declared by the data set"
     assert declared_band(OUTER, (1000.0, 2000.0)).why == "given"
-    assert declared_band(dataclasses.replace(OUTER, band_hz=None, bearing="skf-22240"), None).why == "the paper's"
+    rig = dataclasses.replace(OUTER, band_hz=None, bearing="skf-22240", dataset="torino-full")
+    assert declared_band(rig, None).why == "the paper's"
+    with pytest.raises(ConfigurationError, match="--band LO HI"):  # the same bearing in another machine
+        declared_band(dataclasses.replace(rig, dataset=None), None)
 
 
 def test_each_side_is_read_in_the_other_s_band():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from pathlib import Path
 
@@ -68,6 +69,27 @@ def test_noise_gives_no_speed() -> None:
     for seed in range(2):
         result = analyse(record(shaft_hz=25.0, seed=seed, fault=False), bearing=BEARING)
         assert result.speed.source is SpeedSource.NOMINAL
+
+
+def test_speed_far_from_the_set_point_is_found_and_said() -> None:
+    result = analyse(record(shaft_hz=26.5), bearing=BEARING)
+    assert result.speed.source is SpeedSource.ESTIMATED
+    assert result.speed.value_hz == pytest.approx(26.5, rel=TOLERANCE)
+    assert result.beyond_nominal_pct == pytest.approx(6.0, abs=0.1)
+    assert "outside its interval" in result.search
+    assert analyse(record(shaft_hz=25.1), bearing=BEARING).beyond_nominal_pct is None
+
+
+@pytest.mark.parametrize("orders", [(1, 2), (1, 2, 3, 4)])
+def test_another_shaft_s_harmonics_never_make_a_wrong_speed_sure(orders: tuple[int, ...]) -> None:
+    """A second machine near the set point modulates the same band as the sidebands at the true speed, 6 % away."""
+    true = record(shaft_hz=26.5)
+    time = np.arange(true.channels["x"].size) / FS_HZ
+    carrier = np.random.default_rng(9).standard_normal(time.size)
+    other = sum(np.cos(2 * np.pi * k * 24.87 * time) for k in orders)
+    mixed = dataclasses.replace(true, channels={"x": true.channels["x"] + 0.1 * (1 + other) * carrier})
+    speed = analyse(mixed, bearing=BEARING).speed
+    assert speed.source is SpeedSource.NOMINAL or abs(speed.value_hz - 26.5) <= speed.ci95_hz
 
 
 @pytest.mark.slow

@@ -10,6 +10,7 @@ import pytest
 
 from srbval.recordings import SpeedSource
 from srbval.recordings.speed import nominal_speed
+from srbval.storage.strict_json import json_object
 from srbval.validation import speed_search
 from srbval.validation.analyse import analyse
 from srbval.validation.families import SLIP_WINDOW
@@ -69,3 +70,38 @@ def test_windows_cover_the_interval_and_no_more(pct: float, count: int) -> None:
     assert len(scales) == count
     assert max(scales) + SLIP_WINDOW >= 1 + pct / 100 - 1e-9
     assert max(scales) < 1 + pct / 100 + 1e-9
+
+
+def test_family_just_outside_is_named_and_not_read() -> None:
+    """The same line once more: the user is told what speed it would mean."""
+    recording = outer_race(NOMINAL_HZ * 1.024)
+    measured = dataclasses.replace(recording.speed, source=SpeedSource.STATED, ci95_hz=0.02)
+    result = analyse(recording, bearing=BEARING, speed=measured)
+    assert result.outside.name == "BPFO"
+    assert result.outside.off_pct == pytest.approx(2.4, abs=LINE_PCT)
+    assert 60 * result.outside.shaft_hz == pytest.approx(1536, abs=1)
+    assert "1536." in result.verdict
+    assert not result.line("BPFO").detected
+    document = json_object(result)
+    assert document["outside"]["name"] == "BPFO"
+    line = next(x for x in document["lines"] if (x["name"], x["harmonic"]) == ("BPFO", 1))
+    assert (line["found_hz"], line["ci95_hz"], line["deviation_pct"], line["detected"]) == (None, None, None, False)
+    assert line["snr"] > 0
+
+
+def test_nothing_is_named_in_noise_or_beside_a_line_that_was_found() -> None:
+    speed = dataclasses.replace(nominal_speed(1500.0, 0.1), source=SpeedSource.STATED)
+    assert analyse(outer_race(NOMINAL_HZ), bearing=BEARING, speed=speed).outside is None
+    for seed in range(3):
+        noise = record(shaft_hz=NOMINAL_HZ, fault=False, seed=seed)
+        assert analyse(noise, bearing=BEARING, speed=speed).outside is None
+
+
+def test_windows_follow_from_slip_speed_and_geometry() -> None:
+    noise = record(shaft_hz=NOMINAL_HZ, fault=False)
+    stated = dataclasses.replace(nominal_speed(1500.0, 0.3), source=SpeedSource.STATED)
+    for speed, half in ((stated, SLIP_WINDOW + 0.003), (nominal_speed(1500.0, 1.5), 2 * SLIP_WINDOW)):
+        windows = {w.name: w for w in analyse(noise, bearing=BEARING, speed=speed).windows}
+        middle = BEARING.orders.bpfo * NOMINAL_HZ
+        low, high = windows["BPFO"].low_hz / middle, windows["BPFO"].high_hz / middle
+        assert (low, high) == pytest.approx((1 - half, 1 + half), abs=1e-3)

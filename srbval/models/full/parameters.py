@@ -180,7 +180,10 @@ def state_layout(model: Parameters) -> StateLayout:
 def geometry_of(bearing: Bearing, model: str = "full") -> SphericalRollerGeometry:
     """The bearing's geometry; `ConfigurationError` for a bearing without one."""
     if bearing.geometry is None:
-        raise ConfigurationError(f"bearing {bearing.name!r} has no [geometry]; the {model} model cannot run it.")
+        instead = "impulse or kinematic" if bearing.elements is None else "planar, impulse or kinematic"
+        raise ConfigurationError(
+            f"bearing {bearing.name!r} has no [geometry]; the {model} model cannot run it: use --model {instead}."
+        )
     return bearing.geometry
 
 

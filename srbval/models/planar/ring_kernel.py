@@ -33,6 +33,7 @@ class Ring(NamedTuple):
     direction_x: float
     direction_y: float
     rollers: int
+    rows: float
     plain: FloatArray
     plain_start: float
     plain_step: float
@@ -58,7 +59,7 @@ class Motion(NamedTuple):
 def push(y, cage, shaft, spun, ring):
     """Force of all rollers on the ring, x and y [N], and the deepest penetration [m].
 
-    Both rows stand at the same angles and press alike; a defect adds to one roller's force. `cage`, `shaft`, `spun`:
+    All rows stand at the same angles and press alike; a defect adds to one roller's force. `cage`, `shaft`, `spun`:
     see `Motion`.
     """
     plain, defects, bumps = ring.plain, ring.defects, ring.bumps
@@ -77,7 +78,7 @@ def push(y, cage, shaft, spun, ring):
         force = (1.0 - w) * plain[FORCE, k] + w * plain[FORCE, k + 1]
         damper = (1.0 - w) * plain[DAMPER, k] + w * plain[DAMPER, k + 1]
         force -= damper * (y[V_X] * c + y[V_Y] * s)
-        force = 2.0 * max(force, 0.0)
+        force = ring.rows * max(force, 0.0)
         for j in range(defects.shape[0]):
             kind = int(defects[j, KIND])
             if kind < ROLLER_ON_OUTER:

@@ -15,14 +15,17 @@ from srbval.models.full.parameters import STANDARD_GRAVITY, geometry_of
 from srbval.models.kernel_cache import precompile
 from srbval.models.outputs import Outputs
 from srbval.models.planar import ring_kernel
+from srbval.models.planar.elements import element_slot, fullest_n
 from srbval.models.planar.ring_kernel import STATE, Motion, Ring, advance_ring
-from srbval.models.planar.statics import DEFECT_STEP_M, Plain, bump_table, make_slot, plain_table
+from srbval.models.planar.statics import Plain, Pressed, bump_table, make_slot, plain_table
 from srbval.models.prescribed import Prescribed, refuse_axial
 from srbval.models.run_statistics import RunStatistics
 from srbval.models.simulate import chunks
 from srbval.scene import LoadPath, Scene
 
 LONGEST_STEP_S = 1 / 40_000  # a fifth of a radian of the ring's highest mode, 40 steps over the shortest bump
+RADIANS, STEPS_OF_PASSAGE = 0.2, 40  # the same of other bearings, whose modes are higher and defects shorter
+SPEEDS = 50  # times at which the fastest passage is looked for
 KINDS = {
     (Fault.OUTER, 0): ring_kernel.ON_OUTER,
     (Fault.INNER, 1): ring_kernel.ON_INNER,
@@ -38,12 +41,16 @@ BALANCED_N = 1e-3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanarRing:
-    """The ring as the `kernel` reads it; `defect_of`: which defect of the scene each of its `defects` is."""
+    """The ring as the `kernel` reads it; `defect_of`: which defect of the scene each of its `defects` is.
+
+    `own_step`: the integration's step follows the ring and the defects instead of being `LONGEST_STEP_S`.
+    """
 
     scene: Scene
     motion: Prescribed
     plain: Plain
     defect_of: tuple[int, ...]
+    own_step: bool
     kernel: Ring
 
     def sweep_m_s(self, table: int, time_s: FloatArray) -> FloatArray:
@@ -60,11 +67,18 @@ class PlanarRing:
         return np.abs(turned) * self.kernel.defects[table, ring_kernel.RACE_RADIUS] / (2 * step)
 
     def undamaged_force_n(self, ring_m: FloatArray, cage_rad: float = 0.0) -> FloatArray:
-        """Force of both rows on the ring displaced by `ring_m`, [2], without defects."""
+        """Force of all rows on the ring displaced by `ring_m`, [2], without defects."""
         angle = cage_rad + np.arange(self.kernel.rollers) * 2 * np.pi / self.kernel.rollers
         outwards = np.array([np.cos(angle), np.sin(angle)])
-        force: FloatArray = 2 * outwards @ self.plain.force_n(-ring_m @ outwards)
+        force: FloatArray = self.kernel.rows * outwards @ self.plain.force_n(-ring_m @ outwards)
         return force
+
+    def stiffness_n_m(self, ring_m: FloatArray) -> FloatArray:
+        """Of undamaged rollers and housing at a displacement of the ring, [2, 2], symmetric."""
+        here = self.undamaged_force_n(ring_m)
+        contact = -np.array([self.undamaged_force_n(ring_m + NUDGE_M * axis) - here for axis in np.eye(2)]) / NUDGE_M
+        whole: FloatArray = self.kernel.stiffness * np.eye(2) + (contact + contact.T) / 2
+        return whole
 
     def balance_m(self) -> FloatArray:
         """Ring displacement, [2], at which load, housing and undamaged rollers balance at time zero."""
@@ -84,36 +98,91 @@ class PlanarRing:
         return ring
 
 
-def make_ring(stats: RunStatistics) -> PlanarRing:
-    """The scene's planar ring; `ConfigurationError` for an axial load or a bearing without geometry."""
-    scene = stats.scene
-    refuse_axial(scene)
+@dataclass(frozen=True, kw_only=True)
+class _Inside:
+    """What the ring stands on: an element in its slot, how many of how thick, and the mass of the ring itself."""
+
+    slot: Pressed
+    plain: Plain
+    rollers: int
+    rows: int
+    element_radius_m: float
+    ring_kg: float
+
+
+def _inside(stats: RunStatistics) -> _Inside:
+    """Of a spherical roller bearing, or of any other whose dimensions are known; `ConfigurationError` for the rest."""
+    scene, elements = stats.scene, stats.bearing.elements
+    if stats.bearing.geometry is None and elements is not None:
+        made = element_slot(scene, elements)
+        highest = sum(max(0.0, d.height_m) for d in scene.defects)
+        return _Inside(
+            slot=made, plain=plain_table(made, highest, made.deepest_m(fullest_n(scene, elements))),
+            rollers=elements.rolling_elements, rows=elements.rows, element_radius_m=elements.element_diameter_m / 2,
+            ring_kg=0.0,
+        )  # fmt: skip
     geometry = geometry_of(stats.bearing, scene.model)
     slot = make_slot(scene, geometry)
-    plain = plain_table(slot, sum(abs(d.height_m) for d in scene.defects))
+    return _Inside(
+        slot=slot, plain=plain_table(slot, sum(abs(d.height_m) for d in scene.defects)),
+        rollers=geometry.rollers_per_row, rows=2,
+        element_radius_m=slot.excess_m[0] + geometry.raceway_radius_m - geometry.roller_centre_distance_m,
+        ring_kg=outer_ring_mass_kg(geometry, scene.bodies.density_kg_m3),
+    )  # fmt: skip
+
+
+def make_ring(stats: RunStatistics) -> PlanarRing:
+    """The scene's planar ring; `ConfigurationError` for an axial load or a bearing without dimensions."""
+    scene = stats.scene
+    refuse_axial(scene)
+    inside = _inside(stats)
+    plain = inside.plain
     rows, bumps, owners = [], [], []
     for number, defect in enumerate(scene.defects):
         for race in [race for kind, race in KINDS if kind is defect.kind]:
-            bump, position_step_m = bump_table(slot, plain, defect, race)
+            on = inside.slot.on_race(defect, race, plain.deepest_m)
+            bump, position_step_m = bump_table(inside.slot, plain, on)
             fixed = defect.angle_rad + (0.0 if defect.kind is Fault.ROLLER else scene.load.zone_rad)
-            radius = slot.excess_m[0] + geometry.raceway_radius_m - geometry.roller_centre_distance_m
-            race_radius = slot.patches[race][defect.circle - 1].race_radius_m
-            rows.append([KINDS[defect.kind, race], fixed, defect.roller - 1, race_radius, position_step_m, radius])
+            rows.append([KINDS[defect.kind, race], fixed, defect.roller - 1, on.race_radius_m, position_step_m,
+                         inside.element_radius_m])  # fmt: skip
             bumps.append(bump)
             owners.append(number)
     motion = Prescribed(scene=scene, orders=stats.bearing.orders)
-    mass = outer_ring_mass_kg(geometry, scene.bodies.density_kg_m3) + scene.housing.mass_kg
+    mass = inside.ring_kg + scene.housing.mass_kg
     kernel = Ring(
         mass=mass,
         stiffness=scene.housing.stiffness_n_m if scene.load.path is LoadPath.HOUSING else 0.0,
         damping=scene.housing.damping_ns_m,
         weight=-mass * STANDARD_GRAVITY if scene.load.gravity else 0.0,
-        direction_x=motion.direction[0], direction_y=motion.direction[1], rollers=geometry.rollers_per_row,
+        direction_x=motion.direction[0], direction_y=motion.direction[1], rollers=inside.rollers,
+        rows=float(inside.rows),
         plain=plain.values, plain_start=plain.start_m, plain_step=plain.step_m,
         defects=np.array(rows, dtype=np.float64).reshape(-1, ring_kernel.DEFECT_COLUMNS),
-        bumps=np.array(bumps) if bumps else np.zeros((0, 2, 2)), bump_start=plain.start_m, bump_step=DEFECT_STEP_M,
+        bumps=np.array(bumps) if bumps else np.zeros((0, 2, 2)), bump_start=plain.start_m, bump_step=plain.bump_step_m,
     )  # fmt: skip
-    return PlanarRing(scene=scene, motion=motion, plain=plain, defect_of=tuple(owners), kernel=kernel)
+    return PlanarRing(
+        scene=scene,
+        motion=motion,
+        plain=plain,
+        defect_of=tuple(owners),
+        own_step=stats.bearing.geometry is None,
+        kernel=kernel,
+    )
+
+
+def _longest_step_s(ring: PlanarRing, balance_m: FloatArray) -> float:
+    """A fifth of a radian of the ring's highest mode at its balance, and a part of the fastest passage of a defect."""
+    if not ring.own_step:
+        return LONGEST_STEP_S
+    softest = np.finfo(float).tiny
+    mode = math.sqrt(max(float(np.linalg.eigvalsh(ring.stiffness_n_m(balance_m))[-1]), softest) / ring.kernel.mass)
+    longest = min(LONGEST_STEP_S, RADIANS / mode)
+    time_s = np.linspace(0.0, ring.scene.settle_s + ring.scene.duration_s, SPEEDS)
+    for table, row in enumerate(ring.kernel.defects):
+        length = 2 * row[ring_kernel.POSITION_STEP] * (ring.kernel.bumps.shape[2] - 1)
+        fastest = max(float(ring.sweep_m_s(table, time_s).max()), softest)
+        longest = min(longest, length / fastest / STEPS_OF_PASSAGE)
+    return longest
 
 
 def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
@@ -127,7 +196,7 @@ def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Ou
     push = np.array([*(ring.kernel.stiffness * y[:2] - load * ring.motion.direction), 0.0])
     stats.balanced_share = stats.load_share(push, load)
     stats.wall_s += time.perf_counter() - started
-    per_output = math.ceil(1 / (scene.output_rate_hz * LONGEST_STEP_S))
+    per_output = math.ceil(1 / (scene.output_rate_hz * _longest_step_s(ring, y[:2])))
     step = 1 / (scene.output_rate_hz * per_output)
 
     def take(first: int, count: int) -> FloatArray:

@@ -8,8 +8,12 @@ inner one by (e_i - slide) cos b, with e the roller's radius less the gap to the
 The force is tabulated once per run: over the approach, and over the position of a defect besides.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -39,11 +43,45 @@ class Raised:
 
 
 @dataclass(frozen=True, kw_only=True)
+class OnRace:
+    """A defect against one race: `raised`, what `press` takes for a defect at so far along the race from the roller."""
+
+    raised: Callable[[FloatArray], Any]
+    reach_m: float
+    race_radius_m: float
+
+
+class Pressed(Protocol):
+    """A rolling element between its races: `excess_m`, by how much it is thicker than the gap to each race."""
+
+    @property
+    def excess_m(self) -> tuple[float, float]:
+        """Outer race first; both negative with play."""
+
+    def press(self, approach_m: FloatArray, raised: Any = None) -> FloatArray:
+        """Radial force on the outer ring [N], damper [N s/m], deepest penetration [m]: [3, ...]."""
+
+    def on_race(self, defect: Defect, race: int, deepest_m: float) -> OnRace:
+        """A defect against one race."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Slot:
     """A roller's contacts, outer race first: `patches` of each race, `excess_m` over the gap to each at rest."""
 
     patches: tuple[list[Patch], list[Patch]]
     excess_m: tuple[float, float]
+
+    def on_race(self, defect: Defect, race: int, deepest_m: float) -> OnRace:
+        """A defect against one race: how to raise it there, how far along the race it reaches, the race's radius."""
+        circle = defect.circle - 1
+        patch = self.patches[race][circle]
+        part = piece(defect, patch.spacing_m)
+        return OnRace(
+            raised=lambda middle: Raised(race=race, circle=circle, part=part, middle_m=middle),
+            reach_m=math.sqrt(2 * (deepest_m + max(0.0, defect.height_m)) / patch.curvature_1_m) + part.length_m / 2,
+            race_radius_m=patch.race_radius_m,
+        )
 
     def press(self, approach_m: FloatArray, raised: Raised | None = None) -> FloatArray:
         """Balance the roller at each `approach_m`, any shape; bisection, since more slide always presses outwards.
@@ -111,10 +149,15 @@ def make_slot(scene: Scene, geometry: SphericalRollerGeometry) -> Slot:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Plain:
-    """Undamaged roller: rows force [N], damper [Ns/m], depth [m] over ``start_m + i step_m``."""
+    """Undamaged roller: rows force [N], damper [Ns/m], depth [m] over ``start_m + i step_m``, up to `deepest_m`.
+
+    `bump_step_m`: step of the bumps' tables.
+    """
 
     start_m: float
     step_m: float
+    bump_step_m: float
+    deepest_m: float
     values: FloatArray
 
     def force_n(self, approach_m: FloatArray) -> FloatArray:
@@ -123,24 +166,26 @@ class Plain:
         return np.interp(approach_m, grid, self.values[0])
 
 
-def plain_table(slot: Slot, highest_m: float) -> Plain:
-    """Undamaged roller, from clear of everything, the highest bump included, to `DEEPEST_M`."""
-    start = -(1.1 * (highest_m + max(0.0, sum(slot.excess_m))) + 2e-4)
-    return Plain(start_m=start, step_m=STEP_M, values=slot.press(np.arange(start, DEEPEST_M, STEP_M)))
+def plain_table(slot: Pressed, highest_m: float, deepest_m: float = DEEPEST_M) -> Plain:
+    """Undamaged roller, from clear of everything, the highest bump included, to `deepest_m`.
+
+    Steps are those of `DEEPEST_M`, in proportion to the depth.
+    """
+    scale = deepest_m / DEEPEST_M
+    start = -(1.1 * (highest_m + max(0.0, sum(slot.excess_m))) + deepest_m)
+    values = slot.press(np.arange(start, deepest_m, scale * STEP_M))
+    return Plain(
+        start_m=start, step_m=scale * STEP_M, bump_step_m=scale * DEFECT_STEP_M, deepest_m=deepest_m, values=values
+    )
 
 
-def bump_table(slot: Slot, plain: Plain, defect: Defect, race: int) -> tuple[FloatArray, float]:
+def bump_table(slot: Pressed, plain: Plain, on: OnRace) -> tuple[FloatArray, float]:
     """Force that a defect on one race, or a roller's defect against it, adds to a roller's [N], [approach, positions].
 
-    The approach begins as in `plain` and goes by `DEFECT_STEP_M`; the step of the positions [m] is returned with it. A
+    The approach begins as in `plain` and goes by its `bump_step_m`; the step of the positions [m] is returned too. A
     position is the distance along the race from roller to defect, without sign: defects are symmetric.
     """
-    circle = defect.circle - 1
-    patch = slot.patches[race][circle]
-    part = piece(defect, patch.spacing_m)
-    deepest = DEEPEST_M + max(0.0, defect.height_m)
-    reach = math.sqrt(2 * deepest / patch.curvature_1_m) + part.length_m / 2
-    position = np.linspace(0.0, reach, POSITIONS)
-    approach = np.arange(plain.start_m, DEEPEST_M, DEFECT_STEP_M)
-    raised = Raised(race=race, circle=circle, part=part, middle_m=position[None, :])
+    position = np.linspace(0.0, on.reach_m, POSITIONS)
+    approach = np.arange(plain.start_m, plain.deepest_m, plain.bump_step_m)
+    raised = on.raised(position[None, :])
     return slot.press(approach[:, None], raised)[0] - plain.force_n(approach)[:, None], float(position[1])

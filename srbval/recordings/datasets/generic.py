@@ -2,13 +2,15 @@
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from srbval.errors import DataError
-from srbval.recordings.raw import RawFile, as_signal, printable, samples_down
-from srbval.recordings.reading import UNITS, Channel, Reading
+from srbval.recordings.raw import RATE_NAME, RawFile, as_signal, printable, samples_down
+from srbval.recordings.reading import Channel, Reading, known_unit, split_unit
+from srbval.recordings.recording import Origin
 from srbval.recordings.speed import stated_speed
 from srbval.recordings.time_column import PLAUSIBLE_HZ, is_time
 
@@ -18,7 +20,6 @@ NAMED = 8  # variables in a list
 STATED_CI95_RPM = 1.0
 LIKELY_RPM = (1.0, 120_000.0)
 Range = tuple[float, float]
-_RATE = re.compile(r"(?:.*\.)?(?:fs|sr|fs_hz|fs_acc|sampl(?:e|ing)_?(?:rate|frequency)(?:_hz)?)")
 _RPM = re.compile(r"(?:.*\.)?(?:rpm|mean_rpm|speed_rpm|shaft_rpm)")
 
 
@@ -38,34 +39,50 @@ def read_generic(raw: RawFile) -> Reading:
             f"it holds {held or 'nothing'}."
         )
     rpm, rpm_problem = _named_number(raw, _RPM, LIKELY_RPM)
-    rate, rate_problem = _named_number(raw, _RATE, PLAUSIBLE_HZ)
+    rate, rate_problem = _named_number(raw, RATE_NAME, PLAUSIBLE_HZ)
+    own_rates = {channel.fs_hz for channel in channels.values()}
     taken = {(channel.variable or "").removesuffix("[1]") for channel in channels.values()}
     vectors = {name: array for name in raw.variables if (array := raw.array(name)) is not None and array.size > 1}
     left = [f"{printable(n)} {a.shape}" for n, a in vectors.items() if n not in taken and not is_time(n)]
     notes = [f"{raw.format} file of no known data set: read by the names of its variables"]
-    if (unit := raw.text("unit")) is not None and unit not in UNITS:
-        notes.append(f"left out: unit {printable(unit)!r}, which is not known")
+    said = {text for name in (*taken, "") if (text := _unit_text(raw, name)) is not None}
+    if unknown := sorted(printable(text) for text in said if known_unit(text) is None):
+        notes.append(f"left out: unit {', '.join(map(repr, unknown[:NAMED]))}, which is not known")
     if left:
         more = f" and {len(left) - NAMED} more" if len(left) > NAMED else ""
         notes.append(f"left out, no signal of {MIN_SAMPLES} samples or more: {', '.join(left[:NAMED])}{more}")
-    return Reading(
+    reading = Reading(
         channels=channels,
-        channel=next(iter(channels)) if len(channels) == 1 else None,
-        fs_hz=rate,
+        origin=Origin.MEASURED,
+        fs_hz=rate or (own_rates.pop() if len(own_rates) == 1 else None),
         rate_problem=rate_problem,
         speed=None if rpm is None else stated_speed(rpm, STATED_CI95_RPM),
         speed_problem=rpm_problem and f"{rpm_problem}.",
         notes=tuple(notes),
     )
+    return replace(reading, channel=reading.vibrations[0] if len(reading.vibrations) == 1 else None)
 
 
 def _candidates(raw: RawFile) -> Iterator[tuple[str, Channel]]:
-    unit = raw.text("unit")
-    for name, column in _vectors(raw):
-        if is_time(name) or _RPM.fullmatch(name.lower()) or _counts(column):
+    for variable, name, column in _vectors(raw):
+        if is_time(name) or _counts(column):
             continue
         samples = as_signal(column, f"{raw.path}: {name}")
-        yield printable(name), Channel(samples=samples, unit=unit if unit in UNITS else None, variable=name)
+        text = _unit_text(raw, variable) or ("rpm" if _RPM.fullmatch(name.lower()) else "")
+        fs_hz = raw.rates_hz.get(variable)
+        yield printable(name), Channel(samples=samples, unit=known_unit(text), variable=name, fs_hz=fs_hz)
+
+
+def _unit_text(raw: RawFile, variable: str) -> str | None:
+    """What the file says of a variable's unit: with it, in its name, in a text beside it, in one for all.
+
+    The first of these that is known, else the first of the texts.
+    """
+    prefix = variable.rpartition(".")[0]
+    keys = (f"{variable}_unit", f"{variable}.unit", f"{prefix}.unit", f"{prefix}.units", "unit", "units")
+    texts = [text for text in (raw.units.get(variable), *(raw.text(key) for key in keys)) if text]
+    known = (text for text in (*texts[:1], split_unit(variable)[1], *texts) if text and known_unit(text))
+    return next(known, texts[0] if texts else None)
 
 
 def _counts(column: NDArray[np.generic]) -> bool:
@@ -74,16 +91,17 @@ def _counts(column: NDArray[np.generic]) -> bool:
     return values[0] in (0, 1) and bool((np.diff(values) == 1).all())
 
 
-def _vectors(raw: RawFile) -> Iterator[tuple[str, NDArray[np.generic]]]:
+def _vectors(raw: RawFile) -> Iterator[tuple[str, str, NDArray[np.generic]]]:
+    """Variable, name of the vector, and the vector: a matrix has one per column."""
     for name in raw.variables:
         array = raw.array(name)
         if array is None or array.dtype.kind not in "fiu" or array.size < MIN_SAMPLES:
             continue
         raw.check_usable(name)
         if max(array.shape) == array.size:
-            yield name, array
+            yield name, name, array
         elif array.ndim == 2 and min(array.shape) <= MAX_COLUMNS and max(array.shape) >= MIN_SAMPLES:
-            yield from ((f"{name}[{i}]", column) for i, column in enumerate(samples_down(array).T, 1))
+            yield from ((name, f"{name}[{i}]", column) for i, column in enumerate(samples_down(array).T, 1))
 
 
 def _named_number(raw: RawFile, pattern: re.Pattern[str], likely: Range) -> tuple[float | None, str | None]:

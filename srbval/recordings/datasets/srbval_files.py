@@ -4,8 +4,8 @@ import re
 
 import numpy as np
 
-from srbval.bearing import Fault
-from srbval.errors import DataError
+from srbval.bearing import Bearing, Fault, FaultOrders
+from srbval.errors import ConfigurationError, DataError
 from srbval.models.run import USABLE
 from srbval.recordings.raw import RawFile, printable
 from srbval.recordings.reading import Channel, Reading
@@ -18,7 +18,9 @@ KIND_ATTRIBUTE = "srbval_kind"
 PREFIX = "acceleration"
 SUFFIX = "_m_s2"
 RUN_AXES = ("x", "y")
+SENSOR = "sensor"  # the channel of a run behind a path to the sensor
 LONGEST_NOTE = 1000
+ORDERS = ("bpfo", "bpfi", "bsf", "ftf")
 
 
 def is_srbval_file(raw: RawFile) -> bool:
@@ -27,7 +29,7 @@ def is_srbval_file(raw: RawFile) -> bool:
 
 
 def read_srbval_file(raw: RawFile) -> Reading:
-    """A run (channels x, y, z; axes x and y) or a stand-in (one channel), in m/s2, at the prescribed speed."""
+    """A run (axes x and y, or the channel behind its path to the sensor) or a stand-in, in m/s2, at its speed."""
     kind = raw.text(KIND_ATTRIBUTE)
     if kind not in ("run", "stand-in"):
         raise DataError(f"{raw.path}: srbval_kind is {kind!r}; this version reads 'run' and 'stand-in'.")
@@ -35,7 +37,7 @@ def read_srbval_file(raw: RawFile) -> Reading:
     if status not in USABLE:
         raise DataError(f"{raw.path}: the run failed ({status}: {raw.text('reason')}); it is no vibration.")
     channels = _channels(raw)
-    wanted = RUN_AXES if kind == "run" else (PREFIX,)
+    wanted: tuple[str, ...] = (PREFIX,) if kind == "stand-in" else (SENSOR,) if SENSOR in channels else RUN_AXES
     if not set(wanted) <= set(channels):
         missing = " and ".join(wanted)
         raise DataError(f"{raw.path}: a {kind} without {missing} acceleration; it is incomplete.")
@@ -45,14 +47,15 @@ def read_srbval_file(raw: RawFile) -> Reading:
     return Reading(
         channels=channels,
         origin=Origin.SIMULATED if kind == "run" else Origin.STAND_IN,
-        channel=None if kind == "run" else PREFIX,
-        axes=RUN_AXES if kind == "run" else None,
+        channel=wanted[0] if len(wanted) == 1 else None,
+        axes=None if len(wanted) == 1 else RUN_AXES,
         fs_hz=raw.number("fs_hz"),
         speed=None if speed_hz is None else prescribed_speed(speed_hz),
         speed_signal=_speed_signal(raw, next(iter(channels.values())).samples.size),
         radial_n=raw.number("radial_n"),
         axial_n=raw.number("axial_n"),
         nominal_rpm=raw.number("nominal_rpm"),
+        own_bearing=_own_bearing(raw),
         name=printable(raw.text("name") or "") or None,
         notes=(
             f"{kind} written by srbval{unchecked}",
@@ -60,6 +63,20 @@ def read_srbval_file(raw: RawFile) -> Reading:
             *([f"not validated: {missing}"] if missing else []),
         ),
     )
+
+
+def _own_bearing(raw: RawFile) -> Bearing | None:
+    """The bearing that a run carries, as far as its lines need it; None in runs of versions that wrote none."""
+    numbers = {name: raw.number(f"bearing_{name}") for name in ("rolling_elements", *ORDERS)}
+    count = numbers.pop("rolling_elements")
+    if count is None or None in numbers.values():
+        return None
+    try:
+        orders = FaultOrders(**{name: value or 0.0 for name, value in numbers.items()})
+    except ConfigurationError as error:
+        raise DataError(f"{raw.path}: the bearing stored with the run: {error}") from None
+    name, title, source = (printable(raw.text(f"bearing_{key}") or "?") for key in ("name", "title", "source"))
+    return Bearing(name=name, title=title, source=source, rolling_elements=round(count), orders=orders)
 
 
 def ended(status: str, reason: str) -> tuple[str, ...]:

@@ -5,12 +5,13 @@ import re
 from srbval.bearing import Fault
 from srbval.errors import DataError
 from srbval.recordings.datasets.description import DatasetDescription, SpeedRule
-from srbval.recordings.raw import RawFile
+from srbval.recordings.raw import RawFile, printable
 from srbval.recordings.reading import N_PER_KN, Channel, Reading
 from srbval.recordings.recording import SpeedSignal
 from srbval.recordings.speed import RPM_PER_HZ, tachometer_speed
 
 N_PER_LBF = 4.4482216152605
+LONGEST_NOTE = 300
 
 
 def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | None:
@@ -49,8 +50,14 @@ def read_variables(raw: RawFile, description: DatasetDescription) -> Reading | N
         radial_n=_radial_n(raw, groups, description),
         axial_n=_kn(groups.get("axial_kn", description.axial_kn)),
         nominal_rpm=nominal_rpm,
-        notes=notes + ((description.rate.note,) if description.rate.note else ()),
+        notes=notes + ((description.rate.note,) if description.rate.note else ()) + _copy_of(raw),
     )
+
+
+def _copy_of(raw: RawFile) -> tuple[str, ...]:
+    """What the compact copy of a published file says of it, as those that come with the program do."""
+    original = raw.attributes.get("copy_of")
+    return (f"compact copy of {printable(original, LONGEST_NOTE)}",) if isinstance(original, str) else ()
 
 
 def _channels(raw: RawFile, description: DatasetDescription, state: Fault | None) -> dict[str, Channel]:

@@ -1,19 +1,23 @@
 """File formats that can be read: one module per format, which turns a file into a `RawFile` and interprets nothing.
 
-A new format is a module with a `FORMAT` and its entry in `FORMATS`. A file's format is recognised by its first bytes,
+A new format is a module with a `FORMAT` and its entry in `FORMATS`; where a library that is no dependency reads it, the
+module names that and its extra (`limited.Library`). A file's format is recognised by its first bytes,
 never by its name.
 """
 
 from pathlib import Path
 
 from srbval.errors import DataError
-from srbval.recordings.loaders import hdf5, matlab_v5, npy, text
+from srbval.recordings.loaders import arrow, audio, hdf5, matlab_v5, npy, tdms, text, uff
 from srbval.recordings.raw import FileFormat
 
 HEAD_BYTES = 4096
 
 # The first that matches decides.
-FORMATS: tuple[FileFormat, ...] = (npy.FORMAT, hdf5.FORMAT, matlab_v5.FORMAT, text.FORMAT)
+FORMATS: tuple[FileFormat, ...] = (
+    npy.FORMAT, npy.ARCHIVE, hdf5.FORMAT, matlab_v5.FORMAT, audio.FORMAT, tdms.FORMAT, uff.FORMAT, arrow.FORMAT,
+    text.FORMAT,
+)  # fmt: skip
 
 
 def detect_format(path: Path) -> FileFormat:

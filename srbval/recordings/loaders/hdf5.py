@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from srbval.errors import DataError
 from srbval.recordings.loaders.limited import read_limited
-from srbval.recordings.raw import FileFormat, RawFile, Value, check_claim, first_line
+from srbval.recordings.raw import RATE_NAME, FileFormat, RawFile, Value, check_claim, first_line
 from srbval.storage.checksum import CHECKSUM, checked_summary
 
 MAX_DEPTH = 12
@@ -19,6 +19,7 @@ MAX_CELLS = 64  # of one dataset of references
 MAX_FILTERS = 6  # of a dataset; each may expand what the one before it expanded
 MAX_TEXT = 65536  # characters; longer texts of codes are cut
 SKIPPED = ("#refs#", "#subsystem#")
+UNIT_KEYS = ("units", "unit")  # attributes of a dataset
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 SIGNATURE_OFFSETS = (0, 512, 1024, 2048)  # after a user block of one of these sizes
 
@@ -53,6 +54,7 @@ def load_hdf5(path: Path) -> RawFile:
         attributes=reader.attributes,
         unusable=reader.unusable,
         units=reader.units,
+        rates_hz=reader.rates_hz,
     )
 
 
@@ -68,6 +70,7 @@ class _Hdf5Reader:
         self.attributes: dict[str, float | str] = {}
         self.unusable: dict[str, str] = {}
         self.units: dict[str, str] = {}
+        self.rates_hz: dict[str, float] = {}
 
     def read(self) -> None:
         members = self._members(self.file)
@@ -118,9 +121,11 @@ class _Hdf5Reader:
             return
         self._claim(size * dtype.itemsize, f"dataset {name!r}")
         check_claim(self.path, math.prod(dataset.chunks or ()) * dtype.itemsize, f"a chunk of dataset {name!r}")
-        unit = self._attribute(dataset, "units") if "units" in dataset.attrs else None
-        if isinstance(unit, str):
-            self.units[name] = unit
+        for key in dataset.attrs:
+            if key in UNIT_KEYS and isinstance(value := self._attribute(dataset, key), str):
+                self.units[name] = value
+            elif RATE_NAME.fullmatch(key.lower()) and isinstance(value := self._attribute(dataset, key), float):
+                self.rates_hz[name] = value
         if reason := _not_there(name, dataset, size):
             if dataset.is_scale:  # a dimension without values, as netCDF-4 writes it, is no variable
                 return

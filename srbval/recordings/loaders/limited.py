@@ -10,10 +10,11 @@ import os
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 from srbval.errors import DataError
 from srbval.processes.answering import AnsweringProcess
-from srbval.recordings.raw import RawFile, largest_claim
+from srbval.recordings.raw import EXPANSION, RawFile, largest_claim
 
 COMPUTING_S = 3.0  # for any file; a good one of 10 MB takes 0.1 s
 BYTES_PER_S = 20e6  # and more for a large one; decompression manages ten times that
@@ -26,15 +27,28 @@ _idle: list[AnsweringProcess] = []
 _running: set[AnsweringProcess] = set()
 
 
-def read_limited(load: Callable[[Path], RawFile], path: Path) -> RawFile:
+class Library(NamedTuple):
+    """A library that reads a format: the module to import, its name, and the extra of this package that brings it."""
+
+    module: str
+    name: str
+    extra: str
+
+
+def read_limited(
+    load: Callable[[Path], RawFile], path: Path, *, library: Library | None = None, expansion: int = EXPANSION
+) -> RawFile:
     """What `load`, a function of a module, makes of the file at `path`; `DataError` where it takes too much.
+
+    `library` is imported before the limits hold; `expansion` is how many times the file's size its contents may take.
 
     Any exception here, Ctrl-C included, ends the process that reads. Where one dies that has read other files before,
     a new one tries again: one of those may be to blame.
     """
     computing_s = math.ceil(COMPUTING_S + path.stat().st_size / BYTES_PER_S)
     folder = None if path.is_absolute() else os.getcwd()
-    request = (load, path, folder, computing_s, largest_claim(path) + WORKSPACE_BYTES)
+    memory = largest_claim(path, expansion) + WORKSPACE_BYTES
+    request = (load, path, folder, computing_s, memory, library)
     for fresh in (False, True):
         try:
             reader = AnsweringProcess("srbval.recordings.loaders.reader_process") if fresh else _idle.pop()

@@ -1,6 +1,7 @@
 """The process that reads one file after the other, ``python -m srbval.recordings.loaders.reader_process``."""
 
 import contextlib
+import importlib
 import os
 import time
 from collections.abc import Callable
@@ -8,9 +9,10 @@ from pathlib import Path
 
 from srbval.errors import DataError
 from srbval.processes.answering import answer_requests
-from srbval.recordings.raw import RawFile
+from srbval.recordings.loaders.limited import Library
+from srbval.recordings.raw import RawFile, first_line
 
-Request = tuple[Callable[[Path], RawFile], Path, str | None, int, int]
+Request = tuple[Callable[[Path], RawFile], Path, str | None, int, int, Library | None]
 
 
 def load() -> Callable[[Request], RawFile | DataError]:
@@ -29,7 +31,15 @@ def _read(request: Request) -> RawFile | DataError:
 
     Beyond its computing time the system ends this process (SIGXCPU), wherever it is.
     """
-    load_file, path, folder, computing_s, memory = request
+    load_file, path, folder, computing_s, memory, library = request
+    if library is not None:
+        try:
+            importlib.import_module(library.module)
+        except (ImportError, OSError) as error:
+            return DataError(
+                f"{path}: reading it needs the library {library.name}, which cannot be imported ({first_line(error)}). "
+                f'Install it: pip install "srbval[{library.extra}]"'
+            )
     _limit("RLIMIT_CPU", int(time.process_time()) + 1 + computing_s)
     with contextlib.suppress(OSError, IndexError):  # known on Linux only
         held_kb = int(Path("/proc/self/status").read_text("ascii").split("VmData:")[1].split()[0])

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from srbval.errors import DataError
 from srbval.recordings.raw import TEXT, FileFormat, RawFile, first_line, printable
+from srbval.recordings.reading import known_unit
 
 MAX_COLUMNS = 64
 MAX_LINE = 16384
@@ -25,6 +26,7 @@ TRIED_ROWS = 3  # rows of which one must hold numbers, or the text is no table a
 UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 _WARNINGS = threading.Lock()  # catch_warnings changes the state of the whole process
 _CONTROL = re.compile(r"[\0-\x08\x0b\x0d-\x1f]")
+_COMMENT = re.compile(r"^(?:%|//)")
 _SETTING = re.compile(r"#\s*([A-Za-z_]\w*)\s*[=:]\s*(.+?)\s*")
 _LIKE_A_NUMBER = re.compile(r"[+\-−]?[.,]?\d|(?:[+-]?(?:nan|inf|infinity)|null|none|n/?a)?$", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?", re.ASCII)
@@ -36,8 +38,9 @@ _MINUS_ZERO = re.compile(r"[,\n][ \t]*-0[ \t]*[,\n]")
 def load_text(path: Path) -> RawFile:
     """Read the columns of a text table under their header's names, else ``col_1``, ``col_2``, ...
 
-    Lines that begin with ``#`` are comments; ``# fs_hz = 20480`` before the first row is kept as an attribute. Decimal
-    commas are read where another separator leaves no doubt. Raises `DataError` for anything that is not a table of
+    Lines that begin with ``#``, ``%`` or ``//`` are comments; ``# fs_hz = 20480`` before the first row is kept as an
+    attribute. The header may have a second line, of units. Decimal commas are read where another separator leaves no
+    doubt. Raises `DataError` for anything that is not a table of
     numbers, and for a table with blank lines between its rows, rows of another length, fields that are no finite
     numbers, unnamed columns or two of one name.
     """
@@ -53,7 +56,8 @@ def load_text(path: Path) -> RawFile:
     if not 1 <= len(names) <= MAX_COLUMNS:
         raise DataError(f"{path}: {len(names)} columns in the first line; a table of numbers has 1 to {MAX_COLUMNS}.")
     has_header = not _numbers(first, separator)
-    data = rows[has_header:]
+    units = _units(lines[rows[1]], separator, len(names)) if has_header and len(rows) > 1 else []
+    data = rows[has_header + bool(units) :]
     if not any(_numbers(lines[row], separator) for row in data[:TRIED_ROWS]):
         wrong = f"line {data[0] + 1} is {printable(lines[data[0]])!r}" if data else "nothing after line 1"
         raise DataError(f"{path}: a text file, but not a table of numbers ({wrong}).")
@@ -66,7 +70,8 @@ def load_text(path: Path) -> RawFile:
     variables = {key: np.ascontiguousarray(table[:, i]) for i, key in enumerate(keys)}
     notes += ("decimal commas read as decimal points",) if comma else ()
     settings = _settings(path, lines[: rows[0]])
-    return RawFile(path=path, format=TEXT, variables=variables, attributes=settings, notes=notes)
+    said = {name: unit for name, unit in zip(names, units, strict=False) if unit}
+    return RawFile(path=path, format=TEXT, variables=variables, attributes=settings, notes=notes, units=said)
 
 
 def _lines(path: Path) -> tuple[list[str], tuple[str, ...]]:
@@ -80,7 +85,7 @@ def _lines(path: Path) -> tuple[list[str], tuple[str, ...]]:
         text = content.decode("latin-1")
     text = text.replace("\r\n", "\n")
     text = text if "\n" in text else text.replace("\r", "\n")
-    lines = [line.strip(" \f") for line in text.split("\n")]
+    lines = [_COMMENT.sub("#", line.strip(" \f")) for line in text.split("\n")]
     if max(map(len, lines)) >= MAX_LINE:
         raise DataError(f"{path}: a line of more than {MAX_LINE} characters is no table of numbers.")
     wrong = [i for i, line in enumerate(lines) if _CONTROL.search(line)] if _CONTROL.search(text) else []
@@ -100,6 +105,13 @@ def _fields(line: str, separator: str | None, columns: int | None = None) -> lis
         return [part.strip('"') for part in line.split()]
     parts = [part.strip() for part in next(csv.reader([line], delimiter=separator, skipinitialspace=True))]
     return parts[:columns] if columns or not line.endswith(separator) else parts[:-1]
+
+
+def _units(line: str, separator: str | None, columns: int) -> list[str]:
+    """The units of a line below the header that has nothing else, in brackets or not, one of them known; else none."""
+    fields = [field.strip("[]()") for field in _fields(line, separator)]
+    plausible = len(fields) == columns and not any(_LIKE_A_NUMBER.match(field) for field in fields if field)
+    return fields if plausible and any(field and known_unit(field) for field in fields) else []
 
 
 @cache

@@ -15,12 +15,14 @@ from srbval.recordings.registry.lookup import (
     healthy_baseline,
     load_entry,
     load_registered,
+    rig_of,
     rig_recordings,
 )
-from srbval.recordings.registry.register import add, listing, verify
+from srbval.recordings.registry.register import RIG_EXCERPTS, add, listing, verify
 
 __all__ = [
     "RIG_DATASETS",
+    "RIG_EXCERPTS",
     "Coverage",
     "FileStatus",
     "GridPoint",
@@ -33,6 +35,7 @@ __all__ = [
     "listing",
     "load_entry",
     "load_registered",
+    "rig_of",
     "rig_recordings",
     "verify",
     "without_copies",

@@ -33,8 +33,9 @@ class FileStatus(enum.StrEnum):
 class RegisteredRecording:
     """A file of the register. `sha256`, `size_bytes` and `mtime_ns` are those pinned at first use.
 
-    Loads in kN, `fs_hz` in Hz; what the file does not state is None. `reason` explains any status
-    but ok, and what an ok file leaves open. `settings` are those the user gave when registering it.
+    Loads in kN, `fs_hz` in Hz, `rpm` the mean shaft speed as far as it is known; what neither the file nor the user
+    states is None. `reason` explains any status but ok, and what an ok file leaves open. `settings` are those the user
+    gave when registering it.
     `cautions` say what may make its numbers wrong; None where nothing was read or an earlier version looked at it.
     """
 
@@ -53,6 +54,8 @@ class RegisteredRecording:
     nominal_rpm: float | None = None
     fs_hz: float | None = None
     seconds: float | None = None
+    rpm: float | None = None
+    bearing: str | None = None
     channels: tuple[str, ...] = ()
     channel: str | None = None
     settings: RecordingSettings | None = None

@@ -10,14 +10,15 @@ from srbval.recordings.load import read_file, sha256_of
 from srbval.recordings.loaders import detect_format
 from srbval.recordings.reading import N_PER_KN, Reading
 from srbval.recordings.registry.entry import FileStatus, RegisteredRecording
-from srbval.recordings.settings import RecordingSettings, apply_settings, open_questions
+from srbval.recordings.settings import RecordingSettings, apply_settings, open_for_analysis, open_questions
+from srbval.recordings.speed import RPM_PER_HZ
 
 
 def inspect_file(path: Path, settings: RecordingSettings | None = None) -> RegisteredRecording:
     """Hash and read `path`; whatever is wrong becomes a status with a reason.
 
-    `settings` decide what the file leaves open; a channel that it does not have is ignored and reported. A file that
-    still leaves something open is ok, with the question and the option as its reason.
+    `settings` decide what the file leaves open; one that does not fit it, as a channel that is not there, is ignored
+    and reported. A file that still leaves something open is ok, with all questions and their options as its reason.
     """
     entry = RegisteredRecording(file=str(path), sha256="", size_bytes=0, mtime_ns=0, status=FileStatus.OK)
     try:
@@ -37,26 +38,22 @@ def inspect_file(path: Path, settings: RecordingSettings | None = None) -> Regis
 def _described(
     entry: RegisteredRecording, path: Path, reading: Reading, settings: RecordingSettings
 ) -> RegisteredRecording:
-    missing = ""
-    try:
-        reading = apply_settings(path, reading, settings)
-    except DataError as error:
-        missing = str(error).removeprefix(f"{path}: ")
-        settings = replace(settings, channel=None)
-        reading = apply_settings(path, reading, settings)
-    questions = open_questions(reading)
-    reasons = [missing, f"to be settled: {'; '.join(questions)}" if questions else ""]
+    reading, settings, reasons = _applied(path, reading, settings)
+    if questions := (*open_questions(reading), *open_for_analysis(reading)):
+        reasons.append(f"to be settled: {'; '.join(questions)}")
     names = tuple(reading.channels)
     main = reading.channels[reading.channel or (reading.axes or names)[0]]
     return replace(
         entry,
-        reason="; ".join(filter(None, reasons)) or None,
+        reason="; ".join(reasons) or None,
         origin=reading.origin,
         dataset=reading.dataset,
         state=main.state,
         radial_kn=None if reading.radial_n is None else reading.radial_n / N_PER_KN,
         axial_kn=None if reading.axial_n is None else reading.axial_n / N_PER_KN,
         nominal_rpm=reading.nominal_rpm,
+        rpm=None if reading.speed is None else reading.speed.value_hz * RPM_PER_HZ,
+        bearing=main.bearing,
         fs_hz=reading.fs_hz,
         seconds=None if reading.fs_hz is None else len(main.samples) / reading.fs_hz,
         channels=names,
@@ -64,6 +61,21 @@ def _described(
         settings=settings if settings else None,
         cautions=reading.all_cautions(),
     )
+
+
+def _applied(path: Path, reading: Reading, settings: RecordingSettings) -> tuple[Reading, RecordingSettings, list[str]]:
+    """`reading` with those of `settings` that fit it, these, and what is wrong with the others."""
+    try:
+        return apply_settings(path, reading, settings), settings, []
+    except DataError:
+        kept, wrong = RecordingSettings(), []
+    for name, value in vars(settings).items():
+        try:
+            apply_settings(path, reading, replace(kept, **{name: value}))
+            kept = replace(kept, **{name: value})
+        except DataError as error:
+            wrong.append(str(error).removeprefix(f"{path}: "))
+    return apply_settings(path, reading, kept), kept, wrong
 
 
 def _against_published(entry: RegisteredRecording) -> RegisteredRecording:

@@ -1,6 +1,5 @@
 """Registered recordings for a purpose: the rig's, one operating point, the healthy baseline; loading with settings."""
 
-import dataclasses
 import os
 from pathlib import Path
 
@@ -12,11 +11,13 @@ from srbval.recordings.reading import N_PER_KN
 from srbval.recordings.recording import Recording
 from srbval.recordings.registry.entry import FileStatus, RegisteredRecording, without_copies
 from srbval.recordings.registry.manifest import read_manifest
-from srbval.recordings.registry.register import listing
+from srbval.recordings.registry.register import listing, shipped_recordings
 from srbval.recordings.settings import RecordingSettings
+from srbval.recordings.speed import RPM_PER_HZ
 
 Registered = tuple[RegisteredRecording, ...]
 RIG_DATASETS = ("torino-full", "torino-excerpts")  # the longer recordings first
+SAME_SPEED = 0.05  # share by which the speeds of a record and its baseline may differ, where no set point is known
 
 
 def rig_recordings(
@@ -24,17 +25,22 @@ def rig_recordings(
 ) -> Registered:
     """Usable recordings of the rig, of all or of those `registered`, by state and nominal motor speed [rpm].
 
-    Full recordings come first, each content once.
+    Full recordings come first, each content once; those that come with the program where none is registered of the same
+    state, load and speed.
     """
-    found = [
-        r
-        for r in (listing().recordings if registered is None else registered)
-        if r.dataset in RIG_DATASETS
-        and r.status is FileStatus.OK
-        and state in (None, r.state)
-        and nominal_rpm in (None, r.nominal_rpm)
-    ]
+    own = [r for r in (listing().recordings if registered is None else registered) if _of_rig(r)]
+    points = {_point(r) for r in own}
+    shipped = [r for r in shipped_recordings() if _of_rig(r) and _point(r) not in points]
+    found = [r for r in (*own, *shipped) if state in (None, r.state) and nominal_rpm in (None, r.nominal_rpm)]
     return tuple(sorted(without_copies(found), key=lambda r: (RIG_DATASETS.index(r.dataset or ""), r.file)))
+
+
+def _of_rig(entry: RegisteredRecording) -> bool:
+    return entry.dataset in RIG_DATASETS and entry.status is FileStatus.OK
+
+
+def _point(entry: RegisteredRecording) -> tuple[Fault | None, float | None, float | None, float | None]:
+    return entry.state, entry.radial_kn, entry.axial_kn, entry.nominal_rpm
 
 
 def find_recording(
@@ -50,19 +56,20 @@ def healthy_baseline(recording: Recording, registered: Registered | None = None)
     """The registered healthy record of the same rig, sensor, nominal speed, load and sampling rate, or None.
 
     The baseline that a faulted record is compared with. `registered` saves listing the register again. Of several the
-    longest. A record without a data set or without a nominal speed has none: nothing says that another one is
-    comparable. Never the record itself.
+    longest. Without a data set the rig is the folder, the bearing must be the same, and the mean speeds must agree to
+    `SAME_SPEED`; a record without a speed has none: nothing says that another one is comparable. Never the record
+    itself.
     """
-    if recording.dataset is None or recording.nominal_rpm is None or recording.file is None:
+    if recording.file is None or (recording.speed if recording.dataset is None else recording.nominal_rpm) is None:
         return None
-    candidates = listing().recordings if registered is None else registered
+    candidates = (*listing().recordings, *shipped_recordings()) if registered is None else registered
     fitting = [entry for entry in candidates if _comparable(entry, recording)]
     return max(fitting, key=lambda entry: entry.seconds or 0.0, default=None)
 
 
 def load_entry(entry: RegisteredRecording) -> Recording:
     """A registered recording, read with its settings; raises what `load_recording` raises."""
-    return load_recording(entry.file, **dataclasses.asdict(entry.settings or RecordingSettings()))
+    return load_recording(entry.file, entry.settings)
 
 
 def load_registered(path: str | Path, settings: RecordingSettings | None = None) -> Recording:
@@ -75,7 +82,7 @@ def load_registered(path: str | Path, settings: RecordingSettings | None = None)
     except DataError:
         entry = None
     stored = (entry.settings if entry is not None else None) or RecordingSettings()
-    return load_recording(path, **dataclasses.asdict((settings or RecordingSettings()).over(stored)))
+    return load_recording(path, (settings or RecordingSettings()).over(stored))
 
 
 def _comparable(entry: RegisteredRecording, recording: Recording) -> bool:
@@ -85,18 +92,25 @@ def _comparable(entry: RegisteredRecording, recording: Recording) -> bool:
         and entry.state is Fault.HEALTHY
         and entry.file != file
         and entry.sha256 != recording.sha256
-        and _rig(entry.dataset, entry.file) == _rig(recording.dataset, file)
+        and rig_of(entry.dataset, entry.file) == rig_of(recording.dataset, file)
         and (entry.channel, entry.fs_hz) == (recording.channel, recording.fs_hz)
-        and entry.nominal_rpm == recording.nominal_rpm
+        and _same_speed(entry, recording)
         and (_newton(entry.radial_kn), _newton(entry.axial_kn)) == (recording.radial_n, recording.axial_n)
     )
 
 
-def _rig(dataset: str | None, file: str) -> tuple[str | None, str]:
-    """Identifies the machine of a record: the data set, and its folder where a set holds several rigs."""
+def _same_speed(entry: RegisteredRecording, recording: Recording) -> bool:
+    if recording.dataset is not None or recording.speed is None:
+        return entry.nominal_rpm == recording.nominal_rpm
+    rpm = recording.speed.value_hz * RPM_PER_HZ
+    return entry.bearing == recording.bearing and entry.rpm is not None and abs(entry.rpm / rpm - 1) <= SAME_SPEED
+
+
+def rig_of(dataset: str | None, file: str) -> tuple[str | None, str]:
+    """What identifies the machine of a record: the data set; its folder without one or where a set holds several."""
     if dataset in RIG_DATASETS:
         return RIG_DATASETS[0], ""
-    per_folder = any(d.name == dataset and d.one_rig_a_folder for d in known_datasets())
+    per_folder = dataset is None or any(d.name == dataset and d.one_rig_a_folder for d in known_datasets())
     return dataset, str(Path(file).parent) if per_folder else ""
 
 

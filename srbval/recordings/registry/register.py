@@ -2,22 +2,26 @@
 
 import contextlib
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
+from srbval.bearing import known_bearings, load_bearing
 from srbval.errors import DataError
 from srbval.progress import Progress, silent
 from srbval.recordings.load import sha256_of
 from srbval.recordings.loaders.limited import end_readers
 from srbval.recordings.registry.entry import FileStatus, RegisteredRecording, RegisterListing, coverage_of
 from srbval.recordings.registry.inspect import inspect_file
+from srbval.recordings.registry.label_table import label_table
 from srbval.recordings.registry.manifest import Entries, inspected_path, manifest_path, read_manifest, update_manifest
 from srbval.recordings.settings import RecordingSettings
+from srbval.storage.own_package import shipped_folder
 
 MAX_WORKERS = 4
 RECORDINGS_VARIABLE = "SRBVAL_RECORDINGS"
+RIG_EXCERPTS = "rig_excerpts"  # the folder that comes with the program
 
 
 def add(
@@ -26,21 +30,29 @@ def add(
     progress: Progress = silent,
     repin: bool = False,
     settings: RecordingSettings | None = None,
+    table: str | Path | None = None,
 ) -> RegisterListing:
-    """Register every file under `folder` (or one file); nothing is copied.
+    """Register every file under `folder` (or one file), or those that a `table` of labels names; nothing is copied.
 
     A file registered for the first time is pinned with its SHA-256; one that differs from its pin is reported as
     changed and keeps the pin, unless `repin`. `settings` are stored for each of the files and used whenever one is
     loaded; without any, those stored before stay (`repin` deletes them). A file that was registered elsewhere and no
     longer exists there has moved: its old entry is removed, its settings stay (except with `repin`). Files that are no
     recording stay in the list with a reason. `progress` is the share of the bytes.
-    Raises `DataError` for a folder that does not exist or a manifest that cannot be written.
+    What a row of the table (see `label_table`) says of its file goes over `settings`.
+    Raises `DataError` for a folder that does not exist or a manifest that cannot be written, `ConfigurationError` for a
+    bearing that is not known or a table that cannot be used.
     """
-    files = _files_under(Path(folder))
+    given: Mapping[Path, RecordingSettings | None]
+    if table is None:
+        given = dict.fromkeys(_files_under(Path(folder)), settings)
+    else:
+        given = label_table(Path(table), Path(folder), settings or RecordingSettings())
+    given = {file: None if stated is None else _with_bearing(stated) for file, stated in given.items()}
     registered = read_manifest()
     known = {} if repin else registered
     gone = [e for e in registered.values() if e.sha256 and not os.path.exists(e.file)]
-    found = _inspect(files, known, progress, settings)
+    found = _inspect(given, known, progress)
     if not repin:
         found = [entry if entry.file in known else _with_former_settings(entry, gone) for entry in found]
     present = {entry.sha256 for entry in found}
@@ -118,18 +130,26 @@ def _files_under(folder: Path) -> list[Path]:
     return sorted(found)
 
 
+def _with_bearing(settings: RecordingSettings) -> RecordingSettings:
+    """The settings with a bearing that can be loaded, from whatever folder: a file by its whole path."""
+    if settings.bearing is None:
+        return settings
+    name = load_bearing(settings.bearing).name
+    return replace(settings, bearing=name if name in known_bearings() else os.path.abspath(settings.bearing))
+
+
 def _inspect(
-    files: list[Path], known: Entries, progress: Progress, settings: RecordingSettings | None = None
+    files: Mapping[Path, RecordingSettings | None], known: Entries, progress: Progress
 ) -> list[RegisteredRecording]:
     """Every file inspected; one whose size and time of change are those pinned is taken from `known`.
 
-    New `settings` override those stored for a file.
+    Settings that are given override those stored for a file.
     """
     sizes = [_size(path) for path in files]
     total, done, found = sum(sizes), 0, []
 
     def inspect(path: Path) -> RegisteredRecording:
-        pinned = known.get(str(path))
+        pinned, settings = known.get(str(path)), files[path]
         stored = (pinned.settings if pinned is not None else None) or RecordingSettings()
         if pinned and not settings and _unchanged(pinned) and not (pinned.channels and pinned.cautions is None):
             return pinned
@@ -208,15 +228,24 @@ def _verified(entry: RegisteredRecording) -> RegisteredRecording:
 
 
 def _with_environment_folder(entries: Entries) -> Entries:
-    """Add the files of SRBVAL_RECORDINGS, for as long as it names their folder.
+    """Add the files of SRBVAL_RECORDINGS, for as long as it names their folder."""
+    folder = recordings_folder()
+    return entries if folder is None else {**entries, **_looked_at(folder, entries)}
+
+
+def shipped_recordings() -> tuple[RegisteredRecording, ...]:
+    """The rig's open excerpts that come with the program, in compact form; their folder says where they come from."""
+    return tuple(_looked_at(shipped_folder(RIG_EXCERPTS), {}, pinned=False).values())
+
+
+def _looked_at(folder: Path, entries: Entries, *, pinned: bool = True) -> Entries:
+    """The files of a folder that is used without being registered; where `pinned`, those that changed since are marked.
 
     The results of their inspection are stored apart from the register, so that they are not read again each time.
     """
-    folder = recordings_folder()
-    if folder is None:
-        return entries
     known = {**_inspected_before(), **entries}
-    found = {e.file: _against_pin(known.get(e.file), e) for e in _inspect(_files_under(folder), known, silent)}
+    looked_at = _inspect(dict.fromkeys(_files_under(folder)), known, silent)
+    found = {e.file: _against_pin(known.get(e.file), e) if pinned else e for e in looked_at}
     if any(entry != known.get(key) for key, entry in found.items()):
         with contextlib.suppress(DataError):  # a home that cannot be written costs time, not the recordings
 
@@ -226,7 +255,7 @@ def _with_environment_folder(entries: Entries) -> Entries:
                 stored.update((key, entry) for key, entry in found.items() if key not in entries)
 
             update_manifest(change, inspected_path())
-    return {**entries, **found}
+    return found
 
 
 def _inspected_before() -> Entries:

@@ -4,12 +4,16 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from srbval.bearing import DEFECTS
+from srbval.bench.diagnosis import ALL
 from srbval.evidence.evidence import Evidence
+from srbval.evidence.stored import ShownResult
 from srbval.recordings import SpeedSource
 from srbval.report.badges import Tone
 from srbval.report.blocks import Block, Paragraph
+from srbval.report.content.names import missing, origin_of
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
+from srbval.storage.stored_result import DIAGNOSIS
 from srbval.validation.fault_call import Basis
 from srbval.validation.lines import RACE_LINES
 from srbval.validation.other_rigs import OtherRecord
@@ -32,7 +36,16 @@ def other_rigs_section(evidence: Evidence) -> tuple[Section, ...]:
         blocks += [TEXTS.table("other-rigs-table", read, tone=_tone), *_summary(read, evidence)]
     if refused:
         blocks.append(TEXTS.table("other-rigs-refused", refused))
+    blocks += _naming(evidence.results[DIAGNOSIS])
     return (TEXTS.section(*blocks),)
+
+
+def _naming(result: ShownResult) -> list[Block]:
+    """How often faults were named rightly, by every method, as last measured."""
+    if result.content is None:
+        return [missing(result)]
+    rows = [row for row in result.content["confusions"] if row["dataset"] == ALL]
+    return [TEXTS.paragraph("naming", rows=rows), origin_of(result), TEXTS.table("fault-naming", rows)]
 
 
 def _tone(record: OtherRecord) -> Tone:

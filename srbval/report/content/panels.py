@@ -14,22 +14,20 @@ from srbval.evidence.shown_records import (
     SCALOGRAM_ERROR,
     SCALOGRAM_HZ,
     SCALOGRAM_TRANSFORM,
-    SEGMENT_HZ,
-    WINDOW_S,
-    ShownRecord,
 )
+from srbval.figures.acceleration import acceleration_panel
+from srbval.figures.spectrum import envelope_spectrum_panel, fault_cursors
 from srbval.recordings import Origin
 from srbval.report.blocks import Block, Explore, Figure, FigureGrid
 from srbval.report.content.names import badge_of, side_of, synthetic_states
-from srbval.report.figures.acceleration import acceleration_panel
 from srbval.report.figures.band import band_panel
 from srbval.report.figures.scalogram import scalogram_panel
-from srbval.report.figures.spectrum import envelope_spectrum_panel, fault_cursors
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
 from srbval.storage.stored_result import READING
 from srbval.validation.analyse import Analysis
 from srbval.validation.lines import Line
+from srbval.validation.shown_record import SEGMENT_HZ, WINDOW_S, ShownRecord
 
 TEXTS, PAPER_SPEED = Texts("figures"), Texts("paper_speed")
 

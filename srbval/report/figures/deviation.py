@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from srbval.report.figures.files import PanelFiles, save_panel
-from srbval.report.figures.style import BLUE, INK, VERMILION, figure_style, new_axes
+from srbval.figures.files import PanelFiles, save_panel
+from srbval.figures.style import BLUE, INK, VERMILION, figure_style, new_axes
 from srbval.validation.bias import Pair
 
 # kind: (marker, face colour, edge colour); shape and filling tell them apart without colour.

@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from srbval.figures.files import PanelFiles, save_panel
+from srbval.figures.style import BLUE, GREEN, INK, ORANGE, PURPLE, SOFT, VERMILION, figure_style, new_figure
 from srbval.models.run import USABLE
-from srbval.report.figures.files import PanelFiles, save_panel
-from srbval.report.figures.style import BLUE, GREEN, INK, ORANGE, PURPLE, SOFT, VERMILION, figure_style, new_figure
 
 # Shape and colour tell the methods apart, each alone.
 MARKS = ("v", "<", ">", "^", "s", "o", "D", "P", "X")

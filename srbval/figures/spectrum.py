@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from srbval.arrays import FloatArray
-from srbval.report.figures.files import PanelFiles, extreme_indices, rounded, save_panel
-from srbval.report.figures.style import (
+from srbval.figures.files import PanelFiles, extreme_indices, rounded, save_panel
+from srbval.figures.style import (
     GREEN,
     HEALTHY,
     INK,
@@ -27,6 +27,8 @@ PLOTTED_BINS = 600
 DATA_BINS = 1500  # of the data file: all of a short record, the least and greatest of each stretch of a long one
 HEALTHY_DASHES = (0, (3, 1.2))
 Y_LABEL = "Envelope (modulus), std. dev."
+LABEL_WIDTH = 0.017  # of a line's upright label, in widths of the axes
+LABEL_TOPS = (0.975, 0.62, 0.3)
 ORDER_LABEL_POINTS = 15.0  # height of the row of the order axis' label above the axes
 
 
@@ -74,34 +76,57 @@ def envelope_spectrum_panel(
     origin: str,
     cursors: Sequence[Cursor],
     peaks: Sequence[tuple[float, float]],
-    healthy: tuple[FloatArray, FloatArray],
+    healthy: tuple[FloatArray, FloatArray] | None,
     f_max_hz: float,
     y_limits: tuple[float, float],
     letter: str = "",
     title: str = "",
+    y_label: str = Y_LABEL,
 ) -> PanelFiles:
     """Draw an envelope spectrum up to `f_max_hz`, Hz below and shaft orders on top; write picture and CSV.
 
     `cursors` are the lines expected (see `fault_cursors`), `peaks` the (frequency [Hz], amplitude) found.
-    `healthy` is the (frequency, amplitude) of the healthy bearing at the same speed, drawn dashed. Give
-    both sides of a comparison the same `y_limits`.
+    `healthy` is the (frequency, amplitude) of the healthy bearing at the same speed, drawn dashed, None without one.
+    Give both sides of a comparison the same `y_limits`.
     """
-    frequency, height = _plotted(frequency_hz, amplitude, f_max_hz)
-    style = origin_style(origin)
     with figure_style():
         figure, axes = new_axes(WIDE)
-        axes.set(xlim=(0, f_max_hz), ylim=y_limits, xlabel="Frequency, Hz", ylabel=Y_LABEL)
-        axes.plot(frequency, height, color=style.colour, lw=1.0, label=style.word.lower(), zorder=4)
-        dashed = {"color": HEALTHY, "lw": 0.8, "ls": HEALTHY_DASHES, "label": "healthy", "zorder": 5}
-        axes.plot(*_plotted(*healthy, f_max_hz), **dashed)
-        _draw_peaks(axes, peaks, f_max_hz)
-        _draw_cursors(axes, cursors, shaft_hz)
-        _order_axis(axes, shaft_hz)
+        draw_envelope_spectrum(
+            axes, frequency_hz=frequency_hz, amplitude=amplitude, shaft_hz=shaft_hz, origin=origin, cursors=cursors,
+            peaks=peaks, healthy=healthy, f_max_hz=f_max_hz, y_limits=y_limits, y_label=y_label,
+        )  # fmt: skip
         title_panel(axes, origin, letter, title, pad=9.0)
         legend_above(axes, points=ORDER_LABEL_POINTS)
         stamp_stand_in(axes, origin)
         data = _columns(_plotted(frequency_hz, amplitude, f_max_hz, DATA_BINS), healthy, shaft_hz)
         return save_panel(figure, folder, name, data)
+
+
+def draw_envelope_spectrum(
+    axes: Any,
+    *,
+    frequency_hz: ArrayLike,
+    amplitude: ArrayLike,
+    shaft_hz: float,
+    origin: str,
+    cursors: Sequence[Cursor],
+    peaks: Sequence[tuple[float, float]],
+    healthy: tuple[FloatArray, FloatArray] | None,
+    f_max_hz: float,
+    y_limits: tuple[float, float],
+    y_label: str = Y_LABEL,
+) -> None:
+    """Draw what `envelope_spectrum_panel` writes onto given axes, without title and legend."""
+    frequency, height = _plotted(frequency_hz, amplitude, f_max_hz)
+    style = origin_style(origin)
+    axes.set(xlim=(0, f_max_hz), ylim=y_limits, xlabel="Frequency, Hz", ylabel=y_label)
+    axes.plot(frequency, height, color=style.colour, lw=1.0, label=style.word.lower(), zorder=4)
+    dashed = {"color": HEALTHY, "lw": 0.8, "ls": HEALTHY_DASHES, "label": "healthy", "zorder": 5}
+    if healthy is not None:
+        axes.plot(*_plotted(*healthy, f_max_hz), **dashed)
+    _draw_peaks(axes, peaks, f_max_hz)
+    _draw_cursors(axes, cursors, shaft_hz)
+    _order_axis(axes, shaft_hz)
 
 
 def _plotted(
@@ -115,25 +140,38 @@ def _plotted(
 
 
 def _draw_cursors(axes: Any, cursors: Sequence[Cursor], shaft_hz: float) -> None:
-    """Harmonics with frequency and order; sidebands by name, at the foot of the picture."""
+    """Harmonics with frequency and order, sidebands by name; a label that would lie on another stands below it."""
     blended = axes.get_xaxis_transform()
     first = next((cursor for cursor in cursors if not cursor.sideband), None)
-    for cursor in cursors:
+    for cursor, top in zip(cursors, _label_tops(axes, cursors), strict=True):
         if cursor.sideband:
             axes.axvline(cursor.frequency_hz, color=GREEN, lw=0.6, ls=":", alpha=0.8, zorder=2)
-            axes.text(cursor.frequency_hz, 0.97, cursor.name, transform=blended, rotation=90, ha="right", va="top",
+            axes.text(cursor.frequency_hz, top, cursor.name, transform=blended, rotation=90, ha="right", va="top",
                       fontsize=5.5, color=GREEN, zorder=6)  # fmt: skip
             continue
         label = "expected" if cursor is first else None
         axes.axvline(cursor.frequency_hz, color=GREEN, lw=0.9, ls="--", zorder=2, label=label)
         place = f"{cursor.name}  {cursor.frequency_hz:.1f} Hz, {cursor.frequency_hz / shaft_hz:.2f}"
         axes.text(
-            cursor.frequency_hz, 0.975, place,
+            cursor.frequency_hz, top, place,
             transform=blended, rotation=90, ha="right", va="top", fontsize=6.5, color=GREEN, zorder=6,
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.4},
         )  # fmt: skip
     if any(cursor.sideband for cursor in cursors):
         axes.plot([], [], color=GREEN, lw=0.8, ls=":", label="sidebands")
+
+
+def _label_tops(axes: Any, cursors: Sequence[Cursor]) -> list[float]:
+    """Where each cursor's label begins, in heights of the axes: the highest of `LABEL_TOPS` with room beside it."""
+    low, high = axes.get_xlim()
+    last = dict.fromkeys(LABEL_TOPS, -np.inf)
+    tops = []
+    for cursor in cursors:
+        place = (cursor.frequency_hz - low) / (high - low)
+        top = next((top for top, taken in last.items() if place - taken >= LABEL_WIDTH), LABEL_TOPS[0])
+        last[top] = place
+        tops.append(top)
+    return tops
 
 
 def _draw_peaks(axes: Any, peaks: Sequence[tuple[float, float]], f_max_hz: float) -> None:
@@ -150,12 +188,8 @@ def _order_axis(axes: Any, shaft_hz: float) -> None:
 
 
 def _columns(
-    shown: tuple[FloatArray, FloatArray], healthy: tuple[FloatArray, FloatArray], shaft_hz: float
+    shown: tuple[FloatArray, FloatArray], healthy: tuple[FloatArray, FloatArray] | None, shaft_hz: float
 ) -> dict[str, FloatArray]:
     frequency, height = shown
-    return {
-        "frequency_hz": frequency,
-        "shaft_order": frequency / shaft_hz,
-        "amplitude": rounded(height),
-        "healthy_amplitude": rounded(np.interp(frequency, *healthy)),
-    }
+    columns = {"frequency_hz": frequency, "shaft_order": frequency / shaft_hz, "amplitude": rounded(height)}
+    return columns if healthy is None else columns | {"healthy_amplitude": rounded(np.interp(frequency, *healthy))}

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from srbval.report.figures.files import PanelFiles, extreme_indices, rounded, save_panel
-from srbval.report.figures.style import (
+from srbval.arrays import FloatArray
+from srbval.figures.files import PanelFiles, extreme_indices, rounded, save_panel
+from srbval.figures.style import (
     HALF,
     INK,
     figure_style,
@@ -19,6 +20,7 @@ from srbval.report.figures.style import (
 )
 
 PLOTTED_BINS = 700
+Y_LABEL = "Acceleration, std. dev."
 
 
 def acceleration_panel(
@@ -35,11 +37,13 @@ def acceleration_panel(
     title: str = "",
     period_s: float | None = None,
     period_name: str = "",
+    inches: tuple[float, float] = HALF,
+    y_label: str = Y_LABEL,
 ) -> PanelFiles:
     """Draw acceleration (light) and envelope (strong) over `window_s`; write picture and CSV.
 
-    `acceleration` and `envelope`, shape [n], are in standard deviations of the record. Give every panel
-    of a figure the same `window_s` length and `y_limits`. `period_s` marks one spacing of the fault line
+    `acceleration` and `envelope`, shape [n], are in standard deviations of the record, or as `y_label` says. Give
+    every panel of a figure the same `window_s` length and `y_limits`. `period_s` marks one spacing of the fault line
     (named `period_name`) as a bar, to be compared with the spacing of the bursts.
     """
     time, signal, strength = (np.asarray(a, dtype=np.float64) for a in (time_s, acceleration, envelope))
@@ -47,12 +51,10 @@ def acceleration_panel(
     inside = (time >= start) & (time <= stop)
     time, signal, strength = time[inside] - start, signal[inside], strength[inside]
     kept = extreme_indices(signal, PLOTTED_BINS)
-    style = origin_style(origin)
     with figure_style():
-        figure, axes = new_axes(HALF)
-        axes.plot(time[kept] * 1e3, signal[kept], color=style.light, lw=0.6, label="acceleration")
-        axes.plot(time[kept] * 1e3, strength[kept], color=style.colour, lw=1.2, label="its envelope")
-        axes.set(xlabel="Time, ms", ylabel="Acceleration, std. dev.", xlim=(0, (stop - start) * 1e3), ylim=y_limits)
+        figure, axes = new_axes(inches)
+        draw_acceleration(axes, time[kept], signal[kept], strength[kept], origin=origin, y_label=y_label)
+        axes.set(xlim=(0, (stop - start) * 1e3), ylim=y_limits)
         if period_s:
             _mark_period(axes, period_s * 1e3, period_name)
         title_panel(axes, origin, letter, title)
@@ -61,6 +63,22 @@ def acceleration_panel(
         shown = {"acceleration_std": rounded(signal[kept]), "envelope_std": rounded(strength[kept])}
         columns = {"time_s": time[kept]} | shown
         return save_panel(figure, folder, name, columns)
+
+
+def draw_acceleration(
+    axes: Any,
+    time_s: FloatArray,
+    acceleration: FloatArray,
+    envelope: FloatArray,
+    *,
+    origin: str,
+    y_label: str = Y_LABEL,
+) -> None:
+    """Draw acceleration (light) and envelope (strong) over time, all [n], onto given axes."""
+    style = origin_style(origin)
+    axes.plot(time_s * 1e3, acceleration, color=style.light, lw=0.6, label="acceleration")
+    axes.plot(time_s * 1e3, envelope, color=style.colour, lw=1.2, label="its envelope")
+    axes.set(xlabel="Time, ms", ylabel=y_label)
 
 
 def _mark_period(axes: Any, period_ms: float, period_name: str) -> None:

@@ -32,10 +32,15 @@ def save_panel(
     """
     folder.mkdir(parents=True, exist_ok=True)
     picture = folder / f"{name}{suffix}"
-    picture.write_bytes(_svg(figure) if suffix == ".svg" else _png(figure))
+    picture.write_bytes(picture_bytes(figure, suffix))
     data = folder / f"{name}.csv"
     write_csv(data, columns)
     return PanelFiles(picture=picture, data=data)
+
+
+def picture_bytes(figure: Any, suffix: str) -> bytes:
+    """A figure as SVG (``.svg``) or PNG; call it in the style that the figure was drawn in."""
+    return _svg(figure) if suffix == ".svg" else _png(figure)
 
 
 def _svg(figure: Any) -> bytes:

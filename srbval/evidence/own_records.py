@@ -1,0 +1,272 @@
+"""The evidence for one's own recordings: lines, what was not seen and why, a healthy record, the model beside them."""
+
+import dataclasses
+import enum
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
+from srbval.errors import ConfigurationError, SrbvalError
+from srbval.evidence.provenance import provenance
+from srbval.figures.spectrum import Cursor
+from srbval.models.run import Run
+from srbval.progress import Progress, silent, stage
+from srbval.recordings import Origin, Recording, recording_from_run
+from srbval.scene import load_scene
+from srbval.signal import LEAST_SNR
+from srbval.signal.comb import FALSE_ALARM, PLACEBO_FALSE_ALARM
+from srbval.validation.analyse import Analysis, analyse, bearing_of
+from srbval.validation.band_choice import declared_band
+from srbval.validation.baseline import Baseline, against, baseline_of, registered_baseline
+from srbval.validation.families import OTHER_LINE, SLIP_WINDOW
+from srbval.validation.fault_call import FaultCall
+from srbval.validation.lines import Line
+from srbval.validation.picture import (
+    NORMALISED,
+    OWN_UNIT,
+    expected_lines,
+    first_lines,
+    in_own_unit,
+    marked_line,
+    middle_window,
+    own_peaks,
+    spectrum_end_hz,
+)
+from srbval.validation.shown_record import ShownRecord, shown_record
+from srbval.validation.simulation_cases import SimulationCase, run_cases
+from srbval.validation.speed_search import USABLE_SHARE
+
+SCHEMA_VERSION = 1
+MODEL_TURNS = 30.0  # length of the model's run: enough for its lines
+
+
+class Unseen(enum.StrEnum):
+    """Why a line is not counted as seen."""
+
+    OUT_OF_REACH = "out of reach"
+    HIDDEN = "hidden by the shaft"
+    PART_OF_OTHER = "part of another line"
+    ANOTHER = "another line"
+    WEAK = "too weak"
+    NOISE = "noise"
+    MEANINGLESS = "meaningless"
+    FLANK = "flank"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ModelBeside:
+    """The model at a record's speed, with the defect of `state`: its run, its analysis and arrays for figures.
+
+    `stated_load` says whether the record states its load, or the scene's own was taken.
+    """
+
+    run: Run
+    base: str
+    state: Fault
+    stated_load: bool
+    analysis: Analysis
+    shown: ShownRecord
+
+    @property
+    def peaks(self) -> tuple[tuple[float, float], ...]:
+        """Frequency [Hz] and height of what was detected in the run."""
+        return own_peaks(self.shown)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OwnRecord:
+    """One recording with all that the report says of it.
+
+    `shown` and `healthy` hold the arrays of the figures, in `unit`; `window_s` is what they show in time, and
+    `spectrum_hz` where their spectra end. `marked` is the line whose harmonics are marked there, None where no fault's
+    line was detected, `expected` all that is marked. `unseen` are the first harmonics that were looked for and not
+    counted as seen, with the reason.
+    `model` is a text where the model's run failed, None where there is no model.
+    """
+
+    analysis: Analysis
+    call: FaultCall
+    baseline: Baseline | None
+    unit: str
+    shown: ShownRecord
+    healthy: ShownRecord | None
+    window_s: tuple[float, float]
+    spectrum_hz: float
+    marked: Line | None
+    expected: tuple[Cursor, ...]
+    unseen: tuple[tuple[Line, Unseen], ...]
+    model: ModelBeside | str | None
+
+    @property
+    def peaks(self) -> tuple[tuple[float, float], ...]:
+        """Frequency [Hz] and height of what was detected, of the lines that were themselves."""
+        return own_peaks(self.shown)
+
+    @property
+    def first_lines(self) -> tuple[Line, ...]:
+        """The first harmonic of every family."""
+        return first_lines(self.analysis)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The record's entry in ``report.json``."""
+        baseline, model = self.baseline, self.model
+        return self.analysis.to_dict() | {
+            "fault": self.call,
+            "unseen": {line.name: why for line, why in self.unseen},
+            "baseline": baseline
+            and {"conditions": baseline.conditions, "remarks": baseline.remarks, "analysis": baseline.analysis},
+            "model": {"failed": model} if isinstance(model, str) else model and _model_entry(model),
+        }
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OwnEvidence:
+    """What a report on one's own recordings is made of."""
+
+    bearing: Bearing
+    records: tuple[OwnRecord, ...]
+    provenance: Mapping[str, Any]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The content of ``report.json``: all numbers; arrays that figures draw lie in the figures' data files."""
+        return {"schema_version": SCHEMA_VERSION, "status": "ok", "bearing": self.bearing, "records": self.records}
+
+
+def gather_own(
+    recordings: Sequence[Recording],
+    *,
+    bearing: str | None = None,
+    healthy: Recording | None = None,
+    band_hz: tuple[float, float] | None = None,
+    model: bool = True,
+    progress: Progress = silent,
+) -> OwnEvidence:
+    """Analyse recordings of one bearing, each against `healthy`, or else the registered healthy record of its rig.
+
+    `bearing` is a known name or a file, without it that of the recordings' data set. Where neither `band_hz` [Hz] nor
+    the data set says which band to demodulate, each record's most impulsive one is taken, with its trials counted. The
+    model runs beside a measured record where the bearing has a geometry and `model` is left True. Raises what reading
+    a record raises; a model's run that fails is only said.
+    """
+    if not recordings:
+        raise ConfigurationError("no recording is given: name at least one file.")
+    records = []
+    for recording in recordings:
+        with stage(progress, f"Analyse {recording.name}"):
+            chosen = bearing_of(recording, bearing)
+            unknown = band_hz is None and not _band_is_declared(recording)
+            analysis = analyse(recording, bearing=chosen, band_hz=band_hz, choose_on_record=unknown)
+            other = healthy if healthy is not None else registered_baseline(analysis)
+            baseline = None if other is None else baseline_of(analysis, other)
+        name = bearing or recording.bearing
+        beside = _model_beside(analysis, against(analysis, baseline), name, progress) if model else None
+        records.append(own_record(analysis, baseline, beside))
+    runs = [record.model.run for record in records if isinstance(record.model, ModelBeside)]
+    used = [*recordings, *(r.baseline.analysis.recording for r in records if r.baseline is not None)]
+    facts = provenance(runs, ()) | {
+        "recordings": {r.name if r.file is None else Path(r.file).name: r.sha256 for r in used}
+    }
+    facts = {key: value for key, value in facts.items() if value}
+    return OwnEvidence(bearing=records[0].analysis.bearing, records=tuple(records), provenance=facts)
+
+
+def why_unseen(line: Line, analysis: Analysis) -> Unseen | None:
+    """Why a first harmonic is not counted as seen; None where it is."""
+    if line.detected:
+        return None
+    width = analysis.processed.band_hz[1] - analysis.processed.band_hz[0]
+    if line.found_hz is None:
+        beyond = (1 + SLIP_WINDOW) * line.kinematic_hz > USABLE_SHARE * width
+        return Unseen.OUT_OF_REACH if beyond else Unseen.HIDDEN
+    if line.explained_by is not None:
+        return Unseen.ANOTHER if line.explained_by == OTHER_LINE else Unseen.PART_OF_OTHER
+    if (line.snr or 0.0) <= LEAST_SNR:
+        return Unseen.WEAK
+    if (line.noise_false_alarm or 0.0) >= FALSE_ALARM:
+        return Unseen.NOISE
+    return Unseen.MEANINGLESS if (line.placebo_false_alarm or 0.0) >= PLACEBO_FALSE_ALARM else Unseen.FLANK
+
+
+def _band_is_declared(recording: Recording) -> bool:
+    try:
+        declared_band(recording, None)
+    except ConfigurationError:
+        return False
+    return True
+
+
+def own_record(analysis: Analysis, baseline: Baseline | None, model: ModelBeside | str | None = None) -> OwnRecord:
+    """What the report says of one analysis, against a healthy record and beside a model where there are any."""
+    call = against(analysis, baseline)
+    compared = [analysis] if baseline is None else [analysis, baseline.analysis]
+    own_unit, window_s = in_own_unit(compared), middle_window(compared)
+    marked = marked_line(analysis) if call.line is None else analysis.line(call.line)
+    end_hz = spectrum_end_hz(analysis, marked)
+    shown = shown_record(analysis, window_s=window_s, own_unit=own_unit)
+    return OwnRecord(
+        analysis=analysis,
+        call=call,
+        baseline=baseline,
+        unit=OWN_UNIT if own_unit else NORMALISED,
+        shown=shown,
+        healthy=None
+        if baseline is None
+        else _on_axis_of(shown, shown_record(baseline.analysis, window_s=window_s, own_unit=own_unit)),
+        window_s=window_s,
+        spectrum_hz=end_hz,
+        marked=marked,
+        expected=expected_lines(analysis, marked, end_hz),
+        unseen=tuple((x, why) for x in first_lines(analysis) if (why := why_unseen(x, analysis)) is not None),
+        model=model,
+    )
+
+
+def _on_axis_of(shown: ShownRecord, other: ShownRecord) -> ShownRecord:
+    """`other` with its Welch spectrum at the frequencies of `shown`; NaN beyond its own."""
+    level = np.interp(shown.power_hz, other.power_hz, other.power_db, right=math.nan)
+    return dataclasses.replace(other, power_hz=shown.power_hz, power_db=level)
+
+
+def _model_beside(
+    analysis: Analysis, call: FaultCall, bearing: str | None, progress: Progress
+) -> ModelBeside | str | None:
+    """The model at the record's speed with the defect declared or indicated; None where the bearing has no model."""
+    recording, geometry = analysis.recording, analysis.bearing.geometry
+    if geometry is None or recording.origin is not Origin.MEASURED or bearing is None:
+        return None
+    state = recording.state or call.called or call.indicated or Fault.HEALTHY
+    base = "rig" if geometry == load_bearing(DEFAULT_BEARING).geometry else "paper"
+    load = {"radial_n": recording.radial_n, "axial_n": recording.axial_n}
+    changes = {
+        "bearing": bearing,
+        "shaft_speed_rad_s": 2 * math.pi * analysis.speed.value_hz,
+        "duration_s": MODEL_TURNS / analysis.speed.value_hz,
+        "load": {key: value for key, value in load.items() if value is not None},
+        "defect": {"kind": state.scene_word},
+    }
+    try:
+        case = SimulationCase(
+            id=f"beside-{recording.name}", purpose="beside the record", state=state, scene=load_scene(base, changes),
+            base=base,
+        )  # fmt: skip
+        run = run_cases([case], jobs=1, progress=progress)[case.id]
+        found = analyse(recording_from_run(run), bearing=analysis.bearing)
+    except SrbvalError as error:
+        return str(error)
+    return ModelBeside(
+        run=run, base=base, state=state, stated_load=recording.radial_n is not None, analysis=found,
+        shown=shown_record(found, window_s=middle_window([found])),
+    )  # fmt: skip
+
+
+def _model_entry(model: ModelBeside) -> dict[str, Any]:
+    run = model.run
+    return {
+        "scene": model.base, "model": run.scene.model, "state": model.state, "status": run.status,
+        "cage_ratio": run.cage_ratio, "bpfo_hz": run.bpfo_hz, "bpfi_hz": run.bpfi_hz, "analysis": model.analysis,
+    }  # fmt: skip

@@ -1,0 +1,1 @@
+"""Figures of plain arrays: their one style, what draws a record, and the files they are written to."""

@@ -1,0 +1,199 @@
+"""A ball or a cylindrical roller between its races, without mass: what `statics` is for a barrel roller.
+
+Each contact is a row of strips along the race that give way on their own, as in the slices model. A strip of a roller
+of length L takes q = c_L / L (2 d)^(10/9) per length at the penetration d, c_L = 35948 L^(8/9) N/mm^(10/9) being that
+of both contacts together (ISO/TS 16281). A ball's takes q = c d: with c = 3 Q / (4 a d) and the penetration
+d - x^2 / (2 R) at x across the race, R = a^2 / (2 d), the strips add up to Hertz's force Q, and their loads to his
+distribution across the race, at every load, since a^2 / d and Q / (a d) do not depend on it.
+
+An opening, a hole or a spall, takes a strip's support away while the element stands over it: it rests on the nearest
+edge, at t, by kappa t^2 / 2 higher than the race, kappa the curvature of the gap along the race, or on the floor. A
+raised piece is met in the same way from beside it. The contact angle is taken to stay what it is.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from srbval.arrays import FloatArray
+from srbval.bearing import ElementShape, RollingElements
+from srbval.errors import ConfigurationError
+from srbval.models.planar.hertz import ellipse
+from srbval.models.planar.statics import OnRace
+from srbval.models.sliced_contact import LINE_STIFFNESS
+from srbval.scene import Defect, DefectShape, Scene
+
+STRIPS = 24  # across a defect
+LINE = 10 / 9
+HALVINGS = 40  # of the range in which the element is looked for, see `statics`
+FULLEST = 4.0  # times the load of the most loaded element, without clearance, up to which forces are tabulated
+HIGHEST_SHARE = {ElementShape.BALL: 4.37, ElementShape.ROLLER: 4.08}  # Stribeck: times load over number, no clearance
+LEAST_DEPTH_M = 1e-6
+
+
+@dataclass(frozen=True, kw_only=True)
+class Race:
+    """A race's contact: `stiffness` of a strip per length [N/m^(1 + exponent)] and its `exponent`.
+
+    A ball's strips lie `fall_1_m` x^2 / 2 lower at x across the race, a roller's all alike over its `length_m`;
+    `along_1_m`: curvature of the gap along the race.
+    """
+
+    stiffness: float
+    exponent: float
+    fall_1_m: float
+    length_m: float
+    along_1_m: float
+    radius_m: float
+
+    def force_n(self, depth_m: FloatArray) -> FloatArray:
+        """Normal force at a penetration, any shape."""
+        depth = np.maximum(depth_m, 0.0)
+        if self.fall_1_m > 0:
+            return self.stiffness * (4 / 3) * math.sqrt(2 / self.fall_1_m) * depth**1.5
+        return self.stiffness * self.length_m * depth**self.exponent
+
+    def slope_n_m(self, depth_m: FloatArray) -> FloatArray:
+        """Stiffness at a penetration."""
+        power = 1.5 if self.fall_1_m > 0 else self.exponent
+        depth = np.maximum(depth_m, LEAST_DEPTH_M)
+        return np.where(depth_m > 0, power * self.force_n(depth) / depth, 0.0)
+
+    def added_n(self, depth_m: FloatArray, opening: "Opening") -> FloatArray:
+        """What a defect adds to the force, less than nothing for an opening; shapes broadcast."""
+        added = np.zeros(np.broadcast_shapes(depth_m.shape, opening.middle_m.shape))
+        for x, half in zip(opening.across_m, opening.half_m, strict=True):
+            level = depth_m - self.fall_1_m * x**2 / 2
+            lifted = np.maximum(level + opening.lift_m(half, self.along_1_m), 0.0)
+            added += lifted**self.exponent - np.maximum(level, 0.0) ** self.exponent
+        return self.stiffness * opening.strip_m * added
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Opening:
+    """A defect of one race (0 outer, 1 inner): half length `half_m` of each strip at `across_m`, `strip_m` wide.
+
+    `middle_m`: where its middle is along the race from the element, any shape.
+    """
+
+    race: int
+    height_m: float
+    across_m: FloatArray
+    half_m: FloatArray
+    strip_m: float
+    middle_m: FloatArray
+
+    def lift_m(self, half_m: float, along_1_m: float) -> FloatArray:
+        """By how much the race's surface under the element is higher than without the defect."""
+        if self.height_m > 0:
+            beside = np.maximum(np.abs(self.middle_m) - half_m, 0.0)
+            return np.maximum(0.0, self.height_m - along_1_m * beside**2 / 2)
+        inside = np.maximum(half_m - np.abs(self.middle_m), 0.0)
+        return -np.minimum(along_1_m * inside**2 / 2, -self.height_m)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ElementSlot:
+    """An element between its `races`, outer first, with `play_m` to both together; `damping_s`: see `LineContact`."""
+
+    races: tuple[Race, Race]
+    cosine: float
+    play_m: float
+    damping_s: float
+
+    @property
+    def excess_m(self) -> tuple[float, float]:
+        """Over the gap to each race, outer first."""
+        return (-self.play_m / 2, -self.play_m / 2)
+
+    def press(self, approach_m: FloatArray, raised: Opening | None = None) -> FloatArray:
+        """Balance the element at each `approach_m`; see `statics.Slot.press`."""
+        shape = approach_m.shape if raised is None else np.broadcast_shapes(approach_m.shape, raised.middle_m.shape)
+        whole = np.broadcast_to(approach_m * self.cosine - self.play_m, shape)
+        reach = float(np.abs(whole).max()) + (abs(raised.height_m) if raised is not None else 0.0)
+        low, high = np.full(shape, -reach), np.full(shape, reach)
+        for _ in range(HALVINGS):
+            outer = (low + high) / 2
+            too_far = self._force(0, outer, raised) > self._force(1, whole - outer, raised)
+            low, high = np.where(too_far, low, outer), np.where(too_far, outer, high)
+        outer = (low + high) / 2
+        slopes = [race.slope_n_m(depth) for race, depth in zip(self.races, (outer, whole - outer), strict=True)]
+        series = slopes[0] * slopes[1] / np.maximum(slopes[0] + slopes[1], 1.0)
+        force = self._force(1, whole - outer, raised)
+        depth = np.maximum(outer, whole - outer)
+        return np.array([self.cosine * force, self.cosine**2 * self.damping_s * series, depth])
+
+    def _force(self, race: int, depth: FloatArray, raised: Opening | None) -> FloatArray:
+        force = self.races[race].force_n(depth)
+        return force if raised is None or raised.race != race else force + self.races[race].added_n(depth, raised)
+
+    def on_race(self, defect: Defect, race: int, deepest_m: float) -> OnRace:
+        """A defect against one race; `ConfigurationError` for a shape that strips do not know."""
+        across, half, strip = _strips(defect, self.races[race], deepest_m)
+        bump = math.sqrt(2 * max(0.0, defect.height_m) / self.races[race].along_1_m)
+        return OnRace(
+            raised=lambda middle: Opening(
+                race=race, height_m=defect.height_m, across_m=across, half_m=half, strip_m=strip, middle_m=middle
+            ),
+            reach_m=float(half.max()) + bump,
+            race_radius_m=self.races[race].radius_m,
+        )
+
+    def deepest_m(self, load_n: float) -> float:
+        """Approach at which one element carries `load_n`, or touches at all."""
+        approach = LEAST_DEPTH_M + max(0.0, self.play_m)
+        while self.press(np.array([approach]))[0, 0] < load_n:
+            approach *= 1.2
+        return float(approach)
+
+
+def _strips(defect: Defect, race: Race, deepest_m: float) -> tuple[FloatArray, FloatArray, float]:
+    """Places across the race, half lengths and width of the strips of a defect, no wider than a contact can be."""
+    if defect.extent_m is None:
+        raise ConfigurationError(
+            f"a defect of {defect.points} points: the races of this bearing have none; give it an extent, "
+            "for example extent = '0.5 mm'."
+        )
+    if defect.shape is DefectShape.COSINE:
+        raise ConfigurationError("defect shape = 'cosine': the planar model of this bearing has 'flat' and 'hole'.")
+    widest = race.length_m if race.fall_1_m == 0 else 2 * math.sqrt(2 * deepest_m / race.fall_1_m)
+    hole = defect.shape is DefectShape.HOLE
+    width = min(widest, defect.extent_m if hole else (defect.width_m or widest))
+    across = (np.arange(STRIPS) + 0.5) / STRIPS * width - width / 2
+    half = np.full(STRIPS, defect.extent_m / 2)
+    return across, np.sqrt(half**2 - across**2) if hole else half, width / STRIPS
+
+
+def element_slot(scene: Scene, elements: RollingElements) -> ElementSlot:
+    """The scene's element between its races.
+
+    Curvatures (Harris & Kotzalas 2006, chapter 2; quoted from memory): along the race 2 / (d (1 + gamma)) on the outer
+    and 2 / (d (1 - gamma)) on the inner one, gamma = d cos(alpha) / D; across it 2 / d less that of the groove.
+    """
+    d, gamma, half_pitch = elements.element_diameter_m, elements.ratio, elements.pitch_diameter_m / 2
+    races = []
+    for sign, groove in ((1.0, elements.outer_groove), (-1.0, elements.inner_groove)):
+        along = 2 / (d * (1 + sign * gamma))
+        radius = half_pitch + sign * d / 2 * math.cos(elements.contact_angle_rad)
+        if elements.shape is ElementShape.BALL:
+            touch = ellipse(along, (2 - 1 / groove) / d)
+            stiffness, exponent = 3 / (4 * touch.across_m * touch.approach_m), 1.0
+            fall, length = 2 * touch.approach_m / touch.across_m**2, 0.0
+        else:
+            exponent, fall, length = LINE, 0.0, elements.contact_length_m
+            stiffness = LINE_STIFFNESS * length ** (8 / 9) * 2**LINE / length
+        races.append(Race(stiffness=stiffness, exponent=exponent, fall_1_m=fall, length_m=length, along_1_m=along,
+                          radius_m=radius))  # fmt: skip
+    return ElementSlot(
+        races=(races[0], races[1]), cosine=math.cos(elements.contact_angle_rad), play_m=scene.contact.radial_play_m,
+        damping_s=scene.line_contact.damping_s,
+    )  # fmt: skip
+
+
+def fullest_n(scene: Scene, elements: RollingElements) -> float:
+    """Force on one element up to which tables reach, for the largest load of the scene."""
+    profile = scene.load_profile
+    load = scene.load.radial_n if profile is None else max(profile.radial_n)
+    carried = elements.rows * elements.rolling_elements * math.cos(elements.contact_angle_rad)
+    return FULLEST * HIGHEST_SHARE[elements.shape] * max(load, 1.0) / carried

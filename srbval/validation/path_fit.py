@@ -1,0 +1,301 @@
+"""Fitting a path to the sensor to powers in bands, or to a measured response; the number of modes by BIC.
+
+Powers: the fault's record has D = H + |P|^2 X in each band, H the healthy record's and X that of the simulated ring. Of
+D's level in dB the error has variance
+
+    v = s^2 (1 + w^2) + tau^2 (w^2 + (1 - w)^2),    w = H / (H + |P|^2 X),    s = (10 / ln 10) / sqrt(B T),
+
+noise of both records, each a power of B T degrees of freedom, and tau, fitted too: what the simulated force misses, and
+how the background changes from one bearing mounted to the next. A mode narrower than half a band is seen by one band at
+most, and is not looked for.
+BIC = -2 ln L + k ln n (Schwarz 1978, Ann. Statist. 6, 461). Covariance: the inverse of Fisher's information, times
+n / (n - k), since the scatter is estimated as well.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.arrays import FloatArray
+from srbval.scene import PathMode, SensorPath
+from srbval.scene.sensor_path import MOST_MODES, response
+
+DB = 10 / math.log(10)
+DAMPING = (0.003, 0.3)  # least and greatest damping ratio that is looked for
+START_DAMPING = (0.04, 0.1)
+STARTS, BEST = 12, 4  # frequencies tried for a new mode; how many of all trials are followed to the end
+HIGHEST_GAIN, MOST_DB = 1e3, 30.0
+LEAST_SPARE = 4  # bands more than parameters
+
+
+class FittedTo(Protocol):
+    """What a path is fitted to: parameters are those of `SensorPath`, then `extras` of its own."""
+
+    @property
+    def band_hz(self) -> tuple[float, float]:
+        """Band that the path is good in."""
+        ...
+
+    @property
+    def extras(self) -> tuple[tuple[float, float, float], ...]:
+        """Start, least and greatest value of each parameter beside the path's."""
+        ...
+
+    @property
+    def size(self) -> int:
+        """How many numbers are fitted to."""
+        ...
+
+    @property
+    def scale(self) -> float:
+        """A first guess of the direct gain."""
+        ...
+
+    @property
+    def spacing_hz(self) -> float:
+        """Distance of neighbouring frequencies."""
+        ...
+
+    def residuals(self, parameters: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Errors over their deviations, and what the deviations add: -2 ln L is the sum of squares of both."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BandPowers:
+    """Powers in bands: of the `excitation` on a grid of `frequency_hz` in each band, [n, m], of the fault's record and
+    of its `healthy` one, [n], with `freedom` = B T.
+
+    `coloured`: the excitation is unknown and taken as a power of the frequency, which is fitted.
+    """
+
+    band_hz: tuple[float, float]
+    frequency_hz: FloatArray
+    excitation: FloatArray
+    fault: FloatArray
+    healthy: FloatArray
+    freedom: float
+    coloured: bool = False
+
+    @property
+    def extras(self) -> tuple[tuple[float, float, float], ...]:
+        """Of the scatter ln tau [dB], and of the exponent."""
+        return ((math.log(2.0), math.log(1e-2), math.log(MOST_DB)), *(((0.0, -8.0, 8.0),) if self.coloured else ()))
+
+    @property
+    def size(self) -> int:
+        """Number of bands."""
+        return self.fault.size
+
+    @property
+    def scale(self) -> float:
+        """Root of the fault's increment over the excitation, in the median band."""
+        increment = np.maximum(self.fault - self.healthy, 0.05 * self.fault)
+        return float(np.median(np.sqrt(increment / self.excitation.sum(axis=1))))
+
+    @property
+    def spacing_hz(self) -> float:
+        """Width of a band."""
+        return float(self.frequency_hz[1].mean() - self.frequency_hz[0].mean())
+
+    @property
+    def noise_db(self) -> float:
+        """One standard deviation of one record's power in a band [dB]."""
+        return DB / math.sqrt(self.freedom)
+
+    def powers(self, parameters: FloatArray) -> FloatArray:
+        """What the path makes of the excitation, [n]."""
+        count = parameters.size - len(self.extras)
+        shape = (self.frequency_hz / self.band_hz[0]) ** parameters[-1] if self.coloured else 1.0
+        gain = np.abs(response(self.frequency_hz, parameters[:count])) ** 2
+        return np.asarray((gain * shape * self.excitation).sum(axis=1))
+
+    def residuals(self, parameters: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """See the module."""
+        scatter = math.exp(parameters[-1 - self.coloured])
+        whole = self.powers(parameters) + self.healthy
+        share = self.healthy / whole
+        variance = 1 + share**2 + (share**2 + (1 - share) ** 2) * (scatter / self.noise_db) ** 2  # of s^2
+        return DB * np.log(self.fault / whole) / (self.noise_db * np.sqrt(variance)), np.sqrt(np.log(variance))
+
+    def chance(self, path: SensorPath, scatter_db: float = 0.0) -> float:
+        """Chance of levels so far off, were this path right and the force known to within `scatter_db`."""
+        from scipy.special import gammaincc
+
+        own = np.append(path.parameters, math.log(max(scatter_db, 1e-2)))
+        errors, _ = self.residuals(np.append(own, 0.0) if self.coloured else own)
+        return float(gammaincc(self.size / 2, float(errors @ errors) / 2))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MeasuredResponse:
+    """A measured response P, complex, [n]; errors are normal and alike, their size is fitted."""
+
+    band_hz: tuple[float, float]
+    frequency_hz: FloatArray
+    values: NDArray[np.complex128]
+
+    @property
+    def extras(self) -> tuple[tuple[float, float, float], ...]:
+        """Logarithm of the errors' deviation over `floor`."""
+        return ((math.log(30.0), 0.0, math.log(1e6)),)
+
+    @property
+    def size(self) -> int:
+        """Real and imaginary parts."""
+        return 2 * self.values.size
+
+    @property
+    def scale(self) -> float:
+        """Median size."""
+        return float(np.median(np.abs(self.values)))
+
+    @property
+    def spacing_hz(self) -> float:
+        """Median distance of two lines."""
+        return float(np.median(np.diff(self.frequency_hz)))
+
+    @property
+    def floor(self) -> float:
+        """The least deviation of an error."""
+        return 1e-4 * float(np.sqrt(np.mean(np.abs(self.values) ** 2)))
+
+    def residuals(self, parameters: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Real and imaginary parts."""
+        error = response(self.frequency_hz, parameters[:-1]) - self.values
+        deviation = self.floor * math.exp(parameters[-1])
+        both = np.append(error.real, error.imag) / deviation
+        return both, np.full(both.size, math.sqrt(2 * max(parameters[-1], 0.0)))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PathFit:
+    """A path with so many modes: `parameters` with those of the evidence at the end, `covariance` of all, `bic`."""
+
+    modes: int
+    parameters: FloatArray
+    covariance: FloatArray
+    bic: float
+
+    def path(self, evidence: FittedTo, *, source: str, used: tuple[str, ...] = ()) -> SensorPath:
+        """As data."""
+        count = 1 + 3 * self.modes
+        own = self.parameters[1:count].reshape(-1, 3).tolist()
+        return SensorPath(
+            direct=math.exp(self.parameters[0]),
+            modes=tuple(PathMode(frequency_hz=math.exp(f), damping_ratio=math.exp(z), gain=g) for f, z, g in own),
+            low_hz=evidence.band_hz[0], high_hz=evidence.band_hz[1],
+            scatter_db=math.exp(self.parameters[count]) if isinstance(evidence, BandPowers) else 0.0,
+            source=source, used=used,
+            covariance=tuple(tuple(row) for row in self.covariance[:count, :count].tolist()),
+        )  # fmt: skip
+
+
+def fit_path(evidence: FittedTo, most_modes: int = MOST_MODES) -> tuple[PathFit, ...]:
+    """Paths of 0, 1, ... modes, as many as there is data for; the best has the least `bic`."""
+    found: list[PathFit] = []
+    for modes in range(most_modes + 1):
+        starts = _starts(evidence, found[-1] if found else None)
+        if evidence.size < 1 + 3 * modes + len(evidence.extras) + LEAST_SPARE:
+            break
+        costs = [_cost(evidence, start) for start in starts]
+        tried = [_descend(evidence, starts[place]) for place in np.argsort(costs)[:BEST]]
+        found.append(min(tried, key=lambda fit: fit.bic))
+    return tuple(found)
+
+
+def best_of(fits: tuple[PathFit, ...]) -> PathFit:
+    """The one with the least BIC."""
+    return min(fits, key=lambda fit: fit.bic)
+
+
+def refit(evidence: FittedTo, start: PathFit) -> PathFit:
+    """The same number of modes fitted to other evidence, from where another fit ended."""
+    count = 1 + 3 * start.modes
+    values = start.parameters[:count].copy()
+    extras = [one[0] for one in evidence.extras]
+    low, high = math.log(evidence.scale / 100), math.log(100 * evidence.scale)
+    change = float(np.clip(math.log(evidence.scale), low, high)) - values[0]
+    values[0] += change
+    values[3::3] *= math.exp(change)
+    return _descend(evidence, np.append(values, extras))
+
+
+def inflated(fit: PathFit, other: PathFit) -> tuple[PathFit, list[float]]:
+    """The fit with the deviations of its frequencies widened where another record's differ by more than 2 u.
+
+    Then 2 u is made the difference. Also the differences in units of their own u, one a mode.
+    """
+    covariance, ratios = fit.covariance.copy(), []
+    for place in range(1, 1 + 3 * fit.modes, 3):
+        apart = abs(other.parameters[place] - fit.parameters[place])
+        u = math.sqrt(fit.covariance[place, place] + other.covariance[place, place])
+        ratios.append(apart / u)
+        if apart > 2 * u:
+            factor = max(1.0, apart / (2 * math.sqrt(covariance[place, place])))
+            covariance[place, :] *= factor
+            covariance[:, place] *= factor
+    return replace(fit, covariance=covariance), ratios
+
+
+def _starts(evidence: FittedTo, before: PathFit | None) -> list[FloatArray]:
+    """The path before with a new mode at several places, of either sign; without one, the direct way alone."""
+    extras = [one[0] for one in evidence.extras]
+    if before is None:
+        return [np.array([math.log(evidence.scale), *extras])]
+    count = 1 + 3 * before.modes
+    low, high = evidence.band_hz
+    return [
+        np.concatenate((
+            before.parameters[:count],
+            [math.log(own_hz), math.log(damping), sign * 2 * damping * math.exp(before.parameters[0])],
+            before.parameters[count:],
+        ))
+        for own_hz in np.geomspace(1.05 * low, 0.95 * high, STARTS)
+        for damping in START_DAMPING
+        for sign in (1, -1)
+    ]  # fmt: skip
+
+
+def _bounds(evidence: FittedTo, size: int) -> Iterator[tuple[float, float]]:
+    """Of each parameter; modes stay within the band or a quarter above it, where their flank still shows."""
+    modes = (size - 1 - len(evidence.extras)) // 3
+    scale = math.log(evidence.scale)
+    narrowest = evidence.spacing_hz / (4 * math.sqrt(evidence.band_hz[0] * evidence.band_hz[1]))
+    yield scale - 12, scale + 12
+    for _ in range(modes):
+        yield math.log(evidence.band_hz[0]), math.log(1.25 * evidence.band_hz[1])
+        yield math.log(max(DAMPING[0], narrowest)), math.log(DAMPING[1])
+        yield -HIGHEST_GAIN * evidence.scale, HIGHEST_GAIN * evidence.scale
+    for _, low, high in evidence.extras:
+        yield low, high
+
+
+def _cost(evidence: FittedTo, parameters: FloatArray) -> float:
+    return sum(float(part @ part) for part in evidence.residuals(parameters))
+
+
+def _descend(evidence: FittedTo, start: FloatArray) -> PathFit:
+    from scipy.optimize import least_squares
+
+    low, high = np.array(list(_bounds(evidence, start.size))).T
+    whole: Callable[[FloatArray], FloatArray] = lambda x: np.concatenate(evidence.residuals(x))  # noqa: E731
+    begun = np.clip(start, low + 1e-6 * (high - low), high - 1e-6 * (high - low))
+    solved = least_squares(whole, begun, bounds=(low, high), x_scale="jac", max_nfev=200)
+    modes, n, k = (start.size - 1 - len(evidence.extras)) // 3, evidence.size, start.size
+    count = 1 + 3 * modes
+    slope = solved.jac[:n, :]  # of the errors; what the deviations add says nothing of the path
+    information = slope.T @ slope
+    keep = [*range(count), *range(k - evidence.coloured, k)] if isinstance(evidence, BandPowers) else [*range(count)]
+    covariance = np.zeros((k, k))
+    covariance[np.ix_(keep, keep)] = np.linalg.pinv(information[np.ix_(keep, keep)]) * n / (n - k)
+    order = np.argsort(solved.x[1:count:3])  # modes by their frequency
+    places = [0, *(1 + 3 * i + j for i in order for j in range(3)), *range(count, k)]
+    return PathFit(
+        modes=modes, parameters=solved.x[places], covariance=covariance[np.ix_(places, places)],
+        bic=2 * float(solved.cost) + k * math.log(n),
+    )  # fmt: skip

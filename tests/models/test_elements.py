@@ -1,0 +1,193 @@
+"""Balls and cylindrical rollers between their races: Hertz's contact, the load zone, defects, and lines of runs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import srbval
+from srbval.bearing import load_bearing
+from srbval.errors import ConfigurationError
+from srbval.models.planar.elements import HIGHEST_SHARE, element_slot
+from srbval.models.planar.hertz import POISSON, YOUNG_N_M2, Ellipse, ellipse
+from srbval.models.planar.rung import make_ring
+from srbval.models.run_statistics import RunStatistics
+from srbval.models.simulate import simulate_to_file
+from srbval.scene import DefectShape
+
+INNER_6206 = (2 / 9.525e-3 / (1 - 9.525 / 46), (2 - 9.525 / 4.89) / 9.525e-3)  # groove 4.89 mm, pitch 46 mm
+PUBLISHED = 0.02  # of the example's values, which come from Hamrock & Brewe's fit of the integrals
+INTEGRALS = 1e-3  # of displacements by quadrature
+STRIBECK = 0.01  # of the largest load: the rounded constants 4.37 and 4.08
+LINE = 2e-4  # of a line in one second: a fifth of the resolution at a thousandth of it
+ROUNDING = 1e-9
+GAUSS = 200
+
+
+def displacement_m(e: Ellipse, force_n: float, x: float) -> float:
+    """Approach of two half-spaces at `x` across the race under Hertz's pressure, by Boussinesq's integral.
+
+    In polar coordinates about the point the pressure along a ray is p0 sqrt(c - 2 b r - a r^2): no 1 / r is left.
+    """
+    a, b = e.across_m * force_n ** (1 / 3), e.along_m * force_n ** (1 / 3)
+    peak = 1.5 * force_n / (math.pi * a * b)
+    angles = (np.arange(4 * GAUSS) + 0.5) * 2 * math.pi / (4 * GAUSS)
+    nodes, weights = np.polynomial.legendre.leggauss(GAUSS)
+    turn = (nodes + 1) * math.pi / 2  # r = end (1 - cos) / 2: the root at the ellipse's edge is resolved
+    total = 0.0
+    for c, s in zip(np.cos(angles), np.sin(angles), strict=True):
+        qa, qb, qc = (c / a) ** 2 + (s / b) ** 2, x * c / a**2, 1 - (x / a) ** 2
+        end = (-qb + math.sqrt(qb**2 + qa * qc)) / qa
+        r = end * (1 - np.cos(turn)) / 2
+        pressure = np.sqrt(np.maximum(qc - 2 * qb * r - qa * r**2, 0.0))
+        total += float((pressure * end * np.sin(turn) / 2 * weights).sum()) * math.pi / 2
+    return 2 * (1 - POISSON**2) / (math.pi * YOUNG_N_M2) * peak * total * 2 * math.pi / (4 * GAUSS)
+
+
+@pytest.mark.parametrize("curvatures", [INNER_6206, (252.0, 20.0), (200.0, 60.0)])
+def test_under_hertzs_pressure_half_spaces_take_the_bodies_shape(curvatures: tuple[float, float]) -> None:
+    """The integral equation itself: the approach in the middle, less the gap's half curvature times x squared."""
+    e, force = ellipse(*curvatures), 300.0
+    approach = e.approach_m * force ** (2 / 3)
+    assert displacement_m(e, force, 0.0) == pytest.approx(approach, rel=INTEGRALS)
+    for share in (0.4, 0.8):
+        x = share * e.across_m * force ** (1 / 3)
+        sunk = approach - curvatures[1] * x**2 / 2
+        assert displacement_m(e, force, x) == pytest.approx(sunk, rel=INTEGRALS)
+
+
+def test_two_balls_touch_in_a_circle_of_the_closed_form() -> None:
+    e, radius, modulus = ellipse(200.0, 200.0), 1 / 200.0, YOUNG_N_M2 / (2 * (1 - POISSON**2))
+    touch = (3 * radius / (4 * modulus)) ** (1 / 3)
+    assert (e.across_m, e.along_m) == pytest.approx((touch, touch), rel=1e-6)
+    assert e.approach_m == pytest.approx(touch**2 / radius, rel=1e-6)
+
+
+def test_a_published_example_of_a_6206() -> None:
+    """eng-tools.dev, series A2: 556 N on the inner race: 1.368 x 0.112 mm half axes, 1728 MPa."""
+    e, force = ellipse(*INNER_6206), 5 * 1000 / 9
+    across, along = e.across_m * force ** (1 / 3), e.along_m * force ** (1 / 3)
+    assert (across, along) == pytest.approx((1.368e-3, 0.112e-3), rel=PUBLISHED)
+    assert 1.5 * force / (math.pi * across * along) == pytest.approx(1728e6, rel=PUBLISHED)
+
+
+@pytest.mark.parametrize("name", ["skf-6205", "fag-nu2205", "fag-qj212"])
+def test_strips_add_up_to_the_contact_law_and_balance_on_both_races(name: str) -> None:
+    bearing = load_bearing(name)
+    assert bearing.elements is not None
+    scene = srbval.paper_scene(bearing=name)
+    slot = element_slot(scene, bearing.elements)
+    power = 1.5 if bearing.elements.shape == "ball" else 10 / 9
+    low, high = slot.press(np.array([5e-6, 2e-5]))[0]
+    assert math.log(high / low) / math.log(4) == pytest.approx(power, rel=1e-6)
+    assert slot.press(np.array([-1e-6]))[0, 0] == 0.0
+    if power > 1.2:  # the stiffness of both contacts in series, by the ellipses' own
+        each = [ellipse(r.along_1_m, (2 - 1 / 0.52) / bearing.elements.element_diameter_m) for r in slot.races]
+        whole = sum(e.approach_m for e in each) ** -1.5
+        assert high == pytest.approx(whole * (2e-5 * slot.cosine) ** 1.5 * slot.cosine, rel=1e-6)
+    else:  # ISO/TS 16281's constant is that of both contacts of a roller
+        length = bearing.elements.contact_length_m * 1e3
+        assert high == pytest.approx(35948 * length ** (8 / 9) * 0.02 ** (10 / 9), rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["skf-6205", "fag-nu2205"])
+def test_the_most_loaded_element_carries_stribecks_share(name: str) -> None:
+    """4.37 (point) and 4.08 (line) times the load over the number, without clearance: NSK technical report E728g."""
+    bearing = load_bearing(name)
+    assert bearing.elements is not None
+    many = replace(bearing, elements=replace(bearing.elements, element_diameter_m=1e-3, rolling_elements=90))
+    assert many.elements is not None
+    scene = srbval.paper_scene(bearing=name)
+    ring = make_ring(RunStatistics(scene=scene, bearing=many))
+    deepest = -float(ring.balance_m()[1] * math.sin(scene.load.zone_rad))
+    share = float(ring.plain.force_n(np.array([deepest]))[0]) * 90 / scene.load.radial_n
+    assert share == pytest.approx(HIGHEST_SHARE[many.elements.shape], rel=STRIBECK)
+
+
+def test_an_opening_takes_load_and_a_bump_adds_it() -> None:
+    bearing = load_bearing("skf-6205")
+    assert bearing.elements is not None
+    scene = srbval.paper_scene(bearing="skf-6205", defect={"kind": "outer"})
+    slot = element_slot(scene, bearing.elements)
+    approach, middle = np.array([[2.5e-5]]), np.array([[0.0, 1e-4, 5e-4]])
+    sound = slot.press(approach)[0, 0, 0]
+    lost = [
+        sound - slot.press(approach, slot.on_race(replace(scene.defect, extent_m=e), race, 1e-4).raised(middle))[0, 0]
+        for e in (2e-4, 4e-4, 8e-4)
+        for race in (0, 1)
+    ]
+    for some in lost:
+        assert 0 < some[0] < sound
+        assert some[0] >= some[1] >= some[2] >= 0
+    assert lost[0][0] < lost[2][0] < lost[4][0]
+    raised = slot.on_race(replace(scene.defect, height_m=5e-6), 0, 1e-4).raised(middle)
+    assert slot.press(approach, raised)[0, 0, 0] > sound
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "line"),
+    [
+        ("skf-6205", "outer", "BPFO"),
+        ("skf-6205", "inner", "BPFI"),
+        ("skf-6205", "ball", "2xBSF"),
+        ("fag-nu2205", "outer", "BPFO"),
+        ("fag-nu2205", "inner", "BPFI"),  # its 2xBSF lies on a multiple of the shaft's speed
+    ],
+)
+def test_a_run_with_defaults_shows_the_line_of_its_defect(name: str, kind: str, line: str) -> None:
+    run = srbval.simulate(srbval.paper_scene(bearing=name, duration="1 s", defect={"kind": kind}))
+    assert run.status is srbval.RunStatus.OK, run.reason
+    assert run.roller_load_share == pytest.approx(1.0, abs=0.02)
+    found = srbval.analyse(srbval.recording_from_run(run), bearing=load_bearing(name)).line(line)
+    assert found.detected
+    assert found.found_hz == pytest.approx(found.kinematic_hz, rel=5 * LINE)
+
+
+def test_an_inner_defect_has_sidebands_at_the_shaft_and_an_outer_one_has_none() -> None:
+    heights = {}
+    for kind in ("inner", "outer"):
+        run = srbval.simulate(srbval.paper_scene(bearing="skf-6205", duration="2 s", defect={"kind": kind}))
+        envelope = np.abs(np.fft.rfft(run.acceleration_m_s2[:, 1] ** 2 * np.hanning(run.samples)))
+        orders = load_bearing("skf-6205").orders
+        line = (orders.bpfi if kind == "inner" else orders.bpfo) * run.scene.shaft_hz
+        at = [envelope[round((line + k * run.scene.shaft_hz) * run.seconds) + np.arange(-2, 3)].max() for k in (0, 1)]
+        heights[kind] = at[1] / at[0]
+    assert heights["inner"] > 0.2
+    assert heights["outer"] < 0.02
+
+
+def test_a_stated_slip_of_the_cage_moves_both_lines() -> None:
+    run = srbval.simulate(srbval.paper_scene(bearing="skf-6205", duration="0.2 s", cage_slip=0.01))
+    assert run.cage_ratio == pytest.approx(0.99 * load_bearing("skf-6205").orders.ftf, rel=ROUNDING)
+    assert run.bpfo_hz + run.bpfi_hz == pytest.approx(9 * run.scene.shaft_hz, rel=ROUNDING)
+
+
+@pytest.mark.parametrize(
+    ("change", "legal"),
+    [({"shape": DefectShape.COSINE}, "'flat' and 'hole'"), ({"shape": DefectShape.FLAT, "extent_m": None}, "0.5 mm")],
+)
+def test_a_shape_that_strips_do_not_know_is_refused_with_a_legal_one(change: dict[str, Any], legal: str) -> None:
+    scene = srbval.paper_scene(bearing="skf-6205", defect={"kind": "outer"})
+    with pytest.raises(ConfigurationError, match=legal):
+        srbval.simulate(replace(scene, defect=replace(scene.defect, **change)))
+
+
+def test_a_run_file_carries_its_bearing(tmp_path: Path) -> None:
+    mine = tmp_path / "mine.toml"
+    mine.write_text(
+        'title = "mine"\nsource = "drawing 1"\n[elements]\nrolling_elements = 11\nelement_diameter = "10 mm"\n'
+        'pitch_diameter = "60 mm"\ncontact_angle = "0 deg"\nshape = "roller"\nlength = "12 mm"\n',
+        encoding="utf-8",
+    )
+    expected = load_bearing(mine)
+    simulate_to_file(srbval.paper_scene(bearing=str(mine), duration="0.2 s"), tmp_path / "run.h5")
+    mine.unlink()
+    carried = srbval.load_recording(tmp_path / "run.h5").own_bearing
+    assert carried is not None
+    assert (carried.title, carried.source, carried.rolling_elements) == ("mine", "drawing 1", 11)
+    assert carried.orders == expected.orders

@@ -1,0 +1,117 @@
+"""Pulses of a tachometer become the course of the speed, with an interval that holds, or a question."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from srbval.errors import DataError
+from srbval.recordings import RecordingSettings, SpeedSource, load_recording
+from srbval.recordings.tachometer import pulse_times, speed_from_pulses
+
+FS_HZ = 25600.0
+SECONDS = 4.0
+START_HZ, RISE_HZ_PER_S = 20.0, 2.5  # a ramp: 20 to 30 Hz
+TIME = np.arange(round(SECONDS * FS_HZ)) / FS_HZ
+TURNS = START_HZ * TIME + RISE_HZ_PER_S * TIME**2 / 2
+MEAN_HZ = TURNS[-1] / TIME[-1]
+COURSE = (
+    2e-3  # of the speed, at its two ends where the spline has one neighbour only: half a turn of the ramp is 2.5e-3
+)
+
+
+def pulses(
+    per_rev: float, *, width: float = 0.1, low: float = 0.2, high: float = 4.8, phase: float = 0.3
+) -> np.ndarray:
+    """A square signal, high for `width` of each pulse."""
+    return np.where((TURNS * per_rev + phase) % 1 < width, high, low)
+
+
+@pytest.mark.parametrize("per_rev", [1, 60, 2.5])
+@pytest.mark.parametrize("width", [0.02, 0.5, 0.98])
+def test_a_ramp(per_rev: float, width: float) -> None:
+    if width != 0.5 and per_rev == 60:
+        width = 0.2 if width < 0.5 else 0.8  # narrower pulses lie between two samples
+    speed, signal, count = speed_from_pulses(pulses(per_rev, width=width), FS_HZ, per_rev)
+    assert count == pytest.approx(per_rev * TURNS[-1], abs=1)
+    at = np.arange(signal.values_hz.size) / signal.rate_hz
+    assert at[-1] == pytest.approx(SECONDS, rel=1e-6)
+    inside = (at > 0.1) & (at < SECONDS - 0.1)
+    np.testing.assert_allclose(signal.values_hz[inside], (START_HZ + RISE_HZ_PER_S * at)[inside], rtol=COURSE)
+    assert speed.source is SpeedSource.TACHOMETER
+    assert abs(speed.value_hz - MEAN_HZ) <= speed.ci95_hz
+    assert speed.drift_hz == pytest.approx(RISE_HZ_PER_S * SECONDS * 0.75, rel=0.05)  # quarters are that far apart
+
+
+def test_the_interval_holds_under_noise() -> None:
+    """Noise moves every edge that is not steep: a steady 25 Hz, one sine per turn, sampled at 2 kHz."""
+    rng = np.random.default_rng(1)
+    inside = 0
+    for _ in range(200):
+        time = np.arange(8000) / 2000.0
+        signal = np.sin(2 * np.pi * (25.0 * time + rng.uniform())) + rng.normal(0, 0.05, time.size)
+        speed, *_ = speed_from_pulses(signal, 2000.0, 1.0)
+        inside += abs(speed.value_hz - 25.0) <= speed.ci95_hz
+    assert inside >= 180  # of 190 expected; 180 or fewer happen once in a thousand times
+
+
+def test_edges_between_samples() -> None:
+    signal = np.sin(2 * np.pi * 0.01 * np.arange(1000) - 1.0)
+    expected = (1.0 / (2 * np.pi) + np.arange(10)) / 0.01
+    np.testing.assert_allclose(pulse_times(signal), expected, atol=0.01)  # samples; a chord of a sine
+
+
+@pytest.mark.parametrize("spike", [50.0, -50.0])
+def test_a_spike_does_not_move_the_levels(spike: float) -> None:
+    signal = pulses(1.0)
+    edges = pulse_times(signal)
+    signal[5000] = spike
+    assert abs(pulse_times(signal).size - edges.size) <= 1
+
+
+def test_missing_pulses_and_none() -> None:
+    signal = pulses(1.0)
+    first = round(float(pulse_times(signal)[20]))
+    signal[first - 5 : first + 300] = 0.2
+    with pytest.raises(DataError, match=r"1 of \d+ intervals between pulses .* pulses are missing"):
+        speed_from_pulses(signal, FS_HZ, 1.0)
+    with pytest.raises(DataError, match="constant signal"):
+        speed_from_pulses(np.ones(1000), FS_HZ, 1.0)
+    with pytest.raises(DataError, match=r"pulses, .* revolutions; 4 are needed"):
+        speed_from_pulses(pulses(1.0)[:3000], FS_HZ, 1.0)
+
+
+def write(path: Path, **columns: np.ndarray) -> Path:
+    np.savez(path, fs=np.array(FS_HZ), acc_unit=np.array("g"), **columns)
+    return path
+
+
+def test_a_channel_beside_the_vibration(tmp_path: Path) -> None:
+    acc = np.random.default_rng(0).normal(0, 1, TIME.size)
+    path = write(tmp_path / "a.npz", acc=acc, key=pulses(2.0))
+    with pytest.raises(DataError, match=r"which of 2 channels: --channel acc \| key; .*no shaft speed: .*--tacho"):
+        load_recording(path)
+    with pytest.raises(DataError, match=r"tachometer key: pulses per revolution of the shaft: --pulses-per-rev N"):
+        load_recording(path, RecordingSettings(tacho="key"))
+    found = load_recording(path, RecordingSettings(tacho="key", pulses_per_rev=2))
+    assert (found.channel, found.unit) == ("acc", "m/s2")
+    assert found.speed is not None
+    assert found.speed_signal is not None
+    assert found.speed.value_hz == pytest.approx(MEAN_HZ, rel=1e-3)
+    assert any("speed from tachometer key, 200 pulses, 2 per revolution" in note for note in found.notes)
+    with pytest.raises(DataError, match=r"shows 300\d\.?\d* rpm, stated are 1500: check --pulses-per-rev"):
+        load_recording(path, RecordingSettings(tacho="key", pulses_per_rev=1, rpm=1500))
+    assert load_recording(path, RecordingSettings(tacho="key", pulses_per_rev=2, rpm=1490)).speed == found.speed
+
+
+def test_a_speed_instead_of_pulses(tmp_path: Path) -> None:
+    acc = np.random.default_rng(0).normal(0, 1, TIME.size)
+    path = write(tmp_path / "a.npz", acc=acc, rpm=60 * (START_HZ + RISE_HZ_PER_S * TIME))
+    with pytest.raises(DataError, match=r"no channel 'none'; it has acc, rpm"):
+        load_recording(path, RecordingSettings(tacho="none"))
+    found = load_recording(path, RecordingSettings(tacho="rpm"))
+    assert found.channel == "acc"
+    assert found.speed is not None
+    assert found.speed.value_hz == pytest.approx(MEAN_HZ, rel=1e-4)

@@ -1,0 +1,149 @@
+"""The report on one's own recordings: the answer first, every line told, no page too many."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from srbval.bearing import Fault
+from srbval.cli import main
+from srbval.errors import ConfigurationError
+from srbval.evidence.own_records import OwnEvidence, Unseen, gather_own
+from srbval.main_job import write_plot
+from srbval.recordings.speed import nominal_speed
+from srbval.report import Tone
+from srbval.report.content.own_report import assemble_own
+from srbval.validation.fault_call import OTHER_CONDITIONS
+from tests.report.test_report_pdf import unpacked
+from tests.validation.test_shaft_speed import BEARING, record
+
+MOST_PAGES = 5
+
+
+def faulted(**changes):
+    return dataclasses.replace(record(shaft_hz=25.0), **changes)
+
+
+def healthy(**changes):
+    plain = record(shaft_hz=25.0, fault=False, seed=9)
+    return dataclasses.replace(plain, state=Fault.HEALTHY, name="healthy one", **changes)
+
+
+@functools.cache
+def held() -> OwnEvidence:
+    return gather_own([faulted()], bearing=BEARING.name, healthy=healthy())
+
+
+def headline(evidence: OwnEvidence, tmp_path: Path) -> str:
+    return assemble_own(evidence, tmp_path, command="srbval report").verdict.headline
+
+
+def test_against_a_healthy_record_the_fault_is_named_first(tmp_path: Path) -> None:
+    report = assemble_own(held(), tmp_path, command="srbval report")
+    assert report.verdict.tone is Tone.BAD
+    assert report.verdict.headline.startswith("Inner race fault: the BPFI line stands")
+    assert report.data["records"][0].call.called is Fault.INNER
+
+
+def test_without_one_a_line_is_a_sign_and_no_fault_is_called(tmp_path: Path) -> None:
+    evidence = gather_own([faulted()], bearing=BEARING.name)
+    report = assemble_own(evidence, tmp_path, command="srbval report")
+    assert report.verdict.tone is Tone.WARNING
+    assert report.verdict.headline.startswith("Sign of a fault of the inner race")
+    assert evidence.records[0].call.called is None
+    assert any(
+        "No healthy record was given" in item for s in report.sections if s.id == "limits" for item in s.blocks[0].items
+    )
+
+
+def test_a_healthy_record_shows_no_fault(tmp_path: Path) -> None:
+    other = dataclasses.replace(record(shaft_hz=25.0, fault=False, seed=4), name="another")
+    evidence = gather_own([other], bearing=BEARING.name, healthy=healthy())
+    assert headline(evidence, tmp_path).startswith("No fault is called")
+
+
+def test_every_line_is_either_seen_or_has_a_reason() -> None:
+    for own in held().records:
+        seen = {line.name for line in own.first_lines if line.detected}
+        assert seen | {line.name for line, _ in own.unseen} == {"BPFO", "BPFI", "2xBSF", "FTF"}
+        assert not seen & {line.name for line, _ in own.unseen}
+
+
+def test_a_line_above_a_narrow_band_is_out_of_reach() -> None:
+    evidence = gather_own([faulted()], bearing=BEARING.name, band_hz=(1000.0, 1100.0))
+    assert {line.name: why for line, why in evidence.records[0].unseen}["BPFI"] is Unseen.OUT_OF_REACH
+
+
+def test_under_other_conditions_the_interval_is_wider_and_the_report_says_why(tmp_path: Path) -> None:
+    elsewhere = healthy(speed=nominal_speed(1200.0, 0.5), nominal_rpm=1200.0)
+    evidence = gather_own([faulted()], bearing=BEARING.name, healthy=elsewhere)
+    call = evidence.records[0].call
+    assert call.ratio is not None
+    assert call.ratio_ci95 is not None
+    assert call.ratio / call.ratio_ci95[0] >= OTHER_CONDITIONS
+    assert evidence.records[0].baseline.conditions == ("1200 rpm instead of 1500 rpm",)
+    points = assemble_own(evidence, tmp_path, command="srbval report").verdict.points
+    assert any("Less certain" in point and "1200 rpm" in point for point in points)
+
+
+def test_the_record_itself_is_no_baseline() -> None:
+    with pytest.raises(ConfigurationError, match="record itself"):
+        gather_own([faulted(sha256="a")], bearing=BEARING.name, healthy=healthy(sha256="a"))
+
+
+def test_two_recordings_are_told_apart(tmp_path: Path) -> None:
+    evidence = gather_own([faulted(), faulted(name="the other")], bearing=BEARING.name)
+    report = assemble_own(evidence, tmp_path, command="srbval report")
+    assert report.sections[0].id == "overview"
+    assert {"spectrum-1", "spectrum-2"} <= {section.id for section in report.sections}
+    assert report.verdict.headline == "Signs of a fault in 2 of 2 recordings"
+
+
+def test_options_about_files_need_a_file(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["report", "--healthy", "healthy.csv"]) == 2
+    assert "name the recording too" in capsys.readouterr().err
+
+
+@pytest.mark.recordings
+@pytest.mark.parametrize(
+    ("file", "baseline", "expected"),
+    [
+        ("cwru/109_IR007_0_48kDE.mat", "cwru/97_Normal_0_48kDE.mat", "Inner race fault"),
+        ("mfpt/OuterRaceFault_vload_5.mat", None, "Sign of a fault of the outer race"),
+    ],
+)
+def test_a_published_record_in_five_pages(
+    file: str,
+    baseline: str | None,
+    expected: str,
+    recordings_dir: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    more = ["--healthy", str(recordings_dir / baseline)] if baseline else []
+    assert main(["report", str(recordings_dir / file), *more, "-o", str(tmp_path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["html"]
+    found = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
+    assert found["headline"]["text"].startswith(expected)
+    assert expected in (tmp_path / "report.html").read_text(encoding="utf-8")
+    pages = re.findall(rb"/Type\s*/Page\b", unpacked((tmp_path / "report.pdf").read_bytes()))
+    assert 3 <= len(pages) <= MOST_PAGES
+
+
+@pytest.mark.parametrize(("suffix", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".html", b"<!DOCTYPE html>")])
+def test_one_picture_in_each_format(suffix: str, start: bytes, tmp_path: Path) -> None:
+    own = held().records[0]
+    path = tmp_path / f"picture{suffix}"
+    write_plot(own.analysis, path, baseline=own.baseline)
+    assert path.read_bytes().startswith(start)
+    assert [found.name for found in tmp_path.iterdir()] == [path.name]
+
+
+def test_a_picture_in_another_format_is_refused_before_anything_is_read(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["analyse", "nowhere.csv", "--plot", "picture.tiff"]) == 2
+    assert ".png, .svg, .html" in capsys.readouterr().err

@@ -1,0 +1,68 @@
+"""A rig of known path: pulses of a fault through it, over a background that has resonances of its own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.signal
+
+from srbval.arrays import FloatArray
+from srbval.bearing import Fault, load_bearing
+from srbval.models.sensor_filter import SensorFilter
+from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
+from srbval.scene import PathMode, SensorPath
+
+FS_HZ, SECONDS, SHAFT_HZ = 20480.0, 2.0, 14.3
+BEARING = load_bearing("skf-22240")
+LINE_HZ = BEARING.orders.bpfo * SHAFT_HZ
+TRUE = SensorPath(
+    direct=0.7, low_hz=400.0, high_hz=3150.0, source="known",
+    modes=(PathMode(frequency_hz=880.0, damping_ratio=0.06, gain=0.35),
+           PathMode(frequency_hz=1650.0, damping_ratio=0.04, gain=0.5)),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SimulatedRig:
+    """The three records that an identification takes."""
+
+    fault: Recording
+    healthy: Recording
+    excitation: Recording
+
+
+def simulated_rig(seed: int, *, path: SensorPath = TRUE, noise: float = 0.02, size: float = 1.0) -> SimulatedRig:
+    """Records with that `path`; the true pulses are `size` times those of the simulated ring."""
+    random = np.random.default_rng(seed)
+    ring = pulses(random)
+    own_noise = [background(random, noise) for _ in range(2)]
+    shown = SensorFilter(path, FS_HZ).add(size * ring)
+    simulated = pulses(random)  # the model's own phase and slip
+    return SimulatedRig(
+        fault=record("OR", Fault.OUTER, shown + own_noise[0]),
+        healthy=record("H", Fault.HEALTHY, own_noise[1]),
+        excitation=record("simulated", Fault.OUTER, simulated),
+    )
+
+
+def pulses(random: np.random.Generator) -> FloatArray:
+    """Accelerations of a ring that is struck once per passage, with slip of 0.3 % of the spacing."""
+    train = np.zeros(round(SECONDS * FS_HZ))
+    times = random.uniform(0, 1 / LINE_HZ) + np.cumsum(1 + 0.003 * random.standard_normal(400)) / LINE_HZ
+    train[np.round(times[times < SECONDS] * FS_HZ).astype(int)] = 1.0
+    shape = np.diff(scipy.signal.windows.hann(9))  # a force of half a millisecond, as a change of velocity
+    return np.convolve(train, 30 * shape)[: train.size]
+
+
+def background(random: np.random.Generator, noise: float) -> FloatArray:
+    """Noise through two modes of the structure."""
+    path = SensorPath(direct=1.0, low_hz=400.0, high_hz=3150.0, source="background", modes=TRUE.modes)
+    return SensorFilter(path, FS_HZ).add(noise * random.standard_normal(round(SECONDS * FS_HZ)))
+
+
+def record(name: str, state: Fault, samples: FloatArray) -> Recording:
+    return Recording(
+        name=name, origin=Origin.STAND_IN, channels={"a": samples}, channel="a", fs_hz=FS_HZ, unit="m/s2", state=state,
+        speed=ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.001, source=SpeedSource.TACHOMETER),
+    )  # fmt: skip
