@@ -68,8 +68,10 @@ class Line:
         """The line as it is printed: an undetected one has no frequency, for some peak is always found."""
         if self.detected:
             return self
-        unsaid = ("found_hz", "ci95_hz", "deviation_pct", "deviation_ci95_pct", "sideband_hz", "sideband_ci95_hz")
-        return replace(self, **dict.fromkeys(unsaid))
+        return replace(
+            self, found_hz=None, ci95_hz=None, deviation_pct=None, deviation_ci95_pct=None, sideband_hz=None,
+            sideband_ci95_hz=None,
+        )  # fmt: skip
 
     @property
     def detected_deviation_pct(self) -> float | None:
