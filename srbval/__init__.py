@@ -14,48 +14,91 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 _NAMES = {
-    "bearing": ("Bearing", "known_bearings", "load_bearing"),
+    "bearing": ("Bearing", "fault_frequencies", "find_bearings", "known_bearings", "load_bearing"),
     "scene": ("Scene", "load_scene", "paper_scene"),
     "models.run": ("Run", "RunStatus"),
     "models.simulate": ("simulate",),
     "models.run_file": ("write_run",),
-    "recordings": ("Recording", "ShaftSpeed", "SpeedSource", "load_recording", "recording_from_run"),
-    "signal": ("Spectrum",),
+    "recordings": ("Origin", "Recording", "ShaftSpeed", "SpeedSource", "load_recording", "recording_from_run"),
+    "recordings.registry": (
+        "add as add_recordings",
+        "fetch as fetch_recordings",
+        "listing as list_recordings",
+        "verify as verify_recordings",
+    ),
+    "signal": ("Spectrum", "amplitude_spectrum", "bandpass", "envelope", "envelope_spectrum", "kurtogram"),
     "validation.analyse": ("Analysis", "analyse"),
+    "validation.baseline": ("against", "baseline_of"),
+    "validation.fault_call": ("FaultCall", "call_fault"),
+    "validation.identify": ("identify as identify_path",),
     "evidence.evidence": ("Evidence",),
     "evidence.gather": ("gather",),
+    "bench.bench": ("run_bench",),
+    "stability.stability": ("run_stability",),
     "plan.plan": ("make_plan",),
+    "campaign.settings": ("load_campaign",),
+    "campaign.run": ("run_campaign",),
+    "campaign.status": ("campaign_status",),
+    "campaign.verify": ("verify_campaign",),
+    "campaign.export": ("export_campaign",),
     "check.check": ("run_check",),
-    "main_job": ("make_report",),
-    "errors": ("SrbvalError", "ConfigurationError", "DataError", "NumericsError"),
+    "main_job": ("make_report", "report_recordings", "write_plot"),
+    "cli.doctor_command": ("doctor",),
+    "errors": ("ConfigurationError", "DataError", "NumericsError", "SrbvalError"),
 }
-_HOME = {name: f"srbval.{module}" for module, names in _NAMES.items() for name in names}
-__all__ = ["Analysis", "Bearing", "ConfigurationError", "DataError", "Evidence", "NumericsError", "Recording", "Run",
-           "RunStatus", "Scene", "ShaftSpeed", "Spectrum", "SpeedSource", "SrbvalError", "__version__", "analyse",
-           "gather", "known_bearings", "load_bearing", "load_recording", "load_scene", "make_plan", "make_report",
-           "paper_scene", "recording_from_run", "run_check", "simulate", "write_run"]  # fmt: skip
+# Where each name is: its module and what it is called there (``there as here``).
+_HOME = {
+    name.split(" as ")[-1]: (f"srbval.{module}", name.split(" as ")[0])
+    for module, names in _NAMES.items()
+    for name in names
+}
+__all__ = ["Analysis", "Bearing", "ConfigurationError", "DataError", "Evidence", "FaultCall", "NumericsError",
+           "Origin", "Recording", "Run", "RunStatus", "Scene", "ShaftSpeed", "Spectrum", "SpeedSource",
+           "SrbvalError", "__version__", "add_recordings", "against", "amplitude_spectrum", "analyse", "bandpass",
+           "baseline_of", "call_fault", "campaign_status", "doctor", "envelope", "envelope_spectrum",
+           "export_campaign", "fault_frequencies", "fetch_recordings", "find_bearings", "gather", "identify_path",
+           "known_bearings", "kurtogram", "list_recordings", "load_bearing", "load_campaign", "load_recording",
+           "load_scene", "make_plan", "make_report", "paper_scene", "recording_from_run", "report_recordings",
+           "run_bench", "run_campaign", "run_check", "run_stability", "simulate", "verify_campaign",
+           "verify_recordings", "write_plot", "write_run"]  # fmt: skip
 
 if TYPE_CHECKING:
-    from srbval.bearing import Bearing, known_bearings, load_bearing
+    from srbval.bearing import Bearing, fault_frequencies, find_bearings, known_bearings, load_bearing
+    from srbval.bench.bench import run_bench
+    from srbval.campaign.export import export_campaign
+    from srbval.campaign.run import run_campaign
+    from srbval.campaign.settings import load_campaign
+    from srbval.campaign.status import campaign_status
+    from srbval.campaign.verify import verify_campaign
     from srbval.check.check import run_check
+    from srbval.cli.doctor_command import doctor
     from srbval.errors import ConfigurationError, DataError, NumericsError, SrbvalError
     from srbval.evidence.evidence import Evidence
     from srbval.evidence.gather import gather
-    from srbval.main_job import make_report
+    from srbval.main_job import make_report, report_recordings, write_plot
     from srbval.models.run import Run, RunStatus
     from srbval.models.run_file import write_run
     from srbval.models.simulate import simulate
     from srbval.plan.plan import make_plan
-    from srbval.recordings import Recording, ShaftSpeed, SpeedSource, load_recording, recording_from_run
+    from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource, load_recording, recording_from_run
+    from srbval.recordings.registry import add as add_recordings
+    from srbval.recordings.registry import fetch as fetch_recordings
+    from srbval.recordings.registry import listing as list_recordings
+    from srbval.recordings.registry import verify as verify_recordings
     from srbval.scene import Scene, load_scene, paper_scene
-    from srbval.signal import Spectrum
+    from srbval.signal import Spectrum, amplitude_spectrum, bandpass, envelope, envelope_spectrum, kurtogram
+    from srbval.stability.stability import run_stability
     from srbval.validation.analyse import Analysis, analyse
+    from srbval.validation.baseline import against, baseline_of
+    from srbval.validation.fault_call import FaultCall, call_fault
+    from srbval.validation.identify import identify as identify_path
 
 
 def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module 'srbval' has no attribute {name!r}")
-    return getattr(importlib.import_module(_HOME[name]), name)
+    module, attribute = _HOME[name]
+    return getattr(importlib.import_module(module), attribute)
 
 
 def __dir__() -> list[str]:

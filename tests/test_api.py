@@ -23,13 +23,13 @@ def test_what_is_promised_is_what_is_loaded_and_what_type_checkers_see() -> None
     tree = ast.parse(Path(srbval.__file__).read_text(encoding="utf-8"))
     (checked,) = (node for node in tree.body if isinstance(node, ast.If))
     seen = [
-        (str(node.module), alias.name)
+        (str(node.module), f"{alias.name} as {alias.asname}" if alias.asname else alias.name)
         for node in checked.body
         if isinstance(node, ast.ImportFrom)
         for alias in node.names
     ]
     assert sorted(seen) == sorted(imports)
-    assert sorted(srbval.__all__) == sorted(["__version__", *(name for _, name in imports)])
+    assert sorted(srbval.__all__) == sorted(["__version__", *(name.split(" as ")[-1] for _, name in imports)])
 
 
 def test_an_unknown_name_is_an_attribute_error() -> None:

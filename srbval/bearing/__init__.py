@@ -1,6 +1,13 @@
 """Bearings: geometry, faults and their kinematic orders, the bearings known by name."""
 
-from srbval.bearing.catalogue import DEFAULT_BEARING, Bearing, find_bearings, known_bearings, load_bearing
+from srbval.bearing.catalogue import (
+    DEFAULT_BEARING,
+    Bearing,
+    fault_frequencies,
+    find_bearings,
+    known_bearings,
+    load_bearing,
+)
 from srbval.bearing.elements import ElementShape, RollingElements
 from srbval.bearing.fault import DEFECTS, RACE_DEFECTS, Fault
 from srbval.bearing.geometry import CIRCLES, SphericalRollerGeometry
@@ -18,6 +25,7 @@ __all__ = [
     "FaultOrders",
     "RollingElements",
     "SphericalRollerGeometry",
+    "fault_frequencies",
     "find_bearings",
     "known_bearings",
     "load_bearing",

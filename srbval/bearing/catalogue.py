@@ -8,6 +8,7 @@ known by name are rows of `catalogue.csv`, whose columns are the keys of the las
 import csv
 import dataclasses
 import difflib
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -17,7 +18,7 @@ from typing import Any
 
 from srbval.bearing.elements import RollingElements
 from srbval.bearing.geometry import SphericalRollerGeometry
-from srbval.bearing.kinematics import FaultOrders
+from srbval.bearing.kinematics import FaultFrequencies, FaultOrders
 from srbval.config.strict import build, read_toml
 from srbval.errors import ConfigurationError
 
@@ -117,6 +118,16 @@ def _folder() -> resources.abc.Traversable:
 
 
 @cache
+def fault_frequencies(bearing: Bearing | str | Path, *, rpm: float) -> FaultFrequencies:
+    """Kinematic fault frequencies of a bearing, or of one by its name or file, at a shaft speed [rpm].
+
+    Raises what `load_bearing` raises, and `ConfigurationError` for a speed that is no positive number.
+    """
+    if not (math.isfinite(rpm) and rpm > 0):
+        raise ConfigurationError(f"shaft speed {rpm} rpm must be a positive number.")
+    return (bearing if isinstance(bearing, Bearing) else load_bearing(bearing)).orders.at(rpm / 60)
+
+
 def catalogue_rows() -> Mapping[str, Mapping[str, Any]]:
     """The rows of the catalogue by name, each as the table that a file of that bearing would hold."""
     text = (resources.files("srbval.bearing") / "catalogue.csv").read_text(encoding="utf-8")

@@ -21,14 +21,10 @@ MEGABYTE = 1e6  # [bytes]
 def run(options: argparse.Namespace) -> int:
     """Check the installation, and clear the cache where asked; exit code 0 when sound, 1 with problems."""
     cleared = None if options.clear_cache is None else clear_cache(*options.clear_cache)
-    problems: list[str] = []
-    facts = _versions(problems) | _places(problems)
-    cache = cache_use()
+    found = doctor()
+    problems, facts, cache = found["problems"], found["facts"], found["cache"]
     if options.json:
-        print_json(
-            {"ok": not problems, "problems": problems, "facts": facts, "cache": cache, "cleared": cleared},
-            status="problems" if problems else "ok",
-        )
+        print_json(found | {"cleared": cleared}, status="problems" if problems else "ok")
     else:
         print_table(("what", "is"), list(facts.items()))
         print()
@@ -39,6 +35,13 @@ def run(options: argparse.Namespace) -> int:
             print(f"deleted: {use.folder}, {use.files} files, {use.size_bytes / MEGABYTE:.1f} MB{left}")
         print("\n" + ("\n".join(f"problem: {p}" for p in problems) or "no problems found"))
     return 1 if problems else 0
+
+
+def doctor() -> dict[str, Any]:
+    """Whether this installation is sound (`ok`), its `problems`, `facts` and the use of its `cache`."""
+    problems: list[str] = []
+    facts = _versions(problems) | _places(problems)
+    return {"ok": not problems, "problems": problems, "facts": facts, "cache": cache_use()}
 
 
 def _versions(problems: list[str]) -> dict[str, Any]:

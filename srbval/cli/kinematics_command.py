@@ -3,14 +3,14 @@
 import argparse
 import dataclasses
 
-from srbval.bearing import load_bearing
+from srbval.bearing import fault_frequencies, load_bearing
 from srbval.cli.output import print_json, print_table
 
 
 def run(options: argparse.Namespace) -> int:
     """Print the kinematic frequencies and orders."""
     bearing = load_bearing(options.bearing)
-    frequencies = bearing.orders.at(options.rpm / 60)
+    frequencies = fault_frequencies(bearing, rpm=options.rpm)
     if options.json:
         print_json(
             dataclasses.asdict(frequencies)

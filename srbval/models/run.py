@@ -6,7 +6,7 @@ import enum
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,8 @@ from srbval.errors import SrbvalError
 from srbval.scene import Scene
 
 if TYPE_CHECKING:
+    import pandas
+
     from srbval.models.step_error import StepError
 
 AMPLITUDES = "amplitudes and the noise floor"
@@ -101,7 +103,7 @@ class RunSummary:
         return self.wall_s / (self.seconds + self.scene.settle_s)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Run(RunSummary):
     """A simulated run in memory. One row per output interval.
 
@@ -123,6 +125,41 @@ class Run(RunSummary):
     spin_rad_s: FloatArray
     load_n: FloatArray
     sensor_m_s2: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def time_s(self) -> FloatArray:
+        """Time of each output interval's start [s], [n]."""
+        return np.arange(len(self.acceleration_m_s2)) / self.scene.output_rate_hz
+
+    def to_frame(self) -> pandas.DataFrame:
+        """A pandas table, one row per output interval: time, acceleration, displacement, roller force, cage speed."""
+        import pandas
+
+        vectors = {"acceleration": (self.acceleration_m_s2, "m_s2"), "displacement": (self.displacement_m, "m"),
+                   "roller_force": (self.roller_force_n, "n")}  # fmt: skip
+        columns = {f"{n}_{a}_{unit}": v[:, i] for n, (v, unit) in vectors.items() for i, a in enumerate("xyz")}
+        return pandas.DataFrame({"time_s": self.time_s} | columns | {"cage_rad_s": self.cage_rad_s})
+
+    def plot(self) -> Any:
+        """A matplotlib figure: acceleration along the sensor's axis in time, its spectrum, the cage's speed.
+
+        Notebooks show what this returns; ``savefig`` writes it.
+        """
+        from srbval.figures.run import run_picture
+        from srbval.models.band_levels import along_sensor
+
+        return run_picture(
+            self.time_s, along_sensor(self.acceleration_m_s2), self.cage_rad_s / self.scene.shaft_speed_rad_s,
+            title=self._in_words,
+        )  # fmt: skip
+
+    @property
+    def _in_words(self) -> str:
+        scene = self.scene
+        return f"{scene.model} model, {scene.bearing}, {scene.defect.kind.label}, {60 * scene.shaft_hz:.5g} rpm"
+
+    def __repr__(self) -> str:
+        return f"<Run {self.status}: {self._in_words}, {self.seconds:.4g} s, cage {self.cage_ratio:.5f} of the shaft>"
 
 
 @dataclass(frozen=True, eq=False)

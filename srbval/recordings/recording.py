@@ -75,7 +75,7 @@ class SourceFacts:
     cautions: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Recording(SourceFacts):
     """Vibration of one bearing, all channels at one rate.
 
@@ -108,6 +108,11 @@ class Recording(SourceFacts):
         lengths = {len(samples) for samples in self.channels.values()}
         if len(lengths) != 1 or 0 in lengths:
             raise DataError(f"{self.name}: channels must have one common, non-zero length; found {sorted(lengths)}.")
+
+    def __repr__(self) -> str:
+        state = "" if self.state is None else f", {self.state.label}"
+        shown = self.channel or " and ".join(self.axes or ())
+        return f"<Recording {self.name}: {self.origin}{state}, {shown}, {self.seconds:.4g} s at {self.fs_hz:g} Hz>"
 
     @property
     def samples(self) -> int:

@@ -11,6 +11,7 @@ from srbval.signal.envelope import (
     analytic_signal,
     butterworth_gain,
     envelope,
+    envelope_spectrum,
     envelope_spectrum_one_pass,
     squared_envelope,
     squared_envelope_one_pass,
@@ -26,7 +27,8 @@ from srbval.signal.spectrum import Spectrum, amplitude_spectrum
 __all__ = [
     "LEAST_SNR", "NORMAL_95", "BandFilter", "Kurtogram", "LineReading", "Periodogram", "Phasors", "Scalogram",
     "ShaftAngle", "Spectrum", "amplitude_spectrum", "analytic_signal", "bandpass", "butterworth_gain", "check_band",
-    "check_range", "column_width", "drop_ends", "end_s", "envelope", "envelope_spectrum_one_pass",
+    "check_range", "column_width", "drop_ends", "end_s", "envelope", "envelope_spectrum",
+    "envelope_spectrum_one_pass",
     "frequency_error_hz", "is_improbable", "kurtogram", "morlet_scalogram", "normalise", "peak_snr", "read_comb",
     "rotate_axes", "squared_envelope", "squared_envelope_one_pass",
 ]  # fmt: skip

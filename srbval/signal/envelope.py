@@ -13,7 +13,7 @@ import scipy.signal
 
 from srbval.arrays import ComplexArray, FloatArray
 from srbval.errors import DataError
-from srbval.signal.bandpass import ORDER, check_band, end_s
+from srbval.signal.bandpass import ORDER, check_band, drop_ends, end_s
 from srbval.signal.spectrum import Spectrum, amplitude_spectrum
 
 # The closed-form gain is cut off where it has fallen to this value.
@@ -117,6 +117,18 @@ def envelope_spectrum_one_pass(
     if square.size <= 2 * end + 1:
         raise DataError(f"{samples.size / fs_hz:.3g} s are lost to the filter's ends; use a longer recording.")
     return amplitude_spectrum(square[end : square.size - end], rate)
+
+
+def envelope_spectrum(
+    samples: FloatArray, fs_hz: float, band_hz: tuple[float, float], *, band_filter: BandFilter = BandFilter.BUTTERWORTH
+) -> Spectrum:
+    """Amplitude spectrum of the envelope (the modulus) of `samples` [n] in `band_hz` [Hz], ends dropped, in their unit.
+
+    What the pictures show; lines are read from `envelope_spectrum_one_pass`. Raises what `analytic_signal` and
+    `drop_ends` raise.
+    """
+    modulus = np.abs(analytic_signal(np.asarray(samples, dtype=np.float64), fs_hz, band_hz, band_filter=band_filter))
+    return amplitude_spectrum(drop_ends(modulus, fs_hz, end_s(band_hz)), fs_hz)
 
 
 def butterworth_gain(frequency_hz: FloatArray, fs_hz: float, band_hz: tuple[float, float]) -> FloatArray:

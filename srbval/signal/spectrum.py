@@ -1,14 +1,20 @@
 """Single-sided amplitude spectra."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.fft
 
 from srbval.arrays import FloatArray
 
+if TYPE_CHECKING:
+    import pandas
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Spectrum:
     """Amplitude over frequency: `frequency_hz` and `amplitude`, both [m], from zero upwards.
 
@@ -19,7 +25,17 @@ class Spectrum:
     amplitude: FloatArray
     resolution_hz: float
 
-    def up_to(self, limit_hz: float) -> "Spectrum":
+    def to_frame(self) -> pandas.DataFrame:
+        """A pandas table of `frequency_hz` and `amplitude`."""
+        import pandas
+
+        return pandas.DataFrame({"frequency_hz": self.frequency_hz, "amplitude": self.amplitude})
+
+    def __repr__(self) -> str:
+        count, last = self.frequency_hz.size, self.frequency_hz[-1] if self.frequency_hz.size else 0.0
+        return f"<Spectrum to {last:g} Hz, {count} bins, resolution {self.resolution_hz:.3g} Hz>"
+
+    def up_to(self, limit_hz: float) -> Spectrum:
         """The part at or below `limit_hz` [Hz]."""
         below = self.frequency_hz <= limit_hz
         return Spectrum(

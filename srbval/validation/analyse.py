@@ -71,7 +71,7 @@ class Analysis:
         return pandas.DataFrame([vars(line) | {"false_alarm": line.false_alarm} for line in self.lines])
 
     def __repr__(self) -> str:
-        found = [line.name for line in self.lines if line.detected and line.harmonic == 1]
+        found = [line.name for line in self.lines if line.detected and line.is_first]
         low, high = self.processed.band_hz
         return (
             f"<Analysis of {self.recording.name}: {60 * self.speed.value_hz:.5g} rpm, {low:g} to {high:g} Hz, "

@@ -74,6 +74,11 @@ class Line:
         )  # fmt: skip
 
     @property
+    def is_first(self) -> bool:
+        """Whether it is the first harmonic of a family and no sideband."""
+        return self.harmonic == 1 and not {"+", "-"} & set(self.name)
+
+    @property
     def detected_deviation_pct(self) -> float | None:
         """The deviation from kinematics where the line was detected [%]."""
         return self.deviation_pct if self.detected else None

@@ -22,7 +22,7 @@ SIDEBANDS = 1  # drawn on either side of each harmonic of the marked line
 
 def first_lines(analysis: Analysis) -> tuple[Line, ...]:
     """The first harmonic of every family, without sidebands."""
-    return tuple(x for x in analysis.lines if x.harmonic == 1 and not {"+", "-"} & set(x.name))
+    return tuple(line for line in analysis.lines if line.is_first)
 
 
 def marked_line(analysis: Analysis) -> Line | None:

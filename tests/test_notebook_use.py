@@ -1,0 +1,79 @@
+"""What a notebook user expects: pictures, tables, short representations, flat functions."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import pytest
+
+import srbval
+from tests.validation.test_shaft_speed import BEARING, record
+
+
+@functools.cache
+def run() -> srbval.Run:
+    return srbval.simulate(srbval.paper_scene(model="impulse", duration="0.5 s", defect={"kind": "outer"}))
+
+
+@functools.cache
+def analysis() -> srbval.Analysis:
+    return srbval.analyse(record(shaft_hz=25.0), bearing=BEARING)
+
+
+def test_a_run_is_a_table_a_picture_and_a_line_of_text() -> None:
+    frame = run().to_frame()
+    assert len(frame) == run().samples
+    assert frame["acceleration_x_m_s2"].to_numpy() == pytest.approx(run().acceleration_m_s2[:, 0])
+    assert len(run().plot().axes) == 3
+    assert repr(run()).startswith("<Run ok: impulse model, skf-22240, outer race, 710 rpm, 0.5 s")
+
+
+def test_an_analysis_is_a_table_a_picture_and_a_line_of_text() -> None:
+    frame = analysis().to_frame()
+    inner = frame[(frame["name"] == "BPFI") & (frame["harmonic"] == 1)].iloc[0]
+    assert inner["found_hz"] == analysis().line("BPFI").found_hz
+    labels = [text.get_text() for axes in analysis().plot().axes for text in axes.texts]
+    assert any(text.startswith("BPFI  135.4 Hz") for text in labels)
+    assert repr(analysis()).endswith("BPFI detected>")
+    assert repr(analysis().recording) == "<Recording made for the test: measured, inner race, x, 3 s at 12000 Hz>"
+
+
+def test_the_envelope_spectrum_of_a_modulated_carrier_has_its_line_where_and_as_high_as_it_is() -> None:
+    """Carrier 3 kHz of amplitude 2, modulated at 50 Hz with depth 0.3: the envelope's line is 0.6 high."""
+    fs_hz, time = 20_000.0, np.arange(40_000) / 20_000
+    samples = 2 * (1 + 0.3 * np.cos(2 * np.pi * 50 * time)) * np.sin(2 * np.pi * 3000 * time)
+    found = srbval.envelope_spectrum(samples, fs_hz, (2000.0, 4000.0))
+    frame = found.to_frame()
+    top = frame.loc[frame["amplitude"].idxmax()]
+    assert top["frequency_hz"] == pytest.approx(50.0, abs=found.resolution_hz / 2)
+    assert top["amplitude"] == pytest.approx(0.6, rel=0.05)
+    assert repr(found).startswith("<Spectrum to ")
+
+
+def test_fault_frequencies_by_name_and_by_bearing() -> None:
+    named = srbval.fault_frequencies("skf-6205", rpm=1800.0)
+    assert named == srbval.fault_frequencies(BEARING, rpm=1800.0)
+    assert named.bpfo_hz + named.bpfi_hz == pytest.approx(9 * 30.0)
+    with pytest.raises(srbval.ConfigurationError, match="-1"):
+        srbval.fault_frequencies("skf-6205", rpm=-1.0)
+
+
+def test_every_command_is_a_function() -> None:
+    verbs = {
+        "kinematics": "fault_frequencies", "bearing": "find_bearings", "simulate": "simulate", "analyse": "analyse",
+        "data": "list_recordings", "report": "report_recordings", "bench": "run_bench", "stability": "run_stability",
+        "plan": "make_plan", "campaign": "run_campaign", "check": "run_check", "doctor": "doctor",
+        "identify": "identify_path",
+    }  # fmt: skip
+    from srbval.cli.arguments import parser
+
+    commands = next(a for a in parser()._actions if a.dest == "command").choices
+    assert {name for name in commands if name not in verbs} == set()
+    assert all(callable(getattr(srbval, function)) for function in verbs.values())
+
+
+def test_the_package_says_that_it_is_typed() -> None:
+    from importlib.resources import files
+
+    assert (files("srbval") / "py.typed").is_file()
