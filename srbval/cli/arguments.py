@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import difflib
 import math
+import re
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib.resources import files
 from typing import Any, NoReturn
 
@@ -13,24 +15,44 @@ from srbval import __version__
 from srbval.errors import ConfigurationError
 
 Table = Mapping[str, Any]
+INVALID_CHOICE = re.compile(r"invalid choice: '(.*?)' \(choose from (.*)\)")  # as argparse says it
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser that reports wrong use as an ordinary `ConfigurationError` (exit code 2)."""
+    """An argument parser that reports wrong use as an ordinary `ConfigurationError` (exit code 2).
+
+    A command, option or choice that is not known is answered with the one that it resembles.
+    """
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.options: list[str] = ["--help"]
 
     def error(self, message: str) -> NoReturn:
         """Raise instead of exiting."""
-        raise ConfigurationError(f"{message}. See: {self.prog} --help")
+        choice = INVALID_CHOICE.search(message)
+        hint = _resembling(choice[1], re.findall(r"[\w-]+", choice[2])) if choice else ""
+        raise ConfigurationError(f"{message}.{hint} See: {self.prog} --help")
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Refuse here what is not known, where the command's own options are."""
+        found, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            hints = dict.fromkeys(_resembling(w.split("=")[0], self.options) for w in unknown if w.startswith("-"))
+            raise ConfigurationError(f"unknown: {' '.join(unknown)}.{''.join(hints)} See: {self.prog} --help")
+        return found, unknown
 
     def add_command(self, commands: Any, name: str, table: Table, groups: Table) -> None:
         """Add a command or an action below this parser, with its own actions; each of them takes ``--json``."""
         added: Parser = commands.add_parser(name, help=table["help"], description=table["help"])
         # A command's own default must not replace the value given before its action: `srbval data --json list`.
         default = argparse.SUPPRESS if self.prog.count(" ") else False
+        added.options.append("--json")
         added.add_argument("--json", action="store_true", default=default, help="print one JSON document")
         for arguments in (*(groups[group] for group in table.get("groups", ())), table.get("arguments", {})):
             for names, settings in arguments.items():
                 added.add_argument(*names.split(), **_settings(settings))
+                added.options += [name for name in names.split() if name.startswith("-")]
         if "actions" in table:
             actions = added.add_subparsers(dest="action", metavar="ACTION", required=True, parser_class=Parser)
             for action, about in table["actions"].items():
@@ -49,6 +71,11 @@ def parser() -> Parser:
     for name, table in tables["commands"].items():
         top.add_command(commands, name, table, tables["groups"])
     return top
+
+
+def _resembling(word: str, known: Sequence[str]) -> str:
+    close = difflib.get_close_matches(word, known, n=1)
+    return f" Did you mean {close[0]}?" if close else ""
 
 
 def _settings(settings: Table) -> dict[str, Any]:

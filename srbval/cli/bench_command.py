@@ -45,13 +45,14 @@ def run(options: argparse.Namespace) -> int:
     scenes = tuple(options.scenes or SCENES)
 
     def measure(progress: Progress) -> BenchResult:
-        return run_bench(
+        found = run_bench(
             scenes=scenes,
             solvers=tuple(options.solvers or SOLVERS),
             settings=settings,
             accuracy=not options.speed_only,
             progress=progress,
         )
+        return replace(found, targets=()) if options.quick else found  # a first impression is no verdict
 
     kind = RIG_SPEED_ACCURACY if scenes == RIG_SHOWN else SPEED_ACCURACY
     part = options.quick or options.speed_only or options.solvers or options.seconds
@@ -153,7 +154,8 @@ def _print(result: BenchResult) -> None:
     print_columns("speed-cost", rows)
     if result.references:
         _print_accuracy(result, rows)
-    print_columns("speed-targets", [json_object(t) | {"verdict": VERDICT[t.met]} for t in result.targets])
+    if result.targets:
+        print_columns("speed-targets", [json_object(t) | {"verdict": VERDICT[t.met]} for t in result.targets])
 
 
 def _print_accuracy(result: BenchResult, rows: Sequence[Mapping[str, Any]]) -> None:

@@ -1,6 +1,7 @@
 """``srbval check``: a fresh run against the reference results."""
 
 import argparse
+import math
 import sys
 import time
 from collections.abc import Sequence
@@ -39,7 +40,10 @@ def _show(result: CheckResult) -> None:
     for name in result.skipped:
         print(f"skipped, needs a recording that is not registered: {name}")
     for check in result.checks:
-        if not check.ok:
+        if math.isnan(check.value + check.low):
+            why = "could not be computed" if math.isnan(check.value) else "has no reference"
+            print(f"{check.name}: {why}; {check.reason}")
+        elif not check.ok:
             print(f"{check.name}: {check.value:.9g} is not within {check.low:.9g} to {check.high:.9g} {check.unit}; "
                   f"its tolerance: {check.reason}")  # fmt: skip
 

@@ -14,7 +14,10 @@ from srbval.storage.own_package import shipped_folder
 
 REQUIRED = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib", "jinja2", "rich", "pooch",
             "filelock", "platformdirs", "threadpoolctl")  # fmt: skip
-EXTRAS = {"typst": "pdf", "distributed": "cluster", "sphinx": "docs", "pytest": "test"}
+EXTRAS = {
+    "typst": "pdf", "soundfile": "formats", "npTDMS": "formats", "pyuff": "formats", "pyarrow": "tables",
+    "shtab": "completion", "distributed": "cluster", "sphinx": "docs", "pytest": "test",
+}  # fmt: skip
 MEGABYTE = 1e6  # [bytes]
 
 

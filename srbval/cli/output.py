@@ -1,5 +1,6 @@
 """What the commands print: data on standard output, messages on standard error."""
 
+import math
 import shlex
 import sys
 import tomllib
@@ -58,7 +59,9 @@ def _rounded(value: Any) -> Any:
 def _text(value: object) -> str:
     if value is None:
         return "-"
-    return f"{value:.6g}" if isinstance(value, float) else "".join(c if c.isprintable() else "?" for c in str(value))
+    if isinstance(value, float):
+        return "-" if math.isnan(value) else f"{value:.6g}"
+    return "".join(c if c.isprintable() else "?" for c in str(value))
 
 
 def own_command() -> str:

@@ -1,0 +1,83 @@
+"""What the command line says to a slip of the finger, and how it completes."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from srbval.cli import main
+from srbval.cli.arguments import parser
+from srbval.cli.completion_command import _actions
+from srbval.cli.output import print_table
+
+SLIPS = {
+    "analyze x.mat": "analyse",
+    "reprot": "report",
+    "data lst": "list",
+    "analyse x.mat --rmp 1480": "--rpm",
+    "analyse x.mat --bering=skf-6205": "--bearing",
+    "data add folder --pulses-per-revolution 2": "--pulses-per-rev",
+    "data add folder --state outr": "outer",
+    "kinematics --jason": "--json",
+}
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_a_slip_is_answered_with_what_was_meant(slip: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(slip.split()) == 2
+    said = capsys.readouterr().err
+    assert f"Did you mean {SLIPS[slip]}? See: srbval" in said
+    assert said.count("\n") == 1
+
+
+def test_what_resembles_nothing_is_only_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["kinematics", "--xyzzy"]) == 2
+    assert "unknown: --xyzzy. See: srbval kinematics --help" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("value", ["nan", "x", "-1", "1e400"])
+def test_no_function_is_named_to_the_user(value: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["kinematics", "--rpm", value]) == 2
+    said = capsys.readouterr().err
+    assert "must be positive" in said
+    assert "number_from" not in said
+    assert "_positive" not in said
+
+
+def test_a_table_has_no_nan(capsys: pytest.CaptureFixture[str]) -> None:
+    print_table(("a", "b"), [(float("nan"), 1.0)])
+    assert "nan" not in capsys.readouterr().out
+
+
+def test_every_command_and_action_takes_json() -> None:
+    commands = [a for a in _actions(parser()) if isinstance(a, argparse._SubParsersAction)]
+    leaves = [p for c in commands for p in c.choices.values() if not p._subparsers]
+    assert len(leaves) > 15
+    assert all("--json" in p._option_string_actions for p in leaves)
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion(shell: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("shtab")
+    assert main(["completion", shell, "--json"]) == 0
+    script = json.loads(capsys.readouterr().out)["script"]
+    assert main(["completion", shell]) == 0
+    assert capsys.readouterr().out.strip() == script.strip()
+    for word in ("analyse", "kinematics", "pulses-per-rev", "healthy"):
+        assert word in script
+    if shell == "bash" and shutil.which("bash"):
+        (tmp_path / "c").write_text(script)
+        asked = 'source c; COMP_WORDS=(srbval ana); COMP_CWORD=1; _shtab_srbval; echo "${COMPREPLY[@]}"'
+        found = subprocess.run(["bash", "-c", asked], cwd=tmp_path, capture_output=True, text=True, check=True)
+        assert found.stdout.split() == ["analyse"]
+
+
+def test_completion_without_its_library(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "shtab", None)
+    assert main(["completion", "bash"]) == 2
+    assert 'pip install "srbval[completion]"' in capsys.readouterr().err
