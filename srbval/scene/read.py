@@ -13,7 +13,7 @@ from srbval.config.units import SI_SUFFIX
 from srbval.errors import ConfigurationError
 from srbval.scene.scene import MOST_DEFECTS, Scene
 from srbval.scene.sensor_path import SensorPath
-from srbval.scene.similar import IN_ITS_MACHINE, SAME, WITHOUT_DIMENSIONS, for_size, size_of
+from srbval.scene.similar import IN_ITS_MACHINE, NOT_SPHERICAL, WITHOUT_DIMENSIONS, for_size, size_of
 
 PAPER = "paper"
 BUNDLED = (PAPER, "rig")  # the scenes that come with the package, each a file beside this one
@@ -79,9 +79,9 @@ def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
 def for_bearing(base: Mapping[str, Any], name: object) -> Mapping[str, Any]:
     """The table `base`, written for the default bearing, with the values that a bearing of another size has.
 
-    Load, contact, housing, masses, defect and step go with its pitch diameter (see `similar`); balls and cylindrical
-    rollers stand as `IN_ITS_MACHINE` says. A bearing of which only orders are known has no size, and changes the model
-    alone. Raises what `load_bearing` raises.
+    Load, contact, housing, masses, defect and step go with its pitch diameter, and nothing carries the load past it
+    (see `similar`). A bearing of which only orders are known has no size, and changes the model alone; one of the same
+    geometry changes nothing. Raises what `load_bearing` raises.
     """
     if not isinstance(name, str) or name == base["bearing"]:
         return base
@@ -89,9 +89,9 @@ def for_bearing(base: Mapping[str, Any], name: object) -> Mapping[str, Any]:
     size = size_of(bearing)
     if size is None:
         return merge(base, WITHOUT_DIMENSIONS)
-    table = base if bearing.geometry is not None else merge(base, IN_ITS_MACHINE)
-    if bearing.geometry is not None and abs(size - 1) < SAME:
+    if bearing.geometry == load_bearing(str(base["bearing"])).geometry:
         return base
+    table = merge(base, NOT_SPHERICAL if bearing.geometry is None else IN_ITS_MACHINE)
     return merge(table, for_size(build(Scene, table, "scene"), size, spherical=bearing.geometry is not None))
 
 

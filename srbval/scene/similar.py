@@ -13,11 +13,12 @@ from srbval.bearing import DEFAULT_BEARING, Bearing, load_bearing
 from srbval.scene.scene import Scene
 
 SAME = 1e-9  # sizes nearer than this are one
-# A ball or cylindrical roller bearing as it stands in its machine: nothing carries the load past it, and its defect is
-# one that is made in tests, in size as the rig's drill is to the rig's bearing.
-IN_ITS_MACHINE = {
+# A bearing as it stands in its machine: nothing carries the load past it.
+IN_ITS_MACHINE = {"load": {"path": "bearing"}}
+# Besides, of a ball or cylindrical roller bearing: a defect as one makes for tests, in size as the rig's drill is to
+# the rig's bearing.
+NOT_SPHERICAL = IN_ITS_MACHINE | {
     "model": "planar",
-    "load": {"path": "bearing"},
     "defect": {"shape": "hole", "extent": "2 mm", "height": "-0.5 mm"},
 }
 DAMPING_RATIO = 0.05  # assumed, of the housing on its spring; the paper's 0.41 leaves no resonance
@@ -57,7 +58,7 @@ def size_of(bearing: Bearing) -> float | None:
 def for_size(base: Scene, size: float, *, spherical: bool) -> dict[str, Any]:
     """What changes in the table of `base` for a bearing of that size, in SI; its step with the times of the bodies.
 
-    The bearing is `spherical` or stands `IN_ITS_MACHINE`.
+    Of a bearing that is not `spherical` the housing's damping is `DAMPING_RATIO`.
     """
     scaled = similar_parts(base, size)
     table: dict[str, Any] = {
