@@ -25,6 +25,7 @@ from srbval.signal import NORMAL_95
 from srbval.validation.analyse import analyse
 from srbval.validation.band_choice import auto_band, declared_band
 from srbval.validation.fault_call import call_fault
+from srbval.validation.fault_naming import name_fault
 from srbval.validation.lines import detected_fault_lines
 from srbval.validation.other_rigs import Baselines, baseline_of
 
@@ -87,22 +88,28 @@ class Named:
     called: Fault | None
 
 
-Method = Callable[[Recording, Bearing], Named]
+Method = Callable[[str, Recording, Bearing], Named]  # of the rig's name, the record and its bearing
 
 
 def methods(registered: Sequence[RegisteredRecording]) -> dict[str, Method]:
     """The ways of naming, by name; `registered` holds the healthy records that a call is made against.
 
-    "lines": the fault lines that `analyse` detects, the deepest named first, called against the healthy record of the
-    same point. The plain ones call whatever they name.
+    "joint test": the most probable class, called where it is probable enough, by the record alone against records of
+    known state of other rigs (`name_fault`). "lines": the fault lines that `analyse` detects, the deepest named first,
+    called against the healthy record of the same point. The plain ones call whatever they name.
     """
     baselines = Baselines()
 
-    def by_lines(recording: Recording, bearing: Bearing) -> Named:
+    def by_lines(_: str, recording: Recording, bearing: Bearing) -> Named:
         analysis = analyse(recording, bearing=bearing)
         deepest = next((Fault.of_line(line.name) for line in detected_fault_lines(analysis.lines)), None)
         call = call_fault(analysis, baseline_of(recording, bearing, registered, baselines))
         return Named(named=deepest, called=call.called)
+
+    def jointly(rig: str, recording: Recording, bearing: Bearing) -> Named:
+        naming = name_fault(analyse(recording, bearing=bearing), without_rig=rig)
+        state = naming.state if naming.state in DEFECTS else None
+        return Named(named=naming.most_probable, called=None if state is None else Fault(state))
 
     def plain(recording: Recording, bearing: Bearing, band_hz: tuple[float, float]) -> Named:
         assert recording.speed is not None, "every set states one"
@@ -114,9 +121,10 @@ def methods(registered: Sequence[RegisteredRecording]) -> dict[str, Method]:
         return auto_band(recording, bearing, recording.speed).band_hz
 
     return {
+        "joint test": jointly,
         "lines": by_lines,
-        "plain, fixed band": lambda r, b: plain(r, b, declared_band(r, None).band_hz),
-        "plain, kurtogram": lambda r, b: plain(r, b, kurtogram_band(r, b)),
+        "plain, fixed band": lambda _, r, b: plain(r, b, declared_band(r, None).band_hz),
+        "plain, kurtogram": lambda _, r, b: plain(r, b, kurtogram_band(r, b)),
     }
 
 
@@ -143,7 +151,7 @@ def judge(records: Sequence[KnownRecord], ways: Mapping[str, Method], *, progres
             recording, bearing = record.load()
             start, refused = time.thread_time(), ""
             try:
-                said = way(recording, bearing)
+                said = way(record.rig, recording, bearing)
             except SrbvalError as error:
                 said, refused = Named(named=None, called=None), str(error)
             found.append(

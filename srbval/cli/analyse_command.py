@@ -8,12 +8,13 @@ from srbval.bearing import DEFECTS
 from srbval.cli.data_command import recording_settings
 from srbval.cli.output import own_command, print_json, print_table
 from srbval.errors import DataError
-from srbval.recordings import Recording
+from srbval.recordings import Origin, Recording
 from srbval.recordings.registry import load_registered
 from srbval.signal import BandFilter
 from srbval.storage.strict_json import json_object
 from srbval.validation.analyse import Analysis, analyse, bearing_of
 from srbval.validation.baseline import Baseline, against, baseline_of, load_healthy, registered_baseline
+from srbval.validation.fault_naming import fault_entry, name_fault
 from srbval.validation.pipeline import SQUARED_UNIT
 
 COLUMNS = ("line", "harmonic", "kinematic Hz", "found Hz", "± 95 %", "deviation %", "line/noise", "false alarm",
@@ -36,13 +37,17 @@ def run(options: argparse.Namespace) -> int:
     result = analyse(recording, bearing=bearing, band_hz=band, band_filter=chosen, choose_on_record=options.auto_band)
     baseline = _baseline(result, healthy)
     call = against(result, baseline)
+    naming = name_fault(result) if recording.origin is Origin.MEASURED else None
     if options.plot:
         write_plot(result, Path(options.plot), baseline=baseline, command=own_command())
     if options.json:
-        print_json(_selected(result, options.defect) | {"fault": call})
+        fault = json_object(call) | fault_entry(call, naming)
+        print_json(_selected(result, options.defect) | {"fault": fault})
     else:
         _print(result, options.defect)
         print(call.sentence)
+        if naming is not None:
+            print(naming.sentence)
     return 0
 
 

@@ -1,0 +1,121 @@
+"""What a record shows for each fault, on one scale: how far its family's comb stands above those of the record.
+
+Each family is looked for after cepstrum prewhitening, which takes tones and gear meshes away, in the whole band: no
+band is chosen, neither for a data set nor on the record.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from srbval.bearing import DEFECTS, Fault
+from srbval.recordings import ShaftSpeed
+from srbval.signal import Periodogram, drop_ends, end_s, squared_envelope_one_pass
+from srbval.signal.comb_spectrum import CombSpectrum, surprise
+from srbval.signal.placebo import APART
+from srbval.signal.prewhitening import prewhitened
+from srbval.validation.analyse import Analysis
+from srbval.validation.families import HARMONICS, SLIP_WINDOW, families_of, means_nothing
+from srbval.validation.pipeline import tracked
+from srbval.validation.speed_search import periodogram_of
+
+# The whole band, as shares of the sampling rate.
+WHOLE_BAND = (0.01, 0.47)
+# Combs are looked for from this order of the shaft up.
+LEAST_ORDER = 1.1
+# Sidebands of the strongest family that are taken as its own, and how far slip spreads a line, as a share of it.
+SIDEBANDS, WANDER = 4, 1e-3
+# A comb that stands this far below a typical one, or below another fault's, is as silent as any.
+SILENT = -1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class PartEvidence:
+    """Of one fault: by how much the evidence of its comb exceeds that of a typical comb of the record.
+
+    `found_hz` is its fundamental, `false_alarm` the chance that a meaningless comb is as strong. None where the comb is
+    out of the record's reach, `false_alarm` also where nothing is left to rank it among.
+    """
+
+    fault: Fault
+    found_hz: float | None
+    excess: float | None
+    false_alarm: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class FaultEvidence:
+    """Of all faults, and of the strongest comb that neither they nor the shaft explain: excess and order."""
+
+    parts: tuple[PartEvidence, ...]
+    unexplained: float
+    unexplained_order: float | None
+
+    @property
+    def contrasts(self) -> tuple[float, ...]:
+        """By how much each fault's comb stands above that of every other fault and a typical one, `SILENT` at least."""
+        excess = [SILENT if part.excess is None else part.excess for part in self.parts]
+        others = [max(0.0, *excess[:number], *excess[number + 1 :]) for number in range(len(excess))]
+        return tuple(max(SILENT, own - other) for own, other in zip(excess, others, strict=True))
+
+
+def fault_evidence(analysis: Analysis) -> FaultEvidence:
+    """The evidence of an analysed record, about the speed that its analysis found."""
+    speed = analysis.speed
+    families = families_of(analysis.bearing, speed.value_hz)
+    relative = SLIP_WINDOW + speed.ci95_hz / speed.value_hz
+    record = _whitened(analysis)
+    combs = _combs(record, speed)
+    placebos = combs.placebos(means_nothing(combs.frequency_hz, relative, families, speed), relative)
+    typical = combs.typical(relative)
+    parts = []
+    for fault, family in zip(DEFECTS, families, strict=False):
+        evidence, found_hz = combs.highest(family.kinematic_hz, relative)
+        chance = math.exp(-surprise(evidence, placebos))
+        reached = not math.isnan(evidence)
+        parts.append(
+            PartEvidence(
+                fault=fault,
+                found_hz=found_hz if reached else None,
+                excess=evidence - typical if reached else None,
+                false_alarm=None if math.isnan(chance) else chance,
+            )
+        )
+    strongest = max(parts, key=lambda part: part.excess or SILENT)
+    rest = record if strongest.found_hz is None else _without(record, strongest.found_hz, speed.value_hz)
+    unexplained, order = _strongest_alien(_combs(rest, speed), relative, analysis)
+    return FaultEvidence(parts=tuple(parts), unexplained=unexplained, unexplained_order=order)
+
+
+def _whitened(analysis: Analysis) -> Periodogram:
+    """Of the squared envelope of the whole band after prewhitening."""
+    processed = analysis.processed
+    band_hz = WHOLE_BAND[0] * processed.fs_hz, WHOLE_BAND[1] * processed.fs_hz
+    square, rate = squared_envelope_one_pass(prewhitened(processed.whole), processed.fs_hz, band_hz)
+    ends = end_s(band_hz)
+    square = tracked(drop_ends(square, rate, ends), rate, ends, processed.tracking)
+    whole = replace(processed, squared=square, squared_fs_hz=rate, band_hz=band_hz)
+    return periodogram_of(whole, analysis.bearing, analysis.speed)
+
+
+def _combs(record: Periodogram, speed: ShaftSpeed) -> CombSpectrum:
+    return CombSpectrum.of(record, LEAST_ORDER * speed.value_hz, HARMONICS)
+
+
+def _without(record: Periodogram, line_hz: float, shaft_hz: float) -> Periodogram:
+    """The record with the harmonics of a line and their sidebands at the shaft's rate masked."""
+    number = np.arange(1, math.floor(record.limit_hz / line_hz) + 2, dtype=np.float64)[:, None]
+    centre = number * line_hz + np.arange(-SIDEBANDS, SIDEBANDS + 1)[None, :] * shaft_hz
+    return record.masking(centre.ravel(), np.broadcast_to(number * line_hz * WANDER, centre.shape).ravel())
+
+
+def _strongest_alien(combs: CombSpectrum, relative: float, analysis: Analysis) -> tuple[float, float | None]:
+    """Excess over a typical comb and order of the strongest fundamental that means nothing in this bearing."""
+    speed = analysis.speed
+    families = families_of(analysis.bearing, speed.value_hz)
+    alien = means_nothing(combs.frequency_hz, relative / APART, families, speed)
+    if not alien.any():
+        return 0.0, None
+    best = int(np.argmax(np.where(alien, combs.evidence, -np.inf)))
+    return float(combs.evidence[best]) - combs.typical(relative), float(combs.frequency_hz[best]) / speed.value_hz

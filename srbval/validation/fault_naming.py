@@ -1,0 +1,105 @@
+"""Which fault a record shows by itself: posterior probabilities against records of known state of other rigs."""
+
+import csv
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from srbval.bearing import DEFECTS, Fault
+from srbval.validation.analyse import Analysis
+from srbval.validation.fault_call import Basis, FaultCall
+from srbval.validation.fault_evidence import FaultEvidence, fault_evidence
+from srbval.validation.fault_posterior import KnownFeatures, Posterior, decide, fit_posterior
+
+KNOWN_FILE = "known_records.csv"  # written by ``python -m tests.calibrators.known_records``
+
+
+@dataclass(frozen=True, kw_only=True)
+class Naming:
+    """`state` is the class called, "undecided" where none is probable enough; `probabilities` are all classes'.
+
+    `log_likelihood`: of each class over the healthy one's, for priors of one's own; those here are equal. `rigs`: how
+    many the record was held against.
+    """
+
+    state: str
+    probabilities: Mapping[str, float]
+    log_likelihood: Mapping[str, float]
+    evidence: FaultEvidence
+    rigs: int
+
+    @property
+    def most_probable(self) -> Fault | None:
+        """The fault, where one is the most probable class."""
+        return _fault(max(self.probabilities, key=lambda name: self.probabilities[name]))
+
+    @property
+    def sentence(self) -> str:
+        """All of it in words."""
+        shares = ", ".join(f"{name} {share:.2f}" for name, share in self.probabilities.items())
+        order, excess = self.evidence.unexplained_order, self.evidence.unexplained
+        alien = "" if order is None else f" Strongest unexplained comb: order {order:.3f}, evidence {excess:.1f}."
+        return f"By this record alone, against {self.rigs} rigs of known state: {self.state} ({shares}).{alien}"
+
+
+def _fault(name: str) -> Fault | None:
+    return next((fault for fault in DEFECTS if fault.value == name), None)
+
+
+def name_fault(analysis: Analysis, *, without_rig: str | None = None) -> Naming:
+    """Name the fault of an analysed record; `without_rig` leaves a rig's own records out of what it is held against."""
+    model, rigs = _model(without_rig)
+    evidence = fault_evidence(analysis)
+    features = np.array([*evidence.contrasts, evidence.unexplained])
+    shares = model.probabilities(features)
+    return Naming(
+        state=decide(shares),
+        probabilities=shares,
+        log_likelihood=model.log_likelihood(features),
+        evidence=evidence,
+        rigs=rigs,
+    )
+
+
+def fault_entry(call: FaultCall, naming: Naming | None) -> dict[str, Any]:
+    """What `analyse --json` says of the fault; `naming` is None of a record that is not measured.
+
+    `called` is that against the healthy record of the same point; where there is none, that of the record by itself.
+    """
+    if naming is None:
+        return {"called": None, "state": None, "against": None, "probabilities": {}}
+    alone = call.basis is Basis.LINE_ALONE
+    return {
+        "called": _fault(naming.state) if alone else call.called,
+        "state": naming.state,
+        "against": call.baseline or f"records of known state of {naming.rigs} rigs",
+        "probabilities": naming.probabilities,
+        "log_likelihood": naming.log_likelihood,
+        "unexplained_order": naming.evidence.unexplained_order,
+        "parts": naming.evidence.parts,
+    }
+
+
+def known_features() -> tuple[KnownFeatures, ...]:
+    """The records of known state that come with the program."""
+    text = (resources.files("srbval.validation") / KNOWN_FILE).read_text(encoding="utf-8")
+    return tuple(
+        KnownFeatures(
+            rig=row["rig"],
+            specimen=row["specimen"],
+            state=row["state"],
+            families=tuple(float(row[fault.value]) for fault in DEFECTS),
+            unexplained=float(row["unexplained"]),
+        )
+        for row in csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
+    )
+
+
+@functools.cache
+def _model(without_rig: str | None) -> tuple[Posterior, int]:
+    known = [one for one in known_features() if one.rig != without_rig]
+    return fit_posterior(known), len({one.rig for one in known})

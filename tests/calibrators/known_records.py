@@ -1,0 +1,89 @@
+"""What faults are named against: ``SRBVAL_RECORDINGS=... python -m tests.calibrators.known_records -o FILE``.
+
+Every registered measured record of known state is read once as what it is; each faulty one also with a shaft speed
+wrong by 13 % and by -10 % and with another bearing, which must come out as something else. FILE is
+``srbval/validation/known_records.csv``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import dataclasses
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from srbval.bearing import DEFECTS, load_bearing
+from srbval.bench.diagnosis import KnownRecord, known_records
+from srbval.errors import SrbvalError
+from srbval.recordings.registry import listing
+from srbval.validation.analyse import Analysis, analyse
+from srbval.validation.fault_evidence import fault_evidence
+from srbval.validation.fault_posterior import OTHER
+
+WRONG_SPEEDS = (1.13, 0.9)
+WRONG_BEARING = {"mfpt-nice": "skf-6205"}  # of this bearing; the first one's of any other
+# Which bearing of its rig a record is of, by its file's name; IMS has two channels per bearing.
+SPECIMENS = {
+    "cwru": r"_((?:IR|OR|B)\d+|Normal).*_\d\d?k?(DE|FE)|_((?:IR|OR|B)\d+|Normal)",
+    "hit-sm": r"^(Normal|IR\d|OR\d)",
+    "mfpt": r"^(Inner|Outer|baseline)",
+    "uestc": r"^([NBIO])_",
+    "torino": r"^(H|IR|OR|Roller)_",
+}
+COLUMNS = ("rig", "specimen", "state", *(fault.value for fault in DEFECTS), "unexplained")
+HEAD = "# Features of records of known state; written by python -m tests.calibrators.known_records\n"
+
+
+def specimen(record: KnownRecord) -> str:
+    """The bearing within its rig."""
+    if record.entry.dataset == "ims":
+        return f"bearing {(int((record.entry.channel or 'ch1')[2:]) + 1) // 2}"
+    pattern = next((p for name, p in SPECIMENS.items() if (record.entry.dataset or "").startswith(name)), "(.*)")
+    found = re.search(pattern, Path(record.entry.file).stem)
+    return "-".join(filter(None, found.groups())) if found else Path(record.entry.file).stem
+
+
+def rows(record: KnownRecord) -> Iterator[dict[str, object]]:
+    """One row of the record as it is, and of a faulty one those of what it is not."""
+    recording, bearing = record.load()
+    analysis = analyse(recording, bearing=bearing)
+    yield _row(record, record.state.value, analysis)
+    if record.state in DEFECTS:
+        speed = analysis.speed
+        for factor in WRONG_SPEEDS:
+            wrong = dataclasses.replace(speed, value_hz=factor * speed.value_hz, ci95_hz=factor * speed.ci95_hz)
+            yield _row(record, OTHER, dataclasses.replace(analysis, speed=wrong))
+        other = load_bearing(WRONG_BEARING.get(bearing.name, next(iter(WRONG_BEARING))))
+        yield _row(record, OTHER, dataclasses.replace(analysis, bearing=other))
+
+
+def _row(record: KnownRecord, state: str, analysis: Analysis) -> dict[str, object]:
+    found = fault_evidence(analysis)
+    values = (*found.contrasts, found.unexplained)
+    return dict(zip(COLUMNS, (record.rig, specimen(record), state, *(f"{value:.2f}" for value in values)), strict=True))
+
+
+def main() -> None:
+    """Read all, write the table."""
+    parser = argparse.ArgumentParser(description="What faults are named against.")
+    parser.add_argument("-o", "--output", type=Path, required=True, help="srbval/validation/known_records.csv")
+    options = parser.parse_args()
+    found = []
+    for record in known_records(listing().recordings):
+        try:
+            found += list(rows(record))
+        except SrbvalError as error:
+            print(f"{record.entry.file}: {error}", file=sys.stderr)
+    with options.output.open("w", newline="", encoding="utf-8") as file:
+        file.write(HEAD)
+        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(found)
+    print(f"{len(found)} rows written to {options.output}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,68 @@
+"""Prewhitening takes away what repeats exactly and keeps impacts that stray."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from srbval.arrays import FloatArray
+from srbval.errors import DataError
+from srbval.signal import Periodogram, drop_ends, end_s, peak_snr, squared_envelope_one_pass
+from srbval.signal.prewhitening import prewhitened
+
+FS_HZ, SECONDS, LINE_HZ, SHAFT_HZ = 12000.0, 4.0, 107.3, 29.9
+BAND_HZ = (200.0, 5600.0)
+
+
+def line_to_noise(samples: FloatArray) -> float:
+    square, rate = squared_envelope_one_pass(samples, FS_HZ, BAND_HZ)
+    record = Periodogram.of(drop_ends(square, rate, end_s(BAND_HZ)), rate, limit_hz=600.0, shaft_hz=SHAFT_HZ)
+    return peak_snr(record, LINE_HZ, 1.0) or 0.0
+
+
+def gear_mesh(rng: np.random.Generator) -> FloatArray:
+    """A mesh of three harmonics, modulated in amplitude at the line's very frequency, in noise."""
+    time_s = np.arange(round(SECONDS * FS_HZ)) / FS_HZ
+    modulation = 1 + 0.5 * np.cos(2 * np.pi * LINE_HZ * time_s)
+    mesh = sum(2 * modulation * np.cos(2 * np.pi * h * 813.0 * time_s + h) for h in (1, 2, 3))
+    return np.asarray(mesh + rng.standard_normal(time_s.size))
+
+
+def impacts(rng: np.random.Generator, jitter: float = 0.01) -> FloatArray:
+    """Decaying bursts at the line's frequency, their periods straying by `jitter`, in noise."""
+    at_s = np.cumsum((1 + jitter * rng.standard_normal(round(SECONDS * LINE_HZ * 1.1))) / LINE_HZ)
+    struck = np.zeros(round(SECONDS * FS_HZ))
+    struck[(at_s[at_s < SECONDS] * FS_HZ).astype(int)] = 12.0
+    time_s = np.arange(240) / FS_HZ
+    burst = np.exp(-800 * time_s) * np.sin(2 * np.pi * 3000 * time_s)
+    return np.asarray(np.convolve(struck, burst)[: struck.size] + rng.standard_normal(struck.size))
+
+
+def test_a_modulated_gear_mesh_is_gone_and_impacts_stay() -> None:
+    rng = np.random.default_rng(1)
+    mesh, struck = gear_mesh(rng), impacts(rng)
+    assert line_to_noise(mesh) > 1000 > 20 > line_to_noise(prewhitened(mesh))
+    assert line_to_noise(prewhitened(struck)) > 50
+
+
+def test_a_mesh_no_longer_hides_the_impacts() -> None:
+    """Tones a hundred times as strong as the noise: their beats drown the line, whitened it shows."""
+    rng = np.random.default_rng(2)
+    time_s = np.arange(round(SECONDS * FS_HZ)) / FS_HZ
+    tones = sum(30 * np.cos(2 * np.pi * f * time_s) for f in rng.uniform(300, 5500, 30))
+    both = impacts(rng) + tones
+    assert line_to_noise(prewhitened(both)) > 10 * line_to_noise(both)
+
+
+def test_every_line_has_the_same_height_and_keeps_its_phase() -> None:
+    samples = impacts(np.random.default_rng(3))
+    white = np.fft.rfft(prewhitened(samples))[1:-1]
+    before = np.fft.rfft(samples[: prewhitened(samples).size])[1:-1]
+    assert np.allclose(np.abs(white), np.abs(white[0]))
+    assert np.allclose(np.angle(white / before), 0, atol=1e-6)
+    assert np.allclose(prewhitened(-7 * samples), -prewhitened(samples))
+
+
+def test_a_constant_record_is_refused() -> None:
+    with pytest.raises(DataError, match="constant"):
+        prewhitened(np.full(1000, 3.0))

@@ -1,0 +1,84 @@
+"""Posterior probabilities of classes from records of known state."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from srbval.validation.fault_posterior import CLASSES, OTHER, UNDECIDED, KnownFeatures, decide, fit_posterior
+
+PARTS = ("outer", "inner", "roller")
+
+
+def known(seed: int = 1) -> list[KnownFeatures]:
+    """Six rigs, two bearings of each class on each; own families at 12, silent ones at 0, alien combs at 8."""
+    rng = np.random.default_rng(seed)
+    found = []
+    for rig in range(6):
+        for state in CLASSES:
+            for bearing in range(2):
+                families = [
+                    max(-1.0, float(rng.normal(12, 3) if state == part else rng.normal(0, 0.7))) for part in PARTS
+                ]
+                alien = float(rng.normal(8, 2) if state == OTHER else rng.normal(1.5, 0.7))
+                found.append(
+                    KnownFeatures(
+                        rig=f"r{rig}", specimen=f"{state}{bearing}", state=state, families=tuple(families),
+                        unexplained=alien,
+                    )
+                )  # fmt: skip
+    return found
+
+
+MODEL = fit_posterior(known())
+
+
+@pytest.mark.parametrize(
+    ("features", "state"),
+    [((12, -1, -1, 1.5), "outer"), ((-1, 11, -1, 1.5), "inner"), ((-1, -1, 9, 1.5), "roller"),
+     ((0, 0, 0, 1.5), "healthy"), ((0, 0, 0, 9), OTHER)],
+)  # fmt: skip
+def test_clear_records_are_called(features: tuple[float, ...], state: str) -> None:
+    shares = MODEL.probabilities(np.array(features, dtype=float))
+    assert sum(shares.values()) == pytest.approx(1)
+    assert decide(shares) == state
+
+
+def outer_at(share: float) -> np.ndarray:
+    """Features at which the outer race's probability is `share`."""
+    values = np.linspace(0, 12, 60)
+    shares = [MODEL.probabilities(np.array([x, -1, -1, 1.5]))["outer"] for x in values]
+    return np.array([np.interp(share, shares, values), -1, -1, 1.5])
+
+
+def test_between_the_classes_nothing_is_called() -> None:
+    """Between a silent and a faulty part the probability rises through one half."""
+    assert decide(MODEL.probabilities(outer_at(0.5))) == UNDECIDED
+    assert decide(MODEL.probabilities(outer_at(0.75))) == "outer"
+
+
+def test_no_probability_is_above_what_so_many_bearings_can_show() -> None:
+    few = fit_posterior(
+        [k for k in known() if k.state != "outer" or (k.rig in ("r0", "r1") and k.specimen.endswith("0"))]
+    )
+    assert few.specimens["outer"] == 2
+    sure = few.probabilities(np.array([14.0, -1, -1, 1.0]))
+    assert sure["outer"] == pytest.approx(3 / 4)
+    assert sum(sure.values()) == pytest.approx(1)
+
+
+def test_a_prior_of_one_s_own_moves_the_probabilities_by_its_odds() -> None:
+    features = outer_at(0.5)
+    log_odds = MODEL.log_likelihood(features)["outer"]
+    prior = dict.fromkeys(CLASSES, 0.15) | {"healthy": 0.4}
+    shares = MODEL.probabilities(features, prior)
+    assert np.log(shares["outer"] / shares["healthy"]) == pytest.approx(log_odds + np.log(0.15 / 0.4))
+
+
+def test_likelihoods_that_lie_are_tempered() -> None:
+    """Where one rig in three is labelled at random, the exponent falls."""
+    rng = np.random.default_rng(5)
+    wrong = [
+        KnownFeatures(**vars(k) | {"state": str(rng.choice(CLASSES))}) if k.rig in ("r0", "r1") else k for k in known()
+    ]
+    assert fit_posterior(wrong).temper < MODEL.temper
