@@ -111,19 +111,17 @@ def decide(probabilities: Mapping[str, float]) -> str:
 def fit_posterior(known: Sequence[KnownFeatures]) -> Posterior:
     """Classes from records of known state; likelihoods tempered so that rigs left out in turn are judged best."""
     weighted = _weighted(known)
-    held_out = [
-        (weight, record.state, _fitted([pair for pair in weighted if pair[1].rig != rig]).log_likelihood(record.vector))
-        for rig in dict.fromkeys(k.rig for k in known)
-        for weight, record in weighted
-        if record.rig == rig
-    ]
+    rows = []
+    for rig in dict.fromkeys(k.rig for k in known):
+        model = _fitted([pair for pair in weighted if pair[1].rig != rig])
+        rows += [(w, k.state, model.log_likelihood(k.vector)) for w, k in weighted if k.rig == rig]
+    weight = np.array([w for w, state, found in rows if state in found])
+    likelihood = np.array([[f.get(n, -np.inf) for n in CLASSES] for _, state, f in rows if state in f])
+    own = np.array([found[state] for _, state, found in rows if state in found])
+    prior = np.array([PRIOR[name] for name in CLASSES])
 
     def score(temper: float) -> float:
-        return sum(
-            w * (math.log(sum(PRIOR[n] * math.exp(temper * v) for n, v in found.items())) - temper * found[state])
-            for w, state, found in held_out
-            if state in found
-        )
+        return float(weight @ (np.log(np.exp(temper * likelihood) @ prior) - temper * own))
 
     best = minimize_scalar(score, bounds=(0.05, 3.0), method="bounded")
     return replace(_fitted(weighted), temper=float(best.x))
@@ -157,9 +155,10 @@ def _fitted(weighted: Sequence[tuple[float, KnownFeatures]]) -> Posterior:
 def _role(weighted: Sequence[tuple[float, float]]) -> Role:
     """Place and spread of a Student t by its iteration (Lange, Little & Taylor 1989, J. Am. Stat. Assoc. 84, 881)."""
     weight, values = np.array(weighted).T
-    place, spread = float(np.average(values, weights=weight)), max(float(values.std()), LEAST_SPREAD)
+    total = float(weight.sum())
+    place, spread = float(weight @ values) / total, max(float(values.std()), LEAST_SPREAD)
     for _ in range(_ROUNDS):
         share = weight * (FREEDOM + 1) / (FREEDOM + ((values - place) / spread) ** 2)
-        place = float(np.average(values, weights=share))
-        spread = max(math.sqrt(float(np.sum(share * (values - place) ** 2) / weight.sum())), LEAST_SPREAD)
+        place = float(share @ values / share.sum())
+        spread = max(math.sqrt(float(share @ (values - place) ** 2) / total), LEAST_SPREAD)
     return Role(place=place, spread=spread)
