@@ -13,7 +13,7 @@ from srbval.bearing import DEFECTS, Fault
 from srbval.validation.analyse import Analysis
 from srbval.validation.fault_call import Basis, FaultCall
 from srbval.validation.fault_evidence import FaultEvidence, fault_evidence
-from srbval.validation.fault_posterior import KnownFeatures, Posterior, decide, fit_posterior
+from srbval.validation.fault_posterior import KnownFeatures, FaultPosterior, decide, fit_posterior
 
 KNOWN_FILE = "known_records.csv"  # written by ``python -m tests.calibrators.known_records``
 
@@ -100,6 +100,6 @@ def known_features() -> tuple[KnownFeatures, ...]:
 
 
 @functools.cache
-def _model(without_rig: str | None) -> tuple[Posterior, int]:
+def _model(without_rig: str | None) -> tuple[FaultPosterior, int]:
     known = [one for one in known_features() if one.rig != without_rig]
     return fit_posterior(known), len({one.rig for one in known})

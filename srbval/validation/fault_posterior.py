@@ -25,7 +25,7 @@ from srbval.bearing import DEFECTS, Fault
 
 OTHER, UNDECIDED = "other", "undecided"
 CLASSES = (Fault.HEALTHY.value, *(fault.value for fault in DEFECTS), OTHER)
-# Before anything is known of a record every class is as probable. Stated, not fitted: see `Posterior.log_likelihood`.
+# Before anything is known of a record every class is as probable. Stated, not fitted: see `FaultPosterior.log_likelihood`.
 PRIOR = dict.fromkeys(CLASSES, 1 / len(CLASSES))
 FREEDOM = 4.0
 # Rigs that the place of all parts counts for in the place of one part's own family.
@@ -68,7 +68,7 @@ class Role:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Posterior:
+class FaultPosterior:
     """The fitted classes: of each but the healthy one its feature's role in it and outside it.
 
     `specimens`: bearings known of each class; `temper`: exponent of all likelihoods.
@@ -108,7 +108,7 @@ def decide(probabilities: Mapping[str, float]) -> str:
     return best if probabilities[best] >= 1 - 1 / WRONG_COST else UNDECIDED
 
 
-def fit_posterior(known: Sequence[KnownFeatures]) -> Posterior:
+def fit_posterior(known: Sequence[KnownFeatures]) -> FaultPosterior:
     """Classes from records of known state; likelihoods tempered so that rigs left out in turn are judged best."""
     weighted = _weighted(known)
     rows = []
@@ -134,7 +134,7 @@ def _weighted(known: Sequence[KnownFeatures]) -> list[tuple[float, KnownFeatures
     return [(1 / specimens[k.rig, k.state] / records[k.rig, k.state, k.specimen], k) for k in known]
 
 
-def _fitted(weighted: Sequence[tuple[float, KnownFeatures]]) -> Posterior:
+def _fitted(weighted: Sequence[tuple[float, KnownFeatures]]) -> FaultPosterior:
     of = {name: [(w, k) for w, k in weighted if k.state == name] for name in CLASSES}
     rigs = {name: len({k.rig for _, k in pairs}) for name, pairs in of.items()}
     own = {name: [(w, k.families[number]) for w, k in of[name]] for number, name in enumerate(_PARTS) if of[name]}
@@ -147,7 +147,7 @@ def _fitted(weighted: Sequence[tuple[float, KnownFeatures]]) -> Posterior:
     if of[OTHER]:
         alien = _role([(w, k.unexplained) for w, k in of[OTHER]])
         roles[OTHER] = alien, _role([(w, k.unexplained) for name in CLASSES[:-1] for w, k in of[name]])
-    return Posterior(
+    return FaultPosterior(
         roles=roles, specimens={n: len({(k.rig, k.specimen) for _, k in pairs}) for n, pairs in of.items()}
     )
 
