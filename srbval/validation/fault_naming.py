@@ -13,7 +13,7 @@ from srbval.bearing import DEFECTS, Fault
 from srbval.validation.analyse import Analysis
 from srbval.validation.fault_call import Basis, FaultCall
 from srbval.validation.fault_evidence import FaultEvidence, fault_evidence
-from srbval.validation.fault_posterior import KnownFeatures, FaultPosterior, decide, fit_posterior
+from srbval.validation.fault_posterior import FaultPosterior, KnownFeatures, decide, fit_posterior
 
 KNOWN_FILE = "known_records.csv"  # written by ``python -m tests.calibrators.known_records``
 

@@ -25,7 +25,7 @@ from srbval.bearing import DEFECTS, Fault
 
 OTHER, UNDECIDED = "other", "undecided"
 CLASSES = (Fault.HEALTHY.value, *(fault.value for fault in DEFECTS), OTHER)
-# Before anything is known of a record every class is as probable. Stated, not fitted: see `FaultPosterior.log_likelihood`.
+# Before anything is known of a record every class is as probable. Stated, not fitted; others with `log_likelihood`.
 PRIOR = dict.fromkeys(CLASSES, 1 / len(CLASSES))
 FREEDOM = 4.0
 # Rigs that the place of all parts counts for in the place of one part's own family.
