@@ -121,6 +121,7 @@ class _Hdf5Reader:
             return
         self._claim(size * dtype.itemsize, f"dataset {name!r}")
         check_claim(self.path, math.prod(dataset.chunks or ()) * dtype.itemsize, f"a chunk of dataset {name!r}")
+        self._count(len(dataset.attrs))
         for key in dataset.attrs:
             if key in UNIT_KEYS and isinstance(value := self._attribute(dataset, key), str):
                 self.units[name] = value
