@@ -3,9 +3,10 @@
 Powers: the fault's record has D = H + |P|^2 X in each band, H the healthy record's and X that of the simulated ring. Of
 D's level in dB the error has variance
 
-    v = s^2 (1 + w^2) + tau^2 (w^2 + (1 - w)^2),    w = H / (H + |P|^2 X),    s = (10 / ln 10) / sqrt(B T),
+    v = 2 w s^2 + tau^2 (w^2 + (1 - w)^2),    w = H / (H + |P|^2 X),    s = (10 / ln 10) / sqrt(B T).
 
-noise of both records, each a power of B T degrees of freedom, and tau, fitted too: what the simulated force misses, and
+A background of B T degrees of freedom has the variance H^2 / (B T) in either record, and 2 H |P|^2 X / (B T) with the
+fault's lines, which by themselves do not scatter: of D^2 that is 2 w in all. tau is fitted too: what the simulated force misses, and
 how the background changes from one bearing mounted to the next. A mode narrower than half a band is seen by one band at
 most, and is not looked for.
 BIC = -2 ln L + k ln n (Schwarz 1978, Ann. Statist. 6, 461). Covariance: the inverse of Fisher's information, times
@@ -29,6 +30,8 @@ DAMPING = (0.003, 0.3)  # least and greatest damping ratio that is looked for
 START_DAMPING = (0.04, 0.1)
 STARTS, BEST = 12, 4  # frequencies tried for a new mode; how many of all trials are followed to the end
 HIGHEST_GAIN, MOST_DB = 1e3, 30.0
+LEAST_DB = 0.1  # what a path in time and powers on a grid are good to
+LEAST_VARIANCE = 0.4 * LEAST_DB**2  # w^2 + (1 - w)^2 is a half or more
 LEAST_SPARE = 4  # bands more than parameters
 
 
@@ -84,7 +87,7 @@ class BandPowers:
     @property
     def extras(self) -> tuple[tuple[float, float, float], ...]:
         """Of the scatter ln tau [dB], and of the exponent."""
-        return ((math.log(2.0), math.log(1e-2), math.log(MOST_DB)), *(((0.0, -8.0, 8.0),) if self.coloured else ()))
+        return ((math.log(2.0), math.log(LEAST_DB), math.log(MOST_DB)), *(((0.0, -8.0, 8.0),) if self.coloured else ()))
 
     @property
     def size(self) -> int:
@@ -119,14 +122,14 @@ class BandPowers:
         scatter = math.exp(parameters[-1 - self.coloured])
         whole = self.powers(parameters) + self.healthy
         share = self.healthy / whole
-        variance = 1 + share**2 + (share**2 + (1 - share) ** 2) * (scatter / self.noise_db) ** 2  # of s^2
-        return DB * np.log(self.fault / whole) / (self.noise_db * np.sqrt(variance)), np.sqrt(np.log(variance))
+        variance = 2 * share * self.noise_db**2 + (share**2 + (1 - share) ** 2) * scatter**2
+        return DB * np.log(self.fault / whole) / np.sqrt(variance), np.sqrt(np.log(variance / LEAST_VARIANCE))
 
     def chance(self, path: SensorPath, scatter_db: float = 0.0) -> float:
         """Chance of levels so far off, were this path right and the force known to within `scatter_db`."""
         from scipy.special import gammaincc
 
-        own = np.append(path.parameters, math.log(max(scatter_db, 1e-2)))
+        own = np.append(path.parameters, math.log(max(scatter_db, LEAST_DB)))
         errors, _ = self.residuals(np.append(own, 0.0) if self.coloured else own)
         return float(gammaincc(self.size / 2, float(errors @ errors) / 2))
 

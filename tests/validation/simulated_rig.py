@@ -32,12 +32,17 @@ class SimulatedRig:
     excitation: Recording
 
 
-def simulated_rig(seed: int, *, path: SensorPath = TRUE, noise: float = 0.02, size: float = 1.0) -> SimulatedRig:
-    """Records with that `path`; the true pulses are `size` times those of the simulated ring."""
+def simulated_rig(
+    seed: int, *, path: SensorPath = TRUE, noise: float = 0.02, size: float = 1.0, missed_db: float = 0.0
+) -> SimulatedRig:
+    """Records with that `path`; the true pulses are `size` times those of the simulated ring.
+
+    Their levels differ from those by `missed_db` more, at random in each band one line wide.
+    """
     random = np.random.default_rng(seed)
     ring = pulses(random)
     own_noise = [background(random, noise) for _ in range(2)]
-    shown = SensorFilter(path, FS_HZ).add(size * ring)
+    shown = SensorFilter(path, FS_HZ).add(size * missed(random, ring, missed_db))
     simulated = pulses(random)  # the model's own phase and slip
     return SimulatedRig(
         fault=record("OR", Fault.OUTER, shown + own_noise[0]),
@@ -50,9 +55,16 @@ def pulses(random: np.random.Generator) -> FloatArray:
     """Accelerations of a ring that is struck once per passage, with slip of 0.3 % of the spacing."""
     train = np.zeros(round(SECONDS * FS_HZ))
     times = random.uniform(0, 1 / LINE_HZ) + np.cumsum(1 + 0.003 * random.standard_normal(400)) / LINE_HZ
-    train[np.round(times[times < SECONDS] * FS_HZ).astype(int)] = 1.0
+    train[(times[times < SECONDS] * FS_HZ).astype(int)] = 1.0
     shape = np.diff(scipy.signal.windows.hann(9))  # a force of half a millisecond, as a change of velocity
     return np.convolve(train, 30 * shape)[: train.size]
+
+
+def missed(random: np.random.Generator, ring: FloatArray, scatter_db: float) -> FloatArray:
+    """The ring's samples with another level in each band about a harmonic."""
+    lines = np.fft.rfft(ring)
+    band = np.round(np.fft.rfftfreq(ring.size, 1 / FS_HZ) / LINE_HZ).astype(int)
+    return np.fft.irfft(lines * 10 ** (scatter_db * random.standard_normal(band[-1] + 1)[band] / 20), n=ring.size)
 
 
 def background(random: np.random.Generator, noise: float) -> FloatArray:
