@@ -23,7 +23,7 @@ from srbval.recordings.registry import listing
 from srbval.scene import load_scene
 from srbval.storage.stored_result import DIAGNOSIS, RIG_SPEED_ACCURACY, SENSITIVITY, SPEED_ACCURACY
 from srbval.storage.strict_json import json_object, json_value, write_json
-from srbval.validation.sensitivity import DRAWS
+from srbval.validation.budget import STUDY
 from srbval.validation.sensitivity import measure as measure_sensitivity
 
 FEW_DRAWS = 16  # of the open inputs with --quick
@@ -69,7 +69,7 @@ def _sensitivity(options: argparse.Namespace) -> int:
         found = measure_sensitivity(
             scene=scene,
             inputs=Path(options.inputs) if options.inputs else None,
-            draws=FEW_DRAWS if options.quick else DRAWS,
+            draws=FEW_DRAWS if options.quick else STUDY.draws,
             progress=progress,
         )
         return json_object(found)
@@ -114,7 +114,7 @@ def _per_cent(row: Mapping[str, Any]) -> dict[str, str]:
 
 def _print_sensitivity(result: Mapping[str, Any]) -> None:
     for found in result["defects"]:
-        extra = ", twice the first number, since the emulator missed too many" if found["refined"] else ""
+        extra = ", in more than one round, since the emulator missed too many" if found["refined"] else ""
         print(f"{found['defect']}: {found['draws']} draws of all inputs{extra}; {found['failed']} failed")
         print_columns("sensitivity", [row | {"most_by": _most_by(row["shares"])} for row in found["quantities"]])
 

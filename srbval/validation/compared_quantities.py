@@ -12,10 +12,11 @@ from typing import NamedTuple
 from srbval.bearing import DEFECTS, RACE_DEFECTS, Fault
 from srbval.signal import LEAST_SNR, NORMAL_95
 from srbval.validation.analyse import Analysis
+from srbval.validation.budget import PRIOR
 from srbval.validation.comparison import (
+    LEVEL,
     MODEL_STARTS,
     MOUNTING,
-    MOUNTING_DB,
     RIG_READING,
     RIG_SPEED,
     Comparison,
@@ -24,7 +25,7 @@ from srbval.validation.comparison import (
 )
 from srbval.validation.effects import GRID, INPUTS, DefectEffects, Sensitivity
 from srbval.validation.lines import Line
-from srbval.validation.spectrum_shape import angle_between, angle_within, halves_of
+from srbval.validation.spectrum_shape import angle_between, angle_within, halves_of, noise_about
 
 Read = Callable[[Analysis, Fault], QuantityValue | None]
 
@@ -86,12 +87,15 @@ SHAPE = Kind(
 
 
 class Sides(NamedTuple):
-    """Both sides' values of one quantity, and 95 % half widths of what numerics and inputs do to it, in its unit."""
+    """Both sides' values of one quantity, 95 % half widths of what numerics and inputs do to it, in its unit, and what
+    else is `known` of the defect's effects.
+    """
 
     kind: Kind
     model: QuantityValue
     rig: QuantityValue
     effects: Mapping[str, float]
+    known: DefectEffects | None = None
 
 
 class Outcome(NamedTuple):
@@ -102,6 +106,7 @@ class Outcome(NamedTuple):
     error: float
     parts: Mapping[str, float]
     verdict_override: ComparisonVerdict | None = None
+    p: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -221,12 +226,6 @@ def own_effects(effects: DefectEffects, quantity: str, _: QuantityValue) -> dict
     return {} if own is None else {INPUTS: effects.inputs_ci95(quantity), GRID: own.grid_ci95}
 
 
-def shape_effects(effects: DefectEffects, _: str, rig: QuantityValue) -> dict[str, float]:
-    """What inputs and starts do to the model's angle with this very record."""
-    angle = None if rig.halves is None else effects.angle_ci95(rig.halves)
-    return {} if angle is None else {INPUTS: angle}
-
-
 def no_effects(*_: object) -> dict[str, float]:
     """For quantities without an uncertainty."""
     return {}
@@ -237,10 +236,10 @@ def difference(sides: Sides) -> Outcome:
 
     What the sensor's mounting does to a level is not told from that of the model by one mounting: it is in U.
     """
-    kind, model, rig, effects = sides
+    kind, model, rig, effects, _ = sides
     scale = 100 / rig.value if kind.relative else 1.0
     parts = {MODEL_STARTS: scale * (model.ci95 or 0.0), RIG_READING: scale * (rig.ci95 or 0.0)}
-    parts |= {RIG_SPEED: scale * rig.speed_ci95} if kind.relative else {MOUNTING: NORMAL_95 * MOUNTING_DB}
+    parts |= {RIG_SPEED: scale * rig.speed_ci95} if kind.relative else {MOUNTING: NORMAL_95 * PRIOR.mounting_db}
     parts |= {term: scale * bound for term, bound in effects.items()}
     return Outcome(model, rig, scale * (model.value - rig.value), parts)
 
@@ -259,17 +258,31 @@ def presence(sides: Sides) -> Outcome:
 
 
 def shape_angle(sides: Sides) -> Outcome | None:
-    """The model's angle with the record less that of the record's halves with each other, the best there is.
+    """The model's angle with the record less the one that a right model expects, and the chance of so large a one.
 
-    None where the record's line was not detected.
+    That is the angle of the record's halves with each other, and what inputs and noise add to it; the former alone
+    where the latter are not known. None where the record's line was not detected.
     """
     rig, model = sides.rig, sides.model
     if rig.halves is None or model.halves is None or rig.line is None or not rig.line.detected:
         return None
-    between = angle_between(rig.halves, model.halves)
-    parts = {MODEL_STARTS: between.ci95, RIG_READING: rig.ci95 or 0.0, **sides.effects}
+    between, noise = angle_between(model.halves, rig.halves), noise_about(rig.line)
     theirs = QuantityValue(value=between.degrees, ci95=between.ci95, line=model.line)
-    return Outcome(theirs, replace(rig, halves=None), between.degrees - rig.value, parts)
+    null = None if sides.known is None or noise is None else sides.known.right_model_excess(*noise)
+    if null is None:
+        parts = {MODEL_STARTS: between.ci95, RIG_READING: rig.ci95 or 0.0}
+        return Outcome(theirs, replace(rig, halves=None), between.degrees - rig.value, parts)
+    off = between.degrees - rig.value
+    p = float(1 + len(null) * (null >= off).mean()) / (len(null) + 1)
+    reading = NORMAL_95 * math.sqrt(null.var(axis=1).mean())
+    return Outcome(
+        theirs,
+        replace(rig, value=rig.value + float(null.mean()), ci95=reading, halves=None),
+        off - float(null.mean()),
+        {RIG_READING: reading, INPUTS: NORMAL_95 * float(null.mean(axis=1).std())},
+        ComparisonVerdict.RESOLVED if p < LEVEL else ComparisonVerdict.UNDECIDED,
+        p,
+    )
 
 
 COMPARED: tuple[ComparedQuantity, ...] = (
@@ -298,7 +311,7 @@ COMPARED: tuple[ComparedQuantity, ...] = (
     ),
     ComparedQuantity(
         kind=SHAPE, name="spectrum shape", unit="degrees",
-        read=spectrum_shape, effects=shape_effects, compare=shape_angle,
+        read=spectrum_shape, effects=no_effects, compare=shape_angle,
     ),
 )  # fmt: skip
 KINDS: tuple[Kind, ...] = tuple(dict.fromkeys(row.kind for row in COMPARED))
@@ -329,7 +342,7 @@ def compare(
             effects = row.effects(known, name, own)
             shift = known.of(name)
             theirs = replace(theirs, value=theirs.value + (shift.shift if shift else 0.0))
-        outcome = row.compare(Sides(row.kind, theirs, own, effects))
+        outcome = row.compare(Sides(row.kind, theirs, own, effects, known))
         if outcome is not None:
             found.append(
                 Comparison(

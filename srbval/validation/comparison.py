@@ -21,9 +21,8 @@ from srbval.validation.lines import Line
 
 RIG_READING, RIG_SPEED, MOUNTING, MODEL_STARTS = "rig reading", "rig speed", "rig mounting", "model: mean of starts"
 DATA_PARTS = (RIG_READING, RIG_SPEED, MOUNTING)
-# Prior of what a sensor's place and mounting do to a level over the first harmonic: half-normal with this scale.
-MOUNTING_DB = 2.0
 ONE_SIDED = 1.645  # standard normal quantile, 95 %
+LEVEL = 0.05  # chance of a false "resolved"
 
 
 class ComparisonVerdict(enum.StrEnum):
@@ -62,7 +61,7 @@ class Comparison:
 
     `scene` is the bundled scene that the model ran, at the record's speed and load. Where one side is not `present`
     its level is the noise's and nothing is compared. `verdict_override` is the verdict on a quantity that is yes or
-    no, which has no uncertainty.
+    no, which has no uncertainty, or on one whose error has a chance `p` if the model is right.
     """
 
     kind: str
@@ -76,6 +75,7 @@ class Comparison:
     error: float
     parts: Mapping[str, float]
     verdict_override: ComparisonVerdict | None = None
+    p: float | None = None
     scene: str = "paper"
     margin: float | None = None
 

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.bearing import Fault
-from srbval.signal import NORMAL_95
-from srbval.validation.spectrum_shape import angle_between
+from srbval.validation.spectrum_shape import excess, with_noise
 
 INPUTS, GRID = "inputs: all together", "numerics: points and step"
+REPEATS, SEED = 20, 4  # of a draw's spectrum in noise
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,48 +42,50 @@ class QuantityEffects:
 
 @dataclass(frozen=True, kw_only=True)
 class DefectEffects:
-    """Effects on all quantities of one defect; `correlation` of inputs and starts, [quantities, quantities].
+    """Effects on all quantities of one defect: `predicted` are they over inputs and starts, [many, quantities].
 
-    `draws` runs were used, `failed` ones were not; `refined`: whether the first half of them was not enough for the
+    `draws` runs were used, `failed` ones were not; `refined`: whether the first round of them was not enough for the
     emulator. `at` are their inputs, [draws, inputs] in 0 to 1, `values` their quantities, [draws, quantities], None
-    where a run did not show one. `spectra` are those of some draws (see `spectrum_shape.halves_of`), [2, bins] each.
+    where a run did not show one. `spectra` are those of the draws that show the line, `spectrum` that of the scene
+    itself (see `spectrum_shape.halves_of`), [2, bins] each.
     """
 
     defect: str
     quantities: tuple[QuantityEffects, ...]
-    correlation: Sequence[Sequence[float]]
     draws: int
     failed: int
     refined: bool
+    predicted: Sequence[Sequence[float]] = field(repr=False)
     at: Sequence[Sequence[float]] = field(default=(), repr=False)
     values: Sequence[Sequence[float | None]] = field(default=(), repr=False)
     spectra: Sequence[Sequence[Sequence[float]]] = field(default=(), repr=False)
+    spectrum: Sequence[Sequence[float]] | None = field(default=None, repr=False)
 
     def of(self, name: str) -> QuantityEffects | None:
         """Those on one quantity."""
         return next((one for one in self.quantities if one.name == name), None)
 
-    def covariance(self, names: Sequence[str]) -> NDArray[np.float64]:
-        """Of some quantities, by inputs and starts, [names, names]."""
-        places = [[one.name for one in self.quantities].index(name) for name in names]
-        deviation = np.array([self.quantities[place].deviation for place in places])
-        return np.asarray(np.outer(deviation, deviation) * np.array(self.correlation)[np.ix_(places, places)])
-
     def deviations(self, names: Sequence[str]) -> NDArray[np.float64]:
-        """What the draws' quantities lie off the mean over the inputs, [draws, names]; 0 where one was not shown."""
+        """What predicted quantities lie off their mean, [many, names]."""
         places = [[one.name for one in self.quantities].index(name) for name in names]
         means = np.array([self.quantities[place].value + self.quantities[place].shift for place in places])
-        return np.nan_to_num(np.array(self.values, dtype=float)[:, places] - means)
+        return np.asarray(np.array(self.predicted)[:, places] - means)
 
     def inputs_ci95(self, name: str) -> float:
         """Half width that holds a new draw of the inputs with a chance of 95 %: by rank, since they are not normal."""
         off = np.sort(np.abs(self.deviations([name])[:, 0]))
         return float(off[min(math.ceil(0.95 * (off.size + 1)), off.size) - 1])
 
-    def angle_ci95(self, rig: NDArray[np.float64]) -> float | None:
-        """What inputs and starts do to the model's angle with a record's halves, [2, bins] [degrees]."""
-        angles = [angle_between(rig, np.asarray(one)).degrees for one in self.spectra]
-        return NORMAL_95 * float(np.std(angles, ddof=1)) if len(angles) > 2 else None
+    def right_model_excess(self, snr: float, cells: float) -> NDArray[np.float64] | None:
+        """`spectrum_shape.excess` over the scene's own spectrum of its draws, read in noise again and again [degrees].
+
+        [draws, repeats]; `snr` and `cells` as in `spectrum_shape.with_noise`. None where no spectra are known.
+        """
+        if self.spectrum is None or not self.spectra:
+            return None
+        own, rng = np.array(self.spectrum), np.random.default_rng(SEED)
+        draws = (np.repeat(np.array(one)[None], REPEATS, axis=0) for one in self.spectra)
+        return np.array([excess(own, with_noise(one, snr, cells, rng)) for one in draws])
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,13 +6,13 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from srbval.config.strict import build, read_toml
 from srbval.errors import ConfigurationError
 from srbval.scene import Scene
+from srbval.validation.budget import BUDGET
 from srbval.validation.pipeline import SIMULATED_BAND_HZ
 
 BAND = "band"
@@ -87,9 +87,11 @@ def _with(owner: Any, key: str, value: float | str, relative: bool) -> Any:
 
 
 def open_inputs(path: Path | None = None) -> tuple[OpenInput, ...]:
-    """Those of a file, or of the paper's scene."""
-    file = path or Path(str(resources.files("srbval.validation") / "budget.toml"))
-    rows = read_toml(file).get("input", [])
+    """Those of a file, which has nothing else in it, or of the paper's scene."""
+    file, document = path or BUDGET, read_toml(path or BUDGET)
+    if other := set(document) - ({"input"} if path else {"input", "prior", "study"}):
+        raise ConfigurationError(f"{file.name}: unknown table {min(other)!r}; only [[input]] is read.")
+    rows = document.get("input", [])
     if not rows:
         raise ConfigurationError(f"{file.name}: at least one [[input]] is needed.")
     return tuple(build(OpenInput, row, f"{file.name} input {i}") for i, row in enumerate(rows, start=1))

@@ -18,10 +18,12 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.signal import NORMAL_95
+from srbval.validation.budget import PRIOR
 from srbval.validation.compared_quantities import CAGE_RATIO, KINDS, ROLLER_LINE
 from srbval.validation.comparison import (
+    LEVEL,
     MODEL_STARTS,
-    MOUNTING_DB,
+    MOUNTING,
     RIG_READING,
     RIG_SPEED,
     Comparison,
@@ -31,9 +33,7 @@ from srbval.validation.effects import GRID, DefectEffects
 
 PRIMARY = tuple(kind.name for kind in KINDS if kind.primary)
 FREQUENCIES = (CAGE_RATIO.name, ROLLER_LINE.name)
-# Prior of the error that any such model has: of a frequency [%], of a level [dB] half-normal with this scale.
-DISCREPANCY_PCT, DISCREPANCY_DB = 0.1, 3.0
-LEVEL, TRIALS, SEED = 0.05, 20_000, 3
+TRIALS, SEED = 20_000, 3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,20 +77,18 @@ def judge(rows: Iterable[Comparison], effects: DefectEffects | None) -> RecordVe
         return None
     scales = np.array([100 / row.rig.value if row.kind in FREQUENCIES else 1.0 for row in used])
     own, inputs = covariance(used), effects.deviations([row.quantity for row in used]) * scales
-    spread = np.outer(scales, scales) * effects.covariance([row.quantity for row in used])
     levels = np.array([float(row.kind not in FREQUENCIES) for row in used])
+    mounting = max(row.parts.get(MOUNTING, 0.0) for row in used) / NORMAL_95
     error = np.array(known)
-    d2, p = tail(error, own, levels, mounting=MOUNTING_DB, inputs=inputs, spread=spread)
-    wider = own + np.diag((1 - levels) * DISCREPANCY_PCT**2)
-    _, p_discrepancy = tail(
-        error, wider, levels, mounting=MOUNTING_DB, discrepancy=DISCREPANCY_DB, inputs=inputs, spread=spread
-    )
+    d2, p = tail(error, own, levels, mounting=mounting, inputs=inputs)
+    wider = own + np.diag((1 - levels) * PRIOR.discrepancy_pct**2)
+    _, p_discrepancy = tail(error, wider, levels, mounting=mounting, discrepancy=PRIOR.discrepancy_db, inputs=inputs)
     return RecordVerdict(
         record=used[0].record,
         quantities=tuple(row.quantity for row in used),
         units=tuple(row.error_unit for row in used),
         errors=tuple(known),
-        u=tuple(np.sqrt(np.diag(own + spread) + levels * MOUNTING_DB**2).tolist()),
+        u=tuple(np.sqrt(np.diag(own + _spread(inputs)) + levels * mounting**2).tolist()),
         censored=tuple(row.quantity for row in used if not row.both_present),
         d2=d2, p=p, p_discrepancy=p_discrepancy, p_holm=p,
         agrees=all(row.within_margin for row in used),
@@ -117,16 +115,16 @@ def covariance(rows: Sequence[Comparison]) -> FloatArray:
 
 
 def tail(
-    error: FloatArray, own: FloatArray, levels: FloatArray, *, inputs: FloatArray, spread: FloatArray,
+    error: FloatArray, own: FloatArray, levels: FloatArray, *, inputs: FloatArray,
     mounting: float = 0.0, discrepancy: float = 0.0,
 ) -> tuple[float, float]:  # fmt: skip
     """D^2 of an error and its chance.
 
-    Errors are normal with covariance `own`; of the inputs, one row of `inputs`, [draws, quantities], with covariance
-    `spread`; and of the `levels` (1, else 0) of unknown sizes: `mounting` and `discrepancy` are the scales [dB] of
-    their half-normal priors, whose mean square is the scale's own.
+    Errors are normal with covariance `own`; of the inputs, one row of `inputs`, [draws, quantities]; and of the
+    `levels` (1, else 0) of unknown sizes: `mounting` and `discrepancy` are the scales [dB] of their half-normal priors,
+    whose mean square is the scale's own.
     """
-    whole = own + spread + np.diag(levels) * (mounting**2 + discrepancy**2)
+    whole = own + _spread(inputs) + np.diag(levels) * (mounting**2 + discrepancy**2)
     inverse = np.linalg.inv(whole)
     d2 = float(error @ inverse @ error)
     normal = _normal(error.size + 2)
@@ -135,6 +133,11 @@ def tail(
     drawn += levels * sizes[:, None] * _normal(error.size, SEED + 1)
     as_large = int(np.count_nonzero(((drawn @ inverse) * drawn).sum(axis=1) >= d2))
     return d2, (1 + as_large) / (TRIALS + 1)
+
+
+def _spread(inputs: FloatArray) -> FloatArray:
+    """Covariance of draws about zero, [quantities, quantities]."""
+    return np.asarray(inputs.T @ inputs / len(inputs))
 
 
 @cache

@@ -2,9 +2,11 @@
 
 Inputs are drawn jointly from their ranges (Latin hypercube: McKay, Beckman & Conover 1979, Technometrics 21, 239) and
 the converged model is run at each draw, as long as the runs that are compared. An emulator through these runs gives
-mean, covariance and each input's own share of the variance (first order: Saltelli et al. 2010, Comput. Phys. Commun.
-181, 259); what it leaves over, starts among it, is added from its leave-one-out residuals. The cheaper rungs of the
-ladder know neither slip nor rattle, so there is nothing in them to be corrected: what is cheap is the run itself.
+the distribution of all quantities together and each input's own share of the variance (first order: Saltelli et al.
+2010, Comput. Phys. Commun. 181, 259); what it leaves over, starts among it, is added from what it misses of runs that
+it never saw.
+The cheaper rungs of the ladder know neither slip nor rattle, so there is nothing in them to be corrected: what is cheap
+is the run itself.
 """
 
 import math
@@ -15,13 +17,14 @@ from pathlib import Path
 
 import numpy as np
 
-from srbval.arrays import FloatArray
+from srbval.arrays import FloatArray, IntArray
 from srbval.bearing import DEFECTS, load_bearing
 from srbval.errors import ConfigurationError, NumericsError, SrbvalError
 from srbval.models.simulate import Step, simulate
 from srbval.progress import Progress, silent
 from srbval.scene import Scene, paper_scene
 from srbval.signal import NORMAL_95
+from srbval.validation.budget import STUDY
 from srbval.validation.compared_quantities import COMPARED, own_effects
 from srbval.validation.counterpart import DETAIL_HZ, TURNS, AnalysedRun, analyse_run, converged, starts, with_points
 from srbval.validation.effects import DefectEffects, QuantityEffects, Sensitivity
@@ -33,13 +36,6 @@ from srbval.validation.speed_and_slip import published_speeds
 
 UNITS = {row.name_of(fault): row.unit for fault in DEFECTS for row in COMPARED if row.effects is own_effects}
 NOMINAL_RPM = 877.0  # the rig's speed that recordings of both faults are open for
-DRAWS, LEAST_DRAWS, SEED = 60, 12, 1
-SPECTRA = 12  # of the draws, kept for the shape of the spectrum
-LEAST_READ = 0.8  # of the runs, for a quantity to be taken in
-MOST_OUTSIDE = 0.08  # of all runs' quantities, by the emulators; else as many runs again are drawn
-PREDICTED, BINS = 4096, 16  # draws that the emulator answers; of an input's range, for its share
-SAFETY, ORDER = 1.25, (0.5, 2.0)  # of the grid-convergence index
-
 Values = Mapping[str, float]  # of the compared quantities, by name
 
 
@@ -47,14 +43,14 @@ def measure(
     *,
     scene: Scene | None = None,
     inputs: Path | None = None,
-    draws: int = DRAWS,
+    draws: int = STUDY.draws,
     turns: float = TURNS,
     progress: Progress = silent,
 ) -> Sensitivity:
     """Of the paper's scene with every defect at the rig's speed, or of `scene` with its own, at its own length.
 
     `inputs` names a file of ranges. Raises `ConfigurationError` for a scene without a defect, which shows no line, and
-    `NumericsError` where the scene itself cannot be run, or fewer than `LEAST_DRAWS` of its draws.
+    `NumericsError` where the scene itself cannot be run, or too few of its draws.
     """
     if scene is not None and scene.defect.kind not in DEFECTS:
         raise ConfigurationError("a healthy bearing has no fault line to compare: give the scene a defect.")
@@ -74,49 +70,47 @@ def _paper_scenes(turns: float) -> Iterator[Scene]:
 
 def _defect_effects(own: Scene, inputs: Sequence[OpenInput], count: int, progress: Progress) -> DefectEffects:
     state, base = own.defect.kind, converged(own)
-    begun = [_values(_run(one)) for one in starts(base)]
+    first, *others = [_run(one) for one in starts(base)]
+    begun = [_values(run) for run in (first, *others)]
     paper = [_values(_run(one)) for one in starts(own)] if base is not own else []
     points = base.contact.points_per_circle
     grids = [with_points(base, n) for n in (points // 2, 2 * points)] if base.model == "full" else []
     coarse_fine = [_values(_run(one)) for one in grids]
     half_step = _values(_run(replace(base, solver=replace(base.solver, step_s=base.solver.step_s / 2))))
-    shares, runs = _draw(base, inputs, count, SEED, progress)
-    fitted = _emulators(shares, runs, begun)
-    if refined := statistics.fmean(one.outside for one in fitted.values()) > MOST_OUTSIDE:
-        more = _draw(base, inputs, count, SEED + 1, progress)
-        shares, runs = np.concatenate([shares, more[0]]), [*runs, *more[1]]
-        fitted = _emulators(shares, runs, begun)
-    at = np.array(
-        [[i.coordinate(s) for i, s in zip(inputs, row, strict=True)] for row in _hypercube(inputs, PREDICTED)]
-    )
-    means = np.array([one(at) for one in fitted.values()])
-    covariance = np.cov(means) + _left_over(fitted, shares)
-    deviation = np.sqrt(np.diag(covariance))
+    shares, runs, rounds = np.empty((0, len(inputs))), list[AnalysedRun](), 0
+    fitted: dict[str, Emulator] = {}
+    while not rounds or (rounds < STUDY.rounds and not all(_follows(one) for one in fitted.values())):
+        more = _draw(base, inputs, count, STUDY.seed + rounds, progress)
+        shares, runs, rounds = np.concatenate([shares, more[0]]), [*runs, *more[1]], rounds + 1
+        fitted = _emulators(inputs, shares, runs, begun)
+    at, means, predicted = _predict(inputs, shares, fitted)
     effects = []
-    for name, mean, total, emulator in zip(fitted, means, (deviation**2).tolist(), fitted.values(), strict=True):
+    for (name, emulator), mean, all_of_it in zip(fitted.items(), means, predicted, strict=True):
         values = [run[name] for run in begun]
         value = statistics.fmean(values)
         grid = grid_ci95(value, *(run.get(name, value) for run in coarse_fine)) if coarse_fine else 0.0
         effects.append(
             QuantityEffects(
-                name=name, unit=UNITS[name], value=value, shift=float(mean.mean()) - value, deviation=math.sqrt(total),
-                shares={one.name: _share(column, mean) / total for one, column in zip(inputs, at.T, strict=True)},
+                name=name, unit=UNITS[name], value=value,
+                shift=float(all_of_it.mean()) - value, deviation=float(all_of_it.std()),
+                shares={i.name: _share(x, mean) / float(all_of_it.var()) for i, x in zip(inputs, at.T, strict=True)},
                 grid_ci95=math.hypot(grid, 4 / 3 * (half_step.get(name, value) - value)),
                 **_paper_points(values, [run[name] for run in paper if name in run]),
                 start_sd=statistics.stdev(values), outside=emulator.outside,
             )
         )  # fmt: skip
-    spectra = [halves_of(run.analysis, state) for run in runs[:SPECTRA]]
+    spectra = [halves_of(run.analysis, state) for run in (first, *runs)]
     return DefectEffects(
         defect=state.value,
         quantities=tuple(effects),
-        correlation=(covariance / np.outer(deviation, deviation)).round(4).tolist(),
         draws=len(runs),
-        failed=count * (1 + refined) - len(runs),
-        refined=refined,
+        failed=count * rounds - len(runs),
+        refined=rounds > 1,
         at=shares.round(5).tolist(),
         values=[[run.values[name].value if name in run.values else None for name in fitted] for run in runs],
-        spectra=[one.round(3).tolist() for one in spectra if one is not None],
+        predicted=[[float(f"{x:.6g}") for x in row] for row in predicted.T.tolist()],
+        spectrum=None if spectra[0] is None else spectra[0].round(2).tolist(),
+        spectra=[one.round(2).tolist() for one in spectra[1:] if one is not None],
     )
 
 
@@ -132,7 +126,7 @@ def _values(run: AnalysedRun) -> Values:
     return {name: value.value for name, value in run.values.items() if name in UNITS}
 
 
-def _hypercube(inputs: Sequence[OpenInput], count: int, seed: int = SEED) -> FloatArray:
+def _hypercube(inputs: Sequence[OpenInput], count: int, seed: int = STUDY.seed) -> FloatArray:
     from scipy.stats import qmc
 
     return np.asarray(qmc.LatinHypercube(d=len(inputs), rng=np.random.default_rng(seed)).random(count))
@@ -152,38 +146,65 @@ def _draw(
             continue
         shares.append([one.coordinate(share) for one, share in zip(inputs, row, strict=True)])
     progress(what, 1.0)
-    if len(runs) < LEAST_DRAWS:
-        raise NumericsError(f"sensitivity: {len(runs)} of {count} draws could be run, {LEAST_DRAWS} are needed.")
+    if len(runs) < STUDY.least_draws:
+        raise NumericsError(f"sensitivity: {len(runs)} of {count} draws could be run, {STUDY.least_draws} are needed.")
     return np.array(shares), runs
 
 
-def _emulators(shares: FloatArray, runs: Sequence[AnalysedRun], begun: Sequence[Values]) -> dict[str, Emulator]:
+def _emulators(
+    inputs: Sequence[OpenInput], shares: FloatArray, runs: Sequence[AnalysedRun], begun: Sequence[Values]
+) -> dict[str, Emulator]:
     """One for every quantity that all starts and nearly all draws show."""
-    found = {}
+    found, groups = {}, groups_of(inputs, shares)
     for name in UNITS:
         rows = [i for i, run in enumerate(runs) if name in run.values]
-        if len(rows) >= LEAST_READ * len(runs) and all(name in one for one in begun):
-            found[name] = fit_emulator(shares[rows], np.array([runs[i].values[name].value for i in rows]))
+        if len(rows) >= STUDY.least_read * len(runs) and all(name in one for one in begun):
+            values = np.array([runs[i].values[name].value for i in rows])
+            found[name] = fit_emulator(shares[rows], values, groups[rows])
     return found
 
 
-def _left_over(fitted: Mapping[str, Emulator], shares: FloatArray) -> FloatArray:
-    """Covariance of the emulators' leave-one-out residuals, runs that lack a quantity counted as uncorrelated."""
+def _follows(emulator: Emulator) -> bool:
+    """Whether an emulator misses few enough of its runs, and leaves little enough of them over."""
+    missed = math.sqrt(float(np.mean(emulator.residuals**2)))
+    return emulator.outside <= STUDY.most_outside and missed <= STUDY.most_left_over * emulator.scale
+
+
+def groups_of(inputs: Sequence[OpenInput], at: FloatArray) -> IntArray:
+    """Which combination of all choices each of the points `at`, [n, inputs], has: 0 to below their number."""
+    chosen = [place for place, one in enumerate(inputs) if one.choices]
+    return np.asarray(np.unique(at[:, chosen], axis=0, return_inverse=True)[1]).ravel()
+
+
+def _predict(inputs: Sequence[OpenInput], shares: FloatArray, fitted: Mapping[str, Emulator]) -> tuple[FloatArray, ...]:
+    """Draws of the inputs, [draws, inputs], the emulators there, and these with what they leave over.
+
+    The latter two are [quantities, draws]. Left over is what they miss of one run that they never saw, with the same
+    choices, all quantities' together; 0 where it lacks one.
+    """
+    at, rng = coordinates(inputs, _hypercube(inputs, STUDY.predicted)), np.random.default_rng(STUDY.seed)
+    means = np.array([one(at) for one in fitted.values()])
     runs = {tuple(row): place for place, row in enumerate(shares.tolist())}
     residuals = np.zeros((len(fitted), len(shares)))
     for own, one in zip(residuals, fitted.values(), strict=True):
         own[[runs[tuple(row)] for row in one.points.tolist()]] = one.residuals
-    covariance = residuals @ residuals.T / len(shares)
-    np.fill_diagonal(covariance, [np.mean(one.residuals**2) for one in fitted.values()])
-    return covariance
+    groups = groups_of(inputs, np.concatenate([shares, at]))
+    runs_of = [np.flatnonzero(groups[: len(shares)] == group) for group in groups[len(shares) :]]
+    picked = [rng.choice(own if own.size else len(shares)) for own in runs_of]
+    return at, means, means + residuals[:, picked]
+
+
+def coordinates(inputs: Sequence[OpenInput], shares: FloatArray) -> FloatArray:
+    """Where shares of the probability, [draws, inputs], lie between the inputs' ends."""
+    return np.array([[i.coordinate(share) for i, share in zip(inputs, row, strict=True)] for row in shares.tolist()])
 
 
 def _share(coordinate: FloatArray, mean: FloatArray) -> float:
     """Variance of the mean of `mean` given one input's coordinate, by bins of it."""
-    place = np.minimum((coordinate * BINS).astype(int), BINS - 1)
-    count = np.bincount(place, minlength=BINS)
+    place = np.minimum((coordinate * STUDY.bins).astype(int), STUDY.bins - 1)
+    count = np.bincount(place, minlength=STUDY.bins)
     filled = count > 0
-    by_bin = np.bincount(place, weights=mean, minlength=BINS)[filled] / count[filled]
+    by_bin = np.bincount(place, weights=mean, minlength=STUDY.bins)[filled] / count[filled]
     return float(np.average((by_bin - mean.mean()) ** 2, weights=count[filled]))
 
 
@@ -194,9 +215,10 @@ def grid_ci95(middle: float, coarse: float, fine: float) -> float:
     p held between 0.5 and 2 (the lower one where the values do not converge from one side).
     """
     first, second = middle - coarse, fine - middle
-    order = math.log2(first / second) if second and first / second > 0 else ORDER[0]
-    power = 2 ** min(max(order, ORDER[0]), ORDER[1])
-    return SAFETY * abs(second) * power / (power - 1)
+    least, most = STUDY.grid_least_order, STUDY.grid_most_order
+    order = math.log2(first / second) if second and first / second > 0 else least
+    power = 2 ** min(max(order, least), most)
+    return STUDY.grid_safety * abs(second) * power / (power - 1)
 
 
 def _paper_points(converged_values: Sequence[float], own: Sequence[float]) -> dict[str, float | None]:

@@ -6,6 +6,9 @@ the line with the scale. The measure is the angle whose cosine is the correlatio
 correlation mapper: de Carvalho & Meneses 2000, after the spectral angle of Kruse et al. 1993, Remote Sens. Environ.
 44, 145): 0 degrees alike, 90 degrees unrelated. A record is cut in halves, so that it can also be compared with itself:
 no model can resemble a record more closely than the record's halves resemble each other.
+
+Even a right model does not resemble it as closely, since its inputs are not known: what angle it has to expect is that
+of the model with itself at drawn inputs, read in the record's noise (`excess`, `with_noise`).
 """
 
 import math
@@ -17,12 +20,15 @@ from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.signal import NORMAL_95
 from srbval.validation.analyse import Analysis
+from srbval.validation.lines import Line
 from srbval.validation.speed_search import USABLE_SHARE
 
 HARMONICS, LEAST_HARMONICS = 5, 2
 # Bins from one harmonic to the next: sidebands at the shaft's or the cage's speed fall in bins of their own.
 BINS = 24
 _PADDING = 4
+# What neighbouring values of a periodogram with Hann's window, and those next to these, correlate by in power.
+_HANN = (4 / 9, 1 / 36)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,19 +77,72 @@ def _log_power(samples: FloatArray, fs_hz: float, line_hz: float, harmonics: int
 
 def angle_between(first: FloatArray, second: FloatArray) -> Angle:
     """Mean angle of every half of one record with every half of another, over the harmonics both have."""
-    return _mean_angle([(a, b) for a in first for b in second])
+    return _with_interval(_between(first, second), min(first.shape[-1], second.shape[-1]))
 
 
 def angle_within(own: FloatArray) -> Angle:
     """The angle of a record's halves with each other."""
-    return _mean_angle([(own[0], own[1])])
+    return _with_interval(_within(own), own.shape[-1])
 
 
-def _mean_angle(pairs: list[tuple[FloatArray, FloatArray]]) -> Angle:
-    """Correlations averaged as Fisher's z; its interval, 1.96 / sqrt(n - 3) for n bins, carried over to the angle."""
-    size = min(x.size for pair in pairs for x in pair)
-    z = np.mean([np.arctanh(min(float(np.corrcoef(a[:size], b[:size])[0, 1]), 1 - 1e-12)) for a, b in pairs])
-    angle = math.acos(math.tanh(float(z)))
-    return Angle(
-        degrees=math.degrees(angle), ci95=math.degrees(NORMAL_95 * math.sin(angle) / math.sqrt(size - 3))
-    )  # fmt: skip
+def excess(model: FloatArray, records: FloatArray) -> FloatArray:
+    """How much further from `model`, [2, bins], records are than their halves are from each other [degrees], [...].
+
+    `records` are [..., 2, bins].
+    """
+    return np.asarray(_between(model, records) - _within(records))
+
+
+def noise_about(line: Line) -> tuple[float, float] | None:
+    """A record's noise about its line: power over noise in the line's bin, and independent values in a bin of a half.
+
+    A half has half the power over noise at the line's peak, spread over all of the bin's values, which Hann's window
+    correlates: the mean of n of them varies as that of fewer (Welch 1967, IEEE Trans. Audio Electroacoust. 15, 70).
+    None without a line.
+    """
+    if not line.found_hz or not line.resolution_hz or not line.snr:
+        return None
+    cells = line.found_hz / line.resolution_hz / 2 / BINS
+    alike = 1 + 2 * sum(c * max(1 - apart / cells, 0.0) for apart, c in enumerate(_HANN, start=1))
+    return line.snr / 2 / cells, max(cells / alike, 1.0)
+
+
+def with_noise(own: FloatArray, snr: float, cells: float, rng: np.random.Generator) -> FloatArray:
+    """Log spectra [..., 2, bins] of a run as a record shows them whose first harmonic's bin is `snr` times the noise.
+
+    The power of a signal in noise is noncentral chi-squared with two degrees of freedom for each independent value
+    (Whalen 1971, Detection of Signals in Noise, sect. 4.4; quoted from memory, not checked); noise of even level.
+    """
+    first = own[..., BINS // 2].mean(axis=-1)[..., None, None]
+    freedom = 2 * cells
+    power = rng.noncentral_chisquare(freedom, freedom * snr * np.exp(own - first)) / freedom
+    return np.log(np.maximum(power, np.finfo(float).tiny))
+
+
+def _between(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Correlations of all halves, averaged as Fisher's z, as an angle [degrees], [...]."""
+    size = min(first.shape[-1], second.shape[-1])
+    a, b = (_centred(one[..., :size]) for one in (first, second))
+    return _degrees(np.arctanh(a @ b.swapaxes(-1, -2)).mean(axis=(-1, -2)))
+
+
+def _within(own: FloatArray) -> FloatArray:
+    a = _centred(own)
+    return _degrees(np.arctanh((a[..., 0, :] * a[..., 1, :]).sum(axis=-1)))
+
+
+def _centred(own: FloatArray) -> FloatArray:
+    """Less their means, and of a length so little below one that no correlation is one."""
+    off = own - own.mean(axis=-1, keepdims=True)
+    return np.asarray((1 - 1e-12) * off / np.linalg.norm(off, axis=-1, keepdims=True))
+
+
+def _degrees(z: FloatArray) -> FloatArray:
+    return np.asarray(np.degrees(np.arccos(np.tanh(z))))
+
+
+def _with_interval(angle: FloatArray, bins: int) -> Angle:
+    """The interval of a correlation's Fisher z, 1.96 / sqrt(n - 3) for n bins, carried over to the angle."""
+    degrees = float(angle)
+    spread = NORMAL_95 * math.sin(math.radians(degrees)) / math.sqrt(bins - 3)
+    return Angle(degrees=degrees, ci95=math.degrees(spread))

@@ -58,12 +58,10 @@ def analysis(depth_second=0.5, detected=True, found_hz=108.2):
 
 
 def known(*effects):
-    size = len(effects)
     # Two draws, each two deviations off: so is the half width.
     values = [[one.value + one.shift + sign * 2 * one.deviation for one in effects] for sign in (-1, 1)]
     own = DefectEffects(
-        defect="inner", quantities=effects, correlation=np.eye(size).tolist(), draws=2, failed=0, refined=False,
-        values=values,
+        defect="inner", quantities=effects, draws=2, failed=0, refined=False, predicted=values,
     )  # fmt: skip
     return Sensitivity(defects=(own,))
 

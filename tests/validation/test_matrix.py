@@ -78,8 +78,8 @@ def another_impulse_model(rig: Analysis) -> AnalysedRun:
 def known(defect: str, line: str) -> DefectEffects:
     sizes = {"cage ratio": ("1", 0.0002), f"2x{line}": ("dB", 0.5), f"{line} sidebands": ("dB", 0.5)}
     return DefectEffects(
-        defect=defect, correlation=np.eye(3).tolist(), draws=100, failed=0, refined=False,
-        values=(1 + np.random.default_rng(8).standard_normal((100, 3)) * [size for _, size in sizes.values()]).tolist(),
+        defect=defect, draws=100, failed=0, refined=False,
+        predicted=(1 + np.random.default_rng(8).standard_normal((100, 3)) * [s for _, s in sizes.values()]).tolist(),
         quantities=tuple(
             QuantityEffects(
                 name=name, unit=unit, value=1.0, shift=0.0, deviation=size, shares={"load": 0.6, "friction": 0.1},

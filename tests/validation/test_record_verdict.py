@@ -30,7 +30,7 @@ VALUES = 1.0 + DEVIATIONS * (
 )
 EFFECTS = DefectEffects(
     defect="outer", quantities=(quantity("cage ratio", 1e-4, "1"), quantity("2xBPFO", 0.5), quantity("3xBPFO", 1.0)),
-    correlation=CORRELATION, draws=4000, failed=0, refined=False, values=VALUES.tolist(),
+    draws=4000, failed=0, refined=False, predicted=VALUES.tolist(),
 )  # fmt: skip
 
 
@@ -62,13 +62,13 @@ NOTHING = np.zeros((1, 2))
 
 
 def test_without_a_mounting_it_is_chi_squared_and_with_one_its_mixture():
-    own, none = np.array([[1.0, 0.6], [0.6, 2.0]]), np.zeros((2, 2))
+    own = np.array([[1.0, 0.6], [0.6, 2.0]])
     error = np.array([1.5, -1.0])
-    d2, p = tail(error, own, np.ones(2), inputs=NOTHING, spread=none)
+    d2, p = tail(error, own, np.ones(2), inputs=NOTHING)
     assert d2 == pytest.approx(error @ np.linalg.inv(own) @ error)
     assert p == pytest.approx(chi2.sf(d2, 2), abs=CHANCE)
     small = 0.01 * own
-    d2, p = tail(np.array([5.0, 3.0]), small, np.ones(2), inputs=NOTHING, spread=none, mounting=2.0)
+    d2, p = tail(np.array([5.0, 3.0]), small, np.ones(2), inputs=NOTHING, mounting=2.0)
     drawn = np.random.default_rng(9).standard_normal((5, 400_000))
     errors = 2 * drawn[0] * drawn[1:3] + 0.1 * (np.linalg.cholesky(own) @ drawn[3:])
     inverse = np.linalg.inv(small + 4 * np.eye(2))
@@ -81,8 +81,7 @@ def test_inputs_that_are_rarely_far_off_count_as_often_as_they_are():
     """One draw in ten moves both quantities by 3: an error of 3 has a chance of about 0.1, not of 2e-5."""
     inputs = np.zeros((10, 2))
     inputs[0] = 3.0
-    own, spread = 0.01 * np.eye(2), inputs.T @ inputs / 10
-    _, p = tail(np.array([2.8, 2.8]), own, np.zeros(2), inputs=inputs, spread=spread)
+    _, p = tail(np.array([2.8, 2.8]), 0.01 * np.eye(2), np.zeros(2), inputs=inputs)
     assert p == pytest.approx(0.1, abs=0.02)
 
 
@@ -141,7 +140,7 @@ def test_false_resolved_at_its_nominal_rate():
     for _ in range(count):
         error = np.linalg.cholesky(own + spread) @ rng.standard_normal(3)
         error += levels * 2.0 * rng.standard_normal() * rng.standard_normal(3)
-        resolved += tail(error, own, levels, inputs=inputs, spread=spread, mounting=2.0)[1] < 0.05
+        resolved += tail(error, own, levels, inputs=inputs, mounting=2.0)[1] < 0.05
     assert resolved / count == pytest.approx(0.05, abs=3 * np.sqrt(0.05 * 0.95 / count))
 
 

@@ -16,13 +16,14 @@ from srbval.report.model import Section
 from srbval.report.section_texts import Texts
 from srbval.storage.stored_result import RECORD_VERDICTS
 from srbval.validation.bias import LEAST_RECORDS
+from srbval.validation.budget import PRIOR
 from srbval.validation.compared_quantities import KINDS, PRESENCE, Kind
-from srbval.validation.comparison import MOUNTING_DB, Comparison, ComparisonVerdict
+from srbval.validation.comparison import Comparison, ComparisonVerdict
 from srbval.validation.counterpart import CONVERGED_POINTS, STARTS, TURNS
 from srbval.validation.effects import QuantityEffects
 from srbval.validation.fault_call import Basis
 from srbval.validation.matrix import Matrix, MatrixCell
-from srbval.validation.record_verdict import DISCREPANCY_DB, DISCREPANCY_PCT, RecordVerdict
+from srbval.validation.record_verdict import RecordVerdict
 from srbval.validation.sensitivity import NOMINAL_RPM
 
 TEXTS = Texts("matrix")
@@ -145,10 +146,9 @@ def _bias_blocks(evidence: Evidence, folder: Path) -> Iterator[Block]:
     judged = [cell for cell in compared if cell.judged]
     if judged:
         yield TEXTS.table(
-            "record-verdicts", judged, point=_point, errors=_errors, verdict_tone=VERDICT_TONE,
-            discrepancy_pct=DISCREPANCY_PCT, discrepancy_db=DISCREPANCY_DB,
+            "record-verdicts", judged, point=_point, errors=_errors, verdict_tone=VERDICT_TONE, prior=PRIOR,
         )  # fmt: skip
-        yield TEXTS.paragraph("verdicts", mounting_db=MOUNTING_DB)
+        yield TEXTS.paragraph("verdicts", prior=PRIOR)
     rates = evidence.results[RECORD_VERDICTS].content
     if rates is not None:
         yield TEXTS.table("verdict-rates", rates["rows"], truths=rates["truths"])
@@ -183,7 +183,8 @@ def _yes(value: float) -> str:
 def _error(row: Comparison) -> str:
     if row.uncertainty is None:
         return f"{row.error:+.2g}"
-    resolved = ", resolved" if row.verdict is ComparisonVerdict.RESOLVED else ""
+    resolved = "" if row.p is None else f", p {row.p:.2g}"
+    resolved += ", resolved" if row.verdict is ComparisonVerdict.RESOLVED else ""
     return f"{row.error:+.2g} [{row.uncertainty:.2g}]{resolved}"
 
 
