@@ -83,7 +83,8 @@ def _defect_effects(own: Scene, inputs: Sequence[OpenInput], count: int, progres
         more = _draw(base, inputs, count, STUDY.seed + rounds, progress)
         shares, runs, rounds = np.concatenate([shares, more[0]]), [*runs, *more[1]], rounds + 1
         fitted = _emulators(inputs, shares, runs, begun)
-    at, means, predicted = _predict(inputs, shares, fitted)
+    at = coordinates(inputs, _hypercube(inputs, STUDY.predicted))
+    means, predicted = predict(inputs, shares, fitted, at)
     effects = []
     for (name, emulator), mean, all_of_it in zip(fitted.items(), means, predicted, strict=True):
         values = [run[name] for run in begun]
@@ -176,13 +177,15 @@ def groups_of(inputs: Sequence[OpenInput], at: FloatArray) -> IntArray:
     return np.asarray(np.unique(at[:, chosen], axis=0, return_inverse=True)[1]).ravel()
 
 
-def _predict(inputs: Sequence[OpenInput], shares: FloatArray, fitted: Mapping[str, Emulator]) -> tuple[FloatArray, ...]:
-    """Draws of the inputs, [draws, inputs], the emulators there, and these with what they leave over.
+def predict(
+    inputs: Sequence[OpenInput], shares: FloatArray, fitted: Mapping[str, Emulator], at: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The emulators at draws of the inputs, [draws, inputs], and these with what they leave over [quantities, draws].
 
-    The latter two are [quantities, draws]. Left over is what they miss of one run that they never saw, with the same
-    choices, all quantities' together; 0 where it lacks one.
+    `shares` are the runs' inputs, [runs, inputs]. Left over is what they miss of one run that they never saw, with the
+    same choices, all quantities' together; 0 where it lacks one.
     """
-    at, rng = coordinates(inputs, _hypercube(inputs, STUDY.predicted)), np.random.default_rng(STUDY.seed)
+    rng = np.random.default_rng(STUDY.seed)
     means = np.array([one(at) for one in fitted.values()])
     runs = {tuple(row): place for place, row in enumerate(shares.tolist())}
     residuals = np.zeros((len(fitted), len(shares)))
@@ -191,7 +194,7 @@ def _predict(inputs: Sequence[OpenInput], shares: FloatArray, fitted: Mapping[st
     groups = groups_of(inputs, np.concatenate([shares, at]))
     runs_of = [np.flatnonzero(groups[: len(shares)] == group) for group in groups[len(shares) :]]
     picked = [rng.choice(own if own.size else len(shares)) for own in runs_of]
-    return at, means, means + residuals[:, picked]
+    return means, means + residuals[:, picked]
 
 
 def coordinates(inputs: Sequence[OpenInput], shares: FloatArray) -> FloatArray:

@@ -55,7 +55,7 @@ from srbval.validation.emulator import Emulator, fit_emulator
 from srbval.validation.lines import Line
 from srbval.validation.open_inputs import open_inputs
 from srbval.validation.record_verdict import holm, judge
-from srbval.validation.sensitivity import coordinates, groups_of
+from srbval.validation.sensitivity import coordinates, groups_of, predict
 from srbval.validation.spectrum_shape import angle_within, noise_about, with_noise
 from tests.calibrators.record_truths import Truth, make_truths, read_truths
 from tests.calibrators.rows import print_rows
@@ -124,8 +124,8 @@ def emulated(study: Sensitivity, count: int, seed: int = SEED) -> Setting:
     found = {}
     for fault in RACE_DEFECTS:
         own = effects_of(study, fault)
-        residual = rng.integers(len(own.at), size=count)  # of one run, for all quantities
-        found[fault] = {n: one(at) + _residuals(one, own.at)[residual] for n, one in emulators(own).items()}
+        fitted = emulators(own)
+        found[fault] = dict(zip(fitted, predict(inputs, np.array(own.at), fitted, at)[1], strict=True))
     return Setting(name="emulated", truths=as_truths(found), study=study)
 
 
@@ -169,14 +169,6 @@ def as_truths(values: Mapping[Fault, Mapping[str, FloatArray]]) -> list[Truth]:
         Truth(values={f: {n: float(v[i]) for n, v in own.items()} for f, own in values.items()}, halves={})
         for i in range(count)
     ]
-
-
-def _residuals(emulator: Emulator, at: Sequence[Sequence[float]]) -> FloatArray:
-    """Of all runs of a study, 0 where one lacks the quantity."""
-    shown = {
-        tuple(point): residual for point, residual in zip(emulator.points.tolist(), emulator.residuals, strict=True)
-    }
-    return np.array([shown.get(tuple(row), 0.0) for row in at])
 
 
 def model_values(sensitivity: Sensitivity, fault: Fault) -> dict[str, QuantityValue]:
