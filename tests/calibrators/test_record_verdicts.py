@@ -71,4 +71,11 @@ def test_the_stored_rates_are_those_that_the_verdict_promises() -> None:
             assert row["agree"] <= most, row
         if row["discrepancy"] == MARGIN:
             assert row["cage_agrees"] <= most, row
-    assert min(row["agree"] for row in rows if (row["truth"], row["discrepancy"]) == ("known inputs", NONE)) > 0.5
+        chance = np.sqrt(LEVEL * (1 - LEVEL) / independent)
+        assert 0.92 - chance <= min(row["coverage"].values()), row
+        assert max(row["coverage"].values()) <= 0.98 + chance, row
+    agree = {
+        row["seconds"]: row["agree"] for row in rows if (row["truth"], row["discrepancy"]) == ("known inputs", NONE)
+    }
+    assert agree[2.0] > 0.2
+    assert min(agree[10.0], agree[30.0]) > 0.5
