@@ -7,7 +7,7 @@ from pathlib import Path
 from srbval.bearing import DEFECTS
 from srbval.cli.data_command import recording_settings
 from srbval.cli.output import own_command, print_json, print_table
-from srbval.errors import DataError
+from srbval.errors import ConfigurationError, DataError
 from srbval.recordings import Origin, Recording
 from srbval.recordings.registry import load_registered
 from srbval.signal import BandFilter
@@ -31,6 +31,7 @@ def run(options: argparse.Namespace) -> int:
     settings = recording_settings(options)
     recording = load_registered(options.file, settings)
     healthy = load_healthy(options.healthy, settings) if options.healthy else None
+    _ask_at_once(recording, options)
     bearing = bearing_of(recording, options.bearing)
     band = (options.band[0], options.band[1]) if options.band else None
     chosen = BandFilter(options.filter)
@@ -49,6 +50,22 @@ def run(options: argparse.Namespace) -> int:
         if naming is not None:
             print(naming.sentence)
     return 0
+
+
+def _ask_at_once(recording: Recording, options: argparse.Namespace) -> None:
+    """Refuse a record of which more than one thing is missing with one message; a single one is asked later."""
+    band = options.auto_band or options.band or recording.band_hz or recording.dataset
+    missing = [
+        asked
+        for asked, known in (
+            ("bearing: --bearing NAME | FILE.toml", recording.bearing or options.bearing),
+            ("shaft speed: --rpm R, or --tacho CHANNEL --pulses-per-rev N", recording.speed),
+            ("demodulation band: --band LO HI, or --auto-band", band or recording.origin is not Origin.MEASURED),
+        )
+        if not known
+    ]
+    if len(missing) > 1:
+        raise ConfigurationError(f"{recording.name}: neither the file nor the register states {'; '.join(missing)}.")
 
 
 def _baseline(result: Analysis, given: Recording | None) -> Baseline | None:

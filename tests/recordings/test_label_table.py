@@ -97,6 +97,10 @@ def test_every_open_question_in_one_message(tmp_path: Path, capsys: pytest.Captu
     (line,) = [line for line in out.splitlines() if "to be settled" in line]
     for asked in ("--channel data[1] | data[2]", "--fs HZ", "--unit", "--bearing", "--rpm R", "--tacho"):
         assert asked in line
+    assert main(["analyse", str(folder / "a.npy"), "--channel", "data[1]", "--fs", "8000", "--unit", "g"]) == 2
+    said = capsys.readouterr().err
+    for asked in ("bearing: --bearing", "shaft speed: --rpm R", "demodulation band: --band LO HI, or --auto-band"):
+        assert asked in said
     assert main(["data", "add"]) == 2
     assert "name a folder or a file" in capsys.readouterr().err
 
