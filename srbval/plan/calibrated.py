@@ -148,7 +148,8 @@ def _same(value: object, right: object) -> bool:
 
 
 def _text(value: object) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else ("a table" if hasattr(value, "__dict__") else str(value))
+    nested = hasattr(value, "__dict__") and not isinstance(value, str)  # an enum's member is a word
+    return f"{value:.6g}" if isinstance(value, float) else ("a table" if nested else str(value))
 
 
 def corners(entries: Iterable[Entry], case: CalibrationScene) -> list[Entry]:
