@@ -2,7 +2,7 @@
 
 Constant mean, squared-exponential covariance with a length for every input, and a noise for what the covariance does
 not follow; by the largest marginal likelihood (Rasmussen & Williams 2006, sect. 2.3, 5.4.1). Each group of runs has a
-noise of its own: a roller that rattles leaves more of a sideband open than one that does not. Its own check is to
+noise of its own: of the printed roller diameter more of a sideband is left open than of play. Its own check is to
 predict each run from all others, in closed form (sect. 5.4.2): the residual over its predicted deviation is z, and
 |z| > 2 should happen in about one in twenty.
 """

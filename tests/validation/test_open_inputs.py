@@ -1,7 +1,10 @@
+from dataclasses import replace
+
 import pytest
 
 from srbval.errors import ConfigurationError
 from srbval.scene import paper_scene
+from srbval.validation.budget import PRIOR, STUDY
 from srbval.validation.open_inputs import OpenInput, drawn, open_inputs
 
 SCENE = paper_scene(defect={"kind": "outer"})
@@ -60,3 +63,21 @@ def test_a_key_that_no_scene_has_is_named(tmp_path):
     file.write_text('[[input]]\nname = "n"\nsource = "s"\nkeys = ["load.radial_n"]\nlow = 1.0\nhihg = 2.0\n')
     with pytest.raises(ConfigurationError, match="hihg"):
         open_inputs(file)
+
+
+def test_a_file_of_ranges_holds_nothing_else(tmp_path):
+    file = tmp_path / "own.toml"
+    own = 'name = "n"\nsource = "s"\nkeys = ["load.radial_n"]\nlow = 1.0\nhigh = 2.0\n'
+    file.write_text(f"[study]\ndraws = 9\n[[input]]\n{own}")
+    with pytest.raises(ConfigurationError, match="study"):
+        open_inputs(file)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"mounting_db": 0.0}, {"most_outside": 1.0}, {"least_draws": 2}, {"draws": 5000}, {"grid_least_order": 3.0}],
+)
+def test_priors_and_settings_out_of_range_are_refused(wrong):
+    good = PRIOR if "mounting_db" in wrong else STUDY
+    with pytest.raises(ConfigurationError, match=r"budget\.toml"):
+        replace(good, **wrong)

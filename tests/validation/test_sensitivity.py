@@ -75,10 +75,13 @@ def test_points_are_an_offset_with_a_sign_and_the_rest_an_index(study):
     assert cage.grid_ci95 > abs(at[2000] + 1e-5)  # second order: the index covers what is left to infinitely many
 
 
-def test_what_starts_scatter_is_in_the_deviation(study):
-    quiet, loud = (study(chaos, draws=30).of("2xBPFO") for chaos in (0.0, 1.5))
+def test_what_starts_scatter_is_in_the_deviation_and_draws_again(study):
+    """Chaos that no emulator follows: more than half of the deviation is left over."""
+    found = [study(chaos, draws=30) for chaos in (0.0, 1.5)]
+    quiet, loud = (one.of("2xBPFO") for one in found)
     assert loud.start_sd == pytest.approx(1.5, rel=0.7)  # of eight
     assert loud.deviation > np.hypot(quiet.deviation, 1.0)
+    assert [one.refined for one in found] == [False, True]
 
 
 def test_too_many_misses_of_the_emulator_draw_again(study, monkeypatch):
