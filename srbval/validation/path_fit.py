@@ -6,9 +6,9 @@ D's level in dB the error has variance
     v = 2 w s^2 + tau^2 (w^2 + (1 - w)^2),    w = H / (H + |P|^2 X),    s = (10 / ln 10) / sqrt(B T).
 
 A background of B T degrees of freedom has the variance H^2 / (B T) in either record, and 2 H |P|^2 X / (B T) with the
-fault's lines, which by themselves do not scatter: of D^2 that is 2 w in all. tau is fitted too: what the simulated force misses, and
-how the background changes from one bearing mounted to the next. A mode narrower than half a band is seen by one band at
-most, and is not looked for.
+fault's lines, which by themselves do not scatter: of D^2 that is 2 w in all. tau is fitted too: what the simulated
+force misses, and how the background changes from one bearing mounted to the next. A mode narrower than half a band is
+seen by one band at most, and is not looked for.
 BIC = -2 ln L + k ln n (Schwarz 1978, Ann. Statist. 6, 461). Covariance: the inverse of Fisher's information, times
 n / (n - k), since the scatter is estimated as well.
 """
