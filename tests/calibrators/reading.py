@@ -1,8 +1,9 @@
 """How well a frequency is read: accuracy against the Cramer-Rao bound, false alarms, the signal chain, timings.
 
 ``python -m tests.calibrators.reading`` stores the result in the user's cache, where the report finds it. Every piece
-of it is kept there too, so that an interrupted run goes on where it was. On a machine with other work to do
-``--timed-in reports/reading.json`` takes the wall times, which are not Monte-Carlo, from an earlier result and says so.
+of it is kept there too, so that an interrupted run goes on where it was, and one with more records adds to it. On a
+machine with other work to do ``--rest-of reports/reading.json`` measures the accuracy only, takes the wall times and all
+else from an earlier result, and says so.
 """
 
 from __future__ import annotations
@@ -109,7 +110,9 @@ def run_reading_bench(
     )
     return ReadingBench(
         accuracy=tuple(summary(cell, trials) for cell, trials in zip(cells, read, strict=True)),
-        false_alarms=tuple(row for name, chances in zip(NOISES, noise, strict=True) for row in rates_of(name, chances)),
+        false_alarms=tuple(
+            row for name, chances in zip(NOISES, noise, strict=True) if chances for row in rates_of(name, chances)
+        ),
         timings=timed,
         chains=chains,
         transforms=transforms,
@@ -163,24 +166,22 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="few records: a first impression, not for publication")
     parser.add_argument("--jobs", metavar="N", type=int, default=usable_cores(), help="processes (default: every core)")
     parser.add_argument("-n", type=int, help="records per cell")
-    parser.add_argument("--noise", metavar="N", type=int, help="records of noise only, of each kind")
-    parser.add_argument("--timed-in", metavar="FILE", type=Path, help="take the wall times from this earlier result")
+    parser.add_argument("--rest-of", metavar="FILE", type=Path, help="take all but the accuracy from this result")
     parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="default: the user's cache, for a full run")
     options = parser.parse_args()
     revision = git_revision()  # at the beginning: measuring may take long
-    settings, timed = QUICK_READING if options.quick else ReadingSettings(), {}
+    settings, rest = QUICK_READING if options.quick else ReadingSettings(), {}
     settings = replace(settings, trials=options.n or settings.trials)
-    settings = replace(settings, noise_records=options.noise or settings.noise_records)
-    if options.timed_in:
-        earlier = parse_json(options.timed_in.read_bytes())
-        timed = {key: earlier[key] for key in ("timings", "chains", "transforms")}
-        timed["timed_in"] = {key: earlier[key] for key in ("made_utc", "git_revision", "command", "machine")}
-        settings = replace(settings, timed=False)
+    if options.rest_of:
+        earlier = parse_json(options.rest_of.read_bytes())
+        rest = {key: earlier[key] for key in ("false_alarms", "timings", "chains", "transforms")}
+        rest["rest_of"] = {key: earlier[key] for key in ("made_utc", "git_revision", "command", "machine")}
+        settings = replace(settings, timed=False, noise_records=0)
     with ProgressDisplay() as progress:
         result = run_reading_bench(settings, jobs=options.jobs, store=STORE, progress=progress)
     show(result)
     if options.output or not options.quick:
-        content = {"machine": this_machine()} | json_object(result) | timed
+        content = {"machine": this_machine()} | json_object(result) | rest
         command = " ".join([COMMAND[READING], *sys.argv[1:]])
         print(store_result(stamped(READING, content, command=command, revision=revision), options.output))
 
