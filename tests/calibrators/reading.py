@@ -2,8 +2,8 @@
 
 ``python -m tests.calibrators.reading`` stores the result in the user's cache, where the report finds it. Every piece
 of it is kept there too, so that an interrupted run goes on where it was, and one with more records adds to it. On a
-machine with other work to do ``--rest-of reports/reading.json`` measures the accuracy only, takes the wall times and all
-else from an earlier result, and says so.
+machine with other work to do ``--rest-of reports/reading.json`` measures the accuracy only, takes the wall times and
+all else from an earlier result, and says so.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class ReadingSettings:
     noise_records: int = 60_000
     seconds: tuple[float, ...] = (2.0, 10.0, 30.0)
     snr_db: tuple[float, ...] = (16.0, 25.0, 35.0)
-    jitter: tuple[float, ...] = (0.0, 0.001, 0.003, 0.01)
+    jitter: tuple[float, ...] = (0.0, 0.001, 0.003, 0.01, 0.03)
     timed: bool = True
 
 
