@@ -48,7 +48,7 @@ def test_five_harmonics_reach_the_cramer_rao_bound():
     assert np.sqrt(np.mean(error_hz**2)) < BOUND_FACTOR * bound_hz
 
 
-@pytest.mark.parametrize("jitter", [0.0, 0.001, 0.005, 0.01])
+@pytest.mark.parametrize("jitter", [0.0, 0.001, 0.01, 0.03])
 def test_stated_interval_covers_the_mean_rate_with_slip(jitter):
     error_hz, ci95_hz = readings(10.0, jitter, seed=2)
     assert np.mean(np.abs(error_hz) < ci95_hz) > LEAST_COVER

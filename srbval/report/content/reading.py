@@ -8,6 +8,7 @@ from srbval.report.section_texts import Texts
 TEXTS = Texts("reading")
 # A line this far above the noise is strong: what is asked of an error is asked from here on.
 STRONG_DB = 16.0
+LEAST_LINES = 20  # detected in a cell, for its coverage to say something
 COVERAGE = (0.92, 0.98)  # of a 95 % interval, as counted in so many records
 
 
@@ -18,7 +19,7 @@ def reading_section(result: ShownResult) -> Section:
     rows, chains = result.content["accuracy"], result.content.get("chains")
     steady = [row for row in rows if row["jitter"] == 0]
     weak = [row for row in steady if row["weakest_db"] < STRONG_DB]
-    coverage = [row["coverage"] for row in rows]
+    coverage = [row["coverage"] for row in rows if row["trials"] * row["detected"] >= LEAST_LINES]
     return TEXTS.section(
         origin_of(result),
         TEXTS.paragraph(
@@ -27,6 +28,8 @@ def reading_section(result: ShownResult) -> Section:
             strong_db=STRONG_DB,
             weak=max(weak, key=lambda row: row["rmse_over_bound"], default=None),
             coverage=coverage,
+            least_lines=LEAST_LINES,
+            trials=min(row["trials"] for row in rows),
             covered=sum(COVERAGE[0] <= share <= COVERAGE[1] for share in coverage),
         ),
         TEXTS.table("reading-accuracy", rows),
