@@ -11,6 +11,7 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -78,7 +79,7 @@ def reliability(found: Sequence[HeldOut]) -> list[dict[str, float]]:
     return rows
 
 
-def calls(found: Sequence[HeldOut]) -> list[dict[str, object]]:
+def calls(found: Sequence[HeldOut]) -> list[dict[str, Any]]:
     """By state, how often which class is called."""
     said = Counter((f.record.state, decide(f.probabilities)) for f in found)
     return [{"state": s} | {name: said[s, name] for name in (*CLASSES, UNDECIDED)} for s in CLASSES]
