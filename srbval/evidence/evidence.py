@@ -19,6 +19,7 @@ from srbval.recordings.datasets.description import DatasetDescription, Published
 from srbval.recordings.registry import RegisteredRecording, RegisterListing
 from srbval.signal import Scalogram
 from srbval.storage.stored_result import (
+    AMPLITUDES,
     CAMPAIGN_SCALE,
     NOISE_STUDY,
     READING,
@@ -130,7 +131,8 @@ class Evidence:
             "status": "ok",
             "table6": self.rows,
             "closure": self.sums,
-            "comparisons": self.comparisons,
+            "comparisons": [*self.comparisons, *content[AMPLITUDES].get("comparisons", [])],
+            "amplitudes": content[AMPLITUDES].get("shares", []),
             "bias": self.bias,
             "sensitivity": self.known.defects,
             "analyses": {

@@ -61,6 +61,8 @@ class Comparison:
     `scene` is the bundled scene that the model ran, at the record's speed and load. Where one side is not `present`
     its level is the noise's and nothing is compared. `verdict_override` is the verdict on a quantity that is yes or
     no, which has no uncertainty, or on one whose error has a chance `p` if the model is right.
+    `used_for`: `fit` of a record that anything of the model was fitted to, `withheld` of one that was not but was seen,
+    `blind` of one predicted before it was opened.
     """
 
     kind: str
@@ -77,6 +79,7 @@ class Comparison:
     p: float | None = None
     scene: str = "paper"
     margin: float | None = None
+    used_for: str = "withheld"
 
     @property
     def uncertainty(self) -> float | None:

@@ -4,6 +4,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from srbval.evidence.evidence import Evidence
+from srbval.report.content.amplitudes import amplitudes_section
 from srbval.report.content.bands import band_section
 from srbval.report.content.bearing import bearing_section
 from srbval.report.content.campaigns import campaign_section
@@ -29,6 +30,7 @@ from srbval.report.content.stability import stability_section
 from srbval.report.content.table6 import table6_section, verdict_box
 from srbval.report.model import Report
 from srbval.storage.stored_result import (
+    AMPLITUDES,
     CAMPAIGN_SCALE,
     NOISE_STUDY,
     OWN_VERDICTS,
@@ -65,6 +67,7 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
             reading_section(results[READING]),
             ladder_section(evidence, figures),
             rig_scene_section(results[RIG_INPUTS], results[RIG_BANDS]),
+            amplitudes_section(results[AMPLITUDES]),
             campaign_section(results[NOISE_STUDY], results[CAMPAIGN_SCALE]),
             matrix_section(evidence, figures),
             *other_rigs_section(evidence),

@@ -1,0 +1,22 @@
+"""Amplitudes in m/s2 of the rig's scene behind its path to the sensor, against the rig's records."""
+
+from srbval.evidence.stored import ShownResult
+from srbval.report.content.names import missing, origin_of
+from srbval.report.model import Section
+from srbval.report.section_texts import Texts
+
+TEXTS = Texts("amplitudes")
+
+
+def amplitudes_section(result: ShownResult) -> Section:
+    """How many quantities of each kind are near, fit and withheld records apart, and every withheld one."""
+    if not result.content:
+        return TEXTS.section(TEXTS.paragraph("intro"), missing(result))
+    content = result.content
+    withheld = [row for row in content["comparisons"] if row["used_for"] == "withheld" and row["rig_present"]]
+    return TEXTS.section(
+        TEXTS.paragraph("intro"),
+        origin_of(result),
+        TEXTS.table("amplitude-shares", content["shares"]),
+        TEXTS.table("amplitude-rows", withheld),
+    )

@@ -1,0 +1,34 @@
+"""The study of amplitudes: what is counted, and paths that are drawn."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from srbval.bearing import Fault
+from srbval.scene import PathMode, SensorPath
+from srbval.validation.amplitudes import rows
+from srbval.validation.comparison import QuantityValue
+from tests.calibrators.amplitudes import _shares, moved_path
+
+
+def test_only_what_the_record_shows_is_counted() -> None:
+    rig = {
+        "1e+03 Hz": QuantityValue(value=-20.0), "1.26e+03 Hz": QuantityValue(value=-20.0),
+        "1.58e+03 Hz": QuantityValue(value=-20.0, present=False), "harmonic 2": QuantityValue(value=-3.0),
+    }  # fmt: skip
+    model = {"1e+03 Hz": -17.0, "1.26e+03 Hz": -25.0, "1.58e+03 Hz": 0.0, "harmonic 2": -3.5}
+    compared = rows(rig, [model], {}, record="IR", fault=Fault.INNER, used_for="withheld")
+    octaves, harmonics = _shares(compared, "path")
+    assert (octaves.kind, octaves.resolved, octaves.near, octaves.mean_error) == ("third octaves", 2, 1, -1.0)
+    assert (harmonics.kind, harmonics.resolved, harmonics.near) == ("harmonic pattern", 1, 1)
+    assert {octaves.used_for, harmonics.used_for} == {"withheld"}
+
+
+def test_a_path_moves_with_its_parameters_and_what_is_none_is_left_out() -> None:
+    mode = PathMode(frequency_hz=1000.0, damping_ratio=0.05, gain=0.3)
+    path = SensorPath(direct=1.0, modes=(mode,), low_hz=400.0, high_hz=3150.0, source="test")
+    assert moved_path(path, path.parameters) is not None
+    moved = moved_path(path, path.parameters + np.array([0.1, 0.0, 0.0, 0.0]))
+    assert moved is not None
+    assert moved.direct > 1.1
+    assert moved_path(path, path.parameters + np.array([0.0, 5.0, 0.0, 0.0])) is None
