@@ -47,4 +47,4 @@ def make(originals: Path, folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    make(Path(sys.argv[1]), shipped_folder("rig_excerpts"))
+    make(Path(sys.argv[1]), shipped_folder("data_manifest/rig_excerpts"))

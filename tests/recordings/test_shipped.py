@@ -36,7 +36,7 @@ def shipped(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_what_ships_is_small_and_says_where_it_comes_from() -> None:
-    folder = shipped_folder("rig_excerpts")
+    folder = shipped_folder("data_manifest/rig_excerpts")
     assert sum(path.stat().st_size for path in folder.iterdir()) < MOST_BYTES
     licence = (folder / "LICENSE.txt").read_text()
     assert "Copyright (c) 2025 Politecnico di Torino" in licence
@@ -96,7 +96,7 @@ def test_the_first_report_has_no_stand_in() -> None:
 @pytest.mark.recordings
 def test_they_are_the_originals(recordings_dir: Path) -> None:
     bearing = load_bearing("skf-22240")
-    for path in sorted(shipped_folder("rig_excerpts").glob("*.h5")):
+    for path in sorted(shipped_folder("data_manifest/rig_excerpts").glob("*.h5")):
         compact, original = load_recording(path), load_recording(recordings_dir / "torino" / f"{path.stem}.mat")
         for fact in ("state", "bearing", "fs_hz", "unit", "radial_n", "axial_n", "nominal_rpm", "channel", "band_hz"):
             assert getattr(compact, fact) == getattr(original, fact), fact

@@ -20,7 +20,7 @@ def test_the_package_folder() -> None:
     assert package_folder() == HERE
 
 
-@pytest.mark.parametrize("name", ["data_manifest", "reports", "rig_excerpts"])
+@pytest.mark.parametrize("name", ["data_manifest", "reports", "data_manifest/rig_excerpts"])
 def test_what_is_shipped_is_found(name: str) -> None:
     assert any(shipped_folder(name).iterdir())
 

@@ -21,7 +21,7 @@ from srbval.storage.own_package import shipped_folder
 
 MAX_WORKERS = 4
 RECORDINGS_VARIABLE = "SRBVAL_RECORDINGS"
-RIG_EXCERPTS = "rig_excerpts"  # the folder that comes with the program
+RIG_EXCERPTS = "data_manifest/rig_excerpts"  # the folder that comes with the program
 
 
 def add(
