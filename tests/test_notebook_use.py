@@ -64,7 +64,7 @@ def test_every_command_is_a_function() -> None:
         "kinematics": "fault_frequencies", "bearing": "find_bearings", "simulate": "simulate", "analyse": "analyse",
         "data": "list_recordings", "report": "report_recordings", "bench": "run_bench", "stability": "run_stability",
         "plan": "make_plan", "campaign": "run_campaign", "check": "run_check", "doctor": "doctor",
-        "identify": "identify_path",
+        "identify": "identify_path", "docs": "build_docs",
     }  # fmt: skip
     from srbval.cli.arguments import parser
 
