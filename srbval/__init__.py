@@ -43,6 +43,7 @@ _NAMES = {
     "campaign.export": ("export_campaign",),
     "check.check": ("run_check",),
     "main_job": ("make_report", "report_recordings", "write_plot"),
+    "cli.docs_command": ("build_docs",),
     "cli.doctor_command": ("doctor",),
     "errors": ("ConfigurationError", "DataError", "NumericsError", "SrbvalError"),
 }
@@ -55,7 +56,7 @@ _HOME = {
 __all__ = ["Analysis", "Bearing", "ConfigurationError", "DataError", "Evidence", "FaultCall", "NumericsError",
            "Origin", "Recording", "Run", "RunStatus", "Scene", "ShaftSpeed", "Spectrum", "SpeedSource",
            "SrbvalError", "__version__", "add_recordings", "against", "amplitude_spectrum", "analyse", "bandpass",
-           "baseline_of", "call_fault", "campaign_status", "doctor", "envelope", "envelope_spectrum",
+           "baseline_of", "build_docs", "call_fault", "campaign_status", "doctor", "envelope", "envelope_spectrum",
            "export_campaign", "fault_frequencies", "fetch_recordings", "find_bearings", "gather", "identify_path",
            "known_bearings", "kurtogram", "list_recordings", "load_bearing", "load_campaign", "load_recording",
            "load_scene", "make_plan", "make_report", "paper_scene", "recording_from_run", "report_recordings",
@@ -71,6 +72,7 @@ if TYPE_CHECKING:
     from srbval.campaign.status import campaign_status
     from srbval.campaign.verify import verify_campaign
     from srbval.check.check import run_check
+    from srbval.cli.docs_command import build_docs
     from srbval.cli.doctor_command import doctor
     from srbval.errors import ConfigurationError, DataError, NumericsError, SrbvalError
     from srbval.evidence.evidence import Evidence

@@ -1,10 +1,16 @@
 """How Sphinx builds the documentation: ``sphinx-build -W -q srbval/docs FOLDER``.
 
 A page ``api/ROOM.md`` says what a room of the package is for; the reference of its modules is put in at the word
-`MODULES`, from the docstrings, so that none can be forgotten. `NAMES` stands for what the package itself offers.
+`MODULES`, from the docstrings, so that none can be forgotten. `NAMES` stands for what the package itself offers,
+`COMMANDS` for every command with its options and `SCENE_KEYS` for every key of a scene file. Formulas become MathML,
+which browsers show without a network.
 """
 
+import argparse
+import dataclasses
 import re
+import typing
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +35,7 @@ default_role = "code"  # a name in single backquotes, as the docstrings write it
 exclude_patterns = ["__pycache__"]
 
 PACKAGE = Path(srbval.__file__).parent
-MODULES, NAMES = "MODULES", "NAMES"
+html_math_renderer = "mathml"
 LITERAL = re.compile(r"(``.*?``)")
 
 
@@ -67,8 +73,105 @@ def fill_in(_app: Any, page: str, source: list[str]) -> None:
     """Put the reference into its pages."""
     if page.startswith("api/"):
         room = page.removeprefix("api/")
-        source[0] = source[0].replace(MODULES, reference(room) if MODULES in source[0] else "")
-        source[0] = source[0].replace(NAMES, offered() if NAMES in source[0] else "")
+        makers = {"MODULES": lambda: reference(room), "NAMES": offered, "COMMANDS": commands, "SCENE_KEYS": scene_keys}
+        for word, made in makers.items():
+            source[0] = re.sub(rf"^{word}$", lambda _, made=made: made(), source[0], flags=re.MULTILINE)
+
+
+def commands() -> str:
+    """Every command with a table of its options, from the parser."""
+    from srbval.cli.arguments import parser
+
+    return "\n\n".join(_commands_below(parser()))
+
+
+def _commands_below(parser: argparse.ArgumentParser) -> Iterator[str]:
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for name, below in action.choices.items():
+                options = [a for a in below._actions if a.dest not in ("help", "json", "action")]
+                title = f"{parser.prog} {name}"
+                yield f"## `{title}`\n\n{cell(below.description)}"
+                if options:
+                    yield table(
+                        ("option", ""), [(f"`{_signature(a)}`", cell((a.help or "") % vars(a))) for a in options]
+                    )
+                yield from _commands_below(below)
+
+
+def _signature(action: argparse.Action) -> str:
+    value = action.metavar or ("|".join(action.choices) if action.choices else "")
+    value = "" if action.nargs == 0 else " ".join(value) if isinstance(value, tuple) else value
+    return " ".join(filter(None, (", ".join(action.option_strings), value))).replace("|", "/")
+
+
+def scene_keys() -> str:
+    """The keys of a scene and of each of its tables with what they take and the paper's value."""
+    from srbval.scene import Scene, scene_table
+
+    return "\n\n".join(_keys_of(Scene, "", scene_table("paper")))
+
+
+def _keys_of(kind: type, name: str, values: Any) -> Iterator[str]:
+    from srbval.config.units import SI_SUFFIX, UNITS
+
+    rows, below = [], []
+    for field in dataclasses.fields(kind):
+        dimension = field.metadata.get("dimension")
+        takes = typing.get_type_hints(kind)[field.name]
+        parts = [part for part in (takes, *typing.get_args(takes)) if dataclasses.is_dataclass(part)]
+        key = field.name.removesuffix(SI_SUFFIX.get(dimension, "")) if dimension else field.name
+        below += [(parts[0], field.name, values.get(key, {}))] if parts else []
+        units = f"{dimension}: {', '.join(unit for unit in UNITS[dimension] if unit)}" if dimension else ""
+        words = units or (f"table [{field.name}](#{field.name})" if parts else _type_in_words(takes))
+        value = "" if parts else values.get(key, values.get(field.name, ""))
+        rows.append((f"`{key}`", cell(words), f"`{value}`" if value != "" else ""))
+    title = f"## {name}\n\n" if name else ""
+    yield title + cell((kind.__doc__ or "").replace("\n\n", "\n")) + "\n\n" + table(("key", "takes", "paper"), rows)
+    for part, key, table_of in below:
+        yield from _keys_of(part, key, table_of if isinstance(table_of, dict) else {})
+
+
+def _type_in_words(takes: Any) -> str:
+    """A number, text, true or false, or one of an enumeration's values."""
+    if hasattr(takes, "__members__"):
+        return ", ".join(str(member.value) for member in takes)
+    simple = {str: "text", int: "whole number", float: "number", bool: "true or false"}
+    kinds = [simple[part] for part in (takes, *typing.get_args(takes)) if part in simple]
+    return ", ".join(dict.fromkeys(kinds)) + (" each" if typing.get_origin(takes) is tuple else "")
+
+
+def cell(text: str | None) -> str:
+    """Text on one line, without what a table or a comment would take as markup."""
+    return " ".join((text or "").split()).replace("|", "\\|").replace("<", "&lt;")
+
+
+def table(titles: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    """A table in Markdown."""
+    return "\n".join(f"| {' | '.join(row)} |" for row in (titles, ("---",) * len(titles), *rows))
+
+
+def inline_formula(translator: Any, node: Any) -> None:
+    """A formula within a line as MathML."""
+    from docutils.nodes import SkipNode
+    from docutils.utils.math.latex2mathml import tex2mathml
+
+    translator.body.append(tex2mathml(node.astext()))
+    raise SkipNode
+
+
+def displayed_formula(translator: Any, node: Any) -> None:
+    """A formula of its own as MathML, with its number and a link to it."""
+    from docutils.nodes import SkipNode
+    from docutils.utils.math.latex2mathml import tex2mathml
+
+    translator.body.append(translator.starttag(node, "div", CLASS="math"))
+    if node["number"]:
+        translator.body.append(f'<span class="eqno">({node["number"]})')
+        translator.add_permalink_ref(node, "Link to this equation")
+        translator.body.append("</span>")
+    translator.body.append(tex2mathml(node.astext(), as_block=True) + "</div>")
+    raise SkipNode
 
 
 def bars_are_text(_app: Any, _what: str, _name: str, _thing: Any, _options: Any, lines: list[str]) -> None:
@@ -80,5 +183,6 @@ def bars_are_text(_app: Any, _what: str, _name: str, _thing: Any, _options: Any,
 
 def setup(app: Any) -> None:
     """Called by Sphinx."""
+    app.add_html_math_renderer("mathml", (inline_formula, None), (displayed_formula, None))
     app.connect("source-read", fill_in)
     app.connect("autodoc-process-docstring", bars_are_text)

@@ -93,6 +93,33 @@ def test_every_code_that_is_named_is_there(page: Path) -> None:
         assert thing(dotted) is not None
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: str(path.relative_to(DOCS)))
+def test_every_formula_is_shown_without_a_network(page: Path) -> None:
+    """The pages carry MathML, made by docutils, which knows less of TeX than a browser's script would."""
+    mathml = pytest.importorskip("docutils.utils.math.latex2mathml")
+    text = page.read_text(encoding="utf-8")
+    for block in re.findall(r"```\{math\}\n(?::\w+:[^\n]*\n)*(.*?)```", text, flags=re.DOTALL):
+        assert mathml.tex2mathml(block.strip(), as_block=True).startswith("<math")
+    prose = re.sub(r"```.*?```|`[^`]*`", "", text, flags=re.DOTALL)
+    for formula in re.findall(r"\$([^$]+)\$", prose):
+        assert mathml.tex2mathml(formula.strip()).startswith("<math")
+
+
+def test_every_option_and_every_scene_key_is_in_the_reference() -> None:
+    from srbval.scene import scene_table
+
+    options, keys = conf().commands(), conf().scene_keys()
+    for word in ("`--healthy FILE`", "`--plot OUT.png/svg/html`", "## `srbval campaign run`", "`-o, --output DIR`"):
+        assert word in options
+    paper = scene_table("paper")
+    tables = {"": {key: value for key, value in paper.items() if not isinstance(value, dict)}}
+    for table in (tables | {key: value for key, value in paper.items() if isinstance(value, dict)}).values():
+        for key, value in table.items():
+            assert re.search(
+                rf"^\| `{key.removesuffix('_s')}` \| .+ \| `{re.escape(str(value))}` \|$", keys, flags=re.MULTILINE
+            ), key
+
+
 def test_every_label_is_there_once() -> None:
     labels = [label for page in THEORY for label in re.findall(r":label: (\S+)", page.read_text(encoding="utf-8"))]
     assert len(labels) == len(set(labels))

@@ -1,0 +1,79 @@
+"""The guide's examples, word for word: every command is one, and those for one's own files run on such files."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import srbval
+from srbval.bearing import fault_frequencies, load_bearing
+from srbval.cli import main
+from srbval.cli.arguments import parser
+from srbval.scene import load_scene
+
+GUIDE = Path(srbval.__file__).parent / "docs" / "guide"
+TEXTS = {page.stem: page.read_text(encoding="utf-8") for page in sorted(GUIDE.glob("*.md"))}
+FS_HZ, SECONDS, RPM = 25_600, 4.0, 1480.0  # as the guide's options say
+
+
+def examples(page: str) -> list[str]:
+    """The commands of a page, without comments, continued lines joined."""
+    blocks = "\n".join(re.findall(r"```sh\n(.*?)```", TEXTS[page], flags=re.DOTALL)).replace("\\\n", " ")
+    return [line.split(" #")[0].strip() for line in blocks.splitlines() if line.startswith("srbval ")]
+
+
+@pytest.mark.parametrize("line", sorted({line for page in TEXTS for line in examples(page)}))
+def test_every_command_of_the_guide_has_the_options_it_is_given(line: str) -> None:
+    parser().parse_args(shlex.split(line)[1:])
+
+
+def write_csv(path: Path, *, fault: bool) -> None:
+    """Outer-race blows of the guide's own bearing, ringing at 3 kHz, in noise; accelerations in g."""
+    time = np.arange(int(SECONDS * FS_HZ)) / FS_HZ
+    samples = np.random.default_rng(5 + fault).normal(0, 0.05, time.size)
+    if fault:
+        since = np.mod(time, 1 / fault_frequencies("my_bearing.toml", rpm=RPM).bpfo_hz)
+        samples += np.exp(-900 * since) * np.sin(2 * np.pi * 3000 * since)
+    np.savetxt(path, samples, fmt="%.6g")
+
+
+@pytest.fixture
+def own_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The files that the guide names: its bearing, a record of it and a healthy one."""
+    monkeypatch.chdir(tmp_path)
+    blocks = re.findall(r"```toml\n(.*?)```", TEXTS["your_bearing"], flags=re.DOTALL)
+    elements = next(block for block in blocks if "[elements]" in block)
+    Path("my_bearing.toml").write_text(elements, encoding="utf-8")
+    write_csv(Path("drive_end.csv"), fault=True)
+    write_csv(Path("healthy.csv"), fault=False)
+    return tmp_path
+
+
+def test_the_guides_own_bearings_are_bearings_and_its_scenes_scenes(tmp_path: Path) -> None:
+    for block in re.findall(r"```toml\n(.*?)```", TEXTS["your_bearing"], flags=re.DOTALL):
+        path = tmp_path / "own.toml"
+        path.write_text(block, encoding="utf-8")
+        if block.startswith("title"):
+            assert load_bearing(path).rolling_elements > 1
+        else:
+            assert load_scene(path).duration_s > 0
+
+
+@pytest.mark.usefixtures("own_files")
+def test_the_guides_own_recording_is_analysed(capsys: pytest.CaptureFixture[str]) -> None:
+    (line,) = (line for line in examples("your_data") if line.startswith("srbval analyse drive_end.csv"))
+    assert main(shlex.split(line)[1:]) == 0
+    assert "BPFO (outer race) line detected" in capsys.readouterr().out
+
+
+def test_the_guides_report_calls_the_fault(own_files: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (line,) = (line for line in examples("own_report") if "--healthy" in line)
+    assert main(shlex.split(line)[1:]) == 0, capsys.readouterr().err
+    page = (own_files / "srbval-report" / "report.html").read_text(encoding="utf-8")
+    assert "Outer race fault: the BPFO line stands" in page
+    assert "The band was chosen on the record itself" in page
+    assert (own_files / "srbval-report" / "report.pdf").stat().st_size > 0
