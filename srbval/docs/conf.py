@@ -151,26 +151,31 @@ def table(titles: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
     return "\n".join(f"| {' | '.join(row)} |" for row in (titles, ("---",) * len(titles), *rows))
 
 
+def mathml(formula: str, *, as_block: bool = False) -> str:
+    """A formula as MathML. Docutils takes the digits of ``frac32`` for one number: they get braces first."""
+    from docutils.utils.math.latex2mathml import tex2mathml
+
+    return str(tex2mathml(re.sub(r"frac\s*(\d)(\d)", r"frac{\1}{\2}", formula), as_block=as_block))
+
+
 def inline_formula(translator: Any, node: Any) -> None:
     """A formula within a line as MathML."""
     from docutils.nodes import SkipNode
-    from docutils.utils.math.latex2mathml import tex2mathml
 
-    translator.body.append(tex2mathml(node.astext()))
+    translator.body.append(mathml(node.astext()))
     raise SkipNode
 
 
 def displayed_formula(translator: Any, node: Any) -> None:
     """A formula of its own as MathML, with its number and a link to it."""
     from docutils.nodes import SkipNode
-    from docutils.utils.math.latex2mathml import tex2mathml
 
     translator.body.append(translator.starttag(node, "div", CLASS="math"))
     if node["number"]:
         translator.body.append(f'<span class="eqno">({node["number"]})')
         translator.add_permalink_ref(node, "Link to this equation")
         translator.body.append("</span>")
-    translator.body.append(tex2mathml(node.astext(), as_block=True) + "</div>")
+    translator.body.append(mathml(node.astext(), as_block=True) + "</div>")
     raise SkipNode
 
 

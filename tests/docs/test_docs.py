@@ -105,6 +105,12 @@ def test_every_formula_is_shown_without_a_network(page: Path) -> None:
         assert mathml.tex2mathml(formula.strip()).startswith("<math")
 
 
+def test_a_fraction_of_two_digits_is_a_fraction() -> None:
+    pytest.importorskip("docutils.utils.math.latex2mathml")
+    found = re.sub(r"\s", "", conf().mathml(r"\tfrac32 v_c"))
+    assert "<mn>3</mn><mn>2</mn></mfrac>" in found
+
+
 def test_every_option_and_every_scene_key_is_in_the_reference() -> None:
     from srbval.scene import scene_table
 
