@@ -27,7 +27,7 @@ from srbval.validation.band_choice import auto_band, declared_band
 from srbval.validation.fault_call import call_fault
 from srbval.validation.fault_naming import name_fault
 from srbval.validation.lines import detected_fault_lines
-from srbval.validation.other_rigs import Baselines, baseline_of
+from srbval.validation.other_rigs import Baselines, healthy_analysis
 
 ALL = "all"
 NAMED, CALLED = "first named", "called"
@@ -103,7 +103,7 @@ def methods(registered: Sequence[RegisteredRecording]) -> dict[str, Method]:
     def by_lines(_: str, recording: Recording, bearing: Bearing) -> Named:
         analysis = analyse(recording, bearing=bearing)
         deepest = next((Fault.of_line(line.name) for line in detected_fault_lines(analysis.lines)), None)
-        call = call_fault(analysis, baseline_of(recording, bearing, registered, baselines))
+        call = call_fault(analysis, healthy_analysis(recording, bearing, registered, baselines))
         return Named(named=deepest, called=call.called)
 
     def jointly(rig: str, recording: Recording, bearing: Bearing) -> Named:

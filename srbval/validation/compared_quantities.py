@@ -1,6 +1,6 @@
 """What is compared between model and rig, as a table: a new compared quantity is a new row of `COMPARED`.
 
-Amplitudes are not compared: neither the sensor's path nor the contact's damping is modelled.
+Amplitudes in m/s2 are compared apart, in `amplitudes`: they need the path to the sensor.
 """
 
 import math

@@ -112,7 +112,7 @@ def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...],
         if recording.bearing is None:
             return dataclasses.replace(record, refused="the set does not say the bearing's geometry or orders")
         analysis = analyse(recording, bearing=load_bearing(recording.bearing))
-        healthy = baseline_of(recording, analysis.bearing, others, baselines)
+        healthy = healthy_analysis(recording, analysis.bearing, others, baselines)
     except SrbvalError as error:
         return dataclasses.replace(record, refused=str(error).removeprefix(f"{entry.file}: "))
     special = {r.note for r in dataset(name).records}
@@ -133,7 +133,7 @@ def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...],
     )
 
 
-def baseline_of(
+def healthy_analysis(
     recording: Recording, bearing: Bearing, registered: Sequence[RegisteredRecording], read: Baselines
 ) -> Analysis | None:
     """The analysis of the healthy record that `recording` is compared with, if there is one; kept in `read`."""

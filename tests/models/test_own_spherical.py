@@ -72,4 +72,4 @@ def test_what_the_scene_leaves_open_goes_with_the_size(name: str, tmp_path: Path
 @pytest.mark.parametrize("name", LIKE)
 @pytest.mark.parametrize("model", ["line", "full", "slices"])
 def test_five_bearings_run_with_defaults(model: str, name: str, rpm: float, tmp_path: Path) -> None:
-    check(bearing_file(name, tmp_path), model, rpm, max(1.0, 600 / rpm))
+    check(bearing_file(name, tmp_path), model, rpm, max(1.0, 1200 / rpm))

@@ -13,6 +13,7 @@ import pytest
 from scipy.io import savemat
 
 from srbval.bearing import Fault, load_bearing
+from srbval.evidence.stored import ShownResult
 from srbval.recordings import Origin, SpeedSource
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import add, rig_recordings
@@ -20,7 +21,7 @@ from srbval.recordings.stand_in import vibration
 from srbval.report.blocks import Paragraph
 from srbval.report.content.matrix import matrix_section
 from srbval.report.content.other_rigs import other_rigs_section
-from srbval.storage.stored_result import RECORD_VERDICTS
+from srbval.storage.stored_result import DIAGNOSIS, RECORD_VERDICTS
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.bias import biases, pairs
 from srbval.validation.compared_quantities import (
@@ -250,7 +251,8 @@ def test_other_rigs_are_read_apart_from_the_rig(folder: Path) -> None:
     (record,) = read_other_rigs(add(folder).recordings)
     assert (record.dataset, record.state, record.line.name, record.diagnosable) == ("cwru", Fault.INNER, "BPFI", True)
     assert (record.line.detected, record.shown) == (False, False)  # the made file holds noise
-    evidence = SimpleNamespace(other_rigs=(record,), datasets={"cwru": dataset("cwru")})
+    naming = ShownResult(kind=DIAGNOSIS, command="srbval bench --diagnosis", content=None, origin=None)
+    evidence = SimpleNamespace(other_rigs=(record,), datasets={"cwru": dataset("cwru")}, results={DIAGNOSIS: naming})
     (section,) = other_rigs_section(evidence)  # type: ignore[arg-type]
     assert "0 of 1 race faults graded diagnosable (not " in section.blocks[2].text  # type: ignore[union-attr]
     said = " ".join(b.text for b in section.blocks if isinstance(b, Paragraph))
