@@ -69,7 +69,7 @@ def _act(options: argparse.Namespace) -> RegisterListing:
             settings = recording_settings(options)
             if options.folder is None and options.table is None:
                 raise ConfigurationError("name a folder or a file to register, or a --table of them.")
-            folder = options.folder or Path(options.table).parent
+            folder = Path(options.table).parent if options.folder is None else options.folder
             return add(folder, progress=progress, repin=options.repin, settings=settings, table=options.table)
         if options.action == "verify":
             return verify(progress=progress)

@@ -10,7 +10,7 @@ from typing import Any
 
 from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
 from srbval.errors import SrbvalError
-from srbval.recordings import Origin, Recording, ShaftSpeed
+from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import (
     RIG_DATASETS,
@@ -35,9 +35,9 @@ class OtherRecord:
     `shown` says whether that line was detected and no other race line is deeper; for a healthy record
     whether any race line is like a fault's. `grade` is the record's in the published study the set's
     description names, by the best of its methods, `plain_grade` by a plain envelope alone; None without one.
-    `cage_pct` is what the line's deviation at the record's own speed means for the cage, where a race line shows: a
-    slipping cage is negative. `caution` is what the set says of this record in particular, `cautions` what its file and
-    samples show, `refused` why a record could not be analysed.
+    `cage_pct` is what the line's deviation at the record's own speed means for the cage, where a race line shows and
+    the speed is more than a set point: a slipping cage is negative. `caution` is what the set says of this record in
+    particular, `cautions` what its file and samples show, `refused` why a record could not be analysed.
     """
 
     dataset: str
@@ -118,6 +118,7 @@ def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...],
     special = {r.note for r in dataset(name).records}
     line = _line(analysis, record.state)
     shows_slip = line.detected and line.name in RACE_LINES and record.state in DEFECTS
+    shows_slip &= analysis.speed.source is not SpeedSource.NOMINAL  # else it shows what the set point is worth
     to_cage = cage_factor(line.name, analysis.bearing) if shows_slip else None
     return dataclasses.replace(
         record,

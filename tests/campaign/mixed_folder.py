@@ -14,7 +14,7 @@ from tests.campaign.small import failing_point, small
 
 POINTS = [{"defect.kind": "outer", "model": "planar"}, {"defect.kind": "inner", "model": "kinematic"},
           {"model": "planar"}, failing_point() | {"model": "full"}, {"load.radial": "-3 kN"},
-          {"bearing": "skf-6205"}]  # fmt: skip
+          {"bearing": "skf-6205", "model": "full"}]  # fmt: skip
 AXES = [{"kind": "list", "cases": POINTS}]
 
 

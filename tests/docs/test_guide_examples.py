@@ -28,7 +28,7 @@ def examples(page: str) -> list[str]:
 
 @pytest.mark.parametrize("line", sorted({line for page in TEXTS for line in examples(page)}))
 def test_every_command_of_the_guide_has_the_options_it_is_given(line: str) -> None:
-    parser().parse_args(shlex.split(line)[1:])
+    assert parser().parse_args(shlex.split(line)[1:]).command == line.split()[1]
 
 
 def write_csv(path: Path, *, fault: bool) -> None:

@@ -151,7 +151,9 @@ def test_an_open_ledger_in_a_speed_ramp_is_a_caution() -> None:
     assert "caution" in reason
 
 
-@pytest.mark.parametrize("changes", [{"model": "ful"}, {"solver": {"name": "ode5"}}, {"bearing": "skf-6205"}])
+@pytest.mark.parametrize(
+    "changes", [{"model": "ful"}, {"solver": {"name": "ode5"}}, {"bearing": "skf-6205", "model": "full"}]
+)
 def test_what_cannot_be_run_is_refused(changes: dict[str, object]) -> None:
     with pytest.raises(ConfigurationError):
         simulate(paper_scene(**changes))

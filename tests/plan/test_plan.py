@@ -77,7 +77,6 @@ def test_where_no_rung_keeps_the_tolerance_that_is_said() -> None:
         ({"contact": {"stiffness": "1e8 N/m"}}, "stiffness"),
         ({"solver": {"name": "ode1"}}, "ode1"),
         ({"duration": "0.5 s"}, "short"),
-        ({"bearing": "skf-6205"}, "bearing"),
     ],
 )
 def test_a_scene_outside_what_was_measured_is_said_so_and_left_to_the_full_model(
@@ -87,6 +86,12 @@ def test_a_scene_outside_what_was_measured_is_said_so_and_left_to_the_full_model
     assert plan.chosen == "full"
     assert any(said in reason for reason in plan.outside), plan.outside
     assert [c.model for c in plan.candidates if c.ok] == ["full"]
+
+
+def test_a_bearing_that_only_the_planar_rung_assembles_gets_it() -> None:
+    plan = make_plan(paper_scene(defect={"kind": "outer"}, bearing="skf-6205"))
+    assert plan.chosen == "planar"
+    assert any("bearing" in reason for reason in plan.outside), plan.outside
 
 
 def test_predictions_between_the_calibration_scenes_are_the_worst_of_their_corners(table: LadderCalibration) -> None:

@@ -14,12 +14,14 @@ import pytest
 from scipy.io import savemat
 
 from srbval.cli import main
+from srbval.evidence.stored import ShownResult
 from srbval.recordings import load_recording
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import FileStatus, add
 from srbval.report import Report, Tone, VerdictBox
 from srbval.report.content.other_rigs import other_rigs_section
 from srbval.report.html import render_html
+from srbval.storage.stored_result import DIAGNOSIS
 from srbval.validation.other_rigs import read_other_rigs
 
 from . import files
@@ -104,7 +106,9 @@ def test_reported_as_plain_text(tmp_path: Path) -> None:
     name = "105 **b** `c` <marquee onload=alert(1)> 'q' \"r\" & \x1b[2J.mat"
     savemat(tmp_path / name, {"X105_DE_time": files.vibration(6000)[:, None], "X105RPM": np.array([[1797]])})
     records = read_other_rigs(add(tmp_path).recordings)
-    sections = other_rigs_section(SimpleNamespace(other_rigs=records, datasets={"cwru": dataset("cwru")}))  # type: ignore[arg-type]
+    naming = ShownResult(kind=DIAGNOSIS, command="srbval bench --diagnosis", content=None, origin=None)
+    evidence = SimpleNamespace(other_rigs=records, datasets={"cwru": dataset("cwru")}, results={DIAGNOSIS: naming})
+    sections = other_rigs_section(evidence)  # type: ignore[arg-type]
     verdict = VerdictBox(tone=Tone.NEUTRAL, headline="made for the test")
     page = Page(
         render_html(Report(title="t", generated_utc=datetime.now(UTC), verdict=verdict, sections=tuple(sections)))

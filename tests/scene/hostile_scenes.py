@@ -174,7 +174,7 @@ def bearing_table(rng: np.random.Generator) -> dict[str, Any]:
         return table
     for key in rng.choice(list(part), size=rng.integers(0, 3), replace=False):
         old = part.pop(key)
-        if isinstance(old, str) and rng.random() < 0.8:
+        if isinstance(old, str) and len(old.split()) == 2 and rng.random() < 0.8:  # a number and its unit
             number, unit = old.split()
             changed = float(number) * 10 ** rng.uniform(-1, 1) if rng.random() < 0.7 else 10 ** rng.uniform(-300, 300)
             part[key] = f"{float(changed)!r} {unit}"

@@ -172,7 +172,6 @@ def test_figure_arrays_share_one_length_without_the_ends(outer):
     [
         ({}, (1400.0, 2800.0)),
         ({"origin": Origin.SIMULATED, "band_hz": None}, (500.0, 1500.0)),
-        ({"bearing": "skf-22240", "band_hz": None}, (1400.0, 2800.0)),
     ],
 )
 def test_band_comes_from_the_data_set_or_the_paper(outer, changes, expected):
