@@ -10,7 +10,7 @@ import argparse
 import dataclasses
 import re
 import typing
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -73,9 +73,10 @@ def fill_in(_app: Any, page: str, source: list[str]) -> None:
     """Put the reference into its pages."""
     if page.startswith("api/"):
         room = page.removeprefix("api/")
-        makers = {"MODULES": lambda: reference(room), "NAMES": offered, "COMMANDS": commands, "SCENE_KEYS": scene_keys}
-        for word, made in makers.items():
-            source[0] = re.sub(rf"^{word}$", lambda _, made=made: made(), source[0], flags=re.MULTILINE)
+        makers: dict[str, Callable[[], str]] = {
+            "MODULES": lambda: reference(room), "NAMES": offered, "COMMANDS": commands, "SCENE_KEYS": scene_keys,
+        }  # fmt: skip
+        source[0] = "\n".join(makers[line]() if line in makers else line for line in source[0].split("\n"))
 
 
 def commands() -> str:
@@ -115,7 +116,8 @@ def scene_keys() -> str:
 def _keys_of(kind: type, name: str, values: Any) -> Iterator[str]:
     from srbval.config.units import SI_SUFFIX, UNITS
 
-    rows, below = [], []
+    rows: list[tuple[str, ...]] = []
+    below: list[tuple[Any, str, Any]] = []
     for field in dataclasses.fields(kind):
         dimension = field.metadata.get("dimension")
         takes = typing.get_type_hints(kind)[field.name]

@@ -26,7 +26,8 @@ from tests.campaign.small import content, failing_point, small
 RESULTS = "cases/*/*.h5"
 MIXED: list[dict[str, Any]] = [
     {"kind": "list", "cases": [{"defect.kind": "none"}, {"defect.kind": "inner"}, failing_point(),
-                               {"load.radial": "-3 kN"}, {"model": "planar"}, {"bearing": "skf-6205", "model": "full"}]},
+                               {"load.radial": "-3 kN"}, {"model": "planar"},
+                               {"bearing": "skf-6205", "model": "full"}]},
 ]  # fmt: skip
 
 
