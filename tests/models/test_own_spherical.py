@@ -78,6 +78,6 @@ def cases() -> Iterator[Any]:
 
 @pytest.mark.slow
 @pytest.mark.timeout(0)
-@pytest.mark.parametrize(("model", "name", "rpm"), cases())
+@pytest.mark.parametrize(("model", "name", "rpm"), [*cases()])
 def test_five_bearings_run_with_defaults(model: str, name: str, rpm: float, tmp_path: Path) -> None:
     check(bearing_file(name, tmp_path), model, rpm, max(1.0, 1200 / rpm))
