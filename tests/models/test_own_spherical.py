@@ -72,7 +72,7 @@ def test_what_the_scene_leaves_open_goes_with_the_size(name: str, tmp_path: Path
 def cases() -> Iterator[Any]:
     for (model, rpm), name in product([*(("full", rpm) for rpm in RPM), ("slices", 710.0)], LIKE):
         missed = (model, name, rpm) == ("full", "24160", 300.0)
-        why = pytest.mark.xfail(strict=True, reason="its line is found within 0.1 %, but not detected in 4 s")
+        why = pytest.mark.xfail(strict=True, reason="its line is not detected in 4 s; why is not known")
         yield pytest.param(model, name, rpm, marks=[why] if missed else [])
 
 
