@@ -28,7 +28,7 @@ from srbval.validation.pipeline import choose_tracking, one_signal, process
 
 PATH = "path to the sensor"
 ENVELOPE_HZ, WHOLE_HZ = BANDS_HZ["1400-2800"], (400.0, 3150.0)
-THIRD_OCTAVES = {f"{10 ** (n / 10):.3g} Hz": 10 ** (n / 10) for n in range(26, 36)}  # base ten, exact middles
+THIRD_OCTAVES = {f"{10 ** (n / 10):.0f} Hz": 10 ** (n / 10) for n in range(26, 36)}  # base ten, exact middles
 LEVEL_BANDS = {name: (middle * 10**-0.05, middle * 10**0.05) for name, middle in THIRD_OCTAVES.items()}
 RMS_BANDS = {f"RMS {name} Hz": band for name, band in (BANDS_HZ | {"400-3150": WHOLE_HZ}).items()}
 MARGIN = {"dB": 3.0, "%": 30.0}  # within which a model agrees, fixed before any comparison

@@ -13,10 +13,10 @@ from tests.calibrators.amplitudes import _shares, moved_path
 
 def test_only_what_the_record_shows_is_counted() -> None:
     rig = {
-        "1e+03 Hz": QuantityValue(value=-20.0), "1.26e+03 Hz": QuantityValue(value=-20.0),
-        "1.58e+03 Hz": QuantityValue(value=-20.0, present=False), "harmonic 2": QuantityValue(value=-3.0),
+        "1000 Hz": QuantityValue(value=-20.0), "1259 Hz": QuantityValue(value=-20.0),
+        "1585 Hz": QuantityValue(value=-20.0, present=False), "harmonic 2": QuantityValue(value=-3.0),
     }  # fmt: skip
-    model = {"1e+03 Hz": -17.0, "1.26e+03 Hz": -25.0, "1.58e+03 Hz": 0.0, "harmonic 2": -3.5}
+    model = {"1000 Hz": -17.0, "1259 Hz": -25.0, "1585 Hz": 0.0, "harmonic 2": -3.5}
     compared = rows(rig, [model], {}, record="IR", fault=Fault.INNER, used_for="withheld")
     octaves, harmonics = _shares(compared, "path")
     assert (octaves.kind, octaves.resolved, octaves.near, octaves.mean_error) == ("third octaves", 2, 1, -1.0)
