@@ -94,6 +94,7 @@ def _ended_by_signals() -> Iterator[None]:
     usual = (signal.SIG_DFL, signal.default_int_handler)
     found = {n: signal.getsignal(n) for n in ENDING if main_thread and signal.getsignal(n) in usual}
     sent_again: list[threading.Timer] = []
+    raised: list[Interrupted] = []
 
     def handle(action: Any) -> None:
         for number in found:
@@ -104,7 +105,8 @@ def _ended_by_signals() -> Iterator[None]:
         if hdf5 is not None and frame.f_code in hdf5.CALLED_BY_HDF5:  # a moment later
             return send_again(number)
         handle(signal.SIG_IGN)  # the clean-up is not to be interrupted
-        raise Interrupted(signal.Signals(number))
+        raised[:] = [Interrupted(signal.Signals(number))]
+        raise raised[0]
 
     def again(lost: Any) -> None:
         """Send a signal once more whose exception was raised where Python can only ignore it, as in a destructor."""
@@ -121,6 +123,10 @@ def _ended_by_signals() -> Iterator[None]:
     try:
         handle(end)
         yield
+    except Exception as error:
+        if raised:  # what was interrupted failed in its own clean-up, as a compiler may
+            raise raised[0] from error
+        raise
     finally:
         sys.unraisablehook = before
         for timer in sent_again:  # nobody would answer it any more

@@ -98,6 +98,28 @@ def test_the_exit_code_is_its_own_wherever_the_signal_comes(number: signal.Signa
     assert done.stderr.startswith("srbval: interrupted")
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_error_in_the_cleaning_up_does_not_hide_the_signal(number: signal.Signals) -> None:
+    """A compiler that is interrupted may find in its own clean-up that its object is not there."""
+    from srbval.cli import Interrupted, _ended_by_signals
+
+    def compiled() -> None:
+        try:
+            signal.raise_signal(number)
+        finally:
+            raise RuntimeError("no compiled object yet")
+
+    before = signal.signal(number, signal.default_int_handler)
+    try:
+        with pytest.raises(Interrupted) as ended, _ended_by_signals():
+            compiled()
+        assert ended.value.args == (number,)
+        with pytest.raises(RuntimeError, match="of its own"), _ended_by_signals():
+            raise RuntimeError("of its own")
+    finally:
+        signal.signal(number, before)
+
+
 def test_a_signal_while_hdf5_writes_comes_a_moment_later() -> None:
     """An exception in what HDF5 calls crashes the process, now and then: a test of chance would not do."""
     from srbval.cli import _ended_by_signals
