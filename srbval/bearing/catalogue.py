@@ -117,7 +117,6 @@ def _folder() -> resources.abc.Traversable:
     return resources.files("srbval.bearing") / "known"
 
 
-@cache
 def fault_frequencies(bearing: Bearing | str | Path, *, rpm: float) -> FaultFrequencies:
     """Kinematic fault frequencies of a bearing, or of one by its name or file, at a shaft speed [rpm].
 
@@ -128,6 +127,7 @@ def fault_frequencies(bearing: Bearing | str | Path, *, rpm: float) -> FaultFreq
     return (bearing if isinstance(bearing, Bearing) else load_bearing(bearing)).orders.at(rpm / 60)
 
 
+@cache
 def catalogue_rows() -> Mapping[str, Mapping[str, Any]]:
     """The rows of the catalogue by name, each as the table that a file of that bearing would hold."""
     text = (resources.files("srbval.bearing") / "catalogue.csv").read_text(encoding="utf-8")

@@ -204,7 +204,7 @@ def test_some_of_it_measured_anew() -> None:
     kept = newest_result(RIG_INPUTS)
     if kept is None:
         pytest.skip(f"no stored result; {COMMAND[RIG_INPUTS]} makes one")
-    for each in kept.content["studies"]:
+    for each in kept.content["studies"][1:3]:  # one of either race, at either speed
         assert cage_ratio(stored_line(each["of"]["record"]), {}) == pytest.approx(each["nominal"], abs=SAME_RATIO)
     outer = kept.content["studies"][0]["effects"][0]
     assert outer["key"] == INPUTS[0].key

@@ -16,7 +16,7 @@ from tests.campaign.small import content
 from tests.marked import listening, marked, reachable, until
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="no process groups here")
-KILLS = int(os.environ.get("SRBVAL_KILLS", "3"))
+KILLS = int(os.environ.get("SRBVAL_KILLS", "2"))
 LONGEST_START_S = 1.5  # within which every second campaign is killed, its imports included
 GONE_S = 100.0  # for all processes to end; a worker of a lost SLURM scheduler gives up after a minute
 ENGINES = [
