@@ -22,6 +22,7 @@ HELD_OUT, RIG_INPUTS, RIG_BANDS = "held_out", "rig_inputs", "rig_bands"
 AMPLITUDES = "amplitudes"
 RIG_SPEED_ACCURACY, RIG_STABILITY = "rig_speed_accuracy", "rig_stability"
 OWN_VERDICTS, RECORD_VERDICTS, DIAGNOSIS = "own_verdicts", "record_verdicts", "diagnosis"
+VERDICT_SCAN = "verdict_scan"
 COMMAND = {
     SPEED_ACCURACY: "srbval bench",
     STABILITY: "srbval stability",
@@ -29,6 +30,7 @@ COMMAND = {
     CAMPAIGN_SCALE: "python -m tests.calibrators.campaign_scale",
     READING: "python -m tests.calibrators.reading",
     SENSITIVITY: "srbval bench --sensitivity",
+    VERDICT_SCAN: "srbval bench --sensitivity --scan",
     RECORD_VERDICTS: "python -m tests.calibrators.record_verdicts",
     DIAGNOSIS: "srbval bench --diagnosis",
     HELD_OUT: "python -m tests.calibrators.held_out",

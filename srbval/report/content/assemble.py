@@ -42,17 +42,20 @@ from srbval.storage.stored_result import (
     SPEED_ACCURACY,
     STABILITY,
 )
+from srbval.storage.strict_json import json_object
 
 
 def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
     """Draw the figures into `figures` and build the report; `command` is the one that makes it again."""
     results, default = evidence.results, evidence.runs["paper-outer"].scene.solver
     origin = {"command": command, **evidence.provenance}
+    verdict = verdict_box(evidence)
+    headline = {"text": verdict.headline} | json_object(evidence.headline)
     return Report(
         title="Simulated against measured: SKF 22240 spherical roller bearing",
         subtitle="The bundled multibody model, Giraudo et al. (Sensors 25, 2419, 2025) and recordings of their rig",
         generated_utc=datetime.now(UTC),
-        verdict=verdict_box(evidence),
+        verdict=verdict,
         sections=(
             records_section(evidence),
             bearing_section(evidence, figures),
@@ -79,5 +82,5 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
             provenance_section(origin),
             references_section(evidence),
         ),
-        data=evidence.to_dict() | {"provenance": origin},
+        data=evidence.to_dict() | {"headline": headline, "provenance": origin},
     )
