@@ -81,6 +81,7 @@ class ScanSettings:
 
     points: int
     log_points: int
+    turns: float
     circle_points: tuple[int, ...]
     bands_hz: tuple[tuple[float, float], ...]
     half_digit_m: float

@@ -17,7 +17,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Fault, FaultOrders, load_bearing
-from srbval.errors import DataError
+from srbval.errors import DataError, NumericsError
+from srbval.models.simulate import Step, simulate
 from srbval.progress import Progress, silent
 from srbval.recordings.registry import find_recording, load_entry
 from srbval.scene import Scene
@@ -103,10 +104,11 @@ def scan(rig_study: Mapping[str, Any] | None, *, progress: Progress = silent) ->
 
 def _model_rows(record: _Record, progress: Progress) -> Iterator[ScanRow]:
     """Everything of the paper's scene, and of how the record is read against its nominal run."""
-    base, what = record.scene, f"Scan each input, {record.state}"
-    nominal = run_unchecked(base)
+    what, nominal = f"Scan each input, {record.state}", run_unchecked(record.scene)
     own = nominal.values["cage ratio"].value
     yield record.row(NOMINAL, "", [("", own, None)])
+    base = dataclasses.replace(record.scene, duration_s=SCAN.turns / TURNS * record.scene.duration_s)
+    lengths = {f"{TURNS:g} turns": record.scene, f"{SCAN.turns:g} turns": base}
     inputs = open_inputs()
     for number, one in enumerate(inputs):
         progress(what, number / len(inputs))
@@ -114,6 +116,7 @@ def _model_rows(record: _Record, progress: Progress) -> Iterator[ScanRow]:
             "input", one.name, [(_shown(one, at), _ratio_at(one, at, base, nominal), None) for at in _shares(one)]
         )
     more: list[tuple[str, str, Mapping[str, Scene]]] = [
+        ("numerics", "length of the run", lengths),
         ("numerics", "points on a circle", {f"{n}": with_points(base, n) for n in SCAN.circle_points}),
         ("numerics", "solver's step", {"1/1": base, "1/2": _with_step(base, 0.5)}),
         ("model", "contact", {"points": base, "slices": dataclasses.replace(base, model="slices")}),
@@ -188,7 +191,10 @@ def _ratio_at(one: OpenInput, share: float, base: Scene, nominal: AnalysedRun) -
 
 
 def _cage(scene: Scene) -> float:
-    return run_unchecked(scene).values["cage ratio"].value
+    run = simulate(scene, step=Step.UNCHECKED)
+    if not run.status.usable:
+        raise NumericsError(f"scan: a run failed ({run.status}): {run.reason}.")
+    return run.cage_ratio
 
 
 def _with_step(scene: Scene, share: float) -> Scene:

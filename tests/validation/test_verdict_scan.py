@@ -20,16 +20,16 @@ pytestmark = pytest.mark.recordings
 @pytest.fixture(scope="module")
 def rows(recordings_dir):
     """With a stand-in for runs: the cage ratio a known function of velocity, load and points on a circle."""
-    made = {}
 
-    def run(scene):
+    def simulated(scene, **_):
         decades = np.log10(scene.contact.critical_velocity_m_s / 1e-3)
         load = scene.load.radial_n / 124.8e3 - 1
         cage = 0.4308 + 1e-3 * (decades - 1) ** 2 + 1e-3 * load + 1e-2 / scene.contact.points_per_circle
-        made.setdefault(scene.defect.kind, analyses[scene.defect.kind])
-        return SimpleNamespace(
-            values={"cage ratio": QuantityValue(value=float(cage))}, analysis=made[scene.defect.kind]
-        )
+        return SimpleNamespace(cage_ratio=float(cage), status=SimpleNamespace(usable=True))
+
+    def run(scene):
+        cage = QuantityValue(value=simulated(scene).cage_ratio)
+        return SimpleNamespace(values={"cage ratio": cage}, analysis=analyses[scene.defect.kind])
 
     analyses = {}
 
@@ -41,6 +41,7 @@ def rows(recordings_dir):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SRBVAL_RECORDINGS", str(recordings_dir / "torino"))
         patch.setattr(verdict_scan, "run_unchecked", run)
+        patch.setattr(verdict_scan, "simulate", simulated)
         patch.setattr(verdict_scan, "analyse", analysed)
         found = scan(newest_result(RIG_INPUTS).content)
     return {(row.scene, row.defect, row.name): row for row in found}

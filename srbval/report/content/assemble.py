@@ -28,6 +28,7 @@ from srbval.report.content.rig_scene import rig_scene_section
 from srbval.report.content.speed_accuracy import speed_accuracy_section
 from srbval.report.content.stability import stability_section
 from srbval.report.content.table6 import table6_section, verdict_box
+from srbval.report.content.verdict_scan import verdict_scan_section
 from srbval.report.model import Report
 from srbval.storage.stored_result import (
     AMPLITUDES,
@@ -41,6 +42,7 @@ from srbval.storage.stored_result import (
     RIG_STABILITY,
     SPEED_ACCURACY,
     STABILITY,
+    VERDICT_SCAN,
 )
 from srbval.storage.strict_json import json_object
 
@@ -73,6 +75,7 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
             amplitudes_section(results[AMPLITUDES]),
             campaign_section(results[NOISE_STUDY], results[CAMPAIGN_SCALE]),
             matrix_section(evidence, figures),
+            verdict_scan_section(results[VERDICT_SCAN]),
             *other_rigs_section(evidence),
             assumptions_section(evidence),
             limits_section(evidence),
