@@ -23,6 +23,7 @@ AMPLITUDES = "amplitudes"
 RIG_SPEED_ACCURACY, RIG_STABILITY = "rig_speed_accuracy", "rig_stability"
 OWN_VERDICTS, RECORD_VERDICTS, DIAGNOSIS = "own_verdicts", "record_verdicts", "diagnosis"
 VERDICT_SCAN = "verdict_scan"
+BALL_RECORDS = "ball_records"
 COMMAND = {
     SPEED_ACCURACY: "srbval bench",
     STABILITY: "srbval stability",
@@ -35,6 +36,7 @@ COMMAND = {
     DIAGNOSIS: "srbval bench --diagnosis",
     HELD_OUT: "python -m tests.calibrators.held_out",
     RIG_INPUTS: "python -m tests.calibrators.rig_inputs",
+    BALL_RECORDS: "python -m tests.calibrators.ball_records -o reports/ball_records.json",
     AMPLITUDES: "python -m tests.calibrators.amplitudes",
     RIG_BANDS: "python -m tests.calibrators.rig_bands",
     RIG_SPEED_ACCURACY: "srbval bench --scenes rig-outer",
