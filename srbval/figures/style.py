@@ -96,11 +96,12 @@ def row_above(axes: Any, points: float) -> Any:
     return axes.transAxes + ScaledTranslation(0, points / 72, axes.figure.dpi_scale_trans)
 
 
-def legend_above(axes: Any, points: float = 3.0) -> None:
+def legend_above(axes: Any, points: float = 3.0, fontsize: float | None = None) -> None:
     """Legend in one row above the axes, at the right, where no curve can run into it."""
     axes.legend(
         loc="lower right", bbox_to_anchor=(1.0, 1.0), bbox_transform=row_above(axes, points), ncols=6,
         borderaxespad=0, borderpad=0, columnspacing=1.2, handletextpad=0.5, frameon=False,
+        fontsize=fontsize,
     )  # fmt: skip
 
 
