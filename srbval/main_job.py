@@ -37,10 +37,11 @@ def make_report(
     seconds: float = 10.0,
     jobs: int | None = None,
     formats: tuple[str, ...] = FORMATS,
+    appendix: bool = False,
     command: str = "srbval report",
     progress: Progress = silent,
 ) -> MadeReport:
-    """Simulate, analyse, compare, and write ``report.*`` and ``figures/`` into `folder`.
+    """Simulate, analyse, compare, and write ``report.*`` and ``figures/`` into `folder`, `appendix` too if wanted.
 
     `seconds` is the recorded duration of the paper's three runs, `jobs` the runs at a time (default: one per core),
     `command` what the report names to make it again.
@@ -55,7 +56,9 @@ def make_report(
     # Cases and records run at the same time; threads of the libraries would only wait for each other.
     with tempfile.TemporaryDirectory(prefix="srbval-") as scratch, threadpool_limits(1):
         evidence = gather(seconds=seconds, stand_in_folder=Path(scratch), jobs=jobs, progress=progress)
-        files = _written(lambda figures: assemble(evidence, figures, command=command), folder, formats, progress)
+        files = _written(
+            lambda figures: assemble(evidence, figures, command=command), folder, formats, progress, appendix=appendix
+        )
     return MadeReport(evidence=evidence, files=files)
 
 
@@ -76,6 +79,7 @@ def report_recordings(
     band_hz: tuple[float, float] | None = None,
     model: bool = True,
     formats: tuple[str, ...] = FORMATS,
+    appendix: bool = False,
     command: str = "srbval report",
     progress: Progress = silent,
 ) -> MadeOwnReport:
@@ -92,7 +96,10 @@ def report_recordings(
         evidence = gather_own(
             recordings, bearing=bearing, healthy=healthy, band_hz=band_hz, model=model, progress=progress
         )
-        files = _written(lambda figures: assemble_own(evidence, figures, command=command), folder, formats, progress)
+        files = _written(
+            lambda figures: assemble_own(evidence, figures, command=command), folder, formats, progress,
+            appendix=appendix,
+        )  # fmt: skip
     return MadeOwnReport(evidence=evidence, files=files)
 
 
@@ -122,11 +129,11 @@ def write_plot(
 
 
 def _written(
-    assembled: Callable[[Path], Report], folder: Path, formats: tuple[str, ...], progress: Progress
+    assembled: Callable[[Path], Report], folder: Path, formats: tuple[str, ...], progress: Progress, *, appendix: bool
 ) -> dict[str, Path]:
     """Draw the figures into a folder of their own, and write the report."""
     with tempfile.TemporaryDirectory(prefix="srbval-") as figures:
         with stage(progress, "Draw the figures"):
             report = assembled(Path(figures))
         with stage(progress, "Write the report"):
-            return write_report(report, folder, formats)
+            return write_report(report, folder, formats, appendix=appendix)
