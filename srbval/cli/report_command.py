@@ -57,6 +57,7 @@ def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple
         bearing=options.bearing,
         healthy=load_healthy(options.healthy, settings) if options.healthy else None,
         band_hz=(options.band[0], options.band[1]) if options.band else None,
+        all_channels=options.channel is None,
         formats=_formats(options),
         appendix=options.appendix,
         command=own_command(),
