@@ -45,9 +45,10 @@ def run(options: argparse.Namespace) -> int:
     result = analyse(recording, bearing=bearing, band_hz=band, band_filter=chosen, choose_on_record=options.auto_band)
     baseline = None if options.background else _baseline(result, healthy)
     call = against(result, baseline)
-    naming = name_fault(result) if recording.origin is Origin.MEASURED else None
+    measured = recording.origin is Origin.MEASURED
+    naming = name_fault(result, all_channels=options.channel is None) if measured else None
     if options.plot:
-        write_plot(result, Path(options.plot), baseline=baseline, command=own_command())
+        write_plot(result, Path(options.plot), baseline=baseline, naming=naming, command=own_command())
     if options.json:
         fault = json_object(call) | fault_entry(call, naming)
         print_json(_selected(result, options.defect) | {"fault": fault})

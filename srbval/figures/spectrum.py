@@ -27,7 +27,7 @@ PLOTTED_BINS = 600
 DATA_BINS = 1500  # of the data file: all of a short record, the least and greatest of each stretch of a long one
 HEALTHY_DASHES = (0, (3, 1.2))
 Y_LABEL = "Envelope (modulus), std. dev."
-LABEL_WIDTH = 0.017  # of a line's upright label, in widths of the axes
+LABEL_INCHES = 0.13  # width of a line's upright label
 LABEL_TOPS = (0.975, 0.62, 0.3)
 ORDER_LABEL_POINTS = 15.0  # height of the row of the order axis' label above the axes
 # Where a narrow picture's labels begin, above all that is drawn: only names fit there.
@@ -203,7 +203,7 @@ def _draw_names(axes: Any, cursors: Sequence[Cursor]) -> None:
 def _name_peaks(axes: Any, others: Sequence[tuple[str, float, float]], marked_hz: Sequence[float]) -> None:
     """What tall peaks are, upright above them, a little away from what is close: another, a line, the axis."""
     places = [0.0, *marked_hz, *(at_hz for _, at_hz, _ in others)]
-    near = LABEL_WIDTH * 2 * axes.get_xlim()[1]
+    near = LABEL_INCHES / axes.figure.get_figwidth() * axes.get_xlim()[1]
     for label, at_hz, height in others:
         close = [place for place in places if 0 < abs(place - at_hz) < near]
         shift = 0 if not close else 3.5 if close[0] < at_hz else -3.5
@@ -236,11 +236,12 @@ def _draw_cursors(axes: Any, cursors: Sequence[Cursor], shaft_hz: float) -> None
 def _label_tops(axes: Any, cursors: Sequence[Cursor]) -> list[float]:
     """Where each cursor's label begins, in heights of the axes: the highest of `LABEL_TOPS` with room beside it."""
     low, high = axes.get_xlim()
+    width = LABEL_INCHES / axes.figure.get_figwidth()
     last = dict.fromkeys(LABEL_TOPS, -np.inf)
     tops = []
     for cursor in cursors:
         place = (cursor.frequency_hz - low) / (high - low)
-        top = next((top for top, taken in last.items() if place - taken >= LABEL_WIDTH), LABEL_TOPS[0])
+        top = next((top for top, taken in last.items() if place - taken >= width), LABEL_TOPS[0])
         last[top] = place
         tops.append(top)
     return tops
