@@ -183,7 +183,7 @@ def _spectrum_panel(name: str, letter: str, state: Fault, side: Side, other: Sid
     healthy, orders = side[Fault.HEALTHY], record.analysis.bearing.orders
     others = tall_peaks(
         record.frequency_hz, record.amplitude, shaft_hz=shaft_hz, f_max_hz=SPECTRUM_HZ,
-        marked_hz=[*(cursor.frequency_hz for cursor in cursors), *(hz for _, hz, _ in record.peaks)],
+        marked_hz=[*(cursor.frequency_hz for cursor in cursors), *(hz for peak, hz, _ in record.peaks if peak.startswith(line))],
         orders={"fr": 1.0, "BPFO": orders.bpfo, "BPFI": orders.bpfi, "2xBSF": 2 * orders.bsf, "FTF": orders.ftf},
     )  # fmt: skip
     files = envelope_spectrum_panel(
