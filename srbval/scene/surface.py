@@ -30,21 +30,8 @@ SHORTEST_M, LONGEST_M = 1e-4, 1.0  # of waves: a tenth of a contact's length alo
 MOST_HEIGHT_M = 1e-4  # RMS
 
 
-class RoughnessClass(enum.StrEnum):
-    """Grade numbers of ISO 1302, see ``roughness.toml``."""
-
-    N1 = "N1"
-    N2 = "N2"
-    N3 = "N3"
-    N4 = "N4"
-    N5 = "N5"
-    N6 = "N6"
-    N7 = "N7"
-    N8 = "N8"
-    N9 = "N9"
-    N10 = "N10"
-    N11 = "N11"
-    N12 = "N12"
+# grade numbers of ISO 1302, see ``roughness.toml``
+RoughnessClass = enum.StrEnum("RoughnessClass", {f"N{grade}": f"N{grade}" for grade in range(1, 13)})  # type: ignore[misc]
 
 
 @dataclass(frozen=True, kw_only=True)

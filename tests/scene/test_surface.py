@@ -67,7 +67,7 @@ def test_a_given_height_is_the_rms_of_the_waves(exponent: float) -> None:
 
 def test_heights_of_a_class_do_not_hang_on_the_size_of_the_body() -> None:
     """Waves of 1 to 10 mm are as high on a body three times as large: it has three times as many orders there."""
-    surface = Surface(roughness_class=RoughnessClass.N3, shortest_m=1e-3, longest_m=10e-3)
+    surface = Surface(roughness_class=RoughnessClass("N3"), shortest_m=1e-3, longest_m=10e-3)
     small, large = (np.sqrt(np.sum(surface.amplitudes(r, None) ** 2) / 2) for r in (0.3, 0.9))
     assert large == pytest.approx(small, rel=0.02)
 
