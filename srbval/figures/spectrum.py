@@ -12,6 +12,7 @@ from srbval.arrays import FloatArray
 from srbval.figures.files import PanelFiles, extreme_indices, rounded, save_panel
 from srbval.figures.style import (
     GREEN,
+    HALF,
     HEALTHY,
     INK,
     WIDE,
@@ -23,6 +24,7 @@ from srbval.figures.style import (
     title_panel,
 )
 
+BRIEF = (HALF[0], 1.2 * HALF[1])  # inches of a panel beside another one
 PLOTTED_BINS = 600
 DATA_BINS = 1500  # of the data file: all of a short record, the least and greatest of each stretch of a long one
 HEALTHY_DASHES = (0, (3, 1.2))
@@ -88,25 +90,26 @@ def envelope_spectrum_panel(
     letter: str = "",
     title: str = "",
     y_label: str = Y_LABEL,
-    inches: tuple[float, float] = WIDE,
+    brief: bool = False,
 ) -> PanelFiles:
     """Draw an envelope spectrum up to `f_max_hz`, Hz below and shaft orders on top; write picture and CSV.
 
     `cursors` are the lines expected (see `fault_cursors`), `peaks` the (frequency [Hz], amplitude) found.
     `healthy` is the (frequency, amplitude) of the healthy bearing at the same speed, drawn dashed, None without one;
     `others` are further tall peaks by what they are: name, frequency, amplitude (see `tall_peaks`). Give both sides of
-    a comparison the same `y_limits`.
+    a comparison the same `y_limits`. `brief`: for panels side by side, of half the width, lines by their names alone
+    and no legend, whose part their common caption takes.
     """
     with figure_style():
-        figure, axes = new_axes(inches)
+        figure, axes = new_axes(BRIEF if brief else WIDE)
         draw_envelope_spectrum(
             axes, frequency_hz=frequency_hz, amplitude=amplitude, shaft_hz=shaft_hz, origin=origin, cursors=cursors,
-            peaks=peaks, healthy=healthy, f_max_hz=f_max_hz, y_limits=y_limits, y_label=y_label,
+            peaks=peaks, healthy=healthy, f_max_hz=f_max_hz, y_limits=y_limits, y_label=y_label, brief=brief,
         )  # fmt: skip
         _name_peaks(axes, others, [cursor.frequency_hz for cursor in cursors if not cursor.sideband])
-        narrow = inches[0] < WIDE[0]
-        title_panel(axes, origin, letter, title, pad=40.0 if narrow else 9.0)
-        legend_above(axes, points=ORDER_LABEL_POINTS + 11 * narrow, fontsize=6.0 if narrow else None)
+        title_panel(axes, origin, letter, title, pad=9.0)
+        if not brief:
+            legend_above(axes, points=ORDER_LABEL_POINTS)
         stamp_stand_in(axes, origin)
         data = _columns(_plotted(frequency_hz, amplitude, f_max_hz, DATA_BINS), healthy, shaft_hz)
         return save_panel(figure, folder, name, data)
@@ -125,6 +128,7 @@ def draw_envelope_spectrum(
     f_max_hz: float,
     y_limits: tuple[float, float],
     y_label: str = Y_LABEL,
+    brief: bool = False,
 ) -> None:
     """Draw what `envelope_spectrum_panel` writes onto given axes, without title and legend."""
     frequency, height = _plotted(frequency_hz, amplitude, f_max_hz)
@@ -135,7 +139,7 @@ def draw_envelope_spectrum(
     if healthy is not None:
         axes.plot(*_plotted(*healthy, f_max_hz), **dashed)
     _draw_peaks(axes, peaks, f_max_hz)
-    if axes.figure.get_size_inches()[0] < WIDE[0]:
+    if brief:
         _draw_names(axes, cursors)
     else:
         _draw_cursors(axes, cursors, shaft_hz)
@@ -190,14 +194,12 @@ def _plotted(
 def _draw_names(axes: Any, cursors: Sequence[Cursor]) -> None:
     """The cursors up to `NAMES_FROM`, above them the names of the harmonics and of the first one's sidebands."""
     blended = axes.get_xaxis_transform()
-    for kind, style in ((False, {"lw": 0.9, "ls": "--"}), (True, {"lw": 0.6, "ls": ":"})):
-        own = [cursor for cursor in cursors if cursor.sideband is kind]
-        for number, cursor in enumerate(own):
-            label = ("sidebands" if kind else "expected") if number == 0 else None
-            axes.axvline(cursor.frequency_hz, ymax=NAMES_FROM - 0.01, color=GREEN, zorder=2, label=label, **style)
-            if not kind or not cursor.name[0].isdigit():
-                axes.text(cursor.frequency_hz, NAMES_FROM, cursor.name, transform=blended, rotation=90, ha="center",
-                          va="bottom", fontsize=5.5 if kind else 6.5, color=GREEN, zorder=6)  # fmt: skip
+    for cursor in cursors:
+        style = {"lw": 0.6, "ls": ":"} if cursor.sideband else {"lw": 0.9, "ls": "--"}
+        axes.axvline(cursor.frequency_hz, ymax=NAMES_FROM - 0.01, color=GREEN, zorder=2, **style)
+        if not cursor.sideband or not cursor.name[0].isdigit():
+            axes.text(cursor.frequency_hz, NAMES_FROM, cursor.name, transform=blended, rotation=90, ha="center",
+                      va="bottom", fontsize=5.5 if cursor.sideband else 6.5, color=GREEN, zorder=6)  # fmt: skip
 
 
 def _name_peaks(axes: Any, others: Sequence[tuple[str, float, float]], marked_hz: Sequence[float]) -> None:

@@ -1,14 +1,16 @@
 """The look of the figures: one style file, one colour and one line style for each origin."""
 
-import io
+import functools
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import resources
 from typing import Any
 
+from srbval.figures.files import picture_bytes
+
 # Width and height of a panel [inch]: half and full width of the text.
-HALF = (4.2, 2.55)
+HALF = (4.2, 2.2)
 WIDE = (7.6, 2.9)
 TITLE_CHARACTERS_PER_INCH = 10.8  # of the bold 9 pt title
 
@@ -61,13 +63,7 @@ def new_figure(inches: tuple[float, float], **looks: Any) -> Any:
 
     figure: Any = Figure(figsize=inches, **looks)
     FigureCanvasAgg(figure)
-
-    def png() -> bytes:
-        picture = io.BytesIO()
-        figure.savefig(picture, format="png")
-        return picture.getvalue()
-
-    figure._repr_png_ = png
+    figure._repr_png_ = functools.partial(picture_bytes, figure, ".png")
     return figure
 
 
@@ -96,12 +92,11 @@ def row_above(axes: Any, points: float) -> Any:
     return axes.transAxes + ScaledTranslation(0, points / 72, axes.figure.dpi_scale_trans)
 
 
-def legend_above(axes: Any, points: float = 3.0, fontsize: float | None = None) -> None:
+def legend_above(axes: Any, points: float = 3.0) -> None:
     """Legend in one row above the axes, at the right, where no curve can run into it."""
     axes.legend(
         loc="lower right", bbox_to_anchor=(1.0, 1.0), bbox_transform=row_above(axes, points), ncols=6,
         borderaxespad=0, borderpad=0, columnspacing=1.2, handletextpad=0.5, frameon=False,
-        fontsize=fontsize,
     )  # fmt: skip
 
 

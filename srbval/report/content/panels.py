@@ -17,7 +17,6 @@ from srbval.evidence.shown_records import (
 )
 from srbval.figures.acceleration import acceleration_panel
 from srbval.figures.spectrum import envelope_spectrum_panel, fault_cursors, tall_peaks
-from srbval.figures.style import HALF
 from srbval.recordings import Origin
 from srbval.report.blocks import Block, Explore, Figure, FigureGrid, Listing
 from srbval.report.content.names import badge_of, side_of, synthetic_states
@@ -34,7 +33,6 @@ from srbval.validation.shown_record import SEGMENT_HZ, WINDOW_S, ShownRecord
 
 TEXTS, PAPER_SPEED = Texts("figures"), Texts("paper_speed")
 
-TALL = (HALF[0], 1.25 * HALF[1])  # inches of a spectrum beside another one
 SPECTRUM_HZ = 600.0  # Figures 12 and 13
 SPECTRUM_FIGURES = {"12": Fault.OUTER, "13": Fault.INNER}
 PANEL_LETTERS = {Fault.HEALTHY: "ab", Fault.OUTER: "cd", Fault.INNER: "ef"}
@@ -183,13 +181,13 @@ def _spectrum_panel(name: str, letter: str, state: Fault, side: Side, other: Sid
     healthy, orders = side[Fault.HEALTHY], record.analysis.bearing.orders
     others = tall_peaks(
         record.frequency_hz, record.amplitude, shaft_hz=shaft_hz, f_max_hz=SPECTRUM_HZ,
-        marked_hz=[*(cursor.frequency_hz for cursor in cursors), *(hz for peak, hz, _ in record.peaks if peak.startswith(line))],
+        marked_hz=[*(c.frequency_hz for c in cursors), *(hz for peak, hz, _ in record.peaks if peak.startswith(line))],
         orders={"fr": 1.0, "BPFO": orders.bpfo, "BPFI": orders.bpfi, "2xBSF": 2 * orders.bsf, "FTF": orders.ftf},
     )  # fmt: skip
     files = envelope_spectrum_panel(
         folder, name, frequency_hz=record.frequency_hz, amplitude=record.amplitude, shaft_hz=shaft_hz, cursors=cursors,
         peaks=[(hz, height) for peak, hz, height in record.peaks if peak.startswith(line)], letter=letter[-1],
-        healthy=(healthy.frequency_hz, healthy.amplitude), f_max_hz=SPECTRUM_HZ, y_limits=(0.0, top), inches=TALL,
+        healthy=(healthy.frequency_hz, healthy.amplitude), f_max_hz=SPECTRUM_HZ, y_limits=(0.0, top), brief=True,
         others=others, **_head(record, state),
     )  # fmt: skip
     figure = TEXTS.figure("spectrum", files, **_words(name, letter, record, state), f_max_hz=SPECTRUM_HZ)
