@@ -78,7 +78,7 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
             reading_section(results[READING]),
             matrix_section(evidence, figures),
             verdict_scan_section(results[VERDICT_SCAN]),
-            *other_rigs_section(evidence),
+            *other_rigs_section(evidence, figures),
             campaign_section(results[NOISE_STUDY], results[CAMPAIGN_SCALE]),
             assumptions_section(evidence),
             failures_section(evidence),
