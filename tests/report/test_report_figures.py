@@ -11,6 +11,7 @@ from srbval.figures.acceleration import acceleration_panel
 from srbval.figures.files import extreme_indices
 from srbval.figures.spectrum import envelope_spectrum_panel, fault_cursors
 from srbval.report.figures.deviation import Deviation, deviation_plot
+from srbval.report.figures.reliability import reliability_plot
 from srbval.report.figures.scalogram import block_means, scalogram_panel
 from srbval.report.figures.scene import bearing_scene
 from srbval.scene import paper_scene
@@ -185,3 +186,15 @@ def test_the_scene_shows_rollers_load_and_defect(tmp_path):
     assert "124.8 kN" in text
     assert "outer-race defect" in text
     assert len(made.data.read_text("utf-8").splitlines()) == 1 + geometry.rollers_per_row
+
+
+def test_the_reliability_diagram_keeps_its_rows(tmp_path):
+    rows = [
+        {"said": 0.5, "right": 0.4, "low": 0.2, "high": 0.8, "records": 7},
+        {"said": 0.9, "right": 0.95, "low": 0.8, "high": 1.0, "records": 9},
+    ]
+    files = reliability_plot(tmp_path, "r", rows=rows)
+    with (tmp_path / files.data).open() as file:
+        kept = list(csv.DictReader(file))
+    assert [float(row["right"]) for row in kept] == [0.4, 0.95]
+    assert (tmp_path / files.picture).stat().st_size < LARGEST_BYTES
