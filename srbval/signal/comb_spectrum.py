@@ -89,10 +89,10 @@ class CombSpectrum:
         ends = max(centre_hz / REACH, self.frequency_hz[0]), min(centre_hz * REACH, self.frequency_hz[-1])
         even = np.log(np.arange(*ends, self.step * centre_hz) / self.frequency_hz[0]) / self.step
         at, half = np.rint(even).astype(np.int64), max(1, round(relative / self.step))
-        wanted = np.flatnonzero(meaningless[at])[::half]
-        return np.asarray(
-            maximum_filter1d(np.vstack((self.evidence, self.mixed))[:, at], 2 * half + 1)[:, wanted].ravel()
-        )
+        if at.size == 0:
+            return np.empty(0)
+        every = maximum_filter1d(np.vstack((self.evidence, self.mixed))[:, at], 2 * half + 1)
+        return np.asarray(every[:, np.flatnonzero(meaningless[at])[::half]].ravel())
 
 
 def surprise(evidence: float, placebos: FloatArray) -> float:

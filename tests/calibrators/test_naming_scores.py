@@ -18,11 +18,14 @@ def test_left_out_rigs_are_named_better_than_by_chance_and_no_healthy_one_is_cal
     result, table = scores(found), {row["state"]: row for row in calls(found)}
     assert result["log_score"] > result["log_score_of_equal"] + 0.9
     assert result["brier_score"] < result["brier_score_of_equal"] / 2
-    assert result["calibration_error"] < result["calibration_error_by_chance"]
+    assert result["calibration_error"] < result["calibration_error_by_chance"] / 2
+    assert not any(f.record.state == "healthy" and not f.right for f in found)
+    wrong = alien(found)
+    assert wrong["most_probably_other"] >= 0.9 * wrong["records"]
+    assert wrong["fault_called"] == 0
     assert not any(table["healthy"][name] for name in ("outer", "inner", "roller"))
-    wrong = sum(table[state][name] for state in ("outer", "inner", "roller") for name in ("outer", "inner", "roller")
-                if state != name)  # fmt: skip
-    assert wrong == 0
+    parts = ("outer", "inner", "roller")
+    assert not any(table[state][name] for state in parts for name in parts if state != name)
 
 
 def test_probabilities_that_are_right_have_no_calibration_error() -> None:

@@ -65,5 +65,6 @@ def test_on_noise_the_chance_holds() -> None:
 def test_out_of_reach_there_is_nothing() -> None:
     found = combs(noise(1))
     assert math.isnan(found.highest(LIMIT_HZ / 4, RELATIVE)[0])
+    assert found.placebos(away(found), LIMIT_HZ, RELATIVE).size == 0
     assert math.isnan(surprise(math.nan, np.ones(100)))
     assert math.isnan(surprise(3.0, np.ones(3)))
