@@ -13,8 +13,7 @@ from srbval.recordings.registry import load_registered
 from srbval.signal import BandFilter
 from srbval.storage.strict_json import json_object
 from srbval.validation.analyse import Analysis, analyse, bearing_of
-from srbval.validation.background import on_background
-from srbval.validation.baseline import Baseline, against, baseline_of, load_healthy, registered_baseline
+from srbval.validation.baseline import Baseline, against, baseline_of, load_healthy, on_background, registered_baseline
 from srbval.validation.fault_naming import fault_entry, name_fault
 from srbval.validation.pipeline import SQUARED_UNIT
 

@@ -15,7 +15,7 @@ MARKS = {
     "simulated": ("o", BLUE, BLUE),
     "measured": ("s", VERMILION, VERMILION),
 }
-ROW_INCHES, FRAME_INCHES, WIDTH_INCHES = 0.26, 0.95, 7.6
+ROW_INCHES, FRAME_INCHES, WIDTH_INCHES = 0.21, 0.75, 7.6
 
 
 @dataclass(frozen=True, kw_only=True)
