@@ -13,6 +13,7 @@ from srbval.figures.files import extreme_indices
 from srbval.figures.spectrum import envelope_spectrum_panel, fault_cursors, tall_peaks
 from srbval.report.figures.deviation import Deviation, deviation_plot
 from srbval.report.figures.ladder import ladder_plot
+from srbval.report.figures.reliability import reliability_plot
 from srbval.report.figures.scalogram import block_means, scalogram_panel
 from srbval.report.figures.scene import bearing_scene
 from srbval.scene import paper_scene
@@ -222,3 +223,15 @@ def test_an_error_below_the_axis_has_an_arrow(tmp_path):
         for name, median in (("above", 1.1e-3), ("below", 0.9e-3))
     ]  # fmt: skip
     assert sizes[1] > sizes[0] + 200
+
+
+def test_the_reliability_diagram_keeps_its_rows(tmp_path):
+    rows = [
+        {"said": 0.5, "right": 0.4, "low": 0.2, "high": 0.8, "records": 7},
+        {"said": 0.9, "right": 0.95, "low": 0.8, "high": 1.0, "records": 9},
+    ]
+    files = reliability_plot(tmp_path, "r", rows=rows)
+    with (tmp_path / files.data).open() as file:
+        kept = list(csv.DictReader(file))
+    assert [float(row["right"]) for row in kept] == [0.4, 0.95]
+    assert (tmp_path / files.picture).stat().st_size < LARGEST_BYTES
