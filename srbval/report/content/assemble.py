@@ -70,8 +70,7 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
             ladder_section(evidence, figures),
             limits_section(evidence),
             glossary_section(),
-            provenance_section(origin),
-            # from here on the appendix alone
+            # from here on the appendix alone, but for the command
             bearing_section(evidence, figures),
             *((paper_speed_section(evidence, figures),) if evidence.measured_states else ()),
             band_section(evidence, figures),
@@ -84,6 +83,7 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
             failures_section(evidence),
             runs_section(evidence),
             scene_section(evidence),
+            provenance_section(origin),
             references_section(evidence),
         ),
         data=evidence.to_dict() | {"headline": headline, "provenance": origin},

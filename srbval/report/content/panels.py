@@ -16,7 +16,7 @@ from srbval.evidence.shown_records import (
     SCALOGRAM_TRANSFORM,
 )
 from srbval.figures.acceleration import acceleration_panel
-from srbval.figures.spectrum import envelope_spectrum_panel, fault_cursors
+from srbval.figures.spectrum import Cursor, envelope_spectrum_panel, fault_cursors
 from srbval.recordings import Origin
 from srbval.report.blocks import Block, Explore, Figure, FigureGrid, Listing
 from srbval.report.content.names import badge_of, side_of, synthetic_states
@@ -27,7 +27,7 @@ from srbval.report.section_texts import Texts
 from srbval.report.table import Table
 from srbval.storage.stored_result import READING
 from srbval.validation.analyse import Analysis
-from srbval.validation.lines import Line
+from srbval.validation.lines import RACE_LINES, Line
 from srbval.validation.shown_record import SEGMENT_HZ, WINDOW_S, ShownRecord
 
 TEXTS, PAPER_SPEED = Texts("figures"), Texts("paper_speed")
@@ -152,7 +152,12 @@ def _spectrum_figure(number: str, model: Side, rig: Side, folder: Path) -> Figur
         _spectrum_panel(f"fig{number}{letter}", f"{number}{letter}", state, side, other, folder)
         for side, other, letter in ((model, rig, "a"), (rig, model, "b"))
     ]
-    caption = TEXTS.text("grid-spectrum", state=state)
+    nameless = [
+        {"side": name, "hz": peak[0], "order": peak[0] / side[state].analysis.speed.value_hz}
+        for name, side in (("model", model), ("rig", rig))
+        if (peak := side[state].tall_without_name(SPECTRUM_HZ))
+    ]
+    caption = TEXTS.text("grid-spectrum", state=state, nameless=nameless)
     return FigureGrid(figures=tuple(panels), columns=2, label=f"Figure {number}", caption=caption)
 
 
@@ -170,6 +175,9 @@ def _spectrum_panel(name: str, letter: str, state: Fault, side: Side, other: Sid
         line, record.analysis.line(line).kinematic_hz, f_max_hz=SPECTRUM_HZ, sideband_hz=shaft_hz,
         sidebands=2 if state.sidebands else 0,
     )  # fmt: skip
+    if state.sidebands:
+        every = (*cursors, *_other_marks(record.analysis, line))
+        cursors = tuple(sorted(every, key=lambda cursor: cursor.frequency_hz))
     top = _largest(_shown_amplitudes(s[state]) for s in (side, other)) * LABEL_ROOM / HEAD_ROOM
     healthy = side[Fault.HEALTHY]
     files = envelope_spectrum_panel(
@@ -188,6 +196,14 @@ def _spectrum_panel(name: str, letter: str, state: Fault, side: Side, other: Sid
         x_per_order=shaft_hz,
     )
     return dataclasses.replace(figure, explore=explore)
+
+
+def _other_marks(analysis: Analysis, line: str) -> Iterator[Cursor]:
+    """The shaft's own lines, and the other race's where it is detected."""
+    shaft_hz = analysis.speed.value_hz
+    yield from (Cursor(name, times * shaft_hz, sideband=True) for name, times in (("fr", 1), ("2fr", 2)))
+    others = (analysis.line(race) for race in RACE_LINES if race != line)
+    yield from (Cursor(one.name, one.kinematic_hz, sideband=True) for one in others if one.detected)
 
 
 def _peaks(state: Fault, model: Analysis, rig: Analysis) -> Iterator[dict[str, Any]]:
