@@ -20,7 +20,8 @@ def reliability_plot(folder: Path, name: str, *, rows: Sequence[Mapping[str, Any
         axes.vlines(said, low, high, color=SOFT, lw=6, alpha=0.35, label="95 % if the probabilities are right")
         axes.plot(said, right, "o", color=BLUE, ms=6, label="found")
         for row in rows:
-            axes.annotate(f"{row['records']}", (row["said"], row["right"]), xytext=(7, -3), textcoords="offset points")
+            at = row["said"], row["right"]
+            axes.annotate(f"{row['records']}", at, xytext=(-7, -3), textcoords="offset points", ha="right")
         axes.set(xlim=(0, 1.03), ylim=(0, 1.03), xlabel="Probability said", ylabel="Share that was right")
-        axes.legend(loc="upper left", frameon=False)
+        axes.legend(loc="lower right", frameon=False)
         return save_panel(figure, folder, name, {key: [row[key] for row in rows] for key in rows[0]})
