@@ -29,6 +29,7 @@ from srbval.storage.stored_result import (
     RIG_STABILITY,
     SPEED_ACCURACY,
     STABILITY,
+    WATERFALL,
 )
 from srbval.validation.analyse import Analysis
 from srbval.validation.bias import Bias, Pair
@@ -133,7 +134,8 @@ class Evidence:
             "closure": self.sums,
             "comparisons": [*self.comparisons, *content[AMPLITUDES].get("comparisons", [])],
             "amplitudes": content[AMPLITUDES].get("shares", []),
-            "bias": self.bias,
+            "waterfall": content[WATERFALL].get("measures", []),
+            "bias": [*self.bias, *content[AMPLITUDES].get("bias", [])],
             "sensitivity": self.known.defects,
             "analyses": {
                 f"{name}-{state}": analysis for name, side in sides.items() for state, analysis in side.items()

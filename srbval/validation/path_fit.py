@@ -8,7 +8,8 @@ D's level in dB the error has variance
 A background of B T degrees of freedom has the variance H^2 / (B T) in either record, and 2 H |P|^2 X / (B T) with the
 fault's lines, which by themselves do not scatter: of D^2 that is 2 w in all. tau is fitted too: what the simulated
 force misses, and how the background changes from one bearing mounted to the next. A mode narrower than half a band is
-seen by one band at most, and is not looked for.
+seen by one band at most: it is not looked for, and a fit that ends there has taken one loud band for a mode and is not
+chosen, whatever its BIC.
 BIC = -2 ln L + k ln n (Schwarz 1978, Ann. Statist. 6, 461). Covariance: the inverse of Fisher's information, times
 n / (n - k), since the scatter is estimated as well.
 """
@@ -32,6 +33,7 @@ STARTS, BEST = 12, 4  # frequencies tried for a new mode; how many of all trials
 HIGHEST_GAIN, MOST_DB = 1e3, 30.0
 LEAST_DB = 0.1  # what a path in time and powers on a grid are good to
 LEAST_VARIANCE = 0.4 * LEAST_DB**2  # w^2 + (1 - w)^2 is a half or more
+AT_LIMIT = 0.01  # relative: so near to the narrowest a mode has ended there
 LEAST_SPARE = 4  # bands more than parameters
 
 
@@ -177,12 +179,16 @@ class MeasuredResponse:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PathFit:
-    """A path with so many modes: `parameters` with those of the evidence at the end, `covariance` of all, `bic`."""
+    """A path with so many modes: `parameters` with those of the evidence at the end, `covariance` of all, `bic`.
+
+    `one_band`: a mode ended as narrow as bands can show.
+    """
 
     modes: int
     parameters: FloatArray
     covariance: FloatArray
     bic: float
+    one_band: bool = False
 
     def path(self, evidence: FittedTo, *, source: str, used: tuple[str, ...] = ()) -> SensorPath:
         """As data."""
@@ -199,7 +205,7 @@ class PathFit:
 
 
 def fit_path(evidence: FittedTo, most_modes: int = MOST_MODES) -> tuple[PathFit, ...]:
-    """Paths of 0, 1, ... modes, as many as there is data for; the best has the least `bic`."""
+    """Paths of 0, 1, ... modes, as many as there is data for; see `best_of`."""
     found: list[PathFit] = []
     for modes in range(most_modes + 1):
         starts = _starts(evidence, found[-1] if found else None)
@@ -212,8 +218,8 @@ def fit_path(evidence: FittedTo, most_modes: int = MOST_MODES) -> tuple[PathFit,
 
 
 def best_of(fits: tuple[PathFit, ...]) -> PathFit:
-    """The one with the least BIC."""
-    return min(fits, key=lambda fit: fit.bic)
+    """The one with the least BIC, but for those with a mode that is one loud band."""
+    return min((fit for fit in fits if not fit.one_band), key=lambda fit: fit.bic)
 
 
 def refit(evidence: FittedTo, start: PathFit) -> PathFit:
@@ -268,14 +274,18 @@ def _bounds(evidence: FittedTo, size: int) -> Iterator[tuple[float, float]]:
     """Of each parameter; modes stay within the band or a quarter above it, where their flank still shows."""
     modes = (size - 1 - len(evidence.extras)) // 3
     scale = math.log(evidence.scale)
-    narrowest = evidence.spacing_hz / (4 * math.sqrt(evidence.band_hz[0] * evidence.band_hz[1]))
     yield scale - 12, scale + 12
     for _ in range(modes):
         yield math.log(evidence.band_hz[0]), math.log(1.25 * evidence.band_hz[1])
-        yield math.log(max(DAMPING[0], narrowest)), math.log(DAMPING[1])
+        yield math.log(max(DAMPING[0], _half_a_band(evidence))), math.log(DAMPING[1])
         yield -HIGHEST_GAIN * evidence.scale, HIGHEST_GAIN * evidence.scale
     for _, low, high in evidence.extras:
         yield low, high
+
+
+def _half_a_band(evidence: FittedTo) -> float:
+    """Damping ratio of a mode half a band wide in the middle of the whole band, by its half-power width."""
+    return evidence.spacing_hz / (4 * math.sqrt(evidence.band_hz[0] * evidence.band_hz[1]))
 
 
 def _cost(evidence: FittedTo, parameters: FloatArray) -> float:
@@ -301,4 +311,5 @@ def _descend(evidence: FittedTo, start: FloatArray) -> PathFit:
     return PathFit(
         modes=modes, parameters=solved.x[places], covariance=covariance[np.ix_(places, places)],
         bic=2 * float(solved.cost) + k * math.log(n),
+        one_band=bool(np.any(np.exp(solved.x[2:count:3]) < max(DAMPING[0], (1 + AT_LIMIT) * _half_a_band(evidence)))),
     )  # fmt: skip

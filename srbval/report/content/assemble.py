@@ -28,6 +28,7 @@ from srbval.report.content.rig_scene import rig_scene_section
 from srbval.report.content.speed_accuracy import speed_accuracy_section
 from srbval.report.content.stability import stability_section
 from srbval.report.content.table6 import table6_section, verdict_box
+from srbval.report.content.waterfall import waterfall_section
 from srbval.report.model import Report
 from srbval.storage.stored_result import (
     AMPLITUDES,
@@ -41,6 +42,7 @@ from srbval.storage.stored_result import (
     RIG_STABILITY,
     SPEED_ACCURACY,
     STABILITY,
+    WATERFALL,
 )
 
 
@@ -67,6 +69,7 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
             reading_section(results[READING]),
             ladder_section(evidence, figures),
             rig_scene_section(results[RIG_INPUTS], results[RIG_BANDS]),
+            waterfall_section(results[WATERFALL], figures),
             amplitudes_section(results[AMPLITUDES]),
             campaign_section(results[NOISE_STUDY], results[CAMPAIGN_SCALE]),
             matrix_section(evidence, figures),
