@@ -135,7 +135,7 @@ class Evidence:
             "comparisons": [*self.comparisons, *content[AMPLITUDES].get("comparisons", [])],
             "amplitudes": content[AMPLITUDES].get("shares", []),
             "waterfall": content[WATERFALL].get("measures", []),
-            "bias": [*self.bias, *content[AMPLITUDES].get("bias", [])],
+            "bias": [*self.bias, *(row for kind in (AMPLITUDES, WATERFALL) for row in content[kind].get("bias", []))],
             "sensitivity": self.known.defects,
             "analyses": {
                 f"{name}-{state}": analysis for name, side in sides.items() for state, analysis in side.items()

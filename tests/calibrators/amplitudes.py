@@ -102,6 +102,7 @@ def run_of(record: Recording, state: Fault, changes: Mapping[str, Any]) -> Run:
         "duration_s": SECONDS, "solver": {"step_s": STEP_S},
     }  # fmt: skip
     run = simulate(load_scene("rig", merge(own, changes)), step=Step.UNCHECKED)
+    print(f"{record.name}: {run.cage_ratio:.6f}", flush=True)
     if not run.status.usable:
         raise NumericsError(f"amplitudes: the run with {changes} failed ({run.status}): {run.reason}")
     return run
@@ -166,7 +167,6 @@ def study() -> tuple[list[Comparison], list[Share]]:
     }  # fmt: skip
     runs = {state: [run_of(record, state, one) for one in changes[state]] for state, record in records.items()}
     planar = {state: run_of(record, state, {"model": "planar"}) for state, record in records.items()}
-    print("runs done", flush=True)
     paths = list(_paths(records[Fault.OUTER], healthy, runs[Fault.OUTER]))
     (own_path,) = _paths(records[Fault.OUTER], healthy, [planar[Fault.OUTER]])
     as_outer = levels(records[Fault.OUTER], healthy)

@@ -4,19 +4,25 @@ from srbval.evidence.stored import ShownResult
 from srbval.report.content.names import missing, origin_of
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
+from srbval.validation.bias import LEAST_RECORDS
 
 TEXTS = Texts("amplitudes")
 
 
-def amplitudes_section(result: ShownResult) -> Section:
-    """How many quantities of each kind are near, fit and withheld records apart, and every withheld one."""
+def amplitudes_section(result: ShownResult, waterfall: ShownResult) -> Section:
+    """How many quantities of each kind are near, fit and withheld records apart, and every withheld one.
+
+    Of the `waterfall` only the bias of the paper's scene.
+    """
     if not result.content:
         return TEXTS.section(TEXTS.paragraph("intro"), missing(result))
     content = result.content
     withheld = [row for row in content["comparisons"] if row["used_for"] == "withheld" and row["rig_present"]]
+    paper = waterfall.content["bias"] if waterfall.content else []
     return TEXTS.section(
         TEXTS.paragraph("intro"),
         origin_of(result),
         TEXTS.table("amplitude-shares", content["shares"]),
+        TEXTS.table("amplitude-bias", [*content["bias"], *paper], least_records=LEAST_RECORDS),
         TEXTS.table("amplitude-rows", withheld),
     )

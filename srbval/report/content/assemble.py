@@ -70,7 +70,7 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
             ladder_section(evidence, figures),
             rig_scene_section(results[RIG_INPUTS], results[RIG_BANDS]),
             waterfall_section(results[WATERFALL], figures),
-            amplitudes_section(results[AMPLITUDES]),
+            amplitudes_section(results[AMPLITUDES], results[WATERFALL]),
             campaign_section(results[NOISE_STUDY], results[CAMPAIGN_SCALE]),
             matrix_section(evidence, figures),
             *other_rigs_section(evidence),
