@@ -3,8 +3,9 @@
 The scene behind the path to the sensor that H 877 and OR 877 give, at each record's own speed; those two are `fit`,
 IR 877, Roller 877 and H 353 `withheld`: not used, but seen. The inputs' ranges are drawn together, with where each
 record's hole may lie drawn for itself, and for every draw, and for the finer run, the path is identified anew from the
-outer-race run, so that what both share cancels as it does in use. Beside it three ways of guessing: no path, the planar
-rung behind a path of its own, and the outer-race record's own increment.
+outer-race run, so that what both share cancels as it does in use. Beside it four ways of guessing: a path that also
+turns the phases at random, which powers do not tell; no path; the planar rung behind a path of its own; and the
+outer-race record's own increment.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy.fft
 
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.cli.measured import this_machine
@@ -28,6 +30,7 @@ from srbval.models.run import Run
 from srbval.models.sensor_filter import SensorFilter
 from srbval.models.simulate import Step, simulate
 from srbval.recordings import Recording, recording_from_run
+from srbval.recordings.datasets.srbval_files import SENSOR
 from srbval.recordings.registry import find_recording, load_entry
 from srbval.scene import SensorPath, load_scene, merge, rig_inputs
 from srbval.signal import NORMAL_95
@@ -119,15 +122,32 @@ def line_order(run: Run, state: Fault) -> float:
     return state.passing_order(BEARING.rolling_elements, run.cage_ratio) or state.line_order(BEARING.orders)
 
 
-def shown_by(run: Run, state: Fault, path: SensorPath | None, healthy: Recording) -> dict[str, QuantityValue]:
-    """Every quantity of a run behind a path; depth and kurtosis in the healthy record's background."""
+def shown_by(
+    run: Run, state: Fault, path: SensorPath | None, healthy: Recording, seed: int | None = None
+) -> dict[str, QuantityValue]:
+    """Every quantity of a run behind a path; depth and kurtosis in the healthy record's background.
+
+    With a `seed` the path also turns each harmonic of the line at random, see `turned`.
+    """
     shown = behind(run, path)
+    if seed is not None:
+        shown = turned(shown, line_order(run, state) * run.scene.shaft_hz, seed)
     found = levels(shown, None)
     if state is Fault.HEALTHY:
         return found
     order = line_order(run, state)
     noisy = pattern(with_background(shown, healthy), BEARING, state, order)
     return found | pattern(shown, BEARING, state, order) | {name: noisy[name] for name in noisy if hung(name)}
+
+
+def turned(shown: Recording, line_hz: float, seed: int) -> Recording:
+    """The same powers with random phases from one harmonic of the line to the next, as a structure draws pulses out."""
+    lines = scipy.fft.rfft(shown.channels[SENSOR])
+    near = np.round(np.arange(lines.size) * shown.fs_hz / shown.samples / line_hz).astype(int)
+    turns = np.exp(2j * math.pi * np.random.default_rng(seed).random(near[-1] + 1))
+    return replace(
+        shown, channels={SENSOR: scipy.fft.irfft(lines * turns[near], n=shown.samples)}, channel=SENSOR, axes=None
+    )
 
 
 def hung(name: str) -> bool:
@@ -183,6 +203,7 @@ def study() -> tuple[list[Comparison], list[Share]]:
         found += own
         guesses = {
             "path": own,
+            "path, random phases": compare(*of_phases(runs[state][0], state, paths[0], healthy)),
             "no path": compare(shown_by(runs[state][0], state, None, healthy), {}),
             "planar rung, its own path": compare(shown_by(planar[state], state, own_path, healthy), {}),
             "as OR 877": compare(as_outer, {}),
@@ -205,6 +226,16 @@ def predicted(
         INPUTS: half_widths([values(one) for one in drawn]),
         PATH: half_widths([values(one) for one in moved]),
     }
+
+
+def of_phases(
+    run: Run, state: Fault, path: SensorPath, healthy: Recording
+) -> tuple[dict[str, QuantityValue], dict[str, dict[str, float]]]:
+    """Medians over random phases of the path, and what these do."""
+    drawn = [values(shown_by(run, state, path, healthy, seed)) for seed in range(PATH_DRAWS)]
+    return {
+        name: QuantityValue(value=statistics.median(one[name] for one in drawn)) for name in drawn[0]
+    }, {PATH: half_widths(drawn)}  # fmt: skip
 
 
 def _healthy(

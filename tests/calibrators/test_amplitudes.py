@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from srbval.bearing import Fault
+from srbval.recordings import Origin, Recording
 from srbval.scene import PathMode, SensorPath, load_scene
-from srbval.validation.amplitudes import rows
+from srbval.validation.amplitudes import levels, rows
 from srbval.validation.comparison import QuantityValue
-from tests.calibrators.amplitudes import PATH_DRAWS, _shares, drawn_paths, moved_path
+from tests.calibrators.amplitudes import PATH_DRAWS, _shares, drawn_paths, moved_path, turned
 
 
 def test_only_what_the_record_shows_is_counted() -> None:
@@ -45,3 +46,16 @@ def test_paths_are_drawn_about_the_identified_one() -> None:
     gains = np.log([one.direct for one in drawn])
     assert np.std(gains) == pytest.approx(path.deviations()[0], rel=0.5)
     assert np.mean(gains) == pytest.approx(np.log(path.direct), abs=path.deviations()[0])
+
+
+def test_turned_phases_keep_every_level_and_draw_pulses_out() -> None:
+    pulses = np.zeros(20_480)
+    pulses[::205] = 1.0  # a line of 99.9 Hz
+    record = Recording(
+        name="pulses", channels={"sensor": pulses}, channel="sensor", fs_hz=20_480.0, unit="m/s2", dataset="test",
+        origin=Origin.SIMULATED,
+    )  # fmt: skip
+    drawn_out = turned(record, 20_480 / 205, seed=1)
+    for name, level in levels(drawn_out, None).items():
+        assert level.value == pytest.approx(levels(record, None)[name].value, abs=0.3)
+    assert np.abs(drawn_out.channels["sensor"]).max() < 0.5
