@@ -40,6 +40,7 @@ from srbval.storage.strict_json import json_object
 from srbval.validation.amplitudes import (
     NUMERICS,
     PATH,
+    RMS_BANDS,
     THIRD_OCTAVES,
     crps,
     half_widths,
@@ -174,6 +175,17 @@ def moved_path(path: SensorPath, parameters: np.ndarray) -> SensorPath | None:
     )
     usable = all(100 < mode.frequency_hz < 6000 and mode.damping_ratio > 1e-3 for mode in modes)
     return replace(path, direct=math.exp(parameters[0]), modes=modes) if usable else None
+
+
+def over_angle(record: Recording) -> list[dict[str, Any]]:
+    """What the sensor's level does [dB] as the outer race's hole goes along the load zone, less that in its middle."""
+    (angle,) = (one for one in rig_inputs("position") if one.key == "defect.angle")
+    runs = {value: run_of(record, Fault.OUTER, angle.changes(value)) for value in angle.values}
+    read = {value: values(levels(behind(run, None), None)) for value, run in runs.items()}
+    return [
+        {"angle_deg": value, "band": band, "level_db": read[value][band] - read[angle.nominal][band]}
+        for value in read for band in RMS_BANDS
+    ]  # fmt: skip
 
 
 def study() -> tuple[list[Comparison], list[Share]]:
@@ -316,7 +328,7 @@ def main() -> None:
     print_rows([json_object(one) for one in shares])
     counted = [row for row in found if row.kind != "band level" or row.quantity in THIRD_OCTAVES]  # each band once
     content = {"machine": this_machine(), "comparisons": [row.to_dict() for row in found], "shares": shares,
-               "bias": biases_of(counted)}  # fmt: skip
+               "bias": biases_of(counted), "over_angle": over_angle(measured(Fault.OUTER, FAST))}  # fmt: skip
     path = store_result(stamped(AMPLITUDES, content, command=COMMAND[AMPLITUDES], revision=revision), options.output)
     print(f"stored: {path}")
 
