@@ -11,7 +11,7 @@ The names below are loaded when they are first used, so that ``import srbval`` c
 import importlib
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _NAMES = {
     "bearing": ("Bearing", "fault_frequencies", "find_bearings", "known_bearings", "load_bearing"),

@@ -26,6 +26,7 @@ def test_a_run_is_a_table_a_picture_and_a_line_of_text() -> None:
     assert len(frame) == run().samples
     assert frame["acceleration_x_m_s2"].to_numpy() == pytest.approx(run().acceleration_m_s2[:, 0])
     assert len(run().plot().axes) == 3
+    assert run().plot()._repr_png_().startswith(b"\x89PNG")  # shown in a notebook that never imported pyplot
     assert repr(run()).startswith("<Run ok: impulse model, skf-22240, outer race, 710 rpm, 0.5 s")
 
 

@@ -13,6 +13,7 @@ from srbval.recordings.registry import load_registered
 from srbval.signal import BandFilter
 from srbval.storage.strict_json import json_object
 from srbval.validation.analyse import Analysis, analyse, bearing_of
+from srbval.validation.background import on_background
 from srbval.validation.baseline import Baseline, against, baseline_of, load_healthy, registered_baseline
 from srbval.validation.fault_naming import fault_entry, name_fault
 from srbval.validation.pipeline import SQUARED_UNIT
@@ -31,12 +32,18 @@ def run(options: argparse.Namespace) -> int:
     settings = recording_settings(options)
     recording = load_registered(options.file, settings)
     healthy = load_healthy(options.healthy, settings) if options.healthy else None
+    if options.background:
+        if healthy is not None:
+            raise ConfigurationError(
+                "--background with --healthy: no increment over a healthy record is to be taken of it."
+            )
+        recording = on_background(recording, load_healthy(options.background, settings))
     _ask_at_once(recording, options)
     bearing = bearing_of(recording, options.bearing)
     band = (options.band[0], options.band[1]) if options.band else None
     chosen = BandFilter(options.filter)
     result = analyse(recording, bearing=bearing, band_hz=band, band_filter=chosen, choose_on_record=options.auto_band)
-    baseline = _baseline(result, healthy)
+    baseline = None if options.background else _baseline(result, healthy)
     call = against(result, baseline)
     naming = name_fault(result) if recording.origin is Origin.MEASURED else None
     if options.plot:

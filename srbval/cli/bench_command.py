@@ -16,15 +16,24 @@ from srbval.bench.machine import Machine
 from srbval.bench.scenes import FULL, QUICK, RIG_SHOWN, SCENES
 from srbval.cli.measured import measure_and_print
 from srbval.cli.output import print_columns, print_json
-from srbval.errors import DataError
+from srbval.errors import ConfigurationError, DataError
 from srbval.models.solvers import SOLVERS
 from srbval.progress import Progress, ProgressDisplay, prefixed
 from srbval.recordings.registry import listing
 from srbval.scene import load_scene
-from srbval.storage.stored_result import DIAGNOSIS, RIG_SPEED_ACCURACY, SENSITIVITY, SPEED_ACCURACY
+from srbval.storage.stored_result import (
+    DIAGNOSIS,
+    RIG_INPUTS,
+    RIG_SPEED_ACCURACY,
+    SENSITIVITY,
+    SPEED_ACCURACY,
+    VERDICT_SCAN,
+    newest_result,
+)
 from srbval.storage.strict_json import json_object, json_value, write_json
 from srbval.validation.budget import STUDY
 from srbval.validation.sensitivity import measure as measure_sensitivity
+from srbval.validation.verdict_scan import scan
 
 FEW_DRAWS = 16  # of the open inputs with --quick
 VERDICT = {True: "met", False: "NOT MET", None: "not measured"}
@@ -63,6 +72,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _sensitivity(options: argparse.Namespace) -> int:
     """What open inputs and numerics do to the compared quantities of the paper's scene, or of the user's."""
+    if options.scan:
+        return _scan(options)
     scene = load_scene(options.scene) if options.scene else None
 
     def measure(progress: Progress) -> dict[str, Any]:
@@ -77,6 +88,30 @@ def _sensitivity(options: argparse.Namespace) -> int:
     own = options.quick or options.scene or options.inputs
     measure_and_print(SENSITIVITY, options, measure, complete=not own, show=_print_sensitivity)
     return 0
+
+
+def _scan(options: argparse.Namespace) -> int:
+    """What would be stated of the cage ratio with each input alone over its range."""
+    if options.scene or options.inputs or options.quick:
+        raise ConfigurationError("--scan is of the paper's scene: leave out --scene, --inputs and --quick.")
+
+    def measure(progress: Progress) -> dict[str, Any]:
+        study = newest_result(RIG_INPUTS)
+        rows = scan(study.content if study else None, progress=progress)
+        return {"rig_scene": study and study.origin, "rows": [json_object(row) for row in rows]}
+
+    measure_and_print(VERDICT_SCAN, options, measure, complete=True, show=_print_scan)
+    return 0
+
+
+def _print_scan(result: Mapping[str, Any]) -> None:
+    print_columns("scan", [
+        row | {
+            "first": row["values"][0], "last": row["values"][-1], "least_pct": min(row["errors_pct"]),
+            "largest_pct": max(row["errors_pct"]), "would_state": ", ".join(dict.fromkeys(row["answers"])),
+        }
+        for row in result["rows"]
+    ])  # fmt: skip
 
 
 def _diagnosis(options: argparse.Namespace) -> int:

@@ -2,19 +2,29 @@
 
 A page ``api/ROOM.md`` says what a room of the package is for; the reference of its modules is put in at the word
 `MODULES`, from the docstrings, so that none can be forgotten. `NAMES` stands for what the package itself offers,
-`COMMANDS` for every command with its options and `SCENE_KEYS` for every key of a scene file. Formulas become MathML,
-which browsers show without a network.
+`COMMANDS` for every command with its options and `SCENE_KEYS` for every key of a scene file. A page `notebooks/NAME.md`
+shows the notebook of that name as it is stored, with its output. A line `PICTURE alt text` in the guide becomes what
+the command with `--plot` before it draws of the shipped recordings. Formulas become MathML, which browsers show without
+a network.
 """
 
 import argparse
+import base64
+import contextlib
 import dataclasses
+import io
+import json
 import re
+import shlex
+import shutil
+import tempfile
 import typing
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import srbval
+from srbval.storage.own_package import shipped_folder
 
 project = "srbval"
 version = release = srbval.__version__
@@ -36,6 +46,9 @@ exclude_patterns = ["__pycache__"]
 
 PACKAGE = Path(srbval.__file__).parent
 html_math_renderer = "mathml"
+DRAWN = re.compile(
+    r"(?P<before>(?P<command>srbval [^\n]* --plot \S+\.png).*?)^PICTURE (?P<alt>[^\n]+)$", re.DOTALL | re.M
+)
 LITERAL = re.compile(r"(``.*?``)")
 
 
@@ -77,6 +90,49 @@ def fill_in(_app: Any, page: str, source: list[str]) -> None:
             "MODULES": lambda: reference(room), "NAMES": offered, "COMMANDS": commands, "SCENE_KEYS": scene_keys,
         }  # fmt: skip
         source[0] = "\n".join(makers[line]() if line in makers else line for line in source[0].split("\n"))
+    if page.startswith("notebooks/") and not page.endswith("index"):
+        source[0] = notebook(page.removeprefix("notebooks/"))
+    if page.startswith("guide/"):
+        source[0] = DRAWN.sub(lambda found: found["before"] + drawn(found["command"], found["alt"]), source[0])
+
+
+def drawn(command: str, alt: str) -> str:
+    """The picture that a command with ``--plot`` draws where the shipped recordings lie."""
+    from srbval.cli import main
+
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), contextlib.redirect_stdout(io.StringIO()):
+        shutil.copytree(shipped_folder("data_manifest") / "rig_excerpts", folder, dirs_exist_ok=True)
+        words = shlex.split(command)
+        if main(words[1:]):
+            raise RuntimeError(f"{command}: failed, so the page has no picture")
+        return png(Path(words[words.index("--plot") + 1]).read_bytes(), alt)
+
+
+def png(picture: bytes, alt: str) -> str:
+    """A picture within a page."""
+    return f'<img alt="{alt}" src="data:image/png;base64,{base64.b64encode(picture).decode()}">'
+
+
+def notebook(name: str) -> str:
+    """The Markdown of a notebook: its text, its code and the output that is stored in it, nothing run."""
+    text = (shipped_folder("notebooks") / f"{name}.ipynb").read_text(encoding="utf-8")
+    return "\n\n".join(part for cell in json.loads(text)["cells"] for part in _cell_parts(cell))
+
+
+def _cell_parts(cell: dict[str, Any]) -> Iterator[str]:
+    source = "".join(cell["source"])
+    if cell["cell_type"] == "markdown":
+        yield source
+        return
+    yield f"```python\n{source}\n```"
+    for output in cell["outputs"]:
+        data = output.get("data", {})
+        if "image/png" in data:
+            yield png(base64.b64decode("".join(data["image/png"])), cell["metadata"]["alt"])
+        elif "text/html" in data:
+            yield "".join(data["text/html"]).replace("\n", "")
+        else:
+            yield f"```none\n{''.join(output.get('text', data.get('text/plain', ''))).rstrip()}\n```"
 
 
 def commands() -> str:

@@ -29,6 +29,7 @@ from srbval.storage.stored_result import (
     RIG_STABILITY,
     SPEED_ACCURACY,
     STABILITY,
+    VERDICT_SCAN,
     WATERFALL,
 )
 from srbval.validation.analyse import Analysis
@@ -36,6 +37,7 @@ from srbval.validation.bias import Bias, Pair
 from srbval.validation.comparison import Comparison
 from srbval.validation.cross_band import CrossBand
 from srbval.validation.effects import Sensitivity
+from srbval.validation.headline import Headline, headline
 from srbval.validation.matrix import Matrix
 from srbval.validation.other_rigs import OtherRecord
 from srbval.validation.shown_record import ShownRecord
@@ -106,6 +108,11 @@ class Evidence:
         return tuple(row for cell in self.matrix.cells if cell.point in self.matrix.sides for row in cell.comparisons)
 
     @property
+    def headline(self) -> Headline:
+        """How far the model is from the recordings that stand in the figures."""
+        return headline(self.comparisons, self.results[RIG_INPUTS].content, self.results[VERDICT_SCAN].content)
+
+    @property
     def measured_states(self) -> tuple[Fault, ...]:
         """States for which the rig side is a measured recording."""
         return tuple(s for s in self.rig if self.rig[s].recording.origin is Origin.MEASURED)
@@ -130,6 +137,7 @@ class Evidence:
         return {
             "schema_version": SCHEMA_VERSION,
             "status": "ok",
+            "headline": self.headline,
             "table6": self.rows,
             "closure": self.sums,
             "comparisons": [*self.comparisons, *content[AMPLITUDES].get("comparisons", [])],
@@ -158,6 +166,7 @@ class Evidence:
             "detection_under_noise": content[NOISE_STUDY].get("rows", []),
             "reading": {key: content[READING].get(key, []) for key in READING_KEYS},
             "campaign_scale": content[CAMPAIGN_SCALE].get("reckoned", []),
+            "verdict_scan": content[VERDICT_SCAN].get("rows", []),
             "matrix": self.matrix.cells,
             "crossed_bands": self.crossed,
             "other_rigs": self.other_rigs,

@@ -23,6 +23,7 @@ from srbval.signal.comb import FALSE_ALARM, PLACEBO_FALSE_ALARM
 from srbval.validation.analyse import Analysis, analyse, bearing_of
 from srbval.validation.band_choice import declared_band
 from srbval.validation.baseline import Baseline, against, baseline_of, registered_baseline
+from srbval.validation.cage_inputs import CageInputs, cage_inputs
 from srbval.validation.families import OTHER_LINE, SLIP_WINDOW
 from srbval.validation.fault_call import FaultCall
 from srbval.validation.lines import Line
@@ -43,6 +44,7 @@ from srbval.validation.speed_search import USABLE_SHARE
 
 SCHEMA_VERSION = 1
 MODEL_TURNS = 30.0  # length of the model's run: enough for its lines
+HIGHEST_SHARE = 0.45  # of a run's rate, where a record's band reaches beyond it
 
 
 class Unseen(enum.StrEnum):
@@ -62,15 +64,29 @@ class Unseen(enum.StrEnum):
 class ModelBeside:
     """The model at a record's speed, with the defect of `state`: its run, its analysis and arrays for figures.
 
-    `stated_load` says whether the record states its load, or the scene's own was taken.
+    `stated_load` says whether the record states its load, or the scene's own was taken; `open_cage` what is open of the
+    cage's speed, where the model takes that from dimensions.
     """
 
     run: Run
     base: str
     state: Fault
     stated_load: bool
+    open_cage: CageInputs | None
     analysis: Analysis
     shown: ShownRecord
+
+    @property
+    def lines(self) -> dict[str, tuple[float, float]]:
+        """Lines at the cage's mean speed [Hz], with 95 % half widths of what is open of it [%]."""
+        elements, shaft_hz = self.analysis.bearing.rolling_elements, self.analysis.speed.value_hz
+        shift, ci95 = (0.0, 0.0) if self.open_cage is None else (self.open_cage.shift, self.open_cage.ci95)
+        cage = self.run.cage_ratio * (1 + shift)
+        return {
+            "BPFO": (elements * cage * shaft_hz, 100 * ci95),
+            "BPFI": (elements * (1 - cage) * shaft_hz, 100 * ci95 * cage / (1 - cage)),
+            "FTF": (cage * shaft_hz, 100 * ci95),
+        }
 
     @property
     def peaks(self) -> tuple[tuple[float, float], ...]:
@@ -150,8 +166,8 @@ def gather_own(
 
     `bearing` is a known name or a file, without it that of the recordings' data set. Where neither `band_hz` [Hz] nor
     the data set says which band to demodulate, each record's most impulsive one is taken, with its trials counted. The
-    model runs beside a measured record where the bearing has a geometry and `model` is left True. Raises what reading
-    a record raises; a model's run that fails is only said.
+    model runs beside a measured record where the bearing's dimensions are known and `model` is left True. Raises what
+    reading a record raises; a model's run that fails is only said.
     """
     if not recordings:
         raise ConfigurationError("no recording is given: name at least one file.")
@@ -236,11 +252,11 @@ def _model_beside(
     analysis: Analysis, call: FaultCall, bearing: str | None, progress: Progress
 ) -> ModelBeside | str | None:
     """The model at the record's speed with the defect declared or indicated; None where the bearing has no model."""
-    recording, geometry = analysis.recording, analysis.bearing.geometry
-    if geometry is None or recording.origin is not Origin.MEASURED or bearing is None:
+    recording, geometry, elements = analysis.recording, analysis.bearing.geometry, analysis.bearing.elements
+    if (geometry is None and elements is None) or recording.origin is not Origin.MEASURED or bearing is None:
         return None
     state = recording.state or call.called or call.indicated or Fault.HEALTHY
-    base = "rig" if geometry == load_bearing(DEFAULT_BEARING).geometry else "paper"
+    base = "rig" if geometry is not None and geometry == load_bearing(DEFAULT_BEARING).geometry else "paper"
     load = {"radial_n": recording.radial_n, "axial_n": recording.axial_n}
     changes = {
         "bearing": bearing,
@@ -255,11 +271,14 @@ def _model_beside(
             base=base,
         )  # fmt: skip
         run = run_cases([case], jobs=1, progress=progress)[case.id]
-        found = analyse(recording_from_run(run), bearing=analysis.bearing)
+        low, high = analysis.processed.band_hz
+        own = (low, min(high, HIGHEST_SHARE * run.scene.output_rate_hz)) if geometry is None else None
+        found = analyse(recording_from_run(run), bearing=analysis.bearing, band_hz=own)
     except SrbvalError as error:
         return str(error)
     return ModelBeside(
-        run=run, base=base, state=state, stated_load=recording.radial_n is not None, analysis=found,
+        run=run, base=base, state=state, stated_load=recording.radial_n is not None,
+        open_cage=cage_inputs(elements) if geometry is None and elements is not None else None, analysis=found,
         shown=shown_record(found, window_s=middle_window([found])),
     )  # fmt: skip
 
@@ -268,5 +287,6 @@ def _model_entry(model: ModelBeside) -> dict[str, Any]:
     run = model.run
     return {
         "scene": model.base, "model": run.scene.model, "state": model.state, "status": run.status,
-        "cage_ratio": run.cage_ratio, "bpfo_hz": run.bpfo_hz, "bpfi_hz": run.bpfi_hz, "analysis": model.analysis,
+        "cage_ratio": run.cage_ratio, "bpfo_hz": run.bpfo_hz, "bpfi_hz": run.bpfi_hz, "open_cage": model.open_cage,
+        "analysis": model.analysis,
     }  # fmt: skip

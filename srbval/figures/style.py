@@ -1,5 +1,6 @@
 """The look of the figures: one style file, one colour and one line style for each origin."""
 
+import io
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -54,12 +55,19 @@ def figure_style() -> Iterator[None]:
 
 
 def new_figure(inches: tuple[float, float], **looks: Any) -> Any:
-    """An empty figure of a width and height [inch], without pyplot."""
+    """An empty figure of a width and height [inch], without pyplot; notebooks show it without pyplot too."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=inches, **looks)
+    figure: Any = Figure(figsize=inches, **looks)
     FigureCanvasAgg(figure)
+
+    def png() -> bytes:
+        picture = io.BytesIO()
+        figure.savefig(picture, format="png")
+        return picture.getvalue()
+
+    figure._repr_png_ = png
     return figure
 
 

@@ -22,6 +22,8 @@ HELD_OUT, RIG_INPUTS, RIG_BANDS = "held_out", "rig_inputs", "rig_bands"
 AMPLITUDES, WATERFALL = "amplitudes", "waterfall"
 RIG_SPEED_ACCURACY, RIG_STABILITY = "rig_speed_accuracy", "rig_stability"
 OWN_VERDICTS, RECORD_VERDICTS, DIAGNOSIS = "own_verdicts", "record_verdicts", "diagnosis"
+VERDICT_SCAN = "verdict_scan"
+BALL_RECORDS = "ball_records"
 COMMAND = {
     SPEED_ACCURACY: "srbval bench",
     STABILITY: "srbval stability",
@@ -29,10 +31,12 @@ COMMAND = {
     CAMPAIGN_SCALE: "python -m tests.calibrators.campaign_scale",
     READING: "python -m tests.calibrators.reading",
     SENSITIVITY: "srbval bench --sensitivity",
+    VERDICT_SCAN: "srbval bench --sensitivity --scan",
     RECORD_VERDICTS: "python -m tests.calibrators.record_verdicts",
     DIAGNOSIS: "srbval bench --diagnosis",
     HELD_OUT: "python -m tests.calibrators.held_out",
     RIG_INPUTS: "python -m tests.calibrators.rig_inputs",
+    BALL_RECORDS: "python -m tests.calibrators.ball_records -o reports/ball_records.json",
     AMPLITUDES: "python -m tests.calibrators.amplitudes",
     WATERFALL: "python -m tests.calibrators.waterfall",
     RIG_BANDS: "python -m tests.calibrators.rig_bands",

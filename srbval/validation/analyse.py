@@ -149,7 +149,7 @@ def analyse(
     band = (
         auto_band(recording, bearing, known_speed, channel=channel)
         if choose_on_record
-        else declared_band(recording, band_hz)
+        else declared_band(recording, band_hz, bearing)
     )
     tracking = choose_tracking(recording, bearing, known_speed)
     known_speed = speed_of_record(known_speed, tracking)

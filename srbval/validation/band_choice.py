@@ -8,6 +8,7 @@ from srbval.bearing import Bearing
 from srbval.errors import ConfigurationError
 from srbval.models.band_levels import BANDS_HZ
 from srbval.recordings import Origin, Recording, ShaftSpeed
+from srbval.scene.similar import size_of
 from srbval.signal import Kurtogram, is_improbable, kurtogram, normalise
 from srbval.validation.lines import Line
 from srbval.validation.pipeline import SIMULATED_BAND_HZ, one_signal
@@ -17,6 +18,7 @@ RIG_BAND_HZ = BANDS_HZ["1400-2800"]
 RIG_BEARING = "skf-22240"
 # A band must hold this many harmonics of the higher race line in its envelope.
 HARMONICS_HELD = 3
+SAME_SIZE = 0.01  # bearings nearer in size than this keep the paper's band
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,8 +30,13 @@ class BandChoice:
     trials: int = 1
 
 
-def declared_band(recording: Recording, band_hz: tuple[float, float] | None) -> BandChoice:
+def declared_band(
+    recording: Recording, band_hz: tuple[float, float] | None, bearing: Bearing | None = None
+) -> BandChoice:
     """The band given [Hz], or the data set's, or the paper's for the model or its rig.
+
+    A model of a spherical roller bearing of another size rings at frequencies in inverse proportion to that, as its
+    scene is made (`srbval.scene.similar`), so the paper's band goes with the `bearing`.
 
     No rule guesses one for an unknown machine: a band chosen on the record it then judges finds lines in
     noise (`auto_band` chooses one and says what that costs). `ConfigurationError` asks for it instead.
@@ -39,6 +46,10 @@ def declared_band(recording: Recording, band_hz: tuple[float, float] | None) -> 
     if recording.band_hz is not None:
         return BandChoice(band_hz=recording.band_hz, why="declared by the data set")
     simulated = recording.origin is Origin.SIMULATED
+    size = size_of(bearing) if simulated and bearing is not None and bearing.geometry is not None else None
+    if size is not None and abs(size - 1) > SAME_SIZE:
+        low, high = (round(edge / size) for edge in SIMULATED_BAND_HZ)
+        return BandChoice(band_hz=(low, high), why=f"the paper's, for a bearing {size:.3g} times as large")
     own = recording.dataset is None and recording.origin is Origin.MEASURED  # a like bearing in another machine
     if simulated or (recording.bearing == RIG_BEARING and not own):
         return BandChoice(band_hz=SIMULATED_BAND_HZ if simulated else RIG_BAND_HZ, why="the paper's")

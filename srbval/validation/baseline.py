@@ -48,8 +48,8 @@ def load_healthy(path: str, settings: RecordingSettings) -> Recording:
         healthy = load_registered(path, kept)
     if healthy.state not in (None, Fault.HEALTHY):
         raise ConfigurationError(
-            f"{path}: declared {healthy.state.label}, so it is no healthy record; give --healthy one of a healthy "
-            "bearing, or leave it out."
+            f"{path}: declared {healthy.state.label}, so it is no healthy record; give one of a healthy bearing, or "
+            "none."
         )
     return healthy
 

@@ -1,5 +1,6 @@
-"""What is assumed beside the model's inputs, from `budget.toml`: priors of errors, how the inputs are studied."""
+"""What is assumed beside the model's inputs, from `budget.toml`: tolerance, priors, how the inputs are studied."""
 
+import enum
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -47,9 +48,54 @@ class StudySettings:
             raise ConfigurationError(f"{BUDGET.name} study: shares in 0 to 1, counts and orders that rise are needed.")
 
 
+class Answer(enum.StrEnum):
+    """Whether an error is within a tolerance, as far as its uncertainty lets anyone tell."""
+
+    MET = "met"
+    MISSED = "missed"
+    NOT_RESOLVED = "not resolved"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tolerance:
+    """Largest error of the cage ratio that counts as none [%], why, and where that comes from."""
+
+    limit_pct: float
+    reason: str
+    source: str
+
+    def __post_init__(self) -> None:
+        if not (self.limit_pct > 0 and self.reason and self.source):
+            raise ConfigurationError(f"{BUDGET.name} tolerance: limit_pct above 0, reason and source are needed.")
+
+    def answer(self, error_pct: float, uncertainty_pct: float | None) -> Answer:
+        """Met or missed where the whole interval of the error says so; without an interval nothing is resolved."""
+        if uncertainty_pct is None or abs(abs(error_pct) - self.limit_pct) <= uncertainty_pct:
+            return Answer.NOT_RESOLVED
+        return Answer.MET if abs(error_pct) < self.limit_pct else Answer.MISSED
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScanSettings:
+    """How each input alone is taken over its range, see `budget.toml`."""
+
+    points: int
+    log_points: int
+    turns: float
+    circle_points: tuple[int, ...]
+    bands_hz: tuple[tuple[float, float], ...]
+    half_digit_m: float
+
+    def __post_init__(self) -> None:
+        if min(self.points, self.log_points) < 3 or not (self.circle_points and self.bands_hz):
+            raise ConfigurationError(f"{BUDGET.name} scan: three points or more, circles and bands are needed.")
+
+
 def _table(name: str) -> dict[str, object]:
     return dict(read_toml(BUDGET).get(name, {}))
 
 
 PRIOR = build(Prior, _table("prior"), f"{BUDGET.name} prior")
+TOLERANCE = build(Tolerance, _table("tolerance"), f"{BUDGET.name} tolerance")
+SCAN = build(ScanSettings, _table("scan"), f"{BUDGET.name} scan")
 STUDY = build(StudySettings, _table("study"), f"{BUDGET.name} study")

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from srbval.bearing import DEFECTS, RACE_DEFECTS, Fault
 from srbval.signal import LEAST_SNR, NORMAL_95
 from srbval.validation.analyse import Analysis
-from srbval.validation.budget import PRIOR
+from srbval.validation.budget import PRIOR, TOLERANCE
 from srbval.validation.comparison import (
     LEVEL,
     MODEL_STARTS,
@@ -55,11 +55,11 @@ class Kind:
 LEVEL_AXIS = "level over the first harmonic, dB"
 CAGE_RATIO = Kind(
     name="cage ratio", heading="Cage ratio, %", error_unit="%", relative=True,
-    plot="cage", axis="cage ratio's deviation from kinematics, %", primary=True, margin=0.1,
+    plot="cage", axis="cage ratio's deviation from kinematics, %", primary=True, margin=TOLERANCE.limit_pct,
 )  # fmt: skip
 ROLLER_LINE = Kind(
     name="roller line", heading="Roller's line, %", error_unit="%", relative=True,
-    plot="roller", axis="roller line's deviation from kinematics, %", primary=True, margin=0.1,
+    plot="roller", axis="roller line's deviation from kinematics, %", primary=True, margin=TOLERANCE.limit_pct,
 )  # fmt: skip
 HARMONIC = {
     number: Kind(

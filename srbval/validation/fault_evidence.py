@@ -5,23 +5,19 @@ band is chosen, neither for a data set nor on the record.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from srbval.bearing import DEFECTS, Fault
 from srbval.recordings import ShaftSpeed
-from srbval.signal import Periodogram, drop_ends, end_s, squared_envelope_one_pass
+from srbval.signal import Periodogram
 from srbval.signal.comb_spectrum import CombSpectrum, surprise
 from srbval.signal.placebo import APART
-from srbval.signal.prewhitening import prewhitened
 from srbval.validation.analyse import Analysis
 from srbval.validation.families import HARMONICS, SLIP_WINDOW, families_of, means_nothing
-from srbval.validation.pipeline import tracked
-from srbval.validation.speed_search import periodogram_of
+from srbval.validation.speed_search import whitened_periodogram
 
-# The whole band, as shares of the sampling rate.
-WHOLE_BAND = (0.01, 0.47)
 # Combs are looked for from this order of the shaft up.
 LEAST_ORDER = 1.1
 # Sidebands of the strongest family that are taken as its own, and how far slip spreads a line, as a share of it.
@@ -65,7 +61,7 @@ def fault_evidence(analysis: Analysis) -> FaultEvidence:
     speed = analysis.speed
     families = families_of(analysis.bearing, speed.value_hz)
     relative = SLIP_WINDOW + speed.ci95_hz / speed.value_hz
-    record = _whitened(analysis)
+    record = whitened_periodogram(analysis.processed, analysis.bearing, speed)
     combs = _combs(record, speed)
     placebos = combs.placebos(means_nothing(combs.frequency_hz, relative, families, speed), relative)
     typical = combs.typical(relative)
@@ -86,17 +82,6 @@ def fault_evidence(analysis: Analysis) -> FaultEvidence:
     rest = record if strongest.found_hz is None else _without(record, strongest.found_hz, speed.value_hz)
     unexplained, order = _strongest_alien(_combs(rest, speed), relative, analysis)
     return FaultEvidence(parts=tuple(parts), unexplained=unexplained, unexplained_order=order)
-
-
-def _whitened(analysis: Analysis) -> Periodogram:
-    """Of the squared envelope of the whole band after prewhitening."""
-    processed = analysis.processed
-    band_hz = WHOLE_BAND[0] * processed.fs_hz, WHOLE_BAND[1] * processed.fs_hz
-    square, rate = squared_envelope_one_pass(prewhitened(processed.whole), processed.fs_hz, band_hz)
-    ends = end_s(band_hz)
-    square = tracked(drop_ends(square, rate, ends), rate, ends, processed.tracking)
-    whole = replace(processed, squared=square, squared_fs_hz=rate, band_hz=band_hz)
-    return periodogram_of(whole, analysis.bearing, analysis.speed)
 
 
 def _combs(record: Periodogram, speed: ShaftSpeed) -> CombSpectrum:

@@ -55,11 +55,12 @@ def measure(
     if scene is not None and scene.defect.kind not in DEFECTS:
         raise ConfigurationError("a healthy bearing has no fault line to compare: give the scene a defect.")
     listed = open_inputs(inputs)
-    scenes = [scene] if scene is not None else list(_paper_scenes(turns))
+    scenes = [scene] if scene is not None else list(paper_scenes(turns))
     return Sensitivity(defects=tuple(_defect_effects(one, listed, draws, progress) for one in scenes))
 
 
-def _paper_scenes(turns: float) -> Iterator[Scene]:
+def paper_scenes(turns: float) -> Iterator[Scene]:
+    """The paper's scene with every defect, at its record's mean speed at `NOMINAL_RPM`, `turns` of the shaft long."""
     speeds = {m.state: m.mean_rpm for m in published_speeds().means if m.nominal_rpm == NOMINAL_RPM}
     for state in DEFECTS:
         yield paper_scene(
@@ -70,13 +71,13 @@ def _paper_scenes(turns: float) -> Iterator[Scene]:
 
 def _defect_effects(own: Scene, inputs: Sequence[OpenInput], count: int, progress: Progress) -> DefectEffects:
     state, base = own.defect.kind, converged(own)
-    first, *others = [_run(one) for one in starts(base)]
+    first, *others = [run_unchecked(one) for one in starts(base)]
     begun = [_values(run) for run in (first, *others)]
-    paper = [_values(_run(one)) for one in starts(own)] if base is not own else []
+    paper = [_values(run_unchecked(one)) for one in starts(own)] if base is not own else []
     points = base.contact.points_per_circle
     grids = [with_points(base, n) for n in (points // 2, 2 * points)] if base.model == "full" else []
-    coarse_fine = [_values(_run(one)) for one in grids]
-    half_step = _values(_run(replace(base, solver=replace(base.solver, step_s=base.solver.step_s / 2))))
+    coarse_fine = [_values(run_unchecked(one)) for one in grids]
+    half_step = _values(run_unchecked(replace(base, solver=replace(base.solver, step_s=base.solver.step_s / 2))))
     shares, runs, rounds = np.empty((0, len(inputs))), list[AnalysedRun](), 0
     fitted: dict[str, Emulator] = {}
     while not rounds or (rounds < STUDY.rounds and not all(_follows(one) for one in fitted.values())):
@@ -115,7 +116,8 @@ def _defect_effects(own: Scene, inputs: Sequence[OpenInput], count: int, progres
     )
 
 
-def _run(scene: Scene, band_hz: tuple[float, float] | None = None) -> AnalysedRun:
+def run_unchecked(scene: Scene, band_hz: tuple[float, float] | None = None) -> AnalysedRun:
+    """A run and its analysis; `NumericsError` where it failed. Its step is not checked."""
     run = simulate(scene, step=Step.UNCHECKED)  # what the step does is part of the study
     if not run.status.usable:
         raise NumericsError(f"sensitivity: a run failed ({run.status}): {run.reason}.")
@@ -142,7 +144,7 @@ def _draw(
         progress(what, number / count)
         scene, band_hz = drawn(inputs, base, row)
         try:
-            runs.append(_run(scene, band_hz))
+            runs.append(run_unchecked(scene, band_hz))
         except SrbvalError:
             continue
         shares.append([one.coordinate(share) for one, share in zip(inputs, row, strict=True)])

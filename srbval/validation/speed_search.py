@@ -12,18 +12,21 @@ from dataclasses import dataclass, replace
 
 from srbval.bearing import DEFECTS, Bearing
 from srbval.recordings import ShaftSpeed, SpeedSource
-from srbval.signal import LEAST_SNR, Periodogram, read_comb
+from srbval.signal import LEAST_SNR, Periodogram, drop_ends, end_s, read_comb, squared_envelope_one_pass
+from srbval.signal.prewhitening import prewhitened
 from srbval.validation.band_choice import sidak_corrected
 from srbval.validation.families import HARMONICS, SLIP_WINDOW, families_of, highest_line_hz, window_share
 from srbval.validation.lines import Line, detected_fault_lines, read_lines
-from srbval.validation.pipeline import Processed
-from srbval.validation.shaft_speed import SEARCH_SHARE, estimate_speed
+from srbval.validation.pipeline import Processed, tracked
+from srbval.validation.shaft_speed import SEARCH_SHARE, estimate_speed, speed_by_comb
 
 # Share of the band's width up to which the squared envelope's spectrum is used; its floor ends at the width.
 USABLE_SHARE = 0.9
 # Shaft harmonics are masked no wider than this share of their frequency: with a speed that is only nominal
 # wider masks would grow together and hide every line.
 LARGEST_MASK_SHARE = 5e-4
+# The whole band, as shares of the sampling rate.
+WHOLE_BAND = (0.01, 0.47)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,14 +107,16 @@ class SpeedSearch:
 def search(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> SpeedSearch:
     """Read all lines at a measured speed, or find the speed first where it is only nominal.
 
-    A nominal speed gives way to one estimated from the record, by shaft harmonics alone or with the sidebands of the
-    line then found, where that knows more (see `estimate_speed`). A line outside all windows counts only where its
-    sidebands by themselves give the speed at which it is one.
+    A nominal speed gives way to one estimated from the record, by shaft harmonics alone, in the band or in the whitened
+    whole, or with the sidebands of the line then found, where that knows more (`estimate_speed`, `speed_by_comb`).
+    A line outside all windows counts only where its sidebands by themselves give the speed at which it is one.
     """
     if speed.source is not SpeedSource.NOMINAL:
         found = SpeedSearch(lines=_read(processed, bearing, speed), speed=speed)
         return replace(found, outside=_outside(found, processed, bearing)[0])
     estimated = estimate_speed(periodogram_of(processed, bearing, speed), (), speed)
+    if estimated is None:
+        estimated = speed_by_comb(whitened_periodogram(processed, bearing, speed), speed)
     if estimated is None:
         found = _try_speeds(processed, bearing, speed)
     else:
@@ -212,3 +217,13 @@ def periodogram_of(processed: Processed, bearing: Bearing, speed: ShaftSpeed) ->
         shaft_hz=speed.value_hz,
         shaft_ci_hz=min(speed.ci95_hz, LARGEST_MASK_SHARE * speed.value_hz),
     )
+
+
+def whitened_periodogram(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Periodogram:
+    """`periodogram_of` the whole band after cepstrum prewhitening."""
+    band_hz = WHOLE_BAND[0] * processed.fs_hz, WHOLE_BAND[1] * processed.fs_hz
+    square, rate = squared_envelope_one_pass(prewhitened(processed.whole), processed.fs_hz, band_hz)
+    ends = end_s(band_hz)
+    square = tracked(drop_ends(square, rate, ends), rate, ends, processed.tracking)
+    whole = replace(processed, squared=square, squared_fs_hz=rate, band_hz=band_hz)
+    return periodogram_of(whole, bearing, speed)

@@ -137,3 +137,15 @@ def test_a_published_list_of_orders_agrees_with_the_dimensions() -> None:
     """MAFAULDA prints both: 2.998, 5.002, 1.871, 0.375."""
     orders = load_bearing("mafaulda-ball").orders
     assert (orders.bpfo, orders.bpfi, orders.bsf, orders.ftf) == pytest.approx((2.998, 5.002, 1.871, 0.375), abs=1e-3)
+
+
+def test_published_orders_of_one_bearing_agree_with_one_another() -> None:
+    """Both race orders and the cage's say the same ratio of diameters as the element's own; within their digits."""
+    checked = [b for b in find_bearings("timken") if b.elements is None]
+    assert len(checked) >= 29
+    for bearing in checked:
+        orders, count = bearing.orders, bearing.rolling_elements
+        ratio = 1 - 2 * orders.bpfo / count
+        assert orders.bpfo + orders.bpfi == pytest.approx(count, abs=0.0015), bearing.name
+        assert orders.ftf * count == pytest.approx(orders.bpfo, abs=6e-4 * count), bearing.name
+        assert orders.bsf == pytest.approx((1 / ratio - ratio) / 2, abs=2e-3), bearing.name

@@ -23,7 +23,7 @@ from srbval.progress import ProgressDisplay
 from srbval.scene import Scene
 from srbval.validation.counterpart import TURNS, converged
 from srbval.validation.open_inputs import drawn, open_inputs
-from srbval.validation.sensitivity import _paper_scenes, _run, _values
+from srbval.validation.sensitivity import _values, paper_scenes, run_unchecked
 from srbval.validation.spectrum_shape import halves_of
 
 SEED = 20
@@ -39,7 +39,7 @@ class Truth:
 
 def make_truths(file: Path, count: int) -> None:
     """Add draws to `file` until it has `count`, those that failed with the reason."""
-    scenes = {scene.defect.kind: converged(scene) for scene in _paper_scenes(TURNS)}
+    scenes = {scene.defect.kind: converged(scene) for scene in paper_scenes(TURNS)}
     made = len(file.read_text(encoding="utf-8").splitlines()) if file.exists() else 0
     with ProgressDisplay() as progress, file.open("a", encoding="utf-8") as out:
         for number in range(made, count):
@@ -52,7 +52,7 @@ def _truth(number: int, scenes: Mapping[Fault, Scene]) -> dict[str, Any]:
     at = np.random.default_rng([SEED, number]).random(len(inputs)).tolist()
     found: dict[str, Any] = {"number": number, "at": at}
     try:
-        runs = {fault: _run(*drawn(inputs, scenes[fault], at)) for fault in RACE_DEFECTS}
+        runs = {fault: run_unchecked(*drawn(inputs, scenes[fault], at)) for fault in RACE_DEFECTS}
     except SrbvalError as error:
         return found | {"failed": str(error)}
     halves = {fault.value: halves_of(run.analysis, fault) for fault, run in runs.items()}

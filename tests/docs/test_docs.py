@@ -15,6 +15,7 @@ import srbval
 from tests.test_layers import ORDER
 
 PACKAGE = Path(srbval.__file__).parent
+ROOT = Path(__file__).parents[2]
 DOCS = PACKAGE / "docs"
 PAGES = sorted(DOCS.rglob("*.md"))
 THEORY = [path for path in PAGES if path.parent.name == "theory" and path.stem != "index"]
@@ -124,6 +125,25 @@ def test_every_option_and_every_scene_key_is_in_the_reference() -> None:
             assert re.search(
                 rf"^\| `{key.removesuffix('_s')}` \| .+ \| `{re.escape(str(value))}` \|$", keys, flags=re.MULTILINE
             ), key
+
+
+NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_every_notebook_has_its_page_with_its_picture_and_its_numbers(path: Path) -> None:
+    page = (DOCS / "notebooks" / f"{path.stem}.md").read_text(encoding="utf-8")
+    shown = conf().notebook(path.stem)
+    assert shown.startswith(page.strip())
+    assert re.search(r'<img alt="[^"]{40,}" src="data:image/png;base64,', shown)
+    assert not re.findall(r"\b(True|False)$", shown, flags=re.MULTILINE)
+
+
+def test_the_tutorials_picture_is_drawn_when_the_pages_are_made() -> None:
+    source = [(DOCS / "guide" / "tutorial.md").read_text(encoding="utf-8")]
+    conf().fill_in(None, "guide/tutorial", source)
+    assert "PICTURE" not in source[0]
+    assert source[0].count('src="data:image/png;base64,') == 1
 
 
 def test_every_label_is_there_once() -> None:

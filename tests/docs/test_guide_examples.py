@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from srbval.bearing import fault_frequencies, load_bearing
 from srbval.cli import main
 from srbval.cli.arguments import parser
 from srbval.scene import load_scene
+from srbval.storage.own_package import shipped_folder
 
 GUIDE = Path(srbval.__file__).parent / "docs" / "guide"
 TEXTS = {page.stem: page.read_text(encoding="utf-8") for page in sorted(GUIDE.glob("*.md"))}
@@ -77,3 +79,21 @@ def test_the_guides_report_calls_the_fault(own_files: Path, capsys: pytest.Captu
     assert "Outer race fault: the BPFO line stands" in page
     assert "The band was chosen on the record itself" in page
     assert (own_files / "srbval-report" / "report.pdf").stat().st_size > 0
+
+
+def test_the_tutorials_output_is_what_its_commands_print(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copytree(shipped_folder("data_manifest") / "rig_excerpts", tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    blocks = re.findall(r"```(sh|none)\n(.*?)\n```", TEXTS["tutorial"], flags=re.DOTALL)
+    shown, printed = 0, ""
+    for kind, block in blocks:
+        if kind == "sh" and not block.startswith("srbval report"):
+            assert main(shlex.split(block)[1:]) == 0, block
+            printed = capsys.readouterr().out
+        elif kind == "none":
+            assert set(block.splitlines()) <= set(printed.splitlines()), block
+            shown += 1
+    assert shown == 4
+    assert (tmp_path / "answer.png").read_bytes().startswith(b"\x89PNG")

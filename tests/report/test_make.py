@@ -28,7 +28,7 @@ def test_everything_is_written(alone: tuple[MadeReport, Path]) -> None:
 
 def test_json_has_the_keys_of_the_interface(alone: tuple[MadeReport, Path]) -> None:
     found = document(alone)
-    keys = "table6 closure figures speed_accuracy stability ladder recordings provenance schema_version status"
+    keys = "table6 closure figures speed_accuracy stability ladder recordings provenance headline schema_version status"
     assert set(keys.split()) <= set(found)
     row_keys = (
         "defect kinematic_hz paper_model_hz paper_rig_hz model_hz model_ci95_hz model_deviation_pct rig_hz "

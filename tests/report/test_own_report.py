@@ -130,6 +130,11 @@ def test_a_published_record_in_five_pages(
     assert json.loads(capsys.readouterr().out)["html"]
     found = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
     assert found["headline"]["text"].startswith(expected)
+    model, line = found["records"][0]["model"], "bpfi" if "inner" in file.lower() or "IR" in file else "bpfo"
+    assert model["model"] == "planar"
+    (read,) = (x for x in found["records"][0]["lines"] if x["name"] == line.upper() and x["harmonic"] == 1)
+    assert model[f"{line}_hz"] == pytest.approx(read["kinematic_hz"], rel=1e-3)
+    assert model["open_cage"]["ci95"] > abs(model["open_cage"]["shift"]) > 0
     assert expected in (tmp_path / "report.html").read_text(encoding="utf-8")
     pages = re.findall(rb"/Type\s*/Page\b", unpacked((tmp_path / "report.pdf").read_bytes()))
     assert 3 <= len(pages) <= MOST_PAGES

@@ -42,7 +42,7 @@ def analytic(chaos=0.0):
 @pytest.fixture
 def study(monkeypatch):
     def made(chaos=0.0, **options):
-        monkeypatch.setattr(sensitivity, "_run", analytic(chaos))
+        monkeypatch.setattr(sensitivity, "run_unchecked", analytic(chaos))
         monkeypatch.setattr(sensitivity, "halves_of", lambda *_: np.zeros((2, 4)))
         return measure(scene=SCENE, **options).of(Fault.OUTER)
 
@@ -100,7 +100,7 @@ def test_draws_that_fail_are_counted_and_too_many_are_an_error(study, monkeypatc
         return run(scene, band_hz)
 
     study()
-    monkeypatch.setattr(sensitivity, "_run", failing)
+    monkeypatch.setattr(sensitivity, "run_unchecked", failing)
     found = measure(scene=SCENE, draws=40).of(Fault.OUTER)
     assert (found.draws, found.failed) == (30, 10)
     with pytest.raises(NumericsError, match="draws could be run"):
@@ -152,6 +152,6 @@ def test_the_paper_s_points_make_runs_chaotic_and_converged_ones_do_not():
     short = dataclasses.replace(SCENE, duration_s=1.0, shaft_speed_rad_s=90.0)
     spread = {}
     for name, scene in (("paper", short), ("converged", converged(short))):
-        levels = [sensitivity._values(sensitivity._run(one))["4xBPFO"] for one in starts(scene)[:4]]
+        levels = [sensitivity._values(sensitivity.run_unchecked(one))["4xBPFO"] for one in starts(scene)[:4]]
         spread[name] = np.std(levels)
     assert spread["converged"] < 0.01 < 0.1 < spread["paper"]

@@ -12,6 +12,7 @@ import pytest
 from srbval.bearing import Fault, load_bearing
 from srbval.recordings import Origin, Recording, SpeedSource, load_recording
 from srbval.recordings.speed import nominal_speed
+from srbval.signal import Periodogram
 from srbval.validation import shaft_speed
 from srbval.validation.analyse import analyse
 
@@ -114,3 +115,21 @@ def test_left_out_records_are_covered(recordings_dir: Path, monkeypatch: pytest.
     covered = [excess[name] <= max(e for other, e in excess.items() if other != name) for name in excess]
     assert sum(covered) >= 0.9 * len(covered), excess
     assert max(excess.values()) < DECLARED
+
+
+def whitened(*shafts_hz: float) -> Periodogram:
+    """An envelope of noise and five harmonics of each shaft."""
+    time_s = np.arange(6000) / 1000
+    lines = sum(0.3 * np.cos(2 * np.pi * h * hz * time_s + h) for hz in shafts_hz for h in range(1, 6))
+    samples = np.random.default_rng(2).standard_normal(time_s.size) + lines + 3
+    return Periodogram.of(samples, 1000.0, limit_hz=300.0, shaft_hz=25.0)
+
+
+def test_the_strongest_comb_of_a_whitened_record_gives_the_speed_unless_another_rivals_it() -> None:
+    nominal = nominal_speed(1500.0, 1.5)
+    found = shaft_speed.speed_by_comb(whitened(26.4), nominal)
+    assert found is not None
+    assert abs(found.value_hz - 26.4) <= found.ci95_hz < 0.02 * 26.4
+    assert shaft_speed.speed_by_comb(whitened(26.4, 23.9), nominal) is None
+    assert shaft_speed.speed_by_comb(whitened(), nominal) is None
+    assert shaft_speed.speed_by_comb(whitened(28.0), nominal) is None, "beyond what is searched"

@@ -28,6 +28,7 @@ from srbval.report.content.rig_scene import rig_scene_section
 from srbval.report.content.speed_accuracy import speed_accuracy_section
 from srbval.report.content.stability import stability_section
 from srbval.report.content.table6 import table6_section, verdict_box
+from srbval.report.content.verdict_scan import verdict_scan_section
 from srbval.report.content.waterfall import waterfall_section
 from srbval.report.model import Report
 from srbval.storage.stored_result import (
@@ -42,19 +43,23 @@ from srbval.storage.stored_result import (
     RIG_STABILITY,
     SPEED_ACCURACY,
     STABILITY,
+    VERDICT_SCAN,
     WATERFALL,
 )
+from srbval.storage.strict_json import json_object
 
 
 def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
     """Draw the figures into `figures` and build the report; `command` is the one that makes it again."""
     results, default = evidence.results, evidence.runs["paper-outer"].scene.solver
     origin = {"command": command, **evidence.provenance}
+    verdict = verdict_box(evidence)
+    headline = {"text": verdict.headline} | json_object(evidence.headline)
     return Report(
         title="Simulated against measured: SKF 22240 spherical roller bearing",
         subtitle="The bundled multibody model, Giraudo et al. (Sensors 25, 2419, 2025) and recordings of their rig",
         generated_utc=datetime.now(UTC),
-        verdict=verdict_box(evidence),
+        verdict=verdict,
         sections=(
             records_section(evidence),
             bearing_section(evidence, figures),
@@ -73,6 +78,7 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
             amplitudes_section(results[AMPLITUDES], results[WATERFALL]),
             campaign_section(results[NOISE_STUDY], results[CAMPAIGN_SCALE]),
             matrix_section(evidence, figures),
+            verdict_scan_section(results[VERDICT_SCAN]),
             *other_rigs_section(evidence),
             assumptions_section(evidence),
             limits_section(evidence),
@@ -82,5 +88,5 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
             provenance_section(origin),
             references_section(evidence),
         ),
-        data=evidence.to_dict() | {"provenance": origin},
+        data=evidence.to_dict() | {"headline": headline, "provenance": origin},
     )

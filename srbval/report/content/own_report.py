@@ -222,11 +222,10 @@ def _times(record: OwnRecord, suffix: str, folder: Path) -> Iterator[Block]:
 
 def _model(record: OwnRecord, model: ModelBeside, suffix: str, folder: Path) -> Iterator[Block]:
     """Where the model's lines lie beside the record's, and its envelope spectrum."""
-    run, shaft_hz = model.run, model.analysis.speed.value_hz
-    lines = {"BPFO": run.bpfo_hz, "BPFI": run.bpfi_hz, "FTF": run.cage_ratio * shaft_hz}
-    rows = [{"line": x, "model_hz": lines[x.name]} for x in record.first_lines if x.name in lines]
+    shaft_hz, lines = model.analysis.speed.value_hz, model.lines
+    rows = [{"line": x, "model": lines[x.name]} for x in record.first_lines if x.name in lines]
     yield TEXTS.paragraph("model", model=model)
-    table = TEXTS.table("model-table", rows, shaft_hz=shaft_hz)
+    table = TEXTS.table("model-table", rows, shaft_hz=shaft_hz, model=model)
     yield dataclasses.replace(table, id=f"model-table{suffix}")
     shown = model.shown
     files = envelope_spectrum_panel(

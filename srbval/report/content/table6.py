@@ -13,30 +13,27 @@ from srbval.report.figures.deviation import Deviation, deviation_plot
 from srbval.report.model import Section, VerdictBox
 from srbval.report.section_texts import Texts
 from srbval.storage.strict_json import json_object
-from srbval.validation.compared_quantities import CAGE_RATIO
+from srbval.validation.budget import Answer
 from srbval.validation.table6 import RigSource, Table6Row
 
 TEXTS, VERDICT = Texts("table6"), Texts("verdict")
-# The paper's own largest deviation of its model from kinematics is 0.22 %; this leaves it its rounding.
-TABLE6_LIMIT_PCT = 0.25
+ANSWER_TONE = {Answer.MET: Tone.GOOD, Answer.MISSED: Tone.BAD, Answer.NOT_RESOLVED: Tone.NEUTRAL}
 
 
 def verdict_box(evidence: Evidence) -> VerdictBox:
     """The answer in plain words, first on the page: all from the comparisons; stand-ins take no part."""
-    published, measured = _by_source(evidence)
-    within = all(abs(row.model_deviation_pct) <= TABLE6_LIMIT_PCT for row in published)
+    found = evidence.headline
     points = VERDICT.listing(
         "points",
-        measured=measured,
-        cage=[row for row in evidence.comparisons if row.kind == CAGE_RATIO.name],
-        judged=[(cell.state.code, cell.verdict) for cell in evidence.matrix.cells if cell.judged],
-        paper_sum=next(s for s in evidence.sums if s.source == "paper's rig"),
-        rig_sum=next((s for s in evidence.sums if s.origin == "measured"), None),
+        found=found,
+        judged=[(cell.state, cell.verdict) for cell in evidence.matrix.cells if cell.judged],
+        records=[evidence.rig[one.state] for one in found.errors],
+        study=evidence.known.of(found.errors[0].state) if found.errors else None,
         fetch_command=FETCH_COMMAND,
     )
     return VerdictBox(
-        tone=Tone.BAD if not within else Tone.GOOD if measured else Tone.WARNING,
-        headline=VERDICT.text("headline", within=within, limit_pct=TABLE6_LIMIT_PCT, published=published),
+        tone=ANSWER_TONE[found.answer] if found.errors else Tone.WARNING,
+        headline=VERDICT.text("headline", found=found),
         points=points.items,
     )
 
