@@ -7,7 +7,7 @@ from typing import Any
 from srbval.evidence.stored import ShownResult
 from srbval.report.badges import Badge
 from srbval.report.content.names import missing, origin_of
-from srbval.report.figures.waterfall import waterfall_plot
+from srbval.report.figures.deviation import waterfall_plot
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
 
