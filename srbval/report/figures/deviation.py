@@ -113,7 +113,7 @@ def waterfall_plot(folder: Path, name: str, *, rows: Sequence[Mapping[str, Any]]
         for axes in grid[:, 0]:
             axes.set_yticks(range(len(steps)), labels=steps)
         grid[0, 0].set_ylim(len(steps) - 0.5, -0.5)
-        return save_waterfall_panel(figure, folder, name, _waterfall_columns(rows))
+        return save_panel(figure, folder, name, _waterfall_columns(rows))
 
 
 def _waterfall_panel(axes: Any, rows: Sequence[Mapping[str, Any]], steps: Sequence[str]) -> None:
