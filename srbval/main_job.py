@@ -21,6 +21,7 @@ from srbval.report.pdf import require_typst
 from srbval.storage.whole_file import whole_file
 from srbval.validation.analyse import Analysis
 from srbval.validation.baseline import Baseline
+from srbval.validation.fault_naming import Naming
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,10 +38,11 @@ def make_report(
     seconds: float = 10.0,
     jobs: int | None = None,
     formats: tuple[str, ...] = FORMATS,
+    appendix: bool = False,
     command: str = "srbval report",
     progress: Progress = silent,
 ) -> MadeReport:
-    """Simulate, analyse, compare, and write ``report.*`` and ``figures/`` into `folder`.
+    """Simulate, analyse, compare, and write ``report.*`` and ``figures/`` into `folder`, `appendix` too if wanted.
 
     `seconds` is the recorded duration of the paper's three runs, `jobs` the runs at a time (default: one per core),
     `command` what the report names to make it again.
@@ -55,7 +57,9 @@ def make_report(
     # Cases and records run at the same time; threads of the libraries would only wait for each other.
     with tempfile.TemporaryDirectory(prefix="srbval-") as scratch, threadpool_limits(1):
         evidence = gather(seconds=seconds, stand_in_folder=Path(scratch), jobs=jobs, progress=progress)
-        files = _written(lambda figures: assemble(evidence, figures, command=command), folder, formats, progress)
+        files = _written(
+            lambda figures: assemble(evidence, figures, command=command), folder, formats, progress, appendix=appendix
+        )
     return MadeReport(evidence=evidence, files=files)
 
 
@@ -75,14 +79,16 @@ def report_recordings(
     healthy: Recording | None = None,
     band_hz: tuple[float, float] | None = None,
     model: bool = True,
+    all_channels: bool = False,
     formats: tuple[str, ...] = FORMATS,
+    appendix: bool = False,
     command: str = "srbval report",
     progress: Progress = silent,
 ) -> MadeOwnReport:
     """Write a report of a few pages on recordings of one bearing into `folder`.
 
-    See `gather_own` for `bearing`, `healthy`, `band_hz` and `model`, and `make_report` for the rest. Raises what they
-    raise.
+    See `gather_own` for `bearing`, `healthy`, `band_hz`, `model` and `all_channels`, and `make_report` for the rest.
+    Raises what they raise.
     """
     if "pdf" in formats:
         require_typst()
@@ -90,9 +96,13 @@ def report_recordings(
 
     with threadpool_limits(1):
         evidence = gather_own(
-            recordings, bearing=bearing, healthy=healthy, band_hz=band_hz, model=model, progress=progress
-        )
-        files = _written(lambda figures: assemble_own(evidence, figures, command=command), folder, formats, progress)
+            recordings, bearing=bearing, healthy=healthy, band_hz=band_hz, model=model, all_channels=all_channels,
+            progress=progress,
+        )  # fmt: skip
+        files = _written(
+            lambda figures: assemble_own(evidence, figures, command=command), folder, formats, progress,
+            appendix=appendix,
+        )  # fmt: skip
     return MadeOwnReport(evidence=evidence, files=files)
 
 
@@ -106,13 +116,15 @@ def check_plot(path: Path) -> None:
 
 
 def write_plot(
-    analysis: Analysis, path: Path, *, baseline: Baseline | None = None, command: str = "srbval analyse"
-) -> None:
+    analysis: Analysis, path: Path, *, baseline: Baseline | None = None, naming: Naming | None = None,
+    command: str = "srbval analyse",
+) -> None:  # fmt: skip
     """One picture of an analysis as PNG or SVG (`Analysis.plot`), or with its table of lines as a page of its own."""
     check_plot(path)
     with whole_file(path) as part, figure_style():
         if path.suffix.lower() == ".html":
-            evidence = OwnEvidence(bearing=analysis.bearing, records=(own_record(analysis, baseline),), provenance={})
+            record = own_record(analysis, baseline, naming=naming)
+            evidence = OwnEvidence(bearing=analysis.bearing, records=(record,), provenance={})
             with tempfile.TemporaryDirectory(prefix="srbval-") as figures:
                 page = assemble_own(evidence, Path(figures), command=command, brief=True)
                 part.write_text(render_html(page), encoding="utf-8")
@@ -122,11 +134,11 @@ def write_plot(
 
 
 def _written(
-    assembled: Callable[[Path], Report], folder: Path, formats: tuple[str, ...], progress: Progress
+    assembled: Callable[[Path], Report], folder: Path, formats: tuple[str, ...], progress: Progress, *, appendix: bool
 ) -> dict[str, Path]:
     """Draw the figures into a folder of their own, and write the report."""
     with tempfile.TemporaryDirectory(prefix="srbval-") as figures:
         with stage(progress, "Draw the figures"):
             report = assembled(Path(figures))
         with stage(progress, "Write the report"):
-            return write_report(report, folder, formats)
+            return write_report(report, folder, formats, appendix=appendix)

@@ -43,8 +43,14 @@ class KnownRecord:
     bearing: str | None = None
 
     def load(self) -> tuple[Recording, Bearing]:
-        """The record without its state, and its bearing; raises what loading raises."""
+        """The record without its state, and its bearing; raises what loading raises.
+
+        Without the other channels where the entry asks for one: those are other bearings'.
+        """
         recording = dataclasses.replace(load_entry(self.entry), state=None)
+        asked = self.entry.settings and self.entry.settings.channel
+        if asked:
+            recording = dataclasses.replace(recording, channels={asked: recording.channels[asked]})
         return recording, load_bearing(self.bearing or recording.bearing or "")
 
     @property
@@ -107,7 +113,7 @@ def methods(registered: Sequence[RegisteredRecording]) -> dict[str, Method]:
         return Named(named=deepest, called=call.called)
 
     def jointly(rig: str, recording: Recording, bearing: Bearing) -> Named:
-        naming = name_fault(analyse(recording, bearing=bearing), without_rig=rig)
+        naming = name_fault(analyse(recording, bearing=bearing), all_channels=True, without_rig=rig)
         state = naming.state if naming.state in DEFECTS else None
         return Named(named=naming.most_probable, called=None if state is None else Fault(state))
 

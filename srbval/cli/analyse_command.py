@@ -13,8 +13,7 @@ from srbval.recordings.registry import load_registered
 from srbval.signal import BandFilter
 from srbval.storage.strict_json import json_object
 from srbval.validation.analyse import Analysis, analyse, bearing_of
-from srbval.validation.background import on_background
-from srbval.validation.baseline import Baseline, against, baseline_of, load_healthy, registered_baseline
+from srbval.validation.baseline import Baseline, against, baseline_of, load_healthy, on_background, registered_baseline
 from srbval.validation.fault_naming import fault_entry, name_fault
 from srbval.validation.pipeline import SQUARED_UNIT
 
@@ -45,9 +44,10 @@ def run(options: argparse.Namespace) -> int:
     result = analyse(recording, bearing=bearing, band_hz=band, band_filter=chosen, choose_on_record=options.auto_band)
     baseline = None if options.background else _baseline(result, healthy)
     call = against(result, baseline)
-    naming = name_fault(result) if recording.origin is Origin.MEASURED else None
+    measured = recording.origin is Origin.MEASURED
+    naming = name_fault(result, all_channels=options.channel is None) if measured else None
     if options.plot:
-        write_plot(result, Path(options.plot), baseline=baseline, command=own_command())
+        write_plot(result, Path(options.plot), baseline=baseline, naming=naming, command=own_command())
     if options.json:
         fault = json_object(call) | fault_entry(call, naming)
         print_json(_selected(result, options.defect) | {"fault": fault})

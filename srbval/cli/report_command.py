@@ -39,8 +39,8 @@ def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tupl
     with stage(progress, "Load the program"):
         from srbval.main_job import make_report
     made = make_report(
-        folder, seconds=options.seconds, jobs=options.jobs, formats=_formats(options), command=own_command(),
-        progress=progress,
+        folder, seconds=options.seconds, jobs=options.jobs, formats=_formats(options), appendix=options.appendix,
+        command=own_command(), progress=progress,
     )  # fmt: skip
     return made.files, {"headline": json_object(made.evidence.headline), "table6": made.evidence.rows}
 
@@ -57,7 +57,9 @@ def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple
         bearing=options.bearing,
         healthy=load_healthy(options.healthy, settings) if options.healthy else None,
         band_hz=(options.band[0], options.band[1]) if options.band else None,
+        all_channels=options.channel is None,
         formats=_formats(options),
+        appendix=options.appendix,
         command=own_command(),
         progress=progress,
     )

@@ -23,6 +23,8 @@ def _changes(options: argparse.Namespace) -> dict[str, Any]:
         "duration_s": options.seconds,
         "shaft_speed_rad_s": options.rpm and options.rpm * 2 * math.pi / 60,
         "sensor_path": options.sensor_path,
+        "surface": {"roughness_class": options.roughness}
+        | {f"{body}_waviness_m": _scaled(options.waviness_nm, 1e-9) for body in ("outer", "inner", "roller")},
         "defect": {"kind": options.defect, "height_m": _scaled(options.defect_height_mm, 1e-3)},
         "load": {"radial_n": _scaled(options.radial_kn, 1e3), "axial_n": _scaled(options.axial_kn, 1e3)},
         "solver": {"name": options.solver, "step_s": None if options.dt == AUTO else options.dt},

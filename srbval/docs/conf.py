@@ -49,6 +49,7 @@ html_math_renderer = "mathml"
 DRAWN = re.compile(
     r"(?P<before>(?P<command>srbval [^\n]* --plot \S+\.png).*?)^PICTURE (?P<alt>[^\n]+)$", re.DOTALL | re.M
 )
+PICTURE = '<img alt="{}" src="data:image/png;base64,{}">'
 LITERAL = re.compile(r"(``.*?``)")
 
 
@@ -105,12 +106,8 @@ def drawn(command: str, alt: str) -> str:
         words = shlex.split(command)
         if main(words[1:]):
             raise RuntimeError(f"{command}: failed, so the page has no picture")
-        return png(Path(words[words.index("--plot") + 1]).read_bytes(), alt)
-
-
-def png(picture: bytes, alt: str) -> str:
-    """A picture within a page."""
-    return f'<img alt="{alt}" src="data:image/png;base64,{base64.b64encode(picture).decode()}">'
+        picture = base64.b64encode(Path(words[words.index("--plot") + 1]).read_bytes()).decode()
+    return PICTURE.format(alt, picture)
 
 
 def notebook(name: str) -> str:
@@ -128,7 +125,7 @@ def _cell_parts(cell: dict[str, Any]) -> Iterator[str]:
     for output in cell["outputs"]:
         data = output.get("data", {})
         if "image/png" in data:
-            yield png(base64.b64decode("".join(data["image/png"])), cell["metadata"]["alt"])
+            yield PICTURE.format(cell["metadata"]["alt"], "".join(data["image/png"]).strip())
         elif "text/html" in data:
             yield "".join(data["text/html"]).replace("\n", "")
         else:

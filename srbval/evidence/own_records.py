@@ -26,6 +26,7 @@ from srbval.validation.baseline import Baseline, against, baseline_of, registere
 from srbval.validation.cage_inputs import CageInputs, cage_inputs
 from srbval.validation.families import OTHER_LINE, SLIP_WINDOW
 from srbval.validation.fault_call import FaultCall
+from srbval.validation.fault_naming import Naming, name_fault
 from srbval.validation.lines import Line
 from srbval.validation.picture import (
     NORMALISED,
@@ -102,11 +103,13 @@ class OwnRecord:
     `spectrum_hz` where their spectra end. `marked` is the line whose harmonics are marked there, None where no fault's
     line was detected, `expected` all that is marked. `unseen` are the first harmonics that were looked for and not
     counted as seen, with the reason.
-    `model` is a text where the model's run failed, None where there is no model.
+    `model` is a text where the model's run failed, None where there is no model. `naming` is what the record says by
+    itself, None where it is not measured.
     """
 
     analysis: Analysis
     call: FaultCall
+    naming: Naming | None
     baseline: Baseline | None
     unit: str
     shown: ShownRecord
@@ -133,6 +136,7 @@ class OwnRecord:
         baseline, model = self.baseline, self.model
         return self.analysis.to_dict() | {
             "fault": self.call,
+            "naming": self.naming,
             "unseen": {line.name: why for line, why in self.unseen},
             "baseline": baseline
             and {"conditions": baseline.conditions, "remarks": baseline.remarks, "analysis": baseline.analysis},
@@ -160,14 +164,15 @@ def gather_own(
     healthy: Recording | None = None,
     band_hz: tuple[float, float] | None = None,
     model: bool = True,
+    all_channels: bool = False,
     progress: Progress = silent,
 ) -> OwnEvidence:
     """Analyse recordings of one bearing, each against `healthy`, or else the registered healthy record of its rig.
 
     `bearing` is a known name or a file, without it that of the recordings' data set. Where neither `band_hz` [Hz] nor
     the data set says which band to demodulate, each record's most impulsive one is taken, with its trials counted. The
-    model runs beside a measured record where the bearing's dimensions are known and `model` is left True. Raises what
-    reading a record raises; a model's run that fails is only said.
+    model runs beside a measured record where the bearing's dimensions are known and `model` is left True.
+    `all_channels`: see `name_fault`. Raises what reading a record raises; a model's run that fails is only said.
     """
     if not recordings:
         raise ConfigurationError("no recording is given: name at least one file.")
@@ -181,7 +186,9 @@ def gather_own(
             baseline = None if other is None else baseline_of(analysis, other)
         name = bearing or recording.bearing
         beside = _model_beside(analysis, against(analysis, baseline), name, progress) if model else None
-        records.append(own_record(analysis, baseline, beside))
+        measured = recording.origin is Origin.MEASURED
+        naming = name_fault(analysis, all_channels=all_channels) if measured else None
+        records.append(own_record(analysis, baseline, beside, naming))
     runs = [record.model.run for record in records if isinstance(record.model, ModelBeside)]
     used = [*recordings, *(r.baseline.analysis.recording for r in records if r.baseline is not None)]
     facts = provenance(runs, ()) | {
@@ -216,7 +223,9 @@ def _band_is_declared(recording: Recording) -> bool:
     return True
 
 
-def own_record(analysis: Analysis, baseline: Baseline | None, model: ModelBeside | str | None = None) -> OwnRecord:
+def own_record(
+    analysis: Analysis, baseline: Baseline | None, model: ModelBeside | str | None = None, naming: Naming | None = None
+) -> OwnRecord:
     """What the report says of one analysis, against a healthy record and beside a model where there are any."""
     call = against(analysis, baseline)
     compared = [analysis] if baseline is None else [analysis, baseline.analysis]
@@ -227,6 +236,7 @@ def own_record(analysis: Analysis, baseline: Baseline | None, model: ModelBeside
     return OwnRecord(
         analysis=analysis,
         call=call,
+        naming=naming,
         baseline=baseline,
         unit=OWN_UNIT if own_unit else NORMALISED,
         shown=shown,

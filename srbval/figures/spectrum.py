@@ -27,7 +27,7 @@ PLOTTED_BINS = 600
 DATA_BINS = 1500  # of the data file: all of a short record, the least and greatest of each stretch of a long one
 HEALTHY_DASHES = (0, (3, 1.2))
 Y_LABEL = "Envelope (modulus), std. dev."
-LABEL_WIDTH = 0.017  # of a line's upright label, in widths of the axes
+LABEL_INCHES = 0.13  # width of a line's upright label
 LABEL_TOPS = (0.975, 0.62, 0.3)
 ORDER_LABEL_POINTS = 15.0  # height of the row of the order axis' label above the axes
 
@@ -82,6 +82,7 @@ def envelope_spectrum_panel(
     letter: str = "",
     title: str = "",
     y_label: str = Y_LABEL,
+    inches: tuple[float, float] = WIDE,
 ) -> PanelFiles:
     """Draw an envelope spectrum up to `f_max_hz`, Hz below and shaft orders on top; write picture and CSV.
 
@@ -90,7 +91,7 @@ def envelope_spectrum_panel(
     Give both sides of a comparison the same `y_limits`.
     """
     with figure_style():
-        figure, axes = new_axes(WIDE)
+        figure, axes = new_axes(inches)
         draw_envelope_spectrum(
             axes, frequency_hz=frequency_hz, amplitude=amplitude, shaft_hz=shaft_hz, origin=origin, cursors=cursors,
             peaks=peaks, healthy=healthy, f_max_hz=f_max_hz, y_limits=y_limits, y_label=y_label,
@@ -164,11 +165,12 @@ def _draw_cursors(axes: Any, cursors: Sequence[Cursor], shaft_hz: float) -> None
 def _label_tops(axes: Any, cursors: Sequence[Cursor]) -> list[float]:
     """Where each cursor's label begins, in heights of the axes: the highest of `LABEL_TOPS` with room beside it."""
     low, high = axes.get_xlim()
+    width = LABEL_INCHES / axes.figure.get_figwidth()
     last = dict.fromkeys(LABEL_TOPS, -np.inf)
     tops = []
     for cursor in cursors:
         place = (cursor.frequency_hz - low) / (high - low)
-        top = next((top for top, taken in last.items() if place - taken >= LABEL_WIDTH), LABEL_TOPS[0])
+        top = next((top for top, taken in last.items() if place - taken >= width), LABEL_TOPS[0])
         last[top] = place
         tops.append(top)
     return tops

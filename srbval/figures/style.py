@@ -1,11 +1,13 @@
 """The look of the figures: one style file, one colour and one line style for each origin."""
 
-import io
+import functools
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import resources
 from typing import Any
+
+from srbval.figures.files import picture_bytes
 
 # Width and height of a panel [inch]: half and full width of the text.
 HALF = (4.2, 2.55)
@@ -61,13 +63,7 @@ def new_figure(inches: tuple[float, float], **looks: Any) -> Any:
 
     figure: Any = Figure(figsize=inches, **looks)
     FigureCanvasAgg(figure)
-
-    def png() -> bytes:
-        picture = io.BytesIO()
-        figure.savefig(picture, format="png")
-        return picture.getvalue()
-
-    figure._repr_png_ = png
+    figure._repr_png_ = functools.partial(picture_bytes, figure, ".png")
     return figure
 
 

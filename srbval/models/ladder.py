@@ -43,6 +43,14 @@ class Rung:
         """Is enough known of the bearing?"""
         return KNOWN_OF_BEARING.index(self.needs) <= known_of(bearing)
 
+    def check_surface(self, scene: Scene) -> None:
+        """Refuse a scene with a surface where the model has no continuous contacts."""
+        if scene.surface is not None and self.name not in CONTINUOUS:
+            raise ConfigurationError(
+                f"[surface]: the model {self.name} knows no waves of races and rollers; use --model "
+                f"{' or '.join(CONTINUOUS)}, or leave the table out."
+            )
+
     def steps_per_output(self, scene: Scene) -> int:
         """Solver steps in one output interval."""
         return -(-scene.steps_per_output // self.coarser)
@@ -67,6 +75,7 @@ class Rung:
         return _imported(self.parameters)
 
 
+CONTINUOUS = ("line", "slices")  # models whose contacts feel waves shorter than the distance of points
 KNOWN_OF_BEARING = ("orders", "elements", "geometry")  # the tables of a bearing's file, the richest last
 
 

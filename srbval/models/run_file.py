@@ -115,8 +115,9 @@ def scene_dict(scene: Any) -> dict[str, Any]:
     table = dataclasses.asdict(scene)
     for defect in (table["defect"], *table["further_defects"]):
         defect["kind"] = defect["kind"].scene_word
-    if table["sensor_path"] is None:  # content of scenes without one is as it was
-        del table["sensor_path"]
+    for name in ("sensor_path", "surface"):
+        if table[name] is None:  # content of scenes without one is as it was
+            del table[name]
     plain: dict[str, Any] = json.loads(json.dumps(table, default=_plain))
     return plain
 

@@ -98,6 +98,7 @@ def _begun(scene: Scene, step: Step, folder: Path | None = None) -> RunStatistic
     from srbval.models.step_error import step_error, with_chosen_step
 
     stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
+    rung_of(scene.model).check_surface(scene)
     if rung_of(scene.model).parameters is not None:
         geometry_of(stats.bearing, scene.model)  # refused at once, before kernels are compiled
     check_room(stats, folder)

@@ -15,6 +15,7 @@ IN_THE_PLANE = ("impulse", "planar")
 def refusal(rung: Rung, scene: Scene, bearing: Bearing) -> str | None:
     """Why the rung refuses the scene; None where it assembles it."""
     try:
+        rung.check_surface(scene)
         if not rung.runs(bearing):
             geometry_of(bearing, rung.name)
         elif rung.parameters is not None:

@@ -10,7 +10,7 @@ from urllib.parse import quote
 
 from markupsafe import Markup
 
-from srbval.report.model import Report
+from srbval.report.model import Document, Report
 from srbval.report.plain import as_plain
 
 # What a data URI may hold as it stands, besides letters and digits: as much as the quoted attribute allows.
@@ -18,10 +18,11 @@ _PLAIN = " !$'()*+,-./:;=?@[]^_{|}~"
 _MEDIA_TYPES = {".svg": "image/svg+xml", ".png": "image/png", ".csv": "text/csv"}
 
 
-def render_html(report: Report) -> str:
-    """Render the whole page. All text is escaped by the template engine; pictures and data become data URIs.
+def render_html(report: Report, document: Document = Document.MAIN, *, with_appendix: bool = False) -> str:
+    """Render one document as a whole page, with links to the other one where both are made (`with_appendix`).
 
-    Raises FileNotFoundError when a figure's picture or data file is missing.
+    All text is escaped by the template engine; pictures and data become data URIs. Raises FileNotFoundError
+    when a figure's picture or data file is missing.
     """
     from jinja2 import Environment, FunctionLoader, StrictUndefined
 
@@ -33,7 +34,7 @@ def render_html(report: Report) -> str:
     )  # fmt: skip
     script = _template_text("report.js")
     return environment.get_template("report.html.j2").render(
-        report=as_plain(report),
+        report=as_plain(report, document, with_appendix=with_appendix),
         style=_template_text("report.css"),
         script=script,
         script_hash=base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii"),

@@ -1,5 +1,6 @@
 """The report as a small tree of frozen dataclasses; renderers walk it and compute nothing."""
 
+import enum
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -8,6 +9,13 @@ from typing import Any
 from srbval.report.badges import Tone
 from srbval.report.blocks import Block, Figure, FigureGrid
 from srbval.report.table import Table, check_identifier
+
+
+class Document(enum.StrEnum):
+    """One of the two documents of a report; its value names the file."""
+
+    MAIN = "report"
+    APPENDIX = "appendix"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,19 +29,29 @@ class VerdictBox:
 
 @dataclass(frozen=True, kw_only=True)
 class Section:
-    """One section; `id` is its anchor."""
+    """One section; `id` is its anchor. `blocks` stand in the main document, those of `appendix` in the appendix."""
 
     id: str
     title: str
     blocks: tuple[Block, ...] = ()
+    appendix: tuple[Block, ...] = ()
 
     def __post_init__(self) -> None:
         check_identifier(self.id, "section")
 
+    @property
+    def all_blocks(self) -> tuple[Block, ...]:
+        """Those of both documents."""
+        return (*self.blocks, *self.appendix)
+
+    def part(self, document: Document) -> tuple[Block, ...]:
+        """What of the section stands in a document."""
+        return self.blocks if document is Document.MAIN else self.appendix
+
 
 @dataclass(frozen=True, kw_only=True)
 class Report:
-    """A whole report.
+    """A whole report: its main document and its appendix, which may be empty.
 
     `generated_utc` dates the page and the PDF (time zone required). `data` becomes ``report.json``; its
     ``figures`` list is filled from the tree. Raises ValueError when two parts share an id.
@@ -61,19 +79,24 @@ class Report:
         """Date and time of making, UTC, to the second."""
         return self.generated_utc.astimezone(UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
 
+    @property
+    def has_appendix(self) -> bool:
+        """Whether anything stands in the appendix."""
+        return any(section.appendix for section in self.sections)
+
     def figures(self) -> Iterator[Figure]:
-        """All figures in reading order, those in grids included."""
+        """All figures of both documents, section by section, those in grids included."""
         for section in self.sections:
-            for block in section.blocks:
+            for block in section.all_blocks:
                 if isinstance(block, Figure):
                     yield block
                 elif isinstance(block, FigureGrid):
                     yield from block.figures
 
     def tables(self) -> Iterator[Table]:
-        """All tables in reading order."""
+        """All tables of both documents, section by section."""
         for section in self.sections:
-            yield from (block for block in section.blocks if isinstance(block, Table))
+            yield from (block for block in section.all_blocks if isinstance(block, Table))
 
     def _identifiers(self) -> Iterator[str]:
         yield from ("verdict", "contents", "main")  # anchors of the page itself

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.errors import ConfigurationError
-from srbval.report.model import Report
+from srbval.report.model import Document, Report
 from srbval.report.plain import as_plain
 
 # A run of characters without a blank longer than this may be broken anywhere, or it would leave the page.
@@ -27,8 +27,10 @@ def require_typst() -> Any:
     return typst
 
 
-def render_pdf(report: Report, folder: Path) -> bytes:
-    """Typeset `report`, whose pictures already lie in ``folder/figures``.
+def render_pdf(
+    report: Report, folder: Path, document: Document = Document.MAIN, *, with_appendix: bool = False
+) -> bytes:
+    """Typeset one document of `report`, whose pictures already lie in ``folder/figures``.
 
     All text travels as JSON data, never as markup, so nothing in it can be executed. The PDF is dated
     with the report's own time: the same report gives the same bytes. Raises `ConfigurationError` without
@@ -41,7 +43,7 @@ def render_pdf(report: Report, folder: Path) -> bytes:
         format="pdf",
         font_paths=[str(_font_folder())],
         ignore_system_fonts=True,
-        sys_inputs={"report": json.dumps(_displayable(as_plain(report)))},
+        sys_inputs={"report": json.dumps(_displayable(as_plain(report, document, with_appendix=with_appendix)))},
         pdf_standards=["ua-1"],
         timestamp=int(report.generated_utc.timestamp()),
     )

@@ -8,31 +8,56 @@ from typing import Any
 
 from srbval.report import blocks
 from srbval.report.inline import printable, spans
-from srbval.report.model import Report
+from srbval.report.model import Document, Report
 from srbval.report.table import Cell, Column, Table, format_value
 from srbval.storage.strict_json import strict_json
 
 Plain = dict[str, Any]
 
 
-def as_plain(report: Report) -> Plain:
-    """Turn a report into dicts, lists and strings; inline markup becomes lists of (kind, text)."""
+def as_plain(report: Report, document: Document = Document.MAIN, *, with_appendix: bool = False) -> Plain:
+    """Turn one document of a report into dicts, lists and strings; inline markup becomes lists of (kind, text).
+
+    `other` names the file of the other document where it is made too (`with_appendix`), for links to it.
+    """
+    is_main = document is Document.MAIN
+    verdict, other = report.verdict, Document.APPENDIX if is_main else Document.MAIN
     return {
+        "document": document.value,
+        "other": other.value if with_appendix else None,
+        "has_appendix": report.has_appendix,
         "title": printable(report.title),
         "subtitle": printable(report.subtitle),
         "generated": report.generated_text,
         "language": report.language,
         "verdict": {
-            "tone": report.verdict.tone.value,
-            "sign": report.verdict.tone.sign,
-            "headline": spans(report.verdict.headline),
-            "points": [spans(point) for point in report.verdict.points],
-        },
+            "tone": verdict.tone.value,
+            "sign": verdict.tone.sign,
+            "headline": spans(verdict.headline),
+            "points": [spans(point) for point in verdict.points],
+        }
+        if is_main
+        else None,
         "sections": [
-            {"id": s.id, "title": printable(s.title), "blocks": [plain_block(b) for b in s.blocks]}
+            {
+                "id": s.id,
+                "title": printable(s.title),
+                "blocks": [plain_block(b) for b in s.part(document)],
+                "elsewhere": _counted(s.part(other)),
+            }
             for s in report.sections
+            if s.part(document)
         ],
     }
+
+
+def _counted(elsewhere: tuple[blocks.Block, ...]) -> str:
+    """How much a section has in the other document, in words."""
+    tables = sum(isinstance(block, Table) for block in elsewhere)
+    pictures = (b.figures if isinstance(b, blocks.FigureGrid) else (b,) for b in elsewhere)
+    figures = sum(isinstance(item, blocks.Figure) for items in pictures for item in items)
+    counts = [f"{n} {what}{'s' * (n > 1)}" for n, what in ((tables, "table"), (figures, "figure")) if n]
+    return ", ".join(counts) if counts or not elsewhere else "text"
 
 
 def plain_block(block: blocks.Block) -> Plain:

@@ -41,9 +41,10 @@ class Texts:
         file = resources.files("srbval.report") / "texts" / f"{self._name}.toml"
         return tomllib.loads(file.read_text(encoding="utf-8"))
 
-    def section(self, *blocks: Block, **values: Any) -> Section:
-        """The section with these blocks."""
-        return Section(id=self._content["id"], title=_render(self._content["title"], values), blocks=blocks)
+    def section(self, *blocks: Block, appendix: Iterable[Block] = (), **values: Any) -> Section:
+        """The section with these blocks in the main document, and those in the appendix."""
+        title = _render(self._content["title"], values)
+        return Section(id=self._content["id"], title=title, blocks=blocks, appendix=tuple(appendix))
 
     def text(self, name: str, /, **values: Any) -> str:
         """One text."""

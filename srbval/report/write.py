@@ -9,7 +9,7 @@ from typing import Any
 
 from srbval.errors import ConfigurationError, DataError
 from srbval.report.html import render_html
-from srbval.report.model import Report
+from srbval.report.model import Document, Report
 from srbval.report.pdf import render_pdf, require_typst
 from srbval.report.table import Cell, Column, Table
 from srbval.storage.strict_json import write_json
@@ -17,11 +17,14 @@ from srbval.storage.strict_json import write_json
 FORMATS = ("html", "pdf", "json")
 
 
-def write_report(report: Report, folder: Path, formats: Iterable[str] = FORMATS) -> dict[str, Path]:
+def write_report(
+    report: Report, folder: Path, formats: Iterable[str] = FORMATS, *, appendix: bool = False
+) -> dict[str, Path]:
     """Write ``report.html``, ``report.pdf``, ``report.json`` and ``figures/`` into `folder`.
 
-    Everything is made in a hidden folder beside and then moved file by file, so a failure leaves what
-    was there before. Returns the path of each format written.
+    With `appendix` also ``appendix.html`` and ``appendix.pdf``; ``report.json`` and ``figures/`` hold what both show,
+    whether it is made or not. Everything is made in a hidden folder beside and then moved file by file, so a failure
+    leaves what was there before. Returns the path of each format written, those of the appendix as ``appendix_html``.
 
     Raises `ConfigurationError` for an unknown format, or for ``pdf`` without typst; `DataError` when
     `folder` cannot be written to.
@@ -34,7 +37,7 @@ def write_report(report: Report, folder: Path, formats: Iterable[str] = FORMATS)
         require_typst()
     folder = Path(folder)
     try:
-        return _write(report, folder, wanted)
+        return _write(report, folder, wanted, appendix and report.has_appendix)
     except OSError as error:
         raise DataError(
             f"the report could not be written to {folder}: {error.strerror or error} "
@@ -42,22 +45,25 @@ def write_report(report: Report, folder: Path, formats: Iterable[str] = FORMATS)
         ) from error
 
 
-def _write(report: Report, folder: Path, wanted: tuple[str, ...]) -> dict[str, Path]:
+def _write(report: Report, folder: Path, wanted: tuple[str, ...], appendix: bool) -> dict[str, Path]:
+    parts = {kind: (Document.MAIN, kind) for kind in wanted}
+    if appendix:
+        parts |= {f"appendix_{kind}": (Document.APPENDIX, kind) for kind in wanted if kind != "json"}
     with tempfile.TemporaryDirectory(prefix=".srbval-report-", dir=_nearest_existing(folder)) as name:
         stage = Path(name)
         _copy_figures(report, stage)
-        for kind in wanted:
-            _render(report, kind, stage)
+        for document, kind in parts.values():
+            _render(report, document, kind, stage, with_appendix=appendix)
         _move(stage, folder)
-    return {kind: folder / f"report.{kind}" for kind in wanted}
+    return {name: folder / f"{document}.{kind}" for name, (document, kind) in parts.items()}
 
 
-def _render(report: Report, kind: str, stage: Path) -> None:
-    target = stage / f"report.{kind}"
+def _render(report: Report, document: Document, kind: str, stage: Path, *, with_appendix: bool) -> None:
+    target = stage / f"{document}.{kind}"
     if kind == "html":
-        target.write_text(render_html(report), encoding="utf-8")
+        target.write_text(render_html(report, document, with_appendix=with_appendix), encoding="utf-8")
     elif kind == "pdf":
-        target.write_bytes(render_pdf(report, stage))
+        target.write_bytes(render_pdf(report, stage, document, with_appendix=with_appendix))
     else:
         write_json(target, report_data(report))
 

@@ -17,6 +17,7 @@ from srbval.scene.read import load_scene, load_sensor_path, merge, paper_scene, 
 from srbval.scene.rig_inputs import RigInput, rig_inputs
 from srbval.scene.scene import Scene, SolverSettings
 from srbval.scene.sensor_path import PathMode, SensorPath
+from srbval.scene.surface import Surface
 
 __all__ = [
     "Bodies",
@@ -35,6 +36,7 @@ __all__ = [
     "SensorPath",
     "SolverSettings",
     "SpeedProfile",
+    "Surface",
     "Traction",
     "load_scene",
     "load_sensor_path",

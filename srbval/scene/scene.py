@@ -13,6 +13,7 @@ from srbval.errors import ConfigurationError
 from srbval.scene.parts import Bodies, Contact, Defect, Housing, LineContact, Load, not_negative, positive
 from srbval.scene.profile import LoadProfile, SpeedProfile
 from srbval.scene.sensor_path import SensorPath
+from srbval.scene.surface import Surface
 
 STEP_TOLERANCE = 1e-6  # how far an output interval may be from a whole number of steps, relative
 MOST_PER_OUTPUT = 100_000  # steps; within an output interval a run cannot be interrupted
@@ -48,7 +49,7 @@ class Scene:
     and must cover the recorded time; before it its first value holds. `slip_jitter`: random part of the spacing of two
     passages of a defect, relative, for models whose slip is random; `cage_slip`: by how much the cage lags behind pure
     rolling, relative, in models that prescribe its speed. `sensor_path`: what stands between ring and sensor, None for
-    nothing; no motion depends on it.
+    nothing; no motion depends on it. `surface`: waves of races and rollers, None for perfectly round ones.
     """
 
     bearing: str
@@ -72,6 +73,7 @@ class Scene:
     speed_profile: SpeedProfile | None = None
     load_profile: LoadProfile | None = None
     sensor_path: SensorPath | None = None
+    surface: Surface | None = None
 
     def __post_init__(self) -> None:
         positive(self, "shaft_speed_rad_s", "duration_s", "output_rate_hz")

@@ -1,4 +1,8 @@
-"""Cepstrum prewhitening: what repeats exactly, such as gear meshes and tones, is brought down to the noise."""
+"""Amplitudes and phases of a spectrum apart: phases alone, which impacts keep, or amplitudes alone, which noise keeps.
+
+Cepstrum prewhitening brings what repeats exactly, such as gear meshes and tones, down to the noise; random phases make
+noise of what there is.
+"""
 
 import numpy as np
 import scipy.fft
@@ -26,3 +30,18 @@ def prewhitened(samples: FloatArray) -> FloatArray:
     lines[0] = 0.0
     white = scipy.fft.irfft(lines, n=size)
     return np.asarray(white / white.std())
+
+
+def phase_randomised(samples: FloatArray, seed: int) -> FloatArray:
+    """A signal, [n], with the amplitude of every line of `samples`, [n], and phases drawn by `seed`.
+
+    The surrogate of Theiler, Eubank, Longtin, Galdrikian & Farmer (1992, Physica D 58, 77; quoted from memory, not
+    checked). What many lines make is normal by the central limit theorem, whatever impacts there were; a tone stays
+    one. Mean and power are kept.
+    """
+    lines = scipy.fft.rfft(samples)
+    turns = np.exp(2j * np.pi * np.random.default_rng(seed).random(lines.size))
+    turns[0] = 1.0
+    if samples.size % 2 == 0:
+        turns[-1] = 1.0  # as the mean, a line without a phase
+    return np.asarray(scipy.fft.irfft(lines * turns, n=samples.size))

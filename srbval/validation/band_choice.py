@@ -35,11 +35,10 @@ def declared_band(
 ) -> BandChoice:
     """The band given [Hz], or the data set's, or the paper's for the model or its rig.
 
-    A model of a spherical roller bearing of another size rings at frequencies in inverse proportion to that, as its
-    scene is made (`srbval.scene.similar`), so the paper's band goes with the `bearing`.
-
-    No rule guesses one for an unknown machine: a band chosen on the record it then judges finds lines in
-    noise (`auto_band` chooses one and says what that costs). `ConfigurationError` asks for it instead.
+    A model of a spherical roller bearing of another size rings in inverse proportion to that (`srbval.scene.similar`),
+    so the paper's band goes with the `bearing`. No rule guesses one for an unknown machine: a band chosen on the record
+    it then judges finds lines in noise (`auto_band` chooses one and says what that costs). `ConfigurationError` asks
+    for it instead.
     """
     if band_hz is not None:
         return BandChoice(band_hz=band_hz, why="given")

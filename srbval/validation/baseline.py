@@ -1,14 +1,17 @@
-"""The healthy record that a record is held against: one that is registered or one that is given, and how it differs."""
+"""The healthy record that a record is held against, registered or given, and how it differs; or noise under a run."""
 
 import dataclasses
 from dataclasses import dataclass
 
 from srbval.bearing import Fault
 from srbval.errors import ConfigurationError
-from srbval.recordings import Recording, RecordingSettings
+from srbval.recordings import Origin, Recording, RecordingSettings
+from srbval.recordings.datasets.srbval_files import SENSOR
 from srbval.recordings.registry import healthy_baseline, load_registered
+from srbval.signal.prewhitening import phase_randomised
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.fault_call import FaultCall, call_fault
+from srbval.validation.pipeline import one_signal
 
 # Speeds, and loads, that differ by no more than this share are one operating point: a motor's slip under load.
 SAME_SHARE = 0.03
@@ -75,6 +78,39 @@ def against(analysis: Analysis, baseline: Baseline | None) -> FaultCall:
     if baseline is None:
         return call_fault(analysis)
     return call_fault(analysis, baseline.analysis, conditions=baseline.conditions)
+
+
+def on_background(run: Recording, healthy: Recording, *, seed: int = 0) -> Recording:
+    """The run with the spectrum of a `healthy` record under it, whose phases are random.
+
+    Depth of modulation, kurtosis and signal-to-noise ratio compare with a measured record's only so. An increment over
+    a healthy record must never be taken of it: the background is that record. Raises `ConfigurationError` for what is
+    not simulated or not measured, and where rate, unit or length do not fit.
+    """
+    if run.origin is not Origin.SIMULATED or healthy.origin is not Origin.MEASURED:
+        raise ConfigurationError(
+            f"a background under {run.name}: it takes a simulated run and a measured record; these are "
+            f"{run.origin.value} and {healthy.origin.value}."
+        )
+    for what, ours, theirs in (("sampled at", run.fs_hz, healthy.fs_hz), ("in", run.unit, healthy.unit)):
+        if ours != theirs:
+            raise ConfigurationError(
+                f"background {healthy.name}: {what} {theirs}, the run {what} {ours}; both must be alike."
+            )
+    if healthy.samples < run.samples:
+        raise ConfigurationError(
+            f"background {healthy.name}: {healthy.seconds:.4g} s; it must last as long as the run, "
+            f"{run.seconds:.4g} s: simulate a shorter run (--seconds)."
+        )
+    note = f"measured background: spectrum of {healthy.name}, phases random (seed {seed}); no increment is to be taken"
+    cautions = run.cautions
+    if run.speed and healthy.speed and abs(healthy.speed.value_hz / run.speed.value_hz - 1) > SAME_SHARE:
+        cautions += (f"background at {healthy.speed.value_hz:.4g} Hz of the shaft, run at {run.speed.value_hz:.4g} Hz",)
+    both = one_signal(run) + phase_randomised(one_signal(healthy)[: run.samples], seed)
+    return dataclasses.replace(
+        run, channels={SENSOR: both}, channel=SENSOR, axes=None, name=f"{run.name}, on a measured background",
+        notes=(*run.notes, note), cautions=cautions,
+    )  # fmt: skip
 
 
 def _conditions(ours: Analysis, theirs: Analysis) -> list[str]:

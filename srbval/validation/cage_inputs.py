@@ -45,12 +45,9 @@ def free_contact_angle_rad(clearance_m: FloatArray, groove_sum: FloatArray, ball
 
 def largest_clearance_m(elements: RollingElements) -> float:
     """Of class C3 at the bore that the dimensions mean; in proportion to it beyond the table."""
-    ranges = _ranges()
-    table = ranges["largest_clearance"]
-    bore_mm = 1e3 * (elements.pitch_diameter_m - ranges["ball_diameters_to_bore"] * elements.element_diameter_m)
-    last_mm, last_um = table[-1]
-    found = next((um for most_mm, um in table if bore_mm <= most_mm), last_um * bore_mm / last_mm)
-    return float(found) * 1e-6
+    table = _ranges()["largest_clearance"]
+    bore_mm = 1e3 * (elements.pitch_diameter_m - _ranges()["ball_diameters_to_bore"] * elements.element_diameter_m)
+    return 1e-6 * next((um for most_mm, um in table if bore_mm <= most_mm), table[-1][1] * bore_mm / table[-1][0])
 
 
 @cache

@@ -15,7 +15,7 @@ from srbval.signal import Periodogram
 from srbval.signal.comb_spectrum import CombSpectrum, surprise
 from srbval.signal.placebo import APART
 from srbval.validation.analyse import Analysis
-from srbval.validation.families import HARMONICS, SLIP_WINDOW, families_of, means_nothing
+from srbval.validation.families import HARMONICS, PLACEBO_REACH, SLIP_WINDOW, families_of, means_nothing
 from srbval.validation.speed_search import whitened_periodogram
 
 # Combs are looked for from this order of the shaft up.
@@ -42,18 +42,29 @@ class PartEvidence:
 
 @dataclass(frozen=True, kw_only=True)
 class FaultEvidence:
-    """Of all faults, and of the strongest comb that neither they nor the shaft explain: excess and order."""
+    """Of all faults, and of the strongest comb that neither they nor the shaft explain: excess and order.
+
+    Where that comb is stronger than every fault's, it is that of the whole record; else that of what is left without
+    the lines of the strongest fault.
+    """
 
     parts: tuple[PartEvidence, ...]
     unexplained: float
     unexplained_order: float | None
 
     @property
-    def contrasts(self) -> tuple[float, ...]:
-        """By how much each fault's comb stands above that of every other fault and a typical one, `SILENT` at least."""
+    def features(self) -> tuple[float, ...]:
+        """What classes are told by: of each fault its comb's excess over any other's, at least `SILENT`; then alien.
+
+        Any other is another fault's, the unexplained one and a typical one. The alien one is the unexplained comb's
+        excess, where a fault's is stronger the difference to it.
+        """
         excess = [SILENT if part.excess is None else part.excess for part in self.parts]
-        others = [max(0.0, *excess[:number], *excess[number + 1 :]) for number in range(len(excess))]
-        return tuple(max(SILENT, own - other) for own, other in zip(excess, others, strict=True))
+        others = [max(0.0, self.unexplained, *excess[:n], *excess[n + 1 :]) for n in range(len(excess))]
+        highest = max(0.0, *excess)
+        alien = self.unexplained if self.unexplained > highest else self.unexplained - highest
+        own = (e - other for e, other in zip(excess, others, strict=True))
+        return tuple(max(SILENT, value) for value in (*own, alien))
 
 
 def fault_evidence(analysis: Analysis) -> FaultEvidence:
@@ -63,11 +74,14 @@ def fault_evidence(analysis: Analysis) -> FaultEvidence:
     relative = SLIP_WINDOW + speed.ci95_hz / speed.value_hz
     record = whitened_periodogram(analysis.processed, analysis.bearing, speed)
     combs = _combs(record, speed)
-    placebos = combs.placebos(means_nothing(combs.frequency_hz, relative, families, speed), relative)
+    meaningless = means_nothing(combs.frequency_hz, relative, families, speed)
     typical = combs.typical(relative)
     parts = []
     for fault, family in zip(DEFECTS, families, strict=False):
         evidence, found_hz = combs.highest(family.kinematic_hz, relative)
+        # Combs of lower fundamentals have fewer independent values in a window, and stand less high.
+        near = np.abs(np.log(combs.frequency_hz / family.kinematic_hz)) <= math.log(PLACEBO_REACH)
+        placebos = combs.placebos(meaningless & near, relative)
         chance = math.exp(-surprise(evidence, placebos))
         reached = not math.isnan(evidence)
         parts.append(
@@ -78,9 +92,11 @@ def fault_evidence(analysis: Analysis) -> FaultEvidence:
                 false_alarm=None if math.isnan(chance) else chance,
             )
         )
-    strongest = max(parts, key=lambda part: part.excess or SILENT)
-    rest = record if strongest.found_hz is None else _without(record, strongest.found_hz, speed.value_hz)
-    unexplained, order = _strongest_alien(_combs(rest, speed), relative, analysis)
+    strongest = max(parts, key=lambda part: SILENT if part.excess is None else part.excess)
+    unexplained, order = _strongest_alien(combs, relative, analysis)
+    if strongest.found_hz is not None and unexplained <= max(0.0, strongest.excess or 0.0):
+        rest = _without(record, strongest.found_hz, speed.value_hz)
+        unexplained, order = _strongest_alien(_combs(rest, speed), relative, analysis)
     return FaultEvidence(parts=tuple(parts), unexplained=unexplained, unexplained_order=order)
 
 

@@ -1,8 +1,9 @@
 """Which fault a record shows by itself: posterior probabilities against records of known state of other rigs."""
 
 import csv
+import dataclasses
 import functools
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib import resources
 from typing import Any
@@ -10,10 +11,12 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing import DEFECTS, Fault
+from srbval.recordings import Recording
 from srbval.validation.analyse import Analysis
 from srbval.validation.fault_call import Basis, FaultCall
 from srbval.validation.fault_evidence import FaultEvidence, fault_evidence
 from srbval.validation.fault_posterior import FaultPosterior, KnownFeatures, decide, fit_posterior
+from srbval.validation.pipeline import process
 
 KNOWN_FILE = "known_records.csv"  # written by ``python -m tests.calibrators.known_records``
 
@@ -23,7 +26,7 @@ class Naming:
     """`state` is the class called, "undecided" where none is probable enough; `probabilities` are all classes'.
 
     `log_likelihood`: of each class over the healthy one's, for priors of one's own; those here are equal. `rigs`: how
-    many the record was held against.
+    many the record was held against; `channel`: the one that shows the class best, whose `evidence` is given.
     """
 
     state: str
@@ -31,6 +34,7 @@ class Naming:
     log_likelihood: Mapping[str, float]
     evidence: FaultEvidence
     rigs: int
+    channel: str | None
 
     @property
     def most_probable(self) -> Fault | None:
@@ -43,26 +47,57 @@ class Naming:
         shares = ", ".join(f"{name} {share:.2f}" for name, share in self.probabilities.items())
         order, excess = self.evidence.unexplained_order, self.evidence.unexplained
         alien = "" if order is None else f" Strongest unexplained comb: order {order:.3f}, evidence {excess:.1f}."
-        return f"By this record alone, against {self.rigs} rigs of known state: {self.state} ({shares}).{alien}"
+        best = "" if self.channel is None else f" Channel {self.channel} shows it best."
+        return f"By this record alone, against {self.rigs} rigs of known state: {self.state} ({shares}).{best}{alien}"
 
 
 def _fault(name: str) -> Fault | None:
     return next((fault for fault in DEFECTS if fault.value == name), None)
 
 
-def name_fault(analysis: Analysis, *, without_rig: str | None = None) -> Naming:
-    """Name the fault of an analysed record; `without_rig` leaves a rig's own records out of what it is held against."""
+def name_fault(analysis: Analysis, *, all_channels: bool = False, without_rig: str | None = None) -> Naming:
+    """Name the fault of an analysed record; `without_rig` leaves a rig's own records out of what it is held against.
+
+    With `all_channels` the record's other channels are looked at as well: sensors at other places of the machine.
+    """
     model, rigs = _model(without_rig)
-    evidence = fault_evidence(analysis)
-    features = np.array([*evidence.contrasts, evidence.unexplained])
-    shares = model.probabilities(features)
+    views = [analysis, *(_other_channels(analysis) if all_channels else ())]
+    evidence = [fault_evidence(view) for view in views]
+    features = [np.array(one.features) for one in evidence]
+    shares = model.probabilities(*features)
+    found = max(shares, key=lambda name: shares[name])
+    alone = [model.log_likelihood(one)[found] for one in features]
+    best = int(np.argmax(alone))
+    channels = (analysis.recording.channel, *_others(analysis.recording))
     return Naming(
         state=decide(shares),
         probabilities=shares,
-        log_likelihood=model.log_likelihood(features),
-        evidence=evidence,
+        log_likelihood=model.log_likelihood(*features),
+        evidence=evidence[best],
         rigs=rigs,
+        channel=channels[best] if len(views) > 1 and found != Fault.HEALTHY else None,
     )
+
+
+def _others(recording: Recording) -> list[str]:
+    """Channels beside the analysed one that are as long and not constant."""
+    own = recording.channels.get(recording.channel or "")
+    if own is None:
+        return []
+    return [
+        name for name, x in recording.channels.items()
+        if name != recording.channel and x.size == own.size and x.min() < x.max()
+    ]  # fmt: skip
+
+
+def _other_channels(analysis: Analysis) -> Iterator[Analysis]:
+    """The analysis with another channel's signal in place of its own; its lines stay those of its own."""
+    done = analysis.processed
+    for name in _others(analysis.recording):
+        processed = process(
+            analysis.recording, band_hz=done.band_hz, channel=name, band_filter=done.band_filter, tracking=done.tracking
+        )
+        yield dataclasses.replace(analysis, processed=processed)
 
 
 def fault_entry(call: FaultCall, naming: Naming | None) -> dict[str, Any]:
@@ -80,6 +115,7 @@ def fault_entry(call: FaultCall, naming: Naming | None) -> dict[str, Any]:
         "probabilities": naming.probabilities,
         "log_likelihood": naming.log_likelihood,
         "unexplained_order": naming.evidence.unexplained_order,
+        "channel": naming.channel,
         "parts": naming.evidence.parts,
     }
 

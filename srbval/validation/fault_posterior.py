@@ -1,13 +1,13 @@
 """Posterior probabilities of what a record shows: healthy, a fault of one part, or something else.
 
-A record has one feature of each fault: by how much its family's comb stands out above the next fault's; and one of the
-strongest comb that none of them explains. Each class is held against the healthy one by the feature that tells the two
-apart, so that log likelihoods are those over the healthy class's: a part's by its own feature as faulty and as silent,
-something else's by the unexplained comb. Every feature follows a Student t of `FREEDOM` degrees. A record of a rig
-never seen is drawn with the scatter of rigs, bearings, runs and noise at once, so that one spread holds them all, every
-rig, and every bearing of a rig, having the same weight. It is not shared by all classes: a silent part scatters as the
-highest of noise does, a faulty one as sizes of faults do. One exponent tempers all likelihoods, fitted on rigs left
-out.
+A record has one feature of each fault and one of the strongest comb that none of them explains (`FaultEvidence`). Each
+class is held against the healthy one by the feature that tells the two apart, so that log likelihoods are those over
+the healthy class's. A class is a mixture: where it shows, its feature stands out; some of its records hide it, and look
+as silent as any (most rollers). Every part of it follows a Student t of `FREEDOM` degrees. A record of a rig never seen
+is drawn with the scatter of rigs, bearings, runs and noise at once, so that one spread holds them all, every rig, and
+every bearing of a rig, having the same weight. It is not shared by all classes: a silent part scatters as the highest
+of noise does, a faulty one as sizes of faults do. One exponent tempers all likelihoods and one offset sets their level
+over the healthy class; both are fitted on rigs left out.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+from scipy.optimize import minimize
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS, Fault
@@ -63,33 +63,51 @@ class Role:
 
     def log_density(self, values: FloatArray | float) -> FloatArray:
         """Of the Student t, less a constant that is the same for all roles."""
-        distance = ((np.asarray(values) - self.place) / self.spread) ** 2
-        return np.asarray(-math.log(self.spread) - (FREEDOM + 1) / 2 * np.log1p(distance / FREEDOM))
+        return _log_student(((np.asarray(values) - self.place) / self.spread) ** 2, self.spread)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shown:
+    """The feature of a class: as it is where the class shows, where it does not, and the share of those that hide."""
+
+    shown: Role
+    silent: Role
+    hidden: float
+
+    def log_ratio(self, value: float) -> float:
+        """Log likelihood of the class over the healthy one."""
+        ratio = float(self.shown.log_density(value) - self.silent.log_density(value))
+        return float(np.logaddexp(math.log1p(-self.hidden) + ratio, math.log(self.hidden)))
 
 
 @dataclass(frozen=True, kw_only=True)
 class FaultPosterior:
-    """The fitted classes: of each but the healthy one its feature's role in it and outside it.
+    """The fitted classes but the healthy one, by name.
 
-    `specimens`: bearings known of each class; `temper`: exponent of all likelihoods.
+    `specimens`: bearings known of each class; `temper`: exponent of all likelihoods; `offset`: what all of them lose.
     """
 
-    roles: Mapping[str, tuple[Role, Role]]
+    classes: Mapping[str, Shown]
     specimens: Mapping[str, int]
     temper: float = 1.0
+    offset: float = 0.0
 
-    def log_likelihood(self, features: FloatArray) -> dict[str, float]:
-        """Log likelihood of each class over the healthy one's, tempered: with it any prior can be used."""
+    def log_likelihood(self, *channels: FloatArray) -> dict[str, float]:
+        """Log likelihood of each class over the healthy one's, tempered: with it any prior can be used.
+
+        From the features [4] of each of several `channels`, of which any may be the one that shows the class: the mean
+        of the likelihoods, so that every channel looked at is paid for.
+        """
         found = {Fault.HEALTHY.value: 0.0}
-        for name, value in zip(CLASSES[1:], features, strict=True):
-            if name in self.roles:
-                inside, outside = self.roles[name]
-                found[name] = self.temper * float(inside.log_density(value) - outside.log_density(value))
+        for number, name in enumerate(CLASSES[1:]):
+            if name in self.classes:
+                ratio = [self.temper * self.classes[name].log_ratio(float(features[number])) for features in channels]
+                found[name] = float(np.logaddexp.reduce(ratio)) - math.log(len(ratio)) - self.offset
         return found
 
-    def probabilities(self, features: FloatArray, prior: Mapping[str, float] = PRIOR) -> dict[str, float]:
+    def probabilities(self, *channels: FloatArray, prior: Mapping[str, float] = PRIOR) -> dict[str, float]:
         """Posterior probability of each class, none above (n + 1) / (n + 2) of n specimens known of it."""
-        weight = {name: prior[name] * math.exp(value) for name, value in self.log_likelihood(features).items()}
+        weight = {name: prior[name] * math.exp(value) for name, value in self.log_likelihood(*channels).items()}
         total = sum(weight.values())
         found = {name: value / total for name, value in weight.items()}
         best = max(found, key=lambda name: found[name])
@@ -100,6 +118,10 @@ class FaultPosterior:
             found = {name: (1 - cap) * value / rest for name, value in others.items()} | {best: cap}
             found = {name: found[name] for name in weight}
         return found
+
+
+def _log_student(distance: FloatArray, spread: float) -> FloatArray:
+    return np.asarray(-math.log(spread) - (FREEDOM + 1) / 2 * np.log1p(distance / FREEDOM))
 
 
 def decide(probabilities: Mapping[str, float]) -> str:
@@ -120,11 +142,16 @@ def fit_posterior(known: Sequence[KnownFeatures]) -> FaultPosterior:
     own = np.array([found[state] for _, state, found in rows if state in found])
     prior = np.array([PRIOR[name] for name in CLASSES])
 
-    def score(temper: float) -> float:
-        return float(weight @ (np.log(np.exp(temper * likelihood) @ prior) - temper * own))
+    faulty = np.array([name != Fault.HEALTHY for name in CLASSES])
+    was_faulty = np.array([state != Fault.HEALTHY for _, state, found in rows if state in found])
 
-    best = minimize_scalar(score, bounds=(0.05, 3.0), method="bounded")
-    return replace(_fitted(weighted), temper=float(best.x))
+    def score(parameters: FloatArray) -> float:
+        temper, offset = parameters
+        terms = np.exp(temper * likelihood - offset * faulty) @ prior
+        return float(weight @ (np.log(terms) - temper * own + offset * was_faulty))
+
+    best = minimize(score, (0.5, 0.0), method="Nelder-Mead", bounds=((0.05, 3.0), (-3.0, 3.0)))
+    return replace(_fitted(weighted), temper=float(best.x[0]), offset=float(best.x[1]))
 
 
 def _weighted(known: Sequence[KnownFeatures]) -> list[tuple[float, KnownFeatures]]:
@@ -136,20 +163,45 @@ def _weighted(known: Sequence[KnownFeatures]) -> list[tuple[float, KnownFeatures
 
 def _fitted(weighted: Sequence[tuple[float, KnownFeatures]]) -> FaultPosterior:
     of = {name: [(w, k) for w, k in weighted if k.state == name] for name in CLASSES}
-    rigs = {name: len({k.rig for _, k in pairs}) for name, pairs in of.items()}
-    own = {name: [(w, k.families[number]) for w, k in of[name]] for number, name in enumerate(_PARTS) if of[name]}
-    everywhere = _role([pair for pairs in own.values() for pair in pairs]).place
-    place = {n: (rigs[n] * _role(p).place + SHRINKAGE * everywhere) / (rigs[n] + SHRINKAGE) for n, p in own.items()}
-    spread = _role([(w, x - place[name]) for name, pairs in own.items() for w, x in pairs]).spread
     silent = _role([(w, x) for name in (Fault.HEALTHY, OTHER) for w, k in of[name] for x in k.families])
-    # The place itself is known from so many rigs.
-    roles = {n: (Role(place=place[n], spread=spread * math.sqrt(1 + 1 / rigs[n])), silent) for n in own}
+    own = {name: [(w, k.families[number]) for w, k in of[name]] for number, name in enumerate(_PARTS) if of[name]}
+    classes = _shown(own, silent)
     if of[OTHER]:
-        alien = _role([(w, k.unexplained) for w, k in of[OTHER]])
-        roles[OTHER] = alien, _role([(w, k.unexplained) for name in CLASSES[:-1] for w, k in of[name]])
+        quiet = _role([(w, k.unexplained) for w, k in of[Fault.HEALTHY]])
+        classes |= _shown({OTHER: [(w, k.unexplained) for w, k in of[OTHER]]}, quiet)
     return FaultPosterior(
-        roles=roles, specimens={n: len({(k.rig, k.specimen) for _, k in pairs}) for n, pairs in of.items()}
+        classes=classes, specimens={n: len({(k.rig, k.specimen) for _, k in pairs}) for n, pairs in of.items()}
     )
+
+
+def _shown(own: Mapping[str, Sequence[tuple[float, float]]], silent: Role) -> dict[str, Shown]:
+    """Each class as a mixture of what shows, with one spread, and what hides, by expectation and maximisation."""
+    if not own:
+        return {}
+    of = np.repeat(np.arange(len(own)), [len(pairs) for pairs in own.values()])
+    weight, values = np.array([pair for pairs in own.values() for pair in pairs]).T
+    total = np.bincount(of, weight)
+    place, hidden = np.full(len(own), values.max() / 2), np.full(len(own), 0.5)
+    spread = float(max(values.max() / 4, LEAST_SPREAD))
+    for _ in range(_ROUNDS):
+        distance = ((values - place[of]) / spread) ** 2
+        odds = (1 / hidden[of] - 1) * np.exp(_log_student(distance, spread) - silent.log_density(values))
+        seen = weight * odds / (1 + odds)
+        share = seen * (FREEDOM + 1) / (FREEDOM + distance)
+        everywhere, rigs = float(share @ values / share.sum()), np.bincount(of, seen)
+        # Each class at its own place, drawn towards that of all by `SHRINKAGE` rigs.
+        mean = np.bincount(of, share * values) / np.maximum(np.bincount(of, share), 1e-300)
+        place = (rigs * mean + SHRINKAGE * everywhere) / (rigs + SHRINKAGE)
+        spread = max(math.sqrt(float(share @ (values - place[of]) ** 2 / seen.sum())), LEAST_SPREAD)
+        hidden = (1 + total - rigs) / (2 + total)
+    # The place itself is known from so many rigs.
+    return {
+        name: Shown(
+            shown=Role(place=float(place[n]), spread=spread * math.sqrt(1 + 1 / (1 + float(rigs[n])))),
+            silent=silent, hidden=float(hidden[n]),
+        )
+        for n, name in enumerate(own)
+    }  # fmt: skip
 
 
 def _role(weighted: Sequence[tuple[float, float]]) -> Role:

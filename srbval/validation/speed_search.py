@@ -10,6 +10,8 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from srbval.bearing import DEFECTS, Bearing
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import LEAST_SNR, Periodogram, drop_ends, end_s, read_comb, squared_envelope_one_pass
@@ -27,6 +29,8 @@ USABLE_SHARE = 0.9
 LARGEST_MASK_SHARE = 5e-4
 # The whole band, as shares of the sampling rate.
 WHOLE_BAND = (0.01, 0.47)
+# Noise alone exceeds so many medians of its squared envelope once in 4096 values: 2^-12 of an exponential variable.
+CLIP = 12.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -220,9 +224,14 @@ def periodogram_of(processed: Processed, bearing: Bearing, speed: ShaftSpeed) ->
 
 
 def whitened_periodogram(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> Periodogram:
-    """`periodogram_of` the whole band after cepstrum prewhitening."""
+    """`periodogram_of` the whole band after cepstrum prewhitening, the squared envelope clipped at `CLIP` medians.
+
+    Some few knocks far above all others would make up combs of any order among themselves. Impacts of a fault come in
+    hundreds, each of them little above the clip.
+    """
     band_hz = WHOLE_BAND[0] * processed.fs_hz, WHOLE_BAND[1] * processed.fs_hz
     square, rate = squared_envelope_one_pass(prewhitened(processed.whole), processed.fs_hz, band_hz)
+    square = np.minimum(square, CLIP * float(np.median(square)))
     ends = end_s(band_hz)
     square = tracked(drop_ends(square, rate, ends), rate, ends, processed.tracking)
     whole = replace(processed, squared=square, squared_fs_hz=rate, band_hz=band_hz)

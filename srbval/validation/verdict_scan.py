@@ -9,7 +9,7 @@ digits. Record: band, comb, kinematics, reading, speed. The scene ``rig`` is tak
 import dataclasses
 import math
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -34,6 +34,7 @@ from srbval.validation.table6 import table6
 
 NOMINAL = "all nominal"
 HARMONICS = range(1, 6)
+HALF_DIGITS = (-SCAN.half_digit_m, 0.0, SCAN.half_digit_m)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,17 +119,14 @@ def _model_rows(record: _Record, progress: Progress) -> Iterator[ScanRow]:
     more: list[tuple[str, str, Mapping[str, Scene]]] = [
         ("numerics", "length of the run", lengths),
         ("numerics", "points on a circle", {f"{n}": with_points(base, n) for n in SCAN.circle_points}),
-        ("numerics", "solver's step", {"1/1": base, "1/2": _with_step(base, 0.5)}),
+        ("numerics", "solver's step", {f"{part:g} of it": _with_step(base, part) for part in (1.0, 0.5)}),
         ("model", "contact", {"points": base, "slices": dataclasses.replace(base, model="slices")}),
     ]
     with tempfile.TemporaryDirectory(prefix="srbval-") as folder:
-        for name, further in (("pitch_radius", "inner_centre_radial"), ("inner_centre_axial", "")):
-            files = {f"{by:+g} um": _bearing_file(Path(folder), name, further, 1e-6 * by) for by in _half_digits()}
-            more.append(
-                ("geometry", name.replace("_", " "), {
-                    label: dataclasses.replace(base, bearing=file) for label, file in files.items()
-                })
-            )  # fmt: skip
+        for names in (("pitch_radius_m", "inner_centre_radial_m"), ("inner_centre_axial_m",)):
+            files = {f"{1e6 * by:+g} um": _bearing_file(Path(folder), names, by) for by in HALF_DIGITS}
+            scenes = {label: dataclasses.replace(base, bearing=file) for label, file in files.items()}
+            more.append(("geometry", f"last digit of {names[0].removesuffix('_m').replace('_', ' ')}", scenes))
         for kind, name, scenes in more:
             yield record.row(kind, name, [(label, _cage(scene), None) for label, scene in scenes.items()])
     yield from _reading_rows(record, own)
@@ -201,20 +199,16 @@ def _with_step(scene: Scene, share: float) -> Scene:
     return dataclasses.replace(scene, solver=dataclasses.replace(scene.solver, step_s=share * scene.solver.step_s))
 
 
-def _half_digits() -> tuple[float, ...]:
-    return (-1e6 * SCAN.half_digit_m, 0.0, 1e6 * SCAN.half_digit_m)
-
-
-def _bearing_file(folder: Path, name: str, further: str, by_m: float) -> str:
-    """The default bearing with one length changed, and twice that another one, which Table 1 prints as its double."""
+def _bearing_file(folder: Path, names: Sequence[str], by_m: float) -> str:
+    """The default bearing with lengths off: the first by `by_m`, one after it, printed as its double, by twice that."""
     geometry = load_bearing(DEFAULT_BEARING).geometry
     assert geometry is not None, "the default bearing is the one that the model runs"
     values = {field.name: getattr(geometry, field.name) for field in dataclasses.fields(geometry)}
-    values[f"{name}_m"] += by_m
-    if further:
-        values[f"{further}_m"] += 2 * by_m
-    path = folder / f"{name}{1e6 * by_m:+g}.toml"
-    path.write_text("\n".join(["[geometry]", *(f"{key} = {value!r}" for key, value in values.items())]) + "\n")
+    for times, name in enumerate(names, start=1):
+        values[name] += times * by_m
+    path = folder / f"{names[0]}{by_m:+g}.toml"
+    lines = ['title = "last digit"', 'source = "Table 1"', "[geometry]", *(f"{k} = {v!r}" for k, v in values.items())]
+    path.write_text("\n".join(lines) + "\n")
     return str(path)
 
 

@@ -34,7 +34,7 @@ from srbval.validation.bias import biases_of
 from srbval.validation.compared_quantities import CAGE_RATIO, cage_of
 from srbval.validation.comparison import Comparison, QuantityValue
 from srbval.validation.effects import INPUTS
-from tests.calibrators.amplitudes import BEARING, behind, drawn_paths, line_order, measured
+from tests.calibrators.amplitudes import BEARING, OF_HEALTHY, behind, drawn_paths, line_order, measured
 from tests.calibrators.rig_inputs import draws
 from tests.calibrators.rows import print_rows
 
@@ -207,9 +207,15 @@ def main() -> None:
         summary += measures(own)
         print(f"{step.name}: done", flush=True)
     print_rows([json_object(one) for one in summary])
-    first = [replace(row, scene="paper") for row in found if row.scene == steps()[0].name]
+    first = {
+        row.quantity + row.record * (row.quantity != HEALTHY): row for row in found if row.scene == steps()[0].name
+    }
+    paper = [
+        replace(row, scene="paper", record=healthy.name, kind=OF_HEALTHY) if row.quantity == HEALTHY else
+        replace(row, scene="paper") for row in first.values()
+    ]  # fmt: skip
     content = {
-        "machine": this_machine(), "seconds": SECONDS, "bias": biases_of(first),
+        "machine": this_machine(), "seconds": SECONDS, "bias": biases_of(paper),
         "measures": summary, "rows": [row.to_dict() for row in found],
     }  # fmt: skip
     path = store_result(stamped(WATERFALL, content, command=COMMAND[WATERFALL], revision=revision), options.output)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 from srbval.figures.acceleration import acceleration_panel
 from srbval.figures.spectrum import envelope_spectrum_panel, fault_cursors
 from srbval.main_job import MadeReport, make_report
+from srbval.recordings.registry.register import shipped_recordings
 from srbval.report import (
     Badge,
     Callout,
@@ -30,7 +32,7 @@ from srbval.report import (
     literal,
 )
 
-from .whole import SECONDS, HostileReport, hostile_file, write_hostile
+from .whole import OPTIONS, SECONDS, HostileReport, hostile_file, write_hostile
 
 HOSTILE = '<script>alert(1)</script> "q" \'s\' #panic("x") $x$ *a* _b_ `c` @ref ../../etc \x00 漢'
 
@@ -42,17 +44,19 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> tuple[MadeReport, Path]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SRBVAL_RECORDINGS", str(hostile_file(tmp_path_factory.mktemp("other")).parent))
         patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
-        return make_report(folder / "report", seconds=SECONDS), folder / "report"
+        return make_report(folder / "report", seconds=SECONDS, appendix=True), folder / "report"
 
 
 @pytest.fixture(scope="session")
-def with_rig(tmp_path_factory: pytest.TempPathFactory, recordings_dir: Path) -> tuple[MadeReport, Path]:
-    """A report with the rig's recordings registered."""
+def with_rig(tmp_path_factory: pytest.TempPathFactory) -> tuple[MadeReport, Path]:
+    """The report that everybody gets first, but for its short runs: with the rig's excerpts that come with srbval."""
     folder = tmp_path_factory.mktemp("rig")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SRBVAL_RECORDINGS", str(recordings_dir / "torino"))
+        patch.delenv("SRBVAL_RECORDINGS", raising=False)
         patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
-        return make_report(folder / "report", seconds=SECONDS), folder / "report"
+        patch.setattr("srbval.recordings.registry.lookup.shipped_recordings", shipped_recordings)
+        made = make_report(folder / "report", seconds=SECONDS, appendix=True, command=shlex.join(["srbval", *OPTIONS]))
+        return made, folder / "report"
 
 
 @pytest.fixture(scope="session")

@@ -10,6 +10,8 @@ import pytest
 
 from srbval.main_job import MadeReport
 
+from .whole import FILES
+
 PANELS = {
     f"fig{n}{c}" for n, letters in (("11", "abcdef"), ("12", "ab"), ("13", "ab"), ("14", "abcdef")) for c in letters
 }
@@ -22,7 +24,7 @@ def document(made: tuple[MadeReport, Path]) -> dict[str, Any]:
 
 def test_everything_is_written(alone: tuple[MadeReport, Path]) -> None:
     _, folder = alone
-    assert {p.name for p in folder.iterdir()} == {"report.html", "report.pdf", "report.json", "figures"}
+    assert {p.name for p in folder.iterdir()} == FILES
     assert {f"{panel}.svg" for panel in PANELS} <= {p.name for p in (folder / "figures").iterdir()}
 
 

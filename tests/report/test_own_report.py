@@ -50,6 +50,17 @@ def test_against_a_healthy_record_the_fault_is_named_first(tmp_path: Path) -> No
     assert report.data["records"][0].call.called is Fault.INNER
 
 
+def test_the_answer_says_how_probable_each_class_is_by_the_record_alone(tmp_path: Path) -> None:
+    report = assemble_own(held(), tmp_path, command="srbval report")
+    naming = held().records[0].naming
+    assert naming is not None
+    assert naming.state == "inner"
+    said = next(point for point in report.verdict.points if "By the record alone" in point)
+    for name, share in naming.probabilities.items():
+        assert f"{'something else' if name == 'other' else name} {100 * share:.0f} %" in " ".join(said.split())
+    assert "called: inner" in said
+
+
 def test_without_one_a_line_is_a_sign_and_no_fault_is_called(tmp_path: Path) -> None:
     evidence = gather_own([faulted()], bearing=BEARING.name)
     report = assemble_own(evidence, tmp_path, command="srbval report")

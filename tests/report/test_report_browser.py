@@ -6,6 +6,7 @@ Chromium is driven through Playwright: one on the PATH, one named by SRBVAL_CHRO
 
 from __future__ import annotations
 
+import itertools
 import os
 import shutil
 from collections.abc import Iterator
@@ -14,7 +15,8 @@ from typing import Any
 
 import pytest
 
-WIDTHS = (360, 1400)
+WIDTHS = (390, 1400)
+DOCUMENTS = ("html", "appendix_html")
 NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
 # Elements that reach beyond the window and are not inside something that scrolls, and text that its box cuts.
 CUT = """() => {
@@ -80,23 +82,46 @@ def violations(page: Any) -> list[str]:
     return [f"{v['id']}: {v['help']}: {v['nodes'][0]['html'][:200]} ({len(v['nodes'])})" for v in found]
 
 
-@pytest.fixture(scope="session", params=["hostile names", pytest.param("rig", marks=pytest.mark.recordings)])
+@pytest.fixture(scope="session", params=[f"{report}, {d}" for report in ("hostile names", "rig") for d in DOCUMENTS])
 def whole(request: pytest.FixtureRequest) -> Path:
-    """A whole report's page."""
-    if request.param == "rig":
-        found: Path = request.getfixturevalue("with_rig")[0].files["html"]
-    else:
-        found = request.getfixturevalue("hostile")["html"]
+    """A page of a whole report."""
+    report, document = request.param.split(", ")
+    files = request.getfixturevalue("with_rig")[0].files if report == "rig" else request.getfixturevalue("hostile")
+    found: Path = files[document]
     return found
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_nothing(chromium: Any, whole: Path, scheme: str) -> None:
-    with Visit(chromium, whole, color_scheme=scheme, viewport={"width": 1400, "height": 1000}) as visit:
+def test_axe_finds_nothing(chromium: Any, whole: Path) -> None:
+    """In light and dark, wide and narrow, with every chart opened for zooming."""
+    with Visit(chromium, whole) as visit:
         for button in visit.page.locator("button.open").all():
             button.click()
-        assert violations(visit.page) == []
+        for width, scheme in itertools.product(WIDTHS, ("light", "dark")):
+            visit.page.set_viewport_size({"width": width, "height": 1000})
+            visit.page.emulate_media(color_scheme=scheme)
+            assert violations(visit.page) == [], (width, scheme)
         assert visit.complaints == []
+
+
+def test_the_answer_comes_before_the_contents(chromium: Any, with_rig: tuple[Any, Path]) -> None:
+    """On a telephone, and in the order in which the page is read aloud."""
+    with Visit(chromium, with_rig[0].files["html"], viewport={"width": 390, "height": 844}) as visit:
+        tops = [visit.page.locator(what).bounding_box()["y"] for what in ("h1", "#verdict", "nav", "#records-section")]
+        assert tops == sorted(tops)
+        assert visit.page.evaluate(
+            "document.querySelector('#verdict').compareDocumentPosition(document.querySelector('nav')) & 4"
+        )
+
+
+def test_each_document_leads_to_the_other(chromium: Any, with_rig: tuple[Any, Path]) -> None:
+    for kind in DOCUMENTS:
+        with Visit(chromium, with_rig[0].files[kind]) as visit:
+            links = visit.page.evaluate("[...document.querySelectorAll('a[href*=\".html\"]')].map((a) => a.href)")
+            assert len(links) > 3
+            for link in links:
+                file, _, anchor = link.removeprefix("file://").partition("#")
+                page = Path(file).read_text(encoding="utf-8")
+                assert not anchor or f'id="{anchor}"' in page, link
 
 
 @pytest.mark.parametrize("width", WIDTHS)

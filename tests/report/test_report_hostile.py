@@ -9,7 +9,7 @@ from pathlib import Path
 
 from srbval.main_job import MadeReport
 
-from .whole import FILE_NAME, HOSTILE, TEXT
+from .whole import FILE_NAME, FILES, HOSTILE, TEXT
 
 SHOWN = TEXT.replace("\x00", "\ufffd").replace("\u202e", "\ufffd")
 LARGEST_HTML, LARGEST_PDF = 6_000_000, 8_000_000
@@ -39,7 +39,7 @@ def test_hostile_names_survive_in_the_data(hostile: dict[str, Path]) -> None:
 
 def test_nothing_is_written_elsewhere(hostile: dict[str, Path]) -> None:
     folder = hostile["html"].parent
-    assert {p.name for p in folder.iterdir()} == {"report.html", "report.pdf", "report.json", "figures"}
+    assert {p.name for p in folder.iterdir()} == FILES
     assert {p.name for p in folder.parent.iterdir()} == {"drawn", "report"}
     assert all(re.fullmatch(r"[a-z0-9-]+\.(svg|png|csv)", p.name) for p in (folder / "figures").iterdir())
 

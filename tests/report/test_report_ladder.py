@@ -47,7 +47,7 @@ def test_the_section_shows_every_rung(tmp_path: Path) -> None:
     picture = (tmp_path / "ladder.svg").read_text(encoding="utf-8")
     for model in shipped_calibration().models:
         assert model in picture
-    tables = [block for block in section.blocks if isinstance(block, Table)]
+    tables = [block for block in section.all_blocks if isinstance(block, Table)]
     shown = [table.id for table in tables if table.id != "held-out-table"]
     assert shown == ["ladder-table", "rig-ladder-table", "pattern-rungs-table", "pattern-table"]
     (rungs,) = (table for table in tables if table.id == "pattern-rungs-table")

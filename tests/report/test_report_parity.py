@@ -22,7 +22,7 @@ from .whole import HostileReport
 
 pytest.importorskip("typst")
 
-LARGEST_PAGES = 50
+MOST_PAGES = {"pdf": 12, "appendix_pdf": 45}
 LEAST_NUMBERS = 300  # of a whole report's tables; fewer would mean that most were not looked at
 NUMBER = re.compile(r"[+-]?\d[\d,]*(?:\.\d+)?(?:e[+-]?\d+)?")
 ROUNDING = 0.5000001  # of the last digit shown: a number stands for what rounds to it, ties both ways
@@ -89,10 +89,12 @@ def unmatched(text: str, cell: dict[str, Any]) -> list[str]:
 
 
 def differences(files: dict[str, Path]) -> tuple[int, list[tuple[str, str]]]:
-    """How many numbers the tables of the page show, and table and text of those that report.json does not hold."""
+    """How many numbers the tables of both pages show, and table and text of those that report.json does not hold."""
     tables = {table["id"]: table for table in json.loads(files["json"].read_text("utf-8"))["tables"]}
-    shown = Tables(files["html"].read_text("utf-8")).found
+    pages = [Tables(files[kind].read_text("utf-8")).found for kind in ("html", "appendix_html") if kind in files]
+    shown = {name: rows for page in pages for name, rows in page.items()}
     assert set(shown) == set(tables)
+    assert len(shown) == sum(map(len, pages)), "a table stands in one document"
     count, missing = 0, []
     for name, rows in shown.items():
         columns = tables[name]["columns"]
@@ -140,7 +142,6 @@ def test_every_number_of_every_table_is_in_report_json(hostile_report: HostileRe
     assert missing == []
 
 
-@pytest.mark.recordings
 def test_so_are_those_of_a_report_with_the_rig(with_rig: tuple[Any, Path]) -> None:
     count, missing = differences(with_rig[0].files)
     assert count > LEAST_NUMBERS
@@ -164,7 +165,9 @@ def test_each_number_of_the_tables_is_on_the_page(report: Report, written: dict[
 
 @WITH_PDFTOTEXT
 def test_each_number_of_a_whole_report_is_in_both(hostile_report: HostileReport) -> None:
-    page, paper = page_words(hostile_report.files["html"]), paper_words(hostile_report.files["pdf"])
+    files = hostile_report.files
+    page = page_words(files["html"]) + page_words(files["appendix_html"])
+    paper = paper_words(files["pdf"]) + paper_words(files["appendix_pdf"])
     numbers = list(expected_numbers(hostile_report.report))
     assert len(numbers) > LEAST_NUMBERS
     assert [n for n in numbers if n not in page] == []
@@ -180,6 +183,7 @@ def test_each_number_of_the_tables_is_in_the_pdf(report: Report, written: dict[s
 
 
 @WITH_PDFTOTEXT
-def test_a_whole_report_is_no_book(alone: tuple[Any, Path]) -> None:
-    run = subprocess.run(["pdftotext", alone[0].files["pdf"], "-"], capture_output=True, check=True)
-    assert run.stdout.count(b"\f") < LARGEST_PAGES
+@pytest.mark.parametrize(("kind", "most"), MOST_PAGES.items())
+def test_a_whole_report_is_no_book(with_rig: tuple[Any, Path], kind: str, most: int) -> None:
+    run = subprocess.run(["pdftotext", with_rig[0].files[kind], "-"], capture_output=True, check=True)
+    assert run.stdout.count(b"\f") <= most

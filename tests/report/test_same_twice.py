@@ -11,26 +11,22 @@ from typing import Any
 
 import pytest
 
+from srbval.main_job import MadeReport
 from srbval.storage.own_package import child_environment
 
-SECONDS = "1"
+from .whole import OPTIONS
+
 OF_THE_MACHINE = ("provenance",)
 
 
 @pytest.fixture(scope="module")
-def twice(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    """Two reports, made by two processes at the same time: each hashes its own way and shares its cores."""
-    homes = [tmp_path_factory.mktemp(name) for name in ("first", "second")]
-    processes = [
-        subprocess.Popen(
-            [sys.executable, "-m", "srbval", "report", "--seconds", SECONDS, "--no-pdf", "-o", "made"],
-            cwd=home, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-            env=os.environ | child_environment() | {"SRBVAL_HOME": str(home), "PYTHONHASHSEED": str(seed)},
-        )
-        for seed, home in enumerate(homes)
-    ]  # fmt: skip
-    assert [process.wait() for process in processes] == [0, 0]
-    return [home / "made" for home in homes]
+def twice(with_rig: tuple[MadeReport, Path], tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """The report made here, and once more by another process, which hashes its own way."""
+    home = tmp_path_factory.mktemp("again")
+    own = os.environ | child_environment() | {"SRBVAL_HOME": str(home), "PYTHONHASHSEED": "1"}
+    own.pop("SRBVAL_RECORDINGS", None)
+    subprocess.run([sys.executable, "-m", "srbval", *OPTIONS], cwd=home, capture_output=True, check=True, env=own)
+    return [with_rig[1], home / "made"]
 
 
 def document(folder: Path) -> dict[str, Any]:

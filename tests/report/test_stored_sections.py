@@ -113,8 +113,10 @@ def test_without_a_result_the_section_says_how_to_make_one(
 
 
 def test_the_map_shows_every_status(stability: ShownResult, tmp_path: Path) -> None:
-    blocks = stability_section(stability, NO_MAP, NO_VERDICTS, DEFAULT, tmp_path).blocks
-    (figure,) = [b for b in blocks if isinstance(b, Figure)]
+    blocks = stability_section(stability, NO_MAP, NO_VERDICTS, DEFAULT, tmp_path).all_blocks
+    of_main, figure = (b for b in blocks if isinstance(b, Figure))
+    assert (of_main.id, figure.id) == ("stability-map", "stability-play0-outer")
+    assert "ode1: ok at 1/61440 s 2" in of_main.alt
     text = figure.file.read_text(encoding="utf-8")
     for word in ("ok", "unlike-reference", "too-deep", "predicted limit"):
         assert word in text
@@ -125,7 +127,9 @@ def test_the_map_shows_every_status(stability: ShownResult, tmp_path: Path) -> N
 
 def test_what_was_not_caught_is_counted(stability: ShownResult, tmp_path: Path) -> None:
     listing = [
-        b for b in stability_section(stability, NO_MAP, NO_VERDICTS, DEFAULT, tmp_path).blocks if isinstance(b, Listing)
+        b
+        for b in stability_section(stability, NO_MAP, NO_VERDICTS, DEFAULT, tmp_path).all_blocks
+        if isinstance(b, Listing)
     ][-1]
     text = " ".join(listing.items)
     assert "8 runs passed their own tests and are unlike" in text
@@ -135,7 +139,9 @@ def test_what_was_not_caught_is_counted(stability: ShownResult, tmp_path: Path) 
 
 def test_limits_stand_beside_what_was_seen(stability: ShownResult, tmp_path: Path) -> None:
     (table,) = [
-        b for b in stability_section(stability, NO_MAP, NO_VERDICTS, DEFAULT, tmp_path).blocks if isinstance(b, Table)
+        b
+        for b in stability_section(stability, NO_MAP, NO_VERDICTS, DEFAULT, tmp_path).all_blocks
+        if isinstance(b, Table)
     ]
     first = [c.value for c in table.cells[0]]
     assert first == ["ode1, 1 mm/s", 61440.0, 61440.0, pytest.approx(1e4), pytest.approx(1e8)]
@@ -158,7 +164,7 @@ def test_wrong_verdicts_are_counted_and_listed(stability: ShownResult, tmp_path:
         "runs": [run, run | {"solver": "ode2", "falsely_ok": False}],
     }  # fmt: skip
     verdicts = shown_result(OWN_VERDICTS, StoredResult(path=Path("own_verdicts.json"), content=content))
-    blocks = stability_section(stability, NO_MAP, verdicts, DEFAULT, tmp_path).blocks
+    blocks = stability_section(stability, NO_MAP, verdicts, DEFAULT, tmp_path).all_blocks
     (said,) = [b.text for b in blocks if isinstance(b, Paragraph) and "right about itself" in b.text]
     assert "5 called themselves ok without caution; **1 of these are off**" in said
     (table,) = [b for b in blocks if isinstance(b, Table) and b.id == "own-verdicts"]
@@ -169,14 +175,14 @@ def test_wrong_verdicts_are_counted_and_listed(stability: ShownResult, tmp_path:
 
 
 def test_orders_stand_where_there_is_one(speed_accuracy: ShownResult, tmp_path: Path) -> None:
-    blocks = speed_accuracy_section(speed_accuracy, NO_BENCH, DEFAULT, tmp_path).blocks
+    blocks = speed_accuracy_section(speed_accuracy, NO_BENCH, DEFAULT, tmp_path).all_blocks
     (table,) = [b for b in blocks if isinstance(b, Table) and b.id == "observed-orders"]
     assert [[c.value for c in row] for row in table.cells] == [["ode4", None], [DEFAULT.name, 1.5]]
     assert "Rollers rattle in play0-outer" in table.notes[0]
 
 
 def test_failed_runs_are_in_chart_and_table(speed_accuracy: ShownResult, tmp_path: Path) -> None:
-    blocks = speed_accuracy_section(speed_accuracy, NO_BENCH, DEFAULT, tmp_path).blocks
+    blocks = speed_accuracy_section(speed_accuracy, NO_BENCH, DEFAULT, tmp_path).all_blocks
     (figure,) = [b for b in blocks if isinstance(b, Figure)]
     assert "ode1 at 1/61440 s failed (load-lost)" in figure.alt
     assert "failed" in figure.file.read_text(encoding="utf-8")
@@ -201,11 +207,12 @@ def test_the_rigs_scene_stands_beside_the_papers(
         replace(of, content=c) for of, c in zip((stability, speed_accuracy), json.loads(as_text), strict=True)
     )
     blocks = (
-        *stability_section(stability, rig_map, NO_VERDICTS, DEFAULT, tmp_path).blocks,
-        *speed_accuracy_section(speed_accuracy, rig_bench, DEFAULT, tmp_path).blocks,
+        *stability_section(stability, rig_map, NO_VERDICTS, DEFAULT, tmp_path).all_blocks,
+        *speed_accuracy_section(speed_accuracy, rig_bench, DEFAULT, tmp_path).all_blocks,
     )
     ids = [b.id for b in blocks if isinstance(b, Figure)]
-    assert ids == [f"{kind}-{scene}-outer" for kind in ("stability", "speed-accuracy") for scene in ("play0", "rig")]
+    shown = [f"{kind}-{scene}-outer" for kind in ("stability", "speed-accuracy") for scene in ("play0", "rig")]
+    assert ids == ["stability-map", *shown]
     tables = {b.id: b for b in blocks if isinstance(b, Table)}
     assert tables["rig-stability-limits"].cells[0][0].value == "ode1", "oil has no critical velocity of its own"
     scenes = {str(row[0].value).split(", ")[0] for row in tables["speed-accuracy-table"].cells}
@@ -217,7 +224,7 @@ def test_both_say_who_measured_when(stability: ShownResult, speed_accuracy: Show
         stability_section(stability, NO_MAP, NO_VERDICTS, DEFAULT, tmp_path),
         speed_accuracy_section(speed_accuracy, NO_BENCH, DEFAULT, tmp_path),
     ):
-        text = json.dumps([getattr(b, "text", "") for b in section.blocks])
+        text = json.dumps([getattr(b, "text", "") for b in section.all_blocks])
         assert "A & <B>" in text
         assert "2026-01-01" in text
 

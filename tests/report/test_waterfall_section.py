@@ -38,7 +38,7 @@ def stored() -> ShownResult:
 
 def test_every_step_has_its_errors(stored: ShownResult, tmp_path: Path) -> None:
     section = waterfall_section(stored, tmp_path)
-    (table,) = (block for block in section.blocks if isinstance(block, Table))
+    (table,) = (block for block in section.all_blocks if isinstance(block, Table))
     assert [column.title for column in table.columns][3:] == ["cage ratio, %", "increment, dB"]
     texts = [[cell.value for cell in row] for row in table.rows]
     assert texts == [

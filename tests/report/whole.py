@@ -28,6 +28,8 @@ from srbval.validation.shown_record import ShownRecord
 PACKAGE = Path(srbval.__file__).parent
 Record = TypeVar("Record", ShownRecord, RecordKurtogram)
 SECONDS = 1.2  # enough to read the lines; the report itself runs 10 s
+FILES = {"report.html", "report.pdf", "report.json", "appendix.html", "appendix.pdf", "figures"}
+OPTIONS = ("report", "--seconds", str(SECONDS), "--appendix", "--no-pdf", "-o", "made")  # of the same on a command line
 TEXT = "<script>alert(1)</script> \"q\" 's' ../../../tmp/x {{ 7*7 }} *a* **b** `c` & \x00 \u202e #panic(1)"
 HOSTILE = TEXT + "A" * 10_000
 FILE_NAME = "1_200_S1_Inner_F3_R1<script>alert(1)<script>\"q\"'s'..{{7*7}}.mat"
@@ -86,7 +88,8 @@ def write_hostile(evidence: Evidence, folder: Path) -> HostileReport:
         sys.setprofile(None)
     # What the report itself calls, directly or through another package (templates).
     called = {_function(called) for caller, called in calls if _function(caller)[0] in ("report", "")}
-    return HostileReport(report, write_report(report, folder / "report"), {(r, f) for r, f in called if r})
+    files = write_report(report, folder / "report", appendix=True)
+    return HostileReport(report, files, {(r, f) for r, f in called if r})
 
 
 def _function(code: CodeType) -> tuple[str, str]:

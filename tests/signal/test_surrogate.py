@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from srbval.signal.surrogate import phase_randomised
+from srbval.signal.prewhitening import phase_randomised
 
 ROUNDING = 1e-9
 

@@ -12,7 +12,7 @@ from srbval.cli import main
 from srbval.errors import ConfigurationError
 from srbval.recordings import Origin, Recording
 from srbval.recordings.speed import prescribed_speed
-from srbval.validation.background import on_background
+from srbval.validation.baseline import on_background
 from srbval.validation.pipeline import one_signal
 
 FS_HZ, SIZE = 4096.0, 8192

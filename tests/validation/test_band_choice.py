@@ -3,9 +3,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from srbval.bearing import Fault
+from srbval.bearing import Fault, load_bearing
 from srbval.cli import main
 from srbval.errors import ConfigurationError
+from srbval.recordings import Origin
 from srbval.signal import BandFilter
 from srbval.signal.comb import FALSE_ALARM
 from srbval.storage.strict_json import json_object
@@ -80,6 +81,19 @@ def test_who_chose_the_band_is_said():
     assert declared_band(rig, None).why == "the paper's"
     with pytest.raises(ConfigurationError, match="--band LO HI"):  # the same bearing in another machine
         declared_band(dataclasses.replace(rig, dataset=None), None)
+
+
+def test_a_simulated_record_of_a_larger_bearing_is_read_as_much_lower():
+    usual = load_bearing("skf-22240")
+    assert usual.geometry is not None
+    lengths = {key: 2 * value for key, value in vars(usual.geometry).items() if key.endswith("_m")}
+    larger = dataclasses.replace(usual, geometry=dataclasses.replace(usual.geometry, **lengths))
+    run = dataclasses.replace(OUTER, origin=Origin.SIMULATED, band_hz=None)
+    assert declared_band(run, None, usual).band_hz == declared_band(run, None).band_hz == (500, 1500)
+    assert declared_band(run, None, larger).band_hz == (250, 750)
+    assert "2 times as large" in declared_band(run, None, larger).why
+    assert declared_band(run, (600, 900), larger).band_hz == (600, 900)
+    assert declared_band(run, None, BEARING).band_hz == (500, 1500)  # a ball bearing's: not similar to the paper's
 
 
 def test_each_side_is_read_in_the_other_s_band():

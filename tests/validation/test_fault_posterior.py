@@ -71,7 +71,7 @@ def test_a_prior_of_one_s_own_moves_the_probabilities_by_its_odds() -> None:
     features = outer_at(0.5)
     log_odds = MODEL.log_likelihood(features)["outer"]
     prior = dict.fromkeys(CLASSES, 0.15) | {"healthy": 0.4}
-    shares = MODEL.probabilities(features, prior)
+    shares = MODEL.probabilities(features, prior=prior)
     assert np.log(shares["outer"] / shares["healthy"]) == pytest.approx(log_odds + np.log(0.15 / 0.4))
 
 
@@ -82,3 +82,27 @@ def test_likelihoods_that_lie_are_tempered() -> None:
         KnownFeatures(**vars(k) | {"state": str(rng.choice(CLASSES))}) if k.rig in ("r0", "r1") else k for k in known()
     ]
     assert fit_posterior(wrong).temper < MODEL.temper
+
+
+def test_a_class_shown_by_one_of_several_channels_is_called_and_the_others_are_paid_for() -> None:
+    shown, silent = np.array([14.0, -1, -1, 0.5]), np.array([-1.0, -1, -1, 0.5])
+    alone, several = MODEL.log_likelihood(shown), MODEL.log_likelihood(shown, silent, silent)
+    assert several["outer"] == pytest.approx(alone["outer"] - np.log(3), abs=0.1)
+    assert decide(MODEL.probabilities(silent, shown, silent)) == "outer"
+    same = MODEL.probabilities(silent, silent, silent)
+    assert same == pytest.approx(MODEL.probabilities(silent))
+
+
+def test_a_class_that_mostly_hides_is_not_excluded_by_silence() -> None:
+    """Four of five rollers silent: silence costs them little, and one that shows is called all the same."""
+    rng = np.random.default_rng(2)
+    hiding = [
+        KnownFeatures(**vars(k) | {"families": (k.families[0], k.families[1], -1.0)})
+        if k.state == "roller" and rng.random() < 0.8 else k
+        for k in known()
+    ]  # fmt: skip
+    model, silent = fit_posterior(hiding), np.array([-1.0, -1, -1, 0.5])
+    assert 0.6 < model.classes["roller"].hidden < 0.95
+    found = model.probabilities(silent)
+    assert found["roller"] > 2 * found["outer"]
+    assert decide(model.probabilities(np.array([-1.0, -1, 12, 0.5]))) == "roller"

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from srbval.bearing import Fault
+from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.storage.stored_result import RIG_INPUTS, newest_result
 from srbval.validation import verdict_scan
 from srbval.validation.analyse import analyse
@@ -95,3 +95,14 @@ def test_the_rig_scene_comes_from_its_own_study(rows):
         row = rows["rig", Fault.OUTER, effect["key"]]
         own = [deviation_pct(ratio, study["of"]["cage_ratio"]) for ratio in effect["cage_ratios"]]
         assert row.errors_pct == pytest.approx(own, abs=0.002)  # read from the shipped, compact record
+
+
+def test_a_bearing_with_another_last_digit_is_one(tmp_path):
+    """The pitch radius and its printed double, the radial place of the inner profile's centre, go together."""
+    own = load_bearing(DEFAULT_BEARING).geometry
+    names = ("pitch_radius_m", "inner_centre_radial_m")
+    moved = load_bearing(verdict_scan._bearing_file(tmp_path, names, SCAN.half_digit_m)).geometry
+    assert moved.pitch_radius_m - own.pitch_radius_m == pytest.approx(SCAN.half_digit_m)
+    assert moved.inner_centre_radial_m - own.inner_centre_radial_m == pytest.approx(2 * SCAN.half_digit_m)
+    assert moved.tilt_rad == own.tilt_rad
+    assert load_bearing(verdict_scan._bearing_file(tmp_path, names, 0.0)).geometry == own

@@ -23,6 +23,7 @@ from srbval.models.full.search_kernel import (
 from srbval.models.full.second_cage_kernel import lead_rates, second_balance, without_lead
 from srbval.models.full.slices_kernel import evaluate_slices, find_openings, law_at_speed
 from srbval.models.full.state import state_indices
+from srbval.models.full.surface_kernel import add_heights
 from srbval.models.jit import kernel, kernel_part
 
 CIRCLES = 3
@@ -50,6 +51,7 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     # 1. every roller: its frame, and the points of both races within its reach
     read_rollers(y, at, n // 2, space)
     roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second)
+    add_heights(model.surface, y[at.rotation : at.rotation + n], count, space)
     groups, compacted, single, deepest = plan_contacts(scratch.slots, races, space, plan, count)
     spacing = spacing_of_windows(count, model.patch)
     prepare_columns(groups, scratch.slots, space, plan, spacing, damping)

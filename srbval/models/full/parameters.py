@@ -27,6 +27,8 @@ from srbval.models.full.point_cloud import (
 from srbval.models.full.second_cage_kernel import SecondCage
 from srbval.models.full.slices_kernel import SliceTable
 from srbval.models.full.state import StateLayout
+from srbval.models.full.surface import surface_heights
+from srbval.models.full.surface_kernel import SurfaceHeights
 from srbval.scene import Defect, DefectShape, LoadPath, RollerFit, Scene
 
 IntArray = NDArray[np.int64]
@@ -118,6 +120,7 @@ class Parameters(NamedTuple):
     spare_of: IntArray  # which spare window a damaged roller has, shape [2 M]
     scratch: Scratch
     circle_half_gap: float  # half the distance between two circles along a roller [m]
+    surface: SurfaceHeights
     patch: FloatArray | None = None  # contacts that are not points: see `srbval.models.line`
     second_cage: SecondCage | None = None
     slices: SliceTable | None = None  # and those cut into slices, where no circle has a patch: `srbval.models.slices`
@@ -168,6 +171,7 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
         spare_of=np.cumsum(_damaged(scene, geometry) > 0) - 1,
         scratch=_scratch(geometry, angle, _damaged(scene, geometry)),
         circle_half_gap=_axial_position(geometry, 3) / 2,
+        surface=surface_heights(scene, geometry, diameter / 2),
         second_cage=SecondCage(cage_axial / 2) if scene.bodies.cages == 2 else None,
     )
 

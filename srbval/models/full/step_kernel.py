@@ -166,8 +166,8 @@ def leapfrog_step(y, t, step, method, model, work, ahead):
     `ahead`, [size]: predicted change of the velocities up to where forces are linearised; renewed for the next
     step. With x the velocities less the predicted ones, a their accelerations and J the damping, the equation is
     x' = a + J x from x = -ahead. The rollers' angles about their axes are moved in the middle, with the mean of both
-    velocities; where no roller is damaged, no force depends on them and the predicted velocities serve. With the
-    solutions k1 and k2 the mean force of the step is that at x = h ((1 + gamma) k1 + gamma k2) / 2 - ahead, of one
+    velocities; where no roller is damaged or wavy, no force depends on them and the predicted velocities serve. With
+    the solutions k1 and k2 the mean force of the step is that at x = h ((1 + gamma) k1 + gamma k2) / 2 - ahead, of one
     solution that at gamma h k1 - ahead: the `beyond` of `power_kernel`.
     """
     size = y.shape[0]
@@ -175,7 +175,7 @@ def leapfrog_step(y, t, step, method, model, work, ahead):
     totals, factors, beyond, braked = work.totals, work.factors, work.trial, work.braked
     first_rate, end = np.uint64(size // 2), np.uint64(size)
     per = 1.0 / (implicit * step)
-    damaged = model.roller_defects.shape[0] > 0
+    damaged = model.roller_defects.shape[0] > 0 or model.surface.rollers.shape[1] > 0
     drift(y, before * step)
     if damaged:
         turn_rollers(y, 0.5 * step, model)

@@ -4,20 +4,20 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from srbval.evidence.evidence import Evidence
-from srbval.report.content.amplitudes import amplitudes_section
 from srbval.report.content.bands import band_section
 from srbval.report.content.bearing import bearing_section
 from srbval.report.content.campaigns import campaign_section
 from srbval.report.content.closing import (
     assumptions_section,
     failures_section,
+    glossary_section,
     limits_section,
     provenance_section,
     references_section,
     runs_section,
     scene_section,
 )
-from srbval.report.content.closure import speed_and_slip_section, sum_rule_section
+from srbval.report.content.closure import speed_or_slip_section
 from srbval.report.content.ladder import ladder_section
 from srbval.report.content.matrix import matrix_section
 from srbval.report.content.other_rigs import other_rigs_section
@@ -62,30 +62,30 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
         verdict=verdict,
         sections=(
             records_section(evidence),
-            bearing_section(evidence, figures),
             table6_section(evidence, figures),
-            sum_rule_section(evidence),
-            speed_and_slip_section(evidence),
+            speed_or_slip_section(evidence),
             figures_section(evidence, figures),
-            band_section(evidence, figures),
-            *((paper_speed_section(evidence, figures),) if evidence.measured_states else ()),
+            waterfall_section(results[WATERFALL], figures),
+            rig_scene_section(results[RIG_INPUTS], results[RIG_BANDS], results[AMPLITUDES], results[WATERFALL]),
             speed_accuracy_section(results[SPEED_ACCURACY], results[RIG_SPEED_ACCURACY], default, figures),
             stability_section(results[STABILITY], results[RIG_STABILITY], results[OWN_VERDICTS], default, figures),
-            reading_section(results[READING]),
             ladder_section(evidence, figures),
-            rig_scene_section(results[RIG_INPUTS], results[RIG_BANDS]),
-            waterfall_section(results[WATERFALL], figures),
-            amplitudes_section(results[AMPLITUDES], results[WATERFALL]),
-            campaign_section(results[NOISE_STUDY], results[CAMPAIGN_SCALE]),
+            limits_section(evidence),
+            glossary_section(),
+            provenance_section(origin),
+            # from here on the appendix alone
+            bearing_section(evidence, figures),
+            *((paper_speed_section(evidence, figures),) if evidence.measured_states else ()),
+            band_section(evidence, figures),
+            reading_section(results[READING]),
             matrix_section(evidence, figures),
             verdict_scan_section(results[VERDICT_SCAN]),
             *other_rigs_section(evidence),
+            campaign_section(results[NOISE_STUDY], results[CAMPAIGN_SCALE]),
             assumptions_section(evidence),
-            limits_section(evidence),
             failures_section(evidence),
             runs_section(evidence),
             scene_section(evidence),
-            provenance_section(origin),
             references_section(evidence),
         ),
         data=evidence.to_dict() | {"headline": headline, "provenance": origin},

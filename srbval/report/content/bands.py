@@ -21,16 +21,16 @@ TOP_HZ = 10_240.0  # both sides to the rig's Nyquist frequency
 def band_section(evidence: Evidence, folder: Path) -> Section:
     """Kurtograms with the bands used, records that hold two combs, and the table of crossed bands."""
     panels = [_panel(letter, shown, folder) for letter, shown in zip("abcd", evidence.kurtograms, strict=True)]
+    chains = {"model_chain": evidence.paper[Fault.OUTER].processed.chain,
+              "rig_chain": evidence.rig[Fault.OUTER].processed.chain}  # fmt: skip
     return TEXTS.section(
-        TEXTS.paragraph(
-            "intro",
-            model_chain=evidence.paper[Fault.OUTER].processed.chain,
-            rig_chain=evidence.rig[Fault.OUTER].processed.chain,
-        ),
-        FigureGrid(figures=tuple(panels), columns=2, label="Kurtograms", caption=TEXTS.text("grid")),
-        *(remark for shown in evidence.kurtograms for remark in two_combs(shown)),
-        TEXTS.table("crossed-bands", evidence.crossed),
-        TEXTS.paragraph("crossed", sides=list(_crossed_sides(evidence))),
+        appendix=(
+            TEXTS.paragraph("intro", **chains),
+            FigureGrid(figures=tuple(panels), columns=2, label="Kurtograms", caption=TEXTS.text("grid")),
+            *(remark for shown in evidence.kurtograms for remark in two_combs(shown)),
+            TEXTS.table("crossed-bands", evidence.crossed),
+            TEXTS.paragraph("crossed", sides=list(_crossed_sides(evidence))),
+        )
     )
 
 

@@ -30,12 +30,15 @@ def bearing_section(evidence: Evidence, folder: Path) -> Section:
         TEXTS.figure("bearing-whole", whole, rollers=len(slots)),
         TEXTS.figure("bearing-scene", along, badge=Badge.SIMULATED, geometry=geometry),
     )
+    defect = TEXTS.figure(
+        "defect-cloud", cloud, badge=Badge.SIMULATED, scene=scene, defect=scene.defect, spacing_m=views.spacing_m
+    )
     return TEXTS.section(
-        TEXTS.paragraph("intro"),
-        TEXTS.figure("bearing-section", section),
-        FigureGrid(figures=pair, columns=2),
-        TEXTS.figure(
-            "defect-cloud", cloud, badge=Badge.SIMULATED, scene=scene, defect=scene.defect, spacing_m=views.spacing_m
-        ),
-        TEXTS.figure("load-zone", forces, badge=Badge.SIMULATED, scene=scene, zone=zone),
+        appendix=(
+            TEXTS.paragraph("intro"),
+            TEXTS.figure("bearing-section", section),
+            FigureGrid(figures=pair, columns=2),
+            defect,
+            TEXTS.figure("load-zone", forces, badge=Badge.SIMULATED, scene=scene, zone=zone),
+        )
     )

@@ -17,8 +17,10 @@ WORKERS = "workers_before_the_coordinator_is_full"
 def campaign_section(noise: ShownResult, scale: ShownResult) -> Section:
     """The study of noise and the table of scale; what is missing is said."""
     return TEXTS.section(
-        *(_noise(noise, noise.content["rows"]) if noise.content else (missing(noise),)),
-        *(_scale(scale, scale.content) if scale.content else (missing(scale),)),
+        appendix=(
+            *(_noise(noise, noise.content["rows"]) if noise.content else (missing(noise),)),
+            *(_scale(scale, scale.content) if scale.content else (missing(scale),)),
+        )
     )
 
 

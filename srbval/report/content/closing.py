@@ -1,4 +1,4 @@
-"""The last sections: what is open, what is not validated, what failed, runs, scene, provenance, references."""
+"""The last sections: what is not known, the words used; what is open, what failed, runs, scene, provenance, sources."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,6 +15,7 @@ from srbval.validation.matrix import NOT_DETECTED
 
 ASSUMPTIONS, LIMITS, FAILURES, RUNS = Texts("assumptions"), Texts("limits"), Texts("failures"), Texts("runs")
 SCENE, PROVENANCE, REFERENCES = Texts("scene"), Texts("provenance"), Texts("references")
+GLOSSARY = Texts("glossary")
 PAPER_WALL_PER_S = 86_400 / 1.26  # section 2.3: 1.26 simulated seconds per day
 SHOWN_DIGITS = 12  # of a scene's values: beyond them stands the rounding of a conversion of units
 
@@ -23,17 +24,20 @@ def assumptions_section(evidence: Evidence) -> Section:
     """What the paper leaves open, and how the load divides; what it does stands with the matrix."""
     scene, geometry = evidence.runs["paper-outer"].scene, evidence.bearing.geometry
     assert geometry is not None, "the report's bearing is one the model can run"
-    return ASSUMPTIONS.section(
-        ASSUMPTIONS.listing(
-            "assumptions", geometry=geometry, contact=scene.contact, defect=scene.defect, bodies=scene.bodies
-        ),
-        ASSUMPTIONS.paragraph("load-path", path=evidence.load_path),
-    )  # fmt: skip
+    listed = ASSUMPTIONS.listing(
+        "assumptions", geometry=geometry, contact=scene.contact, defect=scene.defect, bodies=scene.bodies
+    )
+    return ASSUMPTIONS.section(appendix=(listed, ASSUMPTIONS.paragraph("load-path", path=evidence.load_path)))
 
 
 def limits_section(evidence: Evidence) -> Section:
     """What nothing in this report says anything about."""
     return LIMITS.section(LIMITS.listing("limits", passing=evidence.point_passing))
+
+
+def glossary_section() -> Section:
+    """The words that the report uses, each in a sentence."""
+    return GLOSSARY.section(GLOSSARY.listing("words"))
 
 
 def failures_section(evidence: Evidence) -> Section:
@@ -58,35 +62,35 @@ def failures_section(evidence: Evidence) -> Section:
         *(item for file, why in unusable for item in FAILURES.listing("record", file=file, why=why).items),
         *summary.items,
     )
-    return FAILURES.section(FAILURES.paragraph("intro"), Listing(items=items))
+    return FAILURES.section(appendix=(FAILURES.paragraph("intro"), Listing(items=items)))
 
 
 def runs_section(evidence: Evidence) -> Section:
     """Every run behind the report: how it ended and what it cost."""
     slowest = max(run.wall_per_simulated_s for run in evidence.run_facts)
-    return RUNS.section(
-        RUNS.table("runs-table", evidence.run_facts),
-        RUNS.paragraph("cost", paper_wall_per_s=PAPER_WALL_PER_S, slowest=slowest),
-    )
+    cost = RUNS.paragraph("cost", paper_wall_per_s=PAPER_WALL_PER_S, slowest=slowest)
+    return RUNS.section(appendix=(RUNS.table("runs-table", evidence.run_facts), cost))
 
 
 def scene_section(evidence: Evidence) -> Section:
     """Every value of the paper's outer-race scene, SI units in the names."""
-    return SCENE.section(SCENE.paragraph("intro"), KeyValues(pairs=flatten(evidence.scene_values)))
+    return SCENE.section(appendix=(SCENE.paragraph("intro"), KeyValues(pairs=flatten(evidence.scene_values))))
 
 
 def provenance_section(origin: Mapping[str, Any]) -> Section:
-    """The command that makes the report again, versions, machine, seeds and recordings."""
+    """The command that makes the report again; in the appendix versions, machine, seeds and recordings."""
     flat = {key: ", ".join(map(str, v)) if isinstance(v, list) else v for key, v in flatten(origin).items()}
     command = str(flat.pop("command"))
-    return PROVENANCE.section(PROVENANCE.paragraph("again"), Command(command), KeyValues(pairs=flat))
+    again = PROVENANCE.paragraph("again")
+    return PROVENANCE.section(again, Command(command), appendix=(KeyValues(pairs=flat),))
 
 
 def references_section(evidence: Evidence) -> Section:
     """Papers first, then the data sets of the recordings that were read."""
     sets = (REFERENCES.listing("recordings", set=description) for description in evidence.datasets.values())
     papers = REFERENCES.listing("papers").items
-    return REFERENCES.section(Listing(items=(*papers, *(item for listing in sets for item in listing.items))))
+    items = (*papers, *(item for listing in sets for item in listing.items))
+    return REFERENCES.section(appendix=(Listing(items=items),))
 
 
 def flatten(table: Mapping[str, Any], prefix: str = "") -> dict[str, Value]:

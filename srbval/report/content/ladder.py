@@ -25,13 +25,15 @@ def ladder_section(evidence: Evidence, folder: Path) -> Section:
     files = ladder_plot(folder, "ladder", rows=ladder.rows)
     return TEXTS.section(
         TEXTS.paragraph("intro", ladder=ladder),
-        Listing(items=tuple(rungs)),
         TEXTS.figure("ladder-figure", files, badge=Badge.SIMULATED),
-        _table(ladder, "ladder-table"),
-        TEXTS.paragraph("rig", ladder=evidence.rig_ladder),
-        _table(evidence.rig_ladder, "rig-ladder-table"),
-        *_held_out(evidence.results[HELD_OUT]),
-        *_patterns(evidence.patterns),
+        appendix=(
+            Listing(items=tuple(rungs)),
+            _table(ladder, "ladder-table"),
+            TEXTS.paragraph("rig", ladder=evidence.rig_ladder),
+            _table(evidence.rig_ladder, "rig-ladder-table"),
+            *_held_out(evidence.results[HELD_OUT]),
+            *_patterns(evidence.patterns),
+        ),
     )
 
 

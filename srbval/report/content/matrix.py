@@ -60,7 +60,7 @@ def matrix_section(evidence: Evidence, folder: Path) -> Section:
     if matrix.unusable:
         unusable = (TEXTS.listing("unusable", file=Path(file).name, why=why) for file, why in matrix.unusable)
         blocks.append(Listing(items=tuple(item for listing in unusable for item in listing.items)))
-    return TEXTS.section(*blocks)
+    return TEXTS.section(appendix=blocks)
 
 
 def _point(cell: MatrixCell) -> str:

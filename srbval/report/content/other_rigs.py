@@ -37,7 +37,7 @@ def other_rigs_section(evidence: Evidence) -> tuple[Section, ...]:
     if refused:
         blocks.append(TEXTS.table("other-rigs-refused", refused))
     blocks += _naming(evidence.results[DIAGNOSIS])
-    return (TEXTS.section(*blocks),)
+    return (TEXTS.section(appendix=blocks),)
 
 
 def _naming(result: ShownResult) -> list[Block]:

@@ -103,15 +103,17 @@ def _tone(record: OwnRecord) -> Tone:
     return Tone.GOOD if call.basis in (Basis.BASELINE, Basis.DECLARED_HEALTHY) else Tone.NEUTRAL
 
 
-def _section(about: str, suffix: str, *blocks: Block, **values: Any) -> Section:
-    return Section(id=about + suffix, title=TEXTS.text(f"title-{about}", **values), blocks=blocks)
+def _section(about: str, suffix: str, *blocks: Block, appendix: tuple[Block, ...] = (), **values: Any) -> Section:
+    title = TEXTS.text(f"title-{about}", **values)
+    return Section(id=about + suffix, title=title, blocks=blocks, appendix=appendix)
 
 
 def _sections(record: OwnRecord, suffix: str, folder: Path) -> Iterator[Section]:
     """The sections of one record; `suffix` tells its ids from another's."""
     name = record.analysis.recording.name if suffix else ""
     yield _section("spectrum", suffix, *_facts(record, bool(suffix)), _spectrum(record, suffix, folder), name=name)
-    yield _section("lines", suffix, _lines(record, suffix), *_unseen(record), name=name)
+    further = (_all_lines(record, suffix),)
+    yield _section("lines", suffix, _lines(record, suffix), *_unseen(record), appendix=further, name=name)
     yield _section("signal", suffix, _band(record, suffix, folder), *_times(record, suffix, folder), name=name)
     if record.baseline is not None:
         yield _section(
@@ -121,7 +123,6 @@ def _sections(record: OwnRecord, suffix: str, folder: Path) -> Iterator[Section]
         yield _section("model", suffix, TEXTS.callout("model-failed", tone=Tone.WARNING, why=record.model), name=name)
     elif record.model is not None:
         yield _section("model", suffix, *_model(record, record.model, suffix, folder), name=name)
-    yield _section("all-lines", suffix, _all_lines(record, suffix), name=name)
 
 
 def _facts(record: OwnRecord, with_answer: bool) -> Iterator[Block]:

@@ -17,13 +17,15 @@ from srbval.evidence.shown_records import (
 )
 from srbval.figures.acceleration import acceleration_panel
 from srbval.figures.spectrum import envelope_spectrum_panel, fault_cursors
+from srbval.figures.style import HALF
 from srbval.recordings import Origin
-from srbval.report.blocks import Block, Explore, Figure, FigureGrid
+from srbval.report.blocks import Block, Explore, Figure, FigureGrid, Listing
 from srbval.report.content.names import badge_of, side_of, synthetic_states
 from srbval.report.figures.band import band_panel
 from srbval.report.figures.scalogram import scalogram_panel
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
+from srbval.report.table import Table
 from srbval.storage.stored_result import READING
 from srbval.validation.analyse import Analysis
 from srbval.validation.lines import Line
@@ -31,6 +33,7 @@ from srbval.validation.shown_record import SEGMENT_HZ, WINDOW_S, ShownRecord
 
 TEXTS, PAPER_SPEED = Texts("figures"), Texts("paper_speed")
 
+TALL = (HALF[0], 1.25 * HALF[1])  # inches of a spectrum beside another one
 SPECTRUM_HZ = 600.0  # Figures 12 and 13
 SPECTRUM_FIGURES = {"12": Fault.OUTER, "13": Fault.INNER}
 PANEL_LETTERS = {Fault.HEALTHY: "ab", Fault.OUTER: "cd", Fault.INNER: "ef"}
@@ -46,14 +49,26 @@ def figures_section(evidence: Evidence, folder: Path) -> Section:
     height_mm = 1e3 * evidence.runs["paper-inner"].scene.defect.height_m
     sides = [(side_of(record[Fault.INNER].analysis), evidence.sidebands[name])
              for name, record in (("model", model), ("rig", rig))]  # fmt: skip
+    bands = {
+        name: TEXTS.text("band", shown=side[Fault.OUTER].analysis.processed)
+        for name, side in (("model", model), ("rig", rig))
+    }
+    again = [_again(model, rig, state) for state in model]
+    spectra = [_spectrum_figure(number, model, rig, folder) for number in SPECTRUM_FIGURES]
+    peaks = [_peaks_table(number, model, rig) for number in SPECTRUM_FIGURES]
     return TEXTS.section(
-        TEXTS.paragraph("intro"),
-        _band_figure(evidence, folder),
+        TEXTS.paragraph("intro", bands=bands, measured=evidence.measured_states),
         _figure_11(model, rig, folder),
-        *(block for number in SPECTRUM_FIGURES for block in _spectrum_blocks(number, model, rig, folder)),
+        *spectra,
         TEXTS.paragraph("sidebands", sides=sides, height_mm=height_mm),
         _figure_14(evidence, folder),
-        *_scalogram_checks(evidence),
+        appendix=(
+            _band_figure(evidence, folder),
+            *peaks,
+            *_scalogram_checks(evidence),
+            TEXTS.paragraph("once-more"),
+            Listing(items=tuple(again)),
+        ),
     )
 
 
@@ -69,14 +84,14 @@ def paper_speed_section(evidence: Evidence, folder: Path) -> Section:
         _acceleration_panel(f"fig11{letters[0]}-paper-speed", f"11{letters[0]}", state, model, limit, folder)
         for state, letters in PANEL_LETTERS.items()
     ]
-    return PAPER_SPEED.section(
-        PAPER_SPEED.paragraph("intro", rpm=evidence.printed.shaft_rpm),
-        FigureGrid(figures=tuple(spectra), columns=1, label="Figures 12a and 13a at the paper's speed",
+    grids = (
+        FigureGrid(figures=tuple(spectra), columns=2, label="Figures 12a and 13a at the paper's speed",
                    caption=TEXTS.text("grid-paper-spectra")),
         FigureGrid(figures=tuple(times), columns=2, label="Figure 11 (a, c, e) at the paper's speed",
                    caption=TEXTS.text("grid-paper-time")),
-        rpm=evidence.printed.shaft_rpm,
     )  # fmt: skip
+    rpm = evidence.printed.shaft_rpm
+    return PAPER_SPEED.section(appendix=(PAPER_SPEED.paragraph("intro", rpm=rpm), *grids), rpm=rpm)
 
 
 def _band_figure(evidence: Evidence, folder: Path) -> FigureGrid:
@@ -118,7 +133,7 @@ def _figure_11(model: Side, rig: Side, folder: Path) -> FigureGrid:
         for state, letters in PANEL_LETTERS.items()
         for side, letter in zip((model, rig), letters, strict=True)
     ]
-    caption = TEXTS.text("grid-11", again=_again(model, rig, Fault.HEALTHY))
+    caption = TEXTS.text("grid-11", window_s=WINDOW_S)
     return FigureGrid(figures=tuple(panels), columns=2, label="Figure 11", caption=caption)
 
 
@@ -129,21 +144,24 @@ def _acceleration_panel(name: str, letter: str, state: Fault, side: Side, limit:
         letter=letter[-1], window_s=WINDOW_S, y_limits=(-limit, limit), period_name=f"1/{state.line or ''}",
         period_s=1 / record.analysis.line(state.line).kinematic_hz if state.line else None, **_head(record, state),
     )  # fmt: skip
-    return TEXTS.figure("acceleration", files, **_words(name, letter, record, state), window_s=WINDOW_S)
+    return TEXTS.figure("acceleration", files, **_words(name, letter, record, state))
 
 
-def _spectrum_blocks(number: str, model: Side, rig: Side, folder: Path) -> tuple[Block, ...]:
-    """Figure 12 or 13 and the table of its peaks."""
+def _spectrum_figure(number: str, model: Side, rig: Side, folder: Path) -> FigureGrid:
+    """Figure 12 or 13."""
     state = SPECTRUM_FIGURES[number]
     panels = [
         _spectrum_panel(f"fig{number}{letter}", f"{number}{letter}", state, side, other, folder)
         for side, other, letter in ((model, rig, "a"), (rig, model, "b"))
     ]
-    caption = TEXTS.text("grid-spectrum", state=state, again=_again(model, rig, state))
-    return (
-        FigureGrid(figures=tuple(panels), columns=1, label=f"Figure {number}", caption=caption),
-        TEXTS.table(f"peaks-{number}", _peaks(state, model[state].analysis, rig[state].analysis)),
-    )
+    caption = TEXTS.text("grid-spectrum", state=state)
+    return FigureGrid(figures=tuple(panels), columns=2, label=f"Figure {number}", caption=caption)
+
+
+def _peaks_table(number: str, model: Side, rig: Side) -> Table:
+    """Where the peaks of Figure 12 or 13 lie."""
+    state = SPECTRUM_FIGURES[number]
+    return TEXTS.table(f"peaks-{number}", _peaks(state, model[state].analysis, rig[state].analysis))
 
 
 def _spectrum_panel(name: str, letter: str, state: Fault, side: Side, other: Side, folder: Path) -> Figure:
@@ -159,7 +177,7 @@ def _spectrum_panel(name: str, letter: str, state: Fault, side: Side, other: Sid
     files = envelope_spectrum_panel(
         folder, name, frequency_hz=record.frequency_hz, amplitude=record.amplitude, shaft_hz=shaft_hz, cursors=cursors,
         peaks=[(hz, height) for peak, hz, height in record.peaks if peak.startswith(line)], letter=letter[-1],
-        healthy=(healthy.frequency_hz, healthy.amplitude), f_max_hz=SPECTRUM_HZ, y_limits=(0.0, top),
+        healthy=(healthy.frequency_hz, healthy.amplitude), f_max_hz=SPECTRUM_HZ, y_limits=(0.0, top), inches=TALL,
         **_head(record, state),
     )  # fmt: skip
     figure = TEXTS.figure("spectrum", files, **_words(name, letter, record, state), f_max_hz=SPECTRUM_HZ)
@@ -193,13 +211,14 @@ def _peak(wanted: Line, analysis: Analysis) -> dict[str, Any]:
         "ci95_hz": None,
         "badge": None,
         "order": None,
-        "snr": found[0].snr if found else None,
+        "snr": None,
     }
     if found and found[0].detected and found[0].found_hz is not None:
         peak |= {
             "found_hz": found[0].found_hz,
             "ci95_hz": found[0].ci95_hz,
             "order": found[0].found_hz / analysis.speed.value_hz,
+            "snr": found[0].snr,
             "badge": badge_of(analysis) if wanted.harmonic == 1 else None,
         }
     return peak
@@ -248,15 +267,13 @@ def _head(record: ShownRecord, state: Fault) -> dict[str, Any]:
 def _words(name: str, letter: str, record: ShownRecord, state: Fault) -> dict[str, Any]:
     """What caption and alt text of a panel are made of."""
     analysis = record.analysis
-    rpm, shown = 60 * analysis.speed.value_hz, analysis.processed
+    rpm = 60 * analysis.speed.value_hz
     return {
         "id": name,
         "letter": letter,
         "badge": badge_of(analysis),
-        "analysis": analysis,
         "state": state,
-        "who": TEXTS.text("who", side=side_of(analysis), state=state, rpm=rpm, analysis=analysis),
-        "band": TEXTS.text("band", shown=shown),
+        "who": TEXTS.text("who", side=side_of(analysis), state=state, rpm=rpm),
     }
 
 

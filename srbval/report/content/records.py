@@ -23,7 +23,7 @@ def records_section(evidence: Evidence) -> Section:
     warning = TEXTS.callout("synthetic", tone=Tone.WARNING, synthetic=synthetic, fetch_command=FETCH_COMMAND)
     return TEXTS.section(
         *((warning,) if synthetic else ()),
-        TEXTS.listing(
+        TEXTS.paragraph(
             "kinds",
             runs=len(evidence.runs),
             states=len(evidence.rig),
@@ -32,7 +32,7 @@ def records_section(evidence: Evidence) -> Section:
         ),
         *_problems(evidence),
         TEXTS.table("records", _rows(evidence)),
-        TEXTS.paragraph("sensor"),
+        appendix=(TEXTS.paragraph("chain"), TEXTS.table("lines-found", _rows(evidence))),
     )
 
 

@@ -26,13 +26,15 @@ PANELS = {
     "noise_floor": "Envelope noise floor",
 }
 PAPER_SOLVER = "ode4"
+MAIN_SCENES = ("interference-outer", "play0-outer", "rig-outer")  # of the short table; the chart shows the first
+MOST_ROWS = 10  # of that table
 CONVERGED = 0.1  # relative error of a path at twice the converged run's step, below which it has an order
 
 
 def speed_accuracy_section(result: ShownResult, rig: ShownResult, default: SolverSettings, folder: Path) -> Section:
-    """Charts, the rows that matter, the targets; a remark where nothing is stored. `default`: the default solver.
+    """One chart and the rows that matter most; in the appendix the other charts, all such rows, orders and targets.
 
-    `rig` is the bench of the rig's scene.
+    A remark where nothing is stored. `default`: the default solver; `rig` is the bench of the rig's scene.
     """
     if result.content is None:
         return TEXTS.section(missing(result))
@@ -45,7 +47,9 @@ def speed_accuracy_section(result: ShownResult, rig: ShownResult, default: Solve
         failed=sum(row["status"] not in USABLE for row in rows),
         reference_error=max(known, default=math.nan),
     )
-    blocks, shown = [*_charts(content, rows, folder)], _shown(rows)
+    charts, shown = [*_charts(content, rows, folder)], _shown(rows)
+    chart = next((chart for chart in charts if chart.id.endswith(MAIN_SCENES[0])), charts[0])
+    blocks: list[Block] = [one for one in charts if one is not chart]
     if rig.content is not None:
         own_steps = rig.content.get("default_step_s", {})
         of_rig = [
@@ -57,7 +61,8 @@ def speed_accuracy_section(result: ShownResult, rig: ShownResult, default: Solve
     table = TEXTS.table("speed-accuracy-table", shown, further_notes=list(_reasons(shown)))
     targets = TEXTS.table("speed-accuracy-targets", content["targets"])
     paths = [path for one in (content, rig.content or {}) for path in one.get("trajectories", ())]
-    return TEXTS.section(intro, origin_of(result), *blocks, table, *_orders(paths), targets)
+    few = TEXTS.table("speed-accuracy-few", _few(shown))
+    return TEXTS.section(intro, chart, few, appendix=(origin_of(result), *blocks, table, *_orders(paths), targets))
 
 
 def _orders(paths: Sequence[Row]) -> Iterator[Block]:
@@ -90,7 +95,15 @@ def _shown(rows: Sequence[Row]) -> list[Row]:
     return [row for row in rows if row["status"] not in USABLE or row["marks"]]
 
 
-def _charts(content: Mapping[str, Any], rows: Sequence[Row], folder: Path) -> Iterator[Block]:
+def _few(rows: Sequence[Row]) -> list[Row]:
+    """The default and the paper's solver in the scenes of the short table, and the front of the first as room is."""
+    named = [row for row in rows if row["scene"] in MAIN_SCENES and set(row["marks"]) & {"default", "the paper's"}]
+    front = [row for row in rows if row["scene"] == MAIN_SCENES[0] and row["marks"] == ["on the front"]]
+    kept = [*named, *front[: max(MOST_ROWS - len(named), 0)]]
+    return sorted(kept, key=lambda row: (MAIN_SCENES.index(row["scene"]), row["wall_per_simulated_s"]))
+
+
+def _charts(content: Mapping[str, Any], rows: Sequence[Row], folder: Path) -> Iterator[Figure]:
     for scene in dict.fromkeys(row["scene"] for row in rows):
         if scene in content["reference"]:
             yield _chart(content, [row for row in rows if row["scene"] == scene], scene, folder)

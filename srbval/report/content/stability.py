@@ -18,6 +18,8 @@ from srbval.report.section_texts import Texts
 from srbval.scene import SolverSettings
 
 TEXTS = Texts("stability")
+MAIN_SCENE = "interference-outer"  # of the one map in the main document
+BLOCKS_ABREAST = 4  # in it
 CLAIM_TONE = {True: Tone.GOOD, False: Tone.BAD, None: Tone.NEUTRAL}
 WITHIN = tuple(status for status in USABLE if status != RunStatus.INACCURATE)  # the tolerances
 Row = Mapping[str, Any]
@@ -26,8 +28,9 @@ Row = Mapping[str, Any]
 def stability_section(
     result: ShownResult, rig: ShownResult, verdicts: ShownResult, default: SolverSettings, folder: Path
 ) -> Section:
-    """Claims, map, table of limits and what the runs did not notice; `default`: the default solver and its step.
+    """The paper's claims and one map; in the appendix all maps, limits and what the runs did not notice.
 
+    `default`: the default solver and its step.
     `rig` is the map of the rig's scene, `verdicts` what runs say of themselves against converged ones.
     """
     if result.content is None:
@@ -35,27 +38,30 @@ def stability_section(
     content = result.content
     cells, grid, references = content["cells"], content["grid"], content["references"]
     scenes = list(dict.fromkeys(c["scene"] for c in cells))
+    main_scene = MAIN_SCENE if MAIN_SCENE in grid["scenes"] else grid["scenes"][0]
+    outcomes = TEXTS.listing(
+        "outcomes",
+        default=_default(cells, default),
+        counts=content["counts"],
+        planted=content["planted"],
+        references=references,
+        unlike=[c for c in cells if c["status"] == "unlike-reference"],
+    )
+    reference_error = max(max(r["own_cage_error"], r["own_load_error"]) for r in references)
     return TEXTS.section(
-        TEXTS.paragraph(
-            "intro",
-            grid=grid,
-            counts=content["counts"],
-            reference_error=max(max(r["own_cage_error"], r["own_load_error"]) for r in references),
+        TEXTS.paragraph("intro", grid=grid, counts=content["counts"]),
+        Listing(items=tuple(TEXTS.text("claim", claim=claim) for claim in content["claims"])),
+        _main_map(content, main_scene, folder),
+        appendix=(
+            origin_of(result),
+            TEXTS.paragraph("how", grid=grid, reference_error=reference_error),
+            *(block for claim in content["claims"] for block in _claim(claim)),
+            *(_map(content, scene, folder) for scene in grid["scenes"]),
+            TEXTS.table("stability-limits", _limits(cells, scenes), scenes=scenes),
+            outcomes,
+            *_rig(rig, folder),
+            *_verdicts(verdicts),
         ),
-        origin_of(result),
-        *(block for claim in content["claims"] for block in _claim(claim)),
-        *(_map(content, scene, folder) for scene in grid["scenes"]),
-        TEXTS.table("stability-limits", _limits(cells, scenes), scenes=scenes),
-        TEXTS.listing(
-            "outcomes",
-            default=_default(cells, default),
-            counts=content["counts"],
-            planted=content["planted"],
-            references=references,
-            unlike=[c for c in cells if c["status"] == "unlike-reference"],
-        ),
-        *_rig(rig, folder),
-        *_verdicts(verdicts),
     )
 
 
@@ -88,8 +94,26 @@ def _claim(claim: Row) -> Iterator[Block]:
     yield Listing(items=tuple(literal(line) for line in claim["evidence"]))
 
 
+def _main_map(content: Mapping[str, Any], scene: str, folder: Path) -> Figure:
+    """Every method at the paper's friction."""
+    grid = content["grid"]
+    velocity, solvers = min(grid["critical_velocity_m_s"]), grid["solvers"]
+    rows = [solvers[i : i + BLOCKS_ABREAST] for i in range(0, len(solvers), BLOCKS_ABREAST)]
+    return _drawn(content, scene, folder, "stability-map", [[(solver, velocity) for solver in row] for row in rows])
+
+
 def _map(content: Mapping[str, Any], scene: str, folder: Path) -> Figure:
-    grid, name = content["grid"], f"stability-{scene}"
+    """Every method at every friction."""
+    grid = content["grid"]
+    wanted = [[(s, v) for v in sorted(grid["critical_velocity_m_s"])] for s in grid["solvers"]]
+    return _drawn(content, scene, folder, f"stability-{scene}", wanted)
+
+
+def _drawn(
+    content: Mapping[str, Any], scene: str, folder: Path, name: str, wanted: Sequence[Sequence[tuple[str, float]]]
+) -> Figure:
+    """The map of a scene with a block for each of the methods and frictions wanted, rows of them."""
+    grid = content["grid"]
     cells = {
         (c["solver"], c["critical_velocity_m_s"], round(1 / c["dt_s"]), c["rpm"]): c
         for c in content["cells"]
@@ -100,12 +124,13 @@ def _map(content: Mapping[str, Any], scene: str, folder: Path) -> Figure:
     def block(solver: str, velocity: float) -> MapBlock:
         rows = [[cells[solver, velocity, n, r] for r in rpm] for n in steps]
         return MapBlock(
-            title=solver if scene in RIG_SCENES else f"{solver}, critical velocity {_velocity(velocity)}",
+            title=f"{solver}, critical velocity {_velocity(velocity)}" if several else solver,
             statuses=[[c["status"] for c in row] for row in rows],
             limits_s=[(c["predicted_elastic_limit_dt_s"], c["predicted_limit_dt_s"]) for c in rows[0]],
         )
 
-    blocks = [[block(s, v) for v in sorted(grid["critical_velocity_m_s"])] for s in grid["solvers"]]
+    several = scene not in RIG_SCENES and len({velocity for row in wanted for _, velocity in row}) > 1
+    blocks = [[block(*one) for one in row] for row in wanted]
     files = stability_map(folder, name, blocks=blocks, steps_per_s=steps, rpm=rpm)
     good = [
         {"title": b.title, "good": [sum(status in WITHIN for status in line) for line in b.statuses]}

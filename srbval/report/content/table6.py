@@ -42,24 +42,24 @@ def table6_section(evidence: Evidence, folder: Path) -> Section:
     """Both tables and how to read them."""
     published, measured = _by_source(evidence)
     blocks: list[Block] = [
-        TEXTS.table("table-6-paper-speed", map(json_object, published), shaft_rpm=evidence.printed.shaft_rpm),
+        TEXTS.table(
+            "table-6-paper-speed",
+            map(json_object, published),
+            shaft_rpm=evidence.printed.shaft_rpm,
+            computed=[evidence.paper[Fault(row.comparison.fault)].line(row.line.name) for row in published],
+        ),
         _deviations(evidence, folder),
     ]
     if not measured:
         blocks.append(TEXTS.callout("no-recording", tone=Tone.WARNING, fetch_command=FETCH_COMMAND))
         return TEXTS.section(*blocks)
     nominal_rpm = evidence.rig[Fault.OUTER].recording.nominal_rpm
-    blocks += [
-        TEXTS.table(
-            "table-6-rig-speed", map(json_object, measured), nominal_rpm=nominal_rpm, verdict_tone=VERDICT_TONE
-        ),
-        TEXTS.table("uncertainty-parts", measured[0].comparison.parts, compared=[row.comparison for row in measured]),
-        TEXTS.paragraph("how-to-read"),
-    ]
-    if evidence.comparisons:
-        blocks.append(TEXTS.table("quantities", map(json_object, evidence.comparisons), verdict_tone=VERDICT_TONE))
-        blocks.append(TEXTS.paragraph("amplitude"))
-    return TEXTS.section(*blocks)
+    at_rig = TEXTS.table(
+        "table-6-rig-speed", map(json_object, measured), nominal_rpm=nominal_rpm, verdict_tone=VERDICT_TONE
+    )
+    parts = TEXTS.table("uncertainty-parts", measured[0].comparison.parts, compared=[r.comparison for r in measured])
+    quantities = TEXTS.table("quantities", map(json_object, evidence.comparisons), verdict_tone=VERDICT_TONE)
+    return TEXTS.section(*blocks, at_rig, TEXTS.paragraph("how-to-read"), appendix=(parts, quantities))
 
 
 def _by_source(evidence: Evidence) -> tuple[list[Table6Row], list[Table6Row]]:

@@ -11,6 +11,7 @@ TEXTS = Texts("verdict_scan")
 def verdict_scan_section(result: ShownResult) -> Section:
     """One row for each input, reading and numerics of each record."""
     if not result.content:
-        return TEXTS.section(TEXTS.paragraph("intro"), missing(result))
+        return TEXTS.section(appendix=(TEXTS.paragraph("intro"), missing(result)))
     rows = result.content["rows"]
-    return TEXTS.section(TEXTS.paragraph("intro"), origin_of(result), TEXTS.table("verdict-scan-table", rows))
+    table = TEXTS.table("verdict-scan-table", rows)
+    return TEXTS.section(appendix=(TEXTS.paragraph("intro"), origin_of(result), table))

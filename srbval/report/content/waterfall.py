@@ -24,13 +24,13 @@ def waterfall_section(result: ShownResult, folder: Path) -> Section:
     ends = {measure: [_text(found[0]), _text(found[-1])] for measure in measures
             if (found := [row for row in rows if row["measure"] == measure])}  # fmt: skip
     files = waterfall_plot(folder, "waterfall", rows=rows)
+    units = {row["measure"]: row["unit"] for row in rows}
+    table = TEXTS.table("waterfall-table", _lines(rows), measures=measures, units=units)
     return TEXTS.section(
         TEXTS.paragraph("intro", steps=steps),
-        origin_of(result),
         TEXTS.figure("waterfall", files, badge=Badge.MEASURED, steps=steps, measures=measures, ends=ends),
-        TEXTS.table("waterfall-table", _lines(rows), measures=measures,
-                    units={row["measure"]: row["unit"] for row in rows}),
-    )  # fmt: skip
+        appendix=[origin_of(result), table],
+    )
 
 
 def _lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:

@@ -28,6 +28,7 @@ LOOKS = {
     "no-reference": ("?", "#dfe4ea", INK, "converged run failed"),
 }
 UNKNOWN = ("!", "#39424d", "white", "other failure")
+WIDE_BLOCKS = 2  # abreast, with room for the speeds in full size
 ROW_INCHES, GAP_INCHES, HEAD_INCHES, WIDTH_INCHES = 0.165, 0.34, 0.75, 7.6
 
 
@@ -51,7 +52,7 @@ def stability_map(
     steps_per_s: Sequence[int],
     rpm: Sequence[float],
 ) -> PanelFiles:
-    """Draw `blocks`, [rows, columns] on the page, for steps (short to long) and speeds; write picture and CSV.
+    """Draw `blocks`, rows of them (the last one may be shorter), for steps (short to long) and speeds; picture and CSV.
 
     Limits are drawn as lines: solid elastic, dashed whole.
     """
@@ -60,14 +61,18 @@ def stability_map(
         figure = new_figure((WIDTH_INCHES, height))
         axes = figure.subplots(len(blocks), len(blocks[0]), squeeze=False)
         for line, row in zip(axes, blocks, strict=True):
-            for ax, block in zip(line, row, strict=True):
+            for ax, block in zip(line, row, strict=False):
                 _draw(ax, block, steps_per_s)
                 ax.set_xticks([])
                 ax.set_yticks([])
+            for ax in line[len(row) :]:
+                ax.set_visible(False)
         for ax in axes[:, 0]:
             ax.set_yticks(_middles(steps_per_s), labels=[f"1/{n}" for n in steps_per_s], fontsize=6.5)
         for ax in axes[-1]:
-            ax.set_xticks(_middles(rpm), labels=[f"{r:g}" for r in rpm], fontsize=7)
+            ax.set_xticks(
+                _middles(rpm), labels=[f"{r:g}" for r in rpm], fontsize=7 if len(blocks[0]) <= WIDE_BLOCKS else 5
+            )
             ax.set_xlabel("Shaft speed, rpm")
         figure.supylabel("Step, s", fontsize=8.5)
         _legend(figure, blocks)

@@ -1,0 +1,126 @@
+"""The surfaces of races and rollers: waves all around, whose heights fall with their lengths by a power law.
+
+A wave of length L has the variance g L^(2 s) per unit of its number of waves per length: amplitudes of a body's orders
+n fall with n^-s. Ground surfaces of every kind have s = 1 over many decades of L (Sayles & Thomas 1978, Nature 271,
+431; quoted from memory, not checked); the waviness of small ground rings falls by a power of the order too (doi
+10.3390/jmmp9070220, abstract read); n^-1 to n^-2 are usual (quoted from memory, not checked).
+
+A roughness class states Ra, the mean size of what the cut-offs of ISO 4288 leave of all this. With heights that are
+normal, Ra = sqrt(2 / pi) Rq, so that a class gives g.
+"""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+
+from srbval.arrays import FloatArray
+from srbval.config.strict import check_ranges, quantity, read_toml
+from srbval.errors import ConfigurationError
+
+HALF = math.sqrt(math.log(2) / math.pi)  # a profile filter lets half of its cut-off's wave pass, ISO 16610-21
+RA_OVER_RQ = math.sqrt(2 / math.pi)  # of normal heights
+SHORTEST_M, LONGEST_M = 1e-4, 1.0  # of waves: a tenth of a contact's length along the race; a race's circumference
+MOST_HEIGHT_M = 1e-4  # RMS
+
+
+# grade numbers of ISO 1302, see ``roughness.toml``
+RoughnessClass = enum.StrEnum("RoughnessClass", {f"N{grade}": f"N{grade}" for grade in range(1, 13)})  # type: ignore[misc]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Roughness:
+    """`ra_m` of a class, and the cut-offs that it holds for: waves from `finest_m` to `cutoff_m`."""
+
+    ra_m: float
+    cutoff_m: float
+    finest_m: float
+
+    def kept(self, length_m: FloatArray) -> FloatArray:
+        """Share of waves of these lengths that both filters leave, of their amplitude."""
+
+        def passed(cutoff_m: float) -> FloatArray:
+            return np.asarray(np.exp(-math.pi * (HALF * cutoff_m / length_m) ** 2))
+
+        return (1 - passed(self.cutoff_m)) * passed(self.finest_m)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Surface:
+    """Waves of the races and rollers, from `shortest` to `longest`, of random phase, drawn by the scene's seed.
+
+    `outer_waviness`, `inner_waviness`, `roller_waviness`: RMS height of those waves, on each row of a race and each
+    roller; what is not given follows from the `roughness_class` by the power law, and is 0 without a class. Amplitudes
+    fall with the order to the `exponent`. Heights are alike along a roller. For continuous contacts: line and slices.
+    Without these keys: 1 mm, 50 mm, 1.
+    """
+
+    outer_waviness_m: float | None = quantity("length", default=None)
+    inner_waviness_m: float | None = quantity("length", default=None)
+    roller_waviness_m: float | None = quantity("length", default=None)
+    roughness_class: RoughnessClass | None = None
+    exponent: float = 1.0
+    shortest_m: float = quantity("length", default=1e-3)
+    longest_m: float = quantity("length", default=50e-3)
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
+        if self.roughness_class is None and not any(self.given_m):
+            raise ConfigurationError(
+                "surface: no height: state roughness_class, or one of outer_waviness, inner_waviness, roller_waviness."
+            )
+        for value in self.given_m:
+            if value is not None and not 0 <= value <= MOST_HEIGHT_M:
+                raise ConfigurationError(f"surface waviness = {value:g} m must be between 0 and {MOST_HEIGHT_M:g} m.")
+        if not 0 <= self.exponent <= 2:
+            raise ConfigurationError(f"surface exponent = {self.exponent:g} must be between 0 and 2.")
+        if not SHORTEST_M <= self.shortest_m < self.longest_m <= LONGEST_M:
+            raise ConfigurationError(
+                f"surface shortest = {self.shortest_m:g} m must be below longest = {self.longest_m:g} m, both between "
+                f"{SHORTEST_M:g} and {LONGEST_M:g} m."
+            )
+
+    @property
+    def given_m(self) -> tuple[float | None, float | None, float | None]:
+        """RMS heights as given: outer race, inner race, rollers."""
+        return self.outer_waviness_m, self.inner_waviness_m, self.roller_waviness_m
+
+    def orders(self, round_m: float) -> FloatArray:
+        """Orders of the waves around a body of this circumference."""
+        return np.arange(math.ceil(round_m / self.longest_m), math.floor(round_m / self.shortest_m) + 1.0)
+
+    def amplitudes(self, round_m: float, height_m: float | None) -> FloatArray:
+        """Amplitudes of these orders [m]: of the RMS sum `height_m`, or what the class gives."""
+        shares: FloatArray = self.orders(round_m) ** -self.exponent
+        if height_m is None:
+            return math.sqrt(2 * self.density_m() * round_m ** (2 * self.exponent - 1)) * shares
+        if height_m > 0 and not shares.size:
+            raise ConfigurationError(
+                f"surface: no whole number of waves of {self.shortest_m:g} to {self.longest_m:g} m fits around "
+                f"{round_m:g} m; widen them."
+            )
+        return math.sqrt(2) * height_m * shares / max(float(np.linalg.norm(shares)), 1e-300)
+
+    def density_m(self) -> float:
+        """The power law's g [m^(3 - 2 s)] of the roughness class, 0 without one; see the module."""
+        if self.roughness_class is None:
+            return 0.0
+        roughness = roughness_of(self.roughness_class)
+        length = np.geomspace(roughness.finest_m / 5, 100 * roughness.cutoff_m, 20_001)
+        passed = length ** (2 * self.exponent) * roughness.kept(length) ** 2
+        return float((roughness.ra_m / RA_OVER_RQ) ** 2 / np.trapezoid(passed / length, np.log(length)))
+
+
+@cache
+def roughness_of(name: RoughnessClass) -> Roughness:
+    """Ra of a class and its cut-offs."""
+    table = read_toml(Path(str(resources.files("srbval.scene") / "roughness.toml")))
+    ra_um = float(table["ra_um"][name])
+    cutoff_mm, finest_mm = next((cutoff, finest) for most, cutoff, finest in table["settings"]["rows"] if ra_um <= most)
+    return Roughness(ra_m=ra_um * 1e-6, cutoff_m=cutoff_mm * 1e-3, finest_m=finest_mm * 1e-3)

@@ -1,0 +1,267 @@
+"""Waves of races and rollers under the contacts: where, in which sense, how far felt, at which frequencies they excite.
+
+Frequencies: a wave of order n of the inner race, against Z rollers that the load zone treats differently, excites at
+abs(n f_s - i Z f_c) for every whole i, the most where i Z = n ± 1, which is i BPFI ± f_s; one of the outer race at
+i Z f_c, i BPFO (Tandon & Choudhury 1999, Tribol. Int. 32, 469, Yhland 1992, J. Tribol. 114, 348; quoted from memory,
+not checked; the radial forms i Z (f_s - f_c) ± f_s and i Z f_c as in NMB's catalogue of ball bearings, page 68).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.special import j0
+
+from srbval.arrays import FloatArray
+from srbval.bearing import load_bearing
+from srbval.bench.ladder.questions import Question
+from srbval.errors import ConfigurationError
+from srbval.models.full import columns as col
+from srbval.models.full.parameters import Parameters, geometry_of, state_layout
+from srbval.models.full.steps import rates
+from srbval.models.full.surface import contact_half_m, felt_share
+from srbval.models.full.surface_kernel import SurfaceHeights
+from srbval.models.ladder import MODELS, rung_of
+from srbval.models.simulate import Step, simulate
+from srbval.plan.plan import make_plan
+from srbval.plan.refusal import refusal
+from srbval.scene import load_scene
+
+ROLLERS, ROW = 38, 19
+HEIGHT_M, ANGLES = 1e-7, 8192
+ALONG = 0.008  # heights act along the slot, the race is moved along it too: the normal's lean, squared
+CONTINUOUS = ["line", "slices"]
+BEM_ELEMENTS, BEM_REACH, BEM_ERROR = 401, 1.4, 2e-3
+
+
+def scene_of(model: str = "line", **surface: Any) -> Any:
+    table = {"surface": surface} if surface else {}
+    return load_scene("rig", {"model": model, "duration": "0.5 s", **table})
+
+
+def smooth(model: str) -> Parameters:
+    scene = scene_of(model)
+    found: Parameters = rung_of(model).make_parameters(scene, geometry_of(load_bearing(scene.bearing)))
+    return found
+
+
+def loaded(model: Parameters) -> FloatArray:
+    """A state with every roller at rest in contact with both races."""
+    layout = state_layout(model)
+    y = np.zeros(2 * layout.half)
+    y[layout.ring] = 5e-6, -130e-6, 2e-6
+    y[layout.slide] = -60e-6
+    return y
+
+
+def loads(model: Parameters, y: FloatArray) -> FloatArray:
+    return rates(model, 0.0, y).load_n.sum(axis=2)
+
+
+def heights(races: FloatArray | float = 0.0, rollers: FloatArray | float = 0.0) -> SurfaceHeights:
+    return SurfaceHeights(
+        np.broadcast_to(races, (2, 2, ANGLES)).copy(), np.broadcast_to(rollers, (ROLLERS, ANGLES)).copy()
+    )
+
+
+def waves(order: int, phase: float) -> FloatArray:
+    return HEIGHT_M * np.cos(order * 2 * math.pi * np.arange(ANGLES) / ANGLES + phase)
+
+
+@pytest.mark.parametrize("model", CONTINUOUS)
+def test_round_races_and_rollers_are_bit_for_bit_those_without_a_surface(model: str) -> None:
+    plain = smooth(model)
+    y = loaded(plain)
+    ours, theirs = rates(plain._replace(surface=heights()), 0.0, y), rates(plain, 0.0, y)
+    assert plain.surface.races.size == plain.surface.rollers.size == 0
+    for a, b in ((ours.rate, theirs.rate), (ours.totals, theirs.totals), (ours.load_n, theirs.load_n)):
+        assert np.array_equal(a, b)
+
+
+@pytest.mark.parametrize("model", CONTINUOUS)
+def test_a_height_is_a_race_that_stands_nearer(model: str) -> None:
+    """Of the outer race: the ring moved inwards along the slot; of the inner one: the roller moved inwards."""
+    plain = smooth(model)
+    layout, y = state_layout(plain), loaded(plain)
+    before = loads(plain, y)
+    outer = loads(plain._replace(surface=heights(np.array([HEIGHT_M, 0.0])[:, None, None])), y) - before
+    inner = loads(plain._replace(surface=heights(np.array([0.0, HEIGHT_M])[:, None, None])), y) - before
+    assert outer[0].max() > 10
+    for j in np.flatnonzero(before[0] > 1000)[:4]:
+        angle, side = plain.slot_angle[j], 1 if j < ROW else -1
+        slot = (plain.tilt_cosine * math.cos(angle), plain.tilt_cosine * math.sin(angle), side * plain.tilt_sine)
+        moved = y.copy()
+        moved[layout.ring] -= HEIGHT_M * np.array(slot)
+        assert outer[0, j] == pytest.approx(loads(plain, moved)[0, j] - before[0, j], rel=ALONG)
+    for j in np.flatnonzero(before[1] > 1000)[:4]:
+        moved = y.copy()
+        moved[layout.slide][j] -= HEIGHT_M
+        assert inner[1, j] == pytest.approx(loads(plain, moved)[1, j] - before[1, j], rel=ALONG)
+
+
+@pytest.mark.parametrize("race", [0, 1])
+def test_the_height_is_that_under_the_roller(race: int) -> None:
+    """Of a race at the slot's angle less the race's own, of a roller at the contact's less the roller's own."""
+    plain = smooth("line")
+    layout, y = state_layout(plain), loaded(plain)
+    y[layout.cage][2], shaft, spun = 0.3, 1.1, 0.7
+    y[layout.rotation] = spun
+    drive = plain.drive._replace(speed=np.array([[0.0], [0.0], [shaft]]))
+    at = plain._replace(drive=drive)
+    wavy = at._replace(surface=heights(waves(7, 0.4), waves(5, 0.9)))
+    found = loads(wavy, y)
+    for j in np.flatnonzero(loads(at, y)[race] > 1000)[:4]:
+        of_race = HEIGHT_M * math.cos(7 * (plain.slot_angle[j] + 0.3 - race * shaft) + 0.4)
+        of_roller = HEIGHT_M * math.cos(5 * (race * math.pi - spun) + 0.9)
+        before = loads(at, y)[race, j]
+        alike = loads(at._replace(surface=heights(of_race + of_roller)), y)[race, j] - before
+        assert found[race, j] - before == pytest.approx(alike, rel=1e-3)  # straight lines between the angles
+        assert abs(alike) > 1
+
+
+def test_a_contact_begins_with_its_height() -> None:
+    """A roller clear of both races touches them, and is searched for, where they stand higher than it is clear."""
+    plain = smooth("line")
+    y = np.zeros(2 * state_layout(plain).half)
+    assert not loads(plain, y).any()
+    depth = [plain.scratch.space[int(col.DEPTH) + race * col.RACE] for race in range(2)]
+    assert sum(depth) == pytest.approx(-45.55e-6, rel=1e-3)  # the scene's play
+    for race in range(2):
+        for beyond_m, touches in ((1e-6, True), (-1e-6, False)):
+            own = np.zeros((2, 1, 1))
+            own[race] = beyond_m - depth[race]
+            found = loads(plain._replace(surface=heights(own)), y)
+            assert found[race].all() if touches else not found[race].any()
+            assert not found[1 - race].any()
+
+
+def approach(height: Callable[[FloatArray], FloatArray]) -> float:
+    """Approach of a parabola of curvature 1 pressed into a half-plane of modulus 1 until b = 1, with a height on it.
+
+    Boundary elements of even pressure, logarithmic compliance, contact where the pressure is above zero.
+    """
+    edges = np.linspace(-BEM_REACH, BEM_REACH, BEM_ELEMENTS + 1)
+    x, width = (edges[1:] + edges[:-1]) / 2, edges[1] - edges[0]
+    away = x[:, None] - edges
+    integral = away * np.log(np.abs(away)) - away
+    compliance = -2 / math.pi * (integral[:, :-1] - integral[:, 1:])
+    gap, load, on = x**2 / 2 - height(x), math.pi / 4, np.abs(x) < 1
+    for _ in range(60):
+        count = np.count_nonzero(on)
+        matrix = np.block([[compliance[np.ix_(on, on)], -np.ones((count, 1))], [np.full((1, count), width), 0.0]])
+        *pressed, nearer = np.linalg.solve(matrix, np.append(-gap[on], load))
+        pressure = np.zeros(x.size)
+        pressure[on] = pressed
+        touching = np.where(on, pressure > 0, nearer - gap - compliance @ pressure > 0)
+        if np.array_equal(touching, on):
+            return float(nearer)
+        on = touching
+    raise AssertionError("no contact found")
+
+
+@pytest.mark.parametrize(("reach", "phase"), [(0.5, 0.0), (1.0, 1.0), (2.0, 0.0), (2.0, math.pi / 2)])
+def test_a_contact_feels_a_wave_as_an_elastic_half_plane_does(reach: float, phase: float) -> None:
+    """A height brings the bodies nearer to the same load by that much less approach."""
+    small = 0.02
+    higher = approach(lambda x: small * np.cos(reach * x + phase))
+    lower = approach(lambda x: -small * np.cos(reach * x + phase))
+    felt = float(felt_share(np.array([reach]), 1.0)[0]) * math.cos(phase)
+    assert -(higher - lower) / (2 * small) == pytest.approx(felt, abs=BEM_ERROR)
+    assert felt == pytest.approx(j0(reach) * math.cos(phase))
+
+
+def test_half_a_contacts_length() -> None:
+    """b of 4 P / (pi kappa E*) = 1; waves shorter than 2.6 b are not felt."""
+    modulus = 2.07e11 / (2 * (1 - 0.3**2))
+    assert contact_half_m(math.pi / 4 * modulus * 1e-3, 1e3) == pytest.approx(1e-3)
+    assert (
+        felt_share(2 * math.pi / np.array([2.7, 2.5]), 1.0)[1] == 0.0 < felt_share(np.array([2 * math.pi / 2.7]), 1.0)
+    )
+
+
+def test_a_seed_says_all() -> None:
+    def made(seed: int) -> SurfaceHeights:
+        scene = load_scene("rig", {"seed": seed, "surface": {"roughness_class": "N3"}})
+        found: Parameters = rung_of("slices").make_parameters(scene, geometry_of(load_bearing(scene.bearing)))
+        return found.surface
+
+    first, again, other = made(1), made(1), made(2)
+    for a, b, c in zip(first, again, other, strict=True):
+        assert np.array_equal(a, b)
+        assert np.abs(np.corrcoef(a.ravel(), c.ravel())[0, 1]) < 0.1
+    assert first.races.shape[:2] == (2, 2)
+    rows = first.races.reshape(4, -1)
+    assert np.abs(np.corrcoef(rows) - np.eye(4)).max() < 0.2  # each row of a race has its own
+
+
+@pytest.mark.parametrize("model", [name for name in MODELS if name not in CONTINUOUS])
+def test_models_without_continuous_contacts_refuse(model: str) -> None:
+    with pytest.raises(ConfigurationError, match=rf"the model {model} knows no waves .* use --model line or slices"):
+        simulate(scene_of(model, roughness_class="N3"), step=Step.UNCHECKED)
+
+
+def test_the_planner_names_no_model_that_refuses() -> None:
+    scene = scene_of(roughness_class="N3")
+    refused = {name: refusal(rung_of(name), scene, load_bearing(scene.bearing)) for name in MODELS}
+    assert {name for name, why in refused.items() if why is None} == set(CONTINUOUS)
+    assert make_plan(scene, question=Question.LINES).chosen in CONTINUOUS
+
+
+@cache
+def movement(**surface: Any) -> tuple[FloatArray, float]:
+    """The ring's displacement in the plane, [n, 2], and the cage's mean speed [Hz]."""
+    run = simulate(scene_of(**surface), step=Step.UNCHECKED)
+    assert run.status.usable
+    return run.displacement_m[:, :2], float(run.cage_rad_s.mean() / (2 * math.pi))
+
+
+def excited(body: str, height_m: float, **of_the_wave: str) -> tuple[FloatArray, FloatArray, float]:
+    """Frequencies, the RMS amplitude that waves of this body add to the ring's displacement there, cage speed."""
+    round_ring, _ = movement()
+    wavy, cage_hz = movement(**{f"{body}_waviness_m": height_m, **of_the_wave})
+    added = (wavy - round_ring) * np.hanning(len(wavy))[:, None]
+    spectrum: FloatArray = np.sqrt(np.sum(np.abs(np.fft.rfft(added, axis=0)) ** 2, axis=1)) / len(wavy)
+    return np.asarray(np.fft.rfftfreq(len(wavy), DURATION_S / len(wavy))), spectrum, cage_hz
+
+
+def share_at(frequency_hz: FloatArray, spectrum: FloatArray, lines_hz: list[float]) -> float:
+    """Of the power between 60 and 900 Hz, what lies at these lines."""
+    near = np.min(np.abs(frequency_hz[:, None] - np.array(lines_hz)), axis=1) < LINE_BINS / DURATION_S
+    inside = (frequency_hz > 60) & (frequency_hz < 900)
+    return float(np.sum(spectrum[near & inside] ** 2) / np.sum(spectrum[inside] ** 2))
+
+
+ORDER_39_OUTER = {"shortest": "25.7 mm", "longest": "26.4 mm"}  # around 1.0148 m: i Z + 1 for i = 2
+ORDER_39_INNER = {"shortest": "19.5 mm", "longest": "19.9 mm"}  # around 0.7672 m
+DURATION_S, LINE_BINS = 0.5, 2.5
+
+
+def test_a_wave_of_the_outer_race_shows_at_multiples_of_its_passage() -> None:
+    frequency, spectrum, cage_hz = excited("outer", 1e-7, **ORDER_39_OUTER)
+    lines = [i * ROW * cage_hz for i in range(1, 9)]
+    assert share_at(frequency, spectrum, lines) > 0.9
+    strongest = frequency[np.argmax(np.where(frequency > 60, spectrum, 0.0))]
+    assert strongest == pytest.approx(2 * ROW * cage_hz, abs=LINE_BINS / DURATION_S)
+
+
+def test_a_wave_of_the_inner_race_shows_beside_multiples_of_its_passage() -> None:
+    frequency, spectrum, cage_hz = excited("inner", 1e-7, **ORDER_39_INNER)
+    shaft_hz = scene_of().shaft_hz
+    lines = [abs(39 * shaft_hz - i * ROW * cage_hz) for i in range(-2, 9)]
+    assert share_at(frequency, spectrum, lines) > 0.9
+    strongest = frequency[np.argmax(np.where(frequency > 60, spectrum, 0.0))]
+    expected = 2 * ROW * (shaft_hz - cage_hz) + shaft_hz
+    assert strongest == pytest.approx(expected, abs=LINE_BINS / DURATION_S)
+    assert share_at(frequency, spectrum, [expected]) > 0.3
+
+
+def test_small_waves_twice_as_high_move_the_ring_twice_as_far() -> None:
+    frequency, small, cage_hz = excited("outer", 2e-8, **ORDER_39_OUTER)
+    _, large, _ = excited("outer", 4e-8, **ORDER_39_OUTER)
+    at = np.argmin(np.abs(frequency - 2 * ROW * cage_hz))
+    assert large[at] / small[at] == pytest.approx(2.0, rel=0.05)

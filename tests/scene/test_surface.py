@@ -1,0 +1,104 @@
+"""Surfaces of races and rollers: the Ra of their class, the height that was given, and what is refused."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from srbval.arrays import FloatArray
+from srbval.errors import ConfigurationError
+from srbval.models.run_file import scene_dict
+from srbval.scene import Surface, load_scene, paper_scene
+from srbval.scene.surface import RoughnessClass, roughness_of
+
+ROUND_M = 0.1  # of a body whose whole roughness is generated
+RA_TOLERANCE = 0.03  # classes are a factor of two apart; 0.017 seen over seeds
+HALF = 0.4697  # ISO 16610-21
+
+
+def profile(surface: Surface, shortest_m: float, seed: int) -> FloatArray:
+    """The power law continued down to `shortest_m`, random phases, 8 points to the shortest wave."""
+    orders = np.arange(1, math.floor(ROUND_M / shortest_m) + 1)
+    size = 8 * int(orders[-1])
+    lines = np.zeros(size // 2 + 1, dtype=np.complex128)
+    phase = np.random.default_rng(seed).uniform(0, 2 * math.pi, orders.size)
+    amplitude = np.sqrt(2 * surface.density_m() * (ROUND_M / orders) ** (2 * surface.exponent) / ROUND_M)
+    lines[orders] = size / 2 * amplitude * np.exp(1j * phase)
+    return np.fft.irfft(lines, n=size)
+
+
+def weighted_mean(samples: FloatArray, cutoff_m: float) -> FloatArray:
+    """Gaussian profile filter of ISO 16610-21 in its own words: a weighing function along a closed profile."""
+    step = ROUND_M / samples.size
+    place = (np.arange(samples.size) * step + ROUND_M / 2) % ROUND_M - ROUND_M / 2
+    weight = np.exp(-math.pi * (place / (HALF * cutoff_m)) ** 2) / (HALF * cutoff_m) * step
+    return np.fft.irfft(np.fft.rfft(samples) * np.fft.rfft(weight), n=samples.size)
+
+
+@pytest.mark.parametrize(("name", "exponent"), [("N2", 1.0), ("N4", 1.0), ("N4", 1.5), ("N7", 0.5)])
+def test_the_profile_has_the_ra_of_its_class(name: str, exponent: float) -> None:
+    roughness = roughness_of(RoughnessClass(name))
+    surface = Surface(roughness_class=RoughnessClass(name), exponent=exponent)
+    whole = profile(surface, roughness.finest_m / 2, seed=1)
+    without_noise = weighted_mean(whole, roughness.finest_m)
+    found = without_noise - weighted_mean(without_noise, roughness.cutoff_m)
+    assert np.abs(found).mean() == pytest.approx(roughness.ra_m, rel=RA_TOLERANCE)
+
+
+def test_classes_are_those_of_the_standard() -> None:
+    """ISO 1302 and ISO 4288: N3 is 0.1 um over 0.25 mm, N4 0.2 um over 0.8 mm, N12 50 um over 8 mm."""
+    stated = {name: (roughness_of(name).ra_m * 1e6, roughness_of(name).cutoff_m * 1e3) for name in RoughnessClass}
+    assert len(stated) == 12
+    assert [stated[RoughnessClass(name)] for name in ("N3", "N4", "N12")] == [
+        pytest.approx(pair) for pair in ((0.1, 0.25), (0.2, 0.8), (50.0, 8.0))
+    ]
+
+
+@pytest.mark.parametrize("exponent", [0.0, 1.0, 2.0])
+def test_a_given_height_is_the_rms_of_the_waves(exponent: float) -> None:
+    surface = Surface(outer_waviness_m=5e-8, exponent=exponent)
+    amplitudes, orders = surface.amplitudes(1.0, 5e-8), surface.orders(1.0)
+    assert np.sqrt(np.sum(amplitudes**2) / 2) == pytest.approx(5e-8)
+    assert (orders[0], orders[-1]) == (20, 1000)
+    assert amplitudes[-1] / amplitudes[0] == pytest.approx((1000 / 20) ** -exponent)
+
+
+def test_heights_of_a_class_do_not_hang_on_the_size_of_the_body() -> None:
+    """Waves of 1 to 10 mm are as high on a body three times as large: it has three times as many orders there."""
+    surface = Surface(roughness_class=RoughnessClass("N3"), shortest_m=1e-3, longest_m=10e-3)
+    small, large = (np.sqrt(np.sum(surface.amplitudes(r, None) ** 2) / 2) for r in (0.3, 0.9))
+    assert large == pytest.approx(small, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ({}, "no height: state roughness_class"),
+        ({"exponent": 1.0}, "no height"),
+        ({"outer_waviness": "-1 um"}, "between 0 and 0.0001 m"),
+        ({"outer_waviness": "1 mm"}, "between 0 and 0.0001 m"),
+        ({"roughness_class": "N13"}, "'N13' is not known"),
+        ({"roughness_class": "N3", "exponent": 3}, "exponent = 3 must be between 0 and 2"),
+        ({"roughness_class": "N3", "shortest": "2 mm", "longest": "1 mm"}, "must be below longest"),
+        ({"roughness_class": "N3", "shortest": "1 um"}, "both between 0.0001 and 1 m"),
+        ({"race_waviness": "1 um"}, "unknown key 'race_waviness'"),
+    ],
+)
+def test_what_is_refused(table: dict[str, object], said: str) -> None:
+    with pytest.raises(ConfigurationError, match=said):
+        paper_scene(surface=table)
+
+
+def test_a_wave_that_fits_no_body_is_refused() -> None:
+    surface = Surface(roller_waviness_m=1e-7, shortest_m=0.3, longest_m=0.4)
+    with pytest.raises(ConfigurationError, match=r"no whole number of waves of 0\.3 to 0\.4 m fits around 0\.126 m"):
+        surface.amplitudes(0.126, 1e-7)
+    assert not surface.amplitudes(0.126, 0.0).size
+
+
+def test_content_of_scenes_without_a_surface_is_as_it_was() -> None:
+    assert "surface" not in scene_dict(paper_scene())
+    kept = scene_dict(load_scene("rig", {"surface": {"roughness_class": "N3"}}))["surface"]
+    assert kept["roughness_class"] == "N3"
