@@ -12,6 +12,7 @@ from srbval.arrays import FloatArray
 from srbval.figures.files import PanelFiles, extreme_indices, rounded, save_panel
 from srbval.figures.style import (
     GREEN,
+    HALF,
     HEALTHY,
     INK,
     WIDE,
@@ -23,6 +24,7 @@ from srbval.figures.style import (
     title_panel,
 )
 
+BRIEF = (HALF[0], 1.2 * HALF[1])  # inches of a panel beside another one
 PLOTTED_BINS = 600
 DATA_BINS = 1500  # of the data file: all of a short record, the least and greatest of each stretch of a long one
 HEALTHY_DASHES = (0, (3, 1.2))
@@ -82,22 +84,24 @@ def envelope_spectrum_panel(
     letter: str = "",
     title: str = "",
     y_label: str = Y_LABEL,
-    inches: tuple[float, float] = WIDE,
+    brief: bool = False,
 ) -> PanelFiles:
     """Draw an envelope spectrum up to `f_max_hz`, Hz below and shaft orders on top; write picture and CSV.
 
     `cursors` are the lines expected (see `fault_cursors`), `peaks` the (frequency [Hz], amplitude) found.
     `healthy` is the (frequency, amplitude) of the healthy bearing at the same speed, drawn dashed, None without one.
-    Give both sides of a comparison the same `y_limits`.
+    Give both sides of a comparison the same `y_limits`. `brief`: for panels side by side, of half the width, lines by
+    their names alone and no legend, whose part their common caption takes.
     """
     with figure_style():
-        figure, axes = new_axes(inches)
+        figure, axes = new_axes(BRIEF if brief else WIDE)
         draw_envelope_spectrum(
             axes, frequency_hz=frequency_hz, amplitude=amplitude, shaft_hz=shaft_hz, origin=origin, cursors=cursors,
-            peaks=peaks, healthy=healthy, f_max_hz=f_max_hz, y_limits=y_limits, y_label=y_label,
+            peaks=peaks, healthy=healthy, f_max_hz=f_max_hz, y_limits=y_limits, y_label=y_label, brief=brief,
         )  # fmt: skip
         title_panel(axes, origin, letter, title, pad=9.0)
-        legend_above(axes, points=ORDER_LABEL_POINTS)
+        if not brief:
+            legend_above(axes, points=ORDER_LABEL_POINTS)
         stamp_stand_in(axes, origin)
         data = _columns(_plotted(frequency_hz, amplitude, f_max_hz, DATA_BINS), healthy, shaft_hz)
         return save_panel(figure, folder, name, data)
@@ -116,6 +120,7 @@ def draw_envelope_spectrum(
     f_max_hz: float,
     y_limits: tuple[float, float],
     y_label: str = Y_LABEL,
+    brief: bool = False,
 ) -> None:
     """Draw what `envelope_spectrum_panel` writes onto given axes, without title and legend."""
     frequency, height = _plotted(frequency_hz, amplitude, f_max_hz)
@@ -126,7 +131,7 @@ def draw_envelope_spectrum(
     if healthy is not None:
         axes.plot(*_plotted(*healthy, f_max_hz), **dashed)
     _draw_peaks(axes, peaks, f_max_hz)
-    _draw_cursors(axes, cursors, shaft_hz)
+    _draw_cursors(axes, cursors, None if brief else shaft_hz)
     _order_axis(axes, shaft_hz)
 
 
@@ -140,8 +145,8 @@ def _plotted(
     return frequency[kept], height[kept]
 
 
-def _draw_cursors(axes: Any, cursors: Sequence[Cursor], shaft_hz: float) -> None:
-    """Harmonics with frequency and order, sidebands by name; a label that would lie on another stands below it."""
+def _draw_cursors(axes: Any, cursors: Sequence[Cursor], shaft_hz: float | None) -> None:
+    """Harmonics with frequency and order (where `shaft_hz` is given), sidebands by name; labels keep off each other."""
     blended = axes.get_xaxis_transform()
     first = next((cursor for cursor in cursors if not cursor.sideband), None)
     for cursor, top in zip(cursors, _label_tops(axes, cursors), strict=True):
@@ -152,7 +157,11 @@ def _draw_cursors(axes: Any, cursors: Sequence[Cursor], shaft_hz: float) -> None
             continue
         label = "expected" if cursor is first else None
         axes.axvline(cursor.frequency_hz, color=GREEN, lw=0.9, ls="--", zorder=2, label=label)
-        place = f"{cursor.name}  {cursor.frequency_hz:.1f} Hz, {cursor.frequency_hz / shaft_hz:.2f}"
+        place = (
+            f"{cursor.name}  {cursor.frequency_hz:.1f} Hz, {cursor.frequency_hz / shaft_hz:.2f}"
+            if shaft_hz
+            else cursor.name
+        )
         axes.text(
             cursor.frequency_hz, top, place,
             transform=blended, rotation=90, ha="right", va="top", fontsize=6.5, color=GREEN, zorder=6,

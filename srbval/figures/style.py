@@ -10,7 +10,7 @@ from typing import Any
 from srbval.figures.files import picture_bytes
 
 # Width and height of a panel [inch]: half and full width of the text.
-HALF = (4.2, 2.55)
+HALF = (4.2, 2.2)
 WIDE = (7.6, 2.9)
 TITLE_CHARACTERS_PER_INCH = 10.8  # of the bold 9 pt title
 

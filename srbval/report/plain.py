@@ -51,13 +51,15 @@ def as_plain(report: Report, document: Document = Document.MAIN, *, with_appendi
     }
 
 
-def _counted(elsewhere: tuple[blocks.Block, ...]) -> str:
-    """How much a section has in the other document, in words."""
+def _counted(elsewhere: tuple[blocks.Block, ...]) -> str | None:
+    """How many tables and figures a section has in the other document, in words; None where it has nothing there."""
+    if not elsewhere:
+        return None
     tables = sum(isinstance(block, Table) for block in elsewhere)
     pictures = (b.figures if isinstance(b, blocks.FigureGrid) else (b,) for b in elsewhere)
     figures = sum(isinstance(item, blocks.Figure) for items in pictures for item in items)
     counts = [f"{n} {what}{'s' * (n > 1)}" for n, what in ((tables, "table"), (figures, "figure")) if n]
-    return ", ".join(counts) if counts or not elsewhere else "text"
+    return ", ".join(counts)
 
 
 def plain_block(block: blocks.Block) -> Plain:

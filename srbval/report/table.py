@@ -40,7 +40,8 @@ class Column:
 class Cell:
     """One value with what is known of it.
 
-    `ci95` is the half width of a 95 % interval in the column's unit, shown as ``value ± ci95``. None and
+    `ci95` is the half width of a 95 % interval in the column's unit, shown as ``value ± ci95``, with no more decimals
+    than give it two digits. None and
     non-finite values show as a dash. `badge` says where the value comes from, `tone` how it is judged,
     `note` is a short remark set smaller below it. All text is plain: no markup is read in a cell.
     """
@@ -53,10 +54,11 @@ class Cell:
 
     def text(self, column: Column) -> str:
         """The value as every renderer shows it."""
-        shown = format_value(self.value, column.format)
+        spec = _as_precise(column.format, self.ci95)
+        shown = format_value(self.value, spec)
         if self.ci95 is None or shown == MISSING:
             return shown
-        return f"{shown} ± {format_value(self.ci95, column.format.lstrip('+'))}"
+        return f"{shown} ± {format_value(self.ci95, spec.lstrip('+'))}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,6 +89,14 @@ class Table:
                 raise ValueError(f"table {self.id!r}, row {number}: {len(row)} cells for {len(self.columns)} columns.")
         cells = tuple(tuple(c if isinstance(c, Cell) else Cell(value=c) for c in row) for row in self.rows)
         object.__setattr__(self, "cells", cells)
+
+
+def _as_precise(spec: str, ci95: float | None) -> str:
+    """A format of fixed decimals, cut to those that show two digits of the interval."""
+    fixed = re.fullmatch(r"([+,]*)\.(\d+)f", spec)
+    if not fixed or not ci95 or not math.isfinite(ci95):
+        return spec
+    return f"{fixed[1]}.{min(int(fixed[2]), max(0, 1 - math.floor(math.log10(ci95))))}f"
 
 
 def check_identifier(identifier: str, what: str) -> None:

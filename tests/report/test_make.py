@@ -63,17 +63,15 @@ def test_a_stand_in_never_counts(alone: tuple[MadeReport, Path]) -> None:
     assert not any(s["origin"] == "measured" for s in found["closure"])
 
 
-@pytest.mark.recordings
 def test_each_side_is_read_in_both_bands_and_the_figure_says_what_drew_it(with_rig: tuple[MadeReport, Path]) -> None:
     crossed = document(with_rig)["crossed_bands"]
     assert len(crossed) == 8
     assert all(row["detected"] for row in crossed if row["own"])
-    page = with_rig[0].files["html"].read_text(encoding="utf-8")
+    page = with_rig[0].files["appendix_html"].read_text(encoding="utf-8")
     assert "closed-form Morlet" in page
     assert "pywt.cwt as it comes" in page
 
 
-@pytest.mark.recordings
 def test_with_the_rig_the_rows_are_measured(with_rig: tuple[MadeReport, Path]) -> None:
     found = document(with_rig)
     measured = [row for row in found["table6"] if row["rig_source"] == "measured"]
@@ -87,7 +85,6 @@ def test_with_the_rig_the_rows_are_measured(with_rig: tuple[MadeReport, Path]) -
     assert len(found["recordings"]) == 3
 
 
-@pytest.mark.recordings
 def test_with_the_rig_its_sum_closes(with_rig: tuple[MadeReport, Path]) -> None:
     (rule,) = [s for s in document(with_rig)["closure"] if s["origin"] == "measured"]
     assert rule["total"] == pytest.approx(19, abs=0.01)

@@ -10,7 +10,7 @@ from srbval.report.blocks import Command, KeyValues, Listing
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
 from srbval.report.table import Value
-from srbval.storage.stored_result import RIG_SPEED_ACCURACY, RIG_STABILITY, SPEED_ACCURACY, STABILITY
+from srbval.storage.stored_result import RIG_INPUTS, RIG_SPEED_ACCURACY, RIG_STABILITY, SPEED_ACCURACY, STABILITY
 from srbval.validation.matrix import NOT_DETECTED
 
 ASSUMPTIONS, LIMITS, FAILURES, RUNS = Texts("assumptions"), Texts("limits"), Texts("failures"), Texts("runs")
@@ -32,7 +32,10 @@ def assumptions_section(evidence: Evidence) -> Section:
 
 def limits_section(evidence: Evidence) -> Section:
     """What nothing in this report says anything about."""
-    return LIMITS.section(LIMITS.listing("limits", passing=evidence.point_passing))
+    studies = (evidence.results[RIG_INPUTS].content or {}).get("studies", ())
+    second = [record.analysis.recording for record in evidence.kurtograms if record.second_comb]
+    items = LIMITS.listing("limits", passing=evidence.point_passing, second=second, studies=studies)
+    return LIMITS.section(items)
 
 
 def glossary_section() -> Section:

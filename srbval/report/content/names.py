@@ -12,7 +12,7 @@ from srbval.validation.analyse import Analysis
 
 STORED = Texts("stored")
 SIDE_NAME = {
-    Origin.MEASURED: "test rig, measured",
+    Origin.MEASURED: "rig",
     Origin.SIMULATED: "model",
     Origin.STAND_IN: "SYNTHETIC STAND-IN, not a measurement",
 }

@@ -17,7 +17,6 @@ from srbval.evidence.shown_records import (
 )
 from srbval.figures.acceleration import acceleration_panel
 from srbval.figures.spectrum import envelope_spectrum_panel, fault_cursors
-from srbval.figures.style import HALF
 from srbval.recordings import Origin
 from srbval.report.blocks import Block, Explore, Figure, FigureGrid, Listing
 from srbval.report.content.names import badge_of, side_of, synthetic_states
@@ -33,7 +32,6 @@ from srbval.validation.shown_record import SEGMENT_HZ, WINDOW_S, ShownRecord
 
 TEXTS, PAPER_SPEED = Texts("figures"), Texts("paper_speed")
 
-TALL = (HALF[0], 1.25 * HALF[1])  # inches of a spectrum beside another one
 SPECTRUM_HZ = 600.0  # Figures 12 and 13
 SPECTRUM_FIGURES = {"12": Fault.OUTER, "13": Fault.INNER}
 PANEL_LETTERS = {Fault.HEALTHY: "ab", Fault.OUTER: "cd", Fault.INNER: "ef"}
@@ -177,7 +175,7 @@ def _spectrum_panel(name: str, letter: str, state: Fault, side: Side, other: Sid
     files = envelope_spectrum_panel(
         folder, name, frequency_hz=record.frequency_hz, amplitude=record.amplitude, shaft_hz=shaft_hz, cursors=cursors,
         peaks=[(hz, height) for peak, hz, height in record.peaks if peak.startswith(line)], letter=letter[-1],
-        healthy=(healthy.frequency_hz, healthy.amplitude), f_max_hz=SPECTRUM_HZ, y_limits=(0.0, top), inches=TALL,
+        healthy=(healthy.frequency_hz, healthy.amplitude), f_max_hz=SPECTRUM_HZ, y_limits=(0.0, top), brief=True,
         **_head(record, state),
     )  # fmt: skip
     figure = TEXTS.figure("spectrum", files, **_words(name, letter, record, state), f_max_hz=SPECTRUM_HZ)

@@ -20,7 +20,7 @@ RECORD_MARKS = (("o", BLUE), ("s", VERMILION))  # of a waterfall's records
 MARGIN = {"%": 0.1, "dB": 3.0}  # of the cage ratio and of levels: within which a model agrees
 PANELS_ACROSS, WATERFALL_INCHES = 3, (7.6, 5.6)
 APART = 0.16  # of a row, between the records
-ROW_INCHES, FRAME_INCHES, WIDTH_INCHES = 0.26, 0.95, 7.6
+ROW_INCHES, FRAME_INCHES, WIDTH_INCHES = 0.21, 0.75, 7.6
 
 
 @dataclass(frozen=True, kw_only=True)

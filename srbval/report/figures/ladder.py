@@ -10,7 +10,7 @@ from srbval.figures.style import BLUE, GREEN, INK, ORANGE, PURPLE, SOFT, VERMILI
 
 # Shape and colour of each rung, from the bottom of the ladder up.
 MARKS = (("v", ORANGE), ("D", GREEN), ("s", BLUE), ("P", PURPLE), ("o", VERMILION))
-SIZE_INCHES = (7.6, 5.0)
+SIZE_INCHES = (7.6, 3.7)
 COLUMNS = 3
 LEAST_PCT = 1e-3  # smaller errors are drawn here
 
