@@ -13,6 +13,7 @@ from srbval.bench.ladder.measure import SECONDS as LADDER_SECONDS
 from srbval.bench.ladder.measure import answer_store, measure_ladder
 from srbval.bench.ladder.table import summary
 from srbval.bench.machine import Machine
+from srbval.bench.naming_scores import naming_scores
 from srbval.bench.scenes import FULL, QUICK, RIG_SHOWN, SCENES
 from srbval.cli.measured import measure_and_print
 from srbval.cli.output import print_columns, print_json
@@ -126,7 +127,8 @@ def _diagnosis(options: argparse.Namespace) -> int:
 
     def measure(progress: Progress) -> dict[str, Any]:
         judged = judge(records, methods(registered), progress=progress)
-        found: dict[str, Any] = json_value({"confusions": list(confusions(judged)), "records": judged})
+        rest = {"naming": naming_scores(), "records": judged}
+        found: dict[str, Any] = json_value({"confusions": list(confusions(judged))} | rest)
         return found
 
     measure_and_print(DIAGNOSIS, options, measure, complete=True, show=_print_diagnosis)
@@ -138,6 +140,8 @@ def _print_diagnosis(result: Mapping[str, Any]) -> None:
         if row["dataset"] == ALL:
             print(f"{row['method']}, {row['answer']}:")
             print_columns("diagnosis-confusion", [{"state": state} | said for state, said in row["counts"].items()])
+    for row in (result["naming"]["scores"], result["naming"]["alien"]):
+        print(", ".join(f"{name.replace('_', ' ')} {value:.4g}" for name, value in row.items()))
     print_columns("diagnosis", [row | _per_cent(row) for row in result["confusions"] if row["healthy"] + row["faulty"]])
 
 

@@ -1,4 +1,4 @@
-"""``srbval identify``: the path from the outer ring to the sensor, from two records or a measured response."""
+"""``srbval identify``: the path to the sensor, from two records or a measured response; or the size of a defect."""
 
 import argparse
 import dataclasses
@@ -9,11 +9,13 @@ from srbval.cli.data_command import recording_settings
 from srbval.cli.output import print_json, print_table
 from srbval.errors import ConfigurationError
 from srbval.progress import ProgressDisplay
+from srbval.recordings import Recording
 from srbval.recordings.frf import read_frf
 from srbval.recordings.registry import healthy_baseline, load_registered
-from srbval.scene import load_scene
+from srbval.scene import draws, load_scene, load_sensor_path, merge, rig_inputs
 from srbval.storage.strict_json import json_object
 from srbval.storage.whole_file import whole_file
+from srbval.validation.defect_size import defect_size, size_runs
 from srbval.validation.identify import (
     BAND_HZ,
     Identified,
@@ -26,9 +28,15 @@ from srbval.validation.identify import (
 COLUMNS = ("mode", "frequency Hz", "u Hz", "damping ratio", "u", "gain", "u", "healthy record differs by, u")
 
 
+SIZE_COLUMNS = ("from", "extent mm", "from mm", "to mm", "scatter dB")
+POWER = 3  # of two: how often inputs are drawn
+
+
 def run(options: argparse.Namespace) -> int:
     """Identify and print; with -o write the file that `--sensor-path` and a scene's `sensor_path` take."""
     band_hz = (options.band[0], options.band[1]) if options.band else BAND_HZ
+    if options.defect_size is not None:
+        return _size(options, band_hz)
     if options.mass_kg is not None:
         frequency_hz, values = read_frf(Path(options.file))
         found = identify_response(
@@ -47,6 +55,15 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _from_records(options: argparse.Namespace, band_hz: tuple[float, float]) -> Identified:
+    fault, healthy, bearing = _records(options)
+    with ProgressDisplay() as progress:
+        scene = load_scene(options.scene, {"bearing": bearing})
+        excitation = simulated_excitation(fault, scene, progress=progress)
+    return identify(fault, healthy, excitation, bearing=load_bearing(bearing), band_hz=band_hz)
+
+
+def _records(options: argparse.Namespace) -> tuple[Recording, Recording, str]:
+    """The faulty and the healthy record, and the bearing's name."""
     settings = recording_settings(options)
     fault = load_registered(options.file, settings)
     if options.defect:
@@ -60,17 +77,49 @@ def _from_records(options: argparse.Namespace, band_hz: tuple[float, float]) -> 
                 f"{fault.name}: no healthy record of the same rig, speed and load is registered; give --healthy FILE."
             )
         healthy = load_registered(entry.file, settings)
-    bearing = options.bearing or fault.bearing or DEFAULT_BEARING
+    return fault, healthy, options.bearing or fault.bearing or DEFAULT_BEARING
+
+
+def _size(options: argparse.Namespace, band_hz: tuple[float, float]) -> int:
+    """Print the defect's size with the path to the sensor known."""
+    path = load_sensor_path(options.defect_size)
+    if path is None or options.output or options.mass_kg is not None:
+        raise ConfigurationError(
+            "--defect-size takes a path, rig or a file of srbval identify, and writes none: leave -o and --mass-kg out."
+        )
+    fault, healthy, bearing = _records(options)
+    own = {"bearing": bearing}
+    known = options.scene == "rig" and bearing == DEFAULT_BEARING  # whose inputs have ranges
     with ProgressDisplay() as progress:
-        scene = load_scene(options.scene, {"bearing": bearing})
-        excitation = simulated_excitation(fault, scene, progress=progress)
-    return identify(fault, healthy, excitation, bearing=load_bearing(bearing), band_hz=band_hz)
+        drawn = [load_scene("rig", merge(own, one)) for one in (draws(rig_inputs(), POWER) if known else ())]
+        runs = size_runs(fault, load_scene(options.scene, own), drawn, progress=progress)
+    found = defect_size(fault, healthy, runs, path, bearing=load_bearing(bearing), band_hz=band_hz)
+    if options.json:
+        print_json(json_object(found) | {"file": options.file, "healthy": healthy.name, "path": path.source})
+        return 0
+    low, *_, high = map(_mm, found.simulated_m)
+    print(f"{fault.name} over {healthy.name}; path {path.source}\nsimulated {low} to {high} mm; {len(drawn)} draws\n")
+    print_table(SIZE_COLUMNS, [
+        (way, _mm(one.extent_m), _mm(one.low_m) if one.low_m else "below", _mm(one.high_m) if one.high_m else "above",
+         f"{one.scatter_db:.2g}") for way, one in found.sizes.items()
+    ])  # fmt: skip
+    print(f"\na contact passes from entry to exit in {_mm(found.passage_s)} ms")
+    if found.path_is_fitted:
+        print(
+            "the path is from this record, with a size that was assumed: it comes back, and the level says nothing new"
+        )
+    return 0
+
+
+def _mm(metres: float) -> str:
+    """In thousandths."""
+    return f"{1e3 * metres:.3g}"
 
 
 def _print(found: Identified) -> None:
     table = found.to_dict()
     print(f"{found.path.source}\nband {found.path.low_hz:g} to {found.path.high_hz:g} Hz\n")
-    print_table(("modes", "BIC"), [(trial["modes"], trial["bic"]) for trial in table["trials"]])
+    print_table(("modes", "criterion"), [(trial["modes"], trial["criterion"]) for trial in table["trials"]])
     print(f"\ndirect gain {found.path.direct:.4g} ± {table['direct_u']:.2g} (one standard deviation)")
     names = ("frequency_hz", "frequency_u_hz", "damping_ratio", "damping_ratio_u", "gain", "gain_u",
              "healthy_differs_by_u")  # fmt: skip

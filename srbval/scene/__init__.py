@@ -14,7 +14,7 @@ from srbval.scene.parts import (
 )
 from srbval.scene.profile import LoadProfile, SpeedProfile
 from srbval.scene.read import load_scene, load_sensor_path, merge, paper_scene, scene_table
-from srbval.scene.rig_inputs import RigInput, rig_inputs
+from srbval.scene.rig_inputs import RigInput, draws, rig_inputs
 from srbval.scene.scene import Scene, SolverSettings
 from srbval.scene.sensor_path import PathMode, SensorPath
 from srbval.scene.surface import Surface
@@ -38,6 +38,7 @@ __all__ = [
     "SpeedProfile",
     "Surface",
     "Traction",
+    "draws",
     "load_scene",
     "load_sensor_path",
     "merge",

@@ -1,11 +1,16 @@
 """What is not known exactly of the scene `rig`: ranges with their sources, from `rig_inputs.toml`."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from srbval.config.strict import build
 from srbval.errors import ConfigurationError
-from srbval.scene.read import bundled_table
+from srbval.scene.read import bundled_table, merge
+
+DRAWS_SEED = 17
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,3 +55,18 @@ def rig_inputs(kind: str = "input") -> tuple[RigInput, ...]:
     """All of a kind: ``input``, or ``position`` of a record's hole, which the cage ratio does not know."""
     return tuple(build(RigInput, table, f"rig_inputs.toml {kind} {i}") for i, table in
                  enumerate(bundled_table("rig_inputs")[kind], start=1))  # fmt: skip
+
+
+def draws(inputs: Sequence[RigInput], power: int, *, seed: int = DRAWS_SEED) -> list[dict[str, Any]]:
+    """Changes of all inputs at once, ``2**power`` from a Sobol sequence; those with two points take an end."""
+    from scipy.stats import qmc
+
+    unit = qmc.Sobol(d=len(inputs), scramble=True, rng=np.random.default_rng(seed)).random_base2(power)
+    found = []
+    for row in unit.tolist():
+        changes: dict[str, Any] = {}
+        for one, share in zip(inputs, row, strict=True):
+            place = float(round(share)) if one.points == 2 else share
+            changes = merge(changes, one.changes(one.low + place * (one.high - one.low)))
+        found.append(changes)
+    return found

@@ -20,6 +20,8 @@ MASKED = 0.5963473623
 TAIL = 0.1
 # Placebos are whole combs, and combs of which some lines are taken from so many other fundamentals, drawn at random.
 MIXED, FARTHEST = 12, 0.35
+# Placebos are taken from an octave to either side.
+REACH = 2.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -76,12 +78,21 @@ class CombSpectrum:
         half = max(1, round(relative / self.step))
         return float(np.median(maximum_filter1d(self.evidence, 2 * half + 1)))
 
-    def placebos(self, meaningless: NDArray[np.bool_], relative: float) -> FloatArray:
-        """Highest evidence in windows of half width `relative` about `meaningless` fundamentals [n], [k]."""
-        half = max(1, round(relative / self.step))
-        every = slice(None, None, half)
-        whole = [maximum_filter1d(values, 2 * half + 1)[meaningless][every] for values in (self.evidence, *self.mixed)]
-        return np.concatenate(whole)
+    def placebos(self, meaningless: NDArray[np.bool_], centre_hz: float, relative: float) -> FloatArray:
+        """Highest evidence in windows as wide as that of half width `relative` about `centre_hz`, [k].
+
+        About `meaningless` fundamentals [n] within a factor of `REACH`; as wide in Hz, so that each holds as many
+        independent values.
+        """
+        if self.frequency_hz.size == 0:
+            return np.empty(0)
+        ends = max(centre_hz / REACH, self.frequency_hz[0]), min(centre_hz * REACH, self.frequency_hz[-1])
+        even = np.log(np.arange(*ends, self.step * centre_hz) / self.frequency_hz[0]) / self.step
+        at, half = np.rint(even).astype(np.int64), max(1, round(relative / self.step))
+        if at.size == 0:
+            return np.empty(0)
+        every = maximum_filter1d(np.vstack((self.evidence, self.mixed))[:, at], 2 * half + 1)
+        return np.asarray(every[:, np.flatnonzero(meaningless[at])[::half]].ravel())
 
 
 def surprise(evidence: float, placebos: FloatArray) -> float:

@@ -1,14 +1,10 @@
 """What the published dimensions of a ball or roller bearing leave open of its cage ratio.
 
-With d and D the diameters of elements and pitch circle, alpha the contact angle and s the cage's slip
-
-    c = (1 - s) (1 - d / D cos(alpha)) / 2.
-
-A deep groove ball bearing has no contact angle under a radial load alone; pushed along its axis, by a spring or by
-heat, its balls stand at up to the free contact angle (Harris & Kotzalas, Essential Concepts of Bearing Technology,
-2006, chapter 2; quoted from memory, held against a maker's table in the tests): cos(alpha) = 1 - P / (2 A) with the
-diametral clearance P and the distance A = (f_o + f_i - 1) d of the grooves' centres. A given angle other than zero is
-taken as it is. The cage lags, by the slip with which lines are told from other peaks (`identity`).
+The ratio is (1 - s) (1 - d / D cos(alpha)) / 2 with d and D the diameters of elements and pitch circle, contact angle
+alpha and slip s, by which the cage lags (as in `identity`). A deep groove ball bearing has no contact angle under a
+radial load alone, and up to the free one, cos(alpha) = 1 - P / (2 A), where it is pushed along its axis: diametral
+clearance P, A = (f_o + f_i - 1) d from groove centre to groove centre (Harris & Kotzalas, Essential Concepts of Bearing
+Technology, 2006, chapter 2; quoted from memory, held against a maker's table in the tests). A stated angle is kept.
 """
 
 from dataclasses import dataclass

@@ -15,7 +15,7 @@ from srbval.signal import Periodogram
 from srbval.signal.comb_spectrum import CombSpectrum, surprise
 from srbval.signal.placebo import APART
 from srbval.validation.analyse import Analysis
-from srbval.validation.families import HARMONICS, PLACEBO_REACH, SLIP_WINDOW, families_of, means_nothing
+from srbval.validation.families import HARMONICS, SLIP_WINDOW, families_of, means_nothing
 from srbval.validation.speed_search import whitened_periodogram
 
 # Combs are looked for from this order of the shaft up.
@@ -79,9 +79,7 @@ def fault_evidence(analysis: Analysis) -> FaultEvidence:
     parts = []
     for fault, family in zip(DEFECTS, families, strict=False):
         evidence, found_hz = combs.highest(family.kinematic_hz, relative)
-        # Combs of lower fundamentals have fewer independent values in a window, and stand less high.
-        near = np.abs(np.log(combs.frequency_hz / family.kinematic_hz)) <= math.log(PLACEBO_REACH)
-        placebos = combs.placebos(meaningless & near, relative)
+        placebos = combs.placebos(meaningless, family.kinematic_hz, relative)
         chance = math.exp(-surprise(evidence, placebos))
         reached = not math.isnan(evidence)
         parts.append(

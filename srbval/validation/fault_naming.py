@@ -15,7 +15,7 @@ from srbval.recordings import Recording
 from srbval.validation.analyse import Analysis
 from srbval.validation.fault_call import Basis, FaultCall
 from srbval.validation.fault_evidence import FaultEvidence, fault_evidence
-from srbval.validation.fault_posterior import FaultPosterior, KnownFeatures, decide, fit_posterior
+from srbval.validation.fault_posterior import FaultPosterior, KnownFeatures, decide, fit_posterior, most_probable
 from srbval.validation.pipeline import process
 
 KNOWN_FILE = "known_records.csv"  # written by ``python -m tests.calibrators.known_records``
@@ -39,7 +39,7 @@ class Naming:
     @property
     def most_probable(self) -> Fault | None:
         """The fault, where one is the most probable class."""
-        return _fault(max(self.probabilities, key=lambda name: self.probabilities[name]))
+        return _fault(most_probable(self.probabilities))
 
     @property
     def sentence(self) -> str:
@@ -65,7 +65,7 @@ def name_fault(analysis: Analysis, *, all_channels: bool = False, without_rig: s
     evidence = [fault_evidence(view) for view in views]
     features = [np.array(one.features) for one in evidence]
     shares = model.probabilities(*features)
-    found = max(shares, key=lambda name: shares[name])
+    found = most_probable(shares)
     alone = [model.log_likelihood(one)[found] for one in features]
     best = int(np.argmax(alone))
     channels = (analysis.recording.channel, *_others(analysis.recording))

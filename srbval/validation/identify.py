@@ -72,7 +72,7 @@ class Identified:
             ],
             "scatter_db": self.path.scatter_db,
             "band_hz": (self.path.low_hz, self.path.high_hz),
-            "trials": [{"modes": fit.modes, "bic": fit.bic} for fit in self.trials],
+            "trials": [{"modes": fit.modes, "criterion": fit.criterion} for fit in self.trials],
             "chance": self.chance,
             "used": self.path.used,
             "source": self.path.source,
@@ -177,8 +177,10 @@ def _power(record: Recording, frequency_hz: FloatArray) -> FloatArray:
     return np.asarray(np.interp(frequency_hz, own_hz, density))
 
 
-def simulated_excitation(fault: Recording, scene: Scene, *, progress: Progress = silent) -> Recording:
-    """A run of the scene at the record's speed, load and state, without a path, as long as the record.
+def simulated_excitation(
+    fault: Recording, scene: Scene, *, longest_s: float = math.inf, progress: Progress = silent
+) -> Recording:
+    """A run of the scene at the record's speed, load and state, without a path, as long as the record or `longest_s`.
 
     Raises `NumericsError` where it fails, `ConfigurationError` for a record without a fault or speed.
     """
@@ -189,7 +191,8 @@ def simulated_excitation(fault: Recording, scene: Scene, *, progress: Progress =
         load = replace(load, radial_n=fault.radial_n, axial_n=fault.axial_n or 0.0)
     own = replace(
         scene, shaft_speed_rad_s=2 * math.pi * fault.speed.value_hz, load=load, speed_profile=None, load_profile=None,
-        defect=replace(scene.defect, kind=fault.state), duration_s=round(fault.seconds, 2), sensor_path=None,
+        defect=replace(scene.defect, kind=fault.state), duration_s=round(min(fault.seconds, longest_s), 2),
+        sensor_path=None,
     )  # fmt: skip
     run = simulate(own, step=Step.UNCHECKED, progress=progress)
     if not run.status.usable:

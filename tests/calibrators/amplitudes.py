@@ -32,7 +32,7 @@ from srbval.models.simulate import Step, simulate
 from srbval.recordings import Recording, recording_from_run
 from srbval.recordings.datasets.srbval_files import SENSOR
 from srbval.recordings.registry import find_recording, load_entry
-from srbval.scene import SensorPath, load_scene, merge, rig_inputs
+from srbval.scene import SensorPath, draws, load_scene, merge, rig_inputs
 from srbval.signal import NORMAL_95
 from srbval.storage.own_package import git_revision
 from srbval.storage.stored_result import AMPLITUDES, COMMAND, stamped, store_result
@@ -57,7 +57,6 @@ from srbval.validation.comparison import DATA_PARTS, Comparison, QuantityValue
 from srbval.validation.effects import INPUTS
 from srbval.validation.identify import BAND_HZ, band_powers, identify
 from srbval.validation.path_fit import best_of, fit_path, refit
-from tests.calibrators.rig_inputs import draws
 from tests.calibrators.rows import print_rows
 
 BEARING = load_bearing(DEFAULT_BEARING)

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.stats import qmc
 
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.check.quantities import RIG_RPM
@@ -25,7 +24,7 @@ from srbval.errors import DataError, NumericsError
 from srbval.models.simulate import Step, simulate
 from srbval.progress import Progress, ProgressDisplay, silent
 from srbval.recordings.registry import find_recording, load_entry
-from srbval.scene import RigInput, load_scene, merge, rig_inputs
+from srbval.scene import RigInput, draws, load_scene, merge, rig_inputs
 from srbval.storage.own_package import git_revision
 from srbval.storage.stored_result import COMMAND, RIG_INPUTS, newest_result, stamped, store_result
 from srbval.storage.strict_json import json_object
@@ -40,7 +39,6 @@ STARTS = 8  # runs that differ by the load's last digits
 START_SHARE = 1e-5  # of the load
 FINER = {"line_contact": {"slices": 61}, "solver": {"step_s": STEP_S / 4}}
 DRAWN = 7  # power of two: samples of all inputs together
-SEED = 17
 COVERAGE = 2.0  # of a standard uncertainty, for 95 %
 MARGIN_PCT = 0.1  # of the cage ratio: the difference within which model and rig count as agreeing, fixed beforehand
 AGREE = "agree"  # |E| + U is below the margin: nearly uniform ranges rule U, so that no one-sided 1.645 u will do
@@ -231,19 +229,6 @@ def read_again(study: Mapping[str, Any]) -> InputStudy:
         starts=tuple(study["starts"]), effects=tuple(InputEffect(**effect) for effect in effects),
         drawn=tuple(study["drawn"]),
     )  # fmt: skip
-
-
-def draws(inputs: Sequence[RigInput], power: int) -> list[dict[str, Any]]:
-    """Changes of all inputs at once, from a Sobol sequence; those that are one thing or the other take an end."""
-    unit = qmc.Sobol(d=len(inputs), scramble=True, rng=np.random.default_rng(SEED)).random_base2(power)
-    found = []
-    for row in unit.tolist():
-        changes: dict[str, Any] = {}
-        for one, share in zip(inputs, row, strict=True):
-            place = float(round(share)) if one.points == 2 else share
-            changes = merge(changes, one.changes(one.low + place * (one.high - one.low)))
-        found.append(changes)
-    return found
 
 
 def cage_ratio(line: RigLine, changes: Mapping[str, Any]) -> float:

@@ -6,22 +6,26 @@ import dataclasses
 
 import pytest
 
+from srbval.bench.naming_scores import HeldOut, alien, calls, held_out, reliability, scores
 from srbval.validation.fault_naming import known_features
-from srbval.validation.fault_posterior import CLASSES
+from srbval.validation.fault_posterior import CLASSES, OTHER, KnownFeatures
 from tests.calibrators.naming_alarms import alarms, white
-from tests.calibrators.naming_scores import HeldOut, calls, held_out, reliability, scores
 
 
 def test_left_out_rigs_are_named_better_than_by_chance_and_no_healthy_one_is_called() -> None:
     found = held_out(known_features())
     assert sum(f.weight for f in found) == pytest.approx(1)
     result, table = scores(found), {row["state"]: row for row in calls(found)}
-    assert result["log score"] > result["equal probabilities"] + 0.4
-    assert result["Brier score"] < result["of equal ones"]
+    assert result["log_score"] > result["log_score_of_equal"] + 0.9
+    assert result["brier_score"] < result["brier_score_of_equal"] / 2
+    assert result["calibration_error"] < result["calibration_error_by_chance"] / 2
+    assert not any(f.record.state == "healthy" and not f.right for f in found)
+    wrong = alien(found)
+    assert wrong["most_probably_other"] >= 0.9 * wrong["records"]
+    assert wrong["fault_called"] == 0
     assert not any(table["healthy"][name] for name in ("outer", "inner", "roller"))
-    wrong = sum(table[state][name] for state in ("outer", "inner", "roller") for name in ("outer", "inner", "roller")
-                if state != name)  # fmt: skip
-    assert wrong == 0
+    parts = ("outer", "inner", "roller")
+    assert not any(table[state][name] for state in parts for name in parts if state != name)
 
 
 def test_probabilities_that_are_right_have_no_calibration_error() -> None:
@@ -32,8 +36,27 @@ def test_probabilities_that_are_right_have_no_calibration_error() -> None:
     sure = dict.fromkeys(CLASSES, 1e-9) | {"outer": 1.0}
     for said, error in ((share, 0.0), (sure, 0.1)):
         found = [HeldOut(record=r, probabilities=said, weight=0.1) for r in (*[one] * 9, other)]
-        assert scores(found)["expected calibration error"] == pytest.approx(error, abs=1e-6)
+        assert scores(found)["calibration_error"] == pytest.approx(error, abs=1e-6)
         assert [row["records"] for row in reliability(found)] == [10]
+
+
+def test_the_band_of_a_bin_is_that_of_so_many_bearings() -> None:
+    """Of 400 bearings, right with 0.9: sd of the share 0.015; records of one bearing add nothing."""
+    one = next(k for k in known_features() if k.state == "outer")
+    share = dict.fromkeys(CLASSES, 0.025) | {"outer": 0.9}
+    known = [dataclasses.replace(one, specimen=str(number // 5)) for number in range(2000)]
+    (row,) = reliability([HeldOut(record=k, probabilities=share, weight=1 / 2000) for k in known])
+    assert (row["low"], row["high"]) == pytest.approx((0.9 - 1.96 * 0.015, 0.9 + 1.96 * 0.015), abs=0.006)
+
+
+def test_wrong_readings_are_counted_where_the_right_one_shows_the_fault() -> None:
+    def known(state: str, outer: float) -> KnownFeatures:
+        return KnownFeatures(rig="r", specimen="s", state=state, families=(outer, -1.0, -1.0), unexplained=0.0)
+
+    records = [known("outer", 9.0), known(OTHER, 0), known(OTHER, 0), known("outer", 0.5), known(OTHER, 0)]
+    said = [{"outer": 0.9}, {OTHER: 0.5, "outer": 0.4}, {"outer": 0.8, OTHER: 0.2}, {"outer": 1.0}, {OTHER: 1.0}]
+    of = [HeldOut(record=r, probabilities=p, weight=0.2) for r, p in zip(records, said, strict=True)]
+    assert alien(of) == {"records": 2, "called_other": 0, "most_probably_other": 1, "fault_called": 1}
 
 
 def test_alarms_on_noise_are_counted() -> None:

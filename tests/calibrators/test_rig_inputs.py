@@ -13,7 +13,7 @@ from srbval.check.reference import read_reference, reference_path
 from srbval.errors import NumericsError
 from srbval.models.run import RunStatus
 from srbval.models.simulate import Step
-from srbval.scene import load_scene, rig_inputs
+from srbval.scene import draws, load_scene, rig_inputs
 from srbval.storage.stored_result import COMMAND, RIG_INPUTS, newest_result
 from tests.calibrators import rig_inputs as calibrator
 from tests.calibrators.rig_inputs import (
@@ -26,7 +26,6 @@ from tests.calibrators.rig_inputs import (
     InputStudy,
     RigLine,
     cage_ratio,
-    draws,
     effect_rows,
     read_again,
     rig_line,

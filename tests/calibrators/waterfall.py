@@ -24,7 +24,7 @@ from srbval.errors import NumericsError
 from srbval.models.run import Run
 from srbval.models.simulate import Step, simulate
 from srbval.recordings import Recording
-from srbval.scene import Scene, SensorPath, load_scene, merge, rig_inputs
+from srbval.scene import Scene, SensorPath, draws, load_scene, merge, rig_inputs
 from srbval.storage.own_package import git_revision
 from srbval.storage.stored_result import COMMAND, WATERFALL, stamped, store_result
 from srbval.storage.strict_json import json_object
@@ -35,7 +35,6 @@ from srbval.validation.compared_quantities import CAGE_RATIO, cage_of
 from srbval.validation.comparison import Comparison, QuantityValue
 from srbval.validation.effects import INPUTS
 from tests.calibrators.amplitudes import BEARING, OF_HEALTHY, behind, drawn_paths, line_order, measured
-from tests.calibrators.rig_inputs import draws
 from tests.calibrators.rows import print_rows
 
 SECONDS, STEP_S = 1.0, 1 / 81_920  # the model of continuous races takes two of its steps in one

@@ -3,6 +3,7 @@
 import builtins
 import re
 import zlib
+from collections import Counter
 
 import pytest
 
@@ -44,6 +45,23 @@ def test_each_picture_has_its_alt_text(pdf, report):
     for figure in report.figures():
         alt = figure.alt.replace("'", "\\'").encode()
         assert b"/Alt(" + alt in content or b"/Alt(" + figure.alt.encode() in content
+
+
+def test_its_tags_say_what_each_part_is(pdf, report):
+    """PDF/UA-1 by our own reading of the structure tree: what each block is."""
+    content = unpacked(pdf.read_bytes())
+    tags = Counter(tag.decode() for tag in re.findall(rb"/S\s*/([A-Z]\w*)\s*/P ", content))
+    tables, figures = list(report.tables()), list(report.figures())
+    assert tags["Document"] == tags["Title"] == 1
+    assert {tag for tag in tags if re.fullmatch(r"H\d", tag)} == {"H1"}, "no level is left out"
+    assert tags["H1"] == 1 + len(report.sections)
+    assert tags["Figure"] == len(figures)
+    assert tags["Caption"] == len(figures) + len(tables)
+    assert tags["Table"] == len(tables) + 1, "pairs of keys and values are a table too"
+    assert tags["TH"] == content.count(b"/Scope/Column") == sum(len(table.columns) for table in tables)
+    assert tags["LI"] == tags["LBody"] > 0
+    assert b"/DisplayDocTitle true" in content
+    assert content.count(b"/Tabs/S") == content.count(b"/Type/Page/")
 
 
 def test_the_same_report_gives_the_same_bytes(pdf, report, tmp_path):

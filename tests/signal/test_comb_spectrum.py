@@ -41,7 +41,7 @@ def test_a_comb_is_found_where_it_is_and_surprises() -> None:
     found = combs(noise(1) + lines(0.2, 0.2, 0.2, 0.2, 0.2))
     evidence, at_hz = found.highest(LINE_HZ * 1.004, RELATIVE)
     assert at_hz == pytest.approx(LINE_HZ, rel=1e-3)
-    assert surprise(evidence, found.placebos(away(found), RELATIVE)) > -math.log(1e-4)
+    assert surprise(evidence, found.placebos(away(found), LINE_HZ, RELATIVE)) > -math.log(1e-4)
 
 
 def test_one_strong_line_is_no_comb() -> None:
@@ -55,13 +55,16 @@ def test_on_noise_the_chance_holds() -> None:
     chances = []
     for seed in range(12):
         found = combs(noise(seed))
-        placebos = found.placebos(away(found), RELATIVE)
-        chances += [math.exp(-surprise(found.highest(f, RELATIVE)[0], placebos)) for f in np.geomspace(25, 110, 25)]
+        chances += [
+            math.exp(-surprise(found.highest(f, RELATIVE)[0], found.placebos(away(found), f, RELATIVE)))
+            for f in np.geomspace(25, 110, 25)
+        ]
     assert 0.05 < np.mean(np.array(chances) < 0.1) < 0.17
 
 
 def test_out_of_reach_there_is_nothing() -> None:
     found = combs(noise(1))
     assert math.isnan(found.highest(LIMIT_HZ / 4, RELATIVE)[0])
+    assert found.placebos(away(found), LIMIT_HZ, RELATIVE).size == 0
     assert math.isnan(surprise(math.nan, np.ones(100)))
     assert math.isnan(surprise(3.0, np.ones(3)))

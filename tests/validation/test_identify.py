@@ -15,7 +15,7 @@ from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.frf import read_frf
 from srbval.scene import PathMode, SensorPath
 from srbval.validation.identify import Identified, band_powers, identify, identify_response
-from srbval.validation.path_fit import best_of, fit_path, inflated
+from srbval.validation.path_fit import _penalty, best_of, fit_path, inflated
 from tests.validation.simulated_rig import BEARING, TRUE, SimulatedRig, simulated_rig
 
 BAND_HZ = (400.0, 3150.0)
@@ -144,12 +144,25 @@ def test_records_that_cannot_be_compared_are_refused(rig: SimulatedRig) -> None:
 
 
 def test_fits_of_more_modes_are_never_worse() -> None:
-    """Each starts from the one before, so that the likelihood rises; BIC alone decides."""
+    """Each starts from the one before, so that the likelihood rises; the criterion alone decides."""
     rig = simulated_rig(3)
     evidence = band_powers(rig.fault, rig.healthy, rig.excitation, bearing=BEARING, band_hz=BAND_HZ)
     fits = fit_path(evidence, 2)
-    costs = [fit.bic - fit.parameters.size * math.log(evidence.size) for fit in fits]
+    costs = [fit.criterion - _penalty(evidence.size, fit.parameters.size) for fit in fits]
     assert costs == sorted(costs, reverse=True)
+
+
+def test_a_mode_costs_more_where_there_are_few_bands() -> None:
+    """Of 23 bands the third mode's is that of Hurvich & Tsai, 2 k n / (n - k - 1); of 300 numbers Schwarz', k ln n."""
+    assert _penalty(23, 11) - _penalty(23, 8) == pytest.approx(46.0 - 184 / 7)
+    assert _penalty(300, 11) - _penalty(300, 8) == pytest.approx(3 * math.log(300))
+
+
+def test_the_scatter_is_that_of_the_force_that_was_missed() -> None:
+    """Over rigs; the most likely one by itself is a fifth too small: the root of 15 of 23."""
+    rigs = [simulated_rig(seed, missed_db=1.5) for seed in range(5, 8)]
+    paths = [identify(rig.fault, rig.healthy, rig.excitation, bearing=BEARING).path for rig in rigs]
+    assert math.sqrt(np.mean([path.scatter_db**2 for path in paths])) == pytest.approx(1.5, rel=0.15)
 
 
 def test_a_path_of_a_single_mode_and_sign() -> None:
@@ -171,5 +184,5 @@ def test_one_loud_band_is_no_mode() -> None:
     fault[evidence.size // 2] *= 10**0.9
     fits = fit_path(dataclasses.replace(evidence, fault=fault), 1)
     assert [fit.one_band for fit in fits] == [False, True]
-    assert fits[1].bic < fits[0].bic
+    assert fits[1].criterion < fits[0].criterion
     assert best_of(fits).modes == 0

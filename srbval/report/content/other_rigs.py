@@ -1,6 +1,7 @@
 """What the one pipeline finds in recordings of other rigs, whose faults are known."""
 
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 from srbval.bearing import DEFECTS
@@ -11,6 +12,7 @@ from srbval.recordings import SpeedSource
 from srbval.report.badges import Tone
 from srbval.report.blocks import Block, Paragraph
 from srbval.report.content.names import missing, origin_of
+from srbval.report.figures.reliability import reliability_plot
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
 from srbval.storage.stored_result import DIAGNOSIS
@@ -23,7 +25,7 @@ NEAR_PCT = 0.5
 GRADES = {True: "graded diagnosable", None: "without a grade", False: "graded partly or not"}
 
 
-def other_rigs_section(evidence: Evidence) -> tuple[Section, ...]:
+def other_rigs_section(evidence: Evidence, figures: Path) -> tuple[Section, ...]:
     """The section, or none where no such recording is registered."""
     records = evidence.other_rigs
     if not records:
@@ -36,16 +38,23 @@ def other_rigs_section(evidence: Evidence) -> tuple[Section, ...]:
         blocks += [TEXTS.table("other-rigs-table", read, tone=_tone), *_summary(read, evidence)]
     if refused:
         blocks.append(TEXTS.table("other-rigs-refused", refused))
-    blocks += _naming(evidence.results[DIAGNOSIS])
+    blocks += _naming(evidence.results[DIAGNOSIS], figures)
     return (TEXTS.section(appendix=blocks),)
 
 
-def _naming(result: ShownResult) -> list[Block]:
-    """How often faults were named rightly, by every method, as last measured."""
+def _naming(result: ShownResult, figures: Path) -> list[Block]:
+    """How often faults were named rightly, by every method, as last measured, and whether the probabilities hold."""
     if result.content is None:
         return [missing(result)]
     rows = [row for row in result.content["confusions"] if row["dataset"] == ALL]
-    return [TEXTS.paragraph("naming", rows=rows), origin_of(result), TEXTS.table("fault-naming", rows)]
+    found = result.content.get("naming")
+    if found is None:  # measured by an earlier version
+        return [TEXTS.paragraph("naming", rows=rows), origin_of(result), TEXTS.table("fault-naming", rows)]
+    files = reliability_plot(figures, "naming-reliability", rows=found["reliability"])
+    return [
+        TEXTS.paragraph("naming", rows=rows), origin_of(result), TEXTS.table("fault-naming", rows),
+        TEXTS.paragraph("probabilities", found=found), TEXTS.figure("naming-reliability", files, found=found),
+    ]  # fmt: skip
 
 
 def _tone(record: OtherRecord) -> Tone:

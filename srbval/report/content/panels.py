@@ -16,7 +16,7 @@ from srbval.evidence.shown_records import (
     SCALOGRAM_TRANSFORM,
 )
 from srbval.figures.acceleration import acceleration_panel
-from srbval.figures.spectrum import envelope_spectrum_panel, fault_cursors
+from srbval.figures.spectrum import envelope_spectrum_panel, fault_cursors, tall_peaks
 from srbval.recordings import Origin
 from srbval.report.blocks import Block, Explore, Figure, FigureGrid, Listing
 from srbval.report.content.names import badge_of, side_of, synthetic_states
@@ -25,6 +25,7 @@ from srbval.report.figures.scalogram import scalogram_panel
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
 from srbval.report.table import Table
+from srbval.signal import Scalogram
 from srbval.storage.stored_result import READING
 from srbval.validation.analyse import Analysis
 from srbval.validation.lines import Line
@@ -60,7 +61,10 @@ def figures_section(evidence: Evidence, folder: Path) -> Section:
         *spectra,
         TEXTS.paragraph("sidebands", sides=sides, height_mm=height_mm),
         _figure_14(evidence, folder),
+        TEXTS.paragraph("readings", trains=evidence.trains),
+        _readings(evidence, folder),
         appendix=(
+            TEXTS.table("impulse-trains", evidence.trains),
             _band_figure(evidence, folder),
             *peaks,
             *_scalogram_checks(evidence),
@@ -135,12 +139,15 @@ def _figure_11(model: Side, rig: Side, folder: Path) -> FigureGrid:
     return FigureGrid(figures=tuple(panels), columns=2, label="Figure 11", caption=caption)
 
 
-def _acceleration_panel(name: str, letter: str, state: Fault, side: Side, limit: float, folder: Path) -> Figure:
+def _acceleration_panel(
+    name: str, letter: str, state: Fault, side: Side, limit: float, folder: Path, reading: str = ""
+) -> Figure:
     record = side[state]
     files = acceleration_panel(
         folder, name, time_s=record.time_s, acceleration=record.acceleration, envelope=record.envelope,
         letter=letter[-1], window_s=WINDOW_S, y_limits=(-limit, limit), period_name=f"1/{state.line or ''}",
-        period_s=1 / record.analysis.line(state.line).kinematic_hz if state.line else None, **_head(record, state),
+        period_s=1 / record.analysis.line(state.line).kinematic_hz if state.line else None,
+        **_head(record, state, reading),
     )  # fmt: skip
     return TEXTS.figure("acceleration", files, **_words(name, letter, record, state))
 
@@ -171,12 +178,17 @@ def _spectrum_panel(name: str, letter: str, state: Fault, side: Side, other: Sid
         sidebands=2 if state.sidebands else 0,
     )  # fmt: skip
     top = _largest(_shown_amplitudes(s[state]) for s in (side, other)) * LABEL_ROOM / HEAD_ROOM
-    healthy = side[Fault.HEALTHY]
+    healthy, orders = side[Fault.HEALTHY], record.analysis.bearing.orders
+    others = tall_peaks(
+        record.frequency_hz, record.amplitude, shaft_hz=shaft_hz, f_max_hz=SPECTRUM_HZ,
+        marked_hz=[*(c.frequency_hz for c in cursors), *(hz for peak, hz, _ in record.peaks if peak.startswith(line))],
+        orders={"fr": 1.0, "BPFO": orders.bpfo, "BPFI": orders.bpfi, "2xBSF": 2 * orders.bsf, "FTF": orders.ftf},
+    )  # fmt: skip
     files = envelope_spectrum_panel(
         folder, name, frequency_hz=record.frequency_hz, amplitude=record.amplitude, shaft_hz=shaft_hz, cursors=cursors,
         peaks=[(hz, height) for peak, hz, height in record.peaks if peak.startswith(line)], letter=letter[-1],
         healthy=(healthy.frequency_hz, healthy.amplitude), f_max_hz=SPECTRUM_HZ, y_limits=(0.0, top), brief=True,
-        **_head(record, state),
+        others=others, **_head(record, state),
     )  # fmt: skip
     figure = TEXTS.figure("spectrum", files, **_words(name, letter, record, state), f_max_hz=SPECTRUM_HZ)
     explore = Explore(
@@ -235,16 +247,37 @@ def _figure_14(evidence: Evidence, folder: Path) -> FigureGrid:
 
 def _scalogram_panel(letter: str, state: Fault, evidence: Evidence, side: str, top: float, folder: Path) -> Figure:
     record, image = evidence.shown[side][state], evidence.scalograms[side][state]
+    return _image_panel(f"fig14{letter}", f"14{letter}", record, image, top, folder, state=state)
+
+
+def _image_panel(
+    name: str, letter: str, record: ShownRecord, image: Scalogram, top: float, folder: Path, reading: str = "",
+    state: Fault = Fault.OUTER,
+) -> Figure:  # fmt: skip
     files = scalogram_panel(
-        folder, f"fig14{letter}", time_s=image.time_s + WINDOW_S[0],
-        frequency_hz=image.frequency_hz, magnitude=image.amplitude, limits=(0.0, top), letter=letter,
+        folder, name, time_s=image.time_s + WINDOW_S[0],
+        frequency_hz=image.frequency_hz, magnitude=image.amplitude, limits=(0.0, top), letter=letter[-1],
         window_s=WINDOW_S, edge_s=image.edge_s,
         period_s=1 / record.analysis.speed.value_hz if state.sidebands else None, period_name="1/fr",
         line_hz=record.analysis.line(state.line).kinematic_hz if state.line else None, line_name=state.line or "",
-        **_head(record, state),
+        **_head(record, state, reading),
     )  # fmt: skip
-    words = _words(f"fig14{letter}", f"14{letter}", record, state)
-    return TEXTS.figure("scalogram", files, **words, range_hz=SCALOGRAM_HZ)
+    return TEXTS.figure("scalogram", files, **_words(name, letter, record, state), range_hz=SCALOGRAM_HZ)
+
+
+def _readings(evidence: Evidence, folder: Path) -> FigureGrid:
+    """Figures 11c and 14c in both readings of the rollers' diameter."""
+    state, limit = Fault.OUTER, _largest(abs(record.acceleration) for record, _ in evidence.fits.values())
+    top = float(np.quantile([image.amplitude for _, image in evidence.fits.values()], COLOUR_QUANTILE))
+    times, images = [], []
+    for fit, (record, image) in evidence.fits.items():
+        head = TEXTS.text("fit", fit=fit.value)
+        times.append(_acceleration_panel(f"fig11c-{fit.value}", "11c", state, {state: record}, limit, folder, head))
+        images.append(_image_panel(f"fig14c-{fit.value}", "14c", record, image, top, folder, head))
+    caption = TEXTS.text("grid-readings")
+    return FigureGrid(
+        figures=(*times, *images), columns=2, label="Figures 11c and 14c, two readings", caption=caption
+    )  # fmt: skip
 
 
 def _scalogram_checks(evidence: Evidence) -> Iterator[Block]:
@@ -256,10 +289,10 @@ def _scalogram_checks(evidence: Evidence) -> Iterator[Block]:
         )  # fmt: skip
 
 
-def _head(record: ShownRecord, state: Fault) -> dict[str, Any]:
-    """What heads a panel: the origin of its signal and its title."""
-    rpm = 60 * record.analysis.speed.value_hz
-    return {"origin": record.analysis.recording.origin.value, "title": f"{state.label}, {rpm:.4g} rpm"}
+def _head(record: ShownRecord, state: Fault, reading: str = "") -> dict[str, Any]:
+    """What heads a panel: the origin of its signal and its title, or the `reading` that it shows."""
+    title = reading or f"{state.label}, {60 * record.analysis.speed.value_hz:.4g} rpm"
+    return {"origin": record.analysis.recording.origin.value, "title": title}
 
 
 def _words(name: str, letter: str, record: ShownRecord, state: Fault) -> dict[str, Any]:
