@@ -8,8 +8,8 @@ D's level in dB the error has variance
 A background of B T degrees of freedom has the variance H^2 / (B T) in either record, and 2 H |P|^2 X / (B T) with the
 fault's lines, which by themselves do not scatter: of D^2 that is 2 w in all. tau is fitted too: what the simulated
 force misses, and how the background changes from one bearing mounted to the next. A mode narrower than half a band is
-seen by one band at most: it is not looked for, and a fit that ends there has taken one loud band for a mode and is not
-chosen, whatever its criterion.
+seen by one band at most, and is not looked for. A fit that ends there, and without the band that gains most by its last
+mode would lose to the fit without that mode, has taken one loud band for a mode: it is not chosen.
 The number of modes has the least -2 ln L + k max(ln n, 2 n / (n - k - 1)): the penalty of Schwarz (1978, Ann. Statist.
 6, 461), which holds for many n, or where n is small the greater one of Hurvich & Tsai (1989, Biometrika 76, 297): with
 23 bands the former alone gives a third of paths a mode too many. Covariance: the inverse of Fisher's information, times
@@ -183,13 +183,16 @@ class MeasuredResponse:
 class PathFit:
     """A path with so many modes: `parameters` with those of the evidence at the end, `covariance` of all, `criterion`.
 
-    `one_band`: a mode ended as narrow as bands can show.
+    `costs`: what each number fitted to adds to -2 ln L; `narrow`: a mode ended as narrow as bands can show; `one_band`:
+    and it rests on one of them.
     """
 
     modes: int
     parameters: FloatArray
     covariance: FloatArray
     criterion: float
+    costs: FloatArray
+    narrow: bool
     one_band: bool = False
 
     def path(self, evidence: FittedTo, *, source: str, used: tuple[str, ...] = ()) -> SensorPath:
@@ -216,7 +219,9 @@ def fit_path(evidence: FittedTo, most_modes: int = MOST_MODES) -> tuple[PathFit,
             break
         costs = [_cost(evidence, start) for start in starts]
         tried = [_descend(evidence, starts[place]) for place in np.argsort(costs)[:BEST]]
-        found.append(min(tried, key=lambda fit: fit.criterion))
+        best = min(tried, key=lambda fit: fit.criterion)
+        lone = best.narrow and best.criterion + (found[-1].costs - best.costs).max() > found[-1].criterion
+        found.append(replace(best, one_band=bool(lone)))
     return tuple(found)
 
 
@@ -316,8 +321,10 @@ def _descend(evidence: FittedTo, start: FloatArray) -> PathFit:
     covariance[np.ix_(keep, keep)] = np.linalg.pinv(information[np.ix_(keep, keep)]) * n / (n - k)
     order = np.argsort(solved.x[1:count:3])  # modes by their frequency
     places = [0, *(1 + 3 * i + j for i in order for j in range(3)), *range(count, k)]
+    errors, added = evidence.residuals(solved.x)
+    narrowest = (1 + AT_LIMIT) * _half_a_band(evidence)
     return PathFit(
         modes=modes, parameters=solved.x[places], covariance=covariance[np.ix_(places, places)],
-        criterion=2 * float(solved.cost) + _penalty(n, k),
-        one_band=bool(np.any(np.exp(solved.x[2:count:3]) < max(DAMPING[0], (1 + AT_LIMIT) * _half_a_band(evidence)))),
+        criterion=2 * float(solved.cost) + _penalty(n, k), costs=errors**2 + added**2,
+        narrow=bool(np.any(np.exp(solved.x[2:count:3]) < max(DAMPING[0], narrowest))),
     )  # fmt: skip

@@ -177,7 +177,7 @@ def test_a_path_of_a_single_mode_and_sign() -> None:
 
 
 def test_one_loud_band_is_no_mode() -> None:
-    """Seen in OR 877: its fifteenth harmonic alone stands out; by BIC it is a mode, as narrow as bands can show."""
+    """Seen in OR 877: its fifteenth harmonic alone stands out, by the criterion a mode as narrow as bands can show."""
     plain = simulated_rig(2, path=dataclasses.replace(TRUE, modes=()))
     evidence = band_powers(plain.fault, plain.healthy, plain.excitation, bearing=BEARING, band_hz=BAND_HZ)
     fault = evidence.fault.copy()
