@@ -9,6 +9,7 @@ from srbval.bearing import Bearing, Fault
 from srbval.evidence.bands import RecordKurtogram
 from srbval.evidence.bearing_views import BearingViews, LoadSharing, PointPassing
 from srbval.evidence.harmonics import HarmonicPatterns
+from srbval.evidence.impulse_trains import ImpulseTrain
 from srbval.evidence.provenance import RunFacts
 from srbval.evidence.shown_records import SidebandShares
 from srbval.evidence.speeds import PublishedSpeedRow, SingleSpeed
@@ -17,6 +18,7 @@ from srbval.models.run import Run
 from srbval.recordings import Origin
 from srbval.recordings.datasets.description import DatasetDescription, PublishedSpeeds
 from srbval.recordings.registry import RegisteredRecording, RegisterListing
+from srbval.scene import RollerFit
 from srbval.signal import Scalogram
 from srbval.storage.stored_result import (
     AMPLITUDES,
@@ -59,7 +61,8 @@ class Evidence:
     every other record of the matrix.
 
     `shown` holds the arrays of the figures, of the sides ``model``, ``rig`` and ``paper``; `scalograms` those of
-    ``model`` and ``rig``; `sidebands` of the inner-race line, None where it was not read.
+    ``model`` and ``rig``, `fits` both of the model's outer-race defect with either roller fit; `sidebands` of the
+    inner-race line, None where it was not read.
     `scene_values` are all values of the paper's outer-race scene and the bearing's geometry. `datasets` describes, by
     name, every data set a recording was read from; `results` are the stored results by kind. `register` is all that is
     registered, usable or not.
@@ -80,6 +83,8 @@ class Evidence:
     load_path: LoadSharing
     point_passing: PointPassing
     patterns: HarmonicPatterns
+    trains: tuple[ImpulseTrain, ...]
+    fits: Mapping[RollerFit, tuple[ShownRecord, Scalogram]]
     kurtograms: tuple[RecordKurtogram, ...]
     crossed: tuple[CrossBand, ...]
     rows: tuple[Table6Row, ...]
@@ -151,6 +156,7 @@ class Evidence:
             "load_path": self.load_path,
             "point_passing": self.point_passing,
             "harmonic_patterns": self.patterns,
+            "impulse_trains": self.trains,
             "kurtograms": [_kurtogram(record) for record in self.kurtograms],
             "speed_accuracy": [
                 run for kind in (SPEED_ACCURACY, RIG_SPEED_ACCURACY) for run in content[kind].get("runs", [])

@@ -10,6 +10,7 @@ from srbval.evidence.bands import RecordKurtogram, record_kurtogram
 from srbval.evidence.bearing_views import bearing_views, load_path, load_zone_case, point_passing
 from srbval.evidence.evidence import Evidence
 from srbval.evidence.harmonics import harmonic_patterns, pattern_cases
+from srbval.evidence.impulse_trains import impulse_trains, train_cases
 from srbval.evidence.other_rigs_in_background import BackgroundReading
 from srbval.evidence.provenance import provenance, run_facts
 from srbval.evidence.shown_records import envelope_scalogram, sideband_shares
@@ -114,6 +115,7 @@ class _Gathering:
         scene, geometry = runs["paper-outer"].scene, self.bearing.geometry
         assert geometry is not None, "the report's bearing is one the model can run"
         found_pairs = pairs(matrix.cells)
+        trains, fits = impulse_trains(runs, self.bearing)
         return Evidence(
             bearing=self.bearing,
             printed=self.printed,
@@ -130,6 +132,8 @@ class _Gathering:
             load_path=load_path(runs["paper-healthy"]),
             point_passing=point_passing(runs["paper-healthy"]),
             patterns=harmonic_patterns(runs, self.progress),
+            trains=trains,
+            fits={fit: (record, envelope_scalogram(record)) for fit, record in fits.items()},
             kurtograms=self._kurtograms(model_at_rig, rig.rig),
             crossed=cross_bands(model_at_rig, rig.rig),
             rows=(
@@ -162,7 +166,7 @@ class _Gathering:
     def _simulate(self, seconds: float) -> _Simulated:
         paper = paper_cases(seconds)
         outer = next(case for case in paper if case.state is Fault.OUTER)
-        cases = (*paper, load_zone_case(outer.scene), *pattern_cases())
+        cases = (*paper, load_zone_case(outer.scene), *pattern_cases(), *train_cases())
         for model in dict.fromkeys(case.scene.model for case in cases):
             if not is_compiled(model):
                 with stage(self.progress, f"Compile the {model} model, once after installation"):

@@ -52,7 +52,7 @@ def pattern_cases() -> list[SimulationCase]:
     wanted = dict.fromkeys([*_rungs(), *_heights()])
     return [
         SimulationCase(
-            id=_id(model, fit, height_mm),
+            id=pattern_id(model, fit, height_mm),
             purpose="which harmonic is missing",
             state=Fault.OUTER,
             scene=paper_scene(
@@ -70,7 +70,7 @@ def harmonic_patterns(runs: Mapping[str, Run], progress: Progress = silent) -> H
     found = {}
     for number, key in enumerate(keys):
         progress("Look for missing harmonics", number / len(keys))
-        found[key] = _missing(runs[_id(*key)], *key)
+        found[key] = _missing(runs[pattern_id(*key)], *key)
     progress("Look for missing harmonics", 1.0)
     return HarmonicPatterns(
         height_mm=PAPER_HEIGHT_MM,
@@ -90,7 +90,8 @@ def _heights() -> list[tuple[str, RollerFit, float]]:
     return [(SWEPT_MODEL, RollerFit.PLAY, height_mm) for height_mm in HEIGHTS_MM]
 
 
-def _id(model: str, fit: RollerFit, height_mm: float) -> str:
+def pattern_id(model: str, fit: RollerFit, height_mm: float = PAPER_HEIGHT_MM) -> str:
+    """The id of a case."""
     return f"pattern-{model}-{fit.value}-{height_mm:g}-mm"
 
 

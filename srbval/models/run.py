@@ -202,6 +202,8 @@ def not_validated(scene: Scene) -> tuple[str, ...]:
         found.append("speed or load that varies over time")
     if scene.load.gravity:
         found.append("gravity")
+    if scene.surface is not None:
+        found.append("waves of races and rollers")
     return tuple(found)
 
 

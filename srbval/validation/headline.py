@@ -20,7 +20,7 @@ class RecordError:
     """Error of the cage ratio against one record with its 95 % half width [%], and what the scan makes of it.
 
     `scene` names the model's; `scanned_pct` are the least and the largest error of the scan, `turned_by` what in it
-    would alone give another answer than all nominal does.
+    would alone give another answer than all nominal does, and `reversed_by` what of that the opposite one.
     """
 
     JSON_PROPERTIES: ClassVar = ("answer",)
@@ -32,6 +32,7 @@ class RecordError:
     uncertainty_pct: float | None
     scanned_pct: tuple[float, float] | None = None
     turned_by: tuple[str, ...] = ()
+    reversed_by: tuple[str, ...] = ()
 
     @property
     def answer(self) -> Answer:
@@ -109,5 +110,9 @@ def _scanned(rows: Sequence[Mapping[str, Any]], state: Fault, scene: str) -> dic
         return {}
     nominal = next(row["answers"][0] for row in own if not row["name"])
     errors = [error for row in own for error in row["errors_pct"]]
-    turned = tuple(row["name"] for row in own if set(row["answers"]) != {nominal})
-    return {"scanned_pct": (min(errors), max(errors)), "turned_by": turned}
+    turned = {row["name"]: {*row["answers"], nominal} for row in own if set(row["answers"]) != {nominal}}
+    return {
+        "scanned_pct": (min(errors), max(errors)),
+        "turned_by": tuple(turned),
+        "reversed_by": tuple(name for name, answers in turned.items() if {Answer.MET, Answer.MISSED} <= answers),
+    }

@@ -13,9 +13,6 @@ if TYPE_CHECKING:
     from srbval.validation.analyse import Analysis
 
 WINDOW_S = (0.3, 0.5)  # shown in Figures 11 and 14: two to three shaft turns, clear of the filter's ends
-LEAST_HZ = 1.0  # of a spectrum; below is its slow trend
-SIDEBANDS = 2  # on either side of a line
-NAME_REACH, TALL = 0.01, 1 / 3  # a line's own width, slip included; of the tallest peak's height
 SEGMENT_HZ = 20.0  # resolution of the Welch spectra: fine enough for resonances, coarse enough to smooth the rest
 
 
@@ -37,21 +34,6 @@ class ShownRecord:
     peaks: tuple[tuple[str, float, float], ...]
     power_hz: FloatArray
     power_db: FloatArray
-
-    def tall_without_name(self, f_max_hz: float) -> tuple[float, float] | None:
-        """Frequency [Hz] and height of the tallest peak that has no name, where it is as high as `TALL` of the tallest.
-
-        Names have the shaft's multiples and each detected line with its sidebands at the shaft speed, within 1 %.
-        """
-        frequency, shaft_hz = self.frequency_hz, self.analysis.speed.value_hz
-        shown = (frequency > LEAST_HZ) & (frequency <= f_max_hz)
-        places = [k * shaft_hz for k in range(1, int(f_max_hz / shaft_hz) + 2)]
-        places += [hz + k * shaft_hz for _, hz, _ in self.peaks for k in range(-SIDEBANDS, SIDEBANDS + 1)]
-        away = np.abs(frequency[:, None] - np.array(places)).min(axis=1)
-        nameless = shown & (away > np.maximum(3 * frequency[1], NAME_REACH * frequency))
-        at = int(np.argmax(np.where(nameless, self.amplitude, 0.0)))
-        tall = nameless[at] and self.amplitude[at] >= TALL * self.amplitude[shown].max()
-        return (float(frequency[at]), float(self.amplitude[at])) if tall else None
 
 
 def shown_record(

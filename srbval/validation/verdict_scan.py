@@ -125,8 +125,8 @@ def _model_rows(record: _Record, progress: Progress) -> Iterator[ScanRow]:
     with tempfile.TemporaryDirectory(prefix="srbval-") as folder:
         for names in (("pitch_radius_m", "inner_centre_radial_m"), ("inner_centre_axial_m",)):
             files = {f"{1e6 * by:+g} um": _bearing_file(Path(folder), names, by) for by in HALF_DIGITS}
-            scenes = {label: dataclasses.replace(base, bearing=file) for label, file in files.items()}
-            more.append(("geometry", f"last digit of {names[0].removesuffix('_m').replace('_', ' ')}", scenes))
+            moved = {label: dataclasses.replace(base, bearing=file) for label, file in files.items()}
+            more.append(("geometry", f"last digit of {names[0].removesuffix('_m').replace('_', ' ')}", moved))
         for kind, name, scenes in more:
             yield record.row(kind, name, [(label, _cage(scene), None) for label, scene in scenes.items()])
     yield from _reading_rows(record, own)

@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from srbval.bearing import load_bearing
+from srbval.evidence.bearing_views import LoadZone
 from srbval.figures.acceleration import acceleration_panel
 from srbval.figures.files import extreme_indices
-from srbval.figures.spectrum import envelope_spectrum_panel, fault_cursors
+from srbval.figures.spectrum import envelope_spectrum_panel, fault_cursors, tall_peaks
 from srbval.report.figures.deviation import Deviation, deviation_plot
+from srbval.report.figures.ladder import ladder_plot
 from srbval.report.figures.reliability import reliability_plot
 from srbval.report.figures.scalogram import block_means, scalogram_panel
 from srbval.report.figures.scene import bearing_scene
@@ -181,11 +183,46 @@ def test_the_deviation_plot_keeps_each_point(tmp_path):
 
 def test_the_scene_shows_rollers_load_and_defect(tmp_path):
     geometry = load_bearing("skf-22240").geometry
-    made = bearing_scene(tmp_path, "scene", scene=paper_scene(defect={"kind": "outer"}), geometry=geometry)
+    angle = np.linspace(-179, 179, 359)
+    force = 1e4 * np.clip(np.cos(np.radians(angle)), 0.0, None)
+    zone = LoadZone(
+        angle_deg=angle, outer_n=force, inner_n=force, moments=1, seconds=1.0, within_deg=30.0, near_n=9.5e3, far_n=0.0,
+        roller_load_share=1.0,
+    )  # fmt: skip
+    scene = paper_scene(defect={"kind": "outer"})
+    made = bearing_scene(tmp_path, "scene", scene=scene, geometry=geometry, zone=zone)
     text = made.picture.read_text("utf-8")
+    assert "± 72°" in text  # cos x is a quarter at 75.5 degrees; stretches are 12 degrees wide
     assert "124.8 kN" in text
     assert "outer-race defect" in text
     assert len(made.data.read_text("utf-8").splitlines()) == 1 + geometry.rollers_per_row
+
+
+def test_tall_peaks_are_named_by_what_they_are():
+    frequency = np.arange(0, 6000) * 0.1
+    height = np.full(frequency.size, 0.01)
+    peaks = {11.83: "fr", 96.79: "BPFO", 193.58: "2xBPFO", 102.7: "BPFO+0.50fr", 340.0: "28.73fr", 256.08: None}
+    for hz, tall in zip(peaks, (1.0, 0.9, 0.5, 0.6, 0.7, 1.0), strict=True):
+        height[round(10 * hz)] = tall
+    height[round(10 * 500.0)] = 0.3  # below a third of the tallest
+    found = tall_peaks(
+        frequency, height, shaft_hz=SHAFT_HZ, orders={"fr": 1.0, "BPFO": 8.1794, "BPFI": 10.8206, "FTF": 0.4305},
+        marked_hz=[BPFI_HZ, 2 * BPFI_HZ], f_max_hz=600.0,
+    )  # fmt: skip
+    assert {round(hz, 1): name for name, hz, _ in found} == {round(hz, 1): n for hz, n in peaks.items() if n}
+    assert [tall for _, _, tall in found] == sorted((tall for _, _, tall in found), reverse=True)
+
+
+def test_an_error_below_the_axis_has_an_arrow(tmp_path):
+    row = {"question": "cage-speed", "model": "full", "scenes": 3, "unanswered": 0, "wall_per_simulated_s": 1.0}
+    sizes = [
+        len(ladder_plot(tmp_path, name, rows=[
+            row | {"median_error_pct": median, "worst_error_pct": 1.0},
+            row | {"model": "line", "median_error_pct": 0.5, "worst_error_pct": 2.0},
+        ]).picture.read_text("utf-8"))
+        for name, median in (("above", 1.1e-3), ("below", 0.9e-3))
+    ]  # fmt: skip
+    assert sizes[1] > sizes[0] + 200
 
 
 def test_the_reliability_diagram_keeps_its_rows(tmp_path):

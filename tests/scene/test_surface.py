@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import math
+import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import srbval
 from srbval.arrays import FloatArray
+from srbval.cli.arguments import parser
+from srbval.cli.scene_options import scene_of
 from srbval.errors import ConfigurationError
+from srbval.models.run import not_validated
 from srbval.models.run_file import scene_dict
 from srbval.scene import Surface, load_scene, paper_scene
 from srbval.scene.surface import RoughnessClass, roughness_of
@@ -102,3 +108,27 @@ def test_content_of_scenes_without_a_surface_is_as_it_was() -> None:
     assert "surface" not in scene_dict(paper_scene())
     kept = scene_dict(load_scene("rig", {"surface": {"roughness_class": "N3"}}))["surface"]
     assert kept["roughness_class"] == "N3"
+
+
+def test_a_surface_is_named_as_not_validated() -> None:
+    waves = "waves of races and rollers"
+    assert waves in not_validated(paper_scene(surface={"roller_waviness": "20 nm"}))
+    assert waves not in not_validated(paper_scene())
+
+
+def test_the_guides_surface_is_one() -> None:
+    page = (Path(srbval.__file__).parent / "docs" / "guide" / "scenes.md").read_text(encoding="utf-8")
+    table = tomllib.loads(page.split("```toml\n")[-1].split("```")[0])["surface"]
+    surface = paper_scene(surface=table).surface
+    assert surface is not None
+    assert surface.roughness_class == RoughnessClass("N2")
+    assert surface.inner_waviness_m == pytest.approx(50e-9)
+
+
+def test_options_give_a_class_or_one_height_to_all() -> None:
+    by_class = scene_of(parser().parse_args(["simulate", "rig", "--roughness", "N2"])).surface
+    assert by_class == Surface(roughness_class=RoughnessClass("N2"))
+    by_height = scene_of(parser().parse_args(["simulate", "rig", "--waviness-nm", "28"])).surface
+    assert by_height is not None
+    assert by_height.given_m == pytest.approx((28e-9,) * 3)
+    assert scene_of(parser().parse_args(["simulate", "rig"])).surface is None

@@ -70,6 +70,10 @@ def test_an_input_that_turns_the_answer_leaves_it_unresolved_and_is_named():
     assert (kept.answer, kept.turned_by, kept.scanned_pct) == (Answer.MISSED, (), (0.29, 0.31))
     (open_one,) = headline([row], None, scanned(nominal, steady, turning)).errors
     assert (open_one.answer, open_one.turned_by) == (Answer.NOT_RESOLVED, ("traction",))
+    assert open_one.reversed_by == ("traction",)
+    blurred = ("reading", [0.2], ["not resolved"])
+    (vague,) = headline([row], None, scanned(nominal, blurred)).errors
+    assert (vague.answer, vague.turned_by, vague.reversed_by) == (Answer.NOT_RESOLVED, ("reading",), ())
     assert open_one.scanned_pct == (0.05, 0.31)
     (other,) = headline([row], None, scanned(nominal, turning, defect="inner")).errors
     assert other.turned_by == ()  # another record's scan says nothing of this one

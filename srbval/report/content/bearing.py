@@ -25,7 +25,7 @@ def bearing_section(evidence: Evidence, folder: Path) -> Section:
     )  # fmt: skip
     cloud = defect_cloud(folder, "defect-cloud", points=views.defect)
     forces = load_zone(folder, "load-zone", zone=zone)
-    along = bearing_scene(folder, "bearing-scene", scene=scene, geometry=geometry)
+    along = bearing_scene(folder, "bearing-scene", scene=scene, geometry=geometry, zone=zone)
     pair = (
         TEXTS.figure("bearing-whole", whole, rollers=len(slots)),
         TEXTS.figure("bearing-scene", along, badge=Badge.SIMULATED, geometry=geometry),

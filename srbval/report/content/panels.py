@@ -16,7 +16,7 @@ from srbval.evidence.shown_records import (
     SCALOGRAM_TRANSFORM,
 )
 from srbval.figures.acceleration import acceleration_panel
-from srbval.figures.spectrum import Cursor, envelope_spectrum_panel, fault_cursors
+from srbval.figures.spectrum import envelope_spectrum_panel, fault_cursors, tall_peaks
 from srbval.recordings import Origin
 from srbval.report.blocks import Block, Explore, Figure, FigureGrid, Listing
 from srbval.report.content.names import badge_of, side_of, synthetic_states
@@ -25,9 +25,10 @@ from srbval.report.figures.scalogram import scalogram_panel
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
 from srbval.report.table import Table
+from srbval.signal import Scalogram
 from srbval.storage.stored_result import READING
 from srbval.validation.analyse import Analysis
-from srbval.validation.lines import RACE_LINES, Line
+from srbval.validation.lines import Line
 from srbval.validation.shown_record import SEGMENT_HZ, WINDOW_S, ShownRecord
 
 TEXTS, PAPER_SPEED = Texts("figures"), Texts("paper_speed")
@@ -60,7 +61,10 @@ def figures_section(evidence: Evidence, folder: Path) -> Section:
         *spectra,
         TEXTS.paragraph("sidebands", sides=sides, height_mm=height_mm),
         _figure_14(evidence, folder),
+        TEXTS.paragraph("readings", trains=evidence.trains),
+        _readings(evidence, folder),
         appendix=(
+            TEXTS.table("impulse-trains", evidence.trains),
             _band_figure(evidence, folder),
             *peaks,
             *_scalogram_checks(evidence),
@@ -135,12 +139,15 @@ def _figure_11(model: Side, rig: Side, folder: Path) -> FigureGrid:
     return FigureGrid(figures=tuple(panels), columns=2, label="Figure 11", caption=caption)
 
 
-def _acceleration_panel(name: str, letter: str, state: Fault, side: Side, limit: float, folder: Path) -> Figure:
+def _acceleration_panel(
+    name: str, letter: str, state: Fault, side: Side, limit: float, folder: Path, reading: str = ""
+) -> Figure:
     record = side[state]
     files = acceleration_panel(
         folder, name, time_s=record.time_s, acceleration=record.acceleration, envelope=record.envelope,
         letter=letter[-1], window_s=WINDOW_S, y_limits=(-limit, limit), period_name=f"1/{state.line or ''}",
-        period_s=1 / record.analysis.line(state.line).kinematic_hz if state.line else None, **_head(record, state),
+        period_s=1 / record.analysis.line(state.line).kinematic_hz if state.line else None,
+        **_head(record, state, reading),
     )  # fmt: skip
     return TEXTS.figure("acceleration", files, **_words(name, letter, record, state))
 
@@ -152,12 +159,7 @@ def _spectrum_figure(number: str, model: Side, rig: Side, folder: Path) -> Figur
         _spectrum_panel(f"fig{number}{letter}", f"{number}{letter}", state, side, other, folder)
         for side, other, letter in ((model, rig, "a"), (rig, model, "b"))
     ]
-    nameless = [
-        {"side": name, "hz": peak[0], "order": peak[0] / side[state].analysis.speed.value_hz}
-        for name, side in (("model", model), ("rig", rig))
-        if (peak := side[state].tall_without_name(SPECTRUM_HZ))
-    ]
-    caption = TEXTS.text("grid-spectrum", state=state, nameless=nameless)
+    caption = TEXTS.text("grid-spectrum", state=state)
     return FigureGrid(figures=tuple(panels), columns=2, label=f"Figure {number}", caption=caption)
 
 
@@ -175,16 +177,18 @@ def _spectrum_panel(name: str, letter: str, state: Fault, side: Side, other: Sid
         line, record.analysis.line(line).kinematic_hz, f_max_hz=SPECTRUM_HZ, sideband_hz=shaft_hz,
         sidebands=2 if state.sidebands else 0,
     )  # fmt: skip
-    if state.sidebands:
-        every = (*cursors, *_other_marks(record.analysis, line))
-        cursors = tuple(sorted(every, key=lambda cursor: cursor.frequency_hz))
     top = _largest(_shown_amplitudes(s[state]) for s in (side, other)) * LABEL_ROOM / HEAD_ROOM
-    healthy = side[Fault.HEALTHY]
+    healthy, orders = side[Fault.HEALTHY], record.analysis.bearing.orders
+    others = tall_peaks(
+        record.frequency_hz, record.amplitude, shaft_hz=shaft_hz, f_max_hz=SPECTRUM_HZ,
+        marked_hz=[*(c.frequency_hz for c in cursors), *(hz for peak, hz, _ in record.peaks if peak.startswith(line))],
+        orders={"fr": 1.0, "BPFO": orders.bpfo, "BPFI": orders.bpfi, "2xBSF": 2 * orders.bsf, "FTF": orders.ftf},
+    )  # fmt: skip
     files = envelope_spectrum_panel(
         folder, name, frequency_hz=record.frequency_hz, amplitude=record.amplitude, shaft_hz=shaft_hz, cursors=cursors,
         peaks=[(hz, height) for peak, hz, height in record.peaks if peak.startswith(line)], letter=letter[-1],
         healthy=(healthy.frequency_hz, healthy.amplitude), f_max_hz=SPECTRUM_HZ, y_limits=(0.0, top), brief=True,
-        **_head(record, state),
+        others=others, **_head(record, state),
     )  # fmt: skip
     figure = TEXTS.figure("spectrum", files, **_words(name, letter, record, state), f_max_hz=SPECTRUM_HZ)
     explore = Explore(
@@ -196,14 +200,6 @@ def _spectrum_panel(name: str, letter: str, state: Fault, side: Side, other: Sid
         x_per_order=shaft_hz,
     )
     return dataclasses.replace(figure, explore=explore)
-
-
-def _other_marks(analysis: Analysis, line: str) -> Iterator[Cursor]:
-    """The shaft's own lines, and the other race's where it is detected."""
-    shaft_hz = analysis.speed.value_hz
-    yield from (Cursor(name, times * shaft_hz, sideband=True) for name, times in (("fr", 1), ("2fr", 2)))
-    others = (analysis.line(race) for race in RACE_LINES if race != line)
-    yield from (Cursor(one.name, one.kinematic_hz, sideband=True) for one in others if one.detected)
 
 
 def _peaks(state: Fault, model: Analysis, rig: Analysis) -> Iterator[dict[str, Any]]:
@@ -251,16 +247,37 @@ def _figure_14(evidence: Evidence, folder: Path) -> FigureGrid:
 
 def _scalogram_panel(letter: str, state: Fault, evidence: Evidence, side: str, top: float, folder: Path) -> Figure:
     record, image = evidence.shown[side][state], evidence.scalograms[side][state]
+    return _image_panel(f"fig14{letter}", f"14{letter}", record, image, top, folder, state=state)
+
+
+def _image_panel(
+    name: str, letter: str, record: ShownRecord, image: Scalogram, top: float, folder: Path, reading: str = "",
+    state: Fault = Fault.OUTER,
+) -> Figure:  # fmt: skip
     files = scalogram_panel(
-        folder, f"fig14{letter}", time_s=image.time_s + WINDOW_S[0],
-        frequency_hz=image.frequency_hz, magnitude=image.amplitude, limits=(0.0, top), letter=letter,
+        folder, name, time_s=image.time_s + WINDOW_S[0],
+        frequency_hz=image.frequency_hz, magnitude=image.amplitude, limits=(0.0, top), letter=letter[-1],
         window_s=WINDOW_S, edge_s=image.edge_s,
         period_s=1 / record.analysis.speed.value_hz if state.sidebands else None, period_name="1/fr",
         line_hz=record.analysis.line(state.line).kinematic_hz if state.line else None, line_name=state.line or "",
-        **_head(record, state),
+        **_head(record, state, reading),
     )  # fmt: skip
-    words = _words(f"fig14{letter}", f"14{letter}", record, state)
-    return TEXTS.figure("scalogram", files, **words, range_hz=SCALOGRAM_HZ)
+    return TEXTS.figure("scalogram", files, **_words(name, letter, record, state), range_hz=SCALOGRAM_HZ)
+
+
+def _readings(evidence: Evidence, folder: Path) -> FigureGrid:
+    """Figures 11c and 14c in both readings of the rollers' diameter."""
+    state, limit = Fault.OUTER, _largest(abs(record.acceleration) for record, _ in evidence.fits.values())
+    top = float(np.quantile([image.amplitude for _, image in evidence.fits.values()], COLOUR_QUANTILE))
+    times, images = [], []
+    for fit, (record, image) in evidence.fits.items():
+        head = TEXTS.text("fit", fit=fit.value)
+        times.append(_acceleration_panel(f"fig11c-{fit.value}", "11c", state, {state: record}, limit, folder, head))
+        images.append(_image_panel(f"fig14c-{fit.value}", "14c", record, image, top, folder, head))
+    caption = TEXTS.text("grid-readings")
+    return FigureGrid(
+        figures=(*times, *images), columns=2, label="Figures 11c and 14c, two readings", caption=caption
+    )  # fmt: skip
 
 
 def _scalogram_checks(evidence: Evidence) -> Iterator[Block]:
@@ -272,10 +289,10 @@ def _scalogram_checks(evidence: Evidence) -> Iterator[Block]:
         )  # fmt: skip
 
 
-def _head(record: ShownRecord, state: Fault) -> dict[str, Any]:
-    """What heads a panel: the origin of its signal and its title."""
-    rpm = 60 * record.analysis.speed.value_hz
-    return {"origin": record.analysis.recording.origin.value, "title": f"{state.label}, {rpm:.4g} rpm"}
+def _head(record: ShownRecord, state: Fault, reading: str = "") -> dict[str, Any]:
+    """What heads a panel: the origin of its signal and its title, or the `reading` that it shows."""
+    title = reading or f"{state.label}, {60 * record.analysis.speed.value_hz:.4g} rpm"
+    return {"origin": record.analysis.recording.origin.value, "title": title}
 
 
 def _words(name: str, letter: str, record: ShownRecord, state: Fault) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from srbval.figures.style import BLUE, GREEN, INK, ORANGE, PURPLE, SOFT, VERMILI
 MARKS = (("v", ORANGE), ("D", GREEN), ("s", BLUE), ("P", PURPLE), ("o", VERMILION))
 SIZE_INCHES = (7.6, 3.7)
 COLUMNS = 3
-LEAST_PCT = 1e-3  # smaller errors are drawn here
+LEAST_PCT = 1e-3  # smaller errors are drawn here, with an arrow down
 
 
 def ladder_plot(folder: Path, name: str, *, rows: Sequence[Mapping[str, Any]]) -> PanelFiles:
@@ -50,6 +50,9 @@ def _panel(axes: Any, rows: Sequence[Mapping[str, Any]], models: Sequence[str]) 
         median, worst = (max(row[key], LEAST_PCT) for key in ("median_error_pct", "worst_error_pct"))
         axes.errorbar(row["wall_per_simulated_s"], median, yerr=[[0.0], [worst - median]], capsize=2.5,
                       elinewidth=1.1, ecolor=colour, **look)  # fmt: skip
+        if row["median_error_pct"] < LEAST_PCT:
+            axes.annotate("", (row["wall_per_simulated_s"], LEAST_PCT), xytext=(0, -13), textcoords="offset points",
+                          arrowprops={"arrowstyle": "<|-", "color": colour, "lw": 1.1})  # fmt: skip
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_minor_locator(NullLocator())
     axes.axhline(0.5, color=SOFT, lw=0.8, ls=(0, (4, 3)))

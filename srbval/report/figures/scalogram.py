@@ -111,7 +111,7 @@ def _hatch_cone(axes: Any, frequency: FloatArray, edge_s: FloatArray, span: tupl
 def _mark_line(axes: Any, line_hz: float, line_name: str, span: tuple[float, float]) -> None:
     level = float(np.log10(line_hz))
     axes.axhline(level, color="white", lw=0.8, ls="--")
-    axes.text(span[1] * 0.99, level, line_name, color="white", fontsize=7.5, ha="right", va="bottom")
+    axes.text(span[1] / 2, level, line_name, color="white", fontsize=7.5, ha="center", va="bottom")  # clear of the cone
 
 
 def _mark_periods(axes: Any, period_ms: float, period_name: str, span: tuple[float, float]) -> None:

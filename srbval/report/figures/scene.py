@@ -16,12 +16,17 @@ SIZE_INCHES = (4.2, 3.9)
 SENSOR_RAD = np.pi / 4
 STRETCH_DEG = 12.0
 LIGHT = "#a9cfe6"
+LOADED = 0.25  # of the largest mean force: what counts as the load zone
+RATTLING = 0.02  # the same, of the place opposite: rollers that have no load to carry knock
 
 
-def bearing_scene(folder: Path, name: str, *, scene: Scene, geometry: SphericalRollerGeometry) -> PanelFiles:
+def bearing_scene(
+    folder: Path, name: str, *, scene: Scene, geometry: SphericalRollerGeometry, zone: LoadZone
+) -> PanelFiles:
     """Draw one row of rollers of `scene`, whose defect is in the outer race; write picture and CSV.
 
     Angles are counter-clockwise from the right; the load pushes the outer ring, so that the load zone lies opposite.
+    Rollers are the darker the more of the load they carry in the mean of `zone`, whose loaded part is marked.
     """
     load, rollers, outer_mm = scene.load, geometry.rollers_per_row, geometry.outer_diameter_m / 2 * 1e3
     angles = 2 * np.pi * np.arange(rollers) / rollers
@@ -32,8 +37,12 @@ def bearing_scene(folder: Path, name: str, *, scene: Scene, geometry: SphericalR
         figure, axes = new_axes(SIZE_INCHES)
         axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xlabel="mm", ylabel="mm")
         _draw_rings(axes, outer_mm, race_mm, inner_mm)
-        _draw_rollers(axes, centres * 1e3, geometry.roller_diameter_m * 1e3)
-        _draw_load(axes, load.direction_rad, outer_mm, inner_mm, f"{load.radial_n / 1e3:g} kN")
+        off = np.degrees(np.angle(np.exp(1j * (angles - load.zone_rad))))
+        middles, force = _means(zone.angle_deg, zone.outer_n)
+        carried = np.interp(off, middles, force, period=360.0) / force.max()
+        _draw_rollers(axes, centres * 1e3, geometry.roller_diameter_m * 1e3, carried)
+        _draw_zone(axes, (race_mm, outer_mm), np.degrees(load.zone_rad), _half_zone_deg(middles, force))
+        _draw_load(axes, load.direction_rad, outer_mm, f"{load.radial_n / 1e3:g} kN")
         _draw_defect(axes, race_mm, load.zone_rad + scene.defect.angle_rad)
         _draw_sensor(axes, SENSOR_RAD, outer_mm)
         axes.set_title("One row, seen along the shaft", parse_math=False)
@@ -49,24 +58,39 @@ def _draw_rings(axes: Any, outer: float, race: float, inner: float) -> None:
     axes.add_patch(Circle((0, 0), 0.84 * inner, fc="#f3f5f8", ec=SOFT, lw=0.8))
 
 
-def _draw_rollers(axes: Any, centres_mm: FloatArray, diameter_mm: float) -> None:
+def _draw_rollers(axes: Any, centres_mm: FloatArray, diameter_mm: float, carried: FloatArray) -> None:
+    """Rollers, from white without load to blue for the most loaded one."""
+    from matplotlib import colormaps
     from matplotlib.collections import PatchCollection
     from matplotlib.patches import Circle
 
     circles = [Circle((x, y), diameter_mm / 2) for x, y in centres_mm]
-    axes.add_collection(PatchCollection(circles, edgecolor=INK, linewidth=0.7, facecolor="#ffffff", zorder=4))
+    faces = colormaps["Blues"](0.75 * carried)
+    axes.add_collection(PatchCollection(circles, edgecolor=INK, linewidth=0.7, facecolor=faces, zorder=4))
 
 
-def _draw_load(axes: Any, angle: float, outer_mm: float, inner_mm: float, text: str) -> None:
-    """An arrow that pushes the outer ring along `angle`, and the load zone it makes on the side it comes from."""
+def _draw_zone(axes: Any, ring_mm: tuple[float, float], middle_deg: float, half_deg: float) -> None:
+    """The loaded part of the outer race, as an arc over it with its name beside its end."""
+    from matplotlib.patches import Wedge
+
+    inner, outer = ring_mm
+    ends, at = (middle_deg - half_deg, middle_deg + half_deg), np.radians(middle_deg + half_deg / 2)
+    axes.add_patch(Wedge((0, 0), inner + 0.3 * (outer - inner), *ends, width=0.3 * (outer - inner), fc=BLUE, ec="none"))
+    axes.annotate(
+        f"load zone,\n± {half_deg:.0f}°", (outer * np.cos(at), outer * np.sin(at)), xytext=(0.02, 0.98),
+        textcoords="axes fraction", ha="left", va="top", color=BLUE, fontsize=8, zorder=9,
+        arrowprops={"arrowstyle": "-", "color": BLUE, "lw": 0.8},
+    )  # fmt: skip
+
+
+def _draw_load(axes: Any, angle: float, outer_mm: float, text: str) -> None:
+    """An arrow that pushes the outer ring along `angle`."""
     direction = np.array([np.cos(angle), np.sin(angle)])
     arrow = {"arrowstyle": "-|>", "color": BLUE, "lw": 2.6, "mutation_scale": 16}
     axes.annotate("", xy=-1.02 * direction * outer_mm, xytext=-1.34 * direction * outer_mm, arrowprops=arrow, zorder=6)
     x, y = -1.2 * direction * outer_mm - 0.06 * outer_mm * np.array([abs(direction[1]), abs(direction[0])])
     side = {"ha": "right", "va": "center"} if abs(direction[1]) > abs(direction[0]) else {"ha": "center", "va": "top"}
     axes.text(x, y, text, color=BLUE, fontweight="bold", parse_math=False, **side)
-    zone = -0.62 * direction * inner_mm
-    axes.text(*zone, "load zone", ha="center", va="center", color=BLUE, fontsize=8)
 
 
 def _draw_defect(axes: Any, radius_mm: float, angle: float) -> None:
@@ -100,10 +124,25 @@ def load_zone(folder: Path, name: str, *, zone: LoadZone) -> PanelFiles:
         axes.axvline(0, color=SOFT, lw=0.8, ls="--")
         axes.set(xlabel="Roller's angle from the middle of the load zone, degrees", ylabel="Contact force, kN",
                  xlim=(-180, 180), xticks=range(-180, 181, 60))  # fmt: skip
-        axes.set_ylim(0, 1.1 * float(np.quantile(outer, 0.995)))
+        top = 1.1 * float(np.quantile(outer, 0.995))
+        axes.set_ylim(0, top)
+        if above := int(np.count_nonzero(outer > top)):
+            axes.text(0.99, 0.97, f"{above} of {outer.size} above", transform=axes.transAxes, ha="right", va="top",
+                      fontsize=7, color=SOFT)  # fmt: skip
+        if zone.far_n > RATTLING * zone.near_n:
+            for place in (-150, 150):
+                axes.text(place, 0.6, "unloaded:\nrollers rattle", transform=axes.get_xaxis_transform(), ha="center",
+                          fontsize=8, color=VERMILION)  # fmt: skip
         legend_above(axes)
         columns = {"angle_deg": angle, "outer_race_n": 1e3 * outer, "inner_race_n": 1e3 * inner}
         return save_panel(figure, folder, name, columns)
+
+
+def _half_zone_deg(middles: FloatArray, force: FloatArray) -> float:
+    """How far from its middle the load zone reaches: to where the mean of both sides first falls below `LOADED`."""
+    both = (force + force[::-1])[middles > 0]
+    below = both < LOADED * both.max()
+    return float(STRETCH_DEG * (below.argmax() if below.any() else below.size))
 
 
 def _means(angle: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
