@@ -105,9 +105,7 @@ def _size(options: argparse.Namespace, band_hz: tuple[float, float]) -> int:
     ])  # fmt: skip
     print(f"\na contact passes from entry to exit in {_mm(found.passage_s)} ms")
     if found.path_is_fitted:
-        print(
-            "the path is from this record, with a size that was assumed: it comes back, and the level says nothing new"
-        )
+        print("the path is from this record and a size that was assumed, which comes back: the level says nothing new")
     return 0
 
 

@@ -84,18 +84,13 @@ def size_runs(
     for number, (extent_m, one) in enumerate(wanted, start=1):
         solver = replace(one.solver, step_s=1 / ((one.steps_per_output + 1) * one.output_rate_hz))
         sized = replace(one, defect=replace(one.defect, extent_m=float(extent_m)), solver=solver)
-        runs.append((float(extent_m), simulated_excitation(_loaded(fault, scene, one), sized, longest_s=LONGEST_S)))
+        asked = fault
+        if fault.radial_n is not None:  # off by as much as the drawn load is
+            axial_n = (fault.axial_n or 0.0) + one.load.axial_n - scene.load.axial_n
+            asked = replace(fault, radial_n=fault.radial_n * one.load.radial_n / scene.load.radial_n, axial_n=axial_n)
+        runs.append((float(extent_m), simulated_excitation(asked, sized, longest_s=LONGEST_S)))
         progress("sizes", number / len(wanted))
     return dict(runs[: len(FACTORS)]), dict(runs[len(FACTORS) :])
-
-
-def _loaded(fault: Recording, scene: Scene, drawn: Scene) -> Recording:
-    """The record with the load off by as much as the drawn scene's is."""
-    if fault.radial_n is None:
-        return fault
-    more = drawn.load.radial_n / scene.load.radial_n
-    axial_n = (fault.axial_n or 0.0) + drawn.load.axial_n - scene.load.axial_n
-    return replace(fault, radial_n=more * fault.radial_n, axial_n=axial_n)
 
 
 def defect_size(
@@ -114,11 +109,10 @@ def defect_size(
         )
     if bearing.pitch_diameter_m is None or fault.speed is None:
         raise ConfigurationError(f"{fault.name}: a size needs the speed, and a bearing whose dimensions are known.")
-
-    def powers(run: Recording) -> BandPowers:
-        return band_powers(fault, healthy, run, bearing=bearing, band_hz=band_hz)
-
-    nominal, drawn = ({extent: powers(run) for extent, run in sorted(some.items())} for some in runs)
+    nominal, drawn = (
+        {e: band_powers(fault, healthy, run, bearing=bearing, band_hz=band_hz) for e, run in sorted(some.items())}
+        for some in runs
+    )
     record, sizes, own = next(iter(nominal.values())), {}, np.append(path.parameters, 0.0)
     as_drawn = {extent: replace(one, fault=one.healthy + one.powers(own)) for extent, one in drawn.items()}
     for name, level_u_db in ways.items():

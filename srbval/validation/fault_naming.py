@@ -3,7 +3,7 @@
 import csv
 import dataclasses
 import functools
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
 from typing import Any
@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing import DEFECTS, Fault
-from srbval.recordings import Recording
 from srbval.validation.analyse import Analysis
 from srbval.validation.fault_call import Basis, FaultCall
 from srbval.validation.fault_evidence import FaultEvidence, fault_evidence
@@ -61,43 +60,32 @@ def name_fault(analysis: Analysis, *, all_channels: bool = False, without_rig: s
     With `all_channels` the record's other channels are looked at as well: sensors at other places of the machine.
     """
     model, rigs = _model(without_rig)
-    views = [analysis, *(_other_channels(analysis) if all_channels else ())]
-    evidence = [fault_evidence(view) for view in views]
+    views = _channels(analysis) if all_channels else {analysis.recording.channel: analysis}
+    evidence = [fault_evidence(view) for view in views.values()]
     features = [np.array(one.features) for one in evidence]
     shares = model.probabilities(*features)
     found = most_probable(shares)
-    alone = [model.log_likelihood(one)[found] for one in features]
-    best = int(np.argmax(alone))
-    channels = (analysis.recording.channel, *_others(analysis.recording))
+    best = int(np.argmax([model.log_likelihood(one)[found] for one in features]))
     return Naming(
         state=decide(shares),
         probabilities=shares,
         log_likelihood=model.log_likelihood(*features),
         evidence=evidence[best],
         rigs=rigs,
-        channel=channels[best] if len(views) > 1 and found != Fault.HEALTHY else None,
+        channel=list(views)[best] if len(views) > 1 and found != Fault.HEALTHY else None,
     )
 
 
-def _others(recording: Recording) -> list[str]:
-    """Channels beside the analysed one that are as long and not constant."""
-    own = recording.channels.get(recording.channel or "")
-    if own is None:
-        return []
-    return [
-        name for name, x in recording.channels.items()
-        if name != recording.channel and x.size == own.size and x.min() < x.max()
-    ]  # fmt: skip
-
-
-def _other_channels(analysis: Analysis) -> Iterator[Analysis]:
-    """The analysis with another channel's signal in place of its own; its lines stay those of its own."""
-    done = analysis.processed
-    for name in _others(analysis.recording):
-        processed = process(
-            analysis.recording, band_hz=done.band_hz, channel=name, band_filter=done.band_filter, tracking=done.tracking
-        )
-        yield dataclasses.replace(analysis, processed=processed)
+def _channels(analysis: Analysis) -> dict[str | None, Analysis]:
+    """The analysis, and with it those with another channel's signal in place of its own, where that is as long."""
+    recording, done = analysis.recording, analysis.processed
+    found, own = {recording.channel: analysis}, recording.channels.get(recording.channel or "")
+    for name, x in recording.channels.items():
+        if name not in found and own is not None and x.size == own.size and x.min() < x.max():
+            found[name] = dataclasses.replace(analysis, processed=process(
+                recording, band_hz=done.band_hz, channel=name, band_filter=done.band_filter, tracking=done.tracking
+            ))  # fmt: skip
+    return found
 
 
 def fault_entry(call: FaultCall, naming: Naming | None) -> dict[str, Any]:

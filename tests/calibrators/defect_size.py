@@ -96,6 +96,7 @@ def rows(found: list[Found], name: str) -> dict[str, object]:
     return {
         "from": name, "truths": len(sizes), "resolved": len(whole),
         "within 20 %": sum(abs(one - 1) <= NEAR for one in ratio),
+        "1.5 times rejected": sum((s.high_m or 0) < 1.5 * true and (s.low_m or 0) > true / 1.5 for true, s in whole),
         "bias %": 100 * (math.exp(float(np.mean(np.log(ratio)))) - 1),
         "scatter %": 100 * float(np.std(np.log(ratio))),
         "covered": sum((size.low_m or 0) <= true <= (size.high_m or math.inf) for true, size in sizes),

@@ -47,14 +47,13 @@ def _naming(result: ShownResult, figures: Path) -> list[Block]:
     if result.content is None:
         return [missing(result)]
     rows = [row for row in result.content["confusions"] if row["dataset"] == ALL]
-    found = result.content.get("naming")
-    if found is None:  # measured by an earlier version
-        return [TEXTS.paragraph("naming", rows=rows), origin_of(result), TEXTS.table("fault-naming", rows)]
-    files = reliability_plot(figures, "naming-reliability", rows=found["reliability"])
-    return [
-        TEXTS.paragraph("naming", rows=rows), origin_of(result), TEXTS.table("fault-naming", rows),
-        TEXTS.paragraph("probabilities", found=found), TEXTS.figure("naming-reliability", files, found=found),
-    ]  # fmt: skip
+    blocks: list[Block] = [TEXTS.paragraph("naming", rows=rows), origin_of(result), TEXTS.table("fault-naming", rows)]
+    if found := result.content.get("naming"):  # an earlier version did not measure it
+        files = reliability_plot(figures, "naming-reliability", rows=found["reliability"])
+        blocks += [
+            TEXTS.paragraph("probabilities", found=found), TEXTS.figure("naming-reliability", files, found=found)
+        ]  # fmt: skip
+    return blocks
 
 
 def _tone(record: OtherRecord) -> Tone:
