@@ -28,7 +28,9 @@ def waterfall_section(result: ShownResult, folder: Path) -> Section:
     table = TEXTS.table("waterfall-table", _lines(rows), measures=measures, units=units)
     return TEXTS.section(
         TEXTS.paragraph("intro", steps=steps),
-        TEXTS.figure("waterfall", files, badge=Badge.MEASURED, steps=steps, measures=measures, ends=ends),
+        TEXTS.figure(
+            "waterfall", files, id="waterfall-chart", badge=Badge.MEASURED, steps=steps, measures=measures, ends=ends
+        ),
         appendix=[origin_of(result), table],
     )
 
