@@ -32,6 +32,7 @@ from srbval.storage.stored_result import (
     SPEED_ACCURACY,
     STABILITY,
     VERDICT_SCAN,
+    WATERFALL,
 )
 from srbval.validation.analyse import Analysis
 from srbval.validation.bias import Bias, Pair
@@ -146,7 +147,8 @@ class Evidence:
             "closure": self.sums,
             "comparisons": [*self.comparisons, *content[AMPLITUDES].get("comparisons", [])],
             "amplitudes": content[AMPLITUDES].get("shares", []),
-            "bias": self.bias,
+            "waterfall": content[WATERFALL].get("measures", []),
+            "bias": [*self.bias, *(row for kind in (AMPLITUDES, WATERFALL) for row in content[kind].get("bias", []))],
             "sensitivity": self.known.defects,
             "analyses": {
                 f"{name}-{state}": analysis for name, side in sides.items() for state, analysis in side.items()

@@ -25,6 +25,7 @@ from srbval.storage.stored_result import (
     SPEED_ACCURACY,
     STABILITY,
     VERDICT_SCAN,
+    WATERFALL,
     StoredResult,
     newest_result,
 )
@@ -33,6 +34,7 @@ from srbval.validation.effects import NO_SENSITIVITY, Sensitivity, sensitivity_o
 KINDS = (
     SPEED_ACCURACY, STABILITY, NOISE_STUDY, CAMPAIGN_SCALE, READING, SENSITIVITY, HELD_OUT, RIG_INPUTS, RIG_BANDS,
     RIG_SPEED_ACCURACY, RIG_STABILITY, OWN_VERDICTS, RECORD_VERDICTS, DIAGNOSIS, AMPLITUDES, VERDICT_SCAN,
+    WATERFALL,
 )  # fmt: skip
 
 

@@ -51,10 +51,10 @@ class RigInput:
         return changes
 
 
-def rig_inputs() -> tuple[RigInput, ...]:
-    """All of them."""
-    return tuple(build(RigInput, table, f"rig_inputs.toml input {i}") for i, table in
-                 enumerate(bundled_table("rig_inputs")["input"], start=1))  # fmt: skip
+def rig_inputs(kind: str = "input") -> tuple[RigInput, ...]:
+    """All of a kind: ``input``, or ``position`` of a record's hole, which the cage ratio does not know."""
+    return tuple(build(RigInput, table, f"rig_inputs.toml {kind} {i}") for i, table in
+                 enumerate(bundled_table("rig_inputs")[kind], start=1))  # fmt: skip
 
 
 def draws(inputs: Sequence[RigInput], power: int, *, seed: int = DRAWS_SEED) -> list[dict[str, Any]]:

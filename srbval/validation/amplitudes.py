@@ -22,15 +22,16 @@ from srbval.models.band_levels import BANDS_HZ, ORDER
 from srbval.recordings import Origin, Recording
 from srbval.recordings.datasets.srbval_files import SENSOR
 from srbval.signal import LEAST_SNR, NORMAL_95, drop_ends, end_s
+from srbval.validation.compared_quantities import CAGE_RATIO
 from srbval.validation.comparison import RIG_READING, Comparison, QuantityValue
-from srbval.validation.effects import INPUTS
 from srbval.validation.pipeline import choose_tracking, one_signal, process
 
-PATH = "path to the sensor"
+PATH, NUMERICS = "path to the sensor", "numerics: step, slices and starts"
 ENVELOPE_HZ, WHOLE_HZ = BANDS_HZ["1400-2800"], (400.0, 3150.0)
 THIRD_OCTAVES = {f"{10 ** (n / 10):.0f} Hz": 10 ** (n / 10) for n in range(26, 36)}  # base ten, exact middles
 LEVEL_BANDS = {name: (middle * 10**-0.05, middle * 10**0.05) for name, middle in THIRD_OCTAVES.items()}
 RMS_BANDS = {f"RMS {name} Hz": band for name, band in (BANDS_HZ | {"400-3150": WHOLE_HZ}).items()}
+RELATIVE = ("line frequency", "modulation depth", "kurtosis")  # kinds whose errors are per cent of the rig's value
 MARGIN = {"dB": 3.0, "%": 30.0}  # within which a model agrees, fixed before any comparison
 SEGMENT_S, BLOCKS = 0.25, 8
 HARMONICS, SIDEBANDS = range(2, 7), (1, 2)
@@ -112,24 +113,26 @@ def with_background(run: Recording, healthy: Recording) -> Recording:
 
 
 def rows(
-    rig: Mapping[str, QuantityValue], draws: Sequence[Mapping[str, float]], path_u: Mapping[str, float], *,
-    record: str, fault: Fault, used_for: str,
+    rig: Mapping[str, QuantityValue], model: Mapping[str, QuantityValue], parts: Mapping[str, Mapping[str, float]], *,
+    record: str, fault: Fault, used_for: str, scene: str = "rig",
 ) -> tuple[Comparison, ...]:  # fmt: skip
-    """A comparison of every quantity. `draws` are the model's, the first with nominal inputs; `path_u` of the path."""
+    """A comparison of every quantity that both sides have.
+
+    `parts` of the uncertainty besides the rig's reading: by name, 95 % half widths of quantities in their own units.
+    """
     found = []
-    for name, value in rig.items():
-        relative = name.startswith(("depth", "kurtosis"))
+    for name in (name for name in rig if name in model):
+        value, kind = rig[name], kind_of(name)
+        relative = kind in RELATIVE
         unit = "%" if relative else "dB"
-        own = np.array([draw[name] for draw in draws])
         scale = 100 / value.value if relative else 1.0
-        parts = {RIG_READING: scale * (value.ci95 or 0.0), PATH: scale * NORMAL_95 * path_u.get(name, 0.0)}
-        if own.size > 1:
-            parts[INPUTS] = scale * NORMAL_95 * float(own.std(ddof=1))
+        widths = {RIG_READING: value.ci95 or 0.0} | {part: of[name] for part, of in parts.items() if name in of}
         found.append(
             Comparison(
-                kind=kind_of(name), fault=fault, quantity=name, unit="1" if relative else "dB", error_unit=unit,
-                record=record, scene="rig", margin=MARGIN[unit], used_for=used_for, parts=parts, rig=value,
-                model=QuantityValue(value=float(own[0])), error=scale * float(own[0] - value.value),
+                kind=kind, fault=fault, quantity=name, unit="1" if relative else "dB", error_unit=unit, record=record,
+                scene=scene, margin=CAGE_RATIO.margin if name == CAGE_RATIO.name else MARGIN[unit], used_for=used_for,
+                parts={part: scale * width for part, width in widths.items()}, rig=value, model=model[name],
+                error=scale * (model[name].value - value.value),
             )
         )  # fmt: skip
     return tuple(found)
@@ -138,7 +141,42 @@ def rows(
 def kind_of(name: str) -> str:
     """The kind of a quantity, as ``report.json`` has it."""
     kinds = {"harmonic": "harmonic pattern", "sidebands": "sideband level", "depth": "modulation depth"}
-    return kinds.get(name.split()[0], "kurtosis" if name.startswith("kurtosis") else "band level")
+    kinds |= {"kurtosis": "kurtosis", "cage": "line frequency", "scaling": "speed scaling"}
+    return kinds.get(name.split()[0], "band level")
+
+
+def scaling(slow: Mapping[str, QuantityValue], fast: Mapping[str, QuantityValue]) -> dict[str, QuantityValue]:
+    """By how much each level rises from a slower to a faster record of one state [dB]; the path to the sensor cancels.
+
+    Both records must show it.
+    """
+    return {
+        f"scaling {name}": QuantityValue(
+            value=fast[name].value - low.value, ci95=math.hypot(fast[name].ci95 or 0.0, low.ci95 or 0.0),
+            present=fast[name].present and low.present,
+        )
+        for name, low in slow.items()
+    }  # fmt: skip
+
+
+def half_widths(draws: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    """95 % half width of each quantity over draws of what is not known: Student's t times the standard deviation."""
+    from scipy.special import stdtrit
+
+    factor = float(stdtrit(len(draws) - 1, 0.975))
+    return {name: factor * float(np.std([draw[name] for draw in draws], ddof=1)) for name in draws[0]}
+
+
+def crps(error: float, u: float) -> float:
+    """Continuous ranked probability score of a normal prediction off by `error`, in its unit; of a point its size.
+
+    Gneiting & Raftery 2007, J. Am. Stat. Assoc. 102, 359, eq. 21; quoted from memory, checked against the integral.
+    """
+    if not u:
+        return abs(error)
+    z = error / u
+    density = math.exp(-z * z / 2) / math.sqrt(2 * math.pi)
+    return u * (z * math.erf(z / math.sqrt(2)) + 2 * density - 1 / math.sqrt(math.pi))
 
 
 def _line(square: FloatArray, rate: float, line_hz: float) -> tuple[float, float]:

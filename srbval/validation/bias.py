@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 from srbval.signal import NORMAL_95
 from srbval.validation.compared_quantities import KINDS, Kind
-from srbval.validation.comparison import deviation_pct
+from srbval.validation.comparison import Comparison, deviation_pct
 from srbval.validation.matrix import MatrixCell
 
 KIND = {kind.name: kind for kind in KINDS}
@@ -41,12 +41,16 @@ class Pair:
 class Bias:
     """Bias of one kind, its 95 % half width, and scatter (one standard deviation, net of the data's).
 
-    All three are None below `LEAST_RECORDS`: no claim.
+    All three are None below `LEAST_RECORDS`: no claim; `mean_error`, over records, is only what was seen.
     """
 
     kind: str
+    scene: str
+    used_for: str
     unit: str
     records: int
+    pairs: int
+    mean_error: float
     bias: float | None
     ci95: float | None
     scatter: float | None
@@ -80,10 +84,24 @@ def _shown(kind: Kind, value: float, kinematic: float | None) -> float:
 def biases(found: Sequence[Pair]) -> tuple[Bias, ...]:
     """One row per kind that has pairs and is measured, not counted."""
     measured = [name for name, kind in KIND.items() if not kind.yes_or_no]
-    return tuple(_bias(kind, own) for kind in measured if (own := [p for p in found if p.kind == kind]))
+    return tuple(bias_of(kind, own) for kind in measured if (own := [p for p in found if p.kind == kind]))
 
 
-def _bias(kind: str, own: Sequence[Pair]) -> Bias:
+def biases_of(rows: Iterable[Comparison]) -> tuple[Bias, ...]:
+    """One row per kind, scene and use of the comparisons that both sides show."""
+    groups: dict[tuple[str, str, str], list[Pair]] = {}
+    for row in rows:
+        pair = Pair(
+            kind=row.kind, record=row.record, name=row.quantity, model=row.model.value, rig=row.rig.value,
+            error=row.error, data_ci95=row.data_ci95, unit=row.error_unit,
+        )  # fmt: skip
+        if row.both_present:
+            groups.setdefault((row.kind, row.scene, row.used_for), []).append(pair)
+    return tuple(bias_of(kind, own, scene, used_for) for (kind, scene, used_for), own in groups.items())
+
+
+def bias_of(kind: str, own: Sequence[Pair], scene: str = "paper", used_for: str = "withheld") -> Bias:
+    """Bias and scatter of the pairs of one kind."""
     from scipy.special import stdtrit
 
     errors = [
@@ -93,7 +111,8 @@ def _bias(kind: str, own: Sequence[Pair]) -> Bias:
     data = math.sqrt(statistics.fmean((pair.data_ci95 / NORMAL_95) ** 2 for pair in own))
     count = len(errors)
     row = Bias(
-        kind=kind, unit=own[0].unit, records=count, bias=None, ci95=None, scatter=None, data_scatter=data
+        kind=kind, scene=scene, used_for=used_for, unit=own[0].unit, records=count, pairs=len(own),
+        mean_error=statistics.fmean(errors), bias=None, ci95=None, scatter=None, data_scatter=data
     )  # fmt: skip
     if count < LEAST_RECORDS:
         return row

@@ -7,6 +7,7 @@ it, met where all surely meet it.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, ClassVar
 
 from srbval.bearing import Fault
@@ -85,7 +86,7 @@ def headline(
         tolerance=TOLERANCE,
         errors=tuple(
             RecordError(
-                record=row.record, state=row.fault, scene=row.scene, error_pct=row.error,
+                record=Path(row.record).name, state=row.fault, scene=row.scene, error_pct=row.error,
                 uncertainty_pct=row.uncertainty, **_scanned(rows, row.fault, row.scene),
             )
             for row in comparisons if row.kind == CAGE_RATIO.name

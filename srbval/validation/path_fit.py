@@ -8,7 +8,8 @@ D's level in dB the error has variance
 A background of B T degrees of freedom has the variance H^2 / (B T) in either record, and 2 H |P|^2 X / (B T) with the
 fault's lines, which by themselves do not scatter: of D^2 that is 2 w in all. tau is fitted too: what the simulated
 force misses, and how the background changes from one bearing mounted to the next. A mode narrower than half a band is
-seen by one band at most, and is not looked for.
+seen by one band at most, and is not looked for. A fit that ends there, and without the band that gains most by its last
+mode would lose to the fit without that mode, has taken one loud band for a mode: it is not chosen.
 The number of modes has the least -2 ln L + k max(ln n, 2 n / (n - k - 1)): the penalty of Schwarz (1978, Ann. Statist.
 6, 461), which holds for many n, or where n is small the greater one of Hurvich & Tsai (1989, Biometrika 76, 297): with
 23 bands the former alone gives a third of paths a mode too many. Covariance: the inverse of Fisher's information, times
@@ -34,6 +35,7 @@ STARTS, BEST = 12, 4  # frequencies tried for a new mode; how many of all trials
 HIGHEST_GAIN, MOST_DB = 1e3, 30.0
 LEAST_DB = 0.1  # what a path in time and powers on a grid are good to
 LEAST_VARIANCE = 0.4 * LEAST_DB**2  # w^2 + (1 - w)^2 is a half or more
+AT_LIMIT = 0.01  # relative: so near to the narrowest a mode has ended there
 LEAST_SPARE = 4  # bands more than parameters
 
 
@@ -179,12 +181,19 @@ class MeasuredResponse:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PathFit:
-    """A path with so many modes: `parameters`, those of the evidence at the end, `covariance` of all, `criterion`."""
+    """A path with so many modes: `parameters` with those of the evidence at the end, `covariance` of all, `criterion`.
+
+    `costs`: what each number fitted to adds to -2 ln L; `narrow`: a mode ended as narrow as bands can show; `one_band`:
+    and it rests on one of them.
+    """
 
     modes: int
     parameters: FloatArray
     covariance: FloatArray
     criterion: float
+    costs: FloatArray
+    narrow: bool
+    one_band: bool = False
 
     def path(self, evidence: FittedTo, *, source: str, used: tuple[str, ...] = ()) -> SensorPath:
         """As data."""
@@ -202,7 +211,7 @@ class PathFit:
 
 
 def fit_path(evidence: FittedTo, most_modes: int = MOST_MODES) -> tuple[PathFit, ...]:
-    """Paths of 0, 1, ... modes, as many as there is data for; the best has the least `criterion`."""
+    """Paths of 0, 1, ... modes, as many as there is data for; see `best_of`."""
     found: list[PathFit] = []
     for modes in range(most_modes + 1):
         starts = _starts(evidence, found[-1] if found else None)
@@ -210,13 +219,15 @@ def fit_path(evidence: FittedTo, most_modes: int = MOST_MODES) -> tuple[PathFit,
             break
         costs = [_cost(evidence, start) for start in starts]
         tried = [_descend(evidence, starts[place]) for place in np.argsort(costs)[:BEST]]
-        found.append(min(tried, key=lambda fit: fit.criterion))
+        best = min(tried, key=lambda fit: fit.criterion)
+        lone = best.narrow and best.criterion + (found[-1].costs - best.costs).max() > found[-1].criterion
+        found.append(replace(best, one_band=bool(lone)))
     return tuple(found)
 
 
 def best_of(fits: tuple[PathFit, ...]) -> PathFit:
-    """The one with the least criterion."""
-    return min(fits, key=lambda fit: fit.criterion)
+    """The one with the least criterion, but for those with a mode that is one loud band."""
+    return min((fit for fit in fits if not fit.one_band), key=lambda fit: fit.criterion)
 
 
 def refit(evidence: FittedTo, start: PathFit) -> PathFit:
@@ -271,14 +282,18 @@ def _bounds(evidence: FittedTo, size: int) -> Iterator[tuple[float, float]]:
     """Of each parameter; modes stay within the band or a quarter above it, where their flank still shows."""
     modes = (size - 1 - len(evidence.extras)) // 3
     scale = math.log(evidence.scale)
-    narrowest = evidence.spacing_hz / (4 * math.sqrt(evidence.band_hz[0] * evidence.band_hz[1]))
     yield scale - 12, scale + 12
     for _ in range(modes):
         yield math.log(evidence.band_hz[0]), math.log(1.25 * evidence.band_hz[1])
-        yield math.log(max(DAMPING[0], narrowest)), math.log(DAMPING[1])
+        yield math.log(max(DAMPING[0], _half_a_band(evidence))), math.log(DAMPING[1])
         yield -HIGHEST_GAIN * evidence.scale, HIGHEST_GAIN * evidence.scale
     for _, low, high in evidence.extras:
         yield low, high
+
+
+def _half_a_band(evidence: FittedTo) -> float:
+    """Damping ratio of a mode half a band wide in the middle of the whole band, by its half-power width."""
+    return evidence.spacing_hz / (4 * math.sqrt(evidence.band_hz[0] * evidence.band_hz[1]))
 
 
 def _cost(evidence: FittedTo, parameters: FloatArray) -> float:
@@ -306,7 +321,10 @@ def _descend(evidence: FittedTo, start: FloatArray) -> PathFit:
     covariance[np.ix_(keep, keep)] = np.linalg.pinv(information[np.ix_(keep, keep)]) * n / (n - k)
     order = np.argsort(solved.x[1:count:3])  # modes by their frequency
     places = [0, *(1 + 3 * i + j for i in order for j in range(3)), *range(count, k)]
+    errors, added = evidence.residuals(solved.x)
+    narrowest = (1 + AT_LIMIT) * _half_a_band(evidence)
     return PathFit(
         modes=modes, parameters=solved.x[places], covariance=covariance[np.ix_(places, places)],
-        criterion=2 * float(solved.cost) + _penalty(n, k),
+        criterion=2 * float(solved.cost) + _penalty(n, k), costs=errors**2 + added**2,
+        narrow=bool(np.any(np.exp(solved.x[2:count:3]) < max(DAMPING[0], narrowest))),
     )  # fmt: skip

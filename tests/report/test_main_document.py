@@ -18,8 +18,8 @@ from .test_report_pdf import unpacked
 
 MOST_WORDS = 3_500
 SECTIONS = (
-    "verdict", "records-section", "table-6", "speed-or-slip", "figures", "rig-scene", "speed-accuracy", "stability",
-    "ladder", "limits", "glossary", "provenance",
+    "verdict", "records-section", "table-6", "speed-or-slip", "figures", "waterfall", "rig-scene", "speed-accuracy",
+    "stability", "ladder", "limits", "glossary", "provenance",
 )  # fmt: skip
 FIGURES = {
     f"fig{n}{c}" for n, letters in (("11", "abcdef"), ("12", "ab"), ("13", "ab"), ("14", "abcdef")) for c in letters

@@ -12,9 +12,20 @@ from srbval.bearing import Fault
 from srbval.errors import DataError
 from srbval.models.sensor_filter import SensorFilter
 from srbval.recordings import Recording
-from srbval.validation.amplitudes import PATH, THIRD_OCTAVES, levels, pattern, rows, with_background
+from srbval.validation.amplitudes import (
+    NUMERICS,
+    PATH,
+    THIRD_OCTAVES,
+    crps,
+    half_widths,
+    kind_of,
+    levels,
+    pattern,
+    rows,
+    scaling,
+    with_background,
+)
 from srbval.validation.comparison import RIG_READING, ComparisonVerdict, QuantityValue
-from srbval.validation.effects import INPUTS
 from tests.validation.simulated_rig import BEARING, FS_HZ, LINE_HZ, SECONDS, SHAFT_HZ, TRUE, background, pulses, record
 
 TIME_S = np.arange(round(SECONDS * FS_HZ)) / FS_HZ
@@ -114,11 +125,47 @@ def test_a_record_without_a_speed_has_no_pattern() -> None:
 
 
 def test_rows_have_every_part_and_a_verdict() -> None:
-    rig = {"1000 Hz": QuantityValue(value=-20.0, ci95=0.5), "depth": QuantityValue(value=50.0, ci95=1.0)}
-    drawn = [{"1000 Hz": value, "depth": 60.0 + value} for value in (-20.0, -21.0, -19.0)]
-    level, depth = rows(rig, drawn, {"1000 Hz": 0.5}, record="IR", fault=Fault.INNER, used_for="withheld")
-    assert level.parts == pytest.approx({RIG_READING: 0.5, PATH: 0.98, INPUTS: 1.96}, rel=1e-3)
-    assert (level.kind, level.error, level.verdict) == ("band level", 0.0, ComparisonVerdict.AGREES)
+    rig = {"1000 Hz": QuantityValue(value=-20.0, ci95=0.5), "depth": QuantityValue(value=50.0, ci95=1.0),
+           "501 Hz": QuantityValue(value=-20.0)}  # fmt: skip
+    model = {"1000 Hz": QuantityValue(value=-20.5), "depth": QuantityValue(value=40.0)}
+    parts = {PATH: {"1000 Hz": 0.98}, NUMERICS: {"1000 Hz": 0.3, "depth": 2.0}}
+    level, depth = rows(rig, model, parts, record="IR", fault=Fault.INNER, used_for="withheld")
+    assert level.parts == pytest.approx({RIG_READING: 0.5, PATH: 0.98, NUMERICS: 0.3})
+    assert (level.kind, level.error, level.verdict) == ("band level", -0.5, ComparisonVerdict.AGREES)
     assert (depth.kind, depth.error) == ("modulation depth", pytest.approx(-20.0))
-    assert depth.verdict is ComparisonVerdict.RESOLVED  # 20 % off, known to 4.4 %
+    assert depth.parts == pytest.approx({RIG_READING: 2.0, NUMERICS: 4.0})
+    assert depth.verdict is ComparisonVerdict.RESOLVED  # 20 % off, known to 4.5 %
     assert level.to_dict()["used_for"] == "withheld"
+
+
+def test_the_cage_ratio_has_its_own_margin() -> None:
+    sides = ({"cage ratio": QuantityValue(value=value)} for value in (0.43082, 0.43090))
+    (row,) = rows(*sides, {NUMERICS: {"cage ratio": 1e-4}}, record="OR", fault=Fault.OUTER, used_for="withheld")
+    assert (row.kind, row.margin) == ("line frequency", 0.1)
+    assert row.error == pytest.approx(0.0186, rel=0.01)  # per cent
+    assert row.verdict is ComparisonVerdict.AGREES
+
+
+def test_a_level_that_rises_with_the_speed() -> None:
+    slow = {"1000 Hz": QuantityValue(value=-30.0, ci95=0.3), "501 Hz": QuantityValue(value=-40.0, present=False)}
+    fast = {"1000 Hz": QuantityValue(value=-18.0, ci95=0.4), "501 Hz": QuantityValue(value=-30.0)}
+    found = scaling(slow, fast)
+    assert found["scaling 1000 Hz"] == QuantityValue(value=12.0, ci95=pytest.approx(0.5))
+    assert not found["scaling 501 Hz"].present
+    assert kind_of("scaling 1000 Hz") == "speed scaling"
+
+
+def test_half_widths_are_student_s() -> None:
+    """t(3) = 3.1824 (Student's table) times the standard deviation of four draws."""
+    found = half_widths([{"a": value} for value in (1.0, 2.0, 3.0, 4.0)])
+    assert found["a"] == pytest.approx(3.1824 * np.std([1, 2, 3, 4], ddof=1), rel=1e-4)
+
+
+def test_the_score_is_the_integral_that_defines_it() -> None:
+    """CRPS = integral of (F(x) - 1(x >= y))^2 over x."""
+    error, u = 1.7, 0.8
+    x = np.linspace(-12, 12, 200_001)
+    below = 0.5 * (1 + np.array([math.erf(one / (u * math.sqrt(2))) for one in x - error]))
+    assert crps(error, u) == pytest.approx(float(np.trapezoid((below - (x >= 0)) ** 2, x)), rel=1e-4)
+    assert crps(-error, u) == pytest.approx(crps(error, u))
+    assert crps(-2.0, 0.0) == 2.0

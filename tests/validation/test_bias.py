@@ -1,8 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from srbval.validation.bias import LEAST_RECORDS, Pair, biases
+from srbval.bearing import Fault
+from srbval.validation.bias import LEAST_RECORDS, Pair, biases, biases_of
 from srbval.validation.compared_quantities import CAGE_RATIO, HARMONIC, PRESENCE
+from srbval.validation.comparison import RIG_READING, Comparison, QuantityValue
 
 # Three standard errors of mean and standard deviation of 4000 errors that scatter by 1.8; the data's is exact.
 MEAN_DB, SCATTER_RELATIVE, DATA_RELATIVE = 0.1, 0.05, 1e-4
@@ -59,3 +63,21 @@ def test_each_harmonic_has_a_bias_of_its_own_and_yes_or_no_has_none():
     found = [pair(e, i, kind.name) for kind, e in ((HARMONIC[2], 1.0), (HARMONIC[3], -1.0)) for i in range(5)]
     rows = biases([*found, *(pair(-1.0, i, PRESENCE.name) for i in range(5))])
     assert {row.kind: row.bias for row in rows} == {"harmonic 2": 1.0, "harmonic 3": -1.0}
+
+
+def test_comparisons_are_pooled_by_kind_scene_and_use_and_never_across():
+    def row(error, record, **changes):
+        given = {"scene": "rig", "used_for": "withheld", "parts": {RIG_READING: 1.96}} | changes
+        return Comparison(
+            kind="band level", fault=Fault.INNER, quantity="1000 Hz", unit="dB", error_unit="dB", record=record,
+            model=QuantityValue(value=error), rig=QuantityValue(value=0.0), error=error, **given,
+        )  # fmt: skip
+
+    few = [row(1.0, "a"), row(3.0, "a"), row(-4.0, "b")]
+    unseen = replace(row(99.0, "c"), rig=QuantityValue(value=0.0, present=False))
+    withheld, fit, paper = biases_of([*few, unseen, row(8.0, "d", used_for="fit"), row(7.0, "a", scene="paper")])
+    assert (withheld.kind, withheld.scene, withheld.used_for) == ("band level", "rig", "withheld")
+    assert (withheld.records, withheld.pairs, withheld.bias) == (2, 3, None)  # two records: no claim
+    assert withheld.mean_error == pytest.approx(-1.0)  # of the records' means, 2 and -4
+    assert withheld.data_scatter == pytest.approx(1.0, rel=DATA_RELATIVE)
+    assert (fit.used_for, fit.mean_error, paper.scene, paper.mean_error) == ("fit", 8.0, "paper", 7.0)

@@ -174,3 +174,15 @@ def test_a_path_of_a_single_mode_and_sign() -> None:
     rig = simulated_rig(4, path=path)
     found = identify(rig.fault, rig.healthy, rig.excitation, bearing=BEARING).path
     assert [round(mode.gain / abs(mode.gain)) for mode in found.modes] == [-1]
+
+
+def test_one_loud_band_is_no_mode() -> None:
+    """Seen in OR 877: its fifteenth harmonic alone stands out, by the criterion a mode as narrow as bands can show."""
+    plain = simulated_rig(2, path=dataclasses.replace(TRUE, modes=()))
+    evidence = band_powers(plain.fault, plain.healthy, plain.excitation, bearing=BEARING, band_hz=BAND_HZ)
+    fault = evidence.fault.copy()
+    fault[evidence.size // 2] *= 10**0.9
+    fits = fit_path(dataclasses.replace(evidence, fault=fault), 1)
+    assert [fit.one_band for fit in fits] == [False, True]
+    assert fits[1].criterion < fits[0].criterion
+    assert best_of(fits).modes == 0

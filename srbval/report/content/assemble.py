@@ -29,6 +29,7 @@ from srbval.report.content.speed_accuracy import speed_accuracy_section
 from srbval.report.content.stability import stability_section
 from srbval.report.content.table6 import table6_section, verdict_box
 from srbval.report.content.verdict_scan import verdict_scan_section
+from srbval.report.content.waterfall import waterfall_section
 from srbval.report.model import Report
 from srbval.storage.stored_result import (
     AMPLITUDES,
@@ -43,6 +44,7 @@ from srbval.storage.stored_result import (
     SPEED_ACCURACY,
     STABILITY,
     VERDICT_SCAN,
+    WATERFALL,
 )
 from srbval.storage.strict_json import json_object
 
@@ -63,8 +65,8 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
             table6_section(evidence, figures),
             speed_or_slip_section(evidence),
             figures_section(evidence, figures),
-            # here the waterfall from the paper's scene to the rig's
-            rig_scene_section(results[RIG_INPUTS], results[RIG_BANDS], results[AMPLITUDES]),
+            waterfall_section(results[WATERFALL], figures),
+            rig_scene_section(results[RIG_INPUTS], results[RIG_BANDS], results[AMPLITUDES], results[WATERFALL]),
             speed_accuracy_section(results[SPEED_ACCURACY], results[RIG_SPEED_ACCURACY], default, figures),
             stability_section(results[STABILITY], results[RIG_STABILITY], results[OWN_VERDICTS], default, figures),
             ladder_section(evidence, figures),

@@ -62,8 +62,8 @@ def figures_section(evidence: Evidence, folder: Path) -> Section:
         TEXTS.paragraph("sidebands", sides=sides, height_mm=height_mm),
         _figure_14(evidence, folder),
         TEXTS.paragraph("readings", trains=evidence.trains),
-        _readings(evidence, folder),
         appendix=(
+            _readings(evidence, folder),
             TEXTS.table("impulse-trains", evidence.trains),
             _band_figure(evidence, folder),
             *peaks,

@@ -8,15 +8,20 @@ from srbval.report.blocks import Block
 from srbval.report.content.names import missing, origin_of
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
+from srbval.validation.bias import LEAST_RECORDS
 
 TEXTS = Texts("rig_scene")
+DEPTH = "modulation depth"
+BAND = "RMS 1400-2800 Hz"  # in which the level over the hole's place is told
 Row = Mapping[str, Any]
 
 
-def rig_scene_section(result: ShownResult, bands: ShownResult, amplitudes: ShownResult) -> Section:
+def rig_scene_section(
+    result: ShownResult, bands: ShownResult, amplitudes: ShownResult, waterfall: ShownResult
+) -> Section:
     """Errors against uncertainties of the cage speed, and how many amplitudes are near; the appendix has each row.
 
-    `bands` tells in which band both sides are read.
+    `bands` tells in which band both sides are read; of the `waterfall` only the paper's scene's biases are shown.
     """
     frequencies: list[Block] = [missing(result)]
     further: list[Block] = []
@@ -28,8 +33,14 @@ def rig_scene_section(result: ShownResult, bands: ShownResult, amplitudes: Shown
     levels: list[Block] = [missing(amplitudes)]
     if amplitudes.content:
         shares = amplitudes.content["shares"]
-        levels = [TEXTS.table("amplitudes-near", list(_by_kind(shares)))]
-        further += [origin_of(amplitudes), *_amplitudes(amplitudes.content)]
+        over = [row for row in amplitudes.content["over_angle"] if row["band"] == BAND]
+        over.sort(key=lambda row: float(row["level_db"]))
+        fitted = [row for row in shares if row["kind"] == DEPTH and row["used_for"] == "fit"]
+        depth = {row["predictor"]: row["mean_error"] for row in fitted}
+        why = TEXTS.paragraph("why", least=over[0], most=over[-1], depth=depth)
+        levels = [TEXTS.table("amplitudes-near", list(_by_kind(shares))), why]
+        paper = waterfall.content["bias"] if waterfall.content else []
+        further += [origin_of(amplitudes), *_amplitudes(amplitudes.content, paper)]
     return TEXTS.section(
         TEXTS.paragraph("intro"), *frequencies, TEXTS.paragraph("amplitudes"), *levels, appendix=further
     )
@@ -42,10 +53,11 @@ def _by_kind(shares: Sequence[Row]) -> Iterator[dict[str, Any]]:
         yield {**of["path"], "by": of}
 
 
-def _amplitudes(content: Row) -> Iterator[Block]:
-    """Every predictor's errors, and every quantity that a withheld record shows."""
+def _amplitudes(content: Row, paper: Sequence[Row]) -> Iterator[Block]:
+    """Every predictor's errors, biases with the `paper` scene's, and every quantity that a withheld record shows."""
     withheld = [row for row in content["comparisons"] if row["used_for"] == "withheld" and row["rig_present"]]
     yield TEXTS.table("amplitude-shares", content["shares"])
+    yield TEXTS.table("amplitude-bias", [*content["bias"], *paper], least_records=LEAST_RECORDS)
     yield TEXTS.table("amplitude-rows", withheld)
 
 
