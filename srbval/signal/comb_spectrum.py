@@ -20,8 +20,8 @@ MASKED = 0.5963473623
 TAIL = 0.1
 # Placebos are whole combs, and combs of which some lines are taken from so many other fundamentals, drawn at random.
 MIXED, FARTHEST = 12, 0.35
-# Placebos are taken from an octave to either side.
-REACH = 2.0
+# Placebos are taken from an octave to either side, and from at least so many fundamentals.
+REACH, LEAST = 2.0, 8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -82,7 +82,7 @@ class CombSpectrum:
         """Highest evidence in windows as wide as that of half width `relative` about `centre_hz`, [k].
 
         About `meaningless` fundamentals [n] within a factor of `REACH`; as wide in Hz, so that each holds as many
-        independent values.
+        independent values. None where less than `LEAST` fundamentals half a window apart are left, no sample.
         """
         if self.frequency_hz.size == 0:
             return np.empty(0)
@@ -91,8 +91,9 @@ class CombSpectrum:
         at, half = np.rint(even).astype(np.int64), max(1, round(relative / self.step))
         if at.size == 0:
             return np.empty(0)
+        wanted = np.flatnonzero(meaningless[at])[::half]
         every = maximum_filter1d(np.vstack((self.evidence, self.mixed))[:, at], 2 * half + 1)
-        return np.asarray(every[:, np.flatnonzero(meaningless[at])[::half]].ravel())
+        return np.asarray(every[:, wanted if wanted.size >= LEAST else []].ravel())
 
 
 def surprise(evidence: float, placebos: FloatArray) -> float:

@@ -18,7 +18,7 @@ RIG_BAND_HZ = BANDS_HZ["1400-2800"]
 RIG_BEARING = "skf-22240"
 # A band must hold this many harmonics of the higher race line in its envelope.
 HARMONICS_HELD = 3
-SAME_SIZE = 0.01  # bearings nearer in size than this keep the paper's band
+SAME_SIZE = 0.01  # a bearing larger by less than this keeps the paper's band
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,10 +35,10 @@ def declared_band(
 ) -> BandChoice:
     """The band given [Hz], or the data set's, or the paper's for the model or its rig.
 
-    A model of a spherical roller bearing of another size rings in inverse proportion to that (`srbval.scene.similar`),
-    so the paper's band goes with the `bearing`. No rule guesses one for an unknown machine: a band chosen on the record
-    it then judges finds lines in noise (`auto_band` chooses one and says what that costs). `ConfigurationError` asks
-    for it instead.
+    A model of a spherical roller bearing larger than the paper's rings as much lower (`srbval.scene.similar`), so the
+    paper's band goes with the `bearing`; a smaller one's line shows in the paper's own. No rule guesses one for an
+    unknown machine: a band chosen on the record it then judges finds lines in noise (`auto_band` chooses one and says
+    what that costs). `ConfigurationError` asks for it instead.
     """
     if band_hz is not None:
         return BandChoice(band_hz=band_hz, why="given")
@@ -46,7 +46,7 @@ def declared_band(
         return BandChoice(band_hz=recording.band_hz, why="declared by the data set")
     simulated = recording.origin is Origin.SIMULATED
     size = size_of(bearing) if simulated and bearing is not None and bearing.geometry is not None else None
-    if size is not None and abs(size - 1) > SAME_SIZE:
+    if size is not None and size > 1 + SAME_SIZE:
         low, high = (round(edge / size) for edge in SIMULATED_BAND_HZ)
         return BandChoice(band_hz=(low, high), why=f"the paper's, for a bearing {size:.3g} times as large")
     own = recording.dataset is None and recording.origin is Origin.MEASURED  # a like bearing in another machine

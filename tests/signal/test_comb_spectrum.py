@@ -66,5 +66,7 @@ def test_out_of_reach_there_is_nothing() -> None:
     found = combs(noise(1))
     assert math.isnan(found.highest(LIMIT_HZ / 4, RELATIVE)[0])
     assert found.placebos(away(found), LIMIT_HZ, RELATIVE).size == 0
+    few = away(found) & (np.abs(found.frequency_hz / 50 - 1) < 2 * RELATIVE)
+    assert found.placebos(few, LINE_HZ, RELATIVE).size == 0, "too few to be a sample"
     assert math.isnan(surprise(math.nan, np.ones(100)))
     assert math.isnan(surprise(3.0, np.ones(3)))

@@ -86,11 +86,19 @@ def test_who_chose_the_band_is_said():
 def test_a_simulated_record_of_a_larger_bearing_is_read_as_much_lower():
     usual = load_bearing("skf-22240")
     assert usual.geometry is not None
-    lengths = {key: 2 * value for key, value in vars(usual.geometry).items() if key.endswith("_m")}
-    larger = dataclasses.replace(usual, geometry=dataclasses.replace(usual.geometry, **lengths))
+    larger, smaller = (
+        dataclasses.replace(
+            usual,
+            geometry=dataclasses.replace(
+                usual.geometry, **{key: size * value for key, value in vars(usual.geometry).items() if key[-2:] == "_m"}
+            ),
+        )
+        for size in (2, 0.5)
+    )
     run = dataclasses.replace(OUTER, origin=Origin.SIMULATED, band_hz=None)
     assert declared_band(run, None, usual).band_hz == declared_band(run, None).band_hz == (500, 1500)
     assert declared_band(run, None, larger).band_hz == (250, 750)
+    assert declared_band(run, None, smaller).band_hz == (500, 1500)
     assert "2 times as large" in declared_band(run, None, larger).why
     assert declared_band(run, (600, 900), larger).band_hz == (600, 900)
     assert declared_band(run, None, BEARING).band_hz == (500, 1500)  # a ball bearing's: not similar to the paper's
