@@ -27,8 +27,7 @@ from srbval.report.content.records import records_section
 from srbval.report.content.rig_scene import rig_scene_section
 from srbval.report.content.speed_accuracy import speed_accuracy_section
 from srbval.report.content.stability import stability_section
-from srbval.report.content.table6 import table6_section, verdict_box
-from srbval.report.content.verdict_scan import verdict_scan_section
+from srbval.report.content.table6 import table6_section, verdict_box, verdict_scan_section
 from srbval.report.content.waterfall import waterfall_section
 from srbval.report.model import Report
 from srbval.storage.stored_result import (
