@@ -21,6 +21,7 @@ from srbval.recordings.registry import FileStatus, add
 from srbval.report import Report, Tone, VerdictBox
 from srbval.report.content.other_rigs import other_rigs_section
 from srbval.report.html import render_html
+from srbval.report.model import Document
 from srbval.storage.stored_result import DIAGNOSIS
 from srbval.validation.other_rigs import read_other_rigs
 
@@ -108,10 +109,9 @@ def test_reported_as_plain_text(tmp_path: Path) -> None:
     records = read_other_rigs(add(tmp_path).recordings)
     naming = ShownResult(kind=DIAGNOSIS, command="srbval bench --diagnosis", content=None, origin=None)
     evidence = SimpleNamespace(other_rigs=records, datasets={"cwru": dataset("cwru")}, results={DIAGNOSIS: naming})
-    sections = other_rigs_section(evidence)  # type: ignore[arg-type]
+    sections = other_rigs_section(evidence, tmp_path / "figures")  # type: ignore[arg-type]
     verdict = VerdictBox(tone=Tone.NEUTRAL, headline="made for the test")
-    page = Page(
-        render_html(Report(title="t", generated_utc=datetime.now(UTC), verdict=verdict, sections=tuple(sections)))
-    )
+    report = Report(title="t", generated_utc=datetime.now(UTC), verdict=verdict, sections=tuple(sections))
+    page = Page(render_html(report, Document.APPENDIX))
     assert "marquee" not in page.seen
     assert page.text.count(name.replace("\x1b", "\ufffd")) >= 2  # in the table and in the summary

@@ -231,7 +231,7 @@ def test_maps_leave_empty_cells_empty(folder: Path, tmp_path: Path) -> None:
         ["Paragraph", "FigureGrid", "Table", "Paragraph"],
         ["Table", "Paragraph", "Table", "Paragraph", "Table", "Table", "FigureGrid"],
     )
-    assert [b.__class__.__name__ for b in section.blocks] == drawn + bias
+    assert [b.__class__.__name__ for b in section.appendix] == drawn + bias
     for kind in ("deviation", "detectability", "verdict"):
         lines = (tmp_path / f"matrix-{kind}.csv").read_text().splitlines()
         cells = [value for line in lines[1:] for value in line.split(",")[1:]]
@@ -243,21 +243,21 @@ def test_maps_leave_empty_cells_empty(folder: Path, tmp_path: Path) -> None:
 def test_empty_matrix_says_so(tmp_path: Path) -> None:
     matrix = build_matrix((), bearing=BEARING, counterpart=another_impulse_model, sensitivity=NO_SENSITIVITY)
     section = matrix_section(evidence_of(matrix), tmp_path)
-    assert "all 160 cells are empty" in section.blocks[-1].text  # type: ignore[union-attr]
+    assert "all 160 cells are empty" in section.appendix[-1].text  # type: ignore[union-attr]
     assert not list(tmp_path.iterdir())
 
 
-def test_other_rigs_are_read_apart_from_the_rig(folder: Path) -> None:
+def test_other_rigs_are_read_apart_from_the_rig(folder: Path, tmp_path: Path) -> None:
     (record,) = read_other_rigs(add(folder).recordings)
     assert (record.dataset, record.state, record.line.name, record.diagnosable) == ("cwru", Fault.INNER, "BPFI", True)
     assert (record.line.detected, record.shown) == (False, False)  # the made file holds noise
     naming = ShownResult(kind=DIAGNOSIS, command="srbval bench --diagnosis", content=None, origin=None)
     evidence = SimpleNamespace(other_rigs=(record,), datasets={"cwru": dataset("cwru")}, results={DIAGNOSIS: naming})
-    (section,) = other_rigs_section(evidence)  # type: ignore[arg-type]
-    assert "0 of 1 race faults graded diagnosable (not " in section.blocks[2].text  # type: ignore[union-attr]
-    said = " ".join(b.text for b in section.blocks if isinstance(b, Paragraph))
+    (section,) = other_rigs_section(evidence, tmp_path)  # type: ignore[arg-type]
+    assert "0 of 1 race faults graded diagnosable (not " in section.appendix[2].text  # type: ignore[union-attr]
+    said = " ".join(b.text for b in section.appendix if isinstance(b, Paragraph))
     assert "1 race-fault records have none: there a line alone cannot tell" in said
-    assert other_rigs_section(SimpleNamespace(other_rigs=())) == ()  # type: ignore[arg-type]
+    assert other_rigs_section(SimpleNamespace(other_rigs=()), tmp_path) == ()  # type: ignore[arg-type]
 
 
 @pytest.mark.slow
