@@ -26,6 +26,7 @@ from srbval.errors import ConfigurationError
 from srbval.progress import Progress, silent
 from srbval.recordings import Recording
 from srbval.scene import Scene, SensorPath
+from srbval.validation.budget import PRIOR
 from srbval.validation.identify import BAND_HZ, band_powers, simulated_excitation
 from srbval.validation.path_fit import DB, LEAST_DB, MOST_DB, BandPowers
 
@@ -33,9 +34,8 @@ FACTORS = tuple(10 ** (n / 20) for n in range(-8, 9))  # sizes that are simulate
 TRIED = 41  # sizes at which the likelihood is found
 DRAWN_DECADES = 0.6  # over which runs with other inputs lie about the scene's own size: a factor of two either way
 LONGEST_S = 1.0  # of a run: its lines repeat
-# One standard deviation of all levels together: none, that of another mounting of the bearing (assumed; it cannot be
-# told from a single mounting), and of a level left free.
-LEVEL_U_DB = {"level and shape": 0.0, "the same, mounted anew": 2.0, "shape alone": 100.0}
+# One standard deviation of all levels together: none, that of another mounting, and of a level left free.
+LEVEL_U_DB = {"level and shape": 0.0, "the same, mounted anew": PRIOR.mounting_db, "shape alone": 100.0}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -29,6 +29,7 @@ from srbval.storage.own_package import git_revision
 from srbval.storage.stored_result import COMMAND, RIG_INPUTS, newest_result, stamped, store_result
 from srbval.storage.strict_json import json_object
 from srbval.validation.analyse import analyse
+from srbval.validation.budget import TOLERANCE
 from srbval.validation.comparison import deviation_pct
 from srbval.validation.speed_and_slip import published_speeds
 from tests.calibrators.rows import print_rows
@@ -40,7 +41,7 @@ START_SHARE = 1e-5  # of the load
 FINER = {"line_contact": {"slices": 61}, "solver": {"step_s": STEP_S / 4}}
 DRAWN = 7  # power of two: samples of all inputs together
 COVERAGE = 2.0  # of a standard uncertainty, for 95 %
-MARGIN_PCT = 0.1  # of the cage ratio: the difference within which model and rig count as agreeing, fixed beforehand
+MARGIN_PCT = TOLERANCE.limit_pct  # of the cage ratio: the difference within which model and rig count as agreeing
 AGREE = "agree"  # |E| + U is below the margin: nearly uniform ranges rule U, so that no one-sided 1.645 u will do
 RESOLVED = "resolved"  # E exceeds U: the model's error shows
 UNDECIDED = "undecided"  # E is within U, which is too wide for more

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,9 @@ PANELS = {
 }
 
 
+TALLEST = 1.35  # height over width: a picture as wide as the page leaves room for its caption above the foot
+
+
 def document(made: tuple[MadeReport, Path]) -> dict[str, Any]:
     found: dict[str, Any] = json.loads(made[0].files["json"].read_text(encoding="utf-8"))
     return found
@@ -26,6 +30,15 @@ def test_everything_is_written(alone: tuple[MadeReport, Path]) -> None:
     _, folder = alone
     assert {p.name for p in folder.iterdir()} == FILES
     assert {f"{panel}.svg" for panel in PANELS} <= {p.name for p in (folder / "figures").iterdir()}
+
+
+def test_no_picture_is_too_tall_for_a_page_with_its_caption(alone: tuple[MadeReport, Path]) -> None:
+    sizes = {
+        picture.name: re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', picture.read_text(encoding="utf-8"))
+        for picture in (alone[1] / "figures").glob("*.svg")
+    }
+    assert len(sizes) > len(PANELS)
+    assert [name for name, size in sizes.items() if size is None or float(size[2]) > TALLEST * float(size[1])] == []
 
 
 def test_json_has_the_keys_of_the_interface(alone: tuple[MadeReport, Path]) -> None:

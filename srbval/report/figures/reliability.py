@@ -23,5 +23,5 @@ def reliability_plot(folder: Path, name: str, *, rows: Sequence[Mapping[str, Any
             at = row["said"], row["right"]
             axes.annotate(f"{row['records']}", at, xytext=(-7, -3), textcoords="offset points", ha="right")
         axes.set(xlim=(0, 1.03), ylim=(0, 1.03), xlabel="Probability said", ylabel="Share that was right")
-        axes.legend(loc="lower right", frameon=False)
+        axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
         return save_panel(figure, folder, name, {key: [row[key] for row in rows] for key in rows[0]})

@@ -30,6 +30,7 @@ LOOKS = {
 UNKNOWN = ("!", "#39424d", "white", "other failure")
 WIDE_BLOCKS = 2  # abreast, with room for the speeds in full size
 ROW_INCHES, GAP_INCHES, HEAD_INCHES, WIDTH_INCHES = 0.165, 0.34, 0.75, 7.6
+TALLEST_INCHES = 9.9  # fits a page of the PDF with its caption
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +58,7 @@ def stability_map(
     Limits are drawn as lines: solid elastic, dashed whole.
     """
     with figure_style():
-        height = HEAD_INCHES + len(blocks) * (GAP_INCHES + len(steps_per_s) * ROW_INCHES)
+        height = min(TALLEST_INCHES, HEAD_INCHES + len(blocks) * (GAP_INCHES + len(steps_per_s) * ROW_INCHES))
         figure = new_figure((WIDTH_INCHES, height))
         axes = figure.subplots(len(blocks), len(blocks[0]), squeeze=False)
         for line, row in zip(axes, blocks, strict=True):
