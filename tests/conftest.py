@@ -18,8 +18,7 @@ REPORT = "tests/report"
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Compile the kernels before there are workers: two of them would do it twice."""
     if not hasattr(session.config, "workerinput") and session.config.getoption("numprocesses", None):
-        for model in ("full", "line", "planar", "slices"):
-            precompile(model)
+        precompile("full", "line", "planar", "slices")
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -167,10 +167,10 @@ class _Gathering:
         paper = paper_cases(seconds)
         outer = next(case for case in paper if case.state is Fault.OUTER)
         cases = (*paper, load_zone_case(outer.scene), *pattern_cases(), *train_cases())
-        for model in dict.fromkeys(case.scene.model for case in cases):
-            if not is_compiled(model):
-                with stage(self.progress, f"Compile the {model} model, once after installation"):
-                    precompile(model)
+        missing = [m for m in dict.fromkeys(case.scene.model for case in cases) if not is_compiled(m)]
+        if missing:
+            with stage(self.progress, f"Compile the models ({', '.join(missing)}), once after installation"):
+                precompile(*missing, jobs=self.jobs)
         runs = run_cases(cases, jobs=self.jobs, progress=self.progress)
         with stage(self.progress, "Analyse the paper's runs"):
             analyses = {
@@ -188,7 +188,7 @@ class _Gathering:
             return build_matrix(
                 registered,
                 bearing=self.bearing,
-                counterpart=lambda rig: run_counterpart(rig, progress=self.progress),
+                counterpart=lambda rig, pool: run_counterpart(rig, pool=pool, progress=self.progress),
                 sensitivity=known,
                 keep_sides_of=keep,
                 jobs=self.jobs,

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 import scipy.fft
@@ -76,6 +77,7 @@ class BandLevels:
         return [(name, band) for name, band in BANDS_HZ.items() if band[1] < 0.5 * self.fs_hz]
 
 
+@cache
 def _sections(fs_hz: float, band_hz: tuple[float, float]) -> FloatArray:
     sections: FloatArray = scipy.signal.butter(ORDER, band_hz, "bandpass", fs=fs_hz, output="sos")
     return sections

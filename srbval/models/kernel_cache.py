@@ -43,29 +43,33 @@ def is_compiled(model: str) -> bool:
     return model in WITHOUT_KERNELS or bool(vars(numba.config)["DISABLE_JIT"]) or _marker(model).exists()
 
 
-def precompile(model: str) -> float:
-    """Make sure that the kernels of `model` are in the cache before this process needs them; seconds it took.
+def precompile(*models: str, jobs: int | None = None) -> float:
+    """Make sure that the kernels of `models` are in the cache before this process needs them; seconds it took.
 
-    Nothing happens where they are there already, where numba is switched off, and within the compiling process itself.
-    If that process fails, whatever is missing is compiled here when it is used.
+    At most `jobs` are compiled at a time (default: all), each by a process of its own. Nothing happens where they are
+    there already, where numba is switched off, and within the compiling process itself. If such a process fails,
+    whatever is missing is compiled here when it is used.
     """
     with _lock:
-        if model in _requested:
-            return 0.0
-        _requested.add(model)
-        if is_compiled(model):
-            return 0.0
-        started = time.perf_counter()
-        with contextlib.suppress(OSError):
-            with subprocess.Popen(  # it ends when its input does, so it does not outlive this process
-                [sys.executable, "-P", "-m", "srbval.models.precompile", model],
-                env=os.environ | child_environment(), stdin=subprocess.PIPE,
-                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-            ) as compiler:  # fmt: skip
-                code = compiler.wait()
-            if code == 0:
-                _marker(model).touch()
-        return time.perf_counter() - started
+        missing = [model for model in models if model not in _requested and not is_compiled(model)]
+        _requested.update(models)
+        started, at_once = time.perf_counter(), jobs or max(1, len(missing))
+        for first in range(0, len(missing), at_once):
+            with contextlib.suppress(OSError), contextlib.ExitStack() as running:
+                compilers = {model: running.enter_context(_compiler(model)) for model in missing[first:][:at_once]}
+                for model, compiler in compilers.items():
+                    if compiler.wait() == 0:
+                        _marker(model).touch()
+        return time.perf_counter() - started if missing else 0.0
+
+
+def _compiler(model: str) -> subprocess.Popen[bytes]:
+    """A process that compiles the kernels of `model`; it ends when its input does, so it does not outlive this one."""
+    return subprocess.Popen(
+        [sys.executable, "-P", "-m", "srbval.models.precompile", model],
+        env=os.environ | child_environment(), stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
 
 
 def compile_in_this_process(model: str) -> None:

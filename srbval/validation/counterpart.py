@@ -3,20 +3,23 @@
 import dataclasses
 import math
 from collections.abc import Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from srbval.bearing import Bearing, Fault
 from srbval.errors import SrbvalError
+from srbval.models.precompile import load_kernels
 from srbval.models.run import Run
+from srbval.models.simulate import Step
 from srbval.progress import Progress, silent
 from srbval.recordings import recording_from_run
 from srbval.scene import Scene, paper_scene
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.compared_quantities import mean_of_starts, values_of_model
 from srbval.validation.comparison import QuantityValue
-from srbval.validation.simulation_cases import SimulationCase, run_cases
+from srbval.validation.simulation_cases import SimulationCase, run_case
 
 TURNS = 30.0  # length of a run in shaft turns: that of a rig record of 2 s
 # Rate at which the rollers' speeds are recorded, by fault: only the line of a roller's defect needs them.
@@ -69,11 +72,12 @@ def starts(scene: Scene) -> tuple[Scene, ...]:
     )
 
 
-def run_counterpart(rig: Analysis, *, progress: Progress = silent) -> AnalysedRun | str:
+def run_counterpart(rig: Analysis, *, pool: Executor, progress: Progress = silent) -> AnalysedRun | str:
     """`TURNS` turns of the paper's scene at the recording's measured speed and its load, with the defect of its state.
 
-    At converged points; a defect's quantities are means over `STARTS` starts, a healthy bearing is run once. The reason
-    where that failed.
+    At converged points; a defect's quantities are means over `STARTS` starts, a healthy bearing is run once. The runs
+    are made in `pool`; the error of the step is estimated for the first alone, since all have the same step. The reason
+    where one failed.
     """
     recording, state = rig.recording, rig.recording.state or Fault.HEALTHY
     scene = converged(
@@ -85,24 +89,32 @@ def run_counterpart(rig: Analysis, *, progress: Progress = silent) -> AnalysedRu
             detail_rate_hz=DETAIL_HZ.get(state, 0.0),
         )
     )
-    scenes = (scene,) if state is Fault.HEALTHY else starts(scene)
-    first: AnalysedRun | None = None
-    values = []
+    first, *others = (
+        SimulationCase(
+            id=f"counterpart-{recording.name}" + f"-{number}" * (number > 1),
+            purpose="at the recording's own speed and load",
+            state=state,
+            scene=one,
+        )
+        for number, one in enumerate((scene,) if state is Fault.HEALTHY else starts(scene), start=1)
+    )
+
+    def made(case: SimulationCase, step: Step) -> AnalysedRun:
+        return analyse_run(case, run_case(case, step=step, progress=progress), rig.bearing)
+
+    def values(case: SimulationCase) -> Mapping[str, QuantityValue]:
+        return made(case, Step.UNCHECKED).values
+
+    load_kernels([scene.model])
+    shown, further = pool.submit(made, first, Step.CHECKED), [pool.submit(values, case) for case in others]
     try:
-        for number, one in enumerate(scenes, start=1):
-            case = SimulationCase(
-                id=f"counterpart-{recording.name}" + f"-{number}" * (number > 1),
-                purpose="at the recording's own speed and load",
-                state=state,
-                scene=one,
-            )
-            made = analyse_run(case, run_cases([case], jobs=1, progress=progress)[case.id], rig.bearing)
-            first = first or made
-            values.append(made.values)
+        run = shown.result()
+        return dataclasses.replace(run, values=mean_of_starts([run.values, *(one.result() for one in further)]))
     except SrbvalError as error:
         return str(error)
-    assert first is not None, "there is at least one start"
-    return dataclasses.replace(first, values=mean_of_starts(values))
+    finally:
+        for future in further:
+            future.cancel()
 
 
 def analyse_run(

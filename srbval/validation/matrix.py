@@ -7,7 +7,7 @@ import os
 import threading
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -27,7 +27,7 @@ from srbval.validation.record_verdict import FREQUENCIES, RecordVerdict, holm, j
 
 # Verdicts of cells that hold no comparison.
 NOT_DETECTED, BASELINE = "line not detected", "baseline"
-Counterpart = Callable[[Analysis], AnalysedRun | str]
+Counterpart = Callable[[Analysis, Executor], AnalysedRun | str]  # made in that pool
 
 
 class Point(NamedTuple):
@@ -164,10 +164,11 @@ def build_matrix(
 ) -> Matrix:
     """Analyse one record per operating point (the longest) and compare the model with it, `jobs` at a time.
 
-    `counterpart` runs the model at a record's own speed and load, or says why it failed; `sensitivity` holds the
-    effects of numerics and open inputs. Verdicts hold over all records together (Holm). A healthy bearing's line is its
-    baseline, not a fault that the model has: nothing is run for it. A record that cannot be analysed is listed with its
-    reason and fills no cell. Both sides of the points in `keep_sides_of` are returned in full, healthy ones' too.
+    `counterpart` runs the model at a record's own speed and load in the pool it is given, or says why it failed;
+    `sensitivity` holds the effects of numerics and open inputs. Verdicts hold over all records together (Holm). A
+    healthy bearing's line is its baseline, not a fault that the model has: nothing is run for it. A record that cannot
+    be analysed is listed with its reason and fills no cell. Both sides of the points in `keep_sides_of` are returned in
+    full, healthy ones' too.
     """
     chosen: dict[Point, RegisteredRecording] = {}
     for entry in registered:
@@ -188,7 +189,7 @@ def build_matrix(
             rig = baseline.analysis() if point.state is Fault.HEALTHY else analyse(load_entry(entry), bearing=bearing)
             assert rig is not None, "the point's healthy record is this one"
             wanted = point in keep_sides_of
-            model = counterpart(rig) if wanted or point.state in DEFECTS else None
+            model = counterpart(rig, runs) if wanted or point.state in DEFECTS else None
             cell = _cell(point, rig, baseline.usable_analysis(), model, sensitivity)
         except SrbvalError as error:
             return point, str(error), None
@@ -196,8 +197,14 @@ def build_matrix(
             baseline.release()
         return point, cell, CellSides(rig=rig, model=model) if wanted and model is not None else None
 
-    with ThreadPoolExecutor(max_workers=jobs or os.cpu_count() or 1) as pool:
-        results = sorted(pool.map(one, ordered), key=lambda result: result[0])
+    # Records wait for their runs; a pool of these alone keeps every core busy, whichever records they belong to.
+    workers = jobs or os.cpu_count() or 1
+    with ThreadPoolExecutor(workers) as runs, ThreadPoolExecutor(workers) as records:
+        try:
+            results = sorted(records.map(one, ordered), key=lambda result: result[0])
+        except BaseException:
+            runs.shutdown(wait=False, cancel_futures=True)
+            raise
     return Matrix(
         grid=rig_grid(),
         cells=_with_holm([cell for _, cell, _ in results if isinstance(cell, MatrixCell)]),

@@ -9,7 +9,7 @@ from srbval.bearing import Fault
 from srbval.errors import ConfigurationError, NumericsError
 from srbval.models.precompile import load_kernels
 from srbval.models.run import Run
-from srbval.models.simulate import simulate
+from srbval.models.simulate import Step, simulate
 from srbval.progress import Progress, silent
 from srbval.scene import Scene, paper_scene
 
@@ -42,6 +42,14 @@ def paper_cases(seconds: float) -> list[SimulationCase]:
     ]  # fmt: skip
 
 
+def run_case(case: SimulationCase, *, step: Step = Step.CHECKED, progress: Progress = silent) -> Run:
+    """One run, see `simulate`; `progress` gets it as a task of its own. A failed one is a `NumericsError` naming it."""
+    run = simulate(case.scene, step=step, progress=lambda _, fraction: progress(f"Simulate {case.id}", fraction))
+    if not run.status.usable:
+        raise NumericsError(f"case {case.id}: run failed ({run.status}): {run.reason}.")
+    return run
+
+
 def run_cases(
     cases: Sequence[SimulationCase], *, jobs: int | None = None, progress: Progress = silent
 ) -> dict[str, Run]:
@@ -54,21 +62,15 @@ def run_cases(
         raise ConfigurationError(f"jobs = {jobs} must be 1 or more.")
     cancelled = False
 
-    def one(case: SimulationCase) -> Run:
-        def report(_: str, fraction: float | None) -> None:
-            if cancelled:
-                raise RunCancelled
-            progress(f"Simulate {case.id}", fraction)
-
-        run = simulate(case.scene, progress=report)
-        if not run.status.usable:
-            raise NumericsError(f"case {case.id}: run failed ({run.status}): {run.reason}.")
-        return run
+    def report(task: str, fraction: float | None) -> None:
+        if cancelled:
+            raise RunCancelled
+        progress(task, fraction)
 
     load_kernels(case.scene.model for case in cases)
     ordered = sorted(cases, key=lambda case: -case.scene.duration_s / case.scene.solver.step_s)
     with ThreadPoolExecutor(max_workers=jobs or os.cpu_count() or 1) as pool:
-        futures = {case.id: pool.submit(one, case) for case in ordered}
+        futures = {case.id: pool.submit(run_case, case, progress=report) for case in ordered}
         try:
             return {case.id: futures[case.id].result() for case in cases}
         except BaseException:

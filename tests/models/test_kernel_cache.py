@@ -66,7 +66,7 @@ def test_models_without_kernels_need_none(model: str, asked: list[list[str]]) ->
 def test_a_failed_process_leaves_no_mark(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(kernel_cache, "_requested", set())
     monkeypatch.setattr(kernel_cache, "_marker", lambda model: tmp_path / model)
-    kernel_cache.precompile("no-such-model-at-all")
+    kernel_cache.precompile("no-such-model-at-all", "nor-this-one")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from concurrent.futures import Executor
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -59,7 +60,7 @@ def rig_file(folder: Path, code: str, rpm: float = 877, shaft_rpm: float = RPM) 
     files.excerpt(folder / f"{code}_{rpm:g}rpm_made.mat", **changes)
 
 
-def another_impulse_model(rig: Analysis) -> AnalysedRun:
+def another_impulse_model(rig: Analysis, _: Executor) -> AnalysedRun:
     """A stand-in for the model's run: the impulse model once more, other noise, the cage a little too fast."""
     recording = rig.recording
     state = recording.state or Fault.HEALTHY
@@ -202,7 +203,7 @@ def test_without_a_healthy_record_a_line_alone_cannot_tell(tmp_path: Path) -> No
 
 
 def test_failed_model_run_leaves_the_models_side_empty(folder: Path) -> None:
-    matrix = made(folder, lambda _: "the load was lost")
+    matrix = made(folder, lambda *_: "the load was lost")
     faults = [c for c in matrix.cells if c.state is not Fault.HEALTHY]
     assert all(c.model_hz is None and c.error_pct is None and c.remark == "the load was lost" for c in faults)
     assert {c.verdict for c in faults} <= {"insufficient data", NOT_DETECTED}
