@@ -1,7 +1,7 @@
 """The reports as one call each: gather the evidence, draw the report, write it."""
 
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,7 +17,9 @@ from srbval.report import FORMATS, Report, write_report
 from srbval.report.content.assemble import assemble
 from srbval.report.content.own_report import assemble_own
 from srbval.report.html import render_html
+from srbval.report.model import Document
 from srbval.report.pdf import require_typst
+from srbval.report.write import draw_figures
 from srbval.storage.whole_file import whole_file
 from srbval.validation.analyse import Analysis
 from srbval.validation.baseline import Baseline
@@ -57,9 +59,7 @@ def make_report(
     # Cases and records run at the same time; threads of the libraries would only wait for each other.
     with tempfile.TemporaryDirectory(prefix="srbval-") as scratch, threadpool_limits(1):
         evidence = gather(seconds=seconds, stand_in_folder=Path(scratch), jobs=jobs, progress=progress)
-        files = _written(
-            lambda figures: assemble(evidence, figures, command=command), folder, formats, progress, appendix=appendix
-        )
+        files = _written(assemble(evidence, command=command), folder, formats, progress, appendix=appendix)
     return MadeReport(evidence=evidence, files=files)
 
 
@@ -99,10 +99,7 @@ def report_recordings(
             recordings, bearing=bearing, healthy=healthy, band_hz=band_hz, model=model, all_channels=all_channels,
             progress=progress,
         )  # fmt: skip
-        files = _written(
-            lambda figures: assemble_own(evidence, figures, command=command), folder, formats, progress,
-            appendix=appendix,
-        )  # fmt: skip
+        files = _written(assemble_own(evidence, command=command), folder, formats, progress, appendix=appendix)
     return MadeOwnReport(evidence=evidence, files=files)
 
 
@@ -125,20 +122,17 @@ def write_plot(
         if path.suffix.lower() == ".html":
             record = own_record(analysis, baseline, naming=naming)
             evidence = OwnEvidence(bearing=analysis.bearing, records=(record,), provenance={})
+            page = assemble_own(evidence, command=command, brief=True)
             with tempfile.TemporaryDirectory(prefix="srbval-") as figures:
-                page = assemble_own(evidence, Path(figures), command=command, brief=True)
-                part.write_text(render_html(page), encoding="utf-8")
+                draw_figures(page, Path(figures), (Document.MAIN,))
+                part.write_text(render_html(page, Path(figures)), encoding="utf-8")
         else:
             figure = analysis.plot(healthy=None if baseline is None else baseline.analysis)
             part.write_bytes(picture_bytes(figure, path.suffix.lower()))
 
 
 def _written(
-    assembled: Callable[[Path], Report], folder: Path, formats: tuple[str, ...], progress: Progress, *, appendix: bool
+    report: Report, folder: Path, formats: tuple[str, ...], progress: Progress, *, appendix: bool
 ) -> dict[str, Path]:
-    """Draw the figures into a folder of their own, and write the report."""
-    with tempfile.TemporaryDirectory(prefix="srbval-") as figures:
-        with stage(progress, "Draw the figures"):
-            report = assembled(Path(figures))
-        with stage(progress, "Write the report"):
-            return write_report(report, folder, formats, appendix=appendix)
+    with stage(progress, "Draw the figures and write the report"):
+        return write_report(report, folder, formats, appendix=appendix)

@@ -2,7 +2,7 @@
 
 import io
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -20,6 +20,9 @@ class PanelFiles:
 
     picture: Path
     data: Path
+
+
+Drawing = Callable[[Path, str], PanelFiles]  # draws a panel into a folder under a name, see `save_panel`
 
 
 def save_panel(

@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
+from srbval.figures.files import Drawing
 from srbval.report.badges import Badge, Tone
 from srbval.report.table import Table, Value, check_identifier
 
 PICTURES = (".svg", ".png")
+FIGURES = "figures"  # the folder of pictures and their data beside the documents
 
 
 @dataclass(frozen=True)
@@ -66,20 +67,19 @@ class Explore:
 
 @dataclass(frozen=True, kw_only=True)
 class Figure:
-    """A picture (SVG or PNG file) with the text that replaces it.
+    """A picture, SVG or PNG by its `suffix`, with the text that replaces it.
 
-    `file` is where the picture lies now; the report keeps its own copy as ``figures/<id>.<suffix>``, and
-    `data` (CSV) likewise. `label` is the bold start of the caption ("Figure 11a"). `synthetic` marks a
-    stand-in: both renderers print so above the caption. A figure on its own takes the whole width of the
-    text unless `wide` is False; `explore` says how scripts may show `data`. Raises ValueError without alt text or
-    caption, or with something to explore but no data.
+    It is drawn when a document that shows it is made: `draw(folder, id)` writes the picture and the plotted data (CSV)
+    under that name, see `save_panel`. `label` is the bold start of the caption ("Figure 11a"). `synthetic` marks a
+    stand-in: both renderers print so above the caption. A figure on its own takes the whole width of the text unless
+    `wide` is False; `explore` says how scripts may show the data. Raises ValueError without alt text or caption.
     """
 
     id: str
     caption: str
     alt: str
-    file: Path
-    data: Path | None = None
+    draw: Drawing
+    suffix: str = ".svg"
     synthetic: bool = False
     label: str = ""
     badge: Badge | None = None
@@ -92,20 +92,18 @@ class Figure:
             raise ValueError(f"figure {self.id!r} needs an alt text: say what the picture shows.")
         if not self.caption.strip():
             raise ValueError(f"figure {self.id!r} needs a caption.")
-        if self.explore is not None and self.data is None:
-            raise ValueError(f"figure {self.id!r} has something to explore but no data.")
-        if self.file.suffix not in PICTURES:
-            raise ValueError(f"figure {self.id!r}: {self.file.suffix!r} is not one of {', '.join(PICTURES)}.")
+        if self.suffix not in PICTURES:
+            raise ValueError(f"figure {self.id!r}: {self.suffix!r} is not one of {', '.join(PICTURES)}.")
 
     @property
     def picture_name(self) -> str:
         """Where the report keeps the picture, relative to its folder."""
-        return f"figures/{self.id}{self.file.suffix}"
+        return f"{FIGURES}/{self.id}{self.suffix}"
 
     @property
-    def data_name(self) -> str | None:
+    def data_name(self) -> str:
         """Where the report keeps the plotted data, relative to its folder."""
-        return None if self.data is None else f"figures/{self.id}.csv"
+        return f"{FIGURES}/{self.id}.csv"
 
 
 @dataclass(frozen=True, kw_only=True)

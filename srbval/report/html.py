@@ -18,16 +18,16 @@ _PLAIN = " !$'()*+,-./:;=?@[]^_{|}~"
 _MEDIA_TYPES = {".svg": "image/svg+xml", ".png": "image/png", ".csv": "text/csv"}
 
 
-def render_html(report: Report, document: Document = Document.MAIN, *, with_appendix: bool = False) -> str:
+def render_html(
+    report: Report, folder: Path, document: Document = Document.MAIN, *, with_appendix: bool = False
+) -> str:
     """Render one document as a whole page, with links to the other one where both are made (`with_appendix`).
 
-    All text is escaped by the template engine; pictures and data become data URIs. Raises FileNotFoundError
-    when a figure's picture or data file is missing.
+    Its pictures and their data already lie in ``folder/figures``. All text is escaped by the template engine; pictures
+    and data become data URIs. Raises FileNotFoundError when a file of a figure is missing.
     """
     from jinja2 import Environment, FunctionLoader, StrictUndefined
 
-    files = {f.picture_name: f.file for f in report.figures()}
-    files |= {f.data_name: f.data for f in report.figures() if f.data and f.data_name}
     environment = Environment(
         loader=FunctionLoader(_template_text), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True,
@@ -38,7 +38,7 @@ def render_html(report: Report, document: Document = Document.MAIN, *, with_appe
         style=_template_text("report.css"),
         script=script,
         script_hash=base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii"),
-        carried=partial(_data_uri, files),
+        carried=partial(_data_uri, folder),
     )
 
 
@@ -46,12 +46,12 @@ def _template_text(name: str) -> str:
     return (resources.files("srbval.report") / "templates" / name).read_text(encoding="utf-8")
 
 
-def _data_uri(files: dict[str, Path], name: str) -> Markup:
+def _data_uri(folder: Path, name: str) -> Markup:
     """A file as a data URI without any sign that HTML would have to escape in an attribute between double quotes.
 
     Text is percent-encoded, which is smaller than base64; pictures of pixels are in base64.
     """
-    path = files[name]
+    path = folder / name
     kind, content = _MEDIA_TYPES[path.suffix], path.read_bytes()
     if kind == "image/png":
         return Markup(f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}")

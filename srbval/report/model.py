@@ -84,10 +84,10 @@ class Report:
         """Whether anything stands in the appendix."""
         return any(section.appendix for section in self.sections)
 
-    def figures(self) -> Iterator[Figure]:
-        """All figures of both documents, section by section, those in grids included."""
+    def figures(self, document: Document | None = None) -> Iterator[Figure]:
+        """The figures of a document, or of both, section by section, those in grids included."""
         for section in self.sections:
-            for block in section.all_blocks:
+            for block in section.all_blocks if document is None else section.part(document):
                 if isinstance(block, Figure):
                     yield block
                 elif isinstance(block, FigureGrid):

@@ -16,7 +16,7 @@ from importlib import resources
 from typing import Any
 
 from srbval.bearing import Fault
-from srbval.figures.files import PanelFiles
+from srbval.figures.files import Drawing
 from srbval.models.run import USABLE
 from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Callout, Figure, Listing, Paragraph
@@ -69,14 +69,15 @@ class Texts:
         return Callout(tone=tone, title=_render(entry.get("title", ""), values), text=_render(entry["text"], values))
 
     def figure(
-        self, name: str, files: PanelFiles, /, *, id: str = "", badge: str | None = None, **values: Any
-    ) -> Figure:
+        self, name: str, draw: Drawing, /, *, id: str = "", badge: str | None = None, suffix: str = ".svg",
+        **values: Any,
+    ) -> Figure:  # fmt: skip
         """A figure with its label, caption and alt text; `id` is `name` unless given."""
         entry = self._content["figure"][name]
         label, caption, alt = (_render(entry.get(key, ""), values) for key in ("label", "caption", "alt"))
         source = Badge(badge) if badge else None
         return Figure(
-            id=id or name, file=files.picture, data=files.data, badge=source, synthetic=source is Badge.STAND_IN,
+            id=id or name, draw=draw, suffix=suffix, badge=source, synthetic=source is Badge.STAND_IN,
             wide=entry.get("wide", True), label=label, caption=caption, alt=alt,
         )  # fmt: skip
 

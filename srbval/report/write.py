@@ -1,13 +1,13 @@
 """Write a report's files, all of them or none."""
 
 import os
-import shutil
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from pathlib import Path
 from typing import Any
 
 from srbval.errors import ConfigurationError, DataError
+from srbval.report.blocks import FIGURES
 from srbval.report.html import render_html
 from srbval.report.model import Document, Report
 from srbval.report.pdf import render_pdf, require_typst
@@ -22,9 +22,10 @@ def write_report(
 ) -> dict[str, Path]:
     """Write ``report.html``, ``report.pdf``, ``report.json`` and ``figures/`` into `folder`.
 
-    With `appendix` also ``appendix.html`` and ``appendix.pdf``; ``report.json`` and ``figures/`` hold what both show,
-    whether it is made or not. Everything is made in a hidden folder beside and then moved file by file, so a failure
-    leaves what was there before. Returns the path of each format written, those of the appendix as ``appendix_html``.
+    With `appendix` also ``appendix.html`` and ``appendix.pdf``. ``report.json`` holds the tables and captions of both
+    whether it is made or not; figures are drawn for the documents that are made. Everything is made in a hidden folder
+    beside and then moved file by file, so a failure leaves what was there before. Returns the path of each format
+    written, those of the appendix as ``appendix_html``.
 
     Raises `ConfigurationError` for an unknown format, or for ``pdf`` without typst; `DataError` when
     `folder` cannot be written to.
@@ -51,29 +52,29 @@ def _write(report: Report, folder: Path, wanted: tuple[str, ...], appendix: bool
         parts |= {f"appendix_{kind}": (Document.APPENDIX, kind) for kind in wanted if kind != "json"}
     with tempfile.TemporaryDirectory(prefix=".srbval-report-", dir=_nearest_existing(folder)) as name:
         stage = Path(name)
-        _copy_figures(report, stage)
+        documents = (Document.MAIN, Document.APPENDIX) if appendix else (Document.MAIN,)
+        draw_figures(report, stage, documents)
         for document, kind in parts.values():
-            _render(report, document, kind, stage, with_appendix=appendix)
+            _render(report, document, kind, stage, documents)
         _move(stage, folder)
     return {name: folder / f"{document}.{kind}" for name, (document, kind) in parts.items()}
 
 
-def _render(report: Report, document: Document, kind: str, stage: Path, *, with_appendix: bool) -> None:
-    target = stage / f"{document}.{kind}"
+def draw_figures(report: Report, folder: Path, documents: Iterable[Document]) -> None:
+    """Draw the figures of `documents` into ``folder/figures``."""
+    for document in documents:
+        for figure in report.figures(document):
+            figure.draw(folder / FIGURES, figure.id)
+
+
+def _render(report: Report, document: Document, kind: str, stage: Path, made: Collection[Document]) -> None:
+    target, both = stage / f"{document}.{kind}", len(made) > 1
     if kind == "html":
-        target.write_text(render_html(report, document, with_appendix=with_appendix), encoding="utf-8")
+        target.write_text(render_html(report, stage, document, with_appendix=both), encoding="utf-8")
     elif kind == "pdf":
-        target.write_bytes(render_pdf(report, stage, document, with_appendix=with_appendix))
+        target.write_bytes(render_pdf(report, stage, document, with_appendix=both))
     else:
-        write_json(target, report_data(report))
-
-
-def _copy_figures(report: Report, stage: Path) -> None:
-    (stage / "figures").mkdir()
-    for figure in report.figures():
-        shutil.copyfile(figure.file, stage / figure.picture_name)
-        if figure.data and figure.data_name:
-            shutil.copyfile(figure.data, stage / figure.data_name)
+        write_json(target, report_data(report, made))
 
 
 def _move(stage: Path, folder: Path) -> None:
@@ -89,19 +90,21 @@ def _nearest_existing(folder: Path) -> Path:
     return next(p for p in (resolved, *resolved.parents) if p.is_dir())
 
 
-def report_data(report: Report) -> dict[str, Any]:
-    """The content of ``report.json``: the report's data, with its tables and figures as the pages show them.
+def report_data(report: Report, made: Iterable[Document] = tuple(Document)) -> dict[str, Any]:
+    """The content of ``report.json``: the report's data, with the tables and figures of both documents.
 
-    Numbers of tables are not rounded. Columns of measured times are left empty: they differ from run to run.
+    Numbers of tables are not rounded. Columns of measured times are left empty: they differ from run to run. Figures of
+    a document that is not `made` have no file.
     """
+    drawn = {figure.id for document in made for figure in report.figures(document)}
     figures = [
         {
             "id": figure.id,
             "label": figure.label,
             "caption": figure.caption,
             "alt": figure.alt,
-            "file": figure.picture_name,
-            "data": figure.data_name,
+            "file": figure.picture_name if figure.id in drawn else None,
+            "data": figure.data_name if figure.id in drawn else None,
             "synthetic": figure.synthetic,
         }
         for figure in report.figures()

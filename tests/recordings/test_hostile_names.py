@@ -109,9 +109,9 @@ def test_reported_as_plain_text(tmp_path: Path) -> None:
     records = read_other_rigs(add(tmp_path).recordings)
     naming = ShownResult(kind=DIAGNOSIS, command="srbval bench --diagnosis", content=None, origin=None)
     evidence = SimpleNamespace(other_rigs=records, datasets={"cwru": dataset("cwru")}, results={DIAGNOSIS: naming})
-    sections = other_rigs_section(evidence, tmp_path / "figures")  # type: ignore[arg-type]
+    sections = other_rigs_section(evidence)  # type: ignore[arg-type]
     verdict = VerdictBox(tone=Tone.NEUTRAL, headline="made for the test")
     report = Report(title="t", generated_utc=datetime.now(UTC), verdict=verdict, sections=tuple(sections))
-    page = Page(render_html(report, Document.APPENDIX))
+    page = Page(render_html(report, tmp_path, Document.APPENDIX))
     assert "marquee" not in page.seen
     assert page.text.count(name.replace("\x1b", "\ufffd")) >= 2  # in the table and in the summary

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -72,28 +73,27 @@ def hostile(hostile_report: HostileReport) -> dict[str, Path]:
 
 
 @pytest.fixture(scope="session")
-def panels(tmp_path_factory: pytest.TempPathFactory) -> tuple[Figure, ...]:
+def panels() -> tuple[Figure, ...]:
     """A simulated and a stand-in panel."""
-    folder = tmp_path_factory.mktemp("panels")
     rng = np.random.default_rng(7)
     time = np.arange(4000) / 20_480
-    made = acceleration_panel(
-        folder, "fig11b", time_s=time, acceleration=rng.standard_normal(4000), envelope=np.ones(4000),
+    acceleration = partial(
+        acceleration_panel, time_s=time, acceleration=rng.standard_normal(4000), envelope=np.ones(4000),
         origin="stand-in", letter="b", title="healthy", window_s=(0.0, float(time[-1])), y_limits=(-4.0, 4.0),
     )  # fmt: skip
     stand_in = Figure(
         id="fig11b", label="Figure 11b", caption="Acceleration.", alt="Noise without bursts, 195 ms long",
-        file=made.picture, data=made.data, synthetic=True,
+        draw=acceleration, synthetic=True,
     )  # fmt: skip
     frequency = np.arange(1, 6000) * 0.1
-    made = envelope_spectrum_panel(
-        folder, "fig12a", frequency_hz=frequency, amplitude=rng.random(5999), shaft_hz=11.83,
+    spectrum = partial(
+        envelope_spectrum_panel, frequency_hz=frequency, amplitude=rng.random(5999), shaft_hz=11.83,
         origin="simulated", cursors=fault_cursors("BPFO", 96.79, f_max_hz=600), peaks=(),
         healthy=(frequency, np.zeros(5999)), f_max_hz=600.0, y_limits=(0.0, 1.12),
     )  # fmt: skip
     model = Figure(
         id="fig12a", label="Figure 12a", caption="Envelope spectrum.", alt="Six lines at BPFO's harmonics",
-        file=made.picture, data=made.data, wide=False,
+        draw=spectrum, wide=False,
     )  # fmt: skip
     return stand_in, model
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -10,9 +11,7 @@ from pathlib import Path
 import pytest
 
 from srbval.main_job import MadeReport
-from srbval.report import Paragraph, Report, Section, write_report
-from srbval.report.html import render_html
-from srbval.report.model import Document
+from srbval.report import Figure, Paragraph, Report, Section, write_report
 
 from .test_report_pdf import unpacked
 
@@ -77,9 +76,10 @@ def test_the_appendix_has_the_rest_and_no_figure_stands_twice(with_rig: tuple[Ma
 
 
 @pytest.fixture
-def both(report: Report) -> Report:
+def both(report: Report, panels: tuple[Figure, ...]) -> Report:
     """The small report with an appendix."""
-    section = Section(id="more", title="More", appendix=(Paragraph("Further words."),))
+    figure = dataclasses.replace(panels[0], id="further")
+    section = Section(id="more", title="More", appendix=(Paragraph("Further words."), figure))
     return dataclasses.replace(report, sections=(*report.sections, section))
 
 
@@ -92,10 +92,19 @@ def test_without_the_appendix_the_page_says_how_to_make_it(both: Report, tmp_pat
     assert "Further words." not in page
 
 
+def with_figures(file: Path) -> set[str]:
+    """The figures that have a picture by ``report.json``, which names those of the appendix too."""
+    figures = json.loads(file.read_text(encoding="utf-8"))["figures"]
+    assert {figure["id"] for figure in figures} == {"fig11b", "fig12a", "further"}
+    return {figure["id"] for figure in figures if figure["file"] and figure["data"]}
+
+
 def test_with_the_appendix_each_names_the_other(both: Report, tmp_path: Path) -> None:
-    without = write_report(both, tmp_path / "without", ("json",))["json"].read_bytes()
+    without = write_report(both, tmp_path / "without", ("json",))["json"]
     files = write_report(both, tmp_path / "with", ("html", "pdf", "json"), appendix=True)
-    assert files["json"].read_bytes() == without
+    assert with_figures(files["json"]) == {"fig11b", "fig12a", "further"}
+    assert with_figures(without) == {"fig11b", "fig12a"}
+    assert not (tmp_path / "without" / "figures" / "further.svg").exists()
     assert 'href="appendix.html"' in files["html"].read_text(encoding="utf-8")
     appendix = files["appendix_html"].read_text(encoding="utf-8")
     assert 'href="report.html"' in appendix
@@ -107,4 +116,5 @@ def test_with_the_appendix_each_names_the_other(both: Report, tmp_path: Path) ->
 
 def test_a_report_without_an_appendix_speaks_of_none(report: Report, tmp_path: Path) -> None:
     assert set(write_report(report, tmp_path, ("html",), appendix=True)) == {"html"}
-    assert "appendix" not in re.sub(r"<style>.*?</style>", "", render_html(report, Document.MAIN), flags=re.DOTALL)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "appendix" not in re.sub(r"<style>.*?</style>", "", page, flags=re.DOTALL)

@@ -39,19 +39,19 @@ def held() -> OwnEvidence:
     return gather_own([faulted()], bearing=BEARING.name, healthy=healthy())
 
 
-def headline(evidence: OwnEvidence, tmp_path: Path) -> str:
-    return assemble_own(evidence, tmp_path, command="srbval report").verdict.headline
+def headline(evidence: OwnEvidence) -> str:
+    return assemble_own(evidence, command="srbval report").verdict.headline
 
 
-def test_against_a_healthy_record_the_fault_is_named_first(tmp_path: Path) -> None:
-    report = assemble_own(held(), tmp_path, command="srbval report")
+def test_against_a_healthy_record_the_fault_is_named_first() -> None:
+    report = assemble_own(held(), command="srbval report")
     assert report.verdict.tone is Tone.BAD
     assert report.verdict.headline.startswith("Inner race fault: the BPFI line stands")
     assert report.data["records"][0].call.called is Fault.INNER
 
 
-def test_the_answer_says_how_probable_each_class_is_by_the_record_alone(tmp_path: Path) -> None:
-    report = assemble_own(held(), tmp_path, command="srbval report")
+def test_the_answer_says_how_probable_each_class_is_by_the_record_alone() -> None:
+    report = assemble_own(held(), command="srbval report")
     naming = held().records[0].naming
     assert naming is not None
     assert naming.state == "inner"
@@ -61,9 +61,9 @@ def test_the_answer_says_how_probable_each_class_is_by_the_record_alone(tmp_path
     assert "called: inner" in said
 
 
-def test_without_one_a_line_is_a_sign_and_no_fault_is_called(tmp_path: Path) -> None:
+def test_without_one_a_line_is_a_sign_and_no_fault_is_called() -> None:
     evidence = gather_own([faulted()], bearing=BEARING.name)
-    report = assemble_own(evidence, tmp_path, command="srbval report")
+    report = assemble_own(evidence, command="srbval report")
     assert report.verdict.tone is Tone.WARNING
     assert report.verdict.headline.startswith("Sign of a fault of the inner race")
     assert evidence.records[0].call.called is None
@@ -72,10 +72,10 @@ def test_without_one_a_line_is_a_sign_and_no_fault_is_called(tmp_path: Path) -> 
     )
 
 
-def test_a_healthy_record_shows_no_fault(tmp_path: Path) -> None:
+def test_a_healthy_record_shows_no_fault() -> None:
     other = dataclasses.replace(record(shaft_hz=25.0, fault=False, seed=4), name="another")
     evidence = gather_own([other], bearing=BEARING.name, healthy=healthy())
-    assert headline(evidence, tmp_path).startswith("No fault is called")
+    assert headline(evidence).startswith("No fault is called")
 
 
 def test_every_line_is_either_seen_or_has_a_reason() -> None:
@@ -90,7 +90,7 @@ def test_a_line_above_a_narrow_band_is_out_of_reach() -> None:
     assert {line.name: why for line, why in evidence.records[0].unseen}["BPFI"] is Unseen.OUT_OF_REACH
 
 
-def test_under_other_conditions_the_interval_is_wider_and_the_report_says_why(tmp_path: Path) -> None:
+def test_under_other_conditions_the_interval_is_wider_and_the_report_says_why() -> None:
     elsewhere = healthy(speed=nominal_speed(1200.0, 0.5), nominal_rpm=1200.0)
     evidence = gather_own([faulted()], bearing=BEARING.name, healthy=elsewhere)
     call = evidence.records[0].call
@@ -98,7 +98,7 @@ def test_under_other_conditions_the_interval_is_wider_and_the_report_says_why(tm
     assert call.ratio_ci95 is not None
     assert call.ratio / call.ratio_ci95[0] >= OTHER_CONDITIONS
     assert evidence.records[0].baseline.conditions == ("1200 rpm instead of 1500 rpm",)
-    points = assemble_own(evidence, tmp_path, command="srbval report").verdict.points
+    points = assemble_own(evidence, command="srbval report").verdict.points
     assert any("Less certain" in point and "1200 rpm" in point for point in points)
 
 
@@ -107,9 +107,9 @@ def test_the_record_itself_is_no_baseline() -> None:
         gather_own([faulted(sha256="a")], bearing=BEARING.name, healthy=healthy(sha256="a"))
 
 
-def test_two_recordings_are_told_apart(tmp_path: Path) -> None:
+def test_two_recordings_are_told_apart() -> None:
     evidence = gather_own([faulted(), faulted(name="the other")], bearing=BEARING.name)
-    report = assemble_own(evidence, tmp_path, command="srbval report")
+    report = assemble_own(evidence, command="srbval report")
     assert report.sections[0].id == "overview"
     assert {"spectrum-1", "spectrum-2"} <= {section.id for section in report.sections}
     assert report.verdict.headline == "Signs of a fault in 2 of 2 recordings"

@@ -9,6 +9,8 @@ from importlib import resources
 import pytest
 
 from srbval.report.html import render_html
+from srbval.report.model import Document
+from srbval.report.write import draw_figures
 
 VOID = {"meta", "link", "img", "br", "hr", "input"}
 
@@ -41,8 +43,10 @@ class Page(HTMLParser):
 
 
 @pytest.fixture(scope="module")
-def html(report):
-    return render_html(report)
+def html(report, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("drawn")
+    draw_figures(report, folder, Document)
+    return render_html(report, folder)
 
 
 @pytest.fixture(scope="module")

@@ -13,6 +13,7 @@ from srbval.evidence.harmonics import HarmonicPattern, HarmonicPatterns
 from srbval.evidence.stored import shown_ladder, shown_results
 from srbval.models.ladder import MODELS
 from srbval.plan.calibrated import shipped_calibration
+from srbval.report import Figure
 from srbval.report.content.ladder import ladder_section
 from srbval.report.table import Table
 
@@ -43,8 +44,9 @@ def evidence() -> Any:
 
 
 def test_the_section_shows_every_rung(tmp_path: Path) -> None:
-    section = ladder_section(evidence(), tmp_path)
-    picture = (tmp_path / "ladder.svg").read_text(encoding="utf-8")
+    section = ladder_section(evidence())
+    (figure,) = (block for block in section.all_blocks if isinstance(block, Figure))
+    picture = figure.draw(tmp_path, figure.id).picture.read_text(encoding="utf-8")
     for model in shipped_calibration().models:
         assert model in picture
     tables = [block for block in section.all_blocks if isinstance(block, Table)]

@@ -5,16 +5,21 @@ from pathlib import Path
 
 import pytest
 
+from srbval.figures.files import PanelFiles
 from srbval.report import Cell, Column, Figure, FigureGrid, Report, Section, Table, Tone, VerdictBox
 from srbval.report.table import format_value
 
 
+def nothing(folder: Path, name: str) -> PanelFiles:
+    return PanelFiles(picture=folder / f"{name}.svg", data=folder / f"{name}.csv")
+
+
 def figure(**changes):
-    given = {"id": "fig11a", "caption": "c", "alt": "a", "file": Path("x.svg")} | changes
+    given = {"id": "fig11a", "caption": "c", "alt": "a", "draw": nothing} | changes
     return Figure(**given)
 
 
-@pytest.mark.parametrize("changes", [{"alt": " "}, {"caption": ""}, {"id": "../up"}, {"file": Path("x.exe")}])
+@pytest.mark.parametrize("changes", [{"alt": " "}, {"caption": ""}, {"id": "../up"}, {"suffix": ".exe"}])
 def test_a_figure_without_its_text_or_with_a_bad_name_cannot_be_built(changes):
     with pytest.raises(ValueError, match=r"fig11a|up"):
         figure(**changes)

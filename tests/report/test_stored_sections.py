@@ -105,31 +105,29 @@ def speed_accuracy() -> ShownResult:
     ],
 )
 def test_without_a_result_the_section_says_how_to_make_one(
-    section: Any, kind: str, others: tuple[ShownResult, ...], command: str, tmp_path: Path
+    section: Any, kind: str, others: tuple[ShownResult, ...], command: str
 ) -> None:
-    (only,) = section(shown_result(kind, None), *others, DEFAULT, tmp_path).blocks
+    (only,) = section(shown_result(kind, None), *others, DEFAULT).blocks
     assert isinstance(only, Callout)
     assert f"`{command}`" in only.text
 
 
 def test_the_map_shows_every_status(stability: ShownResult, tmp_path: Path) -> None:
-    blocks = stability_section(stability, NO_MAP, NO_VERDICTS, DEFAULT, tmp_path).all_blocks
+    blocks = stability_section(stability, NO_MAP, NO_VERDICTS, DEFAULT).all_blocks
     of_main, figure = (b for b in blocks if isinstance(b, Figure))
     assert (of_main.id, figure.id) == ("stability-map", "stability-play0-outer")
     assert "ode1: ok at 1/61440 s 2" in of_main.alt
-    text = figure.file.read_text(encoding="utf-8")
+    files = figure.draw(tmp_path, figure.id)
+    text = files.picture.read_text(encoding="utf-8")
     for word in ("ok", "unlike-reference", "too-deep", "predicted limit"):
         assert word in text
     assert "critical velocity 1 mm/s: ok at 1/61440 s 2, 1/30720 s 0, 1/7680 s 0" in figure.alt
-    assert figure.data is not None
-    assert len(figure.data.read_text(encoding="utf-8").splitlines()) == 1 + 24
+    assert len(files.data.read_text(encoding="utf-8").splitlines()) == 1 + 24
 
 
-def test_what_was_not_caught_is_counted(stability: ShownResult, tmp_path: Path) -> None:
+def test_what_was_not_caught_is_counted(stability: ShownResult) -> None:
     listing = [
-        b
-        for b in stability_section(stability, NO_MAP, NO_VERDICTS, DEFAULT, tmp_path).all_blocks
-        if isinstance(b, Listing)
+        b for b in stability_section(stability, NO_MAP, NO_VERDICTS, DEFAULT).all_blocks if isinstance(b, Listing)
     ][-1]
     text = " ".join(listing.items)
     assert "8 runs passed their own tests and are unlike" in text
@@ -137,17 +135,15 @@ def test_what_was_not_caught_is_counted(stability: ShownResult, tmp_path: Path) 
     assert "1 of 2 caught" in text
 
 
-def test_limits_stand_beside_what_was_seen(stability: ShownResult, tmp_path: Path) -> None:
+def test_limits_stand_beside_what_was_seen(stability: ShownResult) -> None:
     (table,) = [
-        b
-        for b in stability_section(stability, NO_MAP, NO_VERDICTS, DEFAULT, tmp_path).all_blocks
-        if isinstance(b, Table)
+        b for b in stability_section(stability, NO_MAP, NO_VERDICTS, DEFAULT).all_blocks if isinstance(b, Table)
     ]
     first = [c.value for c in table.cells[0]]
     assert first == ["ode1, 1 mm/s", 61440.0, 61440.0, pytest.approx(1e4), pytest.approx(1e8)]
 
 
-def test_wrong_verdicts_are_counted_and_listed(stability: ShownResult, tmp_path: Path) -> None:
+def test_wrong_verdicts_are_counted_and_listed(stability: ShownResult) -> None:
     counts = {
         "runs": 9,
         "says_ok": 5,
@@ -164,7 +160,7 @@ def test_wrong_verdicts_are_counted_and_listed(stability: ShownResult, tmp_path:
         "runs": [run, run | {"solver": "ode2", "falsely_ok": False}],
     }  # fmt: skip
     verdicts = shown_result(OWN_VERDICTS, StoredResult(path=Path("own_verdicts.json"), content=content))
-    blocks = stability_section(stability, NO_MAP, verdicts, DEFAULT, tmp_path).all_blocks
+    blocks = stability_section(stability, NO_MAP, verdicts, DEFAULT).all_blocks
     (said,) = [b.text for b in blocks if isinstance(b, Paragraph) and "right about itself" in b.text]
     assert "5 called themselves ok without caution; **1 of these are off**" in said
     (table,) = [b for b in blocks if isinstance(b, Table) and b.id == "own-verdicts"]
@@ -174,20 +170,20 @@ def test_wrong_verdicts_are_counted_and_listed(stability: ShownResult, tmp_path:
     assert "ode2" not in wrong
 
 
-def test_orders_stand_where_there_is_one(speed_accuracy: ShownResult, tmp_path: Path) -> None:
-    blocks = speed_accuracy_section(speed_accuracy, NO_BENCH, DEFAULT, tmp_path).all_blocks
+def test_orders_stand_where_there_is_one(speed_accuracy: ShownResult) -> None:
+    blocks = speed_accuracy_section(speed_accuracy, NO_BENCH, DEFAULT).all_blocks
     (table,) = [b for b in blocks if isinstance(b, Table) and b.id == "observed-orders"]
     assert [[c.value for c in row] for row in table.cells] == [["ode4", None], [DEFAULT.name, 1.5]]
     assert "Rollers rattle in play0-outer" in table.notes[0]
 
 
 def test_failed_runs_are_in_chart_and_table(speed_accuracy: ShownResult, tmp_path: Path) -> None:
-    blocks = speed_accuracy_section(speed_accuracy, NO_BENCH, DEFAULT, tmp_path).all_blocks
+    blocks = speed_accuracy_section(speed_accuracy, NO_BENCH, DEFAULT).all_blocks
     (figure,) = [b for b in blocks if isinstance(b, Figure)]
     assert "ode1 at 1/61440 s failed (load-lost)" in figure.alt
-    assert "failed" in figure.file.read_text(encoding="utf-8")
-    assert figure.data is not None
-    assert "not-finite" in figure.data.read_text(encoding="utf-8")
+    files = figure.draw(tmp_path, figure.id)
+    assert "failed" in files.picture.read_text(encoding="utf-8")
+    assert "not-finite" in files.data.read_text(encoding="utf-8")
     tables = {b.id: b for b in blocks if isinstance(b, Table)}
     shown = {(row[0].value, row[-1].value) for row in tables["speed-accuracy-table"].cells}
     assert {
@@ -199,16 +195,14 @@ def test_failed_runs_are_in_chart_and_table(speed_accuracy: ShownResult, tmp_pat
     assert [row[-1].value for row in tables["speed-accuracy-targets"].cells] == ["met", "not measured"]
 
 
-def test_the_rigs_scene_stands_beside_the_papers(
-    stability: ShownResult, speed_accuracy: ShownResult, tmp_path: Path
-) -> None:
+def test_the_rigs_scene_stands_beside_the_papers(stability: ShownResult, speed_accuracy: ShownResult) -> None:
     as_text = json.dumps([stability.content, speed_accuracy.content]).replace("play0-outer", "rig-outer")
     rig_map, rig_bench = (
         replace(of, content=c) for of, c in zip((stability, speed_accuracy), json.loads(as_text), strict=True)
     )
     blocks = (
-        *stability_section(stability, rig_map, NO_VERDICTS, DEFAULT, tmp_path).all_blocks,
-        *speed_accuracy_section(speed_accuracy, rig_bench, DEFAULT, tmp_path).all_blocks,
+        *stability_section(stability, rig_map, NO_VERDICTS, DEFAULT).all_blocks,
+        *speed_accuracy_section(speed_accuracy, rig_bench, DEFAULT).all_blocks,
     )
     ids = [b.id for b in blocks if isinstance(b, Figure)]
     shown = [f"{kind}-{scene}-outer" for kind in ("stability", "speed-accuracy") for scene in ("play0", "rig")]
@@ -219,10 +213,10 @@ def test_the_rigs_scene_stands_beside_the_papers(
     assert scenes == {"play0-outer", "rig-outer"}
 
 
-def test_both_say_who_measured_when(stability: ShownResult, speed_accuracy: ShownResult, tmp_path: Path) -> None:
+def test_both_say_who_measured_when(stability: ShownResult, speed_accuracy: ShownResult) -> None:
     for section in (
-        stability_section(stability, NO_MAP, NO_VERDICTS, DEFAULT, tmp_path),
-        speed_accuracy_section(speed_accuracy, NO_BENCH, DEFAULT, tmp_path),
+        stability_section(stability, NO_MAP, NO_VERDICTS, DEFAULT),
+        speed_accuracy_section(speed_accuracy, NO_BENCH, DEFAULT),
     ):
         text = json.dumps([getattr(b, "text", "") for b in section.all_blocks])
         assert "A & <B>" in text

@@ -37,7 +37,7 @@ def stored() -> ShownResult:
 
 
 def test_every_step_has_its_errors(stored: ShownResult, tmp_path: Path) -> None:
-    section = waterfall_section(stored, tmp_path)
+    section = waterfall_section(stored)
     (table,) = (block for block in section.all_blocks if isinstance(block, Table))
     assert [column.title for column in table.columns][3:] == ["cage ratio, %", "increment, dB"]
     texts = [[cell.value for cell in row] for row in table.rows]
@@ -47,11 +47,11 @@ def test_every_step_has_its_errors(stored: ShownResult, tmp_path: Path) -> None:
     ]
     (figure,) = (block for block in section.blocks if isinstance(block, Figure))
     assert "cage ratio goes from +0.180 [0.500] to -0.010 [0.500]" in figure.alt
-    with (tmp_path / "waterfall.csv").open(encoding="utf-8") as file:
+    with figure.draw(tmp_path, figure.id).data.open(encoding="utf-8") as file:
         assert [row["error"] for row in csv.DictReader(file)] == ["0.18", "", "-0.01", "7.25"]
 
 
-def test_without_a_stored_result_the_command_is_named(stored: ShownResult, tmp_path: Path) -> None:
-    (callout,) = waterfall_section(replace(stored, content=None), tmp_path).blocks
+def test_without_a_stored_result_the_command_is_named(stored: ShownResult) -> None:
+    (callout,) = waterfall_section(replace(stored, content=None)).blocks
     assert isinstance(callout, Callout)
     assert stored.command in callout.text

@@ -72,8 +72,6 @@ def write_hostile(evidence: Evidence, folder: Path) -> HostileReport:
         datasets={**evidence.datasets, refused.dataset: dataset(refused.dataset)},
         slips=tuple(dataclasses.replace(s, record=HOSTILE) for s in evidence.slips),
     )
-    figures = folder / "drawn"
-    figures.mkdir()
     calls: set[tuple[CodeType, CodeType]] = set()
 
     def note(frame: FrameType, event: str, _: object) -> None:
@@ -83,12 +81,12 @@ def write_hostile(evidence: Evidence, folder: Path) -> HostileReport:
 
     sys.setprofile(note)
     try:
-        report = assemble(changed, figures, command=f"srbval report -o '{TEXT}'")
+        report = assemble(changed, command=f"srbval report -o '{TEXT}'")
+        files = write_report(report, folder / "report", appendix=True)
     finally:
         sys.setprofile(None)
     # What the report itself calls, directly or through another package (templates).
     called = {_function(called) for caller, called in calls if _function(caller)[0] in ("report", "")}
-    files = write_report(report, folder / "report", appendix=True)
     return HostileReport(report, files, {(r, f) for r, f in called if r})
 
 

@@ -19,7 +19,7 @@ from srbval.recordings import Origin, SpeedSource
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import add, rig_recordings
 from srbval.recordings.stand_in import vibration
-from srbval.report.blocks import Paragraph
+from srbval.report.blocks import Figure, FigureGrid, Paragraph
 from srbval.report.content.matrix import matrix_section
 from srbval.report.content.other_rigs import other_rigs_section
 from srbval.storage.stored_result import DIAGNOSIS, RECORD_VERDICTS
@@ -176,9 +176,9 @@ def test_bias_is_the_planted_one_and_like_spectra_are_told_as_like(folder: Path)
 def test_healthy_cells_are_baselines_and_cost_no_run(folder: Path) -> None:
     asked = []
 
-    def counterpart(rig: Analysis) -> AnalysedRun:
+    def counterpart(rig: Analysis, pool: Executor) -> AnalysedRun:
         asked.append(rig.recording.state)
-        return another_impulse_model(rig)
+        return another_impulse_model(rig, pool)
 
     healthy = made(folder, counterpart).at((Fault.HEALTHY, 124.8, 0.0, 877.0))
     assert healthy is not None
@@ -227,38 +227,41 @@ def evidence_of(matrix: Matrix) -> Any:
 
 
 def test_maps_leave_empty_cells_empty(folder: Path, tmp_path: Path) -> None:
-    section = matrix_section(evidence_of(made(folder)), tmp_path)
+    section = matrix_section(evidence_of(made(folder)))
     drawn, bias = (
         ["Paragraph", "FigureGrid", "Table", "Paragraph"],
         ["Table", "Paragraph", "Table", "Paragraph", "Table", "Table", "FigureGrid"],
     )
     assert [b.__class__.__name__ for b in section.appendix] == drawn + bias
-    for kind in ("deviation", "detectability", "verdict"):
-        lines = (tmp_path / f"matrix-{kind}.csv").read_text().splitlines()
+    (grid,) = (block for block in section.appendix[:2] if isinstance(block, FigureGrid))
+    assert [figure.id for figure in grid.figures] == ["matrix-deviation", "matrix-detectability", "matrix-verdict"]
+    for figure in grid.figures:
+        files = figure.draw(tmp_path, figure.id)
+        lines = files.data.read_text().splitlines()
         cells = [value for line in lines[1:] for value in line.split(",")[1:]]
         assert len(cells) == 160
         assert 1 <= sum(value != "" for value in cells) <= 3
-        assert (tmp_path / f"matrix-{kind}.svg").stat().st_size > 5000
+        assert files.picture.stat().st_size > 5000
 
 
-def test_empty_matrix_says_so(tmp_path: Path) -> None:
+def test_empty_matrix_says_so() -> None:
     matrix = build_matrix((), bearing=BEARING, counterpart=another_impulse_model, sensitivity=NO_SENSITIVITY)
-    section = matrix_section(evidence_of(matrix), tmp_path)
+    section = matrix_section(evidence_of(matrix))
     assert "all 160 cells are empty" in section.appendix[-1].text  # type: ignore[union-attr]
-    assert not list(tmp_path.iterdir())
+    assert not any(isinstance(block, Figure | FigureGrid) for block in section.all_blocks)
 
 
-def test_other_rigs_are_read_apart_from_the_rig(folder: Path, tmp_path: Path) -> None:
+def test_other_rigs_are_read_apart_from_the_rig(folder: Path) -> None:
     (record,) = read_other_rigs(add(folder).recordings)
     assert (record.dataset, record.state, record.line.name, record.diagnosable) == ("cwru", Fault.INNER, "BPFI", True)
     assert (record.line.detected, record.shown) == (False, False)  # the made file holds noise
     naming = ShownResult(kind=DIAGNOSIS, command="srbval bench --diagnosis", content=None, origin=None)
     evidence = SimpleNamespace(other_rigs=(record,), datasets={"cwru": dataset("cwru")}, results={DIAGNOSIS: naming})
-    (section,) = other_rigs_section(evidence, tmp_path)  # type: ignore[arg-type]
+    (section,) = other_rigs_section(evidence)  # type: ignore[arg-type]
     assert "0 of 1 race faults graded diagnosable (not " in section.appendix[2].text  # type: ignore[union-attr]
     said = " ".join(b.text for b in section.appendix if isinstance(b, Paragraph))
     assert "1 race-fault records have none: there a line alone cannot tell" in said
-    assert other_rigs_section(SimpleNamespace(other_rigs=()), tmp_path) == ()  # type: ignore[arg-type]
+    assert other_rigs_section(SimpleNamespace(other_rigs=())) == ()  # type: ignore[arg-type]
 
 
 @pytest.mark.slow

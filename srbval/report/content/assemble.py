@@ -1,7 +1,6 @@
 """Put the report together from the evidence."""
 
 from datetime import UTC, datetime
-from pathlib import Path
 
 from srbval.evidence.evidence import Evidence
 from srbval.report.content.bands import band_section
@@ -48,8 +47,8 @@ from srbval.storage.stored_result import (
 from srbval.storage.strict_json import json_object
 
 
-def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
-    """Draw the figures into `figures` and build the report; `command` is the one that makes it again."""
+def assemble(evidence: Evidence, *, command: str) -> Report:
+    """Build the report; `command` is the one that makes it again."""
     results, default = evidence.results, evidence.runs["paper-outer"].scene.solver
     origin = {"command": command, **evidence.provenance}
     verdict = verdict_box(evidence)
@@ -61,24 +60,24 @@ def assemble(evidence: Evidence, figures: Path, *, command: str) -> Report:
         verdict=verdict,
         sections=(
             records_section(evidence),
-            table6_section(evidence, figures),
+            table6_section(evidence),
             speed_or_slip_section(evidence),
-            figures_section(evidence, figures),
-            waterfall_section(results[WATERFALL], figures),
+            figures_section(evidence),
+            waterfall_section(results[WATERFALL]),
             rig_scene_section(results[RIG_INPUTS], results[RIG_BANDS], results[AMPLITUDES], results[WATERFALL]),
-            speed_accuracy_section(results[SPEED_ACCURACY], results[RIG_SPEED_ACCURACY], default, figures),
-            stability_section(results[STABILITY], results[RIG_STABILITY], results[OWN_VERDICTS], default, figures),
-            ladder_section(evidence, figures),
+            speed_accuracy_section(results[SPEED_ACCURACY], results[RIG_SPEED_ACCURACY], default),
+            stability_section(results[STABILITY], results[RIG_STABILITY], results[OWN_VERDICTS], default),
+            ladder_section(evidence),
             limits_section(evidence),
             glossary_section(),
             # from here on the appendix alone, but for the command
-            bearing_section(evidence, figures),
-            *((paper_speed_section(evidence, figures),) if evidence.measured_states else ()),
-            band_section(evidence, figures),
+            bearing_section(evidence),
+            *((paper_speed_section(evidence),) if evidence.measured_states else ()),
+            band_section(evidence),
             reading_section(results[READING]),
-            matrix_section(evidence, figures),
+            matrix_section(evidence),
             verdict_scan_section(results[VERDICT_SCAN]),
-            *other_rigs_section(evidence, figures),
+            *other_rigs_section(evidence),
             campaign_section(results[NOISE_STUDY], results[CAMPAIGN_SCALE]),
             assumptions_section(evidence),
             failures_section(evidence),

@@ -1,7 +1,7 @@
 """The demodulation bands: how impulsive the others are, and each side's line in the other side's band."""
 
 from collections.abc import Iterator
-from pathlib import Path
+from functools import partial
 
 from srbval.bearing import Fault
 from srbval.evidence.bands import RecordKurtogram
@@ -18,9 +18,9 @@ ORIGIN_NAME = {"simulated": "model", "measured": "rig", "stand-in": "stand-in"}
 TOP_HZ = 10_240.0  # both sides to the rig's Nyquist frequency
 
 
-def band_section(evidence: Evidence, folder: Path) -> Section:
+def band_section(evidence: Evidence) -> Section:
     """Kurtograms with the bands used, records that hold two combs, and the table of crossed bands."""
-    panels = [_panel(letter, shown, folder) for letter, shown in zip("abcd", evidence.kurtograms, strict=True)]
+    panels = [_panel(letter, shown) for letter, shown in zip("abcd", evidence.kurtograms, strict=True)]
     chains = {"model_chain": evidence.paper[Fault.OUTER].processed.chain,
               "rig_chain": evidence.rig[Fault.OUTER].processed.chain}  # fmt: skip
     return TEXTS.section(
@@ -58,16 +58,16 @@ def _comb(analysis: Analysis, name: str) -> str:
     )
 
 
-def _panel(letter: str, shown: RecordKurtogram, folder: Path) -> Figure:
+def _panel(letter: str, shown: RecordKurtogram) -> Figure:
     name, picture, analysis = f"kurtogram-{letter}", shown.kurtogram, shown.analysis
     recording, band_hz = analysis.recording, analysis.processed.band_hz
     state = Fault(recording.state) if recording.state else Fault.HEALTHY
-    files = kurtogram_panel(
-        folder, name, picture=picture, band_hz=band_hz, origin=recording.origin.value, letter=letter,
+    plot = partial(
+        kurtogram_panel, picture=picture, band_hz=band_hz, origin=recording.origin.value, letter=letter,
         title=state.label, top_hz=min(TOP_HZ, recording.fs_hz / 2),
     )  # fmt: skip
     return TEXTS.figure(
-        "kurtogram", files, id=name, badge=badge_of(analysis), letter=letter, side=side_of(analysis), state=state,
+        "kurtogram", plot, id=name, badge=badge_of(analysis), letter=letter, side=side_of(analysis), state=state,
         band_hz=band_hz, picture=picture,
     )  # fmt: skip
 

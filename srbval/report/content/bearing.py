@@ -1,6 +1,6 @@
 """The bearing that is simulated: the paper's Figures 1, 5 and 8, the scene along the shaft and the load zone."""
 
-from pathlib import Path
+from functools import partial
 
 from srbval.evidence.evidence import Evidence
 from srbval.report.badges import Badge
@@ -13,21 +13,21 @@ from srbval.report.section_texts import Texts
 TEXTS = Texts("bearing")
 
 
-def bearing_section(evidence: Evidence, folder: Path) -> Section:
+def bearing_section(evidence: Evidence) -> Section:
     """What the bearing looks like, where its defect and its load are."""
     scene, views, geometry = evidence.runs["paper-outer"].scene, evidence.views, evidence.bearing.geometry
     assert geometry is not None, "the report's bearing is one the model can run"
     slots, zone = views.slot_angle_rad, views.load_zone
-    section = axial_section(folder, "bearing-section", geometry=geometry, circles=views.circles)
-    whole = whole_bearing(
-        folder, "bearing-whole", geometry=geometry, circles=views.circles, slot_angle_rad=slots,
+    section = partial(axial_section, geometry=geometry, circles=views.circles)
+    whole = partial(
+        whole_bearing, geometry=geometry, circles=views.circles, slot_angle_rad=slots,
         defect_rad=scene.load.zone_rad + scene.defect.angle_rad,
     )  # fmt: skip
-    cloud = defect_cloud(folder, "defect-cloud", points=views.defect)
-    forces = load_zone(folder, "load-zone", zone=zone)
-    along = bearing_scene(folder, "bearing-scene", scene=scene, geometry=geometry, zone=zone)
+    cloud = partial(defect_cloud, points=views.defect)
+    forces = partial(load_zone, zone=zone)
+    along = partial(bearing_scene, scene=scene, geometry=geometry, zone=zone)
     pair = (
-        TEXTS.figure("bearing-whole", whole, rollers=len(slots)),
+        TEXTS.figure("bearing-whole", whole, suffix=".png", rollers=len(slots)),
         TEXTS.figure("bearing-scene", along, badge=Badge.SIMULATED, geometry=geometry),
     )
     defect = TEXTS.figure(

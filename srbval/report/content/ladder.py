@@ -1,7 +1,7 @@
 """The ladder of models: error against cost, predictions against fresh scenes, and the missing harmonic."""
 
 from collections.abc import Iterator
-from pathlib import Path
+from functools import partial
 
 from srbval.evidence.evidence import Evidence
 from srbval.evidence.harmonics import HarmonicPattern, HarmonicPatterns
@@ -18,14 +18,14 @@ from srbval.storage.stored_result import HELD_OUT
 TEXTS = Texts("ladder")
 
 
-def ladder_section(evidence: Evidence, folder: Path) -> Section:
+def ladder_section(evidence: Evidence) -> Section:
     """Figure, table, rungs, held-out scenes, harmonic pattern."""
     ladder = evidence.ladder
     rungs = [item for name, title in ladder.rungs for item in TEXTS.listing("rung", name=name, title=title).items]
-    files = ladder_plot(folder, "ladder", rows=ladder.rows)
+    plot = partial(ladder_plot, rows=ladder.rows)
     return TEXTS.section(
         TEXTS.paragraph("intro", ladder=ladder),
-        TEXTS.figure("ladder-figure", files, badge=Badge.SIMULATED),
+        TEXTS.figure("ladder-figure", plot, badge=Badge.SIMULATED),
         appendix=(
             Listing(items=tuple(rungs)),
             _table(ladder, "ladder-table"),

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -43,17 +44,17 @@ SHOWN_BY = {
 }
 
 
-def matrix_section(evidence: Evidence, folder: Path) -> Section:
+def matrix_section(evidence: Evidence) -> Section:
     """Maps, tables and how to read them; only a remark where no record of the rig is registered."""
     matrix = evidence.matrix
     blocks: list[Block] = [TEXTS.paragraph("intro", matrix=matrix)]
     if matrix.cells:
         remarks = [cell for cell in matrix.cells if cell.remark]
         blocks += [
-            _maps(matrix, folder),
+            _maps(matrix),
             TEXTS.table("matrix-table", matrix.cells, remarks=remarks, point=_point, call=_call),
             TEXTS.paragraph("reading"),
-            *(_bias_blocks(evidence, folder) if evidence.pairs else ()),
+            *(_bias_blocks(evidence) if evidence.pairs else ()),
         ]
     else:
         blocks.append(TEXTS.callout("empty", tone=Tone.WARNING, size=matrix.size, fetch_command=FETCH_COMMAND))
@@ -80,13 +81,13 @@ def _call(cell: MatrixCell) -> str:
     return f"{call.called.code}: {call.line} {call.ratio:.3g} times the healthy (95 %: {low:.3g} to {high:.3g})"
 
 
-def _maps(matrix: Matrix, folder: Path) -> FigureGrid:
+def _maps(matrix: Matrix) -> FigureGrid:
     figures = (
-        _map(matrix, folder, "deviation", "Deviation, %", (-DEVIATION_LIMIT_PCT, DEVIATION_LIMIT_PCT), "RdBu_r",
+        _map(matrix, "deviation", "Deviation, %", (-DEVIATION_LIMIT_PCT, DEVIATION_LIMIT_PCT), "RdBu_r",
              lambda cell: cell.line.detected_deviation_pct, _deviation_text),
-        _map(matrix, folder, "detectability", "Line over noise, powers of ten", SNR_LIMITS, "Blues",
+        _map(matrix, "detectability", "Line over noise, powers of ten", SNR_LIMITS, "Blues",
              lambda cell: math.log10(max(cell.line.snr or 0.0, 1.0)), _snr_text),
-        _map(matrix, folder, "verdict", "", (-1.6, 1.6), "PiYG",
+        _map(matrix, "verdict", "", (-1.6, 1.6), "PiYG",
              lambda cell: VERDICT_LEVEL.get(cell.verdict), _verdict_text),
     )  # fmt: skip
     return FigureGrid(figures=figures, columns=1, label="Validation matrix", caption=TEXTS.text("grid-maps"))
@@ -94,7 +95,6 @@ def _maps(matrix: Matrix, folder: Path) -> FigureGrid:
 
 def _map(
     matrix: Matrix,
-    folder: Path,
     kind: str,
     label: str,
     limits: tuple[float, float],
@@ -107,9 +107,8 @@ def _map(
     rows = [(state, *load) for state in grid.states for load in loads]
     cells = [[matrix.at((*row, rpm)) for rpm in grid.nominal_rpm] for row in rows]
     numbers = [[math.nan if c is None or (v := value(c)) is None else v for c in line] for line in cells]
-    files = heat_map(
-        folder,
-        name,
+    plot = partial(
+        heat_map,
         values=np.array(numbers, dtype=np.float64),
         texts=[["" if c is None else text(c) for c in line] for line in cells],
         label=label,
@@ -122,7 +121,7 @@ def _map(
     values = "; ".join(
         f"{c.state.code} {c.radial_kn:g}/{c.axial_kn:g} kN {c.nominal_rpm:g} rpm: {text(c)}" for c in matrix.cells
     )
-    return TEXTS.figure(name, files, badge=Badge.MEASURED, matrix=matrix, values=values)
+    return TEXTS.figure(name, plot, badge=Badge.MEASURED, matrix=matrix, values=values)
 
 
 def _deviation_text(cell: MatrixCell) -> str:
@@ -138,7 +137,7 @@ def _verdict_text(cell: MatrixCell) -> str:
     return "n.d." if not cell.line.detected else "·" if cell.error_pct is None else f"{cell.error_pct:+.2f}"
 
 
-def _bias_blocks(evidence: Evidence, folder: Path) -> Iterator[Block]:
+def _bias_blocks(evidence: Evidence) -> Iterator[Block]:
     """Every fault cell's quantities, bias and scatter over them, predicted against measured."""
     compared = [cell for cell in evidence.matrix.cells if cell.comparisons]
     sides = [(bool(p.model), bool(p.rig)) for p in evidence.pairs if p.kind == PRESENCE.name]
@@ -159,7 +158,7 @@ def _bias_blocks(evidence: Evidence, folder: Path) -> Iterator[Block]:
         yield TEXTS.table("inputs", rows, most_by=_most_by)
     yield TEXTS.table("bias", evidence.bias, shown_by=shown_by, least_records=LEAST_RECORDS)
     yield FigureGrid(
-        figures=tuple(_agreement(evidence, folder)), label="Predicted against measured",
+        figures=tuple(_agreement(evidence)), label="Predicted against measured",
         caption=TEXTS.text("grid-agreement"),
     )  # fmt: skip
 
@@ -200,10 +199,10 @@ def _most_by(row: QuantityEffects) -> str:
     return ", ".join(f"{name} {100 * row.shares[name]:.0f} %" for name in most)
 
 
-def _agreement(evidence: Evidence, folder: Path) -> Iterator[Figure]:
+def _agreement(evidence: Evidence) -> Iterator[Figure]:
     for name, label in dict.fromkeys((kind.plot, kind.axis) for kind in KINDS if kind.plot):
         kinds = {kind.name for kind in KINDS if kind.plot == name}
         own = [pair for pair in evidence.pairs if pair.kind in kinds]
         if own:
-            files = agreement_plot(folder, f"agreement-{name}", pairs=own, label=label)
-            yield TEXTS.figure("agreement", files, id=f"agreement-{name}", label=label, points=len(own))
+            plot = partial(agreement_plot, pairs=own, label=label)
+            yield TEXTS.figure("agreement", plot, id=f"agreement-{name}", label=label, points=len(own))

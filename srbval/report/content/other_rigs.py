@@ -1,7 +1,7 @@
 """What the one pipeline finds in recordings of other rigs, whose faults are known."""
 
 from collections.abc import Iterator, Sequence
-from pathlib import Path
+from functools import partial
 from typing import Any
 
 from srbval.bearing import DEFECTS
@@ -25,7 +25,7 @@ NEAR_PCT = 0.5
 GRADES = {True: "graded diagnosable", None: "without a grade", False: "graded partly or not"}
 
 
-def other_rigs_section(evidence: Evidence, figures: Path) -> tuple[Section, ...]:
+def other_rigs_section(evidence: Evidence) -> tuple[Section, ...]:
     """The section, or none where no such recording is registered."""
     records = evidence.other_rigs
     if not records:
@@ -38,20 +38,20 @@ def other_rigs_section(evidence: Evidence, figures: Path) -> tuple[Section, ...]
         blocks += [TEXTS.table("other-rigs-table", read, tone=_tone), *_summary(read, evidence)]
     if refused:
         blocks.append(TEXTS.table("other-rigs-refused", refused))
-    blocks += _naming(evidence.results[DIAGNOSIS], figures)
+    blocks += _naming(evidence.results[DIAGNOSIS])
     return (TEXTS.section(appendix=blocks),)
 
 
-def _naming(result: ShownResult, figures: Path) -> list[Block]:
+def _naming(result: ShownResult) -> list[Block]:
     """How often faults were named rightly, by every method, as last measured, and whether the probabilities hold."""
     if result.content is None:
         return [missing(result)]
     rows = [row for row in result.content["confusions"] if row["dataset"] == ALL]
     blocks: list[Block] = [TEXTS.paragraph("naming", rows=rows), origin_of(result), TEXTS.table("fault-naming", rows)]
     if found := result.content.get("naming"):  # an earlier version did not measure it
-        files = reliability_plot(figures, "naming-reliability", rows=found["reliability"])
+        plot = partial(reliability_plot, rows=found["reliability"])
         blocks += [
-            TEXTS.paragraph("probabilities", found=found), TEXTS.figure("naming-reliability", files, found=found)
+            TEXTS.paragraph("probabilities", found=found), TEXTS.figure("naming-reliability", plot, found=found)
         ]  # fmt: skip
     return blocks
 

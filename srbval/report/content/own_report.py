@@ -4,7 +4,7 @@ import dataclasses
 import itertools
 from collections.abc import Iterator
 from datetime import UTC, datetime
-from pathlib import Path
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -35,21 +35,19 @@ BRIEF_SECTIONS = 2
 BAND_RANGE_DB, BAND_HEAD_DB = 75.0, 8.0
 
 
-def assemble_own(evidence: OwnEvidence, folder: Path, *, command: str, brief: bool = False) -> Report:
-    """Draw the figures into `folder` and build the report; `command` is the one that makes it again.
+def assemble_own(evidence: OwnEvidence, *, command: str, brief: bool = False) -> Report:
+    """Build the report; `command` is the one that makes it again.
 
     If `brief`, of the first record the envelope spectrum and the table of lines alone.
     """
     records, origin = evidence.records, {"command": command, **evidence.provenance}
     several = len(records) > 1
     if brief:
-        sections = list(itertools.islice(_sections(records[0], "", folder), BRIEF_SECTIONS))
+        sections = list(itertools.islice(_sections(records[0], ""), BRIEF_SECTIONS))
     else:
         table = TEXTS.table("overview-table", records, headline=_headline)
         sections = [_section("overview", "", table)] if several else []
-        sections += [
-            s for n, r in enumerate(records, start=1) for s in _sections(r, f"-{n}" if several else "", folder)
-        ]
+        sections += [s for n, r in enumerate(records, start=1) for s in _sections(r, f"-{n}" if several else "")]
         sections += [_section("limits", "", TEXTS.listing("limits", records=records)), provenance_section(origin)]
     names = [record.analysis.recording.name for record in records]
     verdict = _verdict(records[0]) if not several else _verdict_of_all(records)
@@ -108,13 +106,13 @@ def _section(about: str, suffix: str, *blocks: Block, appendix: tuple[Block, ...
     return Section(id=about + suffix, title=title, blocks=blocks, appendix=appendix)
 
 
-def _sections(record: OwnRecord, suffix: str, folder: Path) -> Iterator[Section]:
+def _sections(record: OwnRecord, suffix: str) -> Iterator[Section]:
     """The sections of one record; `suffix` tells its ids from another's."""
     name = record.analysis.recording.name if suffix else ""
-    yield _section("spectrum", suffix, *_facts(record, bool(suffix)), _spectrum(record, suffix, folder), name=name)
+    yield _section("spectrum", suffix, *_facts(record, bool(suffix)), _spectrum(record, suffix), name=name)
     further = (_all_lines(record, suffix),)
     yield _section("lines", suffix, _lines(record, suffix), *_unseen(record), appendix=further, name=name)
-    yield _section("signal", suffix, _band(record, suffix, folder), *_times(record, suffix, folder), name=name)
+    yield _section("signal", suffix, _band(record, suffix), *_times(record, suffix), name=name)
     if record.baseline is not None:
         yield _section(
             "baseline", suffix, TEXTS.listing("baseline", record=record, baseline=record.baseline), name=name
@@ -122,7 +120,7 @@ def _sections(record: OwnRecord, suffix: str, folder: Path) -> Iterator[Section]
     if isinstance(record.model, str):
         yield _section("model", suffix, TEXTS.callout("model-failed", tone=Tone.WARNING, why=record.model), name=name)
     elif record.model is not None:
-        yield _section("model", suffix, *_model(record, record.model, suffix, folder), name=name)
+        yield _section("model", suffix, *_model(record, record.model, suffix), name=name)
 
 
 def _facts(record: OwnRecord, with_answer: bool) -> Iterator[Block]:
@@ -132,12 +130,12 @@ def _facts(record: OwnRecord, with_answer: bool) -> Iterator[Block]:
     yield TEXTS.listing("facts", analysis=record.analysis, recording=record.analysis.recording)
 
 
-def _spectrum(record: OwnRecord, suffix: str, folder: Path) -> Figure:
+def _spectrum(record: OwnRecord, suffix: str) -> Figure:
     """The envelope spectrum with every line expected in it, a healthy record's dashed."""
     shown, healthy, shaft_hz = record.shown, record.healthy, record.analysis.speed.value_hz
     cursors = record.expected
-    files = envelope_spectrum_panel(
-        folder, f"spectrum{suffix}", frequency_hz=shown.frequency_hz, amplitude=shown.amplitude, shaft_hz=shaft_hz,
+    plot = partial(
+        envelope_spectrum_panel, frequency_hz=shown.frequency_hz, amplitude=shown.amplitude, shaft_hz=shaft_hz,
         origin=record.analysis.recording.origin.value, cursors=cursors,
         peaks=record.peaks,
         healthy=None if healthy is None else (healthy.frequency_hz, healthy.amplitude), f_max_hz=record.spectrum_hz,
@@ -150,7 +148,7 @@ def _spectrum(record: OwnRecord, suffix: str, folder: Path) -> Figure:
         marks=tuple((cursor.name, cursor.frequency_hz) for cursor in cursors), x_per_order=shaft_hz,
     )  # fmt: skip
     figure = TEXTS.figure(
-        "spectrum", files, id=f"spectrum-figure{suffix}", badge=badge_of(record.analysis), record=record
+        "spectrum", plot, id=f"spectrum-figure{suffix}", badge=badge_of(record.analysis), record=record
     )
     return dataclasses.replace(figure, explore=explore)
 
@@ -177,21 +175,21 @@ def _unseen(record: OwnRecord) -> Iterator[Block]:
         yield Listing(tuple(TEXTS.text("unseen", line=line, why=why, **limits) for line, why in record.unseen))
 
 
-def _band(record: OwnRecord, suffix: str, folder: Path) -> Figure:
+def _band(record: OwnRecord, suffix: str) -> Figure:
     shown, healthy = record.shown, record.healthy
     levels = ({} if healthy is None else {"healthy record": healthy.power_db}) | {"this record": shown.power_db}
     top = max(float(np.nanmax(level)) for level in levels.values()) + BAND_HEAD_DB
     low = min(float(np.nanmin(level)) for level in levels.values()) - BAND_HEAD_DB
     physical = record.unit == OWN_UNIT
-    files = band_panel(
-        folder, f"band{suffix}", frequency_hz=shown.power_hz, levels_db=levels,
+    plot = partial(
+        band_panel, frequency_hz=shown.power_hz, levels_db=levels,
         origin=record.analysis.recording.origin.value, band_hz=record.analysis.processed.band_hz,
         limits_db=(max(low, top - BAND_RANGE_DB), top), f_max_hz=float(shown.power_hz[-1]),
         y_label="Power density, dB re 1 (m/s²)²/Hz" if physical else "Power density, dB re 1/Hz",
     )  # fmt: skip
     return TEXTS.figure(
         "band",
-        files,
+        plot,
         id=f"band-figure{suffix}",
         badge=badge_of(record.analysis),
         record=record,
@@ -199,15 +197,15 @@ def _band(record: OwnRecord, suffix: str, folder: Path) -> Figure:
     )
 
 
-def _times(record: OwnRecord, suffix: str, folder: Path) -> Iterator[Block]:
+def _times(record: OwnRecord, suffix: str) -> Iterator[Block]:
     """The record and the healthy one in time, on the same axes."""
     sides = [("this record", record.shown)] + ([] if record.healthy is None else [("healthy record", record.healthy)])
     limit = HEAD_ROOM * max(float(max(np.abs(side.acceleration).max(), side.envelope.max())) for _, side in sides)
     marked = record.marked
     panels = []
     for (title, side), key in zip(sides, ("", "-healthy"), strict=False):
-        files = acceleration_panel(
-            folder, f"time{key}{suffix}", time_s=side.time_s, acceleration=side.acceleration, envelope=side.envelope,
+        plot = partial(
+            acceleration_panel, time_s=side.time_s, acceleration=side.acceleration, envelope=side.envelope,
             origin=side.analysis.recording.origin.value, window_s=record.window_s, y_limits=(-limit, limit),
             title=title,
             period_s=1 / marked.kinematic_hz if marked else None, period_name=f"1/{marked.name}" if marked else "",
@@ -215,13 +213,13 @@ def _times(record: OwnRecord, suffix: str, folder: Path) -> Iterator[Block]:
         )  # fmt: skip
         panels.append(
             TEXTS.figure(
-                "time", files, id=f"time-figure{key}{suffix}", badge=badge_of(side.analysis), record=record, title=title
+                "time", plot, id=f"time-figure{key}{suffix}", badge=badge_of(side.analysis), record=record, title=title
             )
         )
     yield FigureGrid(figures=tuple(panels), columns=len(panels), caption=TEXTS.text("grid-time", record=record))
 
 
-def _model(record: OwnRecord, model: ModelBeside, suffix: str, folder: Path) -> Iterator[Block]:
+def _model(record: OwnRecord, model: ModelBeside, suffix: str) -> Iterator[Block]:
     """Where the model's lines lie beside the record's, and its envelope spectrum."""
     shaft_hz, lines = model.analysis.speed.value_hz, model.lines
     rows = [{"line": x, "model": lines[x.name]} for x in record.first_lines if x.name in lines]
@@ -229,13 +227,13 @@ def _model(record: OwnRecord, model: ModelBeside, suffix: str, folder: Path) -> 
     table = TEXTS.table("model-table", rows, shaft_hz=shaft_hz, model=model)
     yield dataclasses.replace(table, id=f"model-table{suffix}")
     shown = model.shown
-    files = envelope_spectrum_panel(
-        folder, f"model{suffix}", frequency_hz=shown.frequency_hz, amplitude=shown.amplitude, shaft_hz=shaft_hz,
+    plot = partial(
+        envelope_spectrum_panel, frequency_hz=shown.frequency_hz, amplitude=shown.amplitude, shaft_hz=shaft_hz,
         origin=Origin.SIMULATED.value, cursors=record.expected, peaks=model.peaks,
         healthy=None, f_max_hz=record.spectrum_hz, y_limits=(0.0, LABEL_ROOM * _highest(record, (shown,))),
         title=f"{model.state.label}, envelope spectrum",
     )  # fmt: skip
-    yield TEXTS.figure("model", files, id=f"model-figure{suffix}", badge=badge_of(model.analysis), model=model)
+    yield TEXTS.figure("model", plot, id=f"model-figure{suffix}", badge=badge_of(model.analysis), model=model)
 
 
 def _all_lines(record: OwnRecord, suffix: str) -> Block:

@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +43,7 @@ BAND_RANGE_DB, BAND_HEAD_DB = 75.0, 8.0  # of the spectra before demodulation: s
 Side = Mapping[Fault, ShownRecord]
 
 
-def figures_section(evidence: Evidence, folder: Path) -> Section:
+def figures_section(evidence: Evidence) -> Section:
     """The sixteen panels, the tables of their peaks, and what draws Figure 14."""
     model, rig = evidence.shown["model"], evidence.shown["rig"]
     height_mm = 1e3 * evidence.runs["paper-inner"].scene.defect.height_m
@@ -53,19 +54,19 @@ def figures_section(evidence: Evidence, folder: Path) -> Section:
         for name, side in (("model", model), ("rig", rig))
     }
     again = [_again(model, rig, state) for state in model]
-    spectra = [_spectrum_figure(number, model, rig, folder) for number in SPECTRUM_FIGURES]
+    spectra = [_spectrum_figure(number, model, rig) for number in SPECTRUM_FIGURES]
     peaks = [_peaks_table(number, model, rig) for number in SPECTRUM_FIGURES]
     return TEXTS.section(
         TEXTS.paragraph("intro", bands=bands, measured=evidence.measured_states),
-        _figure_11(model, rig, folder),
+        _figure_11(model, rig),
         *spectra,
         TEXTS.paragraph("sidebands", sides=sides, height_mm=height_mm),
-        _figure_14(evidence, folder),
+        _figure_14(evidence),
         TEXTS.paragraph("readings", trains=evidence.trains),
         appendix=(
-            _readings(evidence, folder),
+            _readings(evidence),
             TEXTS.table("impulse-trains", evidence.trains),
-            _band_figure(evidence, folder),
+            _band_figure(evidence),
             *peaks,
             *_scalogram_checks(evidence),
             TEXTS.paragraph("once-more"),
@@ -74,16 +75,15 @@ def figures_section(evidence: Evidence, folder: Path) -> Section:
     )
 
 
-def paper_speed_section(evidence: Evidence, folder: Path) -> Section:
+def paper_speed_section(evidence: Evidence) -> Section:
     """The model's panels at the paper's own speed, with no rig recording to compare them with."""
     model = evidence.shown["paper"]
     limit = _largest(abs(record.acceleration) for record in model.values())
     spectra = [
-        _spectrum_panel(f"fig{n}a-paper-speed", f"{n}a", state, model, model, folder)
-        for n, state in SPECTRUM_FIGURES.items()
+        _spectrum_panel(f"fig{n}a-paper-speed", f"{n}a", state, model, model) for n, state in SPECTRUM_FIGURES.items()
     ]
     times = [
-        _acceleration_panel(f"fig11{letters[0]}-paper-speed", f"11{letters[0]}", state, model, limit, folder)
+        _acceleration_panel(f"fig11{letters[0]}-paper-speed", f"11{letters[0]}", state, model, limit)
         for state, letters in PANEL_LETTERS.items()
     ]
     grids = (
@@ -96,7 +96,7 @@ def paper_speed_section(evidence: Evidence, folder: Path) -> Section:
     return PAPER_SPEED.section(appendix=(PAPER_SPEED.paragraph("intro", rpm=rpm), *grids), rpm=rpm)
 
 
-def _band_figure(evidence: Evidence, folder: Path) -> FigureGrid:
+def _band_figure(evidence: Evidence) -> FigureGrid:
     """Spectra of all states before demodulation, model above rig, with the bands that are demodulated."""
     sides = {name: evidence.shown[name] for name in ("model", "rig")}
     records = [record for side in sides.values() for record in side.values()]
@@ -108,13 +108,13 @@ def _band_figure(evidence: Evidence, folder: Path) -> FigureGrid:
         synthetic = synthetic_states({state: record.analysis for state, record in side.items()})
         origin, states = Origin.STAND_IN if synthetic else analysis.recording.origin, [s.label for s in side]
         band = analysis.processed.band_hz
-        files = band_panel(
-            folder, f"band-{name}", frequency_hz=side[Fault.OUTER].power_hz,
+        plot = partial(
+            band_panel, frequency_hz=side[Fault.OUTER].power_hz,
             levels_db={state.label: record.power_db for state, record in side.items()}, band_hz=band,
             limits_db=(top - BAND_RANGE_DB, top), f_max_hz=reach, origin=origin.value, letter=letter,
         )  # fmt: skip
         figure = TEXTS.figure(
-            "band", files, id=f"band-{name}", badge=origin.value, side=name, band_hz=band, synthetic=synthetic,
+            "band", plot, id=f"band-{name}", badge=origin.value, side=name, band_hz=band, synthetic=synthetic,
             states=states,
         )  # fmt: skip
         explore = Explore(
@@ -128,10 +128,10 @@ def _band_figure(evidence: Evidence, folder: Path) -> FigureGrid:
     )  # fmt: skip
 
 
-def _figure_11(model: Side, rig: Side, folder: Path) -> FigureGrid:
+def _figure_11(model: Side, rig: Side) -> FigureGrid:
     limit = _largest(abs(record.acceleration) for side in (model, rig) for record in side.values())
     panels = [
-        _acceleration_panel(f"fig11{letter}", f"11{letter}", state, side, limit, folder)
+        _acceleration_panel(f"fig11{letter}", f"11{letter}", state, side, limit)
         for state, letters in PANEL_LETTERS.items()
         for side, letter in zip((model, rig), letters, strict=True)
     ]
@@ -139,24 +139,22 @@ def _figure_11(model: Side, rig: Side, folder: Path) -> FigureGrid:
     return FigureGrid(figures=tuple(panels), columns=2, label="Figure 11", caption=caption)
 
 
-def _acceleration_panel(
-    name: str, letter: str, state: Fault, side: Side, limit: float, folder: Path, reading: str = ""
-) -> Figure:
+def _acceleration_panel(name: str, letter: str, state: Fault, side: Side, limit: float, reading: str = "") -> Figure:
     record = side[state]
-    files = acceleration_panel(
-        folder, name, time_s=record.time_s, acceleration=record.acceleration, envelope=record.envelope,
+    plot = partial(
+        acceleration_panel, time_s=record.time_s, acceleration=record.acceleration, envelope=record.envelope,
         letter=letter[-1], window_s=WINDOW_S, y_limits=(-limit, limit), period_name=f"1/{state.line or ''}",
         period_s=1 / record.analysis.line(state.line).kinematic_hz if state.line else None,
         **_head(record, state, reading),
     )  # fmt: skip
-    return TEXTS.figure("acceleration", files, **_words(name, letter, record, state))
+    return TEXTS.figure("acceleration", plot, **_words(name, letter, record, state))
 
 
-def _spectrum_figure(number: str, model: Side, rig: Side, folder: Path) -> FigureGrid:
+def _spectrum_figure(number: str, model: Side, rig: Side) -> FigureGrid:
     """Figure 12 or 13."""
     state = SPECTRUM_FIGURES[number]
     panels = [
-        _spectrum_panel(f"fig{number}{letter}", f"{number}{letter}", state, side, other, folder)
+        _spectrum_panel(f"fig{number}{letter}", f"{number}{letter}", state, side, other)
         for side, other, letter in ((model, rig, "a"), (rig, model, "b"))
     ]
     caption = TEXTS.text("grid-spectrum", state=state)
@@ -169,7 +167,7 @@ def _peaks_table(number: str, model: Side, rig: Side) -> Table:
     return TEXTS.table(f"peaks-{number}", _peaks(state, model[state].analysis, rig[state].analysis))
 
 
-def _spectrum_panel(name: str, letter: str, state: Fault, side: Side, other: Side, folder: Path) -> Figure:
+def _spectrum_panel(name: str, letter: str, state: Fault, side: Side, other: Side) -> Figure:
     record, line = side[state], state.line
     assert line is not None, "only the defects of races have a spectrum figure"
     shaft_hz = record.analysis.speed.value_hz
@@ -184,13 +182,14 @@ def _spectrum_panel(name: str, letter: str, state: Fault, side: Side, other: Sid
         marked_hz=[*(c.frequency_hz for c in cursors), *(hz for peak, hz, _ in record.peaks if peak.startswith(line))],
         orders={"fr": 1.0, "BPFO": orders.bpfo, "BPFI": orders.bpfi, "2xBSF": 2 * orders.bsf, "FTF": orders.ftf},
     )  # fmt: skip
-    files = envelope_spectrum_panel(
-        folder, name, frequency_hz=record.frequency_hz, amplitude=record.amplitude, shaft_hz=shaft_hz, cursors=cursors,
-        peaks=[(hz, height) for peak, hz, height in record.peaks if peak.startswith(line)], letter=letter[-1],
+    plot = partial(
+        envelope_spectrum_panel, frequency_hz=record.frequency_hz, amplitude=record.amplitude, shaft_hz=shaft_hz,
+        cursors=cursors, letter=letter[-1],
+        peaks=[(hz, height) for peak, hz, height in record.peaks if peak.startswith(line)],
         healthy=(healthy.frequency_hz, healthy.amplitude), f_max_hz=SPECTRUM_HZ, y_limits=(0.0, top), brief=True,
         others=others, **_head(record, state),
     )  # fmt: skip
-    figure = TEXTS.figure("spectrum", files, **_words(name, letter, record, state), f_max_hz=SPECTRUM_HZ)
+    figure = TEXTS.figure("spectrum", plot, **_words(name, letter, record, state), f_max_hz=SPECTRUM_HZ)
     explore = Explore(
         x="frequency_hz",
         x_label="Frequency, Hz",
@@ -234,46 +233,46 @@ def _peak(wanted: Line, analysis: Analysis) -> dict[str, Any]:
     return peak
 
 
-def _figure_14(evidence: Evidence, folder: Path) -> FigureGrid:
+def _figure_14(evidence: Evidence) -> FigureGrid:
     images = [image for side in evidence.scalograms.values() for image in side.values()]
     top = float(np.quantile(np.concatenate([image.amplitude.ravel() for image in images]), COLOUR_QUANTILE))
     panels = [
-        _scalogram_panel(letter, state, evidence, side, top, folder)
+        _scalogram_panel(letter, state, evidence, side, top)
         for state, letters in PANEL_LETTERS.items()
         for side, letter in zip(("model", "rig"), letters, strict=True)
     ]
     return FigureGrid(figures=tuple(panels), columns=2, label="Figure 14", caption=TEXTS.text("grid-14"))
 
 
-def _scalogram_panel(letter: str, state: Fault, evidence: Evidence, side: str, top: float, folder: Path) -> Figure:
+def _scalogram_panel(letter: str, state: Fault, evidence: Evidence, side: str, top: float) -> Figure:
     record, image = evidence.shown[side][state], evidence.scalograms[side][state]
-    return _image_panel(f"fig14{letter}", f"14{letter}", record, image, top, folder, state=state)
+    return _image_panel(f"fig14{letter}", f"14{letter}", record, image, top, state=state)
 
 
 def _image_panel(
-    name: str, letter: str, record: ShownRecord, image: Scalogram, top: float, folder: Path, reading: str = "",
+    name: str, letter: str, record: ShownRecord, image: Scalogram, top: float, reading: str = "",
     state: Fault = Fault.OUTER,
 ) -> Figure:  # fmt: skip
-    files = scalogram_panel(
-        folder, name, time_s=image.time_s + WINDOW_S[0],
+    plot = partial(
+        scalogram_panel, time_s=image.time_s + WINDOW_S[0],
         frequency_hz=image.frequency_hz, magnitude=image.amplitude, limits=(0.0, top), letter=letter[-1],
         window_s=WINDOW_S, edge_s=image.edge_s,
         period_s=1 / record.analysis.speed.value_hz if state.sidebands else None, period_name="1/fr",
         line_hz=record.analysis.line(state.line).kinematic_hz if state.line else None, line_name=state.line or "",
         **_head(record, state, reading),
     )  # fmt: skip
-    return TEXTS.figure("scalogram", files, **_words(name, letter, record, state), range_hz=SCALOGRAM_HZ)
+    return TEXTS.figure("scalogram", plot, **_words(name, letter, record, state), range_hz=SCALOGRAM_HZ)
 
 
-def _readings(evidence: Evidence, folder: Path) -> FigureGrid:
+def _readings(evidence: Evidence) -> FigureGrid:
     """Figures 11c and 14c in both readings of the rollers' diameter."""
     state, limit = Fault.OUTER, _largest(abs(record.acceleration) for record, _ in evidence.fits.values())
     top = float(np.quantile([image.amplitude for _, image in evidence.fits.values()], COLOUR_QUANTILE))
     times, images = [], []
     for fit, (record, image) in evidence.fits.items():
         head = TEXTS.text("fit", fit=fit.value)
-        times.append(_acceleration_panel(f"fig11c-{fit.value}", "11c", state, {state: record}, limit, folder, head))
-        images.append(_image_panel(f"fig14c-{fit.value}", "14c", record, image, top, folder, head))
+        times.append(_acceleration_panel(f"fig11c-{fit.value}", "11c", state, {state: record}, limit, head))
+        images.append(_image_panel(f"fig14c-{fit.value}", "14c", record, image, top, head))
     caption = TEXTS.text("grid-readings")
     return FigureGrid(
         figures=(*times, *images), columns=2, label="Figures 11c and 14c, two readings", caption=caption

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
+from functools import partial
 from typing import Any
 
 from srbval.bench.scenes import PAPER_STEP_S
@@ -31,7 +31,7 @@ MOST_ROWS = 10  # of that table
 CONVERGED = 0.1  # relative error of a path at twice the converged run's step, below which it has an order
 
 
-def speed_accuracy_section(result: ShownResult, rig: ShownResult, default: SolverSettings, folder: Path) -> Section:
+def speed_accuracy_section(result: ShownResult, rig: ShownResult, default: SolverSettings) -> Section:
     """One chart and the rows that matter most; in the appendix the other charts, all such rows, orders and targets.
 
     A remark where nothing is stored. `default`: the default solver; `rig` is the bench of the rig's scene.
@@ -47,7 +47,7 @@ def speed_accuracy_section(result: ShownResult, rig: ShownResult, default: Solve
         failed=sum(row["status"] not in USABLE for row in rows),
         reference_error=max(known, default=math.nan),
     )
-    charts, shown = [*_charts(content, rows, folder)], _shown(rows)
+    charts, shown = [*_charts(content, rows)], _shown(rows)
     chart = next((chart for chart in charts if chart.id.endswith(MAIN_SCENES[0])), charts[0])
     blocks: list[Block] = [one for one in charts if one is not chart]
     if rig.content is not None:
@@ -56,7 +56,7 @@ def speed_accuracy_section(result: ShownResult, rig: ShownResult, default: Solve
             _marked(row, replace(default, step_s=own_steps.get(row["scene"], default.step_s)))
             for row in rig.content["runs"]
         ]
-        blocks += [TEXTS.paragraph("rig", runs=of_rig), origin_of(rig), *_charts(rig.content, of_rig, folder)]
+        blocks += [TEXTS.paragraph("rig", runs=of_rig), origin_of(rig), *_charts(rig.content, of_rig)]
         shown += _shown(of_rig)
     table = TEXTS.table("speed-accuracy-table", shown, further_notes=list(_reasons(shown)))
     targets = TEXTS.table("speed-accuracy-targets", content["targets"])
@@ -103,17 +103,16 @@ def _few(rows: Sequence[Row]) -> list[Row]:
     return sorted(kept, key=lambda row: (MAIN_SCENES.index(row["scene"]), row["wall_per_simulated_s"]))
 
 
-def _charts(content: Mapping[str, Any], rows: Sequence[Row], folder: Path) -> Iterator[Figure]:
+def _charts(content: Mapping[str, Any], rows: Sequence[Row]) -> Iterator[Figure]:
     for scene in dict.fromkeys(row["scene"] for row in rows):
         if scene in content["reference"]:
-            yield _chart(content, [row for row in rows if row["scene"] == scene], scene, folder)
+            yield _chart(content, [row for row in rows if row["scene"] == scene], scene)
 
 
-def _chart(content: Mapping[str, Any], rows: Sequence[Row], scene: str, folder: Path) -> Figure:
+def _chart(content: Mapping[str, Any], rows: Sequence[Row], scene: str) -> Figure:
     reference, name = content["reference"][scene], f"speed-accuracy-{scene}"
-    files = speed_accuracy_plot(
-        folder,
-        name,
+    plot = partial(
+        speed_accuracy_plot,
         runs=rows,
         panels=PANELS,
         fronts=("cage_error", "band_rms_error"),
@@ -124,7 +123,7 @@ def _chart(content: Mapping[str, Any], rows: Sequence[Row], scene: str, folder: 
         },
     )
     return TEXTS.figure(
-        "speed-accuracy", files, id=name, badge=Badge.SIMULATED, scene=scene, runs=len(rows), rows=_shown(rows)
+        "speed-accuracy", plot, id=name, badge=Badge.SIMULATED, scene=scene, runs=len(rows), rows=_shown(rows)
     )
 
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from pathlib import Path
+from functools import partial
 from typing import Any
 
 from srbval.bench.scenes import RIG_SCENES
@@ -25,9 +25,7 @@ WITHIN = tuple(status for status in USABLE if status != RunStatus.INACCURATE)  #
 Row = Mapping[str, Any]
 
 
-def stability_section(
-    result: ShownResult, rig: ShownResult, verdicts: ShownResult, default: SolverSettings, folder: Path
-) -> Section:
+def stability_section(result: ShownResult, rig: ShownResult, verdicts: ShownResult, default: SolverSettings) -> Section:
     """The paper's claims and one map; in the appendix all maps, limits and what the runs did not notice.
 
     `default`: the default solver and its step.
@@ -51,28 +49,28 @@ def stability_section(
     return TEXTS.section(
         TEXTS.paragraph("intro", grid=grid, counts=content["counts"]),
         Listing(items=tuple(TEXTS.text("claim", claim=claim) for claim in content["claims"])),
-        _main_map(content, main_scene, folder),
+        _main_map(content, main_scene),
         appendix=(
             origin_of(result),
             TEXTS.paragraph("how", grid=grid, reference_error=reference_error),
             *(block for claim in content["claims"] for block in _claim(claim)),
-            *(_map(content, scene, folder) for scene in grid["scenes"]),
+            *(_map(content, scene) for scene in grid["scenes"]),
             TEXTS.table("stability-limits", _limits(cells, scenes), scenes=scenes),
             outcomes,
-            *_rig(rig, folder),
+            *_rig(rig),
             *_verdicts(verdicts),
         ),
     )
 
 
-def _rig(result: ShownResult, folder: Path) -> Iterator[Block]:
+def _rig(result: ShownResult) -> Iterator[Block]:
     """Map and limits of the rig's scene, where there is one."""
     if result.content is None:
         return
     cells, scenes = result.content["cells"], result.content["grid"]["scenes"]
     yield TEXTS.paragraph("rig", counts=result.content["counts"])
     yield origin_of(result)
-    yield from (_map(result.content, scene, folder) for scene in scenes)
+    yield from (_map(result.content, scene) for scene in scenes)
     yield TEXTS.table("rig-stability-limits", _limits(cells, scenes), scenes=scenes)
 
 
@@ -94,24 +92,22 @@ def _claim(claim: Row) -> Iterator[Block]:
     yield Listing(items=tuple(literal(line) for line in claim["evidence"]))
 
 
-def _main_map(content: Mapping[str, Any], scene: str, folder: Path) -> Figure:
+def _main_map(content: Mapping[str, Any], scene: str) -> Figure:
     """Every method at the paper's friction."""
     grid = content["grid"]
     velocity, solvers = min(grid["critical_velocity_m_s"]), grid["solvers"]
     rows = [solvers[i : i + BLOCKS_ABREAST] for i in range(0, len(solvers), BLOCKS_ABREAST)]
-    return _drawn(content, scene, folder, "stability-map", [[(solver, velocity) for solver in row] for row in rows])
+    return _drawn(content, scene, "stability-map", [[(solver, velocity) for solver in row] for row in rows])
 
 
-def _map(content: Mapping[str, Any], scene: str, folder: Path) -> Figure:
+def _map(content: Mapping[str, Any], scene: str) -> Figure:
     """Every method at every friction."""
     grid = content["grid"]
     wanted = [[(s, v) for v in sorted(grid["critical_velocity_m_s"])] for s in grid["solvers"]]
-    return _drawn(content, scene, folder, f"stability-{scene}", wanted)
+    return _drawn(content, scene, f"stability-{scene}", wanted)
 
 
-def _drawn(
-    content: Mapping[str, Any], scene: str, folder: Path, name: str, wanted: Sequence[Sequence[tuple[str, float]]]
-) -> Figure:
+def _drawn(content: Mapping[str, Any], scene: str, name: str, wanted: Sequence[Sequence[tuple[str, float]]]) -> Figure:
     """The map of a scene with a block for each of the methods and frictions wanted, rows of them."""
     grid = content["grid"]
     cells = {
@@ -131,13 +127,13 @@ def _drawn(
 
     several = scene not in RIG_SCENES and len({velocity for row in wanted for _, velocity in row}) > 1
     blocks = [[block(*one) for one in row] for row in wanted]
-    files = stability_map(folder, name, blocks=blocks, steps_per_s=steps, rpm=rpm)
+    plot = partial(stability_map, blocks=blocks, steps_per_s=steps, rpm=rpm)
     good = [
         {"title": b.title, "good": [sum(status in WITHIN for status in line) for line in b.statuses]}
         for b in (b for row in blocks for b in row)
     ]
     return TEXTS.figure(
-        "stability", files, id=name, badge=Badge.SIMULATED, scene=scene, blocks=good, steps=steps, speeds=len(rpm)
+        "stability", plot, id=name, badge=Badge.SIMULATED, scene=scene, blocks=good, steps=steps, speeds=len(rpm)
     )
 
 

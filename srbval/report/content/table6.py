@@ -1,7 +1,7 @@
 """The verdict, and Table 6 with uncertainties: at the paper's speed, and at the rig recordings' own."""
 
 from collections.abc import Mapping
-from pathlib import Path
+from functools import partial
 from typing import Any
 
 from srbval.bearing import Fault
@@ -48,7 +48,7 @@ def verdict_scan_section(result: ShownResult) -> Section:
     return SCAN.section(appendix=(SCAN.paragraph("intro"), origin_of(result), table))
 
 
-def table6_section(evidence: Evidence, folder: Path) -> Section:
+def table6_section(evidence: Evidence) -> Section:
     """Both tables and how to read them."""
     published, measured = _by_source(evidence)
     blocks: list[Block] = [
@@ -58,7 +58,7 @@ def table6_section(evidence: Evidence, folder: Path) -> Section:
             shaft_rpm=evidence.printed.shaft_rpm,
             computed=[evidence.paper[Fault(row.comparison.fault)].line(row.line.name) for row in published],
         ),
-        _deviations(evidence, folder),
+        _deviations(evidence),
     ]
     if not measured:
         blocks.append(TEXTS.callout("no-recording", tone=Tone.WARNING, fetch_command=FETCH_COMMAND))
@@ -78,10 +78,10 @@ def _by_source(evidence: Evidence) -> tuple[list[Table6Row], list[Table6Row]]:
     return published, [row for row in evidence.rows if row.rig_source is RigSource.MEASURED]
 
 
-def _deviations(evidence: Evidence, folder: Path) -> Figure:
+def _deviations(evidence: Evidence) -> Figure:
     """Deviations from kinematics of every source in Table 6."""
     points = [point for row in evidence.rows for point in _points(json_object(row))]
-    return TEXTS.figure("table6-deviations", deviation_plot(folder, "table6-deviations", points=points))
+    return TEXTS.figure("table6-deviations", partial(deviation_plot, points=points))
 
 
 def _points(row: Mapping[str, Any]) -> list[Deviation]:

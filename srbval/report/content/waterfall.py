@@ -1,7 +1,7 @@
 """From the paper's scene to the rig's, one change at a time: what each buys in frequency, level and pattern."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
+from functools import partial
 from typing import Any
 
 from srbval.evidence.stored import ShownResult
@@ -15,7 +15,7 @@ TEXTS = Texts("waterfall")
 FORMAT = {"%": "+.3f", "dB": "+.1f"}
 
 
-def waterfall_section(result: ShownResult, folder: Path) -> Section:
+def waterfall_section(result: ShownResult) -> Section:
     """Chart and table of every step; only a remark where nothing is stored."""
     if not result.content:
         return TEXTS.section(missing(result))
@@ -23,13 +23,13 @@ def waterfall_section(result: ShownResult, folder: Path) -> Section:
     steps, measures = (list(dict.fromkeys(row[key] for row in rows)) for key in ("step", "measure"))
     ends = {measure: [_text(found[0]), _text(found[-1])] for measure in measures
             if (found := [row for row in rows if row["measure"] == measure])}  # fmt: skip
-    files = waterfall_plot(folder, "waterfall", rows=rows)
+    plot = partial(waterfall_plot, rows=rows)
     units = {row["measure"]: row["unit"] for row in rows}
     table = TEXTS.table("waterfall-table", _lines(rows), measures=measures, units=units)
     return TEXTS.section(
         TEXTS.paragraph("intro", steps=steps),
         TEXTS.figure(
-            "waterfall", files, id="waterfall-chart", badge=Badge.MEASURED, steps=steps, measures=measures, ends=ends
+            "waterfall", plot, id="waterfall-chart", badge=Badge.MEASURED, steps=steps, measures=measures, ends=ends
         ),
         appendix=[origin_of(result), table],
     )
