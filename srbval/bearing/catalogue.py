@@ -2,14 +2,15 @@
 
 A bearing file has a `title`, a `source` and one of three tables: `[geometry]` (spherical roller bearing,
 all of the paper's Table 1), `[elements]` (number, diameters, contact angle) or `[orders]` (published). The bearings
-known by name are rows of `catalogue.csv`, whose columns are the keys of the last two, and files in `known`.
+known by name are files in `known` and rows of `catalogue.csv`, whose columns are the keys of the last two and a key of
+`catalogue_sources.csv`. Where a row has both, the dimensions hold; the orders are what the maker printed beside them.
 """
 
 import csv
 import dataclasses
 import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -130,17 +131,23 @@ def fault_frequencies(bearing: Bearing | str | Path, *, rpm: float) -> FaultFreq
 @cache
 def catalogue_rows() -> Mapping[str, Mapping[str, Any]]:
     """The rows of the catalogue by name, each as the table that a file of that bearing would hold."""
-    text = (resources.files("srbval.bearing") / "catalogue.csv").read_text(encoding="utf-8")
-    return {row["name"]: _table(row) for row in csv.DictReader(text.splitlines())}
+    sources = {row["key"]: row["source"] for row in read_table("catalogue_sources.csv")}
+    return {row["name"]: _table(row, sources) for row in read_table("catalogue.csv")}
 
 
-def _table(row: Mapping[str, str]) -> Mapping[str, Any]:
-    kind, cls = ("orders", _Orders) if row["bpfo"] else ("elements", RollingElements)
+def read_table(name: str) -> Iterator[Mapping[str, str]]:
+    """The rows of one of the catalogue's two files, as they are written."""
+    text = (resources.files("srbval.bearing") / name).read_text(encoding="utf-8")
+    return csv.DictReader(text.splitlines())
+
+
+def _table(row: Mapping[str, str], sources: Mapping[str, str]) -> Mapping[str, Any]:
+    kind, cls = ("elements", RollingElements) if row["element_diameter"] else ("orders", _Orders)
     keys = {f.name: f.name for f in dataclasses.fields(cls)}
     keys |= {name.rsplit("_", 1)[0]: name for name in keys if name.endswith(("_m", "_rad"))}
     filled = {key: value for key, value in row.items() if key in keys and value}
     values = {key: int(value) if key in ("rolling_elements", "rows") else value for key, value in filled.items()}
-    return {"title": row["title"], "source": row["source"], kind: values}
+    return {"title": row["title"], "source": sources[row["source"]], kind: values}
 
 
 def _assemble(file: _BearingFile, name: str) -> Bearing:
