@@ -105,11 +105,11 @@ RUNGS = (
         own_solver="closed form",
         needs="orders",
         lacks={
-            "harmonics": "its clicks have no shape",
-            "sidebands": "its clicks know no load zone",
             "noise-floor": NO_NOISE,
             "slip": NO_SLIP,
-            "amplitude": "its clicks have no strength",
+            **dict.fromkeys(("harmonics", "harmonic-levels", "depth", "kurtosis"), "its clicks have no shape"),
+            **dict.fromkeys(("sidebands", "sideband-levels"), "its clicks know no load zone"),
+            **dict.fromkeys(("amplitude", "levels", "third-octaves"), "its clicks have no strength"),
         },
     ),
     Rung(

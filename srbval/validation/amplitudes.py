@@ -31,6 +31,7 @@ ENVELOPE_HZ, WHOLE_HZ = BANDS_HZ["1400-2800"], (400.0, 3150.0)
 THIRD_OCTAVES = {f"{10 ** (n / 10):.0f} Hz": 10 ** (n / 10) for n in range(26, 36)}  # base ten, exact middles
 LEVEL_BANDS = {name: (middle * 10**-0.05, middle * 10**0.05) for name, middle in THIRD_OCTAVES.items()}
 RMS_BANDS = {f"RMS {name} Hz": band for name, band in (BANDS_HZ | {"400-3150": WHOLE_HZ}).items()}
+KURTOSIS_BANDS = {"kurtosis 1400-2800 Hz": ENVELOPE_HZ, "kurtosis 400-3150 Hz": WHOLE_HZ}
 RELATIVE = ("line frequency", "modulation depth", "kurtosis")  # kinds whose errors are per cent of the rig's value
 MARGIN = {"dB": 3.0, "%": 30.0}  # within which a model agrees, fixed before any comparison
 SEGMENT_S, BLOCKS = 0.25, 8
@@ -96,7 +97,13 @@ def pattern(recording: Recording, bearing: Bearing, fault: Fault, line_order: fl
     found["depth"] = QuantityValue(
         value=depth, ci95=NORMAL_95 * depth / math.sqrt(2 * first_snr), present=first_snr > LEAST_SNR
     )
-    for name, band in (("kurtosis 1400-2800 Hz", ENVELOPE_HZ), ("kurtosis 400-3150 Hz", WHOLE_HZ)):
+    return found | kurtoses(recording)
+
+
+def kurtoses(recording: Recording) -> dict[str, QuantityValue]:
+    """Kurtosis in both bands."""
+    found = {}
+    for name, band in KURTOSIS_BANDS.items():
         sections = scipy.signal.butter(ORDER, band, "bandpass", fs=recording.fs_hz, output="sos")
         passed = drop_ends(scipy.signal.sosfiltfilt(sections, one_signal(recording)), recording.fs_hz, end_s(WHOLE_HZ))
         found[name] = _jackknifed(np.array_split(passed, BLOCKS), _kurtosis)

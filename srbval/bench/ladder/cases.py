@@ -109,19 +109,24 @@ def quick_grid(base: str = "paper") -> list[CalibrationScene]:
 
 
 def between(base: str = "paper") -> list[CalibrationScene]:
-    """Random scenes within the grid: they show how much errors vary between its scenes."""
-    return drawn(BETWEEN_SEED, power=3, base=base)
+    """Random scenes within the grid: they show how much errors vary between its scenes.
+
+    Twice as many with a defect on the inner race, the only ones with sidebands.
+    """
+    return drawn(BETWEEN_SEED, power=3, inner=4, base=base)
 
 
-def drawn(seed: int, *, power: int, base: str = "paper") -> list[CalibrationScene]:
-    """For each defect and roller fit 2^`power` points of a scrambled Sobol sequence over speed, load and height."""
+def drawn(seed: int, *, power: int, inner: int | None = None, base: str = "paper") -> list[CalibrationScene]:
+    """For each defect and roller fit 2^`power` points of a scrambled Sobol sequence over speed, load and height.
+
+    2^`inner` with a defect on the inner race.
+    """
     from scipy.stats import qmc
 
     found, own = [], BASES[base]
     for number, (kind, fit) in enumerate(itertools.product(KINDS, own.fits)):
-        unit = qmc.Sobol(d=len(own.ranges), scramble=True, rng=np.random.default_rng([seed, number])).random_base2(
-            power
-        )
+        sequence = qmc.Sobol(d=len(own.ranges), scramble=True, rng=np.random.default_rng([seed, number]))
+        unit = sequence.random_base2(inner or power if kind is Fault.INNER else power)
         low, high = zip(*own.ranges, strict=True)
         for rpm, load, *height in qmc.scale(unit, low, high).tolist():
             found.append(

@@ -1,13 +1,16 @@
 """Run every rung on every calibration scene and compare it with the base's reference model at half its step."""
 
+import time
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import replace
+from functools import lru_cache
 from multiprocessing import get_context
 from typing import Any
 
 from srbval.bearing import Fault, load_bearing
 from srbval.bench.ladder.cases import BASES, CalibrationScene, quick_grid
-from srbval.bench.ladder.questions import answers, asked_of, error_pct
+from srbval.bench.ladder.questions import Answer, Question, answers, asked_of, error_pct
 from srbval.bench.ladder.table import Answered, Entry, LadderCalibration, RungEntry, read_answers
 from srbval.bench.machine import calibrate, describe_machine, load_average, usable_cores
 from srbval.bench.scenes import scene_content
@@ -16,6 +19,7 @@ from srbval.models.kernel_cache import precompile
 from srbval.models.ladder import MODELS
 from srbval.models.precompile import load_kernels
 from srbval.progress import Progress, silent
+from srbval.recordings import Recording, recording_from_run
 from srbval.scene import Scene
 from srbval.storage.content_store import ContentStore
 from srbval.storage.strict_json import json_object
@@ -104,8 +108,14 @@ def measure_case(
     case: CalibrationScene, *, models: Sequence[str], seconds: float, store: ContentStore | None = None
 ) -> Entry:
     """One scene on every rung."""
-    right = answer(case.reference(seconds=seconds, finer=REFINEMENT), store)
-    rungs = {model: answer(case.scene(model, seconds=seconds), store) for model in models}
+    healthy = replace(case, kind=Fault.HEALTHY.scene_word, height_mm=0.0)
+
+    def answered(model: str, finer: int = 1) -> Answered:
+        scene, bare = (of.scene(model, seconds=seconds, finer=finer) for of in (case, healthy))
+        return answer(scene, store, healthy=None if scene == bare else bare)
+
+    right = answered(BASES[case.base].reference, REFINEMENT)
+    rungs = {model: answered(model) for model in models}
     asked = asked_of(Fault(case.kind))
     return Entry(
         case=case,
@@ -125,17 +135,27 @@ def _answered(stored: dict[str, Any]) -> Answered:
     return Answered(**stored | {"answers": read_answers(stored["answers"])})
 
 
-def answer(scene: Scene, store: ContentStore | None = None) -> Answered:
-    """Run a scene and read its answers, or fetch them from `store`."""
+@lru_cache(maxsize=64)
+def _healthy(scene: Scene) -> Recording | None:
+    tried = attempt(scene)
+    return recording_from_run(tried.run) if tried.ok and tried.run is not None else None
+
+
+def answer(scene: Scene, store: ContentStore | None = None, *, healthy: Scene | None = None) -> Answered:
+    """Run a scene and read its answers, increments over those of `healthy`, or fetch them from `store`."""
     stored = None if store is None else store.load(scene_content(scene), _answered)
     if stored is not None:
         return stored
+    started, worked = time.perf_counter(), time.process_time()
     tried = attempt(scene)
+    share = min((time.process_time() - worked) / (time.perf_counter() - started), 1.0)
+    found: dict[Question, Answer | None] = {}
+    if tried.ok and tried.run is not None:
+        found = answers(tried.run, load_bearing(scene.bearing), None if healthy is None else _healthy(healthy))
     fresh = Answered(
-        status=tried.status,
-        wall_per_simulated_s=None if tried.run is None else tried.run.wall_s / (tried.run.seconds + scene.settle_s),
-        answers=answers(tried.run, load_bearing(scene.bearing)) if tried.ok and tried.run is not None else {},
-    )
+        status=tried.status, answers=found,
+        wall_per_simulated_s=share * tried.run.wall_s / (tried.run.seconds + scene.settle_s) if tried.run else None,
+    )  # fmt: skip
     if store is not None:
         store.save(scene_content(scene), fresh)
     return fresh

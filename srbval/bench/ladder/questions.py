@@ -1,6 +1,8 @@
 """Questions that are asked of a scene, how a run answers them, and the error of an answer.
 
-Every answer is read from a run through the pipeline of every recording; errors are in per cent.
+Every answer is read from a run through the pipeline of every recording; errors are in per cent. Amplitudes are read and
+named as where the rig's are compared, at the ring and without a background; of two that are 3 dB apart the greater
+exceeds the smaller by 41 %, and that is the error.
 """
 
 import enum
@@ -17,10 +19,12 @@ from srbval.bench.measures import measure, smooth_mean
 from srbval.errors import DataError
 from srbval.models.band_levels import along_sensor
 from srbval.models.run import Run
-from srbval.recordings import recording_from_run
+from srbval.recordings import Recording, recording_from_run
+from srbval.validation import amplitudes
 from srbval.validation.analyse import Analysis, analyse
+from srbval.validation.comparison import QuantityValue
 
-Answer = tuple[float, ...]
+Answer = tuple[float | None, ...]  # None: it does not stand out
 
 SIDEBANDS = (-2, -1, 1, 2)  # multiples of the shaft speed about the line
 HARMONICS = 5
@@ -38,27 +42,81 @@ class Question(enum.StrEnum):
     NOISE_FLOOR = "noise-floor"
     SLIP = "slip"
     AMPLITUDE = "amplitude"
+    LEVELS = "levels"
+    THIRD_OCTAVES = "third-octaves"
+    HARMONIC_LEVELS = "harmonic-levels"
+    SIDEBAND_LEVELS = "sideband-levels"
+    DEPTH = "depth"
+    KURTOSIS = "kurtosis"
+
+
+OF_FAULT = (Question.HARMONICS, Question.SIDEBANDS, Question.THIRD_OCTAVES, Question.HARMONIC_LEVELS,
+            Question.SIDEBAND_LEVELS, Question.DEPTH)  # fmt: skip
+READ = {
+    Question.LEVELS: tuple(amplitudes.RMS_BANDS),
+    Question.HARMONIC_LEVELS: tuple(f"harmonic {number}" for number in amplitudes.HARMONICS),
+    Question.SIDEBAND_LEVELS: tuple(f"sidebands {number}" for number in amplitudes.SIDEBANDS),
+    Question.DEPTH: ("depth",),
+    Question.KURTOSIS: tuple(amplitudes.KURTOSIS_BANDS),
+}  # what `amplitudes` calls them
 
 
 @dataclass(frozen=True, kw_only=True)
 class Meaning:
-    """A question in words, what its error is relative to, and how two answers make an error [%]."""
+    """A question in words, what its error is relative to, and how two answers make an error [%].
+
+    `margin_pct`: of an amplitude, within which it is the same, as where the rig's are compared. `unit`: its errors' in
+    words, "%" or "dB".
+    """
 
     title: str
     error_of: str
     error: Callable[[Answer, Answer], float]
+    margin_pct: float | None = None
+    unit: str = "%"
+
+    def shown(self, error_pct: float) -> float:
+        """An error in the unit that it is stated in."""
+        return error_pct if self.unit == "%" else db_of(error_pct)
+
+    def text(self, error_pct: float) -> str:
+        """The same with its unit."""
+        return f"{self.shown(error_pct):.3g} {self.unit}"
+
+
+def pct_of(db: float) -> float:
+    """By how much the greater of two amplitudes `db` apart exceeds the smaller [%]."""
+    return 100 * (10 ** (db / 20) - 1)
+
+
+def db_of(pct: float) -> float:
+    """The reverse of `pct_of` [dB]."""
+    return 20 * math.log10(1 + pct / 100)
+
+
+def _pairs(own: Answer, right: Answer) -> list[tuple[float, float]]:
+    """What stands out on the right side, and the other's; infinite where it does not there."""
+    return [(math.inf if a is None else a, b) for a, b in zip(own, right, strict=True) if b is not None]
 
 
 def _relative(own: Answer, right: Answer) -> float:
-    return 100 * max(abs(a - b) / abs(b) if b else math.inf for a, b in zip(own, right, strict=True))
+    return 100 * max(abs(a - b) / abs(b) if b else math.inf for a, b in _pairs(own, right))
 
 
 def _of_first(own: Answer, right: Answer) -> float:
-    return 100 * max(abs(a - b) for a, b in zip(own, right, strict=True))
+    return 100 * max(abs(a - b) for a, b in _pairs(own, right))
 
 
 def _of_strongest(own: Answer, right: Answer) -> float:
-    return 100 * max(abs(a - b) for a, b in zip(own, right, strict=True)) / max(FAINT, *right)
+    return _of_first(own, right) / max(FAINT, *(b for _, b in _pairs(own, right)))
+
+
+def _apart(own: Answer, right: Answer) -> float:
+    return pct_of(max(abs(a - b) for a, b in _pairs(own, right)))
+
+
+def _levels(title: str, error_of: str) -> Meaning:
+    return Meaning(title=title, error_of=error_of, error=_apart, margin_pct=pct_of(amplitudes.MARGIN["dB"]), unit="dB")
 
 
 MEANING: Mapping[Question, Meaning] = {
@@ -78,17 +136,38 @@ MEANING: Mapping[Question, Meaning] = {
     ),
     Question.SLIP: Meaning(title="slip", error_of="the cage speed's excess over kinematics", error=_relative),
     Question.AMPLITUDE: Meaning(title="amplitude", error_of="the RMS acceleration of 500 to 1500 Hz", error=_relative),
-}
+    Question.LEVELS: _levels("levels in bands", "the RMS acceleration, worst of 500-1500, 1400-2800 and 400-3150 Hz"),
+    Question.THIRD_OCTAVES: _levels(
+        "third octaves of the increment",
+        "what the defect adds to the model's own healthy run, worst of the third octaves from 400 to 3150 Hz",
+    ),
+    Question.HARMONIC_LEVELS: _levels(
+        "levels of harmonics 2 to 6", "the first harmonic of the squared envelope of 1400-2800 Hz, worst of five"
+    ),
+    Question.SIDEBAND_LEVELS: _levels(
+        "levels of sidebands", "the first harmonic of that envelope, worst of one and two shaft speeds from it"
+    ),
+    Question.DEPTH: Meaning(
+        title="modulation depth", error_of="the first harmonic over that envelope's mean", error=_relative,
+        margin_pct=amplitudes.MARGIN["%"],
+    ),
+    Question.KURTOSIS: Meaning(
+        title="kurtosis", error_of="the kurtosis, worst of 1400-2800 and 400-3150 Hz", error=_relative,
+        margin_pct=amplitudes.MARGIN["%"],
+    ),
+}  # fmt: skip
 
 
 def asked_of(kind: Fault) -> tuple[Question, ...]:
-    """The questions that apply to a defect: a healthy bearing has no line with harmonics and sidebands."""
-    empty = (Question.HARMONICS, Question.SIDEBANDS) if kind is Fault.HEALTHY else ()
+    """The questions that apply: a healthy bearing has no line with harmonics, the outer race is always in the load."""
+    empty = {Fault.HEALTHY: OF_FAULT, Fault.OUTER: (Question.SIDEBAND_LEVELS,)}.get(kind, ())
     return tuple(q for q in Question if q not in empty)
 
 
-def answers(run: Run, bearing: Bearing) -> dict[Question, Answer | None]:
+def answers(run: Run, bearing: Bearing, healthy: Recording | None = None) -> dict[Question, Answer | None]:
     """The answers of a successful run to every question; None where it has none or is too short.
+
+    An increment is over `healthy`, the same model's without the defect, and has no answer where that is not given.
 
     A line's frequency is that of the cage passing the race, which a defect there has on average: read from a record of
     seconds it would be some tenths of a per cent uncertain, and errors of models would be hidden by that.
@@ -106,7 +185,26 @@ def answers(run: Run, bearing: Bearing) -> dict[Question, Answer | None]:
     spread_m_s2 = float(along_sensor(run.acceleration_m_s2).std())
     if measures.noise_floor is not None:  # of the envelope's mean, that of the normalised signal
         found[Question.NOISE_FLOOR] = (measures.noise_floor * float(analysis.processed.envelope.mean()) * spread_m_s2,)
-    return found | _of_line(run, analysis)
+    return found | _of_line(run, analysis) | _amplitudes(run, ratio, bearing, healthy)
+
+
+def _amplitudes(run: Run, ratio: float, bearing: Bearing, healthy: Recording | None) -> dict[Question, Answer | None]:
+    """Read as the rig's records are, the line's order from the cage."""
+    record, kind = recording_from_run(run), run.scene.defect.kind
+    if record.fs_hz < 2 * amplitudes.WHOLE_HZ[1]:
+        return {}
+    order = kind.passing_order(run.rolling_elements, ratio)
+    own = amplitudes.kurtoses(record) if order is None else amplitudes.pattern(record, bearing, kind, order)
+    own |= amplitudes.levels(record, None)
+    found = {question: _shown(own, names) for question, names in READ.items()}
+    if healthy is not None:
+        found[Question.THIRD_OCTAVES] = _shown(amplitudes.levels(record, healthy), tuple(amplitudes.THIRD_OCTAVES))
+    return found
+
+
+def _shown(own: Mapping[str, QuantityValue], names: Sequence[str]) -> Answer | None:
+    read = tuple(own[name].value if name in own and own[name].present else None for name in names)
+    return None if set(read) == {None} else read
 
 
 def _line_of_cage(run: Run, ratio: float) -> Answer | None:

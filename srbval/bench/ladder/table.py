@@ -20,7 +20,9 @@ MOST_BYTES = 2**26
 
 @dataclass(frozen=True, kw_only=True)
 class Answered:
-    """A run's answers (None or left out: none) and its cost: the wall time of the solution, as `Run.wall_s`."""
+    """A run's answers (None or left out: none) and its cost: the wall time of the solution, as `Run.wall_s`, times the
+    share of a core that the process had, so that other work does not count.
+    """
 
     status: str
     wall_per_simulated_s: float | None
