@@ -110,6 +110,18 @@ def _step(text: str) -> float | str:
 
 AUTO = "auto"
 LARGEST, SMALLEST = 1e12, 1e-12  # whatever the unit, nothing that is asked for is beyond
+MOST_DB = 200.0
+
+
+def _tolerance(text: str) -> float:
+    """Per cent, or a ratio of amplitudes in dB."""
+    if not text.endswith("dB"):
+        return _between(float, -LARGEST, LARGEST)(text)
+    from srbval.bench.ladder.questions import pct_of  # takes a while to load
+
+    return pct_of(_between(float, 0, MOST_DB)(text.removesuffix("dB")))
+
+
 TYPES = {
     "finite": _between(float, -LARGEST, LARGEST),
     "positive": _between(float, SMALLEST, LARGEST),
@@ -117,4 +129,5 @@ TYPES = {
     "jobs": _between(int, 1, 1024),
     "seed": _between(int, 0, 2**62),
     "step": _step,
+    "tolerance": _tolerance,
 }

@@ -4,7 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from srbval.bench.ladder.questions import Question
+from srbval.bench.ladder.questions import MEANING, Question
 from srbval.bench.ladder.table import load_calibration
 from srbval.cli.output import print_json, print_table
 from srbval.cli.scene_options import scene_of
@@ -41,12 +41,14 @@ def run(options: argparse.Namespace) -> int:
 
 def show(plan: Plan) -> None:
     """Print the candidates and the choice."""
+    asked = MEANING[plan.question]
     rows = [
-        (c.model, c.error_pct, c.wall_s, "yes" if c.ok else "no", "<-" if c.model == plan.chosen else "", c.why)
+        (c.model, None if c.error_pct is None else asked.shown(c.error_pct), c.wall_s, "yes" if c.ok else "no",
+         "<-" if c.model == plan.chosen else "", c.why)
         for c in plan.candidates
-    ]
-    print_table(("model", "error [%]", "wall [s]", "enough", "", "why"), rows)
-    print(f"\nquestion: {plan.question.value}, tolerance {plan.tolerance_pct:g} %: {plan.chosen}")
+    ]  # fmt: skip
+    print_table(("model", f"error [{asked.unit}]", "wall [s]", "enough", "", "why"), rows)
+    print(f"\nquestion: {plan.question.value}, tolerance {plan.tolerance}: {plan.chosen}")
     if not plan.met:
         print("No model keeps the tolerance, not even the full one: choose a smaller step or a wider tolerance.")
     for reason in plan.outside:

@@ -64,7 +64,7 @@ def _planned(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dict[str
 
     plan = make_plan(scene, question=question_of(options.question), tolerance_pct=options.tolerance)
     reason = next(c.why for c in plan.candidates if c.model == plan.chosen)
-    print(f"model {plan.chosen} for {plan.question.value} within {plan.tolerance_pct:g} %: {reason}", file=sys.stderr)
+    print(f"model {plan.chosen} for {plan.question.value} within {plan.tolerance}: {reason}", file=sys.stderr)
     for outside in plan.outside:
         print(f"outside the calibration: {outside}", file=sys.stderr)
     chosen, reduction = with_coarser_output(replace(scene, model=plan.chosen), plan)

@@ -52,6 +52,11 @@ class Plan:
         return MEANING[self.question].title
 
     @property
+    def tolerance(self) -> str:
+        """The tolerance in words."""
+        return MEANING[self.question].text(self.tolerance_pct)
+
+    @property
     def error_of(self) -> str:
         """What the errors are relative to."""
         return MEANING[self.question].error_of
@@ -76,8 +81,8 @@ def make_plan(
         raise ConfigurationError(f"tolerance {tolerance_pct:g} % must be a positive number: try --tolerance 0.5.")
     if question not in asked_of(scene.defect.kind):
         raise ConfigurationError(
-            f"question {question.value!r}: a healthy bearing has no fault line to ask about; "
-            "give --defect outer or inner."
+            f"question {question.value!r}, defect {scene.defect.kind.scene_word}: a healthy bearing has no fault line "
+            "to ask about, the outer race's no sidebands of the shaft; give --defect outer or inner."
         )
     table = calibration or calibration_of(scene)
     near = neighbours(table, scene)
@@ -160,8 +165,9 @@ def _verdict(
         return False, "the scene lies outside what was measured: nothing is known of its error here"
     if error is None:
         return False, "gave no answer on a calibration scene about this one, or on too many between them"
-    of = MEANING[question].error_of
-    if error >= VACUOUS_PCT:
-        return error <= tolerance_pct, f"nothing useful is known: its bound, {error:.3g} % of {of}, is vacuous"
+    asked = MEANING[question]
+    bound = f"{asked.text(error)} {'of' if asked.unit == '%' else 'in'} {asked.error_of}"
+    if error >= VACUOUS_PCT and asked.unit == "%":
+        return error <= tolerance_pct, f"nothing useful is known: its bound, {bound}, is vacuous"
     verb = "is within" if error <= tolerance_pct else "exceeds"
-    return error <= tolerance_pct, f"errs by up to {error:.3g} % of {of}, which {verb} {tolerance_pct:g} %"
+    return error <= tolerance_pct, f"errs by up to {bound}, which {verb} {asked.text(tolerance_pct)}"

@@ -3,20 +3,94 @@
 Rigs of one known path, each with pulses, slip and noise of its own, through `identify`; the path's level in third
 octaves against the true one and its 95 % interval, by Student's factor for what the bands leave over. A rig's third
 octaves share its errors, so that the count's own standard error is taken over rigs.
+
+With ``--waviness-nm`` the rigs are runs of the scene `rig` with waves of that height, others on the faulty bearing than
+on the healthy one. The path is known there; what the smooth scene shows behind it is held against each rig's increment.
+How far surfaces scatter it, half of the rigs tell; judged are the others, and how many of them reject the true path,
+one with its modes a tenth off, one without modes, and a hole 1.5 times as small or large, at one in a hundred.
 """
 
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.special import stdtrit
 
-from srbval.validation.identify import identify
+from srbval.arrays import FloatArray
+from srbval.bearing import Fault
+from srbval.models.band_levels import along_sensor
+from srbval.models.sensor_filter import SensorFilter
+from srbval.models.simulate import Step, simulate
+from srbval.recordings import Recording
+from srbval.scene import load_scene
+from srbval.validation.amplitudes import THIRD_OCTAVES, levels
+from srbval.validation.identify import BAND_HZ, band_powers, identify
 from tests.calibrators.rows import print_rows
-from tests.validation.simulated_rig import BEARING, TRUE, simulated_rig
+from tests.validation.simulated_rig import BEARING, FS_HZ, SECONDS, SHAFT_HZ, TRUE, background, record, simulated_rig
 
+MOVED = replace(TRUE, modes=tuple(replace(mode, frequency_hz=1.1 * mode.frequency_hz) for mode in TRUE.modes))
+REJECTED, OFTEN, SIZES = 0.01, 0.9, (1.0, 2 / 3, 1.5)
 THIRD_OCTAVES_HZ = 10 ** (np.arange(27, 35) / 10)  # 500 to 2500 Hz, wholly within the band of the fit
+
+
+def ring(state: Fault, nm: float = 0.0, seed: int = 0, size: float = 1.0) -> FloatArray:
+    """Accelerations of the rig scene's ring with waves of that height, its hole `size` times as large."""
+    changes = {"defect": {"kind": state, "extent_m": size * 2e-3}, "shaft_speed": f"{60 * SHAFT_HZ} rpm",
+               "duration": f"{SECONDS} s", "seed": seed}  # fmt: skip
+    if nm:
+        changes["surface"] = {f"{body}_waviness_m": nm * 1e-9 for body in ("outer", "inner", "roller")}
+    run = simulate(load_scene("rig", changes), step=Step.UNCHECKED)
+    assert run.status.usable, run.reason
+    return along_sensor(run.acceleration_m_s2)
+
+
+def rough(rigs: int, first_seed: int, nm: float, noise: float) -> None:
+    """Print what rough rigs say of the increments of the smooth scene behind the known path."""
+    smooth = {size: record("smooth", Fault.OUTER, ring(Fault.OUTER, size=size)) for size in SIZES}
+    model = levels(_behind(smooth[1.0], np.random.default_rng(0), 0.0), None)
+    errors, reading, evidence = [], [], []
+    for seed in range(first_seed, first_seed + rigs):
+        random = np.random.default_rng(seed)
+        fault, healthy = (_behind(record("rough", state, ring(state, nm, 2 * seed + i)), random, noise)
+                          for i, state in enumerate((Fault.OUTER, Fault.HEALTHY)))  # fmt: skip
+        read = [(model[name], levels(fault, healthy)[name]) for name in THIRD_OCTAVES]
+        errors.append([one.value - rig.value if rig.present else np.nan for one, rig in read])
+        reading.append([rig.ci95 for _, rig in read])
+        evidence.append({size: band_powers(fault, healthy, run, bearing=BEARING, band_hz=BAND_HZ)
+                         for size, run in smooth.items()})  # fmt: skip
+    known, off = np.split(np.array(errors), [rigs // 2])
+    shown = np.isfinite(known).sum(axis=0)
+    scatter = np.nanstd(known, axis=0, ddof=1) * np.sqrt(1 + 1 / shown) * stdtrit(shown - 1, 0.975)
+    own = np.array(reading[rigs // 2 :])
+    inside = {"reading": np.abs(off) <= own, "with surfaces": np.abs(off) <= np.hypot(own, scatter)}
+    print_rows([
+        {"third octave": name, "shown": int(np.isfinite(off[:, i]).sum()), "bias_db": np.nanmean(off[:, i]),
+         "U surfaces_db": scatter[i]} | {f"covered, {how}": within[np.isfinite(off[:, i]), i].mean()
+                                         for how, within in inside.items()}
+        for i, name in enumerate(THIRD_OCTAVES)
+    ])  # fmt: skip
+    often = np.isfinite(off).mean(axis=0) >= OFTEN  # of others only those that chance lifts are shown
+    bias = np.nanmean(off[:, often], axis=1)
+    print(f"shown by {OFTEN:.0%} of rigs: bias {bias.mean():+.2f} +- {bias.std() / np.sqrt(bias.size - 1):.2f} dB")
+    shares = {how: within[:, often][np.isfinite(off[:, often])].mean() for how, within in inside.items()}
+    print(*(f"covered, {how}: {share:.3f}" for how, share in shares.items()), sep="; ")
+    first = [one[1.0] for one in evidence[: rigs // 2]]
+    tau = brentq(lambda db: np.median([one.chance(TRUE, db) for one in first]) - 0.5, 0.1, 20)
+    asked = {"true": (1.0, TRUE), "modes 10 % off": (1.0, MOVED), "no modes": (1.0, replace(TRUE, modes=()))}
+    asked |= {f"hole times {size:.2g}": (size, TRUE) for size in SIZES[1:]}
+    for name, (size, path) in asked.items():
+        chances = [one[size].chance(path, tau) for one in evidence[rigs // 2 :]]
+        print(
+            f"{name}: {sum(chance < REJECTED for chance in chances)} of {len(chances)} rejected, scatter {tau:.1f} dB"
+        )
+
+
+def _behind(run: Recording, random: np.random.Generator, noise: float) -> Recording:
+    shown = SensorFilter(TRUE, FS_HZ).add(run.channels["a"])
+    return replace(run, channels={"a": shown + background(random, noise)})
 
 
 def main() -> None:
@@ -26,7 +100,11 @@ def main() -> None:
     parser.add_argument("--first-seed", type=int, default=3000)
     parser.add_argument("--noise", type=float, default=0.05)
     parser.add_argument("--missed-db", type=float, default=1.5)
+    parser.add_argument("--waviness-nm", type=float, default=0.0)
     options = parser.parse_args()
+    if options.waviness_nm:
+        rough(options.rigs, options.first_seed, options.waviness_nm, options.noise)
+        return
     errors, inside, modes = [], [], []
     truth, _ = TRUE.level_db(THIRD_OCTAVES_HZ)
     for seed in range(options.first_seed, options.first_seed + options.rigs):

@@ -3,7 +3,8 @@
 Every step of `waterfall.toml` against OR 877 and IR 877: cage ratio, level of the healthy bearing, the increment that
 the fault adds, harmonics and sidebands. Uncertainty: the record's reading; half the step, more slices and other starts;
 those inputs of `rig_inputs.toml` whose nominal value the step's scene has; and the path's covariance. The path was
-identified from OR 877: there, and there alone, that record is `fit`.
+identified from H 877 and OR 877, and the height of the waves of the last step is the one that gives H 877's level: from
+there on these records are `fit`. Every bearing has waves of its own, and each start other ones.
 """
 
 from __future__ import annotations
@@ -89,7 +90,7 @@ def variants(step: WaterfallStep) -> tuple[list[dict[str, Any]], list[dict[str, 
     """Changes of the scene by numerics, the finer run first, and by the inputs that it has."""
     scene = load_scene("paper", step.changes)
     own = [one for one in rig_inputs() if load_scene("paper", merge(step.changes, one.changes(one.nominal))) == scene]
-    starts = [{"load": {"radial_n": scene.load.radial_n * share}} for share in STARTS]
+    starts = [{"load": {"radial_n": scene.load.radial_n * share}, "seed": 10 * n} for n, share in enumerate(STARTS, 1)]
     return [FINER, *starts], draws(own, POWER)
 
 
@@ -101,7 +102,8 @@ def scene_of(step: WaterfallStep, state: Fault, changes: Mapping[str, Any]) -> S
         "defect": {"kind": state}, "shaft_speed_rad_s": 2 * math.pi * speed.value_hz, "duration_s": SECONDS,
         "settle_s": 0.1, "solver": {"step_s": STEP_S},
     }  # fmt: skip
-    return replace(load_scene("paper", merge(merge(step.changes, own), changes)), sensor_path=None)
+    scene = load_scene("paper", merge(merge(step.changes, own), changes))
+    return replace(scene, sensor_path=None, seed=scene.seed + STATES.index(state))
 
 
 @cache
@@ -158,12 +160,13 @@ def compared(step: WaterfallStep, rig: Mapping[Fault, Mapping[str, QuantityValue
         if path is not None:
             moved = [read(runs[0], state, one) for one in drawn_paths(path)]
             parts[PATH] = half_widths([{name: value.value for name, value in one.items()} for one in moved])
-        used_for = "fit" if path is not None and state is Fault.OUTER else "withheld"
         wanted = {name for names in MEASURES.values() for name in names}
-        yield from rows(
+        for row in rows(
             {name: value for name, value in rig[state].items() if name in wanted}, model, parts, fault=state,
-            record=measured(state, 877.0).name, used_for=used_for, scene=step.name,
-        )  # fmt: skip
+            record=measured(state, 877.0).name, used_for="withheld", scene=step.name,
+        ):  # fmt: skip
+            fitted = path is not None and (state is Fault.OUTER or row.quantity == HEALTHY)
+            yield replace(row, used_for="fit") if fitted else row
 
 
 def measures(found: Sequence[Comparison]) -> list[Measure]:

@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import pytest
 
+from srbval.bearing import Fault
 from srbval.bench.ladder.cases import grid
-from srbval.bench.ladder.questions import Question
+from srbval.bench.ladder.questions import Question, asked_of, pct_of
 from srbval.bench.ladder.table import LadderCalibration
 from srbval.errors import ConfigurationError
 from srbval.plan.calibrated import calibration_of, margins, neighbours, shipped_calibration
@@ -52,7 +53,7 @@ def test_a_rung_without_slip_never_answers_for_slip() -> None:
 
 
 def test_a_tighter_tolerance_never_chooses_a_cheaper_rung() -> None:
-    for question in Question:
+    for question in asked_of(Fault.OUTER):
         walls = []
         for tolerance in (1000.0, 100.0, 10.0, 1.0, 0.1, 0.01):
             plan = make_plan(paper("outer"), question=question, tolerance_pct=tolerance)
@@ -140,7 +141,23 @@ def test_the_line_rung_costs_at_most_half_of_the_full_model(table: LadderCalibra
     assert sum(line for line, _ in costs) <= HALF * sum(full for _, full in costs)  # type: ignore[misc]
 
 
+def test_the_least_rung_for_an_amplitude_depends_on_the_amplitude() -> None:
+    """About the rig's scene: a lower rung's load zone makes the sidebands, none of its contacts makes the level."""
+    scene, three = load_scene("rig", {"defect": {"kind": "inner"}}), pct_of(3.0)
+    sidebands, octaves = (
+        make_plan(scene, question=question, tolerance_pct=three)
+        for question in (Question.SIDEBAND_LEVELS, Question.THIRD_OCTAVES)
+    )
+    assert sidebands.met
+    assert octaves.met
+    assert (sidebands.chosen, octaves.chosen) == ("impulse", "slices")
+    assert "which is within 3 dB" in candidate(octaves, "slices").why  # type: ignore[attr-defined]
+    assert "cannot answer: its clicks have no strength" in candidate(octaves, "kinematic").why  # type: ignore[attr-defined]
+
+
 def test_questions_without_sense_are_refused() -> None:
+    with pytest.raises(ConfigurationError, match="no sidebands"):
+        make_plan(paper("outer"), question=Question.SIDEBAND_LEVELS)
     with pytest.raises(ConfigurationError, match="no fault line"):
         make_plan(paper("none"), question=Question.HARMONICS)
     with pytest.raises(ConfigurationError, match="tolerance"):

@@ -51,7 +51,13 @@ def test_the_section_shows_every_rung(tmp_path: Path) -> None:
         assert model in picture
     tables = [block for block in section.all_blocks if isinstance(block, Table)]
     shown = [table.id for table in tables if table.id != "held-out-table"]
-    assert shown == ["ladder-table", "rig-ladder-table", "pattern-rungs-table", "pattern-table"]
+    assert shown == [
+        "ladder-table",
+        "rig-ladder-table",
+        "amplitude-ladder-table",
+        "pattern-rungs-table",
+        "pattern-table",
+    ]
     (rungs,) = (table for table in tables if table.id == "pattern-rungs-table")
     assert {row[0].value for row in rungs.cells} == set(MODELS)
 

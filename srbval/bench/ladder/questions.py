@@ -9,6 +9,7 @@ import enum
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import scipy.fft
@@ -16,6 +17,7 @@ import scipy.fft
 from srbval.arrays import FloatArray
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.bench.measures import measure, smooth_mean
+from srbval.config.strict import read_toml
 from srbval.errors import DataError
 from srbval.models.band_levels import along_sensor
 from srbval.models.run import Run
@@ -50,37 +52,33 @@ class Question(enum.StrEnum):
     KURTOSIS = "kurtosis"
 
 
-OF_FAULT = (Question.HARMONICS, Question.SIDEBANDS, Question.THIRD_OCTAVES, Question.HARMONIC_LEVELS,
-            Question.SIDEBAND_LEVELS, Question.DEPTH)  # fmt: skip
-READ = {
-    Question.LEVELS: tuple(amplitudes.RMS_BANDS),
-    Question.HARMONIC_LEVELS: tuple(f"harmonic {number}" for number in amplitudes.HARMONICS),
-    Question.SIDEBAND_LEVELS: tuple(f"sidebands {number}" for number in amplitudes.SIDEBANDS),
-    Question.DEPTH: ("depth",),
-    Question.KURTOSIS: tuple(amplitudes.KURTOSIS_BANDS),
-}  # what `amplitudes` calls them
-
-
 @dataclass(frozen=True, kw_only=True)
 class Meaning:
-    """A question in words, what its error is relative to, and how two answers make an error [%].
-
-    `margin_pct`: of an amplitude, within which it is the same, as where the rig's are compared. `unit`: its errors' in
-    words, "%" or "dB".
-    """
+    """A question in words, what its error is relative to, how two answers make an error [%]; see ``questions.toml``."""
 
     title: str
     error_of: str
     error: Callable[[Answer, Answer], float]
-    margin_pct: float | None = None
-    unit: str = "%"
+    states: Sequence[str] = ()
+    read: Sequence[str] = ()
+
+    @property
+    def unit(self) -> str:
+        """That its errors are stated in."""
+        return "dB" if self.error is _apart else "%"
+
+    @property
+    def margin_pct(self) -> float | None:
+        """Within which an amplitude counts as near, as where the rig's are compared; None of all else."""
+        margin = amplitudes.MARGIN[self.unit]
+        return (pct_of(margin) if self.unit == "dB" else margin) if self.read else None
 
     def shown(self, error_pct: float) -> float:
         """An error in the unit that it is stated in."""
         return error_pct if self.unit == "%" else db_of(error_pct)
 
     def text(self, error_pct: float) -> str:
-        """The same with its unit."""
+        """The same in words."""
         return f"{self.shown(error_pct):.3g} {self.unit}"
 
 
@@ -115,53 +113,16 @@ def _apart(own: Answer, right: Answer) -> float:
     return pct_of(max(abs(a - b) for a, b in _pairs(own, right)))
 
 
-def _levels(title: str, error_of: str) -> Meaning:
-    return Meaning(title=title, error_of=error_of, error=_apart, margin_pct=pct_of(amplitudes.MARGIN["dB"]), unit="dB")
-
-
+ERRORS = {"relative": _relative, "of first": _of_first, "of strongest": _of_strongest, "apart": _apart}
 MEANING: Mapping[Question, Meaning] = {
-    Question.LINES: Meaning(
-        title="line frequencies", error_of="the defect's line as the mean cage speed makes it", error=_relative
-    ),
-    Question.HARMONICS: Meaning(
-        title="harmonic pattern", error_of="the first harmonic's height, worst of five", error=_of_first
-    ),
-    Question.SIDEBANDS: Meaning(
-        title="sidebands and load-zone modulation",
-        error_of="the strongest sideband at one or two shaft speeds from the line",
-        error=_of_strongest,
-    ),
-    Question.NOISE_FLOOR: Meaning(
-        title="noise floor", error_of="the envelope's floor at 60 to 90 Hz, in m/s2", error=_relative
-    ),
-    Question.SLIP: Meaning(title="slip", error_of="the cage speed's excess over kinematics", error=_relative),
-    Question.AMPLITUDE: Meaning(title="amplitude", error_of="the RMS acceleration of 500 to 1500 Hz", error=_relative),
-    Question.LEVELS: _levels("levels in bands", "the RMS acceleration, worst of 500-1500, 1400-2800 and 400-3150 Hz"),
-    Question.THIRD_OCTAVES: _levels(
-        "third octaves of the increment",
-        "what the defect adds to the model's own healthy run, worst of the third octaves from 400 to 3150 Hz",
-    ),
-    Question.HARMONIC_LEVELS: _levels(
-        "levels of harmonics 2 to 6", "the first harmonic of the squared envelope of 1400-2800 Hz, worst of five"
-    ),
-    Question.SIDEBAND_LEVELS: _levels(
-        "levels of sidebands", "the first harmonic of that envelope, worst of one and two shaft speeds from it"
-    ),
-    Question.DEPTH: Meaning(
-        title="modulation depth", error_of="the first harmonic over that envelope's mean", error=_relative,
-        margin_pct=amplitudes.MARGIN["%"],
-    ),
-    Question.KURTOSIS: Meaning(
-        title="kurtosis", error_of="the kurtosis, worst of 1400-2800 and 400-3150 Hz", error=_relative,
-        margin_pct=amplitudes.MARGIN["%"],
-    ),
-}  # fmt: skip
+    Question(name): Meaning(**about | {"error": ERRORS[about["error"]]})
+    for name, about in read_toml(Path(__file__).parent / "questions.toml").items()
+}
 
 
 def asked_of(kind: Fault) -> tuple[Question, ...]:
-    """The questions that apply: a healthy bearing has no line with harmonics, the outer race is always in the load."""
-    empty = {Fault.HEALTHY: OF_FAULT, Fault.OUTER: (Question.SIDEBAND_LEVELS,)}.get(kind, ())
-    return tuple(q for q in Question if q not in empty)
+    """The questions that apply to a defect: a healthy bearing has no line with harmonics and sidebands."""
+    return tuple(q for q in Question if kind.scene_word in (MEANING[q].states or (kind.scene_word,)))
 
 
 def answers(run: Run, bearing: Bearing, healthy: Recording | None = None) -> dict[Question, Answer | None]:
@@ -196,10 +157,9 @@ def _amplitudes(run: Run, ratio: float, bearing: Bearing, healthy: Recording | N
     order = kind.passing_order(run.rolling_elements, ratio)
     own = amplitudes.kurtoses(record) if order is None else amplitudes.pattern(record, bearing, kind, order)
     own |= amplitudes.levels(record, None)
-    found = {question: _shown(own, names) for question, names in READ.items()}
-    if healthy is not None:
-        found[Question.THIRD_OCTAVES] = _shown(amplitudes.levels(record, healthy), tuple(amplitudes.THIRD_OCTAVES))
-    return found
+    found = {question: _shown(own, meaning.read) for question, meaning in MEANING.items() if meaning.read}
+    over = {} if healthy is None else amplitudes.levels(record, healthy)
+    return found | {Question.THIRD_OCTAVES: _shown(over, MEANING[Question.THIRD_OCTAVES].read)}
 
 
 def _shown(own: Mapping[str, QuantityValue], names: Sequence[str]) -> Answer | None:

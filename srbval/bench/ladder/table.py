@@ -12,10 +12,12 @@ from srbval.bench.ladder.cases import BASES, CalibrationScene
 from srbval.bench.ladder.questions import MEANING, Answer, Question
 from srbval.config.small_file import read_small_file
 from srbval.errors import DataError
+from srbval.models.ladder import rung_of
 from srbval.storage.strict_json import parse_json
 
 SCHEMA_VERSION = 3
 MOST_BYTES = 2**26
+LEAST_SHARE = 0.9  # of scenes on which a rung must be near, as the planner's bounds hold on nine in ten
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,30 +130,56 @@ def read_answers(table: Mapping[str, Any]) -> dict[Question, Answer | None]:
 
 
 def summary(table: LadderCalibration) -> list[dict[str, Any]]:
-    """One row for each question and rung: median and worst error [%] over the scenes asked, median cost.
+    """One row for each question and rung: median and worst error over the grid's scenes asked, median cost.
 
-    Scenes on which a rung gave no answer are counted, not averaged; without any answer the errors are None.
+    Scenes on which a rung gave no answer are counted, not averaged; without any answer the errors are None. Of an
+    amplitude: on how many of all scenes, those between the grid's too, the rung is `near`, within its margin, with the
+    95 % interval of that share; None where it cannot answer. `least`: the cheapest that is near on `LEAST_SHARE`.
     """
     cost = {model: _median_cost(table, model) for model in table.models}
-    return [_row(table, question, model, cost) for question in Question for model in table.models]
+    rows = [_row(table, question, model, cost) for question in Question for model in table.models]
+    enough = [row for row in rows if row["near"] and row["near"] >= LEAST_SHARE * row["near_of"]]
+    least = {row["question"]: row["model"] for row in reversed(enough)}
+    return [row | {"least": least.get(row["question"]) == row["model"]} for row in rows]
 
 
 def _row(table: LadderCalibration, question: Question, model: str, cost: dict[str, float | None]) -> dict[str, Any]:
+    from srbval.bench.diagnosis import wilson  # it takes a while to load, and plans need no summary
+
     asked = [e.rungs[model] for e in table.entries if question in e.rungs[model].error_pct]
     errors = [e for e in (rung.error_pct[question] for rung in asked) if e is not None]
-    own, full = cost[model], cost.get("full")
+    own, full, meaning = cost[model], cost.get("full"), MEANING[question]
+    median, worst = (float(np.median(errors)), max(errors)) if errors else (None, None)
+    near, of = _near(table, question, model)
     return {
         "question": question.value,
-        "title": MEANING[question].title,
-        "error_of": MEANING[question].error_of,
+        "title": meaning.title,
+        "error_of": meaning.error_of,
         "model": model,
         "scenes": len(asked),
         "unanswered": len(asked) - len(errors),
-        "median_error_pct": float(np.median(errors)) if errors else None,
-        "worst_error_pct": max(errors) if errors else None,
+        "median_error_pct": median,
+        "worst_error_pct": worst,
+        "unit": meaning.unit,
+        "median_error": None if median is None else meaning.shown(median),
+        "worst_error": None if worst is None else meaning.shown(worst),
+        "margin": meaning.margin_pct and meaning.shown(meaning.margin_pct),
+        "near": near,
+        "near_of": of,
+        "near_ci95": None if near is None else wilson(near, of),
         "wall_per_simulated_s": own,
         "cheaper_than_full": full / own if own and full else None,
     }
+
+
+def _near(table: LadderCalibration, question: Question, model: str) -> tuple[int | None, int]:
+    """On how many scenes a rung is within the margin of an amplitude, of those on which the reference shows it."""
+    margin = MEANING[question].margin_pct
+    if margin is None or question.value in rung_of(model).lacks:
+        return None, 0
+    shown = [e for e in (*table.entries, *table.between) if e.reference.get(question) is not None]
+    errors = [e.rungs[model].error_pct[question] for e in shown]
+    return sum(error is not None and error <= margin for error in errors), len(errors)
 
 
 def _median_cost(table: LadderCalibration, model: str) -> float | None:

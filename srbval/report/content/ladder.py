@@ -1,11 +1,13 @@
 """The ladder of models: error against cost, predictions against fresh scenes, and the missing harmonic."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import partial
+from typing import Any
 
 from srbval.evidence.evidence import Evidence
 from srbval.evidence.harmonics import HarmonicPattern, HarmonicPatterns
 from srbval.evidence.stored import ShownLadder, ShownResult
+from srbval.models.ladder import MODELS
 from srbval.report.badges import Badge
 from srbval.report.blocks import Block, Listing
 from srbval.report.content.names import missing, origin_of
@@ -22,15 +24,20 @@ def ladder_section(evidence: Evidence) -> Section:
     """Figure, table, rungs, held-out scenes, harmonic pattern."""
     ladder = evidence.ladder
     rungs = [item for name, title in ladder.rungs for item in TEXTS.listing("rung", name=name, title=title).items]
-    plot = partial(ladder_plot, rows=ladder.rows)
+    plot = partial(ladder_plot, rows=_plain(ladder))
     return TEXTS.section(
-        TEXTS.paragraph("intro", ladder=ladder),
+        TEXTS.paragraph("intro", ladder=ladder, least=list(_amplitudes(evidence.rig_ladder, "rig"))),
         TEXTS.figure("ladder-figure", plot, badge=Badge.SIMULATED),
         appendix=(
             Listing(items=tuple(rungs)),
             _table(ladder, "ladder-table"),
             TEXTS.paragraph("rig", ladder=evidence.rig_ladder),
             _table(evidence.rig_ladder, "rig-ladder-table"),
+            TEXTS.table(
+                "amplitude-ladder-table",
+                [*_amplitudes(evidence.rig_ladder, "rig"), *_amplitudes(ladder, "paper")],
+                models=list(dict.fromkeys(row["model"] for row in evidence.rig_ladder.rows)),
+            ),
             *_held_out(evidence.results[HELD_OUT]),
             *_patterns(evidence.patterns),
         ),
@@ -38,18 +45,40 @@ def ladder_section(evidence: Evidence) -> Section:
 
 
 def _table(ladder: ShownLadder, name: str) -> Table:
-    questions = dict.fromkeys(row["title"] for row in ladder.rows)
+    shown = _plain(ladder)
     rows = [
-        {"title": title, "rungs": {row["model"]: row for row in ladder.rows if row["title"] == title}}
-        for title in questions
+        {"title": title, "rungs": {row["model"]: row for row in shown if row["title"] == title}}
+        for title in dict.fromkeys(row["title"] for row in shown)
     ]
     return TEXTS.table(
         name,
         rows,
         models=list(dict.fromkeys(row["model"] for row in ladder.rows)),
         cost={row["model"]: row["wall_per_simulated_s"] for row in ladder.rows},
-        meanings=list({row["title"]: row for row in ladder.rows}.values()),
+        meanings=list({row["title"]: row for row in shown}.values()),
     )
+
+
+def _plain(ladder: ShownLadder) -> list[Mapping[str, Any]]:
+    """The rows of questions that are no amplitudes."""
+    return [row for row in ladder.rows if row["margin"] is None]
+
+
+def _amplitudes(ladder: ShownLadder, base: str) -> Iterator[dict[str, Any]]:
+    """One line for each amplitude: every rung's error and on how many scenes it is near, and the least rung that is."""
+    for question in dict.fromkeys(row["question"] for row in ladder.rows if row["margin"] is not None):
+        own = {row["model"]: row for row in ladder.rows if row["question"] == question}
+        first = next(iter(own.values()))
+        cells = dict.fromkeys(MODELS, "") | {model: _cell(row) for model, row in own.items()}
+        least = next((model for model, row in own.items() if row["least"]), None)
+        yield {**first, "base": base, "cells": cells, "least": least}
+
+
+def _cell(row: Mapping[str, Any]) -> str:
+    if row["near"] is None:
+        return "cannot"
+    error = "none" if row["median_error"] is None else f"{row['median_error']:.2g} [{row['worst_error']:.2g}]"
+    return f"{error}; {row['near']}/{row['near_of']}"
 
 
 def _held_out(result: ShownResult) -> Iterator[Block]:

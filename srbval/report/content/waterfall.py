@@ -40,8 +40,9 @@ def _lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
     measures = dict.fromkeys((row["measure"] for row in rows), "")
     for step, record in dict.fromkeys((row["step"], row["record"]) for row in rows):
         own = [row for row in rows if (row["step"], row["record"]) == (step, record)]
-        cells = measures | {row["measure"]: _text(row) for row in own}
-        yield {"step": step, "record": record, "used_for": own[0]["used_for"], "cells": cells}
+        used = own[0]["used_for"]
+        cells = measures | {row["measure"]: _text(row) + ", fit" * (row["used_for"] == "fit" != used) for row in own}
+        yield {"step": step, "record": record, "used_for": used, "cells": cells}
 
 
 def _text(row: Mapping[str, Any]) -> str:
