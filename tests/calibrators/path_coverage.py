@@ -56,27 +56,24 @@ def rough(rigs: int, first_seed: int, nm: float, noise: float) -> None:
         random = np.random.default_rng(seed)
         fault, healthy = (_behind(record("rough", state, ring(state, nm, 2 * seed + i)), random, noise)
                           for i, state in enumerate((Fault.OUTER, Fault.HEALTHY)))  # fmt: skip
-        read = [(model[name], levels(fault, healthy)[name]) for name in THIRD_OCTAVES]
-        errors.append([one.value - rig.value if rig.present else np.nan for one, rig in read])
-        reading.append([rig.ci95 for _, rig in read])
+        rig = levels(fault, healthy)
+        errors.append([model[name].value - rig[name].value if rig[name].present else np.nan for name in THIRD_OCTAVES])
+        reading.append([rig[name].ci95 for name in THIRD_OCTAVES])
         evidence.append({size: band_powers(fault, healthy, run, bearing=BEARING, band_hz=BAND_HZ)
                          for size, run in smooth.items()})  # fmt: skip
     known, off = np.split(np.array(errors), [rigs // 2])
+    often = np.isfinite(off).mean(axis=0) >= OFTEN  # of the others only those that chance lifts are shown
     shown = np.isfinite(known).sum(axis=0)
     scatter = np.nanstd(known, axis=0, ddof=1) * np.sqrt(1 + 1 / shown) * stdtrit(shown - 1, 0.975)
     own = np.array(reading[rigs // 2 :])
     inside = {"reading": np.abs(off) <= own, "with surfaces": np.abs(off) <= np.hypot(own, scatter)}
-    print_rows([
-        {"third octave": name, "shown": int(np.isfinite(off[:, i]).sum()), "bias_db": np.nanmean(off[:, i]),
-         "U surfaces_db": scatter[i]} | {f"covered, {how}": within[np.isfinite(off[:, i]), i].mean()
-                                         for how, within in inside.items()}
-        for i, name in enumerate(THIRD_OCTAVES)
-    ])  # fmt: skip
-    often = np.isfinite(off).mean(axis=0) >= OFTEN  # of others only those that chance lifts are shown
+    columns = zip(THIRD_OCTAVES, np.isfinite(off).sum(axis=0), np.nanmean(off, axis=0), scatter, strict=True)
+    print_rows(
+        [{"third octave": name, "shown": n, "bias_db": bias, "U_surfaces_db": u} for name, n, bias, u in columns]
+    )
     bias = np.nanmean(off[:, often], axis=1)
-    print(f"shown by {OFTEN:.0%} of rigs: bias {bias.mean():+.2f} +- {bias.std() / np.sqrt(bias.size - 1):.2f} dB")
-    shares = {how: within[:, often][np.isfinite(off[:, often])].mean() for how, within in inside.items()}
-    print(*(f"covered, {how}: {share:.3f}" for how, share in shares.items()), sep="; ")
+    print(f"shown by {OFTEN:.0%} of rigs: bias {bias.mean():+.2f} +- {bias.std() / np.sqrt(bias.size - 1):.2f} dB",
+          *(f"covered, {how}: {of[:, often][np.isfinite(off[:, often])].mean():.3f}" for how, of in inside.items()))  # fmt: skip
     first = [one[1.0] for one in evidence[: rigs // 2]]
     tau = brentq(lambda db: np.median([one.chance(TRUE, db) for one in first]) - 0.5, 0.1, 20)
     asked = {"true": (1.0, TRUE), "modes 10 % off": (1.0, MOVED), "no modes": (1.0, replace(TRUE, modes=()))}
