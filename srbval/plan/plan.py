@@ -1,7 +1,7 @@
 """Choose the cheapest rung whose measured error answers the question."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from srbval.bearing import load_bearing
@@ -86,6 +86,9 @@ def make_plan(
         )
     table = calibration or calibration_of(scene)
     near = neighbours(table, scene)
+    if not any(question in entry.reference for entry in table.entries):
+        unasked = f"{MEANING[question].title}: not measured about the scene {table.base}; srbval bench --ladder does so"
+        near = replace(near, outside=(*near.outside, unasked))
     candidates, chosen = _choose(scene, question, tolerance_pct, table, near)
     return Plan(
         chosen=chosen,

@@ -72,8 +72,9 @@ def rough(rigs: int, first_seed: int, nm: float, noise: float) -> None:
         [{"third octave": name, "shown": n, "bias_db": bias, "U_surfaces_db": u} for name, n, bias, u in columns]
     )
     bias = np.nanmean(off[:, often], axis=1)
-    print(f"shown by {OFTEN:.0%} of rigs: bias {bias.mean():+.2f} +- {bias.std() / np.sqrt(bias.size - 1):.2f} dB",
-          *(f"covered, {how}: {of[:, often][np.isfinite(off[:, often])].mean():.3f}" for how, of in inside.items()))  # fmt: skip
+    print(f"shown by {OFTEN:.0%} of rigs: bias {bias.mean():+.2f} +- {bias.std() / np.sqrt(bias.size - 1):.2f} dB")
+    for how, of in inside.items():
+        print(f"covered, {how}: {of[:, often][np.isfinite(off[:, often])].mean():.3f}")
     first = [one[1.0] for one in evidence[: rigs // 2]]
     tau = brentq(lambda db: np.median([one.chance(TRUE, db) for one in first]) - 0.5, 0.1, 20)
     asked = {"true": (1.0, TRUE), "modes 10 % off": (1.0, MOVED), "no modes": (1.0, replace(TRUE, modes=()))}

@@ -152,6 +152,9 @@ def test_the_least_rung_for_an_amplitude_depends_on_the_amplitude() -> None:
     assert octaves.met
     assert (sidebands.chosen, octaves.chosen) == ("impulse", "slices")
     assert "which is within 3 dB" in candidate(octaves, "slices").why  # type: ignore[attr-defined]
+    unasked = make_plan(paper("inner"), question=Question.THIRD_OCTAVES, tolerance_pct=three)
+    assert unasked.chosen == "full"
+    assert any("not measured about the scene paper" in reason for reason in unasked.outside)
     assert "cannot answer: its clicks have no strength" in candidate(octaves, "kinematic").why  # type: ignore[attr-defined]
 
 

@@ -7,7 +7,6 @@ from typing import Any
 from srbval.evidence.evidence import Evidence
 from srbval.evidence.harmonics import HarmonicPattern, HarmonicPatterns
 from srbval.evidence.stored import ShownLadder, ShownResult
-from srbval.models.ladder import MODELS
 from srbval.report.badges import Badge
 from srbval.report.blocks import Block, Listing
 from srbval.report.content.names import missing, origin_of
@@ -25,19 +24,16 @@ def ladder_section(evidence: Evidence) -> Section:
     ladder = evidence.ladder
     rungs = [item for name, title in ladder.rungs for item in TEXTS.listing("rung", name=name, title=title).items]
     plot = partial(ladder_plot, rows=_plain(ladder))
+    least = list(_amplitudes(evidence.rig_ladder))
     return TEXTS.section(
-        TEXTS.paragraph("intro", ladder=ladder, least=list(_amplitudes(evidence.rig_ladder, "rig"))),
+        TEXTS.paragraph("intro", ladder=ladder, least=least),
         TEXTS.figure("ladder-figure", plot, badge=Badge.SIMULATED),
         appendix=(
             Listing(items=tuple(rungs)),
             _table(ladder, "ladder-table"),
             TEXTS.paragraph("rig", ladder=evidence.rig_ladder),
             _table(evidence.rig_ladder, "rig-ladder-table"),
-            TEXTS.table(
-                "amplitude-ladder-table",
-                [*_amplitudes(evidence.rig_ladder, "rig"), *_amplitudes(ladder, "paper")],
-                models=list(dict.fromkeys(row["model"] for row in evidence.rig_ladder.rows)),
-            ),
+            TEXTS.table("amplitude-ladder-table", least, models=list(least[0]["cells"]), lines=least),
             *_held_out(evidence.results[HELD_OUT]),
             *_patterns(evidence.patterns),
         ),
@@ -64,14 +60,12 @@ def _plain(ladder: ShownLadder) -> list[Mapping[str, Any]]:
     return [row for row in ladder.rows if row["margin"] is None]
 
 
-def _amplitudes(ladder: ShownLadder, base: str) -> Iterator[dict[str, Any]]:
+def _amplitudes(ladder: ShownLadder) -> Iterator[dict[str, Any]]:
     """One line for each amplitude: every rung's error and on how many scenes it is near, and the least rung that is."""
     for question in dict.fromkeys(row["question"] for row in ladder.rows if row["margin"] is not None):
         own = {row["model"]: row for row in ladder.rows if row["question"] == question}
-        first = next(iter(own.values()))
-        cells = dict.fromkeys(MODELS, "") | {model: _cell(row) for model, row in own.items()}
         least = next((model for model, row in own.items() if row["least"]), None)
-        yield {**first, "base": base, "cells": cells, "least": least}
+        yield {**next(iter(own.values())), "cells": {model: _cell(row) for model, row in own.items()}, "least": least}
 
 
 def _cell(row: Mapping[str, Any]) -> str:
