@@ -96,7 +96,7 @@ def test_processes_that_the_system_refuses(tmp_path: Path, monkeypatch: pytest.M
         raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN))
 
     monkeypatch.setattr(case_process, "AnsweringProcess", refuse)
-    with pytest.raises(DataError, match=r"refuses a process .*unavailable.* --jobs"):
+    with pytest.raises(DataError, match=r"refused to start a process .*unavailable.* --jobs"):
         run_campaign(small(), tmp_path, engine=LocalProcesses(2))
 
 
