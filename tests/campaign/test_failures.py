@@ -1,4 +1,4 @@
-"""Clusters and machines that fail a campaign: one line, exit code 3 or 4, and the same command goes on."""
+"""Clusters and machines that fail a campaign: one line, exit code 3 or 4, and the same command resumes."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_a_scheduler_that_goes_away(tmp_path: Path) -> None:
         (line,) = _said(process)
     assert process.returncode == 3
     assert "is gone" in line or "failed (" in line
-    assert "the same command goes on" in line
+    assert "the same command resumes" in line
     until(lambda: not marked(mark))
 
 
