@@ -70,7 +70,7 @@ class CampaignFolder:
     def result_path(self, key: str) -> Path:
         """Where the result with that key belongs; spread over 256 folders, so that none gets too large."""
         if KEY.fullmatch(key) is None:
-            raise DataError(f"{self.path}: {key[:40]!r} is no key of a result; a key has 32 hexadecimal digits.")
+            raise DataError(f"{self.path}: {key[:40]!r} is not the key of a result; a key has 32 hexadecimal digits.")
         return self.path / CASES / key[:2] / f"{key}.h5"
 
     def result_keys(self) -> set[str]:
@@ -111,7 +111,7 @@ class CampaignFolder:
             for line in lines:
                 cases.append(_read(CampaignCase, line))
                 if cases[-1].index != len(cases) - 1:
-                    raise ValueError("another case stands in its place")
+                    raise ValueError("another case is in its place")
             if len(cases) != about.cases:
                 raise ValueError(f"it ends after {len(cases)} of {about.cases} cases")
         except (OSError, ValueError) as error:
@@ -140,7 +140,7 @@ class CampaignFolder:
             except DataError as error:
                 found.append(damaged_file(self.path / name, error))
         if lost := self._journal()[1]:
-            found.append(Damaged(file=self.path / JOURNAL, why=f"{lost} of its lines do not fit their check value"))
+            found.append(Damaged(file=self.path / JOURNAL, why=f"{lost} of its lines fail their checksum"))
         return found
 
     def note_end(self, outcome: CaseOutcome) -> None:
@@ -184,7 +184,7 @@ class CampaignFolder:
         files = dict.fromkeys((self.path / name for name in (ABOUT, PLAN, JOURNAL, TABLE)), stat.S_IFREG)
         folders = dict.fromkeys((self.path / CASES, *(self.path / CASES).glob(SHARDS)), stat.S_IFDIR)
         return [
-            Damaged(file=path, why="it is a link, or of another kind than a campaign's own")
+            Damaged(file=path, why="it is a link, or not the kind of file that a campaign writes there")
             for path, kind in (files | folders).items()
             if os.path.lexists(path) and stat.S_IFMT(path.lstat().st_mode) != kind
         ]
@@ -217,7 +217,7 @@ class CampaignFolder:
 
 
 def _lines(path: Path) -> Iterator[bytes]:
-    """The lines of a file, in pieces where they are too long; `ValueError` where it is no file of its own."""
+    """The lines of a file, in pieces where they are too long; `ValueError` where it is not a file of its own."""
     if not stat.S_ISREG(path.lstat().st_mode):
         raise ValueError("it is not a file")
     with path.open("rb") as stream:
@@ -228,5 +228,5 @@ def _lines(path: Path) -> Iterator[bytes]:
 def _read(cls: type[Read], line: bytes) -> Read:
     made = from_json(cls, read_checked_line(line))
     if not (made.name.isprintable() if isinstance(made, About) else KEY.fullmatch(made.key)):
-        raise ValueError("its name is no text, or its key is no key of a result")
+        raise ValueError("its name is not text, or its key is not the key of a result")
     return made

@@ -78,7 +78,7 @@ def read_result(path: Path) -> CaseResult:
             raise ValueError(f"it is the result of case {result.key[:32]!r}")
         return result
     except (OSError, ValueError) as error:
-        raise DataError(f"{path}: damaged: it is no result of this case ({error}).") from None
+        raise DataError(f"{path}: damaged: it is not a result of this case ({error}).") from None
 
 
 class _ImageWriter(RunWriter):

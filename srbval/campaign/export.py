@@ -190,7 +190,7 @@ def _data_card(
     noise_origin = (
         f"only the spectrum of the added noise was taken from {spectrum.name}."
         if of_recording
-        else "the noise, where there is any, is made too."
+        else "the noise, if any, is synthetic too."
     )
     template = (resources.files("srbval.campaign") / "data_card.md").read_text(encoding="utf-8")
     return template.format(

@@ -56,6 +56,6 @@ def add_noise(
         noise = np.fft.irfft(lines * gain, samples.size)
     power = float(np.var(noise))
     if power == 0:
-        raise ConfigurationError(f"noise of {spectrum.name}: nothing is left of it at {fs_hz:g} Hz; take white noise.")
+        raise ConfigurationError(f"noise of {spectrum.name}: nothing is left of it at {fs_hz:g} Hz; use white noise.")
     scale = np.sqrt(np.var(samples) / power) * 10 ** (-snr_db / 20)
     return np.asarray(samples + scale * noise)

@@ -110,7 +110,7 @@ def load_campaign(name: str) -> Campaign:
         return build(Campaign, read_toml(presets()[name]), name)
     if not name.endswith(".toml"):
         raise ConfigurationError(
-            f"campaign {name!r} is no file ending in .toml and no preset. Presets: {', '.join(presets())}."
+            f"campaign {name!r} is neither a file ending in .toml nor a preset. Presets: {', '.join(presets())}."
         )
     path = Path(name)
     campaign = build(Campaign, read_toml(path), name)

@@ -36,7 +36,7 @@ def verify_campaign(path: Path) -> CampaignVerification:
     results = Results(folder, [*planned, *sorted(folder.result_keys())])
     for key, found in results.damaged.items():
         left = key not in planned and bool(planned)
-        damaged.append(replace(found, why=f"{found.why} It is of no case of this plan: remove it.") if left else found)
+        damaged.append(replace(found, why=f"{found.why} It is not in this plan: remove it.") if left else found)
     ended = {entry.key for entry in folder.journal() if entry.ending in FINAL}
     for key in sorted(planned & ended - results.intact.keys() - results.damaged.keys()):
         damaged.append(

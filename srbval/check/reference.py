@@ -56,12 +56,12 @@ def read_reference(path: Path) -> dict[str, ReferenceQuantity]:
     try:
         content = parse_json(read_small_file(path))
     except ValueError as error:
-        raise DataError(f"{path}: no JSON ({error}).") from None
+        raise DataError(f"{path}: not JSON ({error}).") from None
     if not isinstance(content, dict) or (content.get("kind"), content.get("schema_version")) != (KIND, SCHEMA_VERSION):
-        raise DataError(f"{path}: no reference file of version {SCHEMA_VERSION}.")
+        raise DataError(f"{path}: not a reference file of version {SCHEMA_VERSION}.")
     tables = content.get("quantities", [])
     if not isinstance(tables, list) or not tables:
-        raise DataError(f"{path}: its quantities are no list, or an empty one.")
+        raise DataError(f"{path}: its quantities are not a list, or an empty one.")
     listed = [build(ReferenceQuantity, _without_null(table), f"{path.name}[{i}]") for i, table in enumerate(tables)]
     quantities = {q.name: q for q in listed}
     if len(quantities) != len(listed):

@@ -34,7 +34,8 @@ def run(options: argparse.Namespace) -> int:
     if options.background:
         if healthy is not None:
             raise ConfigurationError(
-                "--background with --healthy: no increment over a healthy record is to be taken of it."
+                "--background and --healthy exclude each other: the background is a healthy record's own, so an "
+                "increment over one means nothing."
             )
         recording = on_background(recording, load_healthy(options.background, settings))
     _ask_at_once(recording, options)

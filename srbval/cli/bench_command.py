@@ -94,7 +94,7 @@ def _sensitivity(options: argparse.Namespace) -> int:
 def _scan(options: argparse.Namespace) -> int:
     """What would be stated of the cage ratio with each input alone over its range."""
     if options.scene or options.inputs or options.quick:
-        raise ConfigurationError("--scan is of the paper's scene: leave out --scene, --inputs and --quick.")
+        raise ConfigurationError("--scan applies to the paper's scene only: leave out --scene, --inputs and --quick.")
 
     def measure(progress: Progress) -> dict[str, Any]:
         study = newest_result(RIG_INPUTS)

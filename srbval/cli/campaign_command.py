@@ -95,7 +95,7 @@ def _show_damaged(damaged: Sequence[Damaged]) -> int:
     for found in damaged:
         print(f"{found.file}: {found.why}")
     if damaged:
-        print("The same srbval campaign run writes or runs again what is damaged of its plan.")
+        print("The same srbval campaign run repairs it: damaged results are run again, other files are rewritten.")
     return DAMAGED if damaged else DONE
 
 

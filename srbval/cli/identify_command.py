@@ -85,7 +85,8 @@ def _size(options: argparse.Namespace, band_hz: tuple[float, float]) -> int:
     path = load_sensor_path(options.defect_size)
     if path is None or options.output or options.mass_kg is not None:
         raise ConfigurationError(
-            "--defect-size takes a path, rig or a file of srbval identify, and writes none: leave -o and --mass-kg out."
+            "--defect-size reads a path (rig, or a file that srbval identify wrote) and writes none: leave out -o and "
+            "--mass-kg."
         )
     fault, healthy, bearing = _records(options)
     own = {"bearing": bearing}
@@ -105,7 +106,7 @@ def _size(options: argparse.Namespace, band_hz: tuple[float, float]) -> int:
     ])  # fmt: skip
     print(f"\na contact passes from entry to exit in {_mm(found.passage_s)} ms")
     if found.path_is_fitted:
-        print("the path is from this record and a size that was assumed, which comes back: the level says nothing new")
+        print("the path was identified from this record with an assumed size, so the level only returns that size")
     return 0
 
 
@@ -123,7 +124,7 @@ def _print(found: Identified) -> None:
              "healthy_differs_by_u")  # fmt: skip
     print_table(COLUMNS, [(i, *(mode[n] for n in names)) for i, mode in enumerate(table["modes"], start=1)])
     if found.levels_db is not None:
-        print(f"\nlevels scatter by {found.path.scatter_db:.2g} dB beyond noise: what simulated force and path miss")
-        print("fitted records, on which no verdict may rest: " + ", ".join(found.path.used))
+        print(f"\nlevels scatter by {found.path.scatter_db:.2g} dB beyond noise: the error of simulated force and path")
+        print("fitted records, which no verdict may use: " + ", ".join(found.path.used))
         print()
         print_table(("Hz", "record dB", "fit dB", "healthy dB"), found.levels_db.round(2).tolist())

@@ -18,7 +18,7 @@ def run(options: argparse.Namespace) -> int:
     settings = recording_settings(options)
     if not options.files and (settings or options.healthy or options.band):
         raise ConfigurationError(
-            "options are given that are about recordings: name the recording too, for example: srbval report FILE.csv"
+            "options for recordings are given, but no recording; name it too, for example: srbval report FILE.csv"
         )
     started = time.perf_counter()
     with ProgressDisplay() as progress:

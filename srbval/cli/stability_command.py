@@ -60,8 +60,9 @@ def _show_verdicts(result: OwnVerdicts) -> None:
     )
     counts = result.counts
     print(
-        f"\n{counts['runs']} runs, seed {result.seed}: {counts['says_ok']} say ok without caution, "
-        f"{counts['falsely_ok']} of them are off; {counts['falsely_failed']} say failed and are like the converged run"
+        f"\n{counts['runs']} runs, seed {result.seed}: {counts['says_ok']} report ok without caution, "
+        f"{counts['falsely_ok']} of them are wrong; {counts['falsely_failed']} report failure but agree with the "
+        "converged run"
     )
     rows = [
         (run.case.condition.scene, f"{run.case.condition.rpm:g}", f"{run.case.condition.load:g}", run.case.solver,

@@ -84,7 +84,7 @@ class AnsweringProcess:
             code = self._process.wait(END_S)
         except subprocess.TimeoutExpired:
             self.kill()
-            return f"it answered no more and did not end within {END_S:g} s"
+            return f"it stopped answering and did not end within {END_S:g} s"
         with contextlib.suppress(ValueError):
             return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
         return f"exit code {code}"

@@ -55,7 +55,7 @@ def recording_from_run(run: Run) -> Recording:
     """The outer ring's acceleration with its radial axes x and y, to be rotated onto the sensor's direction.
 
     Behind a path to the sensor, what that shows is the channel to analyse instead.
-    Does not look at the run's status: check that first, a failed run is no vibration.
+    Does not look at the run's status: check that first, a failed run is not a vibration record.
     """
     scene, profile = run.scene, run.scene.speed_profile
     shown = {SENSOR: run.sensor_m_s2} if run.sensor_m_s2.size else {}

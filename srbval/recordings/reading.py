@@ -106,7 +106,7 @@ class Reading(SourceFacts):
 
     @property
     def vibrations(self) -> tuple[str, ...]:
-        """Names of the channels that may be analysed: those that are no shaft speed."""
+        """Names of the channels that may be analysed: those that are not a shaft speed."""
         return tuple(name for name, channel in self.channels.items() if channel.unit not in SPEED_HZ)
 
     def all_cautions(self) -> tuple[str, ...]:

@@ -126,6 +126,6 @@ def _check_even(times: FloatArray, stride: int) -> None:
     odd = np.flatnonzero(np.abs(intervals / usual - 1) > ODD_INTERVAL)
     if odd.size:
         raise DataError(
-            f"{odd.size} of {intervals.size} intervals between pulses are off their neighbours by more than "
-            f"{100 * ODD_INTERVAL:.0f} %, the first at {times[odd[0]]:.4g} s: pulses are missing, or are none."
+            f"{odd.size} of {intervals.size} intervals between pulses differ from their neighbours by more than "
+            f"{100 * ODD_INTERVAL:.0f} %, the first at {times[odd[0]]:.4g} s: pulses are missing or spurious."
         )

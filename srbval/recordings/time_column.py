@@ -62,7 +62,7 @@ def _read(raw: RawFile, name: str) -> TimeColumn:
     match, shown, times = _TIME.fullmatch(name.lower()), printable(name), np.array(raw.array(name), np.float64).ravel()
     assert match is not None, "only times are read"
     if wrong := np.count_nonzero(~(np.abs(times) < LARGEST)):
-        return TimeColumn(name=shown, problem=f"{wrong} of the times of {shown} are no finite numbers", uneven=True)
+        return TimeColumn(name=shown, problem=f"{wrong} of the times of {shown} are not finite numbers", uneven=True)
     unit = raw.units.get(name, match[1] or match[2] or "").strip().lower()
     steps = np.diff(times)
     mean = float(np.mean(steps))
@@ -75,7 +75,7 @@ def _read(raw: RawFile, name: str) -> TimeColumn:
     if unit or PLAUSIBLE_HZ[0] <= rate <= PLAUSIBLE_HZ[1]:
         return TimeColumn(name=shown, rates_hz=(round(rate, 6),))
     if (steps == 1).all():
-        return TimeColumn(name=shown, problem=f"{shown} counts the samples: a step of 1 is no time that can be told")
+        return TimeColumn(name=shown, problem=f"{shown} counts the samples: a step of 1 is not a time")
     readings = ", ".join(f"{rate / UNITS_S[u]:.6g} Hz if in {u}" for u in ("s", "ms", "us"))
     rates = (rate, rate * 1e3, rate * 1e6)
     return TimeColumn(name=shown, rates_hz=rates, problem=f"{shown} has a step of {mean:.6g}, {readings}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from dataclasses import dataclass
 
@@ -98,7 +99,11 @@ class Periodogram:
 
     def power_at(self, frequency_hz: FloatArray) -> FloatArray:
         """Power at any frequency, interpolated on the fine grid (within two per cent at a line's top)."""
-        return np.interp(frequency_hz, np.arange(self.power.size) * self.step_hz, self.power)
+        return np.interp(frequency_hz, self._grid_hz, self.power)
+
+    @functools.cached_property
+    def _grid_hz(self) -> FloatArray:
+        return np.arange(self.power.size, dtype=np.float64) * self.step_hz
 
     def exact_power_at(self, frequency_hz: FloatArray) -> FloatArray:
         """Power from the Fourier sum itself; for a handful of frequencies."""

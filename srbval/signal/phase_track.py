@@ -50,7 +50,9 @@ def viterbi_path(sums: ComplexArray, number: FloatArray, step_rad2: float) -> Fl
     path: FloatArray = np.zeros(sums.shape[1])
     for _ in range(_PASSES):
         likelihood = 2 * ((np.conj(amplitude)[:, None] * sums).T @ rotation).real
-        path = np.asarray(grid[_best_path(likelihood, cost)], dtype=np.float64)
+        before, path = path, np.asarray(grid[_best_path(likelihood, cost)], dtype=np.float64)
+        if np.array_equal(path, before):  # and so would every further pass
+            break
         amplitude = amplitudes(sums, number, path)
     return np.unwrap(path)
 

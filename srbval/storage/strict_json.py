@@ -90,7 +90,7 @@ def write_json(path: Path, value: Any) -> None:
 
 
 def _refuse(constant: str) -> Any:
-    raise ValueError(f"{constant} is no JSON")
+    raise ValueError(f"{constant} is not JSON")
 
 
 def _key(key: Any) -> str:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import Bearing, Fault, load_bearing
 from srbval.errors import ConfigurationError, DataError
+from srbval.processes.threads import one_thread
 from srbval.recordings import Recording, ShaftSpeed
 from srbval.signal import BandFilter
 from srbval.validation.band_choice import BandChoice, auto_band, declared_band, sidak_corrected
@@ -119,6 +120,7 @@ class Analysis:
         }
 
 
+@one_thread()
 def analyse(
     recording: Recording,
     *,

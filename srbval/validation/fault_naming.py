@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing import DEFECTS, Fault
+from srbval.processes.threads import one_thread
 from srbval.validation.analyse import Analysis
 from srbval.validation.fault_call import Basis, FaultCall
 from srbval.validation.fault_evidence import FaultEvidence, fault_evidence
@@ -54,6 +55,7 @@ def _fault(name: str) -> Fault | None:
     return next((fault for fault in DEFECTS if fault.value == name), None)
 
 
+@one_thread()
 def name_fault(analysis: Analysis, *, all_channels: bool = False, without_rig: str | None = None) -> Naming:
     """Name the fault of an analysed record; `without_rig` leaves a rig's own records out of what it is held against.
 

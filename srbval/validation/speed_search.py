@@ -176,22 +176,22 @@ def _outside(
     if detected_fault_lines(sidak_corrected(found.lines, speeds=found.tried)):
         return None, ()
     record = periodogram_of(processed, bearing, found.speed)
-    strongest: tuple[OutsideFamily | None, tuple[Line, ...]] = None, ()
+    readings = []
     for family in families_of(bearing, found.speed.value_hz)[: len(DEFECTS)]:
         half_hz = SEARCH_SHARE * family.kinematic_hz
         reading = read_comb(record, family.kinematic_hz, half_hz, harmonics=HARMONICS, shortest_block_s=None)
-        if reading is None or not reading.detected or sum(s > LEAST_SNR for s in reading.snr) <= 1:
-            continue
+        if reading is not None and reading.detected and sum(s > LEAST_SNR for s in reading.snr) > 1:
+            readings.append((family, reading))
+    for family, reading in sorted(readings, key=lambda pair: -pair[1].snr[0]):
         scale = reading.found_hz / family.kinematic_hz
         there = _read(processed, bearing, found.speed, scale, brief=True)
-        line = next(x for x in there if (x.name, x.harmonic) == (family.name, 1))
-        if line.detected and (strongest[0] is None or reading.snr[0] > strongest[0].snr):
+        if next(x for x in there if (x.name, x.harmonic) == (family.name, 1)).detected:
             outside = OutsideFamily(
                 name=family.name, found_hz=reading.found_hz, off_pct=100 * (scale - 1), snr=reading.snr[0],
                 shaft_hz=scale * found.speed.value_hz, noise_false_alarm=reading.noise_false_alarm,
             )  # fmt: skip
-            strongest = outside, there
-    return strongest
+            return outside, there
+    return None, ()
 
 
 def _scales(nominal: ShaftSpeed) -> Iterator[float]:

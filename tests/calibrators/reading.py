@@ -23,6 +23,7 @@ from typing import TypeVar
 
 from srbval.bench.machine import usable_cores
 from srbval.cli.measured import this_machine
+from srbval.processes.threads import one_thread
 from srbval.progress import Progress, ProgressDisplay, silent
 from srbval.storage.content_store import ContentStore
 from srbval.storage.own_package import git_revision
@@ -53,7 +54,7 @@ Piece = TypeVar("Piece")
 
 @dataclass(frozen=True, kw_only=True)
 class ReadingSettings:
-    """Number of records per cell; durations, line-to-noise ratios and jitter to try.
+    """Number of records per cell; durations, line-to-noise ratios, jitter and slip to try.
 
     `timed`: also what is not Monte-Carlo, the wall times and the errors of the envelope chain and the transforms.
     """
@@ -63,10 +64,13 @@ class ReadingSettings:
     seconds: tuple[float, ...] = (2.0, 10.0, 30.0)
     snr_db: tuple[float, ...] = (16.0, 25.0, 35.0)
     jitter: tuple[float, ...] = (0.0, 0.001, 0.003, 0.01, 0.03)
+    slip: tuple[float, ...] = (0.01, 0.03)
     timed: bool = True
 
 
-QUICK_READING = ReadingSettings(trials=60, noise_records=300, seconds=(10.0,), snr_db=(25.0,), jitter=(0.0, 0.01))
+QUICK_READING = ReadingSettings(
+    trials=60, noise_records=300, seconds=(10.0,), snr_db=(25.0,), jitter=(0.0, 0.01), slip=()
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +95,7 @@ def run_reading_bench(
     timed = timings() if settings.timed else ()
     chains = chain_errors() if settings.timed else ()
     transforms = tuple(check_scalogram(name) for name in TRANSFORMS) if settings.timed else ()
-    cells = cells_of(settings.seconds, settings.snr_db, settings.jitter)
+    cells = cells_of(settings.seconds, settings.snr_db, settings.jitter, settings.slip)
     read = _in_pieces(
         [functools.partial(trials_of, cell) for cell in cells],
         settings.trials,
@@ -144,6 +148,7 @@ def _in_pieces(
     return results
 
 
+@one_thread()
 def _kept(
     store: ContentStore | None, work: Callable[[int, Sequence[int]], list[Piece]], size: int, seed: Sequence[int]
 ) -> list[Piece]:

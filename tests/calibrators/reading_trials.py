@@ -6,7 +6,7 @@ Records are synthetic: combs with slip in noise, and noise only.
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,6 +23,7 @@ BLOCK_S = 2 / SHAFT_HZ
 MEAN = 3.0  # a squared envelope is positive
 # Amplitudes of the harmonics: all equal, and decreasing as those of a short burst do.
 PROFILES = {"equal": (1.0,) * 5, "falling": (1.0, 1 / 2, 1 / 3, 1 / 4, 1 / 5)}
+UNEVEN = 0.01  # a cage that slips does not slip evenly
 COLOUR_POLE = 0.9  # first-order noise: power falls by a factor 300 over the band, by a third over five lines' reach
 # Frequencies that the informed fit tries, as far from the line as it can be off.
 _INFORMED_BINS, _INFORMED_PLACES = 2.0, 801
@@ -69,22 +70,24 @@ def periodogram_of(record: FloatArray) -> Periodogram:
     return Periodogram.of(record, FS_HZ, limit_hz=LIMIT_HZ, shaft_hz=SHAFT_HZ)
 
 
-def read_record(record: FloatArray, harmonics: int = 5) -> LineReading | None:
-    """Read the line, in a search window that is not centred on it."""
-    middle = LINE_HZ * (1 + OFF_SHARE)
-    return read_comb(
-        periodogram_of(record), middle, HALF_SHARE * LINE_HZ, harmonics=harmonics, shortest_block_s=BLOCK_S
-    )
+def read_record(record: FloatArray, harmonics: int = 5, slip: float = 0.0) -> LineReading | None:
+    """Read the line, in a window that is not centred on it; with `slip` it lies so far below, and the window is wider.
+
+    The line is the same for every slip: where the cage lags, the kinematic line that is looked about is the higher one.
+    """
+    middle, half = LINE_HZ * (1 + OFF_SHARE) / (1 - slip), (HALF_SHARE + slip) * LINE_HZ
+    return read_comb(periodogram_of(record), middle, half, harmonics=harmonics, shortest_block_s=BLOCK_S)
 
 
 @dataclass(frozen=True, kw_only=True)
 class AccuracyCell:
-    """What is read: `snr_db` is the first harmonic's, `profile` the amplitudes of all five."""
+    """What is read: `snr_db` is the first harmonic's, `profile` the amplitudes of all five; the cage lags by `slip`."""
 
     seconds: float
     snr_db: float
     profile: str
     jitter: float
+    slip: float = 0.0
 
     def record(self, rng: np.random.Generator) -> FloatArray:
         """A record of this cell."""
@@ -121,7 +124,7 @@ def trials_of(cell: AccuracyCell, count: int, seed: Sequence[int]) -> list[Trial
 
 
 def _trial(cell: AccuracyCell, record: FloatArray) -> Trial:
-    reading = read_record(record)
+    reading = read_record(record, slip=cell.slip)
     informed = 0.0 if cell.jitter else _informed_hz(cell, record) - LINE_HZ
     if reading is None:
         return False, 0.0, 0.0, informed
@@ -165,12 +168,16 @@ def _rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def cells_of(seconds: Sequence[float], snr_db: Sequence[float], jitter: Sequence[float]) -> tuple[AccuracyCell, ...]:
-    """All combinations."""
-    return tuple(
+def cells_of(
+    seconds: Sequence[float], snr_db: Sequence[float], jitter: Sequence[float], slip: Sequence[float] = ()
+) -> tuple[AccuracyCell, ...]:
+    """All combinations; with `slip` only those of falling harmonics whose periods scatter by `UNEVEN` or more."""
+    cells = [
         AccuracyCell(seconds=s, snr_db=d, profile=p, jitter=j)
         for s, d, p, j in itertools.product(seconds, snr_db, PROFILES, jitter)
-    )
+    ]
+    slipping = [c for c in cells if c.profile == "falling" and c.jitter >= UNEVEN]
+    return (*cells, *(replace(cell, slip=share) for share, cell in itertools.product(slip, slipping)))
 
 
 RATES = (0.1, 0.01, 0.001)

@@ -23,8 +23,9 @@ MEAN_COVERAGE = (0.92 - 0.03, 0.98 + 0.01)
 @pytest.fixture(scope="module")
 def result():
     settings = ReadingSettings(
-        trials=TRIALS, noise_records=20, seconds=(10.0,), snr_db=(16.0, 25.0), jitter=(0.0, 0.003, 0.01), timed=False
-    )
+        trials=TRIALS, noise_records=20, seconds=(10.0,), snr_db=(16.0, 25.0), jitter=(0.0, 0.003, 0.01), slip=(0.03,),
+        timed=False,
+    )  # fmt: skip
     return run_reading_bench(settings, seed=5)
 
 
@@ -36,7 +37,8 @@ def test_without_slip_the_error_is_the_cramer_rao_bound(result):
 
 
 def test_interval_covers_with_and_without_slip(result):
-    cells = {(a.snr_db, a.profile, a.jitter): a.coverage for a in result.accuracy}
+    cells = {(a.snr_db, a.profile, a.jitter, a.slip): a.coverage for a in result.accuracy}
+    assert {slip for *_, slip in cells} == {0.0, 0.03}
     assert min(cells.values()) > LEAST_COVERAGE - 1e-9
     assert MEAN_COVERAGE[0] < np.mean(list(cells.values())) < MEAN_COVERAGE[1]
 

@@ -176,7 +176,7 @@ def test_a_damaged_result_of_another_plan_is_named_and_left(folder: Path) -> Non
     assert left
     cut(left[0])
     (found,) = verify_campaign(folder).damaged
-    assert (found.file, "of no case of this plan: remove it" in found.why) == (left[0], True)
+    assert (found.file, "not in this plan: remove it" in found.why) == (left[0], True)
     assert resume(folder, seed=7)[0].damaged == 0
     left[0].unlink()
     assert verify_campaign(folder).ok

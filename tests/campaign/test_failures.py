@@ -1,4 +1,4 @@
-"""Clusters and machines that fail a campaign: one line, exit code 3 or 4, and the same command goes on."""
+"""Clusters and machines that fail a campaign: one line, exit code 3 or 4, and the same command resumes."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_a_scheduler_that_goes_away(tmp_path: Path) -> None:
         (line,) = _said(process)
     assert process.returncode == 3
     assert "is gone" in line or "failed (" in line
-    assert "the same command goes on" in line
+    assert "the same command resumes" in line
     until(lambda: not marked(mark))
 
 
@@ -96,7 +96,7 @@ def test_processes_that_the_system_refuses(tmp_path: Path, monkeypatch: pytest.M
         raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN))
 
     monkeypatch.setattr(case_process, "AnsweringProcess", refuse)
-    with pytest.raises(DataError, match=r"refuses a process .*unavailable.* --jobs"):
+    with pytest.raises(DataError, match=r"refused to start a process .*unavailable.* --jobs"):
         run_campaign(small(), tmp_path, engine=LocalProcesses(2))
 
 

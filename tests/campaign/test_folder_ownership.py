@@ -102,7 +102,7 @@ def test_links_are_not_followed(place: str, folder: Path, tmp_path: Path) -> Non
 def test_a_key_is_checked_before_it_becomes_a_path(tmp_path: Path) -> None:
     folder = CampaignFolder(tmp_path)
     for key in ("../victim", "a" * 31, "a" * 33, "A" * 32, "a" * 31 + "\n", "", "a" * 32 + "\0", "٣" * 32):
-        with pytest.raises(DataError, match="no key of a result"):
+        with pytest.raises(DataError, match="not the key of a result"):
             folder.result_path(key)
     victim = tmp_path / "victim.h5"
     victim.write_text("mine")

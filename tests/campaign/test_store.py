@@ -182,7 +182,7 @@ def test_status_says_what_is_there(tmp_path: Path) -> None:
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="no process groups here")
 @pytest.mark.parametrize("engine", ["serial", "local", "dask"])
 def test_ctrl_c(engine: str, tmp_path: Path) -> None:
-    """It reaches all processes of a terminal: one of them answers, in one line, and the same command goes on."""
+    """It reaches all processes of a terminal: one of them answers, in one line, and the same command resumes."""
     file, folder = tmp_path / "many.toml", tmp_path / "run"
     file.write_text(MANY)
     with cluster(engine, tmp_path, {}) as options:

@@ -50,7 +50,7 @@ def test_text_named_mat(tmp_path: Path) -> None:
 
 def test_binary_of_no_kind(tmp_path: Path) -> None:
     (tmp_path / "a.mat").write_bytes(b"XK\x03\x04" + bytes(range(256)) * 4)
-    refused(tmp_path / "a.mat", "no known recording. Accepted: .*MATLAB")
+    refused(tmp_path / "a.mat", "not a known recording format. Accepted: .*MATLAB")
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes on this system")
@@ -236,9 +236,7 @@ def test_hdf5_filters(tmp_path: Path, filters: str) -> None:
         data.write_direct_chunk((0,), files.vibration().tobytes(), 0)
         file["other"] = files.vibration()
         file.attrs["fs_hz"] = 1000.0
-    match = (
-        "filter 32768, which is not installed. Unpack it: h5repack" if filters == "unknown" else "packed by 8 filters"
-    )
+    match = "filter 32768, not installed. Decompress: h5repack" if filters == "unknown" else "compressed by 8 filters"
     refused(tmp_path / "a.h5", match)
 
 
@@ -334,4 +332,4 @@ def test_hard_link_circle_ends(tmp_path: Path) -> None:
 
 def test_text_of_one_endless_line(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("1," * 2_000_000)
-    refused(tmp_path / "a.csv", "no table of numbers")
+    refused(tmp_path / "a.csv", "not a table of numbers")

@@ -94,7 +94,7 @@ def test_every_open_question_in_one_message(tmp_path: Path, capsys: pytest.Captu
     folder = folder_of(tmp_path, "a.npy")
     assert main(["data", "add", str(folder)]) == 0
     out = capsys.readouterr().out
-    (line,) = [line for line in out.splitlines() if "to be settled" in line]
+    (line,) = [line for line in out.splitlines() if "not stated" in line]
     for asked in ("--channel data[1] | data[2]", "--fs HZ", "--unit", "--bearing", "--rpm R", "--tacho"):
         assert asked in line
     assert main(["analyse", str(folder / "a.npy"), "--channel", "data[1]", "--fs", "8000", "--unit", "g"]) == 2

@@ -103,7 +103,7 @@ DEATHS = {
     "while True: pass": "more than 1 s of computing time",
     "os.kill(os.getpid(), signal.SIGSEGV)": r"crashed \(signal SIGSEGV\)\. The file is damaged; copy it again",
     "os.abort()": r"crashed \(signal SIGABRT\)",
-    "os.kill(os.getpid(), signal.SIGKILL)": r"ended \(signal SIGKILL\), as where memory is short",
+    "os.kill(os.getpid(), signal.SIGKILL)": r"ended \(signal SIGKILL\), perhaps for lack of memory",
     "os._exit(7)": r"ended \(exit code 7\)",
     "raise SystemExit": "ended",
     "open('/none')": "cannot be read",

@@ -113,7 +113,7 @@ def test_add_prints_how_to_settle(tmp_path: Path, capsys: pytest.CaptureFixture[
         two_columns(tmp_path / f"{i}.npy")
     assert main(["data", "add", str(tmp_path)]) == 0
     out = capsys.readouterr().out
-    assert "0.npy and 2 more: to be settled: which of 2 channels: --channel data[1] | data[2]" in out
+    assert "0.npy and 2 more: not stated: which of 2 channels: --channel data[1] | data[2]" in out
     assert "`srbval data add FILE|DIR OPTIONS`" in out
 
 

@@ -129,7 +129,7 @@ def test_a_rate_that_contradicts_the_times(tmp_path: Path) -> None:
 def test_times_that_are_none(tmp_path: Path) -> None:
     times = np.where(np.arange(N) == 7, np.nan, GRID)
     assert load(tmp_path, {"t": times, "fs": 20_480.0}).cautions == (
-        "1 of the times of t are no finite numbers; read as even, at 20480 Hz",
+        "1 of the times of t are not finite numbers; read as even, at 20480 Hz",
     )
 
 

@@ -49,7 +49,7 @@ def test_own_files_are_refused_when_a_bit_has_flipped(stand_in: Path) -> None:
         raw = bytearray(whole)
         raw[at] ^= 4
         stand_in.write_bytes(raw)
-        with pytest.raises(DataError, match=r"damaged|no known recording"):
+        with pytest.raises(DataError, match=r"damaged|not a known recording"):
             load_recording(stand_in)
     stand_in.write_bytes(whole[:-1])
     with pytest.raises(DataError, match="its checksum is gone"):

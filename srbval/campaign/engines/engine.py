@@ -10,7 +10,7 @@ from srbval.scene import Scene
 
 ATTEMPTS = 3  # per case whose process dies: the system may have killed it because of another process's memory
 
-KEPT = "Results that had come are kept; the same command goes on from there."
+KEPT = "Results received so far are kept; the same command resumes from there."
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -52,7 +52,8 @@ class LocalProcesses:
                     raise outcome
                 yield outcome
         except (OSError, RuntimeError, MemoryError) as error:  # no process or thread more
-            raise DataError(f"this machine refuses a process ({error}). {KEPT} Take fewer --jobs.") from None
+            text = f"the operating system refused to start a process ({error}). {KEPT} Use fewer --jobs."
+            raise DataError(text) from None
         finally:
             for process in processes:
                 process.stop()

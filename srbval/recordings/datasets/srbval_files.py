@@ -35,7 +35,7 @@ def read_srbval_file(raw: RawFile) -> Reading:
         raise DataError(f"{raw.path}: srbval_kind is {kind!r}; this version reads 'run' and 'stand-in'.")
     status = raw.text("status") or "ok"
     if status not in USABLE:
-        raise DataError(f"{raw.path}: the run failed ({status}: {raw.text('reason')}); it is no vibration.")
+        raise DataError(f"{raw.path}: the run failed ({status}: {raw.text('reason')}); it is not a vibration record.")
     channels = _channels(raw)
     wanted: tuple[str, ...] = (PREFIX,) if kind == "stand-in" else (SENSOR,) if SENSOR in channels else RUN_AXES
     if not set(wanted) <= set(channels):

@@ -29,7 +29,7 @@ def detect_format(path: Path) -> FileFormat:
         if candidate.matches(head):
             return candidate
     accepted = ", ".join(candidate.description for candidate in FORMATS)
-    raise DataError(f"{path}: starts with {head[:8]!r}, which is no known recording. Accepted: {accepted}.")
+    raise DataError(f"{path}: starts with {head[:8]!r}, which is not a known recording format. Accepted: {accepted}.")
 
 
 def _head(path: Path) -> bytes:

@@ -86,7 +86,7 @@ class _Hdf5Reader:
         self.items += items
         if self.items > MAX_ITEMS:
             held = f"{self.items} or more links, references and attributes"
-            raise DataError(f"{self.path}: holds {held}; {MAX_ITEMS} are read at most. It is no recording.")
+            raise DataError(f"{self.path}: holds {held}; {MAX_ITEMS} are read at most. Not a recording.")
 
     def _claim(self, count: int, what: str) -> None:
         self.claimed += count
@@ -104,7 +104,7 @@ class _Hdf5Reader:
         import h5py
 
         if depth > MAX_DEPTH:
-            raise DataError(f"{self.path}: nested deeper than {MAX_DEPTH} groups or references. It is no recording.")
+            raise DataError(f"{self.path}: nested deeper than {MAX_DEPTH} groups or references. Not a recording.")
         if isinstance(item, h5py.Group):
             for key, member in self._members(item):
                 self._visit(f"{name}.{key}", member, depth + 1)
@@ -172,9 +172,9 @@ def _not_there(name: str, dataset: Any, size: int) -> str | None:
     settings = dataset.id.get_create_plist()
     filters = [settings.get_filter(i)[0] for i in range(settings.get_nfilters())]
     if len(filters) > MAX_FILTERS:
-        return f"{name!r} is packed by {len(filters)} filters; {MAX_FILTERS} are read at most. It is no recording."
+        return f"{name!r} is compressed by {len(filters)} filters; {MAX_FILTERS} are read at most. Not a recording."
     if missing := [code for code in filters if not h5py.h5z.filter_avail(code)]:
-        return f"{name!r} is packed by filter {missing[0]}, which is not installed. Unpack it: h5repack -f NONE IN OUT"
+        return f"{name!r} is compressed by filter {missing[0]}, not installed. Decompress: h5repack -f NONE IN OUT"
     if size == 0:
         return None
     needed = math.prod(-(-n // chunk) for n, chunk in zip(dataset.shape, dataset.chunks or dataset.shape, strict=True))

@@ -84,7 +84,7 @@ def read_limited(
     elif how.endswith(CRASHES):
         text = f"the library that reads it crashed ({how}). The file is damaged; copy it again"
     else:
-        text = f"the process that reads it ended ({how}), as where memory is short. Try again; see: srbval doctor"
+        text = f"the process that reads it ended ({how}), perhaps for lack of memory. Try again; see: srbval doctor"
     raise DataError(f"{path}: {text}")
 
 

@@ -12,7 +12,7 @@ from srbval.recordings.loaders.limited import read_limited
 from srbval.recordings.raw import LONGEST_NAME, FileFormat, RawFile, Value, check_claim, first_line
 
 SIGNATURE, ZIP = b"\x93NUMPY", b"PK\x03\x04"
-# Version 3 differs in the names of fields, and arrays with fields are no recordings.
+# Version 3 differs in the names of fields, and arrays with fields are not recordings.
 READ_HEADER = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 
 

@@ -22,7 +22,7 @@ from srbval.recordings.reading import known_unit
 
 MAX_COLUMNS = 64
 MAX_LINE = 16384
-TRIED_ROWS = 3  # rows of which one must hold numbers, or the text is no table at all
+TRIED_ROWS = 3  # rows of which one must hold numbers, or the text is not a table
 UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 _WARNINGS = threading.Lock()  # catch_warnings changes the state of the whole process
 _CONTROL = re.compile(r"[\0-\x08\x0b\x0d-\x1f]")
@@ -41,7 +41,7 @@ def load_text(path: Path) -> RawFile:
     Lines that begin with ``#``, ``%`` or ``//`` are comments; ``# fs_hz = 20480`` before the first row is kept as an
     attribute. The header may have a second line, of units. Decimal commas are read where another separator leaves no
     doubt. Raises `DataError` for anything that is not a table of
-    numbers, and for a table with blank lines between its rows, rows of another length, fields that are no finite
+    numbers, and for a table with blank lines between its rows, rows of another length, fields that are not finite
     numbers, unnamed columns or two of one name.
     """
     lines, notes = _lines(path)
@@ -87,7 +87,7 @@ def _lines(path: Path) -> tuple[list[str], tuple[str, ...]]:
     text = text if "\n" in text else text.replace("\r", "\n")
     lines = [_COMMENT.sub("#", line.strip(" \f")) for line in text.split("\n")]
     if max(map(len, lines)) >= MAX_LINE:
-        raise DataError(f"{path}: a line of more than {MAX_LINE} characters is no table of numbers.")
+        raise DataError(f"{path}: a line of more than {MAX_LINE} characters is not a table of numbers.")
     wrong = [i for i, line in enumerate(lines) if _CONTROL.search(line)] if _CONTROL.search(text) else []
     _refuse(path, wrong, "with control characters", "Copy the damaged file again")
     return lines, () if text.endswith("\n") else ("the last line has no end: the file may have been cut there",)
@@ -143,7 +143,7 @@ def _columns(path: Path, lines: list[str], data: list[int], separator: str | Non
     blank = [i for i in between if not lines[i].strip()]
     _refuse(path, blank, "blank among the samples", "Samples may be missing there: export the record again")
     hidden = [i for i in between if lines[i].startswith("#") and _numbers(lines[i].lstrip("#"), separator)]
-    _refuse(path, hidden, "of numbers behind a # among the samples", "Take it out, or delete the line")
+    _refuse(path, hidden, "of numbers behind a # among the samples", "Remove it, or delete the line")
     _refuse(path, [i for i in data if "#" in lines[i]], "with a # after its beginning", "Cut it off")
     last = separator is not None and all(lines[i].endswith(separator) for i in data)
     counts = [(lines[i].count(separator) + 1 if separator else len(lines[i].split())) - last for i in data]
@@ -157,8 +157,8 @@ def _check_names(where: str, names: list[str], columns: int) -> None:
     """Refuse a first line that is no header of so many columns."""
     if wrong := [name for name in names if _LIKE_A_NUMBER.match(name)]:
         raise DataError(
-            f"{where} is no row of numbers, and {printable(wrong[0])!r} no name for a column: a name neither is empty "
-            "nor begins like a number. Correct the line, or put a # before it if it is neither."
+            f"{where} is not a row of numbers, and {printable(wrong[0])!r} not a column name: a name neither is "
+            "empty nor begins like a number. Correct the line, or put a # before it if it is neither."
         )
     if len(names) != columns:
         raise DataError(f"{where} has {len(names)} names for {columns} columns. Name each; decimals need a point.")
@@ -190,7 +190,7 @@ def _table(
     if wrong:
         fields = _fields(lines[wrong[0]], separator, columns)
         bad = next((part for part in fields if not _numbers(part, separator, 1)), max(fields, key=len))
-        _refuse(path, wrong, f"with a field that is no finite number ({printable(bad)!r})", "Export the record again")
+        _refuse(path, wrong, f"with a field that is not finite ({printable(bad)!r})", "Export the record again")
     return table, comma
 
 

@@ -40,7 +40,7 @@ def _described(
 ) -> RegisteredRecording:
     reading, settings, reasons = _applied(path, reading, settings)
     if questions := (*open_questions(reading), *open_for_analysis(reading)):
-        reasons.append(f"to be settled: {'; '.join(questions)}")
+        reasons.append(f"not stated: {'; '.join(questions)}")
     names = tuple(reading.channels)
     main = reading.channels[reading.channel or (reading.axes or names)[0]]
     return replace(

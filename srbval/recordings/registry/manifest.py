@@ -92,7 +92,7 @@ def _locked(path: Path) -> Iterator[None]:
         held = filelock.FileLock(lock, timeout=LOCK_SECONDS)
         held.acquire()
     except filelock.Timeout:
-        raise DataError(f"{lock}: held by another srbval for {LOCK_SECONDS:.0f} s. Try again later.") from None
+        raise DataError(f"{lock}: locked by another srbval for {LOCK_SECONDS:.0f} s. Try again later.") from None
     except OSError as error:
         raise DataError(
             f"{lock}: cannot be written ({error.strerror}). Set SRBVAL_HOME to a folder that you may write."

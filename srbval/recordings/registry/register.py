@@ -106,7 +106,7 @@ def recordings_folder() -> Path | None:
         return None
     folder = Path(set_by_user).expanduser()
     if not folder.is_dir():
-        raise DataError(f"{RECORDINGS_VARIABLE} is {set_by_user!r}, no folder. Correct it or unset it.")
+        raise DataError(f"{RECORDINGS_VARIABLE} is {set_by_user!r}, which is not a folder. Correct it or unset it.")
     return folder
 
 
@@ -203,7 +203,7 @@ def _changed(pinned: RegisteredRecording, sha256: str) -> RegisteredRecording:
     return pinned.with_status(
         FileStatus.CHANGED,
         f"SHA-256 was {pinned.sha256[:12]}... when registered and is {sha256[:12]}... now; restore the file, "
-        "or register it anew as changed on purpose (`srbval data add --repin`)",
+        "or register it again if it was changed on purpose (`srbval data add --repin`)",
     )
 
 
