@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from srbval.bearing import SphericalRollerGeometry, load_bearing
+from srbval.bearing import load_bearing
 from srbval.bench.ladder.questions import Question, answers
 from srbval.bench.measures import measure
 from srbval.errors import ConfigurationError
@@ -20,6 +20,7 @@ from srbval.models.line import line_parameters
 from srbval.models.patch import Patch, Piece, patches, piece
 from srbval.models.simulate import simulate
 from srbval.scene import RollerFit, Scene, paper_scene
+from tests.verification.harness import geometry
 
 DENSE = 4000  # points per circle: eight times the paper's
 MILLION = 1_000_000  # points per circle: dense enough to be the limit
@@ -30,12 +31,6 @@ EXACT = 1e-9  # closed form against closed form
 EDGE, EDGE_N = 5e-3, 2.0  # of the force of a raised piece: its edges fall between two of the points
 LOAD, LOAD_N = 0.01, 5.0  # of a roller's load: 16 000 points are not yet the limit; 0.9 % seen
 TRACTION = 0.07  # of the largest traction: slips spread along the patch, a point has its own; 5.7 % seen
-
-
-def geometry() -> SphericalRollerGeometry:
-    found = load_bearing("skf-22240").geometry
-    assert found is not None
-    return found
 
 
 def dense_scene(points: int, **changes: object) -> Scene:

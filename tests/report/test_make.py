@@ -11,12 +11,7 @@ import pytest
 
 from srbval.main_job import MadeReport
 
-from .whole import FILES
-
-PANELS = {
-    f"fig{n}{c}" for n, letters in (("11", "abcdef"), ("12", "ab"), ("13", "ab"), ("14", "abcdef")) for c in letters
-}
-
+from .whole import FILES, PANELS
 
 TALLEST = 1.35  # height over width: a picture as wide as the page leaves room for its caption above the foot
 

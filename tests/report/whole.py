@@ -29,6 +29,9 @@ PACKAGE = Path(srbval.__file__).parent
 Record = TypeVar("Record", ShownRecord, RecordKurtogram)
 SECONDS = 1.2  # enough to read the lines; the report itself runs 10 s
 FILES = {"report.html", "report.pdf", "report.json", "appendix.html", "appendix.pdf", "figures"}
+PANELS = {  # of the paper's Figures 11 to 14
+    f"fig{n}{c}" for n, letters in (("11", "abcdef"), ("12", "ab"), ("13", "ab"), ("14", "abcdef")) for c in letters
+}
 OPTIONS = ("report", "--seconds", str(SECONDS), "--appendix", "--no-pdf", "-o", "made")  # of the same on a command line
 TEXT = "<script>alert(1)</script> \"q\" 's' ../../../tmp/x {{ 7*7 }} *a* **b** `c` & \x00 \u202e #panic(1)"
 HOSTILE = TEXT + "A" * 10_000

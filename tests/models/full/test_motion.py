@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from srbval.bearing import SphericalRollerGeometry, load_bearing
 from srbval.models.full import columns as col
 from srbval.models.full.drive_kernel import external_load, shaft_motion
 from srbval.models.full.parameters import make_parameters
@@ -18,7 +17,7 @@ from srbval.models.full.steps import rates, take_steps
 from srbval.models.solvers import METHODS
 from srbval.scene import paper_scene
 from tests.verification.cases import disturbed
-from tests.verification.harness import rolling_state
+from tests.verification.harness import geometry, rolling_state
 from tests.verification.world import GRAVITY, World
 
 ROUNDING = 1e-9  # of two formulations that subtract lengths of 0.16 m to find micrometres of penetration
@@ -26,12 +25,6 @@ GROWN_ROUNDING = 1e-8  # the same for the net force of a run's state, in which f
 WHOLE_POINTS = 0.02  # share of a point's extra force by which the roller's curvature changes it
 UNCHANGED = 1e-6  # of the largest load: what leans from the slope of the bump on neighbouring circles
 LEAST_FORCE_N = 100.0  # the state must press some rollers, or nothing is tested
-
-
-def geometry() -> SphericalRollerGeometry:
-    found = load_bearing("skf-22240").geometry
-    assert found is not None
-    return found
 
 
 @pytest.mark.parametrize("kind", ["none", "outer", "inner"])
