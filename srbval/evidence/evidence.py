@@ -22,6 +22,7 @@ from srbval.scene import RollerFit
 from srbval.signal import Scalogram
 from srbval.storage.stored_result import (
     AMPLITUDES,
+    BLIND,
     CAMPAIGN_SCALE,
     NOISE_STUDY,
     READING,
@@ -35,7 +36,7 @@ from srbval.storage.stored_result import (
     WATERFALL,
 )
 from srbval.validation.analyse import Analysis
-from srbval.validation.bias import Bias, Pair
+from srbval.validation.bias import Bias, Pair, biases_of
 from srbval.validation.comparison import Comparison
 from srbval.validation.cross_band import CrossBand
 from srbval.validation.effects import Sensitivity
@@ -65,7 +66,8 @@ class Evidence:
     ``model`` and ``rig``, `fits` both of the model's outer-race defect with either roller fit; `sidebands` of the
     inner-race line, None where it was not read.
     `scene_values` are all values of the paper's outer-race scene and the bearing's geometry. `datasets` describes, by
-    name, every data set a recording was read from; `results` are the stored results by kind. `register` is all that is
+    name, every data set a recording was read from; `blind` are the rows of predictions made before their records were
+    opened, as far as these are registered; `results` are the stored results by kind. `register` is all that is
     registered, usable or not.
     """
 
@@ -96,6 +98,7 @@ class Evidence:
     matrix: Matrix
     pairs: tuple[Pair, ...]
     bias: tuple[Bias, ...]
+    blind: tuple[Comparison, ...]
     other_rigs: tuple[OtherRecord, ...]
     slips: tuple[SpeedAndSlip, ...]
     single_speed: SingleSpeed
@@ -145,10 +148,15 @@ class Evidence:
             "headline": self.headline,
             "table6": self.rows,
             "closure": self.sums,
-            "comparisons": [*self.comparisons, *content[AMPLITUDES].get("comparisons", [])],
+            "comparisons": [*self.comparisons, *content[AMPLITUDES].get("comparisons", []), *self.blind],
+            "blind_predictions": {key: content[BLIND].get(key) for key in ("predictions_sha256", "predictions")},
             "amplitudes": content[AMPLITUDES].get("shares", []),
             "waterfall": content[WATERFALL].get("measures", []),
-            "bias": [*self.bias, *(row for kind in (AMPLITUDES, WATERFALL) for row in content[kind].get("bias", []))],
+            "bias": [
+                *self.bias,
+                *(row for kind in (AMPLITUDES, WATERFALL) for row in content[kind].get("bias", [])),
+                *biases_of(self.blind),
+            ],
             "sensitivity": self.known.defects,
             "analyses": {
                 f"{name}-{state}": analysis for name, side in sides.items() for state, analysis in side.items()

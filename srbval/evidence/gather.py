@@ -23,8 +23,10 @@ from srbval.progress import Progress, silent, stage
 from srbval.recordings import Recording, recording_from_run, write_stand_in
 from srbval.recordings.datasets.description import DatasetDescription, dataset
 from srbval.recordings.registry import RegisteredRecording, listing, rig_recordings
+from srbval.storage.stored_result import BLIND
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.bias import biases, pairs
+from srbval.validation.blind import blind_rows
 from srbval.validation.counterpart import AnalysedRun, run_counterpart
 from srbval.validation.cross_band import cross_bands
 from srbval.validation.effects import Sensitivity
@@ -151,6 +153,7 @@ class _Gathering:
             matrix=matrix,
             pairs=found_pairs,
             bias=biases(found_pairs),
+            blind=blind_rows(results[BLIND].content, register.recordings, self.bearing),
             other_rigs=other_rigs,
             slips=(*matrix_rows(matrix.cells, self.bearing), *table6_rows(self.printed, self.bearing)),
             single_speed=single_speed(self.printed, self.bearing),

@@ -9,6 +9,7 @@ from srbval.models.ladder import RUNGS
 from srbval.plan.calibrated import shipped_calibration
 from srbval.storage.stored_result import (
     AMPLITUDES,
+    BLIND,
     CAMPAIGN_SCALE,
     COMMAND,
     DIAGNOSIS,
@@ -34,7 +35,7 @@ from srbval.validation.effects import NO_SENSITIVITY, Sensitivity, sensitivity_o
 KINDS = (
     SPEED_ACCURACY, STABILITY, NOISE_STUDY, CAMPAIGN_SCALE, READING, SENSITIVITY, HELD_OUT, RIG_INPUTS, RIG_BANDS,
     RIG_SPEED_ACCURACY, RIG_STABILITY, OWN_VERDICTS, RECORD_VERDICTS, DIAGNOSIS, AMPLITUDES, VERDICT_SCAN,
-    WATERFALL,
+    WATERFALL, BLIND,
 )  # fmt: skip
 
 

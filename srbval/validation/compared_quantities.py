@@ -324,6 +324,7 @@ def compare(
     sensitivity: Sensitivity,
     *,
     scene: str = "paper",
+    used_for: str = "withheld",
 ) -> tuple[Comparison, ...]:
     """Every quantity of a fault that both sides can show; none for a healthy bearing. `scene` names the model's.
 
@@ -347,7 +348,7 @@ def compare(
             found.append(
                 Comparison(
                     kind=row.kind.name, fault=fault, quantity=name, unit=row.unit, error_unit=row.kind.error_unit,
-                    record=record, scene=scene, margin=row.kind.margin, **outcome._asdict(),
+                    record=record, scene=scene, margin=row.kind.margin, used_for=used_for, **outcome._asdict(),
                 )
             )  # fmt: skip
     return tuple(found)

@@ -15,7 +15,7 @@ from srbval.bearing import DEFECTS, Bearing, Fault
 from srbval.errors import SrbvalError
 from srbval.recordings import ShaftSpeed
 from srbval.recordings.datasets.description import OperatingGrid, dataset
-from srbval.recordings.registry import RIG_DATASETS, RegisteredRecording, load_entry
+from srbval.recordings.registry import RIG_DATASETS, RegisteredRecording, load_entry, unopened
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.compared_quantities import compare
 from srbval.validation.comparison import Comparison, ComparisonVerdict
@@ -190,7 +190,8 @@ def build_matrix(
             assert rig is not None, "the point's healthy record is this one"
             wanted = point in keep_sides_of
             model = counterpart(rig, runs) if wanted or point.state in DEFECTS else None
-            cell = _cell(point, rig, baseline.usable_analysis(), model, sensitivity)
+            used_for = "blind" if unopened(entry) else "withheld"
+            cell = _cell(point, rig, baseline.usable_analysis(), model, sensitivity, used_for)
         except SrbvalError as error:
             return point, str(error), None
         finally:
@@ -262,6 +263,7 @@ def _cell(
     healthy: Analysis | None,
     model: AnalysedRun | str | None,
     sensitivity: Sensitivity,
+    used_for: str,
 ) -> MatrixCell:
     state = point.state
     # A healthy bearing's line is its baseline, not a fault.
@@ -269,7 +271,7 @@ def _cell(
     rows: tuple[Comparison, ...] = ()
     model_order = model.line_order if isinstance(model, AnalysedRun) else None
     if line.detected and isinstance(model, AnalysedRun):
-        rows = compare(state, analysis, model.values, sensitivity, scene=model.case.base)
+        rows = compare(state, analysis, model.values, sensitivity, scene=model.case.base, used_for=used_for)
     return MatrixCell(
         **point._asdict(),
         file=analysis.recording.file or analysis.recording.name,

@@ -199,8 +199,8 @@ def study() -> tuple[list[Comparison], list[Share]]:
     }  # fmt: skip
     runs = {state: [run_of(record, state, one) for one in changes[state]] for state, record in records.items()}
     planar = {state: run_of(record, state, {"model": "planar"}) for state, record in records.items()}
-    paths = list(_paths(records[Fault.OUTER], healthy, runs[Fault.OUTER]))
-    (own_path,) = _paths(records[Fault.OUTER], healthy, [planar[Fault.OUTER]])
+    paths = list(identified_paths(records[Fault.OUTER], healthy, runs[Fault.OUTER]))
+    (own_path,) = identified_paths(records[Fault.OUTER], healthy, [planar[Fault.OUTER]])
     as_outer = levels(records[Fault.OUTER], healthy)
     found: list[Comparison] = []
     shares: list[Share] = []
@@ -274,7 +274,7 @@ def _healthy(
     )  # fmt: skip
 
 
-def _paths(fault: Recording, healthy: Recording, runs: Sequence[Run]) -> Iterator[SensorPath]:
+def identified_paths(fault: Recording, healthy: Recording, runs: Sequence[Run]) -> Iterator[SensorPath]:
     """The path of each outer-race run: that of the nominal inputs in full, the others with as many modes."""
     best = None
     for run in runs:

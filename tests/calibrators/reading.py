@@ -180,7 +180,8 @@ def main() -> None:
     if options.rest_of:
         earlier = parse_json(options.rest_of.read_bytes())
         rest = {key: earlier[key] for key in ("false_alarms", "timings", "chains", "transforms")}
-        rest["rest_of"] = {key: earlier[key] for key in ("made_utc", "git_revision", "command", "machine")}
+        made = {key: earlier[key] for key in ("made_utc", "git_revision", "command", "machine")}
+        rest["rest_of"] = earlier.get("rest_of", made)  # that may have taken it from another itself
         settings = replace(settings, timed=False, noise_records=0)
     with ProgressDisplay() as progress:
         result = run_reading_bench(settings, jobs=options.jobs, store=STORE, progress=progress)

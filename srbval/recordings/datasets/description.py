@@ -190,12 +190,17 @@ class PublishedDiagnosability:
 
 @dataclass(frozen=True, kw_only=True)
 class ExpectedFile:
-    """A file the set should have; `url` and `sha256` where it can be downloaded."""
+    """A file the set should have; `url` and `sha256` where it can be downloaded.
+
+    `used_for`: `fit` where something of the model was fitted to it, `withheld` where it was only looked at; None where
+    the project has not opened it.
+    """
 
     name: str
     sha256: str | None = None
     url: str | None = None
     size_bytes: int | None = None
+    used_for: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

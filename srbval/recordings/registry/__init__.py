@@ -17,6 +17,7 @@ from srbval.recordings.registry.lookup import (
     load_registered,
     rig_of,
     rig_recordings,
+    unopened,
 )
 from srbval.recordings.registry.register import RIG_EXCERPTS, add, listing, verify
 
@@ -37,6 +38,7 @@ __all__ = [
     "load_registered",
     "rig_of",
     "rig_recordings",
+    "unopened",
     "verify",
     "without_copies",
 ]

@@ -1,11 +1,12 @@
 """Registered recordings for a purpose: the rig's, one operating point, the healthy baseline; loading with settings."""
 
 import os
+import re
 from pathlib import Path
 
 from srbval.bearing import Fault
 from srbval.errors import DataError
-from srbval.recordings.datasets.description import known_datasets
+from srbval.recordings.datasets.description import dataset, known_datasets
 from srbval.recordings.load import load_recording
 from srbval.recordings.reading import N_PER_KN
 from srbval.recordings.recording import Recording
@@ -41,6 +42,19 @@ def _of_rig(entry: RegisteredRecording) -> bool:
 
 def _point(entry: RegisteredRecording) -> tuple[Fault | None, float | None, float | None, float | None]:
     return entry.state, entry.radial_kn, entry.axial_kn, entry.nominal_rpm
+
+
+def unopened(entry: RegisteredRecording) -> bool:
+    """Whether a record of the rig is none that the project has opened, by its hash (`ExpectedFile.used_for`).
+
+    Nor one at the operating point of such a record: that may be a longer part of the same measurement.
+    """
+    excerpts = dataset(RIG_DATASETS[-1])
+    opened = [file for file in excerpts.files if file.used_for]
+    names = [re.search(excerpts.match.file or "", file.name, re.IGNORECASE) for file in opened]
+    loads = excerpts.radial_kn, excerpts.axial_kn
+    points = {(excerpts.state_of(name["label"]), *loads, float(name["rpm"])) for name in names if name}
+    return _of_rig(entry) and entry.sha256 not in {file.sha256 for file in opened} and _point(entry) not in points
 
 
 def find_recording(

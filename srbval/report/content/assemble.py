@@ -30,13 +30,10 @@ from srbval.report.content.table6 import table6_section, verdict_box, verdict_sc
 from srbval.report.content.waterfall import waterfall_section
 from srbval.report.model import Report
 from srbval.storage.stored_result import (
-    AMPLITUDES,
     CAMPAIGN_SCALE,
     NOISE_STUDY,
     OWN_VERDICTS,
     READING,
-    RIG_BANDS,
-    RIG_INPUTS,
     RIG_SPEED_ACCURACY,
     RIG_STABILITY,
     SPEED_ACCURACY,
@@ -64,7 +61,7 @@ def assemble(evidence: Evidence, *, command: str) -> Report:
             speed_or_slip_section(evidence),
             figures_section(evidence),
             waterfall_section(results[WATERFALL]),
-            rig_scene_section(results[RIG_INPUTS], results[RIG_BANDS], results[AMPLITUDES], results[WATERFALL]),
+            rig_scene_section(evidence),
             speed_accuracy_section(results[SPEED_ACCURACY], results[RIG_SPEED_ACCURACY], default),
             stability_section(results[STABILITY], results[RIG_STABILITY], results[OWN_VERDICTS], default),
             ladder_section(evidence),

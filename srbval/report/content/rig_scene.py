@@ -1,28 +1,35 @@
 """The rig's own scene against the rig's records: frequencies from its inputs alone, amplitudes behind a fitted path."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from srbval.bearing import Fault
+from srbval.evidence.evidence import Evidence
 from srbval.evidence.stored import ShownResult
 from srbval.report.blocks import Block
 from srbval.report.content.names import missing, origin_of
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
+from srbval.storage.stored_result import AMPLITUDES, BLIND, RIG_BANDS, RIG_INPUTS, WATERFALL
+from srbval.storage.strict_json import json_object
+from srbval.validation.amplitudes import THIRD_OCTAVES
 from srbval.validation.bias import LEAST_RECORDS
+from srbval.validation.compared_quantities import CAGE_RATIO
+from srbval.validation.comparison import Comparison
 
 TEXTS = Texts("rig_scene")
 DEPTH = "modulation depth"
 BAND = "RMS 1400-2800 Hz"  # in which the level over the hole's place is told
+NEAR_DB = 4.0  # the limit within which a level counts as predicted, fixed beforehand
 Row = Mapping[str, Any]
 
 
-def rig_scene_section(
-    result: ShownResult, bands: ShownResult, amplitudes: ShownResult, waterfall: ShownResult
-) -> Section:
-    """Errors against uncertainties of the cage speed, and how many amplitudes are near; the appendix has each row.
-
-    `bands` tells in which band both sides are read; of the `waterfall` only the paper's scene's biases are shown.
-    """
+def rig_scene_section(evidence: Evidence) -> Section:
+    """Errors against uncertainties of the cage speed, and how many amplitudes are near; the appendix has each row."""
+    result, bands, amplitudes, waterfall = (
+        evidence.results[kind] for kind in (RIG_INPUTS, RIG_BANDS, AMPLITUDES, WATERFALL)
+    )
     frequencies: list[Block] = [missing(result)]
     further: list[Block] = []
     if result.content:
@@ -41,9 +48,40 @@ def rig_scene_section(
         levels = [TEXTS.table("amplitudes-near", list(_by_kind(shares))), why]
         paper = waterfall.content["bias"] if waterfall.content else []
         further += [origin_of(amplitudes), *_amplitudes(amplitudes.content, paper)]
+    blind, listed = _blind(evidence.results[BLIND], evidence.blind)
     return TEXTS.section(
-        TEXTS.paragraph("intro"), *frequencies, TEXTS.paragraph("amplitudes"), *levels, appendix=further
-    )
+        TEXTS.paragraph("intro"), *frequencies, TEXTS.paragraph("amplitudes"), *levels, *blind,
+        appendix=[*further, *listed],
+    )  # fmt: skip
+
+
+def _blind(result: ShownResult, rows: Sequence[Comparison]) -> tuple[list[Block], list[Block]]:
+    """What was predicted of records that nobody had opened, and how it came out where they are registered."""
+    if not result.content:
+        return [missing(result)], []
+    said = [
+        {"record": f"{Fault(one['state']).code} {one['nominal_rpm']:g} rpm", **one}
+        for one in result.content["predictions"]
+    ]
+    quantities = [
+        {"quantity": name, "of": {one["record"]: _predicted(one, name) for one in said if name in one["values"]}}
+        for name in dict.fromkeys(name for one in said for name in one["values"])
+    ]
+    records = [one["record"] for one in said]
+    shown = [row for row in rows if row.both_present]
+    octaves = [row for row in shown if row.quantity in THIRD_OCTAVES]
+    near = sum(abs(row.error) <= NEAR_DB for row in octaves)
+    intro = TEXTS.paragraph(
+        "blind", records=records, sha256=result.content["predictions_sha256"], made_utc=result.content["made_utc"],
+        rows=rows, octaves=octaves, near=near, cages=[row for row in shown if row.quantity == CAGE_RATIO.name],
+    )  # fmt: skip
+    tables = [TEXTS.table("blind-rows", map(json_object, rows))] if rows else []
+    return [intro], [origin_of(result), TEXTS.table("blind-predictions", quantities, records=records), *tables]
+
+
+def _predicted(prediction: Row, name: str) -> tuple[float, float]:
+    """The value and the 95 % half width of all its parts together."""
+    return prediction["values"][name], math.hypot(*(of.get(name, 0.0) for of in prediction["parts"].values()))
 
 
 def _by_kind(shares: Sequence[Row]) -> Iterator[dict[str, Any]]:
