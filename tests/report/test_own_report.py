@@ -118,7 +118,7 @@ def test_two_recordings_are_told_apart() -> None:
 
 def test_options_about_files_need_a_file(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["report", "--healthy", "healthy.csv"]) == 2
-    assert "name the recording too" in capsys.readouterr().err
+    assert "name it too" in capsys.readouterr().err
 
 
 @pytest.mark.recordings
