@@ -217,6 +217,7 @@ def _draw_cursors(axes: Any, cursors: Sequence[Cursor], shaft_hz: float) -> None
     """Harmonics with frequency and order, sidebands by name; a label that would lie on another stands below it."""
     blended = axes.get_xaxis_transform()
     first = next((cursor for cursor in cursors if not cursor.sideband), None)
+    room = LABEL_INCHES / axes.figure.get_figwidth() * axes.get_xlim()[1]  # beside the axis, whose numbers stand there
     for cursor, top in zip(cursors, _label_tops(axes, cursors), strict=True):
         if cursor.sideband:
             axes.axvline(cursor.frequency_hz, color=GREEN, lw=0.6, ls=":", alpha=0.8, zorder=2)
@@ -228,7 +229,8 @@ def _draw_cursors(axes: Any, cursors: Sequence[Cursor], shaft_hz: float) -> None
         place = f"{cursor.name}  {cursor.frequency_hz:.1f} Hz, {cursor.frequency_hz / shaft_hz:.2f}"
         axes.text(
             cursor.frequency_hz, top, place,
-            transform=blended, rotation=90, ha="right", va="top", fontsize=6.5, color=GREEN, zorder=6,
+            transform=blended, rotation=90, ha="right" if cursor.frequency_hz > room else "left", va="top",
+            fontsize=6.5, color=GREEN, zorder=6,
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.4},
         )  # fmt: skip
     if any(cursor.sideband for cursor in cursors):

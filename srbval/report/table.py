@@ -41,9 +41,8 @@ class Cell:
     """One value with what is known of it.
 
     `ci95` is the half width of a 95 % interval in the column's unit, shown as ``value ± ci95``, with no more decimals
-    than give it two digits. None and
-    non-finite values show as a dash. `badge` says where the value comes from, `tone` how it is judged,
-    `note` is a short remark set smaller below it. All text is plain: no markup is read in a cell.
+    than give it two digits. None and non-finite values show as a dash. `badge` says where the value comes from, `tone`
+    how it is judged, `note` is a short remark set smaller below it. All text is plain: no markup is read in a cell.
     """
 
     value: Value

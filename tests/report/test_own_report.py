@@ -56,9 +56,10 @@ def test_the_answer_says_how_probable_each_class_is_by_the_record_alone() -> Non
     assert naming is not None
     assert naming.state == "inner"
     said = next(point for point in report.verdict.points if "By the record alone" in point)
+    words = {"outer": "outer race", "inner": "inner race", "roller": "rolling element", "other": "something else"}
     for name, share in naming.probabilities.items():
-        assert f"{'something else' if name == 'other' else name} {100 * share:.0f} %" in " ".join(said.split())
-    assert "called: inner" in said
+        assert f"{words.get(name, name)} {100 * share:.0f} %" in " ".join(said.split())
+    assert "Named: inner race" in said
 
 
 def test_without_one_a_line_is_a_sign_and_no_fault_is_called() -> None:
@@ -117,7 +118,7 @@ def test_two_recordings_are_told_apart() -> None:
 
 def test_options_about_files_need_a_file(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["report", "--healthy", "healthy.csv"]) == 2
-    assert "name the recording too" in capsys.readouterr().err
+    assert "name it too" in capsys.readouterr().err
 
 
 @pytest.mark.recordings

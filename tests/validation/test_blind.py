@@ -17,7 +17,6 @@ from srbval.report.content.rig_scene import rig_scene_section
 from srbval.report.table import Table
 from srbval.storage.stored_result import AMPLITUDES, BLIND, RIG_BANDS, RIG_INPUTS, WATERFALL
 from srbval.validation.blind import blind_rows, digest
-
 from tests.validation.test_matrix import BEARING, rig_file
 
 PREDICTION: dict[str, Any] = {

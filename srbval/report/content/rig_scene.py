@@ -60,7 +60,7 @@ def _blind(result: ShownResult, rows: Sequence[Comparison]) -> tuple[list[Block]
     if not result.content:
         return [missing(result)], []
     said = [
-        {"record": f"{Fault(one['state']).code} {one['nominal_rpm']:g} rpm", **one}
+        {"record": f"{Fault(one['state']).label}, {one['nominal_rpm']:g} rpm", **one}
         for one in result.content["predictions"]
     ]
     quantities = [

@@ -16,6 +16,7 @@ from srbval.figures.style import (
     figure_style,
     legend_above,
     new_axes,
+    origin_style,
     stamp_stand_in,
     title_panel,
 )
@@ -40,7 +41,7 @@ def band_panel(
 ) -> PanelFiles:
     """Draw one level [dB] for each state over frequency; shade `band_hz`; write picture and CSV.
 
-    At most two besides the healthy one, whose name begins so.
+    At most two besides the healthy one, whose name begins so; one alone in the colour of its origin.
 
     Give both sides of a comparison the same `limits_db` and `f_max_hz`.
     """
@@ -53,7 +54,8 @@ def band_panel(
             band_hz[right] / 1e3, limits_db[1], f" demodulated: {band_hz[0]:g} to {band_hz[1]:g} Hz ", color=GREEN,
             fontsize=8, va="top", ha="right" if right else "left", zorder=9,
         )  # fmt: skip
-        colours = iter(COLOURS)
+        alone = sum(not state.startswith("healthy") for state in levels_db) == 1
+        colours = iter((origin_style(origin).colour,) if alone else COLOURS)
         for state, level in levels_db.items():
             look = HEALTHY_LOOK if state.startswith("healthy") else {"color": next(colours)}
             axes.plot(frequency / 1e3, np.asarray(level), **look, lw=0.9, label=state)
