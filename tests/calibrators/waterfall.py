@@ -30,9 +30,9 @@ from srbval.storage.own_package import git_revision
 from srbval.storage.stored_result import COMMAND, WATERFALL, stamped, store_result
 from srbval.storage.strict_json import json_object
 from srbval.validation.amplitudes import NUMERICS, PATH, half_widths, levels, pattern, rows
-from srbval.validation.analyse import analyse
 from srbval.validation.bias import biases_of
-from srbval.validation.compared_quantities import CAGE_RATIO, cage_of
+from srbval.validation.blind import values_of_record
+from srbval.validation.compared_quantities import CAGE_RATIO
 from srbval.validation.comparison import Comparison, QuantityValue
 from srbval.validation.effects import INPUTS
 from tests.calibrators.amplitudes import BEARING, OF_HEALTHY, behind, drawn_paths, line_order, measured
@@ -129,18 +129,8 @@ def read(runs: Mapping[Fault, Run], state: Fault, path: SensorPath | None) -> di
 
 def of_rig(state: Fault, healthy: Recording) -> dict[str, QuantityValue]:
     """The same of the rig's records."""
-    record = measured(state, 877.0)
-    found = analyse(record, bearing=BEARING)
-    line, speed = found.line_of(state), found.speed
-    assert line.found_hz is not None
-    assert line.ci95_hz is not None
-    order, rollers = line.found_hz / speed.value_hz, BEARING.rolling_elements
-    width = order * math.hypot(line.ci95_hz / line.found_hz, speed.ci95_hz / speed.value_hz) / rollers
-    cage = QuantityValue(value=cage_of(state, order, rollers), ci95=width)
-    return (
-        levels(record, healthy) | pattern(record, BEARING, state, order)
-        | {HEALTHY: levels(healthy, None)[LEVEL], CAGE_RATIO.name: cage}
-    )  # fmt: skip
+    read = values_of_record(measured(state, 877.0), healthy, state, BEARING)
+    return read | {HEALTHY: levels(healthy, None)[LEVEL]}
 
 
 def compared(step: WaterfallStep, rig: Mapping[Fault, Mapping[str, QuantityValue]]) -> Iterator[Comparison]:
