@@ -40,7 +40,7 @@ def test_hostile_names_survive_in_the_data(hostile: dict[str, Path]) -> None:
 def test_nothing_is_written_elsewhere(hostile: dict[str, Path]) -> None:
     folder = hostile["html"].parent
     assert {p.name for p in folder.iterdir()} == FILES
-    assert {p.name for p in folder.parent.iterdir()} == {"drawn", "report"}
+    assert {p.name for p in folder.parent.iterdir()} == {"report"}
     assert all(re.fullmatch(r"[a-z0-9-]+\.(svg|png|csv)", p.name) for p in (folder / "figures").iterdir())
 
 
