@@ -22,6 +22,7 @@ from srbval.models.band_levels import BANDS_HZ, ORDER
 from srbval.recordings import Origin, Recording
 from srbval.recordings.datasets.srbval_files import SENSOR
 from srbval.signal import LEAST_SNR, NORMAL_95, drop_ends, end_s
+from srbval.signal.prewhitening import phase_randomised
 from srbval.validation.compared_quantities import CAGE_RATIO
 from srbval.validation.comparison import RIG_READING, Comparison, QuantityValue
 from srbval.validation.pipeline import choose_tracking, one_signal, process
@@ -113,9 +114,7 @@ def kurtoses(recording: Recording) -> dict[str, QuantityValue]:
 def with_background(run: Recording, healthy: Recording) -> Recording:
     """The run with the spectrum of the healthy record, its phases random; both at one rate."""
     length = min(run.samples, healthy.samples)
-    lines = scipy.fft.rfft(one_signal(healthy)[:length])
-    turns = np.exp(2j * math.pi * np.random.default_rng(BACKGROUND_SEED).random(lines.size))
-    both = one_signal(run)[:length] + scipy.fft.irfft(np.abs(lines) * turns, n=length)
+    both = one_signal(run)[:length] + phase_randomised(one_signal(healthy)[:length], BACKGROUND_SEED)
     return replace(run, channels={SENSOR: both}, channel=SENSOR, axes=None)
 
 
