@@ -1,4 +1,4 @@
-"""The notebooks' numbers: each is run cell by cell here, and what it found is held against what it must be.
+"""The notebooks' numbers: each is run cell by cell here, and its results are checked.
 
 That they run as notebooks, and print what is stored in them, is for nbval (see `.ci/run`).
 """

@@ -1,4 +1,4 @@
-"""Are faults named rightly on machines nobody tuned to? Registered records of known state, judged by several methods.
+"""How often faults are diagnosed correctly on machines nobody tuned to: records of known state, by several methods.
 
 No method sees the state that a record's name or data set declares.
 """
@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
-from srbval.bench.plain_practice import strongest_line
+from srbval.bench.simple_diagnosis import strongest_line
 from srbval.errors import SrbvalError
 from srbval.progress import Progress, silent
 from srbval.recordings import Origin, Recording, RecordingSettings
@@ -209,17 +209,17 @@ class Confusion:
 
     @property
     def right(self) -> int:
-        """Faults said rightly."""
+        """Faults named correctly."""
         return self._count(DEFECTS, lambda state, said: said == state)
 
     @property
     def wrong(self) -> int:
-        """Records with a fault of which another was said."""
+        """Records with a fault for which another was named."""
         return self.faulty - self.right - self.silent
 
     @property
     def silent(self) -> int:
-        """Records with a fault of which nothing was said."""
+        """Records with a fault for which none was named."""
         return self._count(DEFECTS, lambda _, said: said == NOTHING)
 
     @property
@@ -229,22 +229,22 @@ class Confusion:
 
     @property
     def alarms(self) -> int:
-        """Healthy records of which a fault was said."""
+        """Healthy records for which a fault was named."""
         return self._count((Fault.HEALTHY,), lambda _, said: said != NOTHING)
 
     @property
     def right_ci95(self) -> tuple[float, float] | None:
-        """Interval of the share of faults said rightly."""
+        """Interval of the share of faults named correctly."""
         return wilson(self.right, self.faulty)
 
     @property
     def wrong_ci95(self) -> tuple[float, float] | None:
-        """Interval of the share of faults said wrongly."""
+        """Interval of the share of faults named wrongly."""
         return wilson(self.wrong, self.faulty)
 
     @property
     def alarms_ci95(self) -> tuple[float, float] | None:
-        """Interval of the share of healthy records of which a fault was said."""
+        """Interval of the share of healthy records for which a fault was named."""
         return wilson(self.alarms, self.healthy)
 
 

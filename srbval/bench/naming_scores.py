@@ -1,4 +1,4 @@
-"""Are the probabilities of naming a fault right? The records that come with the program, rigs left out in turn.
+"""Reliability of the fault probabilities: the records that come with the program, rigs left out in turn.
 
 Every rig has the same weight, and so has every bearing of a rig.
 """

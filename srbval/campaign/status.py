@@ -36,7 +36,7 @@ class CampaignStatus:
 
 
 def campaign_status(path: Path) -> CampaignStatus:
-    """Read a campaign's folder and write its results table anew.
+    """Read a campaign's folder and rewrite its results table.
 
     Raises `DataError` where there is no campaign, or where its campaign file or plan is damaged.
     """

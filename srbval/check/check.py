@@ -1,4 +1,4 @@
-"""Compute everything anew and compare it with the reference results; replace these by the new ones."""
+"""Recompute everything and compare it with the reference results; replace these by the new ones."""
 
 import math
 from collections.abc import Collection, Mapping

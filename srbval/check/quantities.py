@@ -1,4 +1,4 @@
-"""The quantities that are checked: each group is computed anew from one base scene.
+"""The quantities that are checked: each group is recomputed from one base scene.
 
 A group is a function of that scene to values by name. What cannot be computed here, for want of a recording, is None;
 what could not be computed because something failed is NaN.

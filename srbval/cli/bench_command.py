@@ -116,7 +116,7 @@ def _print_scan(result: Mapping[str, Any]) -> None:
 
 
 def _diagnosis(options: argparse.Namespace) -> int:
-    """Are faults of the registered recordings named rightly? `DataError` where none of known state is registered."""
+    """How often faults are diagnosed correctly; `DataError` where no record of known state is registered."""
     registered = listing().recordings
     records = known_records(registered)
     if not records:

@@ -1,4 +1,4 @@
-"""Are the runs' own verdicts right? Many runs, each held against a converged one of the same scene.
+"""How often the runs' own verdicts are wrong: many runs, each compared with a converged one of the same scene.
 
 Half of the conditions are the same every time, half are drawn from a seed that is not.
 """

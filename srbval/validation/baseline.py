@@ -1,4 +1,4 @@
-"""The healthy record that a record is held against, registered or given, and how it differs; or noise under a run."""
+"""The healthy record that a record is compared with, registered or given, and how it differs; or noise under a run."""
 
 import dataclasses
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ N_PER_KN = 1000.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Baseline:
-    """A healthy record analysed in the band of the record that is held against it.
+    """A healthy record analysed in the band of the record that is compared with it.
 
     `conditions` says in words what of speed and load differs: a healthy bearing's lines change with both, so the
     comparison is less certain. `remarks` names what else differs, or what neither record states.
@@ -40,7 +40,7 @@ def registered_baseline(analysis: Analysis) -> Recording | None:
 
 
 def load_healthy(path: str, settings: RecordingSettings) -> Recording:
-    """A healthy record by its file, with the settings of the record that is held against it.
+    """A healthy record by its file, with the settings of the record that is compared with it.
 
     Its own speed, state and loads count; the `settings`' speed only where it states none. `ConfigurationError` where it
     is declared faulty.

@@ -4,7 +4,7 @@ The ratio is (1 - s) (1 - d / D cos(alpha)) / 2 with d and D the diameters of el
 alpha and slip s, by which the cage lags (as in `identity`). A deep groove ball bearing has no contact angle under a
 radial load alone, and up to the free one, cos(alpha) = 1 - P / (2 A), where it is pushed along its axis: diametral
 clearance P, A = (f_o + f_i - 1) d from groove centre to groove centre (Harris & Kotzalas, Essential Concepts of Bearing
-Technology, 2006, chapter 2; quoted from memory, held against a maker's table in the tests). A stated angle is kept.
+Technology, 2006, chapter 2; quoted from memory, compared with a maker's table in the tests). A stated angle is kept.
 """
 
 from dataclasses import dataclass

@@ -1,7 +1,7 @@
 """The size of a defect along the rolling direction, from a record, with the path to the sensor known.
 
 The model runs at several sizes; between them the logarithm of its power at each frequency is interpolated over that of
-the size. Behind the path, this is held against the record's powers in bands about the fault's harmonics, as `path_fit`
+the size. Behind the path, this is compared with the record's powers in bands about the fault's harmonics, as `path_fit`
 holds a path: D = H + |P|^2 X(size), with a scatter tau that is fitted too. For each size the likelihood is maximised
 over all else, the path within its covariance (profile likelihood: Venzon & Moolgavkar 1988, Appl. Statist. 37, 87;
 quoted from memory, not checked). What the model's inputs do is found by finding the sizes of runs with other inputs,
@@ -35,7 +35,7 @@ TRIED = 41  # sizes at which the likelihood is found
 DRAWN_DECADES = 0.6  # over which runs with other inputs lie about the scene's own size: a factor of two either way
 LONGEST_S = 1.0  # of a run: its lines repeat
 # One standard deviation of all levels together: none, that of another mounting, and of a level left free.
-LEVEL_U_DB = {"level and shape": 0.0, "the same, mounted anew": PRIOR.mounting_db, "shape alone": 100.0}
+LEVEL_U_DB = {"level and shape": 0.0, "level and shape, remounted": PRIOR.mounting_db, "shape alone": 100.0}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,7 +1,7 @@
 """The verdict on the model by record: all primary quantities of one record at once, and all records together.
 
 The errors E of a record's cage ratio, levels and sidebands have one covariance V: inputs and starts move them together,
-all levels share the record's first harmonic, the sensor's mounting adds to each level. D^2 = E' V^-1 E is held against
+all levels share the record's first harmonic, the sensor's mounting adds to each level. D^2 = E' V^-1 E is compared with
 its own distribution by `TRIALS` draws: of the inputs' own runs, which are not normal, of normal errors of reading, and
 of a mounting of unknown size (half-normal prior). It is chi-squared where only the normal errors count. Holm's
 procedure (1979, Scand. J. Stat. 6, 65) keeps the chance of any false "resolved" among all records at 5 %. "Agrees"

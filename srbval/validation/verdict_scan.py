@@ -1,7 +1,7 @@
 """What would be stated of the cage ratio if one open thing were known: each input alone over its whole range.
 
 The joint draws of `sensitivity` give the error's uncertainty; here one value after the other is put in, all else
-nominal, and held against the tolerance with the record's own uncertainty. What turns the answer is what leaves the
+nominal, and compared with the tolerance, with the record's own uncertainty. What turns the answer is what leaves the
 question unresolved. Model: every input of `budget.toml`, points on a circle, continuous contacts, Table 1's last
 digits. Record: band, comb, kinematics, reading, speed. The scene ``rig`` is taken from its own stored study.
 """

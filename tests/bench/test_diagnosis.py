@@ -10,7 +10,7 @@ import pytest
 
 from srbval.bearing import DEFECTS, Bearing, Fault
 from srbval.bench.diagnosis import CALLED, NAMED, Judged, KnownRecord, Named, confusions, judge, known_records, wilson
-from srbval.bench.plain_practice import THRESHOLD, strongest_line
+from srbval.bench.simple_diagnosis import THRESHOLD, strongest_line
 from srbval.errors import DataError
 from srbval.recordings import Recording
 from srbval.recordings.registry import FileStatus, RegisteredRecording, listing
@@ -24,7 +24,7 @@ def plain(recording: Recording) -> Fault | None:
     return strongest_line(recording, BEARING, recording.speed, recording.band_hz or BAND_HZ)
 
 
-def test_plain_practice_names_the_line_that_is_there_and_nothing_in_noise() -> None:
+def test_simple_diagnosis_names_the_line_that_is_there_and_nothing_in_noise() -> None:
     assert plain(record(shaft_hz=25.0)) is Fault.INNER
     noise = record(shaft_hz=25.0, fault=False)
     rng = np.random.default_rng(3)

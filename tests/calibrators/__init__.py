@@ -1,1 +1,1 @@
-"""Programs for developers: they compute the constants of `srbval.signal` anew, or measure what a campaign costs."""
+"""Programs for developers: they recompute the constants of `srbval.signal`, or measure what a campaign costs."""

@@ -34,7 +34,7 @@ SECONDS = 1.0
 EXTENTS_M = (1e-3, 4e-3)  # between which truths lie, evenly in the logarithm
 NOISE = 0.3  # of the background: as strong beside the fault of 2 mm as the rig's at 859 rpm
 POWER, TRUTH_SEED = 3, 41
-WAYS = {name: u_db for name, u_db in LEVEL_U_DB.items() if u_db != 2.0}  # bearings are not mounted anew here
+WAYS = {name: u_db for name, u_db in LEVEL_U_DB.items() if u_db != 2.0}  # bearings are not remounted here
 NEAR = 0.2  # share of the size within which it was to be found
 
 

@@ -49,9 +49,9 @@ def test_what_is_written_is_read_again(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "error"),
     [
-        ("{", "no JSON"),
-        ("[]", "no reference file"),
-        ('{"kind": "reference", "schema_version": 99}', "no reference file of version"),
+        ("{", "not JSON"),
+        ("[]", "not a reference file"),
+        ('{"kind": "reference", "schema_version": 99}', "not a reference file of version"),
         ('{"kind": "reference", "schema_version": 1, "quantities": [{"name": "a"}]}', "missing key"),
     ],
 )

@@ -60,6 +60,10 @@ def test_the_answer_says_how_probable_each_class_is_by_the_record_alone() -> Non
     for name, share in naming.probabilities.items():
         assert f"{words.get(name, name)} {100 * share:.0f} %" in " ".join(said.split())
     assert "Named: inner race" in said
+    doubted = dataclasses.replace(held().records[0], naming=dataclasses.replace(naming, state="undecided"))
+    report = assemble_own(dataclasses.replace(held(), records=(doubted,)), command="srbval report")
+    assert report.verdict.headline.startswith("Fault, perhaps of the inner race: the BPFI line stands")
+    assert any("So the part is uncertain" in point for point in report.verdict.points)
 
 
 def test_without_one_a_line_is_a_sign_and_no_fault_is_called() -> None:

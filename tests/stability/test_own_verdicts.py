@@ -1,4 +1,4 @@
-"""Wrong verdicts are found, of either kind; what is drawn is drawn anew."""
+"""Wrong verdicts are found, of either kind; the random part differs from run to run."""
 
 from __future__ import annotations
 

@@ -150,7 +150,7 @@ def test_the_command(usual: DefectSize, monkeypatch: pytest.MonkeyPatch, capsys:
     said = capsys.readouterr().out
     assert "level and shape" in said
     assert "1.5" in said
-    assert "the path is from this record and a size" in said
+    assert "identified from this record with an assumed size" in said
     assert len(scenes) == 1 + 2**identify_command.POWER
     assert main(["identify", "OR.mat", "--defect-size", "rig", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)

@@ -1,4 +1,4 @@
-"""The scan: every input alone over its whole range, the record read otherwise, each held against the tolerance."""
+"""The scan: every input alone over its whole range, the record read otherwise, each compared with the tolerance."""
 
 from types import SimpleNamespace
 

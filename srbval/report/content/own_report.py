@@ -64,7 +64,7 @@ def assemble_own(evidence: OwnEvidence, *, command: str, brief: bool = False) ->
 
 def _headline(record: OwnRecord) -> str:
     shown = [line for line in record.first_lines if line.detected and Fault.of_line(line.name)]
-    return TEXTS.text("headline", call=record.call, Basis=Basis, shown=shown)
+    return TEXTS.text("headline", call=record.call, Basis=Basis, shown=shown, naming=record.naming)
 
 
 def _verdict(record: OwnRecord) -> VerdictBox:
