@@ -167,7 +167,7 @@ def _verdict(
             )
         return False, "the scene lies outside what was measured: nothing is known of its error here"
     if error is None:
-        return False, "gave no answer on a calibration scene about this one, or on too many between them"
+        return False, "gave no answer on a calibration scene near this one, or on too many between them"
     asked = MEANING[question]
     bound = f"{asked.text(error)} {'of' if asked.unit == '%' else 'in'} {asked.error_of}"
     if error >= VACUOUS_PCT and asked.unit == "%":
