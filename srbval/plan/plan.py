@@ -140,7 +140,7 @@ def _judge(
     pace = near.wall_per_simulated_s(rung.name)
     margin = near.margin_of(rung.name, question) if error is not None else None
     ok, why = _verdict(rung, question, error, tolerance_pct, near, reference)
-    if margin is not None and not near.outside:
+    if margin is not None and not near.outside and question.value not in rung.lacks:
         why += f" (with a chance of {100 * margin.coverage:.0f} %, from {margin.scenes} scenes)"
     return Candidate(
         model=rung.name,
