@@ -67,7 +67,7 @@ def test_a_shallow_line_that_nothing_else_names_leaves_the_part_open(monkeypatch
     assert record.naming is not None
     doubted = dataclasses.replace(record, naming=dataclasses.replace(record.naming, state="undecided"))
     for deep, said in ((True, "Inner race fault"), (False, "Fault, perhaps of the inner race")):
-        monkeypatch.setattr("srbval.report.content.own_report.is_fault_like", lambda *_, deep=deep: deep)
+        monkeypatch.setattr("srbval.evidence.own_records.is_fault_like", lambda *_, deep=deep: deep)
         assert headline(dataclasses.replace(held(), records=(doubted,))).startswith(f"{said}: the BPFI line")
 
 

@@ -24,7 +24,7 @@ from srbval.report.figures.band import band_panel
 from srbval.report.model import Report, Section, VerdictBox
 from srbval.report.section_texts import Texts
 from srbval.signal import LEAST_SNR
-from srbval.validation.fault_call import Basis, is_fault_like
+from srbval.validation.fault_call import Basis
 from srbval.validation.lines import Line
 from srbval.validation.picture import OWN_UNIT
 from srbval.validation.shown_record import SEGMENT_HZ, ShownRecord
@@ -64,13 +64,7 @@ def assemble_own(evidence: OwnEvidence, *, command: str, brief: bool = False) ->
 
 def _headline(record: OwnRecord) -> str:
     shown = [line for line in record.first_lines if line.detected and Fault.of_line(line.name)]
-    return TEXTS.text("headline", call=record.call, Basis=Basis, shown=shown, doubted=_doubted(record))
-
-
-def _doubted(record: OwnRecord) -> bool:
-    """Whether the line that rose is neither deep nor named by the record alone: other parts' faults raise it too."""
-    deep = record.marked is not None and is_fault_like(record.analysis, record.marked)
-    return bool(record.call.called and record.naming and record.naming.state != record.call.called and not deep)
+    return TEXTS.text("headline", call=record.call, Basis=Basis, shown=shown, doubted=record.doubted)
 
 
 def _verdict(record: OwnRecord) -> VerdictBox:
@@ -80,7 +74,7 @@ def _verdict(record: OwnRecord) -> VerdictBox:
         tone=_tone(record),
         headline=_headline(record),
         points=TEXTS.listing(
-            "points", record=record, analysis=record.analysis, call=record.call, also=also, doubted=_doubted(record)
+            "points", record=record, analysis=record.analysis, call=record.call, also=also, doubted=record.doubted
         ).items,
     )
 
