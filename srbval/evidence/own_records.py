@@ -133,7 +133,7 @@ class OwnRecord:
 
     @property
     def doubted(self) -> bool:
-        """Whether the line that rose is neither deep nor named by the record alone: other parts' faults raise it too."""
+        """Whether the line that rose is shallow and not named by the record alone: other parts' faults raise it too."""
         named = self.naming is None or self.naming.state == self.call.called
         deep = self.marked is not None and is_fault_like(self.analysis, self.marked)
         return self.call.called is not None and not named and not deep
