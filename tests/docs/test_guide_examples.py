@@ -118,4 +118,3 @@ def test_the_campaign_on_a_cluster_goes_word_for_word(engine: str, tmp_path: Pat
                 subprocess.run([sys.executable, "-m", *shlex.split(own)], cwd=tmp_path, env=environment, check=True)
     table = (tmp_path / "speeds" / "results.csv").read_text(encoding="utf-8").splitlines()
     assert {row.split(",")[0] for row in table[1:] if ",ok," in row} == set("012345678")
-    assert (tmp_path / "speeds.h5").is_file()

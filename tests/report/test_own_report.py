@@ -60,10 +60,15 @@ def test_the_answer_says_how_probable_each_class_is_by_the_record_alone() -> Non
     for name, share in naming.probabilities.items():
         assert f"{words.get(name, name)} {100 * share:.0f} %" in " ".join(said.split())
     assert "Named: inner race" in said
-    doubted = dataclasses.replace(held().records[0], naming=dataclasses.replace(naming, state="undecided"))
-    report = assemble_own(dataclasses.replace(held(), records=(doubted,)), command="srbval report")
-    assert report.verdict.headline.startswith("Fault, perhaps of the inner race: the BPFI line stands")
-    assert any("So the part is uncertain" in point for point in report.verdict.points)
+
+
+def test_a_shallow_line_that_nothing_else_names_leaves_the_part_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    record = held().records[0]
+    assert record.naming is not None
+    doubted = dataclasses.replace(record, naming=dataclasses.replace(record.naming, state="undecided"))
+    for deep, said in ((True, "Inner race fault"), (False, "Fault, perhaps of the inner race")):
+        monkeypatch.setattr("srbval.evidence.own_records.is_fault_like", lambda *_, deep=deep: deep)
+        assert headline(dataclasses.replace(held(), records=(doubted,))).startswith(f"{said}: the BPFI line")
 
 
 def test_without_one_a_line_is_a_sign_and_no_fault_is_called() -> None:
