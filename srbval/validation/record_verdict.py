@@ -20,14 +20,7 @@ from srbval.arrays import FloatArray
 from srbval.signal import NORMAL_95
 from srbval.validation.budget import PRIOR, VERDICT
 from srbval.validation.compared_quantities import CAGE_RATIO, KINDS, ROLLER_LINE
-from srbval.validation.comparison import (
-    MODEL_STARTS,
-    MOUNTING,
-    RIG_READING,
-    RIG_SPEED,
-    Comparison,
-    ComparisonVerdict,
-)
+from srbval.validation.comparison import MODEL_STARTS, MOUNTING, RIG_READING, RIG_SPEED, Comparison, ComparisonVerdict
 from srbval.validation.effects import GRID, DefectEffects
 
 PRIMARY = tuple(kind.name for kind in KINDS if kind.primary)
