@@ -110,7 +110,7 @@ def load_bearing(name_or_path: str | Path) -> Bearing:
     close = difflib.get_close_matches(text, known_bearings(), n=1, cutoff=0.4)
     hint = f" Did you mean {close[0]!r}?" if close else ""
     raise ConfigurationError(
-        f"bearing {text!r} is not known.{hint} `srbval bearing list` shows those that are; or give a .toml file."
+        f"bearing {text!r} is not known.{hint} `srbval bearing list` shows the known ones; or give a .toml file."
     )
 
 

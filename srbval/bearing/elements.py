@@ -52,7 +52,7 @@ class RollingElements:
         chord = self.pitch_diameter_m * math.sin(math.pi / max(self.rolling_elements, 2))
         if self.element_diameter_m > chord:
             raise ConfigurationError(
-                f"elements overlap: {self.rolling_elements} of {self.element_diameter_m:g} m stand {chord:.6g} m "
+                f"elements overlap: {self.rolling_elements} of {self.element_diameter_m:g} m are {chord:.6g} m "
                 "apart; count one row, and use fewer or smaller ones."
             )
 

@@ -4,12 +4,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from srbval.bench.measures import MeasureErrors, Measures, plain_or_nulls
-from srbval.bench.timing import Attempt, RunTiming, right_hand_sides_per_step
-from srbval.models.run import USABLE, RunStatus
+from srbval.bench.timing import Attempt, Ended, RunTiming, right_hand_sides_per_step
 
 
 @dataclass(frozen=True, kw_only=True)
-class BenchRun:
+class BenchRun(Ended):
     """A row. `measures` and `errors` are None for a failed run and where only speed was asked for.
 
     `reference_errors` are the reference's own, by refinement; a run that is itself the reference has no `errors`.
@@ -22,8 +21,6 @@ class BenchRun:
     model: str
     solver: str
     dt_s: float
-    status: str
-    reason: str
     calibration_s: float
     timing: RunTiming | None = None
     measures: Measures | None = None
@@ -31,16 +28,6 @@ class BenchRun:
     reference_errors: MeasureErrors | None = None
     pareto: bool = False
     pareto_band: bool = False
-
-    @property
-    def ok(self) -> bool:
-        """May it be read as a bearing's vibration?"""
-        return self.status in USABLE
-
-    @property
-    def measurable(self) -> bool:
-        """Has it figures to compare? See `timing.Attempt`."""
-        return self.ok or self.status == RunStatus.ENERGY_OPEN.value
 
     @property
     def wall_per_simulated_s(self) -> float | None:

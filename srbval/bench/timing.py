@@ -40,17 +40,11 @@ class RunTiming:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Attempt:
-    """A run with its timing, or the reason why there is none.
+class Ended:
+    """How a run ended: its own `status`, or ``refused`` where it was not even begun, and the `reason`."""
 
-    `status` is the run's own, or ``refused`` where it was not even begun.
-    """
-
-    scene: Scene
     status: str
     reason: str
-    run: Run | None = None
-    timing: RunTiming | None = None
 
     @property
     def ok(self) -> bool:
@@ -61,6 +55,15 @@ class Attempt:
     def measurable(self) -> bool:
         """Has it figures to compare? Also where its energy is open, as explicit friction chatters: the paper's own."""
         return self.ok or self.status == RunStatus.ENERGY_OPEN.value
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Attempt(Ended):
+    """A run with its timing, or without where there is none."""
+
+    scene: Scene
+    run: Run | None = None
+    timing: RunTiming | None = None
 
 
 def attempt(scene: Scene, *, step: Step = Step.UNCHECKED, progress: Progress = silent) -> Attempt:
@@ -99,12 +102,10 @@ def right_hand_sides_per_step(solver: str) -> int | None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Measured:
+class Measured(Ended):
     """How a run ended and, if successful, its measures; `wall_s` is disturbed by the parallel runs [s]."""
 
     scene: Scene
-    status: str
-    reason: str
     measures: Measures | None
     wall_s: float
 

@@ -16,14 +16,7 @@ from srbval.scene import draws, load_scene, load_sensor_path, merge, rig_inputs
 from srbval.storage.strict_json import json_object
 from srbval.storage.whole_file import whole_file
 from srbval.validation.defect_size import defect_size, size_runs
-from srbval.validation.identify import (
-    BAND_HZ,
-    Identified,
-    identify,
-    identify_response,
-    path_toml,
-    simulated_excitation,
-)
+from srbval.validation.identify import BAND_HZ, Identified, identify, identify_response, path_toml, simulated_excitation
 
 COLUMNS = ("mode", "frequency Hz", "u Hz", "damping ratio", "u", "gain", "u", "healthy record differs by, u")
 

@@ -61,7 +61,7 @@ def _check_values(document: object) -> None:
             if isinstance(value, int) and not -(2**63) <= value < 2**63:
                 raise ValueError("an integer beyond 64 bits")
             if isinstance(value, date | time):
-                raise ValueError(f"{value} is a date or time, which no key takes")
+                raise ValueError(f"{value} is a date or time, which no key accepts")
     if level:
         raise RecursionError
 

@@ -33,9 +33,8 @@ extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
 myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_heading_anchors = 3
 html_theme = "alabaster"
-html_theme_options = {
-    "description": "simulated against measured bearing vibration", "page_width": "1240px", "code_font_size": "0.8em",
-}  # fmt: skip
+html_theme_options = {"description": "simulated against measured bearing vibration", "code_font_size": "0.8em"}
+html_theme_options |= {"page_width": "1320px", "body_max_width": "auto"}  # as wide as what the commands print
 html_sidebars = {"**": ["about.html", "searchfield.html", "navigation.html"]}
 html_show_sourcelink = False
 autodoc_member_order = "bysource"

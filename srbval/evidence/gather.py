@@ -33,12 +33,7 @@ from srbval.validation.effects import Sensitivity
 from srbval.validation.matrix import Matrix, Point, build_matrix, point_of
 from srbval.validation.other_rigs import OtherRecord
 from srbval.validation.shown_record import shown_record
-from srbval.validation.simulation_cases import (
-    PAPER_STATES,
-    SimulationCase,
-    paper_cases,
-    run_cases,
-)
+from srbval.validation.simulation_cases import PAPER_STATES, SimulationCase, paper_cases, run_cases
 from srbval.validation.speed_and_slip import matrix_rows, published_speeds, table6_rows
 from srbval.validation.table6 import Table6, measured_rows, published_rows, sum_rules, table6
 

@@ -25,7 +25,7 @@ from srbval.validation.band_choice import declared_band
 from srbval.validation.baseline import Baseline, against, baseline_of, registered_baseline
 from srbval.validation.cage_inputs import CageInputs, cage_inputs
 from srbval.validation.families import OTHER_LINE, SLIP_WINDOW
-from srbval.validation.fault_call import FaultCall
+from srbval.validation.fault_call import FaultCall, is_fault_like
 from srbval.validation.fault_naming import Naming, name_fault
 from srbval.validation.lines import Line
 from srbval.validation.picture import (
@@ -130,6 +130,13 @@ class OwnRecord:
     def first_lines(self) -> tuple[Line, ...]:
         """The first harmonic of every family."""
         return first_lines(self.analysis)
+
+    @property
+    def doubted(self) -> bool:
+        """Whether the line that rose is shallow and not named by the record alone: other parts' faults raise it too."""
+        named = self.naming is None or self.naming.state == self.call.called
+        deep = self.marked is not None and is_fault_like(self.analysis, self.marked)
+        return self.call.called is not None and not named and not deep
 
     def to_dict(self) -> dict[str, Any]:
         """The record's entry in ``report.json``."""

@@ -140,7 +140,7 @@ def _behaviour(scene: Scene, run: HealthIndicators) -> tuple[RunStatus, list[str
     """What the scene's bearing does, in words, and what would change it."""
     unloaded, seen = _unloaded(scene, run), []
     if unloaded:
-        seen = [f"{_carried(run)}, the housing spring the rest" if scene.mean_radial_n else "no load is there to carry"]
+        seen = [f"{_carried(run)}, the housing spring the rest" if scene.mean_radial_n else "there is no load to carry"]
     if not _driven(run):
         return RunStatus.SKIDDING, [_slip_text(scene, run), *seen, _relief(scene, skids=True)]
     if unloaded:

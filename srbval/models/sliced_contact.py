@@ -114,8 +114,8 @@ class SlicedContact:
             near = np.abs(wrapped(np.arange(POSITIONS) * 2 * math.pi / POSITIONS - middle)) <= reach
             if np.any(found.window_of[defect.row - 1, near]):
                 raise ConfigurationError(
-                    f"two defects of the {defect.kind} race stand so near that a roller meets both: the slices model "
-                    "knows one at a time; move one of them, or put it on the other row."
+                    f"two defects of the {defect.kind} race are so close that a roller meets both: the slices model "
+                    "handles one at a time; move one of them, or put it on the other row."
                 )
             found.window_of[defect.row - 1, near] = len(found.rows)
             found.rows.append(rows)

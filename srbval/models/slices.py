@@ -55,7 +55,7 @@ def slice_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramet
         for inner in (False, True)
     ]  # fmt: skip
     if len({(defect.row, defect.roller) for defect in on_rollers}) < len(on_rollers):
-        raise ConfigurationError("two defects of one roller: the slices model knows one of each; move one of them.")
+        raise ConfigurationError("two defects of one roller: the slices model handles one of each; move one of them.")
     on_rollers.sort(key=lambda defect: (defect.row, defect.roller))  # as the model numbers its rollers
     races = [contact.openings(scene.defects, on_rollers) for contact in contacts]
     return model._replace(

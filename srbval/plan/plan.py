@@ -140,7 +140,7 @@ def _judge(
     pace = near.wall_per_simulated_s(rung.name)
     margin = near.margin_of(rung.name, question) if error is not None else None
     ok, why = _verdict(rung, question, error, tolerance_pct, near, reference)
-    if margin is not None and not near.outside:
+    if margin is not None and not near.outside and question.value not in rung.lacks:
         why += f" (with a chance of {100 * margin.coverage:.0f} %, from {margin.scenes} scenes)"
     return Candidate(
         model=rung.name,
@@ -167,7 +167,7 @@ def _verdict(
             )
         return False, "the scene lies outside what was measured: nothing is known of its error here"
     if error is None:
-        return False, "gave no answer on a calibration scene about this one, or on too many between them"
+        return False, "gave no answer on a calibration scene near this one, or on too many between them"
     asked = MEANING[question]
     bound = f"{asked.text(error)} {'of' if asked.unit == '%' else 'in'} {asked.error_of}"
     if error >= VACUOUS_PCT and asked.unit == "%":

@@ -52,7 +52,7 @@ def scene_table(scene: str | Path, folder: str | Path = "") -> Mapping[str, Any]
         close = difflib.get_close_matches(name, BUNDLED, n=1, cutoff=0.5)
         meant = f"; did you mean {close[0]!r}? Known" if close else ". Known"
         raise ConfigurationError(
-            f"scene {name!r} is not known{meant}: {', '.join(BUNDLED)}. A file is meant by {name}.toml or ./{name}."
+            f"scene {name!r} is not known{meant}: {', '.join(BUNDLED)}. For a file write {name}.toml or ./{name}."
         )
     return read_toml(Path(folder) / name)
 
@@ -121,7 +121,7 @@ def sensor_path_table(path: str) -> Mapping[str, Any] | None:
         return bundled_table(BUNDLED_PATHS[path])
     if not Path(path).suffix and path == Path(path).name:
         known = ", ".join((NO_PATH, *BUNDLED_PATHS))
-        raise ConfigurationError(f"sensor_path {path!r} is not known; known: {known}. A file is meant by {path}.toml.")
+        raise ConfigurationError(f"sensor_path {path!r} is not known; known: {known}. For a file write {path}.toml.")
     return read_toml(Path(path))
 
 

@@ -40,8 +40,8 @@ def phase_randomised(samples: FloatArray, seed: int) -> FloatArray:
     one. Mean and power are kept.
     """
     lines = scipy.fft.rfft(samples)
-    turns = np.exp(2j * np.pi * np.random.default_rng(seed).random(lines.size))
-    turns[0] = 1.0
+    turned = np.abs(lines) * np.exp(2j * np.pi * np.random.default_rng(seed).random(lines.size))
+    turned[0] = lines[0]
     if samples.size % 2 == 0:
-        turns[-1] = 1.0  # as the mean, a line without a phase
-    return np.asarray(scipy.fft.irfft(lines * turns, n=samples.size))
+        turned[-1] = lines[-1]  # as the mean, a line without a phase
+    return np.asarray(scipy.fft.irfft(turned, n=samples.size))

@@ -9,10 +9,10 @@ import numpy as np
 
 from srbval.bench.measures import smooth_mean
 from srbval.bench.scenes import scene_content
-from srbval.bench.timing import Attempt, run_all
+from srbval.bench.timing import Attempt, Ended, run_all
 from srbval.models.band_levels import band_rms
 from srbval.models.health import default_solver
-from srbval.models.run import USABLE, RunStatus
+from srbval.models.run import RunStatus
 from srbval.models.simulate import Step
 from srbval.models.step_error import SLIDING, TOLERANCE, Estimate, differences, means_of
 from srbval.progress import Progress
@@ -28,7 +28,7 @@ SLIDING_STATUSES = (RunStatus.SKIDDING.value, RunStatus.ROLLERS_UNLOADED.value)
 
 
 @dataclass(frozen=True, kw_only=True)
-class StabilityOutcome:
+class StabilityOutcome(Ended):
     """How a run ended by its own checks, and its measures; NaN where there are none.
 
     `cage_ratio` is weighted as in `bench.measures`; `load_share` the part of the radial load on the rollers;
@@ -36,8 +36,6 @@ class StabilityOutcome:
     `wall_s` is disturbed by parallel runs. `means`: see `step_error.block_means`; empty where a run ended early.
     """
 
-    status: str
-    reason: str
     cage_ratio: float
     load_share: float
     band_rms_m_s2: float
@@ -46,11 +44,6 @@ class StabilityOutcome:
     settle_s: float
     wall_s: float
     means: Mapping[str, list[float]] = field(default_factory=dict)
-
-    @property
-    def ok(self) -> bool:
-        """Did the run find nothing wrong with itself? A cage or rollers that slip are not wrong."""
-        return self.status in USABLE
 
     def errors_against(self, right: "StabilityOutcome") -> tuple[Estimate, ...]:
         """Errors in cage speed, band levels and drive power against another run of the same scene."""

@@ -22,6 +22,8 @@ from srbval.models.band_levels import BANDS_HZ, ORDER
 from srbval.recordings import Origin, Recording
 from srbval.recordings.datasets.srbval_files import SENSOR
 from srbval.signal import LEAST_SNR, NORMAL_95, drop_ends, end_s
+from srbval.signal.prewhitening import phase_randomised
+from srbval.validation.budget import VERDICT
 from srbval.validation.compared_quantities import CAGE_RATIO
 from srbval.validation.comparison import RIG_READING, Comparison, QuantityValue
 from srbval.validation.pipeline import choose_tracking, one_signal, process
@@ -33,7 +35,7 @@ LEVEL_BANDS = {name: (middle * 10**-0.05, middle * 10**0.05) for name, middle in
 RMS_BANDS = {f"RMS {name} Hz": band for name, band in (BANDS_HZ | {"400-3150": WHOLE_HZ}).items()}
 KURTOSIS_BANDS = {"kurtosis 1400-2800 Hz": ENVELOPE_HZ, "kurtosis 400-3150 Hz": WHOLE_HZ}
 RELATIVE = ("line frequency", "modulation depth", "kurtosis")  # kinds whose errors are per cent of the rig's value
-MARGIN = {"dB": 3.0, "%": 30.0}  # within which a model agrees, fixed before any comparison
+MARGIN = {"dB": VERDICT.level_db, "%": VERDICT.share_pct}
 SEGMENT_S, BLOCKS = 0.25, 8
 HARMONICS, SIDEBANDS = range(2, 7), (1, 2)
 NEAR_BINS, NOISE_BINS = 1.5, 40
@@ -113,9 +115,7 @@ def kurtoses(recording: Recording) -> dict[str, QuantityValue]:
 def with_background(run: Recording, healthy: Recording) -> Recording:
     """The run with the spectrum of the healthy record, its phases random; both at one rate."""
     length = min(run.samples, healthy.samples)
-    lines = scipy.fft.rfft(one_signal(healthy)[:length])
-    turns = np.exp(2j * math.pi * np.random.default_rng(BACKGROUND_SEED).random(lines.size))
-    both = one_signal(run)[:length] + scipy.fft.irfft(np.abs(lines) * turns, n=length)
+    both = one_signal(run)[:length] + phase_randomised(one_signal(healthy)[:length], BACKGROUND_SEED)
     return replace(run, channels={SENSOR: both}, channel=SENSOR, axes=None)
 
 

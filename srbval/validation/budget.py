@@ -76,6 +76,19 @@ class Tolerance:
 
 
 @dataclass(frozen=True, kw_only=True)
+class VerdictLimits:
+    """Chance of a false "resolved"; errors below which a model agrees: of levels [dB], of depth and kurtosis [%]."""
+
+    false_resolved: float
+    level_db: float
+    share_pct: float
+
+    def __post_init__(self) -> None:
+        if not (0 < self.false_resolved < 1 and min(self.level_db, self.share_pct) > 0):
+            raise ConfigurationError(f"{BUDGET.name} verdict: a chance in 0 to 1 and margins above 0 are needed.")
+
+
+@dataclass(frozen=True, kw_only=True)
 class ScanSettings:
     """How each input alone is taken over its range, see `budget.toml`."""
 
@@ -97,5 +110,6 @@ def _table(name: str) -> dict[str, object]:
 
 PRIOR = build(Prior, _table("prior"), f"{BUDGET.name} prior")
 TOLERANCE = build(Tolerance, _table("tolerance"), f"{BUDGET.name} tolerance")
+VERDICT = build(VerdictLimits, _table("verdict"), f"{BUDGET.name} verdict")
 SCAN = build(ScanSettings, _table("scan"), f"{BUDGET.name} scan")
 STUDY = build(StudySettings, _table("study"), f"{BUDGET.name} study")

@@ -12,9 +12,8 @@ from typing import NamedTuple
 from srbval.bearing import DEFECTS, RACE_DEFECTS, Fault
 from srbval.signal import LEAST_SNR, NORMAL_95
 from srbval.validation.analyse import Analysis
-from srbval.validation.budget import PRIOR, TOLERANCE
+from srbval.validation.budget import PRIOR, TOLERANCE, VERDICT
 from srbval.validation.comparison import (
-    LEVEL,
     MODEL_STARTS,
     MOUNTING,
     RIG_READING,
@@ -69,7 +68,7 @@ HARMONIC = {
         plot="level",
         axis=LEVEL_AXIS,
         primary=number < 5,
-        margin=3.0,
+        margin=VERDICT.level_db,
     )
     for number in (2, 3, 4, 5)
 }
@@ -78,7 +77,7 @@ PRESENCE = Kind(
 )  # fmt: skip
 SIDEBANDS = Kind(
     name="sideband level", heading="Sideband level, dB", error_unit="dB", plot="level", axis=LEVEL_AXIS,
-    primary=True, margin=3.0,
+    primary=True, margin=VERDICT.level_db,
 )  # fmt: skip
 SHAPE = Kind(
     name="spectrum shape", heading="Spectrum shape, degrees", error_unit="degrees",
@@ -280,7 +279,7 @@ def shape_angle(sides: Sides) -> Outcome | None:
         replace(rig, value=rig.value + float(null.mean()), ci95=reading, halves=None),
         off - float(null.mean()),
         {RIG_READING: reading, INPUTS: NORMAL_95 * float(null.mean(axis=1).std())},
-        ComparisonVerdict.RESOLVED if p < LEVEL else ComparisonVerdict.UNDECIDED,
+        ComparisonVerdict.RESOLVED if p < VERDICT.false_resolved else ComparisonVerdict.UNDECIDED,
         p,
     )
 

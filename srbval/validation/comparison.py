@@ -21,7 +21,6 @@ from srbval.validation.lines import Line
 
 RIG_READING, RIG_SPEED, MOUNTING, MODEL_STARTS = "rig reading", "rig speed", "rig mounting", "model: mean of starts"
 DATA_PARTS = (RIG_READING, RIG_SPEED, MOUNTING)
-LEVEL = 0.05  # chance of a false "resolved"
 
 
 class ComparisonVerdict(enum.StrEnum):

@@ -19,7 +19,6 @@ n / (n - k), since the scatter is estimated as well.
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,39 +36,6 @@ LEAST_DB = 0.1  # what a path in time and powers on a grid are good to
 LEAST_VARIANCE = 0.4 * LEAST_DB**2  # w^2 + (1 - w)^2 is a half or more
 AT_LIMIT = 0.01  # relative: so near to the narrowest a mode has ended there
 LEAST_SPARE = 4  # bands more than parameters
-
-
-class FittedTo(Protocol):
-    """What a path is fitted to: parameters are those of `SensorPath`, then `extras` of its own."""
-
-    @property
-    def band_hz(self) -> tuple[float, float]:
-        """Band that the path is good in."""
-        ...
-
-    @property
-    def extras(self) -> tuple[tuple[float, float, float], ...]:
-        """Start, least and greatest value of each parameter beside the path's."""
-        ...
-
-    @property
-    def size(self) -> int:
-        """How many numbers are fitted to."""
-        ...
-
-    @property
-    def scale(self) -> float:
-        """A first guess of the direct gain."""
-        ...
-
-    @property
-    def spacing_hz(self) -> float:
-        """Distance of neighbouring frequencies."""
-        ...
-
-    def residuals(self, parameters: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Errors over their deviations, and what the deviations add: -2 ln L is the sum of squares of both."""
-        ...
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -90,7 +56,7 @@ class BandPowers:
 
     @property
     def extras(self) -> tuple[tuple[float, float, float], ...]:
-        """Of the scatter ln tau [dB], and of the exponent."""
+        """Start, least and greatest value of the scatter ln tau [dB], and of the exponent."""
         return ((math.log(2.0), math.log(LEAST_DB), math.log(MOST_DB)), *(((0.0, -8.0, 8.0),) if self.coloured else ()))
 
     @property
@@ -122,7 +88,7 @@ class BandPowers:
         return np.asarray((gain * shape * self.excitation).sum(axis=1))
 
     def residuals(self, parameters: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """See the module."""
+        """Errors over their deviations, and what the deviations add: -2 ln L is the sum of squares of both."""
         scatter = math.exp(parameters[-1 - self.coloured])
         whole = self.powers(parameters) + self.healthy
         share = self.healthy / whole
@@ -177,6 +143,10 @@ class MeasuredResponse:
         deviation = self.floor * math.exp(parameters[-1])
         both = np.append(error.real, error.imag) / deviation
         return both, np.full(both.size, math.sqrt(2 * max(parameters[-1], 0.0)))
+
+
+# What a path is fitted to: parameters are those of `SensorPath`, then `extras` of its own.
+FittedTo = BandPowers | MeasuredResponse
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

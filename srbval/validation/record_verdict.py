@@ -18,17 +18,9 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.signal import NORMAL_95
-from srbval.validation.budget import PRIOR
+from srbval.validation.budget import PRIOR, VERDICT
 from srbval.validation.compared_quantities import CAGE_RATIO, KINDS, ROLLER_LINE
-from srbval.validation.comparison import (
-    LEVEL,
-    MODEL_STARTS,
-    MOUNTING,
-    RIG_READING,
-    RIG_SPEED,
-    Comparison,
-    ComparisonVerdict,
-)
+from srbval.validation.comparison import MODEL_STARTS, MOUNTING, RIG_READING, RIG_SPEED, Comparison, ComparisonVerdict
 from srbval.validation.effects import GRID, DefectEffects
 
 PRIMARY = tuple(kind.name for kind in KINDS if kind.primary)
@@ -59,7 +51,7 @@ class RecordVerdict:
     @property
     def verdict(self) -> ComparisonVerdict:
         """What may be said."""
-        if self.p_holm < LEVEL:
+        if self.p_holm < VERDICT.false_resolved:
             return ComparisonVerdict.RESOLVED
         return ComparisonVerdict.AGREES if self.agrees else ComparisonVerdict.UNDECIDED
 

@@ -50,11 +50,11 @@ def ring(state: Fault, nm: float = 0.0, seed: int = 0, size: float = 1.0) -> Flo
 def rough(rigs: int, first_seed: int, nm: float, noise: float) -> None:
     """Print what rough rigs say of the increments of the smooth scene behind the known path."""
     smooth = {size: record("smooth", Fault.OUTER, ring(Fault.OUTER, size=size)) for size in SIZES}
-    model = levels(_behind(smooth[1.0], np.random.default_rng(0), 0.0), None)
+    model = levels(behind(smooth[1.0], np.random.default_rng(0), 0.0), None)
     errors, reading, evidence = [], [], []
     for seed in range(first_seed, first_seed + rigs):
         random = np.random.default_rng(seed)
-        fault, healthy = (_behind(record("rough", state, ring(state, nm, 2 * seed + i)), random, noise)
+        fault, healthy = (behind(record("rough", state, ring(state, nm, 2 * seed + i)), random, noise)
                           for i, state in enumerate((Fault.OUTER, Fault.HEALTHY)))  # fmt: skip
         rig = levels(fault, healthy)
         errors.append([model[name].value - rig[name].value if rig[name].present else np.nan for name in THIRD_OCTAVES])
@@ -86,7 +86,8 @@ def rough(rigs: int, first_seed: int, nm: float, noise: float) -> None:
         )
 
 
-def _behind(run: Recording, random: np.random.Generator, noise: float) -> Recording:
+def behind(run: Recording, random: np.random.Generator, noise: float) -> Recording:
+    """What the sensor shows of it, with noise."""
     shown = SensorFilter(TRUE, FS_HZ).add(run.channels["a"])
     return replace(run, channels={"a": shown + background(random, noise)})
 

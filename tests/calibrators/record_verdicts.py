@@ -46,9 +46,9 @@ from srbval.storage.stored_result import (
     store_result,
 )
 from srbval.storage.strict_json import json_object
-from srbval.validation.budget import PRIOR
+from srbval.validation.budget import PRIOR, VERDICT
 from srbval.validation.compared_quantities import CAGE_RATIO, KINDS, SHAPE, Sides, compare, shape_angle
-from srbval.validation.comparison import LEVEL, MOUNTING, Comparison, QuantityValue
+from srbval.validation.comparison import MOUNTING, Comparison, QuantityValue
 from srbval.validation.counterpart import STARTS
 from srbval.validation.effects import DefectEffects, Sensitivity, sensitivity_of
 from srbval.validation.emulator import Emulator, fit_emulator
@@ -272,14 +272,14 @@ def rates(setting: Setting, kind: str, seconds: float, rigs: int = RIGS) -> Rate
         made = rig(setting, truth, kind, seconds, rng)
         judged = [judge(rows, setting.study.of(f)) for f, (rows, *_) in zip(RACE_DEFECTS, made, strict=True)]
         known = holm([one for one in judged if one is not None])
-        resolved.append(any(one.p_holm < LEVEL for one in known))
-        single += [one.p < LEVEL for one in known]
-        beyond += [one.p_discrepancy < LEVEL for one in known]
+        resolved.append(any(one.p_holm < VERDICT.false_resolved for one in known))
+        single += [one.p < VERDICT.false_resolved for one in known]
+        beyond += [one.p_discrepancy < VERDICT.false_resolved for one in known]
         agree += [one.agrees for one in known]
         if kind == NONE and number < len(setting.truths):
             lines = zip(RACE_DEFECTS, (line for *_, line in made), strict=True)
             ps = [shape_p(effects_of(setting.study, f), truth.halves.get(f), line, rng) for f, line in lines]
-            shapes += [p < LEVEL for p in ps if p is not None]
+            shapes += [p < VERDICT.false_resolved for p in ps if p is not None]
         for rows, given, _ in made:
             for row in rows:
                 if row.quantity not in given or row.uncertainty is None or not row.both_present:

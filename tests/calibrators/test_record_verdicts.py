@@ -8,8 +8,8 @@ from scipy.stats import binom
 
 from srbval.bearing import RACE_DEFECTS, Fault
 from srbval.storage.stored_result import COMMAND, RECORD_VERDICTS, newest_result
+from srbval.validation.budget import VERDICT
 from srbval.validation.compared_quantities import COMPARED
-from srbval.validation.comparison import LEVEL
 from tests.calibrators.record_verdicts import DISCREPANCIES, DRAWN, MARGIN, NONE, ONE, SECONDS, discrepancies, record
 
 VALUES = {"cage ratio": 0.431, "2xBPFI": -3.0, "3xBPFI": -6.0, "BPFI sidebands": -4.0}
@@ -63,7 +63,7 @@ def test_the_stored_rates_are_those_that_the_verdict_promises() -> None:
     assert {("known inputs", s, ONE) for s in SECONDS} <= made
     for row in rows:
         independent = min(row["rigs"], row["truths"])
-        most = binom.ppf(0.975, independent, LEVEL) / independent
+        most = binom.ppf(0.975, independent, VERDICT.false_resolved) / independent
         if row["discrepancy"] == NONE:
             assert row["resolved"] <= most, row
             assert row["shape"] is None or row["shape"] <= most, row
@@ -71,7 +71,7 @@ def test_the_stored_rates_are_those_that_the_verdict_promises() -> None:
             assert row["agree"] <= most, row
         if row["discrepancy"] == MARGIN:
             assert row["cage_agrees"] <= most, row
-        chance = np.sqrt(LEVEL * (1 - LEVEL) / independent)
+        chance = np.sqrt(VERDICT.false_resolved * (1 - VERDICT.false_resolved) / independent)
         assert 0.92 - chance <= min(row["coverage"].values()), row
         assert max(row["coverage"].values()) <= 0.98 + chance, row
     agree = {

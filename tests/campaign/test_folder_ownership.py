@@ -14,15 +14,7 @@ from srbval.campaign.status import campaign_status
 from srbval.campaign.verify import verify_campaign
 from srbval.errors import ConfigurationError, DataError
 from tests.campaign.in_process import InProcess
-from tests.campaign.mixed_folder import (
-    add_zeros,
-    cut,
-    damaged_names,
-    empty,
-    files_of,
-    good_results,
-    resume,
-)
+from tests.campaign.mixed_folder import add_zeros, cut, damaged_names, empty, files_of, good_results, resume
 from tests.campaign.small import content, small
 
 

@@ -62,6 +62,15 @@ def test_the_answer_says_how_probable_each_class_is_by_the_record_alone() -> Non
     assert "Named: inner race" in said
 
 
+def test_a_shallow_line_that_nothing_else_names_leaves_the_part_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    record = held().records[0]
+    assert record.naming is not None
+    doubted = dataclasses.replace(record, naming=dataclasses.replace(record.naming, state="undecided"))
+    for deep, said in ((True, "Inner race fault"), (False, "Fault, perhaps of the inner race")):
+        monkeypatch.setattr("srbval.evidence.own_records.is_fault_like", lambda *_, deep=deep: deep)
+        assert headline(dataclasses.replace(held(), records=(doubted,))).startswith(f"{said}: the BPFI line")
+
+
 def test_without_one_a_line_is_a_sign_and_no_fault_is_called() -> None:
     evidence = gather_own([faulted()], bearing=BEARING.name)
     report = assemble_own(evidence, command="srbval report")

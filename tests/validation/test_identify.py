@@ -10,13 +10,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from srbval.bearing import Fault
 from srbval.cli import main
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.frf import read_frf
 from srbval.scene import PathMode, SensorPath
 from srbval.validation.identify import Identified, band_powers, identify, identify_response
 from srbval.validation.path_fit import _penalty, best_of, fit_path, inflated
-from tests.validation.simulated_rig import BEARING, TRUE, SimulatedRig, simulated_rig
+from tests.calibrators.path_coverage import behind, ring
+from tests.validation.simulated_rig import BEARING, TRUE, SimulatedRig, record, simulated_rig
 
 BAND_HZ = (400.0, 3150.0)
 BIAS_DB = 0.5  # the most that the mean over the band may be off
@@ -61,6 +63,21 @@ def test_the_right_path_passes_and_a_wrong_one_or_a_wrong_size_is_rejected(rig: 
     twice = simulated_rig(1, size=2.0)  # a defect that strikes twice as hard
     evidence = band_powers(twice.fault, twice.healthy, twice.excitation, bearing=BEARING, band_hz=BAND_HZ)
     assert evidence.chance(TRUE, 1.0) < 1e-6
+
+
+@pytest.mark.slow
+def test_with_waves_on_races_and_rollers_too() -> None:
+    """Runs of the scene `rig`, 28 nm on each bearing; forces known to 2.4 dB, what its calibrator finds waves to do."""
+    known = {size: record("smooth", Fault.OUTER, ring(Fault.OUTER, size=size)) for size in (1.0, 1.5)}
+    random = np.random.default_rng(1)
+    fault, healthy = (
+        behind(record("rough", state, ring(state, 28.0, seed)), random, 0.05)
+        for seed, state in enumerate((Fault.OUTER, Fault.HEALTHY))
+    )
+    right, wrong = (band_powers(fault, healthy, run, bearing=BEARING, band_hz=BAND_HZ) for run in known.values())
+    assert right.chance(TRUE, 2.4) > 0.01
+    assert right.chance(dataclasses.replace(TRUE, modes=()), 2.4) < 0.01
+    assert wrong.chance(TRUE, 2.4) < 1e-6
 
 
 def test_no_mode_is_found_where_there_is_none() -> None:

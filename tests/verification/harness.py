@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -26,6 +27,7 @@ from srbval.models.run import EnergyFlow
 from srbval.models.simulate import signals
 from srbval.models.solvers import METHODS
 from srbval.scene import Scene as Scene
+from srbval.scene import merge
 from srbval.scene import paper_scene as paper_scene
 
 FloatArray = NDArray[np.float64]
@@ -42,12 +44,8 @@ def geometry() -> SphericalRollerGeometry:
 
 
 def merged(*tables: dict[str, Any]) -> dict[str, Any]:
-    """Scene changes laid over each other, one table deep."""
-    whole: dict[str, Any] = {}
-    for table in tables:
-        for key, value in table.items():
-            whole[key] = whole.get(key, {}) | value if isinstance(value, dict) else value
-    return whole
+    """Scene changes laid over each other."""
+    return functools.reduce(merge, tables, {})
 
 
 def parameters(scene: Scene) -> Parameters:

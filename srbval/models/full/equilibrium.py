@@ -92,7 +92,7 @@ def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> Equi
     residual_n = np.concatenate([slide_n, ring_n])
     if deepest > DEEPEST_M:
         raise ConfigurationError(
-            f"the load or the fit crushes the contact: a roller would stand {deepest * 1e6:.4g} um deep in a race; "
+            f"load or fit overload the contact: a roller would penetrate a race by {deepest * 1e6:.4g} um; "
             f"the limit is {DEEPEST_M * 1e6:.4g} um; reduce the load or the interference, or raise the stiffness."
         )
     _check_carried(model, float(np.abs(residual_n).max()))
@@ -108,7 +108,7 @@ def _check_carried(model: Parameters, left_n: float) -> None:
     allowed = BALANCED_N + UNCARRIED * float(np.hypot(*external_load(0.0, model.drive)))
     if left_n > allowed:
         raise ConfigurationError(
-            f"the load finds no balance: {left_n:.4g} N are carried by nothing, the limit is {allowed:.4g} N; "
+            f"no static balance: {left_n:.4g} N of the load remain uncarried, the limit is {allowed:.4g} N; "
             "the rollers meet the races too late or too far from their middle: reduce the play, or the load."
         )
 

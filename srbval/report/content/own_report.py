@@ -64,7 +64,7 @@ def assemble_own(evidence: OwnEvidence, *, command: str, brief: bool = False) ->
 
 def _headline(record: OwnRecord) -> str:
     shown = [line for line in record.first_lines if line.detected and Fault.of_line(line.name)]
-    return TEXTS.text("headline", call=record.call, Basis=Basis, shown=shown)
+    return TEXTS.text("headline", call=record.call, Basis=Basis, shown=shown, doubted=record.doubted)
 
 
 def _verdict(record: OwnRecord) -> VerdictBox:
@@ -74,7 +74,7 @@ def _verdict(record: OwnRecord) -> VerdictBox:
         tone=_tone(record),
         headline=_headline(record),
         points=TEXTS.listing(
-            "points", record=record, analysis=record.analysis, call=record.call, Basis=Basis, also=also
+            "points", record=record, analysis=record.analysis, call=record.call, also=also, doubted=record.doubted
         ).items,
     )
 

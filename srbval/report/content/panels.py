@@ -11,11 +11,7 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.evidence.evidence import Evidence
-from srbval.evidence.shown_records import (
-    SCALOGRAM_ERROR,
-    SCALOGRAM_HZ,
-    SCALOGRAM_TRANSFORM,
-)
+from srbval.evidence.shown_records import SCALOGRAM_ERROR, SCALOGRAM_HZ, SCALOGRAM_TRANSFORM
 from srbval.figures.acceleration import acceleration_panel
 from srbval.figures.spectrum import envelope_spectrum_panel, fault_cursors, tall_peaks
 from srbval.recordings import Origin
