@@ -38,8 +38,8 @@ def build_docs(folder: Path) -> Path:
         ) from None
     try:
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise DataError(f"{folder}: cannot be written ({error.strerror}).") from None
+    except (OSError, ValueError) as error:  # a path with a NUL or a lone surrogate is a ValueError
+        raise DataError(f"{folder}: cannot be written ({getattr(error, 'strerror', None) or error}).") from None
     code = build_main(["-q", str(package_folder() / "docs"), str(folder)])
     if code:
         raise DataError(f"{folder}: Sphinx could not build the documentation (it ended with {code}; see above).")

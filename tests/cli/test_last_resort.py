@@ -166,6 +166,7 @@ LONG = {
     "check": ["srbval.cli.check_command.run_check"],
     "data": ["srbval.cli.data_command.fetch"],
     "doctor": ["srbval.cli.doctor_command.clear_cache"],
+    "docs": ["sphinx.cmd.build.build_main"],
 }  # fmt: skip
 NEEDED = {"campaign run": ["table5-smoke", "--dry-run"], "campaign status": ["folder"], "campaign verify": ["folder"],
           "campaign export": ["folder", "-o", "out.h5"], "analyse": ["run.csv"], "data add": ["folder"],
