@@ -157,17 +157,17 @@ def _compared(analysis: Analysis, lines: list[Line], baseline: Analysis, conditi
     if not risen:
         return FaultCall(
             basis=Basis.BASELINE,
-            sentence=f"Against the healthy record {name} no line has risen to {CALLING_RATIO:g} times: "
+            sentence=f"Compared with the healthy record {name}, no line is {CALLING_RATIO:g} times as high or more: "
             "no fault is called.",
             baseline=baseline.recording.file,
         )
     line, ratio, ci95 = risen[0]
     state = _fault_of(line)
     others = [f"{x.name} {_short(r)} times" for x, r, _ in risen[1:]]
-    also = f" (also risen, less deep: {', '.join(others)})" if others else ""
+    also = f" (also higher, less deep: {', '.join(others)})" if others else ""
     return FaultCall(
         basis=Basis.BASELINE,
-        sentence=f"Against the healthy record {name} the {line.name} line stands {_short(ratio)} times as high "
+        sentence=f"Compared with the healthy record {name}, the {line.name} line is {_short(ratio)} times as high "
         f"(95 %: {_short(ci95[0])} to {_short(ci95[1])}): {_part(state)} fault{also}.",
         indicated=state,
         called=state,

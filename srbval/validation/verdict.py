@@ -32,7 +32,7 @@ def _found(detected: list[Line], speed: ShaftSpeed) -> str:
     first, *others = detected
     text = f"{_name(first)} line detected: {_numbers(first)}"
     if speed.source is SpeedSource.NOMINAL:
-        text += " of a speed that is only nominal"
+        text += " (the speed is only nominal)"
     weaker = ", ".join(f"{_name(line)}, {_numbers(line)}" for line in others)
     return text + (f"; weaker: {weaker}" if others else "") + "."
 

@@ -7,7 +7,7 @@ d - x^2 / (2 R) at x across the race, R = a^2 / (2 d), the strips add up to Hert
 distribution across the race, at every load, since a^2 / d and Q / (a d) do not depend on it.
 
 An opening, a hole or a spall, takes a strip's support away while the element stands over it: it rests on the nearest
-edge, at t, by kappa t^2 / 2 higher than the race, kappa the curvature of the gap along the race, or on the floor. A
+edge, at t, by kappa t^2 / 2 lower than the race, kappa the curvature of the gap along the race, or on the floor. A
 raised piece is met in the same way from beside it. The contact angle is taken to stay what it is.
 """
 
