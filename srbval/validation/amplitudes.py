@@ -28,7 +28,7 @@ from srbval.validation.compared_quantities import CAGE_RATIO
 from srbval.validation.comparison import RIG_READING, Comparison, QuantityValue
 from srbval.validation.pipeline import choose_tracking, one_signal, process
 
-PATH, NUMERICS = "path to the sensor", "numerics: step, slices and starts"
+PATH, NUMERICS, SURFACES = "path to the sensor", "numerics: step, slices and starts", "waves on races and rollers"
 ENVELOPE_HZ, WHOLE_HZ = BANDS_HZ["1400-2800"], (400.0, 3150.0)
 THIRD_OCTAVES = {f"{10 ** (n / 10):.0f} Hz": 10 ** (n / 10) for n in range(26, 36)}  # base ten, exact middles
 LEVEL_BANDS = {name: (middle * 10**-0.05, middle * 10**0.05) for name, middle in THIRD_OCTAVES.items()}

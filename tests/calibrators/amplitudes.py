@@ -5,7 +5,8 @@ IR 877, Roller 877 and H 353 `withheld`: not used, but seen. The inputs' ranges 
 record's hole may lie drawn for itself, and for every draw, and for the finer run, the path is identified anew from the
 outer-race run, so that what both share cancels as it does in use. Beside it four ways of guessing: a path that also
 turns the phases at random, which powers do not tell; no path; the planar rung behind a path of its own; and the
-outer-race record's own increment.
+outer-race record's own increment. And how far each record repeats from one half of it to the other. Waves on races and
+rollers that would give H 877's level are a further part of the uncertainty.
 """
 
 from __future__ import annotations
@@ -41,6 +42,7 @@ from srbval.validation.amplitudes import (
     NUMERICS,
     PATH,
     RMS_BANDS,
+    SURFACES,
     THIRD_OCTAVES,
     crps,
     half_widths,
@@ -65,6 +67,8 @@ SECONDS = 2.0  # of a run, as of the records: 28 turns of the shaft, 200 or more
 STEP_S = 1 / 61_440  # with the longest contacts the scene's own is beyond the stiffest roller's limit
 FINER = {"solver": {"step_s": STEP_S / 2}, "line_contact": {"slices": 31}}
 PATH_DRAWS, SEED = 24, 23
+WAVE_DRAWS = 6  # seeds of the waves
+WAVES = {"surface": {f"{body}_waviness": "28 nm" for body in ("outer", "inner", "roller")}}  # those of H 877's level
 FAULTS = {Fault.OUTER: "fit", Fault.INNER: "withheld", Fault.ROLLER: "withheld"}
 FAST, SLOW = 877.0, 353.0  # nominal rpm; only the healthy bearing is at hand at both
 OF_HEALTHY = "band level, healthy bearing"  # no increment: its bias stands apart
@@ -199,6 +203,10 @@ def study() -> tuple[list[Comparison], list[Share]]:
     }  # fmt: skip
     runs = {state: [run_of(record, state, one) for one in changes[state]] for state, record in records.items()}
     planar = {state: run_of(record, state, {"model": "planar"}) for state, record in records.items()}
+    rough = {
+        state: [run_of(record, state, WAVES | {"seed": 10 * i + place}) for i in range(WAVE_DRAWS)]
+        for place, (state, record) in enumerate({Fault.HEALTHY: healthy, **records}.items(), start=1)
+    }
     paths = list(identified_paths(records[Fault.OUTER], healthy, runs[Fault.OUTER]))
     (own_path,) = identified_paths(records[Fault.OUTER], healthy, [planar[Fault.OUTER]])
     as_outer = levels(records[Fault.OUTER], healthy)
@@ -211,6 +219,7 @@ def study() -> tuple[list[Comparison], list[Share]]:
         rig = levels(record, healthy) | pattern(record, BEARING, state, order)
         compare = partial(rows, rig, record=record.name, fault=state, used_for=FAULTS[state])
         model, parts = predicted(runs[state], state, paths, healthy)
+        parts[SURFACES] = of_waves(rough[state], rough[Fault.HEALTHY], state, paths[0])
         own = compare(model, parts)
         found += own
         guesses = {
@@ -219,6 +228,7 @@ def study() -> tuple[list[Comparison], list[Share]]:
             "no path": compare(shown_by(runs[state][0], state, None, healthy), {}),
             "planar rung, its own path": compare(shown_by(planar[state], state, own_path, healthy), {}),
             "as OR 877": compare(as_outer, {}),
+            "its own other half": other_half(record, healthy, state, order, FAULTS[state]),
         }
         shares += [share for predictor, compared in guesses.items() for share in _shares(compared, predictor)]
     at_rest = list(_healthy(healthy, [{}, FINER, *common[:HEALTHY_DRAWS]], paths))
@@ -238,6 +248,42 @@ def predicted(
         INPUTS: half_widths([values(one) for one in drawn]),
         PATH: half_widths([values(one) for one in moved]),
     }
+
+
+def of_waves(
+    faulty: Sequence[Run], healthy: Sequence[Run], state: Fault, path: SensorPath
+) -> dict[str, float]:  # fmt: skip
+    """What waves do to increments and pattern, others on the faulty bearing than on the healthy one."""
+    found = []
+    for one, beside in zip(faulty, healthy, strict=True):
+        shown = behind(one, path)
+        read = levels(shown, behind(beside, path)) | pattern(shown, BEARING, state, line_order(one, state))
+        found.append({name: value for name, value in values(read).items() if not hung(name)})
+    return half_widths(found)
+
+
+def other_half(
+    record: Recording, healthy: Recording, state: Fault, order: float, used_for: str
+) -> tuple[Comparison, ...]:  # fmt: skip
+    """The record's second half as it were predicted by its first: how far the record itself repeats."""
+    half = record.samples // 2
+    first, second = (
+        levels(part, healthy) | pattern(part, BEARING, state, order)
+        for part in (part_of(record, slice(0, half)), part_of(record, slice(half, 2 * half)))
+    )
+    return rows(second, first, {}, record=record.name, fault=state, used_for=used_for)
+
+
+def part_of(record: Recording, samples: slice) -> Recording:
+    """Some of the samples of a record, with the course of the speed and its mean over them."""
+    signal, speed = record.speed_signal, record.speed
+    assert speed is not None
+    if signal is not None:
+        first, last = (round(at / record.fs_hz * signal.rate_hz) for at in (samples.start, samples.stop))
+        signal = replace(signal, values_hz=signal.values_hz[first:last])
+        speed = replace(speed, value_hz=float(signal.values_hz.mean()))
+    channels = {name: values[samples] for name, values in record.channels.items()}
+    return replace(record, channels=channels, speed_signal=signal, speed=speed)
 
 
 def of_phases(
