@@ -1,4 +1,4 @@
-"""The evidence for one's own recordings: lines, what was not seen and why, a healthy record, the model beside them."""
+"""The evidence for the user's recordings: lines, what was not seen and why, a healthy record, the model to compare."""
 
 import dataclasses
 import enum
@@ -62,7 +62,7 @@ class Unseen(enum.StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ModelBeside:
+class ModelResult:
     """The model at a record's speed, with the defect of `state`: its run, its analysis and arrays for figures.
 
     `stated_load` says whether the record states its load, or the scene's own was taken; `open_cage` what is open of the
@@ -119,7 +119,7 @@ class OwnRecord:
     marked: Line | None
     expected: tuple[Cursor, ...]
     unseen: tuple[tuple[Line, Unseen], ...]
-    model: ModelBeside | str | None
+    model: ModelResult | str | None
 
     @property
     def peaks(self) -> tuple[tuple[float, float], ...]:
@@ -178,7 +178,7 @@ def gather_own(
 
     `bearing` is a known name or a file, without it that of the recordings' data set. Where neither `band_hz` [Hz] nor
     the data set says which band to demodulate, each record's most impulsive one is taken, with its trials counted. The
-    model runs beside a measured record where the bearing's dimensions are known and `model` is left True.
+    model is compared with a measured record where the bearing's dimensions are known and `model` is left True.
     `all_channels`: see `name_fault`. Raises what reading a record raises; a model's run that fails is only said.
     """
     if not recordings:
@@ -192,11 +192,11 @@ def gather_own(
             other = healthy if healthy is not None else registered_baseline(analysis)
             baseline = None if other is None else baseline_of(analysis, other)
         name = bearing or recording.bearing
-        beside = _model_beside(analysis, against(analysis, baseline), name, progress) if model else None
+        compared = _model_result(analysis, against(analysis, baseline), name, progress) if model else None
         measured = recording.origin is Origin.MEASURED
         naming = name_fault(analysis, all_channels=all_channels) if measured else None
-        records.append(own_record(analysis, baseline, beside, naming))
-    runs = [record.model.run for record in records if isinstance(record.model, ModelBeside)]
+        records.append(own_record(analysis, baseline, compared, naming))
+    runs = [record.model.run for record in records if isinstance(record.model, ModelResult)]
     used = [*recordings, *(r.baseline.analysis.recording for r in records if r.baseline is not None)]
     facts = provenance(runs, ()) | {
         "recordings": {r.name if r.file is None else Path(r.file).name: r.sha256 for r in used}
@@ -231,9 +231,9 @@ def _band_is_declared(recording: Recording) -> bool:
 
 
 def own_record(
-    analysis: Analysis, baseline: Baseline | None, model: ModelBeside | str | None = None, naming: Naming | None = None
+    analysis: Analysis, baseline: Baseline | None, model: ModelResult | str | None = None, naming: Naming | None = None
 ) -> OwnRecord:
-    """What the report says of one analysis, against a healthy record and beside a model where there are any."""
+    """What the report says of one analysis, compared with a healthy record and a model where there are any."""
     call = against(analysis, baseline)
     compared = [analysis] if baseline is None else [analysis, baseline.analysis]
     own_unit, window_s = in_own_unit(compared), middle_window(compared)
@@ -265,9 +265,9 @@ def _on_axis_of(shown: ShownRecord, other: ShownRecord) -> ShownRecord:
     return dataclasses.replace(other, power_hz=shown.power_hz, power_db=level)
 
 
-def _model_beside(
+def _model_result(
     analysis: Analysis, call: FaultCall, bearing: str | None, progress: Progress
-) -> ModelBeside | str | None:
+) -> ModelResult | str | None:
     """The model at the record's speed with the defect declared or indicated; None where the bearing has no model."""
     recording, geometry, elements = analysis.recording, analysis.bearing.geometry, analysis.bearing.elements
     if (geometry is None and elements is None) or recording.origin is not Origin.MEASURED or bearing is None:
@@ -293,14 +293,14 @@ def _model_beside(
         found = analyse(recording_from_run(run), bearing=analysis.bearing, band_hz=own)
     except SrbvalError as error:
         return str(error)
-    return ModelBeside(
+    return ModelResult(
         run=run, base=base, state=state, stated_load=recording.radial_n is not None,
         open_cage=cage_inputs(elements) if geometry is None and elements is not None else None, analysis=found,
         shown=shown_record(found, window_s=middle_window([found])),
     )  # fmt: skip
 
 
-def _model_entry(model: ModelBeside) -> dict[str, Any]:
+def _model_entry(model: ModelResult) -> dict[str, Any]:
     run = model.run
     return {
         "scene": model.base, "model": run.scene.model, "state": model.state, "status": run.status,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing import Fault
-from srbval.evidence.own_records import ModelBeside, OwnEvidence, OwnRecord
+from srbval.evidence.own_records import ModelResult, OwnEvidence, OwnRecord
 from srbval.figures.acceleration import acceleration_panel
 from srbval.figures.record import HEAD_ROOM, LABEL_ROOM, highest_shown
 from srbval.figures.spectrum import envelope_spectrum_panel
@@ -158,7 +158,7 @@ def _lines(record: OwnRecord, suffix: str) -> Block:
     rows = [
         {"line": x, "fault": Fault.of_line(x.name), "before": before and before.get(x.name)} for x in record.first_lines
     ]
-    name = "lines-table" if before is None else "lines-beside-healthy"
+    name = "lines-table" if before is None else "lines-with-healthy"
     table = TEXTS.table(name, rows, record=record, tone=_tone_of)
     return dataclasses.replace(table, id=f"lines-table{suffix}")
 
@@ -219,7 +219,7 @@ def _times(record: OwnRecord, suffix: str) -> Iterator[Block]:
     yield FigureGrid(figures=tuple(panels), columns=len(panels), caption=TEXTS.text("grid-time", record=record))
 
 
-def _model(record: OwnRecord, model: ModelBeside, suffix: str) -> Iterator[Block]:
+def _model(record: OwnRecord, model: ModelResult, suffix: str) -> Iterator[Block]:
     """Where the model's lines lie beside the record's, and its envelope spectrum."""
     shaft_hz, lines = model.analysis.speed.value_hz, model.lines
     rows = [{"line": x, "model": lines[x.name]} for x in record.first_lines if x.name in lines]
