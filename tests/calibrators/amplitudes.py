@@ -203,10 +203,7 @@ def study() -> tuple[list[Comparison], list[Share]]:
     }  # fmt: skip
     runs = {state: [run_of(record, state, one) for one in changes[state]] for state, record in records.items()}
     planar = {state: run_of(record, state, {"model": "planar"}) for state, record in records.items()}
-    rough = {
-        state: [run_of(record, state, WAVES | {"seed": 10 * i + place}) for i in range(WAVE_DRAWS)]
-        for place, (state, record) in enumerate({Fault.HEALTHY: healthy, **records}.items(), start=1)
-    }
+    rough = {state: rough_runs(record, state) for state, record in {Fault.HEALTHY: healthy, **records}.items()}
     paths = list(identified_paths(records[Fault.OUTER], healthy, runs[Fault.OUTER]))
     (own_path,) = identified_paths(records[Fault.OUTER], healthy, [planar[Fault.OUTER]])
     as_outer = levels(records[Fault.OUTER], healthy)
@@ -248,6 +245,12 @@ def predicted(
         INPUTS: half_widths([values(one) for one in drawn]),
         PATH: half_widths([values(one) for one in moved]),
     }
+
+
+def rough_runs(record: Recording, state: Fault) -> list[Run]:
+    """The nominal scene with waves, others on each bearing."""
+    place = 1 + (Fault.HEALTHY, *FAULTS).index(state)
+    return [run_of(record, state, WAVES | {"seed": 10 * i + place}) for i in range(WAVE_DRAWS)]
 
 
 def of_waves(

@@ -2,7 +2,7 @@
 
 The rig scene with each fault at the published tachometer means of 353 rpm nominal, behind the path to the sensor that
 H 877 and OR 877 give, as `tests.calibrators.amplitudes` runs it: the inputs' ranges drawn together with where the hole
-may lie, the path identified anew for each draw. Of the slow records H 353 alone was seen; it is the background in which
+may lie, the path identified for each draw, waves on races and rollers as a further part. Of the slow records H 353 alone was seen; it is the background in which
 depth and kurtosis are read. What is stored is hashed, and ``srbval report`` compares it once the records are
 registered.
 """
@@ -22,14 +22,25 @@ from srbval.recordings import Recording, ShaftSpeed, SpeedSource
 from srbval.scene import SensorPath, draws, merge, rig_inputs
 from srbval.storage.own_package import git_revision
 from srbval.storage.stored_result import BLIND, COMMAND, stamped, store_result
-from srbval.validation.amplitudes import NUMERICS, half_widths
+from srbval.validation.amplitudes import NUMERICS, SURFACES, half_widths
 from srbval.validation.blind import digest
 from srbval.validation.compared_quantities import CAGE_RATIO
 from srbval.validation.effects import INPUTS
 from srbval.validation.speed_and_slip import published_speeds
-from tests.calibrators.amplitudes import FAST, FINER, SLOW, identified_paths, measured, predicted, run_of, values
+from tests.calibrators.amplitudes import (
+    FAST,
+    FINER,
+    POWER,
+    SLOW,
+    identified_paths,
+    measured,
+    of_waves,
+    predicted,
+    rough_runs,
+    run_of,
+    values,
+)
 
-POWER = 3  # of two: draws of all inputs
 STATES = (Fault.OUTER, Fault.INNER, Fault.ROLLER)
 DIGITS = 6  # of the stored numbers
 
@@ -42,12 +53,16 @@ def placeholder(healthy: Recording, state: Fault) -> Recording:
 
 
 def prediction(
-    wanted: Recording, runs: Sequence[Run], paths: Sequence[SensorPath], healthy: Recording
+    wanted: Recording, runs: Sequence[Run], paths: Sequence[SensorPath], healthy: Recording, at_rest: Sequence[Run]
 ) -> dict[str, Any]:
-    """What the model says a record shows, and the parts of its uncertainty (95 %), each in the quantity's unit."""
+    """What the model says a record shows, and the parts of its uncertainty (95 %), each in the quantity's unit.
+
+    `at_rest` are the runs of the healthy bearing with waves.
+    """
     assert wanted.state is not None
     assert wanted.speed is not None
     model, parts = predicted(runs, wanted.state, paths, healthy)
+    parts[SURFACES] = of_waves(rough_runs(wanted, wanted.state), at_rest, wanted.state, paths[0])
     plain = values(model)
     if wanted.state is not Fault.ROLLER:
         nominal, finer, *drawn = (run.cage_ratio for run in runs)
@@ -68,9 +83,10 @@ def predictions() -> Iterator[dict[str, Any]]:
     common, places = draws(rig_inputs(), POWER), draws(rig_inputs("position"), POWER + 2)
     changes = [[{}, FINER, *map(merge, common, places[i * len(common) :])] for i in range(len(STATES) + 1)]
     paths = list(identified_paths(outer, fast, [run_of(outer, Fault.OUTER, one) for one in changes[0]]))
+    at_rest = rough_runs(healthy, Fault.HEALTHY)
     for state, own in zip(STATES, changes[1:], strict=True):
         wanted = placeholder(healthy, state)
-        yield prediction(wanted, [run_of(wanted, state, one) for one in own], paths, healthy)
+        yield prediction(wanted, [run_of(wanted, state, one) for one in own], paths, healthy, at_rest)
 
 
 def _all_rounded(of: Mapping[str, float]) -> dict[str, float]:
