@@ -1,10 +1,10 @@
 """Predictions of the rig's open records that nobody here has opened: ``python -m tests.calibrators.blind [-o FILE]``.
 
-The rig scene with each fault at the published tachometer means of 353 rpm nominal, behind the path to the sensor that
-H 877 and OR 877 give, as `tests.calibrators.amplitudes` runs it: the inputs' ranges drawn together with where the hole
-may lie, the path identified for each draw, waves on races and rollers as a further part. Of the slow records H 353 alone was seen; it is the background in which
-depth and kurtosis are read. What is stored is hashed, and ``srbval report`` compares it once the records are
-registered.
+The rig scene with each fault at the published tachometer means of 353 rpm nominal, behind the path to the sensor that H
+877 and OR 877 give, as `tests.calibrators.amplitudes` runs it: the inputs' ranges drawn together with where the hole
+may lie, the path identified for each draw, waves on races and rollers as a further part. Of the slow records H 353
+alone was seen; it is the background in which depth and kurtosis are read. What is stored is hashed, and ``srbval
+report`` compares it once the records are registered.
 """
 
 from __future__ import annotations
