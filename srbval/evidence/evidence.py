@@ -22,9 +22,9 @@ from srbval.scene import RollerFit
 from srbval.signal import Scalogram
 from srbval.storage.stored_result import (
     AMPLITUDES,
-    BLIND,
     CAMPAIGN_SCALE,
     NOISE_STUDY,
+    PREDICTIONS,
     READING,
     RIG_BANDS,
     RIG_INPUTS,
@@ -66,8 +66,8 @@ class Evidence:
     ``model`` and ``rig``, `fits` both of the model's outer-race defect with either roller fit; `sidebands` of the
     inner-race line, None where it was not read.
     `scene_values` are all values of the paper's outer-race scene and the bearing's geometry. `datasets` describes, by
-    name, every data set a recording was read from; `blind` are the rows of predictions made before their records were
-    opened, as far as these are registered; `results` are the stored results by kind. `register` is all that is
+    name, every data set a recording was read from; `predicted` are the rows of predictions stored before their records
+    were compared, as far as these are registered; `results` are the stored results by kind. `register` is all that is
     registered, usable or not.
     """
 
@@ -98,7 +98,7 @@ class Evidence:
     matrix: Matrix
     pairs: tuple[Pair, ...]
     bias: tuple[Bias, ...]
-    blind: tuple[Comparison, ...]
+    predicted: tuple[Comparison, ...]
     other_rigs: tuple[OtherRecord, ...]
     slips: tuple[SpeedAndSlip, ...]
     single_speed: SingleSpeed
@@ -148,14 +148,14 @@ class Evidence:
             "headline": self.headline,
             "table6": self.rows,
             "closure": self.sums,
-            "comparisons": [*self.comparisons, *content[AMPLITUDES].get("comparisons", []), *self.blind],
-            "blind_predictions": {key: content[BLIND].get(key) for key in ("predictions_sha256", "predictions")},
+            "comparisons": [*self.comparisons, *content[AMPLITUDES].get("comparisons", []), *self.predicted],
+            "predictions": {key: content[PREDICTIONS].get(key) for key in ("predictions_sha256", "predictions")},
             "amplitudes": content[AMPLITUDES].get("shares", []),
             "waterfall": content[WATERFALL].get("measures", []),
             "bias": [
                 *self.bias,
                 *(row for kind in (AMPLITUDES, WATERFALL) for row in content[kind].get("bias", [])),
-                *biases_of(self.blind),
+                *biases_of(self.predicted),
             ],
             "sensitivity": self.known.defects,
             "analyses": {

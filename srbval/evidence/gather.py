@@ -23,15 +23,15 @@ from srbval.progress import Progress, silent, stage
 from srbval.recordings import Recording, recording_from_run, write_stand_in
 from srbval.recordings.datasets.description import DatasetDescription, dataset
 from srbval.recordings.registry import RegisteredRecording, listing, rig_recordings
-from srbval.storage.stored_result import BLIND
+from srbval.storage.stored_result import PREDICTIONS
 from srbval.validation.analyse import Analysis, analyse
 from srbval.validation.bias import biases, pairs
-from srbval.validation.blind import blind_rows
 from srbval.validation.counterpart import AnalysedRun, run_counterpart
 from srbval.validation.cross_band import cross_bands
 from srbval.validation.effects import Sensitivity
 from srbval.validation.matrix import Matrix, Point, build_matrix, point_of
 from srbval.validation.other_rigs import OtherRecord
+from srbval.validation.predictions import rows_of_predictions
 from srbval.validation.shown_record import shown_record
 from srbval.validation.simulation_cases import PAPER_STATES, SimulationCase, paper_cases, run_cases
 from srbval.validation.speed_and_slip import matrix_rows, published_speeds, table6_rows
@@ -148,7 +148,7 @@ class _Gathering:
             matrix=matrix,
             pairs=found_pairs,
             bias=biases(found_pairs),
-            blind=blind_rows(results[BLIND].content, register.recordings, self.bearing),
+            predicted=rows_of_predictions(results[PREDICTIONS].content, register.recordings, self.bearing),
             other_rigs=other_rigs,
             slips=(*matrix_rows(matrix.cells, self.bearing), *table6_rows(self.printed, self.bearing)),
             single_speed=single_speed(self.printed, self.bearing),

@@ -9,13 +9,13 @@ from srbval.models.ladder import RUNGS
 from srbval.plan.calibrated import shipped_calibration
 from srbval.storage.stored_result import (
     AMPLITUDES,
-    BLIND,
     CAMPAIGN_SCALE,
     COMMAND,
     DIAGNOSIS,
     HELD_OUT,
     NOISE_STUDY,
     OWN_VERDICTS,
+    PREDICTIONS,
     READING,
     RECORD_VERDICTS,
     RIG_BANDS,
@@ -35,7 +35,7 @@ from srbval.validation.effects import NO_SENSITIVITY, Sensitivity, sensitivity_o
 KINDS = (
     SPEED_ACCURACY, STABILITY, NOISE_STUDY, CAMPAIGN_SCALE, READING, SENSITIVITY, HELD_OUT, RIG_INPUTS, RIG_BANDS,
     RIG_SPEED_ACCURACY, RIG_STABILITY, OWN_VERDICTS, RECORD_VERDICTS, DIAGNOSIS, AMPLITUDES, VERDICT_SCAN,
-    WATERFALL, BLIND,
+    WATERFALL, PREDICTIONS,
 )  # fmt: skip
 
 

@@ -19,7 +19,7 @@ SPEED_ACCURACY, STABILITY = "speed_accuracy", "stability"
 NOISE_STUDY, CAMPAIGN_SCALE = "noise_study", "campaign_scale"
 READING, SENSITIVITY = "reading", "sensitivity"
 HELD_OUT, RIG_INPUTS, RIG_BANDS = "held_out", "rig_inputs", "rig_bands"
-AMPLITUDES, WATERFALL, BLIND = "amplitudes", "waterfall", "blind_predictions"
+AMPLITUDES, WATERFALL, PREDICTIONS = "amplitudes", "waterfall", "predictions"
 RIG_SPEED_ACCURACY, RIG_STABILITY = "rig_speed_accuracy", "rig_stability"
 OWN_VERDICTS, RECORD_VERDICTS, DIAGNOSIS = "own_verdicts", "record_verdicts", "diagnosis"
 VERDICT_SCAN = "verdict_scan"
@@ -39,7 +39,7 @@ COMMAND = {
     BALL_RECORDS: "python -m tests.calibrators.ball_records -o reports/ball_records.json",
     AMPLITUDES: "python -m tests.calibrators.amplitudes",
     WATERFALL: "python -m tests.calibrators.waterfall",
-    BLIND: "python -m tests.calibrators.blind",
+    PREDICTIONS: "python -m tests.calibrators.predictions",
     RIG_BANDS: "python -m tests.calibrators.rig_bands",
     RIG_SPEED_ACCURACY: "srbval bench --scenes rig-outer",
     OWN_VERDICTS: "srbval stability --verdicts",

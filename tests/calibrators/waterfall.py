@@ -31,10 +31,10 @@ from srbval.storage.stored_result import COMMAND, WATERFALL, stamped, store_resu
 from srbval.storage.strict_json import json_object
 from srbval.validation.amplitudes import NUMERICS, PATH, half_widths, levels, pattern, rows
 from srbval.validation.bias import biases_of
-from srbval.validation.blind import values_of_record
 from srbval.validation.compared_quantities import CAGE_RATIO
 from srbval.validation.comparison import Comparison, QuantityValue
 from srbval.validation.effects import INPUTS
+from srbval.validation.predictions import values_of_record
 from tests.calibrators.amplitudes import BEARING, OF_HEALTHY, behind, drawn_paths, line_order, measured
 from tests.calibrators.rows import print_rows
 

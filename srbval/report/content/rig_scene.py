@@ -11,7 +11,7 @@ from srbval.report.blocks import Block
 from srbval.report.content.names import missing, origin_of
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
-from srbval.storage.stored_result import AMPLITUDES, BLIND, RIG_BANDS, RIG_INPUTS, WATERFALL
+from srbval.storage.stored_result import AMPLITUDES, PREDICTIONS, RIG_BANDS, RIG_INPUTS, WATERFALL
 from srbval.storage.strict_json import json_object
 from srbval.validation.amplitudes import THIRD_OCTAVES
 from srbval.validation.bias import LEAST_RECORDS
@@ -21,6 +21,7 @@ from srbval.validation.comparison import Comparison
 TEXTS = Texts("rig_scene")
 DEPTH = "modulation depth"
 BAND = "RMS 1400-2800 Hz"  # in which the level over the hole's place is told
+MOST_LISTED = 4  # records side by side in the table of predictions
 NEAR_DB = 4.0  # the limit within which a level counts as predicted, fixed beforehand
 Row = Mapping[str, Any]
 
@@ -48,15 +49,15 @@ def rig_scene_section(evidence: Evidence) -> Section:
         levels = [TEXTS.table("amplitudes-near", list(_by_kind(shares))), why]
         paper = waterfall.content["bias"] if waterfall.content else []
         further += [origin_of(amplitudes), *_amplitudes(amplitudes.content, paper)]
-    blind, listed = _blind(evidence.results[BLIND], evidence.blind)
+    outcome, listed = _predictions(evidence.results[PREDICTIONS], evidence.predicted)
     return TEXTS.section(
-        TEXTS.paragraph("intro"), *frequencies, TEXTS.paragraph("amplitudes"), *levels, *blind,
+        TEXTS.paragraph("intro"), *frequencies, TEXTS.paragraph("amplitudes"), *levels, *outcome,
         appendix=[*further, *listed],
     )  # fmt: skip
 
 
-def _blind(result: ShownResult, rows: Sequence[Comparison]) -> tuple[list[Block], list[Block]]:
-    """What was predicted of records that nobody had opened, and how it came out where they are registered."""
+def _predictions(result: ShownResult, rows: Sequence[Comparison]) -> tuple[list[Block], list[Block]]:
+    """What was predicted of records before they were compared, and how it came out where they are registered."""
     if not result.content:
         return [missing(result)], []
     said = [
@@ -72,11 +73,13 @@ def _blind(result: ShownResult, rows: Sequence[Comparison]) -> tuple[list[Block]
     octaves = [row for row in shown if row.quantity in THIRD_OCTAVES]
     near = sum(abs(row.error) <= NEAR_DB for row in octaves)
     intro = TEXTS.paragraph(
-        "blind", records=records, sha256=result.content["predictions_sha256"], made_utc=result.content["made_utc"],
-        rows=rows, octaves=octaves, near=near, cages=[row for row in shown if row.quantity == CAGE_RATIO.name],
+        "predictions", records=records, sha256=result.content["predictions_sha256"], command=result.command,
+        made_utc=result.content["made_utc"], rows=rows, octaves=octaves, near=near,
+        cages=[row for row in shown if row.quantity == CAGE_RATIO.name],
     )  # fmt: skip
-    tables = [TEXTS.table("blind-rows", map(json_object, rows))] if rows else []
-    return [intro], [origin_of(result), TEXTS.table("blind-predictions", quantities, records=records), *tables]
+    tables = [TEXTS.table("predicted-rows", map(json_object, rows))] if rows else []
+    listed = TEXTS.table("predictions", quantities, records=records[:MOST_LISTED], more=len(records) - MOST_LISTED)
+    return [intro], [origin_of(result), listed, *tables]
 
 
 def _predicted(prediction: Row, name: str) -> tuple[float, float]:

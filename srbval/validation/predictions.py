@@ -1,4 +1,4 @@
-"""Predictions of rig records that nobody here had opened when they were made, and their comparison once registered."""
+"""Predictions of rig records that were stored before these were compared, and their comparison."""
 
 import hashlib
 import json
@@ -43,32 +43,33 @@ def values_of_record(
     return read
 
 
-def blind_rows(
+def rows_of_predictions(
     content: Mapping[str, Any] | None, registered: Iterable[RegisteredRecording], bearing: Bearing
 ) -> tuple[Comparison, ...]:
     """Stored predictions against those of the `registered` recordings that they are of.
 
-    `content` is that of the stored result, None where there is none. Rows are `blind` as long as the record is
-    `unopened` and the predictions are those that were hashed.
+    `content` is that of the stored result, None where there is none. Rows are `blind` where the project has never
+    opened the record (`unopened`) and the predictions are those that were hashed, `withheld` otherwise.
     """
     if content is None:
         return ()
-    used_for = "blind" if digest(content["predictions"]) == content["predictions_sha256"] else "withheld"
+    unchanged = digest(content["predictions"]) == content["predictions_sha256"]
     of_rig = rig_recordings(tuple(registered))
-    return tuple(row for one in content["predictions"] for row in _rows(one, of_rig, bearing, used_for))
+    return tuple(row for one in content["predictions"] for row in _rows(one, of_rig, bearing, unchanged))
 
 
 def _rows(
-    prediction: Mapping[str, Any], registered: Sequence[RegisteredRecording], bearing: Bearing, used_for: str
+    prediction: Mapping[str, Any], registered: Sequence[RegisteredRecording], bearing: Bearing, unchanged: bool
 ) -> Iterator[Comparison]:
     state = Fault(prediction["state"])
     entry = _longest(entry for entry in registered if entry.state is state and _is_of(prediction, entry))
-    if entry is None or not unopened(entry):
+    if entry is None:
         return
     beside = _longest(one for one in registered if one.state is Fault.HEALTHY and _is_of(prediction, one))
     record = load_entry(entry)
     rig = values_of_record(record, None if beside is None else load_entry(beside), state, bearing)
     model = {name: QuantityValue(value=value) for name, value in prediction["values"].items()}
+    used_for = "blind" if unchanged and unopened(entry) else "withheld"
     yield from rows(rig, model, prediction["parts"], record=record.name, fault=state, used_for=used_for)
 
 
