@@ -2,10 +2,11 @@
 
 The scene `rig` at each record's shaft speed, behind the path to the sensor that H 877 and OR 877 give, run as
 `tests.calibrators.amplitudes` runs it: the ranges of all inputs drawn together with the position of the hole, the path
-identified for each draw, waves on races and rollers as a further part. The records are OR, IR and Roller at 353 rpm, of
-which the project knew no more than the orders of lines, and every registered record at the same load that the project
-has never opened (`unopened`). Of such a record nothing is read but its operating point and mean speed as registered. The
-predictions are stored with their SHA-256; ``srbval report`` compares them with the records that are registered.
+identified for each draw, waves on races and rollers as a further part. The records are OR, IR and Roller at 353 rpm,
+of which the project knew no more than the orders of lines, and every registered record at the same load that the
+project has never opened (`unopened`). Of such a record nothing is read but its operating point and mean speed as
+registered. The predictions are stored with their SHA-256; ``srbval report`` compares them with the records that are
+registered.
 """
 
 from __future__ import annotations
