@@ -19,7 +19,7 @@ KERNEL_VARIABLE = "NUMBA_CACHE_DIR"
 KERNEL_FILES = re.compile(r".+\.nb[ic](\.tmp\.[0-9a-f]+)?|compiled-[a-z]+-[0-9a-f]{12}")
 RESULT_FILES = re.compile(
     r"((rig_)?(speed_accuracy|stability)|noise_study|campaign_scale|reading|sensitivity|held_out|rig_inputs|rig_bands"
-    r"|amplitudes|diagnosis|own_verdicts|record_verdicts|verdict_scan|ball_records|waterfall|blind_predictions|.+-[0-9a-f]{32})\.json|"
+    r"|amplitudes|diagnosis|own_verdicts|record_verdicts|verdict_scan|ball_records|waterfall|predictions|.+-[0-9a-f]{32})\.json|"
     + UNFINISHED.pattern
 )
 
