@@ -10,8 +10,8 @@ from srbval.arrays import FloatArray
 from srbval.figures.files import PanelFiles, save_panel
 from srbval.figures.style import INK, SOFT, figure_style, new_axes
 
-CELL_INCHES = (0.56, 0.3)
-FRAME_INCHES = (2.0, 1.5)
+CELL_INCHES = (0.56, 0.2)
+FRAME_INCHES = (2.0, 1.0)
 
 
 def heat_map(
