@@ -4,6 +4,7 @@ import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -32,7 +33,7 @@ class LadderBase:
     height_mm: tuple[float, ...]
     finest: Mapping[str, Any]
 
-    @property
+    @cached_property
     def scene(self) -> Scene:
         """The bundled scene with this base's reference for its model."""
         return load_scene(self.name, {"model": self.reference})
