@@ -2,8 +2,12 @@
 
 import contextlib
 import functools
+import threading
 from collections.abc import Iterator
 from typing import Any
+
+_lock = threading.Lock()
+_limits: list[Any] = []  # one for each that is within; the first restores what was before
 
 
 @contextlib.contextmanager
@@ -11,9 +15,17 @@ def one_thread() -> Iterator[None]:
     """Within, or in a function decorated with it, the libraries that are loaded use one thread.
 
     Small products are quicker so: threads on a busy machine wait for each other, several times as long as they work.
+    The limit is the process's: where several threads are within, the last one to leave restores what was before.
     """
-    with _loaded().limit(limits=1):
+    with _lock:
+        _limits.append(_loaded().limit(limits=1))
+    try:
         yield
+    finally:
+        with _lock:
+            limit = _limits.pop()
+            if not _limits:
+                limit.restore_original_limits()
 
 
 @functools.cache
