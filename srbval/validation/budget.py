@@ -77,14 +77,19 @@ class Tolerance:
 
 @dataclass(frozen=True, kw_only=True)
 class VerdictLimits:
-    """Chance of a false "resolved"; errors below which a model agrees: of levels [dB], of depth and kurtosis [%]."""
+    """Chance of a false "resolved"; errors below which a model agrees: of levels [dB], of depth and kurtosis [%].
+
+    Within `near_db` and `near_pct` an amplitude counts as predicted, whatever its uncertainty.
+    """
 
     false_resolved: float
     level_db: float
     share_pct: float
+    near_db: float
+    near_pct: float
 
     def __post_init__(self) -> None:
-        if not (0 < self.false_resolved < 1 and min(self.level_db, self.share_pct) > 0):
+        if not (0 < self.false_resolved < 1 and min(vars(self).values()) > 0):
             raise ConfigurationError(f"{BUDGET.name} verdict: a chance in 0 to 1 and margins above 0 are needed.")
 
 

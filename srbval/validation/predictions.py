@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
+from srbval.errors import SrbvalError
 from srbval.recordings import Recording
 from srbval.recordings.registry import RegisteredRecording, load_entry, rig_recordings, unopened
 from srbval.validation.amplitudes import levels, pattern, rows
@@ -48,7 +49,8 @@ def rows_of_predictions(
 ) -> tuple[Comparison, ...]:
     """Stored predictions against those of the `registered` recordings that they are of.
 
-    `content` is that of the stored result, None where there is none. Rows are `blind` where the project has never
+    `content` is that of the stored result, None where there is none. A record that cannot be analysed has no rows: the
+    validation matrix lists it with the reason. Rows are `blind` where the project has never
     opened the record (`unopened`) and the predictions are those that were hashed, `withheld` otherwise.
     """
     if content is None:
@@ -66,8 +68,11 @@ def _rows(
     if entry is None:
         return
     beside = _longest(one for one in registered if one.state is Fault.HEALTHY and _is_of(prediction, one))
-    record = load_entry(entry)
-    rig = values_of_record(record, None if beside is None else load_entry(beside), state, bearing)
+    try:
+        record = load_entry(entry)
+        rig = values_of_record(record, None if beside is None else load_entry(beside), state, bearing)
+    except SrbvalError:
+        return
     model = {name: QuantityValue(value=value) for name, value in prediction["values"].items()}
     used_for = "blind" if unchanged and unopened(entry) else "withheld"
     yield from rows(rig, model, prediction["parts"], record=record.name, fault=state, used_for=used_for)

@@ -25,6 +25,7 @@ import scipy.fft
 
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.cli.measured import this_machine
+from srbval.config.strict import read_toml
 from srbval.errors import DataError, NumericsError
 from srbval.models.band_levels import along_sensor
 from srbval.models.run import Run
@@ -55,6 +56,7 @@ from srbval.validation.amplitudes import (
 )
 from srbval.validation.analyse import analyse
 from srbval.validation.bias import biases_of
+from srbval.validation.budget import VERDICT
 from srbval.validation.comparison import DATA_PARTS, Comparison, QuantityValue
 from srbval.validation.effects import INPUTS
 from srbval.validation.identify import BAND_HZ, band_powers, identify
@@ -68,11 +70,10 @@ STEP_S = 1 / 61_440  # with the longest contacts the scene's own is beyond the s
 FINER = {"solver": {"step_s": STEP_S / 2}, "line_contact": {"slices": 31}}
 PATH_DRAWS, SEED = 24, 23
 WAVE_DRAWS = 6  # seeds of the waves
-WAVES = {"surface": {f"{body}_waviness": "28 nm" for body in ("outer", "inner", "roller")}}  # those of H 877's level
+WAVES = read_toml(Path(__file__).with_name("waterfall.toml"))["step"][-1]["changes"]  # those of H 877's level
 FAULTS = {Fault.OUTER: "fit", Fault.INNER: "withheld", Fault.ROLLER: "withheld"}
 FAST, SLOW = 877.0, 353.0  # nominal rpm; only the healthy bearing is at hand at both
 OF_HEALTHY = "band level, healthy bearing"  # no increment: its bias stands apart
-NEAR_DB, NEAR_PCT = 4.0, 30.0  # what the project set out to reach
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -347,7 +348,7 @@ def _shares(compared: Sequence[Comparison], predictor: str) -> Iterator[Share]:
         shown = [row for row in members if row.rig.present]
         errors = [row.error for row in shown]
         if errors:
-            limit = NEAR_DB if shown[0].error_unit == "dB" else NEAR_PCT
+            limit = VERDICT.near_db if shown[0].error_unit == "dB" else VERDICT.near_pct
             yield Share(
                 record=shown[0].record, used_for=shown[0].used_for, predictor=predictor, kind=kind, resolved=len(shown),
                 near=sum(abs(error) <= limit for error in errors), mean_error=statistics.fmean(errors),

@@ -22,7 +22,7 @@ from srbval.cli.measured import this_machine
 from srbval.models.run import Run
 from srbval.recordings import Recording, ShaftSpeed, SpeedSource
 from srbval.recordings.registry import rig_recordings, unopened
-from srbval.scene import SensorPath, draws, merge, rig_inputs
+from srbval.scene import SensorPath, draws, load_scene, merge, rig_inputs
 from srbval.storage.own_package import git_revision
 from srbval.storage.stored_result import COMMAND, PREDICTIONS, stamped, store_result
 from srbval.validation.amplitudes import NUMERICS, SURFACES, half_widths
@@ -45,7 +45,8 @@ from tests.calibrators.amplitudes import (
     values,
 )
 
-RADIAL_KN, AXIAL_KN = 124.8, 0.0  # of the scene `rig`
+RIG_LOAD = load_scene("rig").load
+RADIAL_KN, AXIAL_KN = (load_n / 1e3 for load_n in (RIG_LOAD.radial_n, RIG_LOAD.axial_n))
 DIGITS = 6  # of the stored numbers
 
 

@@ -51,6 +51,23 @@ def test_a_process_is_asked_once(asked: list[list[str]]) -> None:
     assert [command[-3:] for command in asked] == [["-m", "srbval.models.precompile", "full"]]
 
 
+@pytest.mark.parametrize(("jobs", "expected"), [(None, "ssww"), (1, "swsw")])
+def test_so_many_are_compiled_at_a_time(
+    jobs: int | None, expected: str, asked: list[list[str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    happened: list[str] = []
+
+    @contextlib.contextmanager
+    def start(_: str) -> Iterator[SimpleNamespace]:
+        happened.append("s")
+        yield SimpleNamespace(wait=lambda: happened.append("w") or 0)
+
+    monkeypatch.setattr(kernel_cache, "_compiler", start)
+    kernel_cache.precompile("full", "planar", jobs=jobs)
+    assert "".join(happened) == expected
+    assert asked == []
+
+
 def test_what_is_marked_as_compiled_is_not_compiled_again(asked: list[list[str]], tmp_path: Path) -> None:
     (tmp_path / "full").touch()
     kernel_cache.precompile("full")

@@ -72,6 +72,12 @@ def test_without_the_record_or_a_prediction_there_are_no_rows(registered: tuple[
     assert rows_of_predictions(content(predictions=[PREDICTION | {"state": "roller"}]), registered, BEARING) == ()
 
 
+def test_a_record_that_cannot_be_read_has_no_rows(registered: tuple[RegisteredRecording, ...]) -> None:
+    for entry in registered:
+        Path(entry.file).write_bytes(b"not a record any more")
+    assert rows_of_predictions(content(), registered, BEARING) == ()
+
+
 @pytest.mark.parametrize("known", [False, True])
 def test_the_report_states_hash_and_outcome(known: bool, registered: tuple[RegisteredRecording, ...]) -> None:
     stored = {PREDICTIONS: content() | {"made_utc": datetime.now(UTC).isoformat()}}

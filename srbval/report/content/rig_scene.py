@@ -15,6 +15,7 @@ from srbval.storage.stored_result import AMPLITUDES, PREDICTIONS, RIG_BANDS, RIG
 from srbval.storage.strict_json import json_object
 from srbval.validation.amplitudes import THIRD_OCTAVES
 from srbval.validation.bias import LEAST_RECORDS
+from srbval.validation.budget import VERDICT
 from srbval.validation.compared_quantities import CAGE_RATIO
 from srbval.validation.comparison import Comparison
 
@@ -22,7 +23,6 @@ TEXTS = Texts("rig_scene")
 DEPTH = "modulation depth"
 BAND = "RMS 1400-2800 Hz"  # in which the level over the hole's place is told
 MOST_LISTED = 4  # records side by side in the table of predictions
-NEAR_DB = 4.0  # the limit within which a level counts as predicted, fixed beforehand
 Row = Mapping[str, Any]
 
 
@@ -71,10 +71,10 @@ def _predictions(result: ShownResult, rows: Sequence[Comparison]) -> tuple[list[
     records = [one["record"] for one in said]
     shown = [row for row in rows if row.both_present]
     octaves = [row for row in shown if row.quantity in THIRD_OCTAVES]
-    near = sum(abs(row.error) <= NEAR_DB for row in octaves)
+    near = sum(abs(row.error) <= VERDICT.near_db for row in octaves)
     intro = TEXTS.paragraph(
         "predictions", records=records, sha256=result.content["predictions_sha256"], command=result.command,
-        made_utc=result.content["made_utc"], rows=rows, octaves=octaves, near=near,
+        made_utc=result.content["made_utc"], rows=rows, octaves=octaves, near=near, limit_db=VERDICT.near_db,
         cages=[row for row in shown if row.quantity == CAGE_RATIO.name],
     )  # fmt: skip
     tables = [TEXTS.table("predicted-rows", map(json_object, rows))] if rows else []
