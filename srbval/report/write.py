@@ -22,10 +22,10 @@ def write_report(
 ) -> dict[str, Path]:
     """Write ``report.html``, ``report.pdf``, ``report.json`` and ``figures/`` into `folder`.
 
-    With `appendix` also ``appendix.html`` and ``appendix.pdf``. ``report.json`` holds the tables and captions of both
-    whether it is made or not; figures are drawn for the documents that are made. Everything is made in a hidden folder
-    beside and then moved file by file, so a failure leaves what was there before. Returns the path of each format
-    written, those of the appendix as ``appendix_html``.
+    With `appendix` also ``appendix.html`` and ``appendix.pdf``. ``report.json`` holds the tables of both whether it is
+    made or not; figures are those of the documents that are made. Everything is made in a hidden folder beside and then
+    moved file by file, so a failure leaves what was there before. Returns the path of each format written, those of the
+    appendix as ``appendix_html``.
 
     Raises `ConfigurationError` for an unknown format, or for ``pdf`` without typst; `DataError` when
     `folder` cannot be written to.
@@ -91,10 +91,9 @@ def _nearest_existing(folder: Path) -> Path:
 
 
 def report_data(report: Report, made: Iterable[Document] = tuple(Document)) -> dict[str, Any]:
-    """The content of ``report.json``: the report's data, with the tables and figures of both documents.
+    """The content of ``report.json``: the report's data, the tables of both documents, the figures of those `made`.
 
-    Numbers of tables are not rounded. Columns of measured times are left empty: they differ from run to run. Figures of
-    a document that is not `made` have no file.
+    Numbers of tables are not rounded. Columns of measured times are left empty: they differ from run to run.
     """
     drawn = {figure.id for document in made for figure in report.figures(document)}
     figures = [
@@ -103,11 +102,12 @@ def report_data(report: Report, made: Iterable[Document] = tuple(Document)) -> d
             "label": figure.label,
             "caption": figure.caption,
             "alt": figure.alt,
-            "file": figure.picture_name if figure.id in drawn else None,
-            "data": figure.data_name if figure.id in drawn else None,
+            "file": figure.picture_name,
+            "data": figure.data_name,
             "synthetic": figure.synthetic,
         }
         for figure in report.figures()
+        if figure.id in drawn
     ]
     return {**report.data, "tables": [_table(table) for table in report.tables()], "figures": figures}
 
