@@ -80,6 +80,7 @@ def report_recordings(
     band_hz: tuple[float, float] | None = None,
     model: bool = True,
     all_channels: bool = False,
+    largest_slip_pct: float | None = None,
     formats: tuple[str, ...] = FORMATS,
     appendix: bool = False,
     command: str = "srbval report",
@@ -87,8 +88,8 @@ def report_recordings(
 ) -> MadeOwnReport:
     """Write a report of a few pages on recordings of one bearing into `folder`.
 
-    See `gather_own` for `bearing`, `healthy`, `band_hz`, `model` and `all_channels`, and `make_report` for the rest.
-    Raises what they raise.
+    See `gather_own` for `bearing`, `healthy`, `band_hz`, `model`, `all_channels` and `largest_slip_pct`, and
+    `make_report` for the rest. Raises what they raise.
     """
     if "pdf" in formats:
         require_typst()
@@ -97,7 +98,7 @@ def report_recordings(
     with threadpool_limits(1):
         evidence = gather_own(
             recordings, bearing=bearing, healthy=healthy, band_hz=band_hz, model=model, all_channels=all_channels,
-            progress=progress,
+            largest_slip_pct=largest_slip_pct, progress=progress,
         )  # fmt: skip
         files = _written(assemble_own(evidence, command=command), folder, formats, progress, appendix=appendix)
     return MadeOwnReport(evidence=evidence, files=files)

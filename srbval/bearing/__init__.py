@@ -2,11 +2,13 @@
 
 from srbval.bearing.catalogue import (
     DEFAULT_BEARING,
+    LARGEST_SLIP,
     Bearing,
     fault_frequencies,
     find_bearings,
     known_bearings,
     load_bearing,
+    with_slip,
 )
 from srbval.bearing.elements import ElementShape, RollingElements
 from srbval.bearing.fault import DEFECTS, RACE_DEFECTS, Fault
@@ -17,6 +19,7 @@ __all__ = [
     "CIRCLES",
     "DEFAULT_BEARING",
     "DEFECTS",
+    "LARGEST_SLIP",
     "RACE_DEFECTS",
     "Bearing",
     "ElementShape",
@@ -29,4 +32,5 @@ __all__ = [
     "find_bearings",
     "known_bearings",
     "load_bearing",
+    "with_slip",
 ]

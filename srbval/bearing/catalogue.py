@@ -1,7 +1,8 @@
 """Bearings known by name, and bearings read from a user's TOML file.
 
 A bearing file has a `title`, a `source` and one of three tables: `[geometry]` (spherical roller bearing,
-all of the paper's Table 1), `[elements]` (number, diameters, contact angle) or `[orders]` (published). The bearings
+all of the paper's Table 1), `[elements]` (number, diameters, contact angle) or `[orders]` (published), and may have a
+`largest_slip_pct`. The bearings
 known by name are files in `known` and rows of `catalogue.csv`, whose columns are the keys of the last two and a key of
 `catalogue_sources.csv`. Where a row has both, the dimensions hold; the orders are what the maker printed beside them.
 """
@@ -24,6 +25,8 @@ from srbval.config.strict import build, read_toml
 from srbval.errors import ConfigurationError
 
 DEFAULT_BEARING = "skf-22240"
+# Cages under load slip by less than this; a light load or much grease lets one slip by several per cent.
+LARGEST_SLIP, MOST_SLIP_PCT = 0.01, 5.0
 SUM_TOLERANCE = 0.01  # of the number of elements, by which published race orders may fail to add up to it
 
 
@@ -33,7 +36,8 @@ class Bearing:
 
     `rolling_elements` counts one row. `geometry` is there only for spherical roller bearings that the full model can
     simulate, `elements` for others whose dimensions are known; where both are None, `orders` come from a published
-    table, as `source` says.
+    table, as `source` says. Its lines are looked for up to a mean slip of the cage of
+    `largest_slip`, a share of the cage's speed.
     """
 
     name: str
@@ -43,6 +47,7 @@ class Bearing:
     orders: FaultOrders
     geometry: SphericalRollerGeometry | None = None
     elements: RollingElements | None = None
+    largest_slip: float = LARGEST_SLIP
 
     @property
     def pitch_diameter_m(self) -> float | None:
@@ -80,6 +85,7 @@ class _BearingFile:
     geometry: SphericalRollerGeometry | None = None
     elements: RollingElements | None = None
     orders: _Orders | None = None
+    largest_slip_pct: float | None = None
 
 
 def known_bearings() -> tuple[str, ...]:
@@ -172,7 +178,18 @@ def _assemble(file: _BearingFile, name: str) -> Bearing:
     else:
         values = dict(vars(file.orders))
         count, orders = values.pop("rolling_elements"), FaultOrders(**values)
-    return Bearing(
+    bearing = Bearing(
         name=name, title=file.title, source=file.source, rolling_elements=count, orders=orders, geometry=file.geometry,
         elements=file.elements,
     )  # fmt: skip
+    return bearing if file.largest_slip_pct is None else with_slip(bearing, file.largest_slip_pct)
+
+
+def with_slip(bearing: Bearing, largest_pct: float) -> Bearing:
+    """The bearing with its lines looked for up to this mean slip of the cage [%]; `ConfigurationError` beyond 5 %."""
+    if not 0 < largest_pct <= MOST_SLIP_PCT:
+        raise ConfigurationError(
+            f"largest slip of the cage, {largest_pct:g} %: must be positive and at most {MOST_SLIP_PCT:g} %, because "
+            "in wider windows one line is mistaken for another."
+        )
+    return dataclasses.replace(bearing, largest_slip=largest_pct / 100)

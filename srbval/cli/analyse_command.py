@@ -39,7 +39,7 @@ def run(options: argparse.Namespace) -> int:
             )
         recording = on_background(recording, load_healthy(options.background, settings))
     _ask_at_once(recording, options)
-    bearing = bearing_of(recording, options.bearing)
+    bearing = bearing_of(recording, options.bearing, largest_slip_pct=options.cage_slip)
     band = (options.band[0], options.band[1]) if options.band else None
     chosen = BandFilter(options.filter)
     result = analyse(recording, bearing=bearing, band_hz=band, band_filter=chosen, choose_on_record=options.auto_band)

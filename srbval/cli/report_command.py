@@ -16,7 +16,7 @@ def run(options: argparse.Namespace) -> int:
     """Gather, analyse, compare, write; prints where the files are."""
     folder = Path(options.output)
     settings = recording_settings(options)
-    if not options.files and (settings or options.healthy or options.band):
+    if not options.files and (settings or options.healthy or options.band or options.cage_slip):
         raise ConfigurationError(
             "options for recordings are given, but no recording; name it too, for example: srbval report FILE.csv"
         )
@@ -58,6 +58,7 @@ def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple
         healthy=load_healthy(options.healthy, settings) if options.healthy else None,
         band_hz=(options.band[0], options.band[1]) if options.band else None,
         all_channels=options.channel is None,
+        largest_slip_pct=options.cage_slip,
         formats=_formats(options),
         appendix=options.appendix,
         command=own_command(),

@@ -24,7 +24,7 @@ from srbval.validation.analyse import Analysis, analyse, bearing_of
 from srbval.validation.band_choice import declared_band
 from srbval.validation.baseline import Baseline, against, baseline_of, registered_baseline
 from srbval.validation.cage_inputs import CageInputs, cage_inputs
-from srbval.validation.families import OTHER_LINE, SLIP_WINDOW
+from srbval.validation.families import OTHER_LINE
 from srbval.validation.fault_call import FaultCall, is_fault_like
 from srbval.validation.fault_naming import Naming, name_fault
 from srbval.validation.lines import Line
@@ -172,6 +172,7 @@ def gather_own(
     band_hz: tuple[float, float] | None = None,
     model: bool = True,
     all_channels: bool = False,
+    largest_slip_pct: float | None = None,
     progress: Progress = silent,
 ) -> OwnEvidence:
     """Analyse recordings of one bearing, each against `healthy`, or else the registered healthy record of its rig.
@@ -179,14 +180,15 @@ def gather_own(
     `bearing` is a known name or a file, without it that of the recordings' data set. Where neither `band_hz` [Hz] nor
     the data set says which band to demodulate, each record's most impulsive one is taken, with its trials counted. The
     model is compared with a measured record where the bearing's dimensions are known and `model` is left True.
-    `all_channels`: see `name_fault`. Raises what reading a record raises; a model's run that fails is only said.
+    `all_channels`: see `name_fault`; `largest_slip_pct`: see `bearing_of`. Raises what reading a record raises; a
+    model's run that fails is only said.
     """
     if not recordings:
         raise ConfigurationError("no recording is given: name at least one file.")
     records = []
     for recording in recordings:
         with stage(progress, f"Analyse {recording.name}"):
-            chosen = bearing_of(recording, bearing)
+            chosen = bearing_of(recording, bearing, largest_slip_pct=largest_slip_pct)
             unknown = band_hz is None and not _band_is_declared(recording)
             analysis = analyse(recording, bearing=chosen, band_hz=band_hz, choose_on_record=unknown)
             other = healthy if healthy is not None else registered_baseline(analysis)
@@ -211,7 +213,7 @@ def why_unseen(line: Line, analysis: Analysis) -> Unseen | None:
         return None
     width = analysis.processed.band_hz[1] - analysis.processed.band_hz[0]
     if line.found_hz is None:
-        beyond = (1 + SLIP_WINDOW) * line.kinematic_hz > USABLE_SHARE * width
+        beyond = (1 + analysis.bearing.largest_slip) * line.kinematic_hz > USABLE_SHARE * width
         return Unseen.OUT_OF_REACH if beyond else Unseen.HIDDEN
     if line.explained_by is not None:
         return Unseen.ANOTHER if line.explained_by == OTHER_LINE else Unseen.PART_OF_OTHER

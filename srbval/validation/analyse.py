@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from srbval.bearing import Bearing, Fault, load_bearing
+from srbval.bearing import Bearing, Fault, load_bearing, with_slip
 from srbval.errors import ConfigurationError, DataError
 from srbval.processes.threads import one_thread
 from srbval.recordings import Recording, ShaftSpeed
@@ -165,7 +165,7 @@ def analyse(
         bearing=bearing,
         band=band,
         speed=found.speed,
-        search=found.description,
+        search=found.description(bearing),
         windows=found.windows(bearing),
         outside=found.outside,
         beyond_nominal_pct=found.beyond_nominal_pct,
@@ -176,8 +176,16 @@ def analyse(
     )
 
 
-def bearing_of(recording: Recording, given: str | None = None) -> Bearing:
-    """The bearing `given` by name or file, or else the one the recording names; `ConfigurationError` without either."""
+def bearing_of(recording: Recording, given: str | None = None, *, largest_slip_pct: float | None = None) -> Bearing:
+    """The bearing `given` by name or file, or else the one the recording names; `ConfigurationError` without either.
+
+    `largest_slip_pct` [%] replaces its own.
+    """
+    bearing = _named_bearing(recording, given)
+    return bearing if largest_slip_pct is None else with_slip(bearing, largest_slip_pct)
+
+
+def _named_bearing(recording: Recording, given: str | None) -> Bearing:
     if given is None and recording.own_bearing is not None:
         return recording.own_bearing
     name = given or recording.bearing

@@ -20,8 +20,6 @@ from srbval.signal import LineReading, Periodogram, read_comb
 from srbval.signal.placebo import APART, fundamentals, rank_among_placebos
 from srbval.validation.identity import identity_probability
 
-# What slip may add to the half width of the search about the kinematic frequency, as a share of it.
-SLIP_WINDOW = 0.01
 HARMONICS = 5
 # A peak less probably the line than this is taken for another's, and is nobody's baseline.
 LEAST_IDENTITY, OTHER_LINE = 0.5, "another line: too far off for slip"
@@ -65,15 +63,15 @@ class Found:
         return self.reading.detected and self.explained_by is None
 
 
-def window_share(speed: ShaftSpeed) -> float:
+def window_share(bearing: Bearing, speed: ShaftSpeed) -> float:
     """Half width of the search window about a kinematic frequency, as a share of it: slip and the speed's interval.
 
     That of a nominal speed widens no window: several speeds are tried instead, see `speed_search`.
     """
-    return SLIP_WINDOW + (0.0 if speed.source is SpeedSource.NOMINAL else speed.ci95_hz / speed.value_hz)
+    return bearing.largest_slip + (0.0 if speed.source is SpeedSource.NOMINAL else speed.ci95_hz / speed.value_hz)
 
 
-def half_window_hz(frequency_hz: float, record: Periodogram, share: float = SLIP_WINDOW) -> float:
+def half_window_hz(frequency_hz: float, record: Periodogram, share: float) -> float:
     """Half width of the search window about a frequency [Hz], at least one bin."""
     return max(share * frequency_hz, record.bin_hz)
 
@@ -81,7 +79,7 @@ def half_window_hz(frequency_hz: float, record: Periodogram, share: float = SLIP
 def highest_line_hz(bearing: Bearing, shaft_hz: float) -> float:
     """Highest frequency the readings of `bearing` need [Hz]."""
     highest = max(fault.line_order(bearing.orders) for fault in DEFECTS)
-    return (HARMONICS * (1 + SLIP_WINDOW) * highest + _OWN_SIDEBANDS) * shaft_hz
+    return (HARMONICS * (1 + bearing.largest_slip) * highest + _OWN_SIDEBANDS) * shaft_hz
 
 
 def families_of(bearing: Bearing, shaft_hz: float) -> tuple[Family, ...]:
@@ -115,7 +113,7 @@ def find_families(
     families = families_of(bearing, speed.value_hz)
     *waiting, cage = families
     block_s, settles = _BLOCK_REVOLUTIONS / speed.value_hz, speed.source is SpeedSource.NOMINAL
-    read_all = functools.partial(_fundamentals, block_s=block_s, share=window_share(speed))
+    read_all = functools.partial(_fundamentals, block_s=block_s, share=window_share(bearing, speed))
     found: list[Found] = []
     bare = record
 
@@ -131,7 +129,8 @@ def find_families(
             alien = reading.noise_false_alarm if rank is None else rank.tail_false_alarm
             # Simulated (the shaft is prescribed) there is no other machine, and how far off the line is the model's.
             if speed.source is not SpeedSource.PRESCRIBED:
-                identity = identity_probability(reading, centre, speed.ci95_hz / speed.value_hz, alien)
+                share = speed.ci95_hz / speed.value_hz
+                identity = identity_probability(reading, centre, share, alien, bearing.largest_slip)
         if identity is not None and identity < LEAST_IDENTITY:
             explained = explained or OTHER_LINE
         return Found(

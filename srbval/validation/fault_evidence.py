@@ -15,7 +15,7 @@ from srbval.signal import Periodogram
 from srbval.signal.comb_spectrum import CombSpectrum, surprise
 from srbval.signal.placebo import APART
 from srbval.validation.analyse import Analysis
-from srbval.validation.families import HARMONICS, SLIP_WINDOW, families_of, means_nothing
+from srbval.validation.families import HARMONICS, families_of, means_nothing
 from srbval.validation.speed_search import whitened_periodogram
 
 # Combs are looked for from this order of the shaft up.
@@ -71,7 +71,7 @@ def fault_evidence(analysis: Analysis) -> FaultEvidence:
     """The evidence of an analysed record, about the speed that its analysis found."""
     speed = analysis.speed
     families = families_of(analysis.bearing, speed.value_hz)
-    relative = SLIP_WINDOW + speed.ci95_hz / speed.value_hz
+    relative = analysis.bearing.largest_slip + speed.ci95_hz / speed.value_hz
     record = whitened_periodogram(analysis.processed, analysis.bearing, speed)
     combs = _combs(record, speed)
     meaningless = means_nothing(combs.frequency_hz, relative, families, speed)

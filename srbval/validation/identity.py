@@ -4,6 +4,7 @@ import math
 
 import scipy.special
 
+from srbval.bearing import LARGEST_SLIP
 from srbval.signal import NORMAL_95, LineReading
 
 # Scale and degrees of freedom of Student's t for a line's deviation from kinematics by slip, as a share of it. Stated,
@@ -14,12 +15,14 @@ from srbval.signal import NORMAL_95, LineReading
 SLIP_SPREAD, SLIP_FREEDOM = 1.5e-3, 10
 
 
-def identity_probability(reading: LineReading, centre_hz: float, speed_ci95: float, alien_chance: float) -> float:
+def identity_probability(
+    reading: LineReading, centre_hz: float, speed_ci95: float, alien_chance: float, largest_slip: float
+) -> float:
     """Probability that the peak of `reading`, looked for about `centre_hz`, is the line and not another's.
 
     The line's relative deviation d has Student's t distribution of scale s, s^2 = SLIP_SPREAD^2 + u^2 with the standard
     uncertainty u of reading and speed (`speed_ci95`, relative), within the window; that of what is not the line is
-    uniform over its half width w::
+    uniform over its half width w. A `largest_slip` above the usual one adds half the difference to s::
 
         odds = [t(d / s) / s / its share within the window] 2 w / B(p)
 
@@ -28,7 +31,8 @@ def identity_probability(reading: LineReading, centre_hz: float, speed_ci95: flo
     `alien_chance`. Line and alien peak are as likely before.
     """
     window = reading.half_window_hz / centre_hz
-    spread = math.hypot(SLIP_SPREAD, reading.ci95_hz / reading.found_hz / NORMAL_95, speed_ci95 / NORMAL_95)
+    more = max(0.0, largest_slip - LARGEST_SLIP) / 2
+    spread = math.hypot(SLIP_SPREAD, more, reading.ci95_hz / reading.found_hz / NORMAL_95, speed_ci95 / NORMAL_95)
     off = (reading.found_hz / centre_hz - 1) / spread
     within = 2 * float(scipy.special.stdtr(SLIP_FREEDOM, window / spread)) - 1
     log_place = math.log(2 * window / spread / within) + _log_density(off)

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.recordings import ShaftSpeed
 from srbval.signal import LEAST_SNR, LineReading, Periodogram, peak_snr, read_comb
-from srbval.validation.families import Family, Found, families_of, find_families, half_window_hz, window_share
+from srbval.validation.families import Family, Found, families_of, find_families, half_window_hz
 
 RACE_LINES = tuple(fault.line or "" for fault in RACE_DEFECTS)
 # Least power over noise of a comb's first harmonic, as a share of that of its second.
@@ -165,7 +165,8 @@ def _read_one(found: Found, speed: ShaftSpeed, name: str, number: int, offset_hz
         half = record.bin_hz + slip_hz + (speed.ci95_hz if offset_hz else 0.0)
     else:
         centre = found.scale * line.kinematic_hz
-        half = half_window_hz(centre, record, window_share(speed))
+        share = found.reading.half_window_hz / (found.scale * found.family.kinematic_hz)
+        half = half_window_hz(centre, record, share)
     reading = read_comb(record, centre, half, harmonics=1, shortest_block_s=None)
     if reading is None:
         return line

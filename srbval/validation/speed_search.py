@@ -17,7 +17,7 @@ from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import LEAST_SNR, Periodogram, drop_ends, end_s, read_comb, squared_envelope_one_pass
 from srbval.signal.prewhitening import prewhitened
 from srbval.validation.band_choice import sidak_corrected
-from srbval.validation.families import HARMONICS, SLIP_WINDOW, families_of, highest_line_hz, window_share
+from srbval.validation.families import HARMONICS, families_of, highest_line_hz, window_share
 from srbval.validation.lines import Line, detected_fault_lines, read_lines
 from srbval.validation.pipeline import Processed, tracked
 from srbval.validation.shaft_speed import SEARCH_SHARE, estimate_speed, speed_by_comb
@@ -84,19 +84,18 @@ class SpeedSearch:
 
     def windows(self, bearing: Bearing) -> tuple[Window, ...]:
         """From speed, geometry and slip: where each line was looked for."""
-        share = window_share(self.speed)
+        share = window_share(bearing, self.speed)
         low, high = (1 - share) * self.span[0], (1 + share) * self.span[1]
         return tuple(
             Window(name=f.name, low_hz=low * f.kinematic_hz, high_hz=high * f.kinematic_hz)
             for f in families_of(bearing, self.speed.value_hz)
         )
 
-    @property
-    def description(self) -> str:
+    def description(self, bearing: Bearing) -> str:
         """How the lines and the speed were looked for, in words."""
-        share = window_share(self.speed)
-        window = f"windows of {100 * share:.3g} % about each line ({100 * SLIP_WINDOW:g} % for slip"
-        window += ")" if share == SLIP_WINDOW else ", the rest for the speed)"
+        share = window_share(bearing, self.speed)
+        window = f"windows of {100 * share:.3g} % about each line ({100 * bearing.largest_slip:g} % for slip"
+        window += ")" if share == bearing.largest_slip else ", the rest for the speed)"
         if self.tried > 1:
             window += (
                 f", at {self.tried} speeds because the nominal one may be off by more than a window; "
@@ -129,7 +128,7 @@ def search(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> SpeedSe
     outside, lines = _outside(found, processed, bearing)
     if outside is not None:
         estimated = estimate_speed(periodogram_of(processed, bearing, found.speed), lines, speed)
-        if estimated is not None and abs(estimated.value_hz / outside.shaft_hz - 1) < SLIP_WINDOW:
+        if estimated is not None and abs(estimated.value_hz / outside.shaft_hz - 1) < bearing.largest_slip:
             outside, found = None, _read_at(estimated, found, processed, bearing)
     off_hz = found.speed.value_hz - speed.value_hz
     if abs(off_hz) > speed.ci95_hz + found.speed.ci95_hz:
@@ -153,7 +152,7 @@ def _refined(found: SpeedSearch, processed: Processed, bearing: Bearing, nominal
 
 def _try_speeds(processed: Processed, bearing: Bearing, nominal: ShaftSpeed) -> SpeedSearch:
     """Lines about every trial speed; those with the deepest fault line after the Sidak correction."""
-    scales = tuple(_scales(nominal))
+    scales = tuple(_scales(nominal, bearing.largest_slip))
 
     def depth(scale: float) -> float:
         lines = _read(processed, bearing, nominal, scale, brief=True)
@@ -194,12 +193,12 @@ def _outside(
     return None, ()
 
 
-def _scales(nominal: ShaftSpeed) -> Iterator[float]:
-    """Shares of the nominal speed, a window apart, the speed itself first, whose windows cover its interval."""
+def _scales(nominal: ShaftSpeed, apart: float) -> Iterator[float]:
+    """Shares of the nominal speed, `apart` from each other, itself first, whose windows cover its interval."""
     yield 1.0
-    for step in range(1, math.ceil(nominal.ci95_hz / nominal.value_hz / SLIP_WINDOW - 1e-9)):
-        yield 1 - step * SLIP_WINDOW
-        yield 1 + step * SLIP_WINDOW
+    for step in range(1, math.ceil(nominal.ci95_hz / nominal.value_hz / apart - 1e-9)):
+        yield 1 - step * apart
+        yield 1 + step * apart
 
 
 def _read(

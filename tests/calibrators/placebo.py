@@ -75,7 +75,7 @@ def tried_combs(rig: str, analysis: Analysis, designs: Sequence[int], count: int
     families = families_of(bearing, speed.value_hz)
     rng = np.random.default_rng(SEED)
     for family in families[: len(DEFECTS)]:
-        half_hz = half_window_hz(family.kinematic_hz, record)
+        half_hz = half_window_hz(family.kinematic_hz, record, bearing.largest_slip)
         about = read_comb(record, family.kinematic_hz, half_hz, shortest_block_s=None)
         if about is None:
             continue

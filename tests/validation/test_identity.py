@@ -10,7 +10,7 @@ import pytest
 import scipy.integrate
 import scipy.stats
 
-from srbval.bearing import load_bearing
+from srbval.bearing import LARGEST_SLIP, load_bearing
 from srbval.recordings import load_recording
 from srbval.signal import LEAST_SNR, LineReading
 from srbval.validation.analyse import analyse
@@ -22,12 +22,14 @@ from tests.validation.test_fault_call import faulted_analysis, healthy_analysis
 HALF, LINE_HZ = 0.01, 100.0
 
 
-def probability(deviation: float, speed_ci95: float, chance: float) -> float:
+def probability(
+    deviation: float, speed_ci95: float, chance: float, *, half: float = HALF, largest_slip: float = LARGEST_SLIP
+) -> float:
     reading = LineReading(
         found_hz=LINE_HZ * (1 + deviation), ci95_hz=0.0, snr=(20.0,), noise_false_alarm=chance,
-        half_window_hz=HALF * LINE_HZ, isolated=True, depth=0.1, noise_ci95_hz=0.0, resolution_hz=0.1,
+        half_window_hz=half * LINE_HZ, isolated=True, depth=0.1, noise_ci95_hz=0.0, resolution_hz=0.1,
     )  # fmt: skip
-    return identity_probability(reading, LINE_HZ, speed_ci95, chance)
+    return identity_probability(reading, LINE_HZ, speed_ci95, chance, largest_slip)
 
 
 def odds(probability: float) -> float:
