@@ -65,7 +65,12 @@ def held_out(known: Sequence[KnownFeatures]) -> list[HeldOut]:
 def naming_scores() -> dict[str, Any]:
     """All of it, of the records that come with the program."""
     found = held_out(known_features())
-    return {"scores": scores(found), "calls": calls(found), "alien": alien(found), "reliability": reliability(found)}
+    return {
+        "scores": scores(found),
+        "calls": calls(found),
+        "wrongly_read": wrongly_read(found),
+        "reliability": reliability(found),
+    }
 
 
 def scores(found: Sequence[HeldOut]) -> dict[str, float]:
@@ -105,7 +110,7 @@ def calls(found: Sequence[HeldOut]) -> list[dict[str, Any]]:
     return [{"state": s} | {name: said[s, name] for name in (*CLASSES, UNDECIDED)} for s in CLASSES]
 
 
-def alien(found: Sequence[HeldOut]) -> dict[str, int]:
+def wrongly_read(found: Sequence[HeldOut]) -> dict[str, int]:
     """Of records at a wrong speed or as a wrong bearing whose fault shows when rightly read: how often that is seen."""
     of = [f for f, shows in zip(found, _shows(found), strict=True) if f.record.state == OTHER and shows]
     called = Counter(decide(f.probabilities) for f in of)

@@ -140,7 +140,7 @@ def _print_diagnosis(result: Mapping[str, Any]) -> None:
         if row["dataset"] == ALL:
             print(f"{row['method']}, {row['answer']}:")
             print_columns("diagnosis-confusion", [{"state": state} | said for state, said in row["counts"].items()])
-    for row in (result["naming"]["scores"], result["naming"]["alien"]):
+    for row in (result["naming"]["scores"], result["naming"]["wrongly_read"]):
         print(", ".join(f"{name.replace('_', ' ')} {value:.4g}" for name, value in row.items()))
     print_columns("diagnosis", [row | _per_cent(row) for row in result["confusions"] if row["healthy"] + row["faulty"]])
 

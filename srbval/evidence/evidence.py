@@ -179,7 +179,7 @@ class Evidence:
             "rig_bands": content[RIG_BANDS].get("rows", []),
             "detection_under_noise": content[NOISE_STUDY].get("rows", []),
             "reading": {key: content[READING].get(key, []) for key in READING_KEYS},
-            "campaign_scale": content[CAMPAIGN_SCALE].get("reckoned", []),
+            "campaign_scale": content[CAMPAIGN_SCALE].get("extrapolated", []),
             "verdict_scan": content[VERDICT_SCAN].get("rows", []),
             "matrix": self.matrix.cells,
             "crossed_bands": self.crossed,

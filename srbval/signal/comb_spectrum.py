@@ -48,14 +48,14 @@ class CombSpectrum:
         size = max(0, log_hz.size - shift[-1])
         rng = np.random.default_rng(0)
 
-        def summed(elsewhere: FloatArray, alien: NDArray[np.bool_]) -> FloatArray:
-            return np.sum([(elsewhere if alien[n] else score)[at : at + size] for n, at in enumerate(shift)], axis=0)
+        def summed(elsewhere: FloatArray, of_other: NDArray[np.bool_]) -> FloatArray:
+            return np.sum([(elsewhere if of_other[n] else score)[at : at + size] for n, at in enumerate(shift)], axis=0)
 
         mixed = []
         for _ in range(MIXED):
             apart = rng.uniform(FARTHEST / 5, FARTHEST) * rng.choice((-1, 1))
-            alien = rng.permutation(harmonics) < rng.integers(1, harmonics)
-            mixed.append(summed(np.roll(score, round(apart / step)), alien))
+            of_other = rng.permutation(harmonics) < rng.integers(1, harmonics)
+            mixed.append(summed(np.roll(score, round(apart / step)), of_other))
         return cls(
             frequency_hz=np.exp(log_hz[:size]),
             evidence=summed(score, np.zeros(harmonics, dtype=np.bool_)),
@@ -96,7 +96,7 @@ class CombSpectrum:
         return np.asarray(every[:, wanted if wanted.size >= LEAST else []].ravel())
 
 
-def surprise(evidence: float, placebos: FloatArray) -> float:
+def neg_log_rank(evidence: float, placebos: FloatArray) -> float:
     """-log of the probability that a placebo is as strong, beyond most of them by an exponential tail.
 
     The mean excess over the upper tenth's threshold is the tail's (a generalised Pareto tail of shape zero).

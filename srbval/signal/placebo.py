@@ -4,7 +4,7 @@ Real noise is not what `false_alarm` assumes: it holds lines of other machines, 
 comb is ranked among placebos. The lines of a placebo come from `ORDERS` meaningless fundamentals, each harmonic from
 one of them at random. Whole combs at one meaningless fundamental would be too few: a record holds only some tens whose
 windows do not overlap, and the strongest of tens is no event of one in a thousand. Lines drawn from a fundamental
-each would lose what alien lines have in common, being harmonics of each other.
+each would lose what lines of other sources have in common, being harmonics of each other.
 """
 
 from __future__ import annotations

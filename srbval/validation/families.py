@@ -126,11 +126,11 @@ def find_families(
         explained, identity = None, None
         if reading.detected:
             explained = _explained_by(reading, stronger, within.bin_hz)
-            alien = reading.noise_false_alarm if rank is None else rank.tail_false_alarm
+            chance = reading.noise_false_alarm if rank is None else rank.tail_false_alarm
             # Simulated (the shaft is prescribed) there is no other machine, and how far off the line is the model's.
             if speed.source is not SpeedSource.PRESCRIBED:
                 share = speed.ci95_hz / speed.value_hz
-                identity = identity_probability(reading, centre, share, alien, bearing.largest_slip)
+                identity = identity_probability(reading, centre, share, chance, bearing.largest_slip)
         if identity is not None and identity < LEAST_IDENTITY:
             explained = explained or OTHER_LINE
         return Found(

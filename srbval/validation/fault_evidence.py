@@ -12,7 +12,7 @@ import numpy as np
 from srbval.bearing import DEFECTS, Fault
 from srbval.recordings import ShaftSpeed
 from srbval.signal import Periodogram
-from srbval.signal.comb_spectrum import CombSpectrum, surprise
+from srbval.signal.comb_spectrum import CombSpectrum, neg_log_rank
 from srbval.signal.placebo import APART
 from srbval.validation.analyse import Analysis
 from srbval.validation.families import HARMONICS, families_of, means_nothing
@@ -54,17 +54,17 @@ class FaultEvidence:
 
     @property
     def features(self) -> tuple[float, ...]:
-        """What classes are told by: of each fault its comb's excess over any other's, at least `SILENT`; then alien.
+        """What classes are told by: of each fault its comb's excess over any other's, then that of the unexplained comb.
 
-        Any other is another fault's, the unexplained one and a typical one. The alien one is the unexplained comb's
-        excess, where a fault's is stronger the difference to it.
+        All at least `SILENT`. Any other is another fault's, the unexplained one and a typical one. The last feature is
+        the unexplained comb's excess, where a fault's is stronger the difference to it.
         """
         excess = [SILENT if part.excess is None else part.excess for part in self.parts]
         others = [max(0.0, self.unexplained, *excess[:n], *excess[n + 1 :]) for n in range(len(excess))]
         highest = max(0.0, *excess)
-        alien = self.unexplained if self.unexplained > highest else self.unexplained - highest
+        last = self.unexplained if self.unexplained > highest else self.unexplained - highest
         own = (e - other for e, other in zip(excess, others, strict=True))
-        return tuple(max(SILENT, value) for value in (*own, alien))
+        return tuple(max(SILENT, value) for value in (*own, last))
 
 
 def fault_evidence(analysis: Analysis) -> FaultEvidence:
@@ -80,7 +80,7 @@ def fault_evidence(analysis: Analysis) -> FaultEvidence:
     for fault, family in zip(DEFECTS, families, strict=False):
         evidence, found_hz = combs.highest(family.kinematic_hz, relative)
         placebos = combs.placebos(meaningless, family.kinematic_hz, relative)
-        chance = math.exp(-surprise(evidence, placebos))
+        chance = math.exp(-neg_log_rank(evidence, placebos))
         reached = not math.isnan(evidence)
         parts.append(
             PartEvidence(
@@ -91,10 +91,10 @@ def fault_evidence(analysis: Analysis) -> FaultEvidence:
             )
         )
     strongest = max(parts, key=lambda part: SILENT if part.excess is None else part.excess)
-    unexplained, order = _strongest_alien(combs, relative, analysis)
+    unexplained, order = _strongest_unexplained(combs, relative, analysis)
     if strongest.found_hz is not None and unexplained <= max(0.0, strongest.excess or 0.0):
         rest = _without(record, strongest.found_hz, speed.value_hz)
-        unexplained, order = _strongest_alien(_combs(rest, speed), relative, analysis)
+        unexplained, order = _strongest_unexplained(_combs(rest, speed), relative, analysis)
     return FaultEvidence(parts=tuple(parts), unexplained=unexplained, unexplained_order=order)
 
 
@@ -109,12 +109,12 @@ def _without(record: Periodogram, line_hz: float, shaft_hz: float) -> Periodogra
     return record.masking(centre.ravel(), np.broadcast_to(number * line_hz * WANDER, centre.shape).ravel())
 
 
-def _strongest_alien(combs: CombSpectrum, relative: float, analysis: Analysis) -> tuple[float, float | None]:
+def _strongest_unexplained(combs: CombSpectrum, relative: float, analysis: Analysis) -> tuple[float, float | None]:
     """Excess over a typical comb and order of the strongest fundamental that means nothing in this bearing."""
     speed = analysis.speed
     families = families_of(analysis.bearing, speed.value_hz)
-    alien = means_nothing(combs.frequency_hz, relative / APART, families, speed)
-    if not alien.any():
+    meaningless = means_nothing(combs.frequency_hz, relative / APART, families, speed)
+    if not meaningless.any():
         return 0.0, None
-    best = int(np.argmax(np.where(alien, combs.evidence, -np.inf)))
+    best = int(np.argmax(np.where(meaningless, combs.evidence, -np.inf)))
     return float(combs.evidence[best]) - combs.typical(relative), float(combs.frequency_hz[best]) / speed.value_hz

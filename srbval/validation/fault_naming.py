@@ -46,9 +46,9 @@ class Naming:
         """All of it in words."""
         shares = ", ".join(f"{name} {share:.2f}" for name, share in self.probabilities.items())
         order, excess = self.evidence.unexplained_order, self.evidence.unexplained
-        alien = "" if order is None else f" Strongest unexplained comb: order {order:.3f}, evidence {excess:.1f}."
+        comb = "" if order is None else f" Strongest unexplained comb: order {order:.3f}, evidence {excess:.1f}."
         best = "" if self.channel is None else f" Channel {self.channel} shows it best."
-        return f"By this record alone, against {self.rigs} rigs of known state: {self.state} ({shares}).{best}{alien}"
+        return f"By this record alone, against {self.rigs} rigs of known state: {self.state} ({shares}).{best}{comb}"
 
 
 def _fault(name: str) -> Fault | None:

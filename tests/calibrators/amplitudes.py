@@ -143,7 +143,8 @@ def shown_by(
         return found
     order = line_order(run, state)
     noisy = pattern(with_background(shown, healthy), BEARING, state, order)
-    return found | pattern(shown, BEARING, state, order) | {name: noisy[name] for name in noisy if hung(name)}
+    of_noise = {name: value for name, value in noisy.items() if depends_on_noise(name)}
+    return found | pattern(shown, BEARING, state, order) | of_noise
 
 
 def turned(shown: Recording, line_hz: float, seed: int) -> Recording:
@@ -156,8 +157,8 @@ def turned(shown: Recording, line_hz: float, seed: int) -> Recording:
     )
 
 
-def hung(name: str) -> bool:
-    """Does a quantity hang on the background?"""
+def depends_on_noise(name: str) -> bool:
+    """Does a quantity depend on the background noise?"""
     return kind_of(name) in ("modulation depth", "kurtosis")
 
 
@@ -262,7 +263,7 @@ def of_waves(
     for one, beside in zip(faulty, healthy, strict=True):
         shown = behind(one, path)
         read = levels(shown, behind(beside, path)) | pattern(shown, BEARING, state, line_order(one, state))
-        found.append({name: value for name, value in values(read).items() if not hung(name)})
+        found.append({name: value for name, value in values(read).items() if not depends_on_noise(name)})
     return half_widths(found)
 
 

@@ -126,7 +126,7 @@ def main() -> None:
     revision = git_revision()  # at the beginning: measuring may take long
     with ProgressDisplay() as progress:
         found = measure_scale(options.cases, choose_engine(options.engine), progress=progress)
-    result = {"machine": this_machine(), "measured": vars(found), "reckoned": extrapolations(found)}
+    result = {"machine": this_machine(), "measured": vars(found), "extrapolated": extrapolations(found)}
     command = f"{COMMAND[CAMPAIGN_SCALE]} --cases {options.cases} --engine {options.engine}"
     print(store_result(stamped(CAMPAIGN_SCALE, result, command=command, revision=revision), options.output))
 

@@ -9,7 +9,7 @@ from tests.calibrators.rows import print_rows
 def main() -> None:
     """Judge and print."""
     found = naming_scores()
-    for rows in (found["calls"], [found["scores"]], [found["alien"]], found["reliability"]):
+    for rows in (found["calls"], [found["scores"]], [found["wrongly_read"]], found["reliability"]):
         print_rows(rows)
 
 

@@ -52,7 +52,7 @@ def test_ten_thousand_cases_stay_within_the_memory(tmp_path: Path) -> None:
     subprocess.run([*command, "-o", str(stored)], cwd=ROOT, capture_output=True, check=True)
     content = json.loads(stored.read_text(encoding="utf-8"))
     assert content["kind"] == CAMPAIGN_SCALE
-    assert content["reckoned"][0]["cases"] == MANY
+    assert content["extrapolated"][0]["cases"] == MANY
     measured = CampaignScale(**content["measured"])
     assert measured.cases == MEASURED
     peak_bytes = measured.extrapolate(MANY, workers=1)["peak_bytes"]

@@ -6,7 +6,7 @@ import dataclasses
 
 import pytest
 
-from srbval.bench.naming_scores import HeldOut, alien, calls, held_out, reliability, scores
+from srbval.bench.naming_scores import HeldOut, calls, held_out, reliability, scores, wrongly_read
 from srbval.validation.fault_naming import known_features
 from srbval.validation.fault_posterior import CLASSES, OTHER, KnownFeatures
 from tests.calibrators.naming_alarms import alarms, white
@@ -20,7 +20,7 @@ def test_left_out_rigs_are_named_better_than_by_chance_and_no_healthy_one_is_cal
     assert result["brier_score"] < result["brier_score_of_equal"] / 2
     assert result["calibration_error"] < result["calibration_error_by_chance"] / 2
     assert not any(f.record.state == "healthy" and not f.right for f in found)
-    wrong = alien(found)
+    wrong = wrongly_read(found)
     assert wrong["most_probably_other"] >= 0.9 * wrong["records"]
     assert wrong["fault_called"] == 0
     assert not any(table["healthy"][name] for name in ("outer", "inner", "roller"))
@@ -56,7 +56,7 @@ def test_wrong_readings_are_counted_where_the_right_one_shows_the_fault() -> Non
     records = [known("outer", 9.0), known(OTHER, 0), known(OTHER, 0), known("outer", 0.5), known(OTHER, 0)]
     said = [{"outer": 0.9}, {OTHER: 0.5, "outer": 0.4}, {"outer": 0.8, OTHER: 0.2}, {"outer": 1.0}, {OTHER: 1.0}]
     of = [HeldOut(record=r, probabilities=p, weight=0.2) for r, p in zip(records, said, strict=True)]
-    assert alien(of) == {"records": 2, "called_other": 0, "most_probably_other": 1, "fault_called": 1}
+    assert wrongly_read(of) == {"records": 2, "called_other": 0, "most_probably_other": 1, "fault_called": 1}
 
 
 def test_alarms_on_noise_are_counted() -> None:

@@ -39,7 +39,7 @@ def test_the_lowest_ratio_at_which_every_draw_finds_the_line_is_stated() -> None
 
 def test_the_overhead_is_a_table() -> None:
     section = campaign_section(
-        shown_result(NOISE_STUDY, None), stored(CAMPAIGN_SCALE, {"measured": MEASURED, "reckoned": [EXTRAPOLATED]})
+        shown_result(NOISE_STUDY, None), stored(CAMPAIGN_SCALE, {"measured": MEASURED, "extrapolated": [EXTRAPOLATED]})
     )
     tables = [block for block in section.all_blocks if isinstance(block, Table)]
     assert [(table.id, len(table.rows)) for table in tables] == [("scale-table", 1)]

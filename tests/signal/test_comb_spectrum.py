@@ -9,7 +9,7 @@ import pytest
 
 from srbval.arrays import FloatArray
 from srbval.signal import Periodogram
-from srbval.signal.comb_spectrum import MASKED, CombSpectrum, surprise
+from srbval.signal.comb_spectrum import MASKED, CombSpectrum, neg_log_rank
 
 FS_HZ, SECONDS, LINE_HZ, SHAFT_HZ, LIMIT_HZ = 2000.0, 6.0, 61.7, 17.3, 600.0
 RELATIVE = 0.01
@@ -37,11 +37,11 @@ def test_a_masked_line_counts_what_noise_does_on_average() -> None:
     assert np.log1p(np.random.default_rng(0).exponential(size=1_000_000)).mean() == pytest.approx(MASKED, abs=2e-3)
 
 
-def test_a_comb_is_found_where_it_is_and_surprises() -> None:
+def test_a_comb_is_found_where_it_is_and_ranks_high() -> None:
     found = combs(noise(1) + lines(0.2, 0.2, 0.2, 0.2, 0.2))
     evidence, at_hz = found.highest(LINE_HZ * 1.004, RELATIVE)
     assert at_hz == pytest.approx(LINE_HZ, rel=1e-3)
-    assert surprise(evidence, found.placebos(away(found), LINE_HZ, RELATIVE)) > -math.log(1e-4)
+    assert neg_log_rank(evidence, found.placebos(away(found), LINE_HZ, RELATIVE)) > -math.log(1e-4)
 
 
 def test_one_strong_line_is_no_comb() -> None:
@@ -56,7 +56,7 @@ def test_on_noise_the_chance_holds() -> None:
     for seed in range(12):
         found = combs(noise(seed))
         chances += [
-            math.exp(-surprise(found.highest(f, RELATIVE)[0], found.placebos(away(found), f, RELATIVE)))
+            math.exp(-neg_log_rank(found.highest(f, RELATIVE)[0], found.placebos(away(found), f, RELATIVE)))
             for f in np.geomspace(25, 110, 25)
         ]
     assert 0.05 < np.mean(np.array(chances) < 0.1) < 0.17
@@ -68,5 +68,5 @@ def test_out_of_reach_there_is_nothing() -> None:
     assert found.placebos(away(found), LIMIT_HZ, RELATIVE).size == 0
     few = away(found) & (np.abs(found.frequency_hz / 50 - 1) < 2 * RELATIVE)
     assert found.placebos(few, LINE_HZ, RELATIVE).size == 0, "too few to be a sample"
-    assert math.isnan(surprise(math.nan, np.ones(100)))
-    assert math.isnan(surprise(3.0, np.ones(3)))
+    assert math.isnan(neg_log_rank(math.nan, np.ones(100)))
+    assert math.isnan(neg_log_rank(3.0, np.ones(3)))

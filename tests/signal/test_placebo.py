@@ -15,12 +15,12 @@ LEAST = 1 / (COMBS + 1)
 RECORDS, COMBS_EACH, HIGHEST_SHARE, HIGHEST_DISTANCE = 60, 4, 0.13, 0.175
 
 
-def record_of(rng, *, alien=0.0, line=0.0):
+def record_of(rng, *, other=0.0, line=0.0):
     """White noise, six lines at random frequencies that are no one's harmonics, and a comb at `TRUE_HZ`."""
     time_s = np.arange(round(FS_HZ * SECONDS)) / FS_HZ
     samples = rng.standard_normal(time_s.size)
     for _ in range(6):
-        samples += alien * np.cos(2 * np.pi * rng.uniform(50, LIMIT_HZ) * time_s + rng.uniform(0, 6))
+        samples += other * np.cos(2 * np.pi * rng.uniform(50, LIMIT_HZ) * time_s + rng.uniform(0, 6))
     for number in range(1, HARMONICS + 1):
         samples += line * np.cos(2 * np.pi * number * TRUE_HZ * time_s + rng.uniform(0, 6))
     return Periodogram.of(samples, FS_HZ, limit_hz=LIMIT_HZ, shaft_hz=SHAFT_HZ)
@@ -37,11 +37,11 @@ def rank(record, centre_hz, **options):
     ).false_alarm
 
 
-def test_ranks_are_uniform_where_alien_lines_make_noise_only_probabilities_small():
+def test_ranks_are_uniform_where_other_lines_make_noise_only_probabilities_small():
     rng = np.random.default_rng(3)
     rows = []
     for _ in range(RECORDS):
-        record = record_of(rng, alien=0.5)
+        record = record_of(rng, other=0.5)
         for centre_hz in rng.uniform(50, 100, COMBS_EACH):
             reading = read_comb(record, centre_hz, RELATIVE * centre_hz, shortest_block_s=None)
             rows.append((rank(record, centre_hz), 1.0 if reading is None else reading.noise_false_alarm))
@@ -52,7 +52,7 @@ def test_ranks_are_uniform_where_alien_lines_make_noise_only_probabilities_small
     assert np.max(np.abs(ordered - (np.arange(ordered.size) + 0.5) / ordered.size)) < HIGHEST_DISTANCE
 
 
-def test_one_alien_line_in_the_window_is_least_among_whole_combs_only():
+def test_one_other_line_in_the_window_is_least_among_whole_combs_only():
     """Some forty windows do not overlap: every fortieth comb holds the strongest line, and no whole placebo does."""
     rng = np.random.default_rng(7)
     time_s = np.arange(round(FS_HZ * SECONDS)) / FS_HZ
@@ -66,13 +66,13 @@ def test_one_alien_line_in_the_window_is_least_among_whole_combs_only():
     assert np.mean(ranks) > 1.5 * np.mean(whole)
 
 
-def test_a_true_line_is_stronger_than_all_placebos_with_alien_lines_about():
-    record = record_of(np.random.default_rng(4), alien=0.3, line=0.4)
+def test_a_true_line_is_stronger_than_all_placebos_with_other_lines_about():
+    record = record_of(np.random.default_rng(4), other=0.3, line=0.4)
     assert rank(record, TRUE_HZ * 1.003) == LEAST
 
 
 def test_the_rank_is_the_same_whatever_the_unit_and_repeats_itself():
-    record = record_of(np.random.default_rng(5), alien=0.3)
+    record = record_of(np.random.default_rng(5), other=0.3)
     scaled = Periodogram.of(1e3 * record.samples, record.fs_hz, limit_hz=LIMIT_HZ, shaft_hz=SHAFT_HZ)
     assert rank(record, 70.0) == rank(record, 70.0) == rank(scaled, 70.0)
 

@@ -11,7 +11,7 @@ PARTS = ("outer", "inner", "roller")
 
 
 def known(seed: int = 1) -> list[KnownFeatures]:
-    """Six rigs, two bearings of each class on each; own families at 12, silent ones at 0, alien combs at 8."""
+    """Six rigs, two bearings of each class on each; own families at 12, silent ones at 0, unexplained combs at 8."""
     rng = np.random.default_rng(seed)
     found = []
     for rig in range(6):
@@ -20,11 +20,11 @@ def known(seed: int = 1) -> list[KnownFeatures]:
                 families = [
                     max(-1.0, float(rng.normal(12, 3) if state == part else rng.normal(0, 0.7))) for part in PARTS
                 ]
-                alien = float(rng.normal(8, 2) if state == OTHER else rng.normal(1.5, 0.7))
+                unexplained = float(rng.normal(8, 2) if state == OTHER else rng.normal(1.5, 0.7))
                 found.append(
                     KnownFeatures(
                         rig=f"r{rig}", specimen=f"{state}{bearing}", state=state, families=tuple(families),
-                        unexplained=alien,
+                        unexplained=unexplained,
                     )
                 )  # fmt: skip
     return found

@@ -46,7 +46,7 @@ def test_position_alone_is_a_ratio_of_densities() -> None:
 
 
 def test_probability_is_the_share_of_lines_whatever_they_slip() -> None:
-    """Lines by the prior and aliens anywhere, equally strong: of those called p a share p are lines, far off too."""
+    """Lines by the prior, others anywhere, equally strong: of those called p a share p are lines, far off too."""
     rng, count = np.random.default_rng(3), 20_000
     slips = SLIP_SPREAD * rng.standard_t(SLIP_FREEDOM, 2 * count)
     slips = slips[np.abs(slips) < HALF][:count]

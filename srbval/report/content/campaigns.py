@@ -49,7 +49,7 @@ def _lowest_db(found: Mapping[float | None, Mapping[str, Any]]) -> float | None:
 
 
 def _scale(result: ShownResult, content: Mapping[str, Any]) -> Iterator[Block]:
-    rows = content["reckoned"]
+    rows = content["extrapolated"]
     yield origin_of(result)
     yield TEXTS.paragraph("scale", measured=content["measured"], workers=rows[0][WORKERS])
     yield TEXTS.table("scale-table", rows)
