@@ -23,7 +23,7 @@ from srbval.recordings import Origin, Recording, RecordingSettings
 from srbval.recordings.registry import FileStatus, RegisteredRecording, load_entry, rig_of, without_copies
 from srbval.signal import NORMAL_95
 from srbval.validation.analyse import analyse
-from srbval.validation.band_choice import auto_band, declared_band
+from srbval.validation.band_choice import band_kurtogram, declared_band
 from srbval.validation.fault_call import call_fault
 from srbval.validation.fault_naming import name_fault
 from srbval.validation.lines import detected_fault_lines
@@ -102,14 +102,16 @@ def methods(registered: Sequence[RegisteredRecording]) -> dict[str, Method]:
 
     "joint test": the most probable class, called where it is probable enough, by the record alone against records of
     known state of other rigs (`name_fault`). "lines": the fault lines that `analyse` detects, the deepest named first,
-    called against the healthy record of the same point. The plain ones call whatever they name.
+    called against the healthy record of the same point; in the data set's band, or in one chosen on the record. The
+    plain ones call whatever they name.
     """
     baselines = Baselines()
 
-    def by_lines(_: str, recording: Recording, bearing: Bearing) -> Named:
-        analysis = analyse(recording, bearing=bearing)
+    def by_lines(recording: Recording, bearing: Bearing, *, choose: bool) -> Named:
+        analysis = analyse(recording, bearing=bearing, choose_on_record=choose)
         deepest = next((Fault.of_line(line.name) for line in detected_fault_lines(analysis.lines)), None)
-        call = call_fault(analysis, healthy_analysis(recording, bearing, registered, baselines))
+        band_hz = analysis.processed.band_hz if choose else None
+        call = call_fault(analysis, healthy_analysis(recording, bearing, registered, baselines, band_hz))
         return Named(named=deepest, called=call.called)
 
     def jointly(rig: str, recording: Recording, bearing: Bearing) -> Named:
@@ -124,11 +126,12 @@ def methods(registered: Sequence[RegisteredRecording]) -> dict[str, Method]:
 
     def kurtogram_band(recording: Recording, bearing: Bearing) -> tuple[float, float]:
         assert recording.speed is not None, "every set states one"
-        return auto_band(recording, bearing, recording.speed).band_hz
+        return band_kurtogram(recording, bearing, recording.speed).best_hz
 
     return {
         "joint test": jointly,
-        "lines": by_lines,
+        "lines": lambda _, r, b: by_lines(r, b, choose=False),
+        "lines, band chosen": lambda _, r, b: by_lines(r, b, choose=True),
         "plain, fixed band": lambda _, r, b: plain(r, b, declared_band(r, None).band_hz),
         "plain, kurtogram": lambda _, r, b: plain(r, b, kurtogram_band(r, b)),
     }

@@ -178,7 +178,7 @@ def gather_own(
     """Analyse recordings of one bearing, each against `healthy`, or else the registered healthy record of its rig.
 
     `bearing` is a known name or a file, without it that of the recordings' data set. Where neither `band_hz` [Hz] nor
-    the data set says which band to demodulate, each record's most impulsive one is taken, with its trials counted. The
+    the data set says which band to demodulate, one is chosen on each record, with its trials counted. The
     model is compared with a measured record where the bearing's dimensions are known and `model` is left True.
     `all_channels`: see `name_fault`; `largest_slip_pct`: see `bearing_of`. Raises what reading a record raises; a
     model's run that fails is only said.

@@ -8,7 +8,7 @@ from srbval.errors import ConfigurationError, DataError
 from srbval.processes.threads import one_thread
 from srbval.recordings import Recording, ShaftSpeed
 from srbval.signal import BandFilter
-from srbval.validation.band_choice import BandChoice, auto_band, declared_band, sidak_corrected
+from srbval.validation.band_choice import BandChoice, bands_of_record, clearness, declared_band, sidak_corrected
 from srbval.validation.lines import Line
 from srbval.validation.pipeline import SQUARED_UNIT, Processed, choose_tracking, process, speed_of_record
 from srbval.validation.speed_search import OutsideFamily, Window, search
@@ -134,7 +134,8 @@ def analyse(
     """Read the fault lines of `bearing` in `recording`.
 
     `speed`, `band_hz` [Hz] and `channel` override what the recording says of itself. With `choose_on_record` the
-    most impulsive band of the record is taken instead, and every false-alarm probability counts the bands tried. A
+    whole band or the most impulsive one of the record is taken instead, whichever shows a fault's line more clearly
+    (`bands_of_record`), and every false-alarm probability counts the bands tried. A
     speed that is only nominal gives way to one estimated from the record, where that knows more (see
     `speed_search.search`). The envelope of the paper's chain (see `process`) is kept for figures; lines are read from
     its square. Where there is a speed signal its course is followed (`choose_tracking`) and all
@@ -148,17 +149,23 @@ def analyse(
         )
     if choose_on_record and band_hz is not None:
         raise ConfigurationError("a band is given and one is to be chosen on the record: leave out one of the two.")
-    band = (
-        auto_band(recording, bearing, known_speed, channel=channel)
+    bands: tuple[BandChoice, ...] = (
+        bands_of_record(recording, bearing, known_speed, channel=channel)
         if choose_on_record
-        else declared_band(recording, band_hz, bearing)
+        else (declared_band(recording, band_hz, bearing),)
     )
     tracking = choose_tracking(recording, bearing, known_speed)
     known_speed = speed_of_record(known_speed, tracking)
-    processed = process(recording, band_hz=band.band_hz, channel=channel, band_filter=band_filter, tracking=tracking)
-    _check_duration(processed, known_speed)
-    found = search(processed, bearing, known_speed)
-    lines = sidak_corrected(found.lines, speeds=found.tried, bands=band.trials)
+    readings = []
+    for band in bands:
+        processed = process(
+            recording, band_hz=band.band_hz, channel=channel, band_filter=band_filter, tracking=tracking
+        )
+        _check_duration(processed, known_speed)
+        found = search(processed, bearing, known_speed)
+        lines = sidak_corrected(found.lines, speeds=found.tried, band=band)
+        readings.append((band, processed, found, lines))
+    band, processed, found, lines = max(readings, key=lambda reading: clearness(reading[-1]))
     outside = "" if found.outside is None else f" {found.outside.sentence}"
     return Analysis(
         recording=recording,

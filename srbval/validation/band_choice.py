@@ -2,9 +2,10 @@
 
 import dataclasses
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
-from srbval.bearing import Bearing
+from srbval.bearing import Bearing, Fault
 from srbval.errors import ConfigurationError
 from srbval.models.band_levels import BANDS_HZ
 from srbval.recordings import Origin, Recording, ShaftSpeed
@@ -19,15 +20,21 @@ RIG_BEARING = "skf-22240"
 # A band must hold this many harmonics of the higher race line in its envelope.
 HARMONICS_HELD = 3
 SAME_SIZE = 0.01  # a bearing larger by less than this keeps the paper's band
+# The whole band, as shares of the sampling rate.
+WHOLE_BAND = (0.01, 0.47)
 
 
 @dataclass(frozen=True, kw_only=True)
 class BandChoice:
-    """The band [Hz], who chose it, and how many bands were tried on the record itself: 1 where none was."""
+    """The band [Hz], who chose it, and how many bands were tried on the record itself: 1 where none was.
+
+    `chosen_by_line`: of how many of them the lines themselves decided, which is a trial of ranks among combs too.
+    """
 
     band_hz: tuple[float, float]
     why: str
     trials: int = 1
+    chosen_by_line: int = 1
 
 
 def declared_band(
@@ -58,19 +65,34 @@ def declared_band(
     )
 
 
-def auto_band(recording: Recording, bearing: Bearing, speed: ShaftSpeed, *, channel: str | None = None) -> BandChoice:
-    """The most impulsive band of the record itself; every band tried counts as a trial.
+def bands_of_record(
+    recording: Recording, bearing: Bearing, speed: ShaftSpeed, *, channel: str | None = None
+) -> tuple[BandChoice, BandChoice]:
+    """The whole band and the most impulsive one of the record itself, of which the lines decide (`clearness`).
 
-    Impulses need not be the bearing's: one knock on the housing makes a band the most impulsive. Raises what
-    `kurtogram` raises.
+    Impulses need not be the bearing's: one knock on the housing makes a band the most impulsive; and in the whole band
+    loud machinery can hide a resonance. Every band tried counts as a trial. Raises what `kurtogram` raises.
     """
     picture = band_kurtogram(recording, bearing, speed, channel=channel)
-    return BandChoice(
-        band_hz=picture.best_hz,
-        why=f"the most impulsive of {picture.size} bands of this very record (kurtogram); false-alarm probabilities "
-        f"count {picture.size} trials",
-        trials=picture.size,
+    impulsive = f"the most impulsive of {picture.size} bands of this very record (kurtogram)"
+    whole_hz = WHOLE_BAND[0] * recording.fs_hz, WHOLE_BAND[1] * recording.fs_hz
+    said = "where a fault's line is clearer than in"
+    return (
+        _of_two(whole_hz, 2, f"the whole band, {said} {impulsive}"),
+        _of_two(picture.best_hz, 2 * picture.size, f"{impulsive}, {said} the whole band"),
     )
+
+
+def _of_two(band_hz: tuple[float, float], trials: int, why: str) -> BandChoice:
+    why = f"{why}; false-alarm probabilities count {trials} trials"
+    return BandChoice(band_hz=band_hz, why=why, trials=trials, chosen_by_line=2)
+
+
+def clearness(lines: Iterable[Line]) -> tuple[float, float]:
+    """How clearly some race or roller line shows, to choose among bands: least -log false alarm, then highest S/N."""
+    firsts = (x for x in lines if x.harmonic == 1 and Fault.of_line(x.name) and x.explained_by is None)
+    chance = ((x.noise_false_alarm, x.snr or 0.0) for x in firsts)
+    return max(((-math.log(max(p, 1e-300)), snr) for p, snr in chance if p is not None), default=(0.0, 0.0))
 
 
 def band_kurtogram(
@@ -81,16 +103,17 @@ def band_kurtogram(
     return kurtogram(normalise(one_signal(recording, channel)), recording.fs_hz, least_width_hz=widest)
 
 
-def sidak_corrected(lines: tuple[Line, ...], *, speeds: int = 1, bands: int = 1) -> tuple[Line, ...]:
+def sidak_corrected(lines: tuple[Line, ...], *, speeds: int = 1, band: BandChoice | None = None) -> tuple[Line, ...]:
     """The lines with their false-alarm probabilities corrected for the trials made, and detected by these.
 
     Sidak's correction 1 - (1 - p)^trials (Sidak 1967, J. Am. Stat. Assoc. 62, 626): exact for independent trials, too
-    high for bands that overlap, as these do. A band is chosen without regard to any comb, so it is no trial of a rank
+    high for bands that overlap, as these do. A band that was chosen without regard to any comb is no trial of a rank
     among combs in that same band. A sideband counts only with its own line.
     """
-    if speeds * bands == 1:
+    of_noise, of_rank = (1, 1) if band is None else (band.trials, band.chosen_by_line)
+    if speeds * of_noise == 1:
         return lines
-    corrected = [_corrected(line, speeds, bands) for line in lines]
+    corrected = [_corrected(line, speeds * of_noise, speeds * of_rank) for line in lines]
     own = {x.name for x in corrected if x.detected and x.harmonic == 1}
     # A sideband's name begins with its line's: ``BPFI-fr``.
     return tuple(
@@ -98,9 +121,9 @@ def sidak_corrected(lines: tuple[Line, ...], *, speeds: int = 1, bands: int = 1)
     )
 
 
-def _corrected(line: Line, speeds: int, bands: int) -> Line:
-    noise = _any_of(line.noise_false_alarm, speeds * bands)
-    placebo = _any_of(line.placebo_false_alarm, speeds)
+def _corrected(line: Line, of_noise: int, of_rank: int) -> Line:
+    noise = _any_of(line.noise_false_alarm, of_noise)
+    placebo = _any_of(line.placebo_false_alarm, of_rank)
     detected = line.detected and noise is not None and is_improbable(noise, placebo)
     return dataclasses.replace(line, noise_false_alarm=noise, placebo_false_alarm=placebo, detected=detected)
 

@@ -54,10 +54,10 @@ class FaultEvidence:
 
     @property
     def features(self) -> tuple[float, ...]:
-        """What classes are told by: of each fault its comb's excess over any other's, then that of the unexplained comb.
+        """What classes are told by: of each fault its comb's excess over any other's, then that of the unexplained one.
 
-        All at least `SILENT`. Any other is another fault's, the unexplained one and a typical one. The last feature is
-        the unexplained comb's excess, where a fault's is stronger the difference to it.
+        None is below `SILENT`. Any other comb is another fault's, the unexplained one or a typical one. The last
+        feature is the unexplained comb's excess, where a fault's is stronger the difference to it.
         """
         excess = [SILENT if part.excess is None else part.excess for part in self.parts]
         others = [max(0.0, self.unexplained, *excess[:n], *excess[n + 1 :]) for n in range(len(excess))]

@@ -25,7 +25,7 @@ from srbval.validation.fault_call import FaultCall, call_fault, is_fault_like
 from srbval.validation.lines import RACE_LINES, Line, line_entry
 from srbval.validation.speed_and_slip import cage_factor
 
-Baselines = dict[tuple[str, str], Analysis]  # by file and bearing
+Baselines = dict[tuple[str, str, tuple[float, float] | None], Analysis]  # by file, bearing and band
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -135,15 +135,22 @@ def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...],
 
 
 def healthy_analysis(
-    recording: Recording, bearing: Bearing, registered: Sequence[RegisteredRecording], read: Baselines
+    recording: Recording,
+    bearing: Bearing,
+    registered: Sequence[RegisteredRecording],
+    read: Baselines,
+    band_hz: tuple[float, float] | None = None,
 ) -> Analysis | None:
-    """The analysis of the healthy record that `recording` is compared with, if there is one; kept in `read`."""
+    """The analysis of the healthy record that `recording` is compared with, if there is one; kept in `read`.
+
+    In its data set's band, or in `band_hz` [Hz].
+    """
     entry = healthy_baseline(recording, tuple(registered))
     if entry is None:
         return None
-    key = entry.file, bearing.name
+    key = entry.file, bearing.name, band_hz
     if key not in read:
-        read[key] = analyse(load_entry(entry), bearing=bearing)
+        read[key] = analyse(load_entry(entry), bearing=bearing, band_hz=band_hz)
     return read[key]
 
 

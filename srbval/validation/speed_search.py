@@ -16,7 +16,7 @@ from srbval.bearing import DEFECTS, Bearing
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import LEAST_SNR, Periodogram, drop_ends, end_s, read_comb, squared_envelope_one_pass
 from srbval.signal.prewhitening import prewhitened
-from srbval.validation.band_choice import sidak_corrected
+from srbval.validation.band_choice import WHOLE_BAND, sidak_corrected
 from srbval.validation.families import HARMONICS, families_of, highest_line_hz, window_share
 from srbval.validation.lines import Line, detected_fault_lines, read_lines
 from srbval.validation.pipeline import Processed, tracked
@@ -27,8 +27,6 @@ USABLE_SHARE = 0.9
 # Shaft harmonics are masked no wider than this share of their frequency: with a speed that is only nominal
 # wider masks would grow together and hide every line.
 LARGEST_MASK_SHARE = 5e-4
-# The whole band, as shares of the sampling rate.
-WHOLE_BAND = (0.01, 0.47)
 # Noise alone exceeds so many medians of its squared envelope once in 4096 values: 2^-12 of an exponential variable.
 CLIP = 12.0
 
