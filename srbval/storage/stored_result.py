@@ -45,7 +45,7 @@ COMMAND = {
     OWN_VERDICTS: "srbval stability --verdicts",
     RIG_STABILITY: "srbval stability --scenes rig-outer",
 }
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 MOST_BYTES = 2**26  # the longest there are have some megabytes
 RESULTS = "results"  # kind of content of the cache
 
