@@ -27,6 +27,7 @@ from srbval.errors import ConfigurationError
 from srbval.models.health import default_solver
 from srbval.scene import RollerFit
 from srbval.storage.content_store import ContentStore
+from srbval.storage.stored_result import SCHEMA_VERSION
 from srbval.storage.strict_json import json_object
 
 TINY = BenchSettings(
@@ -213,7 +214,7 @@ def test_command(
         assert "reference" in said.out
         return
     document: dict[str, Any] = json.loads(said.out)
-    assert (document["status"], document["schema_version"]) == ("ok", 1)
+    assert (document["status"], document["schema_version"]) == ("ok", SCHEMA_VERSION)
     assert bool(document["reference"]) is ("--speed-only" not in extra)
     assert all(set(ROW_KEYS) <= set(row) for row in document["runs"])
     assert document["targets"] == []

@@ -20,7 +20,7 @@ from srbval.recordings.registry import add, listing
 from srbval.recordings.registry.manifest import manifest_path, read_manifest
 from srbval.scene import paper_scene
 from srbval.storage.own_package import package_folder
-from srbval.storage.stored_result import COMMAND, newest_result
+from srbval.storage.stored_result import COMMAND, SCHEMA_VERSION, newest_result
 
 CASES = int(os.environ.get("SRBVAL_JSON", "100"))
 HOSTILE = [
@@ -136,8 +136,9 @@ def test_stored_results(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPat
     """What cannot be read counts as absent: the shipped one is shown."""
     monkeypatch.setattr("srbval.storage.stored_result.cache_folder", lambda _: tmp_path)
     shipped = newest_result(kind)
-    stamp = {"kind": kind, "schema_version": 1}
-    hostile = [{**stamp, "made_utc": 5}, {**stamp, "made_utc": "9", "machine": []}, {**stamp}, {"kind": kind}]
+    stamp = {"kind": kind, "schema_version": SCHEMA_VERSION}
+    earlier = {**stamp, "schema_version": SCHEMA_VERSION - 1, "made_utc": "9"}  # of a layout that is no longer read
+    hostile = [{**stamp, "made_utc": 5}, {**stamp, "made_utc": "9", "machine": []}, {**stamp}, {"kind": kind}, earlier]
     for content in [*TEXTS, *(json.dumps(document).encode() for document in hostile)]:
         (tmp_path / f"{kind}.json").write_bytes(content)
         found = newest_result(kind)
