@@ -119,21 +119,19 @@ def methods(registered: Sequence[RegisteredRecording]) -> dict[str, Method]:
         state = naming.state if naming.state in DEFECTS else None
         return Named(named=naming.most_probable, called=None if state is None else Fault(state))
 
-    def plain(recording: Recording, bearing: Bearing, band_hz: tuple[float, float]) -> Named:
+    def plain(recording: Recording, bearing: Bearing, *, impulsive: bool) -> Named:
         assert recording.speed is not None, "every set states one"
+        kurtogram = band_kurtogram(recording, bearing, recording.speed) if impulsive else None
+        band_hz = declared_band(recording, None).band_hz if kurtogram is None else kurtogram.best_hz
         found = strongest_line(recording, bearing, recording.speed, band_hz)
         return Named(named=found, called=found)
-
-    def kurtogram_band(recording: Recording, bearing: Bearing) -> tuple[float, float]:
-        assert recording.speed is not None, "every set states one"
-        return band_kurtogram(recording, bearing, recording.speed).best_hz
 
     return {
         "joint test": jointly,
         "lines": lambda _, r, b: by_lines(r, b, choose=False),
         "lines, band chosen": lambda _, r, b: by_lines(r, b, choose=True),
-        "plain, fixed band": lambda _, r, b: plain(r, b, declared_band(r, None).band_hz),
-        "plain, kurtogram": lambda _, r, b: plain(r, b, kurtogram_band(r, b)),
+        "plain, fixed band": lambda _, r, b: plain(r, b, impulsive=False),
+        "plain, kurtogram": lambda _, r, b: plain(r, b, impulsive=True),
     }
 
 

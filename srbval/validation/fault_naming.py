@@ -62,7 +62,7 @@ def name_fault(analysis: Analysis, *, all_channels: bool = False, without_rig: s
     With `all_channels` the record's other channels are looked at as well: sensors at other places of the machine.
     """
     model, rigs = _model(without_rig)
-    views = _channels(analysis) if all_channels else {analysis.recording.channel: analysis}
+    views = channels_of(analysis) if all_channels else {analysis.recording.channel: analysis}
     evidence = [fault_evidence(view) for view in views.values()]
     features = [np.array(one.features) for one in evidence]
     shares = model.probabilities(*features)
@@ -78,7 +78,7 @@ def name_fault(analysis: Analysis, *, all_channels: bool = False, without_rig: s
     )
 
 
-def _channels(analysis: Analysis) -> dict[str | None, Analysis]:
+def channels_of(analysis: Analysis) -> dict[str | None, Analysis]:
     """The analysis, and with it those with another channel's signal in place of its own, where that is as long."""
     recording, done = analysis.recording, analysis.processed
     found, own = {recording.channel: analysis}, recording.channels.get(recording.channel or "")

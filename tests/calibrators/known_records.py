@@ -47,23 +47,23 @@ def specimen(record: KnownRecord) -> str:
     return "-".join(filter(None, found.groups())) if found else Path(record.entry.file).stem
 
 
+def readings(record: KnownRecord, read: Analysis) -> Iterator[tuple[str, Analysis]]:
+    """The record as `read`, of its state, and a faulty one also as what it is not, as something else."""
+    yield record.state.value, read
+    if record.state in DEFECTS:
+        for factor in WRONG_SPEEDS:
+            wrong = {"value_hz": factor * read.speed.value_hz, "ci95_hz": factor * read.speed.ci95_hz}
+            yield OTHER, dataclasses.replace(read, speed=dataclasses.replace(read.speed, **wrong))
+        other = load_bearing(WRONG_BEARING.get(read.bearing.name, next(iter(WRONG_BEARING))))
+        yield OTHER, dataclasses.replace(read, bearing=other)
+
+
 def rows(record: KnownRecord) -> Iterator[dict[str, object]]:
     """One row of the record as it is, and of a faulty one those of what it is not."""
     recording, bearing = record.load()
-    analysis = analyse(recording, bearing=bearing)
-    yield _row(record, record.state.value, analysis)
-    if record.state in DEFECTS:
-        speed = analysis.speed
-        for factor in WRONG_SPEEDS:
-            wrong = dataclasses.replace(speed, value_hz=factor * speed.value_hz, ci95_hz=factor * speed.ci95_hz)
-            yield _row(record, OTHER, dataclasses.replace(analysis, speed=wrong))
-        other = load_bearing(WRONG_BEARING.get(bearing.name, next(iter(WRONG_BEARING))))
-        yield _row(record, OTHER, dataclasses.replace(analysis, bearing=other))
-
-
-def _row(record: KnownRecord, state: str, analysis: Analysis) -> dict[str, object]:
-    values = fault_evidence(analysis).features
-    return dict(zip(COLUMNS, (record.rig, specimen(record), state, *(f"{value:.2f}" for value in values)), strict=True))
+    for state, analysis in readings(record, analyse(recording, bearing=bearing)):
+        values = (f"{value:.2f}" for value in fault_evidence(analysis).features)
+        yield dict(zip(COLUMNS, (record.rig, specimen(record), state, *values), strict=True))
 
 
 def main() -> None:
