@@ -1,7 +1,8 @@
 """False alarms of naming a fault, on records that hold none: ``python -m tests.calibrators.naming_alarms``.
 
 Backgrounds are white, pink and impulsive noise, random tones, gear families with sidebands, tones and noise modulated
-by shafts. Printed are how often a fault's chance falls below 0.01, over 0.01, and what is called.
+by shafts. Printed are how often a fault's chance falls below 0.01, over 0.01, and what is called; and in how many
+records a race or roller line is detected, in the declared band and in one chosen on the record.
 """
 
 from __future__ import annotations
@@ -9,7 +10,9 @@ from __future__ import annotations
 import argparse
 from collections import Counter
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import scipy.signal
@@ -19,6 +22,7 @@ from srbval.bearing import load_bearing
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
 from srbval.validation.analyse import analyse
 from srbval.validation.fault_naming import name_fault
+from srbval.validation.lines import detected_fault_lines
 from srbval.validation.pipeline import process
 from tests.calibrators.rows import print_rows
 
@@ -81,13 +85,14 @@ BACKGROUNDS: tuple[Callable[[Rng], FloatArray], ...] = (white, pink, impulsive, 
 
 def alarms(background: Callable[[Rng], FloatArray], count: int, seed: int = 1) -> dict[str, object]:
     """Over `count` records: chances of all faults below `LEVEL`, over it, and how often which class is called."""
-    chances, said = list[float](), Counter[str]()
+    chances, said, detected = list[float](), Counter[str](), Counter[bool]()
+    bearing = load_bearing("skf-6205")
     speed = ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.015, source=SpeedSource.STATED)
     first = Recording(
         name=background.__name__, origin=Origin.MEASURED, channels={"x": background(np.random.default_rng(seed))},
         channel="x", fs_hz=FS_HZ, unit="m/s2", speed=speed, band_hz=BAND_HZ,
     )  # fmt: skip
-    analysis = analyse(first, bearing=load_bearing("skf-6205"))
+    analysis = analyse(first, bearing=bearing)
     for number in range(count):
         recording = replace(first, channels={"x": background(np.random.default_rng([seed, number]))})
         # The speed is stated and no line has a part in the naming: the chain alone is run again.
@@ -95,11 +100,16 @@ def alarms(background: Callable[[Rng], FloatArray], count: int, seed: int = 1) -
         naming = name_fault(replace(analysis, recording=recording, processed=processed))
         chances += [part.false_alarm for part in naming.evidence.parts if part.false_alarm is not None]
         said[naming.state] += 1
+        for choose in (False, True):
+            detected[choose] += bool(
+                detected_fault_lines(analyse(recording, bearing=bearing, choose_on_record=choose).lines)
+            )
     rate = float(np.mean(np.array(chances) < LEVEL))
     faults = sum(said[part.fault.value] for part in naming.evidence.parts)
     return {
         "background": background.__name__, "chances": len(chances), "below": rate, "over nominal": rate / LEVEL,
         "records": count, "fault called": faults, "something else": said["other"],
+        "line detected": detected[False], "the same, band chosen": detected[True],
     }  # fmt: skip
 
 
@@ -108,8 +118,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="False alarms of naming a fault.")
     parser.add_argument("-n", type=int, default=334, help="records of each background, three chances each")
     options = parser.parse_args()
-    for background in BACKGROUNDS:
-        print_rows([alarms(background, options.n)])
+    with ProcessPoolExecutor() as pool:
+        print_rows(list(pool.map(partial(alarms, count=options.n), BACKGROUNDS)))
 
 
 if __name__ == "__main__":
