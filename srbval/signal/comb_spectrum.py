@@ -43,7 +43,7 @@ class CombSpectrum:
         """Combs of `harmonics` lines from `lowest_hz` up; masked lines count as noise does on average."""
         step = 1 / (_OVERSAMPLING * record.seconds * record.limit_hz)
         log_hz = np.arange(math.log(lowest_hz), math.log(record.limit_hz), step)
-        score = _scores(record, np.exp(log_hz))
+        score = scores(record, np.exp(log_hz))
         shift = [round(math.log(number) / step) for number in range(1, harmonics + 1)]
         size = max(0, log_hz.size - shift[-1])
         rng = np.random.default_rng(0)
@@ -110,7 +110,7 @@ def neg_log_rank(evidence: float, placebos: FloatArray) -> float:
     return (evidence - threshold) / excess - math.log(TAIL)
 
 
-def _scores(record: Periodogram, frequency_hz: FloatArray) -> FloatArray:
+def scores(record: Periodogram, frequency_hz: FloatArray) -> FloatArray:
     """log(1 + power over a running median of the unmasked bins / ln 2) [n]."""
     spacing = PADDING * record.step_hz
     bins = np.arange(2, record.power.size // PADDING)

@@ -42,13 +42,26 @@ class Naming:
         return _fault(most_probable(self.probabilities))
 
     @property
+    def group(self) -> str:
+        """How a rolling element shows where it shows as a group of lines, in words; else empty."""
+        part = next(p for p in self.evidence.parts if p.fault is Fault.ROLLER)
+        if self.most_probable is not Fault.ROLLER or part.spacing_hz is None:
+            return ""
+        return (
+            f"The rolling element shows as a group of lines {part.spacing_hz:.2f} Hz apart, the cage frequency, about "
+            f"2xBSF, one of them at {part.found_hz:.2f} Hz. Where they stand depends on how elements turn outside the "
+            "load zone."
+        )
+
+    @property
     def sentence(self) -> str:
         """All of it in words."""
         shares = ", ".join(f"{name} {share:.2f}" for name, share in self.probabilities.items())
         order, excess = self.evidence.unexplained_order, self.evidence.unexplained
         comb = "" if order is None else f" Strongest unexplained comb: order {order:.3f}, evidence {excess:.1f}."
         best = "" if self.channel is None else f" Channel {self.channel} shows it best."
-        return f"By this record alone, against {self.rigs} rigs of known state: {self.state} ({shares}).{best}{comb}"
+        said = f"By this record alone, against {self.rigs} rigs of known state: {self.state} ({shares}).{best}{comb}"
+        return " ".join(filter(None, (said, self.group)))
 
 
 def _fault(name: str) -> Fault | None:

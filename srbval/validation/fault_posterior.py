@@ -6,8 +6,8 @@ the healthy class's. A class is a mixture: where it shows, its feature stands ou
 as silent as any (most rollers). Every part of it follows a Student t of `FREEDOM` degrees. A record of a rig never seen
 is drawn with the scatter of rigs, bearings, runs and noise at once, so that one spread holds them all, every rig, and
 every bearing of a rig, having the same weight. It is not shared by all classes: a silent part scatters as the highest
-of noise does, a faulty one as sizes of faults do. One exponent tempers all likelihoods and one offset sets their level
-over the healthy class; both are fitted on rigs left out.
+of noise does, a faulty one as sizes of faults do. One offset sets the level of all likelihoods over the healthy
+class's; it is fitted on rigs left out.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import minimize_scalar
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS, Fault
@@ -85,16 +85,15 @@ class Shown:
 class FaultPosterior:
     """The fitted classes but the healthy one, by name.
 
-    `specimens`: bearings known of each class; `temper`: exponent of all likelihoods; `offset`: what all of them lose.
+    `specimens`: bearings known of each class; `offset`: what all likelihoods lose against the healthy class's.
     """
 
     classes: Mapping[str, Shown]
     specimens: Mapping[str, int]
-    temper: float = 1.0
     offset: float = 0.0
 
     def log_likelihood(self, *channels: FloatArray) -> dict[str, float]:
-        """Log likelihood of each class over the healthy one's, tempered: with it any prior can be used.
+        """Log likelihood of each class over the healthy one's; with it any prior can be used.
 
         From the features [4] of each of several `channels`, of which any may be the one that shows the class: the mean
         of the likelihoods, so that every channel looked at is paid for.
@@ -102,17 +101,20 @@ class FaultPosterior:
         found = {Fault.HEALTHY.value: 0.0}
         for number, name in enumerate(CLASSES[1:]):
             if name in self.classes:
-                ratio = [self.temper * self.classes[name].log_ratio(float(features[number])) for features in channels]
+                ratio = [self.classes[name].log_ratio(float(features[number])) for features in channels]
                 found[name] = float(np.logaddexp.reduce(ratio)) - math.log(len(ratio)) - self.offset
         return found
 
     def probabilities(self, *channels: FloatArray, prior: Mapping[str, float] = PRIOR) -> dict[str, float]:
-        """Posterior probability of each class, none above (n + 1) / (n + 2) of n specimens known of it."""
+        """Posterior probability of each class, none above (n + 1/2) / (n + 1) of n specimens known of it.
+
+        That is what n of n leave to the next by Jeffreys' prior.
+        """
         weight = {name: prior[name] * math.exp(value) for name, value in self.log_likelihood(*channels).items()}
         total = sum(weight.values())
         found = {name: value / total for name, value in weight.items()}
         best = most_probable(found)
-        cap = (self.specimens[best] + 1) / (self.specimens[best] + 2)
+        cap = (self.specimens[best] + 0.5) / (self.specimens[best] + 1)
         if found[best] > cap:
             others = {name: max(value, 1e-300) for name, value in weight.items() if name != best}
             rest = sum(others.values())
@@ -137,27 +139,29 @@ def decide(probabilities: Mapping[str, float]) -> str:
 
 
 def fit_posterior(known: Sequence[KnownFeatures]) -> FaultPosterior:
-    """Classes from records of known state; likelihoods tempered so that rigs left out in turn are judged best."""
+    """Classes from records of known state, with the offset by which rigs left out in turn are judged best.
+
+    The offset is drawn towards none by a normal prior of standard deviation one: few rigs are silent.
+    """
     weighted = _weighted(known)
     rows = []
     for rig in dict.fromkeys(k.rig for k in known):
         model = _fitted([pair for pair in weighted if pair[1].rig != rig])
         rows += [(w, k.state, model.log_likelihood(k.vector)) for w, k in weighted if k.rig == rig]
-    weight = np.array([w for w, state, found in rows if state in found])
-    likelihood = np.array([[f.get(n, -np.inf) for n in CLASSES] for _, state, f in rows if state in f])
-    own = np.array([found[state] for _, state, found in rows if state in found])
+    rows = [(w, state, found) for w, state, found in rows if state in found]
+    weight = np.array([w for w, *_ in rows])
+    likelihood = np.array([[found.get(name, -np.inf) for name in CLASSES] for *_, found in rows])
     prior = np.array([PRIOR[name] for name in CLASSES])
-
     faulty = np.array([name != Fault.HEALTHY for name in CLASSES])
-    was_faulty = np.array([state != Fault.HEALTHY for _, state, found in rows if state in found])
+    was_faulty = np.array([state != Fault.HEALTHY for _, state, _ in rows])
 
-    def score(parameters: FloatArray) -> float:
-        temper, offset = parameters
-        terms = np.exp(temper * likelihood - offset * faulty) @ prior
-        return float(weight @ (np.log(terms) - temper * own + offset * was_faulty))
+    def score(offset: float) -> float:
+        return (
+            float(weight @ (np.log(np.exp(likelihood - offset * faulty) @ prior) + offset * was_faulty)) + offset**2 / 2
+        )
 
-    best = minimize(score, (0.5, 0.0), method="Nelder-Mead", bounds=((0.05, 3.0), (-3.0, 3.0)))
-    return replace(_fitted(weighted), temper=float(best.x[0]), offset=float(best.x[1]))
+    best = minimize_scalar(score, bounds=(-3.0, 3.0), method="bounded")
+    return replace(_fitted(weighted), offset=float(best.x))
 
 
 def _weighted(known: Sequence[KnownFeatures]) -> list[tuple[float, KnownFeatures]]:
