@@ -2,8 +2,8 @@
 
 A defect on a rolling element strikes while the element passes the load zone, once per revolution of the cage. Its line
 is therefore a group of lines the cage frequency apart, with its centre at the rate of strikes in the load zone. Outside
-of it the element turns more slowly, so that the strikes of one passage are shifted in phase against those of the one
-before. That moves all lines of the group, by up to half the spacing, and leaves the centre where it is: pulses that
+of it the element may turn more slowly, so that the strikes of one passage are shifted in phase against those of the
+one before. That moves all lines of the group, by up to half the spacing, and leaves the centre where it is: pulses that
 recur after T with their phase advanced by phi have lines at (n + phi / 2 pi) / T, under the spectrum of one passage.
 """
 
