@@ -60,20 +60,22 @@ def _about(
     score: FloatArray, step_hz: float, centres_hz: FloatArray, spacing_hz: float, relative: float
 ) -> list[Group]:
     """The strongest group about each centre [c]; `score` [n] is of multiples of `step_hz`."""
-    finest = step_hz / (SIDE_LINES + 1)
+    finest = step_hz / (SIDE_LINES + 1)  # the outermost lines are then off by a third of a step at most
     half = math.ceil(relative * spacing_hz / finest)
     best = [Group(evidence=-math.inf, found_hz=math.nan, spacing_hz=spacing_hz)] * centres_hz.size
     for spacing in spacing_hz + finest * np.arange(-half, half + 1):
         summed = _with_neighbours(score, spacing / step_hz)
-        for number, centre in enumerate(centres_hz):
-            line = np.arange(centre - spacing / 2, centre + spacing / 2, step_hz)
-            total = np.zeros(line.size)
-            for harmonic in range(1, HARMONICS + 1):
-                nearest = harmonic * line + spacing * np.rint(harmonic * (centre - line) / spacing)
-                total += summed[np.minimum(np.rint(nearest / step_hz).astype(np.int64), summed.size - 1)]
-            top = int(np.argmax(total))
-            if total[top] > best[number].evidence:
-                best[number] = Group(evidence=float(total[top]), found_hz=float(line[top]), spacing_hz=float(spacing))
+        line = np.arange(-spacing / 2, spacing / 2, step_hz)  # from the centre
+        total = np.zeros((centres_hz.size, line.size))
+        for harmonic in range(1, HARMONICS + 1):
+            nearest = harmonic * line - spacing * np.rint(harmonic * line / spacing)
+            at = np.rint((harmonic * centres_hz[:, None] + nearest) / step_hz).astype(np.int64)
+            total += summed[np.minimum(at, summed.size - 1)]
+        top = np.argmax(total, axis=1)
+        for number, highest in enumerate(total[np.arange(top.size), top]):
+            if highest > best[number].evidence:
+                found_hz = float(centres_hz[number] + line[top[number]])
+                best[number] = Group(evidence=float(highest), found_hz=found_hz, spacing_hz=float(spacing))
     return best
 
 
