@@ -20,7 +20,7 @@ from srbval.signal.periodogram import Periodogram
 
 # Lines to either side of the middle one, and harmonics of the group.
 SIDE_LINES, HARMONICS = 2, 2
-# Spacings of other groups, as shares of the group's own: none is a simple ratio of it, and they do not overlap.
+# Spacings of other groups, as shares of the group's own: only the middle lines coincide with any of its lines.
 OTHER_SPACINGS = 0.83, 1.17
 _OVERSAMPLING = 4  # grid points per bin
 
@@ -42,13 +42,15 @@ def strongest_group(
     The evidence is the sum of log(1 + power over local noise) of a line within half a spacing of the centre and of
     `SIDE_LINES` to either side of it, and of as many about twice the centre; the highest of all places and of all
     spacings within `relative` of `spacing_hz`. Other groups have their centres within an octave, no nearer than a
-    group is wide. None, and no others, where the second harmonic is out of the record's reach.
+    group is wide. None, and no others, where a group reaches below zero or beyond the record's limit.
     """
-    if (HARMONICS * centre_hz + (SIDE_LINES + 1) * spacing_hz) > record.limit_hz:
+    half_width_hz = (SIDE_LINES + 1) * spacing_hz
+    if centre_hz <= half_width_hz or HARMONICS * centre_hz + half_width_hz > record.limit_hz:
         return None, np.empty(0)
     step_hz = record.bin_hz / _OVERSAMPLING
     score = scores(record, np.arange(0.0, record.limit_hz, step_hz))
-    centres = np.arange(max(centre_hz / 2, 3 * spacing_hz), min(2 * centre_hz, record.limit_hz / HARMONICS), spacing_hz)
+    lowest_hz = max(centre_hz / 2, half_width_hz)
+    centres = np.arange(lowest_hz, min(2 * centre_hz, record.limit_hz / HARMONICS), spacing_hz)
     apart = np.abs(centres - centre_hz) > SIDE_LINES * spacing_hz
     own, *others = _about(score, step_hz, np.concatenate(([centre_hz], centres[apart])), spacing_hz, relative)
     for share in OTHER_SPACINGS:

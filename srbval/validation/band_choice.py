@@ -89,7 +89,7 @@ def _of_two(band_hz: tuple[float, float], trials: int, why: str) -> BandChoice:
 
 
 def clearness(lines: Iterable[Line]) -> tuple[float, float]:
-    """How clearly some race or roller line shows, to choose among bands: least -log false alarm, then highest S/N."""
+    """How clearly a race or roller line shows, to choose among bands: -log of its false-alarm probability, then S/N."""
     firsts = (x for x in lines if x.harmonic == 1 and Fault.of_line(x.name) and x.explained_by is None)
     chance = ((x.noise_false_alarm, x.snr or 0.0) for x in firsts)
     return max(((-math.log(max(p, 1e-300)), snr) for p, snr in chance if p is not None), default=(0.0, 0.0))

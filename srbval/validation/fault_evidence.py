@@ -60,7 +60,7 @@ class FaultEvidence:
     def features(self) -> tuple[float, ...]:
         """What classes are told by: of each fault its comb's excess over any other's, then that of the unexplained one.
 
-        None is below `SILENT`. Any other comb is another fault's, the unexplained one or a typical one. The last
+        No value is below `SILENT`. Any other comb is another fault's, the unexplained one or a typical one. The last
         feature is the unexplained comb's excess, where a fault's is stronger the difference to it.
         """
         excess = [SILENT if part.excess is None else part.excess for part in self.parts]
@@ -114,7 +114,7 @@ def _part(
 def _as_group(record: Periodogram, family: Family, relative: float) -> PartEvidence:
     """A rolling element's lines as a group: a cage's frequency apart, shifted against twice the element's spin."""
     group, others = strongest_group(record, family.kinematic_hz, family.sideband_hz, relative)
-    if group is None:
+    if group is None or others.size == 0:
         return _part(Fault.ROLLER, math.nan, math.nan, math.nan)
     excess = group.evidence - float(np.median(others))
     return _part(Fault.ROLLER, excess, group.found_hz, neg_log_rank(group.evidence, others), group.spacing_hz)

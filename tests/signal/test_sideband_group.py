@@ -62,6 +62,7 @@ def test_noise_has_no_group_that_stands_out() -> None:
 
 
 def test_a_group_beyond_the_record_s_reach_is_none() -> None:
-    group, others = strongest_group(record(0.0), 199.0, CAGE_HZ, RELATIVE)
-    assert group is None
-    assert others.size == 0
+    for centre_hz in (199.0, 2.9 * CAGE_HZ):
+        group, others = strongest_group(record(0.0), centre_hz, CAGE_HZ, RELATIVE)
+        assert group is None
+        assert others.size == 0
