@@ -5,6 +5,7 @@ is therefore a group of lines the cage frequency apart, with its centre at the r
 of it the element may turn more slowly, so that the strikes of one passage are shifted in phase against those of the
 one before. That moves all lines of the group, by up to half the spacing, and leaves the centre where it is: pulses that
 recur after T with their phase advanced by phi have lines at (n + phi / 2 pi) / T, under the spectrum of one passage.
+That is the geometric series of the passages' spectra, exp(i k (phi - 2 pi f T)) summed over k: derived here, not quoted.
 """
 
 from __future__ import annotations
