@@ -6,7 +6,7 @@ import dataclasses
 
 from srbval.bearing import Fault
 from srbval.comparison.other_rigs import _shown
-from tests.validation.test_fault_call import faulted_analysis
+from tests.diagnosis.test_fault_call import faulted_analysis
 
 
 def test_a_healthy_record_s_deepest_line_does_not_hide_another_that_is_like_a_fault_s() -> None:

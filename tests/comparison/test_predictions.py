@@ -17,7 +17,7 @@ from srbval.report.findings.stored import ShownResult
 from srbval.report.table import Table
 from srbval.storage.stored_result import AMPLITUDES, PREDICTIONS, RIG_BANDS, RIG_INPUTS, WATERFALL
 from srbval.studies.rig_inputs.page import rig_scene_section
-from tests.validation.test_matrix import BEARING, rig_file
+from tests.comparison.test_matrix import BEARING, rig_file
 
 PREDICTION: dict[str, Any] = {
     "state": "inner", "nominal_rpm": 607.0, "radial_kn": 124.8, "axial_kn": 0.0, "shaft_rpm": 591.2,

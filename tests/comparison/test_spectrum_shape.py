@@ -26,7 +26,7 @@ from srbval.reading.analyse import analyse
 from srbval.reading.lines import Line
 from srbval.reading.pipeline import process
 from srbval.recordings.stand_in import vibration
-from tests.validation.test_shaft_speed import record
+from tests.reading.test_shaft_speed import record
 
 GAIN_DEGREES = 1e-3  # a gain falls out but for rounding
 

@@ -16,7 +16,7 @@ from srbval.errors import ConfigurationError
 from srbval.reading.analyse import analyse, bearing_of
 from srbval.recordings import RecordingSettings, load_recording
 from srbval.recordings.speed import nominal_speed
-from tests.validation.test_shaft_speed import BEARING, record
+from tests.reading.test_shaft_speed import BEARING, record
 
 BANDS_HZ = ((500, 1000), (1000, 2000), (1400, 2800), (2000, 4000), (4000, 8000))
 

@@ -13,8 +13,8 @@ from srbval.diagnosis.fault_call import Basis, call_fault
 from srbval.reading.analyse import analyse
 from srbval.recordings import load_recording
 from srbval.recordings.registry import add, healthy_baseline
+from tests.reading.test_shaft_speed import BEARING, record
 from tests.recordings import files
-from tests.validation.test_shaft_speed import BEARING, record
 
 
 def healthy():

@@ -17,8 +17,8 @@ from srbval.reading.analyse import analyse
 from srbval.reading.pipeline import process
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.studies.naming_alarms.study import SHAFT_HZ, impulsive
-from tests.validation.test_fault_call import faulted_analysis
-from tests.validation.test_shaft_speed import BEARING, record
+from tests.diagnosis.test_fault_call import faulted_analysis
+from tests.reading.test_shaft_speed import BEARING, record
 
 
 def test_the_records_that_come_with_the_program() -> None:

@@ -26,7 +26,7 @@ from srbval.path.amplitudes import (
     with_background,
 )
 from srbval.recordings import Recording
-from tests.validation.simulated_rig import BEARING, FS_HZ, LINE_HZ, SECONDS, SHAFT_HZ, TRUE, background, pulses, record
+from srbval.studies.simulated_rig import BEARING, FS_HZ, LINE_HZ, SECONDS, SHAFT_HZ, TRUE, background, pulses, record
 
 TIME_S = np.arange(round(SECONDS * FS_HZ)) / FS_HZ
 NEAR_DB = 0.01  # of a tone in the middle of its band

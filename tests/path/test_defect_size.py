@@ -19,7 +19,7 @@ from srbval.path import defect_size as module
 from srbval.path.defect_size import FACTORS, LEVEL_U_DB, DefectSize, Runs, defect_size, size_runs
 from srbval.recordings import Recording
 from srbval.scene import Scene, SensorPath, load_scene
-from tests.validation.simulated_rig import BEARING, FS_HZ, LINE_HZ, SECONDS, SHAFT_HZ, TRUE, background, missed, record
+from srbval.studies.simulated_rig import BEARING, FS_HZ, LINE_HZ, SECONDS, SHAFT_HZ, TRUE, background, missed, record
 
 USUAL_M, TRUTH_M = 2e-3, 1.5e-3
 SPEED_M_S = 6.25  # of the contacts over the races, see `test_passage`

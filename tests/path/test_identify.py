@@ -18,7 +18,7 @@ from srbval.path.path_fit import _penalty, best_of, fit_path, inflated
 from srbval.recordings.frf import read_frf
 from srbval.scene import PathMode, SensorPath
 from srbval.studies.path_coverage.study import behind, ring
-from tests.validation.simulated_rig import BEARING, TRUE, SimulatedRig, record, simulated_rig
+from srbval.studies.simulated_rig import BEARING, TRUE, SimulatedRig, record, simulated_rig
 
 BAND_HZ = (400.0, 3150.0)
 BIAS_DB = 0.5  # the most that the mean over the band may be off

@@ -269,8 +269,9 @@ def test_record_too_short_is_refused():
 
 
 def test_numerical_libraries_use_one_thread_and_then_as_many_as_before(monkeypatch):
-    from srbval.reading import speed_search
     from threadpoolctl import threadpool_info, threadpool_limits
+
+    from srbval.reading import speed_search
 
     def threads():
         return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}

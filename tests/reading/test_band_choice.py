@@ -14,7 +14,7 @@ from srbval.recordings import Origin
 from srbval.signal import BandFilter
 from srbval.signal.comb import FALSE_ALARM
 from srbval.storage.strict_json import json_object
-from tests.validation.test_analyse import BEARING, SHAFT_HZ, impulses, recording
+from tests.reading.test_analyse import BEARING, SHAFT_HZ, impulses, recording
 
 ROUNDING, ROUNDING_PROBABILITY = 1e-6, 1e-12  # of two ways to compute one probability
 RATE = 0.005  # three standard errors of a rate of 1 % in 4000 draws

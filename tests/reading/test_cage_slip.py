@@ -15,8 +15,8 @@ from srbval.diagnosis.fault_naming import name_fault
 from srbval.errors import ConfigurationError
 from srbval.reading.analyse import Analysis, analyse, bearing_of
 from srbval.recordings.speed import stated_speed
-from tests.validation.test_identity import probability
-from tests.validation.test_shaft_speed import BEARING, record
+from tests.reading.test_identity import probability
+from tests.reading.test_shaft_speed import BEARING, record
 
 RPM, COUNT = 1500.0, 24
 # BPFI = n (f_r - f_c): what a cage's slip raises it by.

@@ -17,7 +17,7 @@ from srbval.reading.families import LEAST_IDENTITY, OTHER_LINE
 from srbval.reading.identity import SLIP_FREEDOM, SLIP_SPREAD, identity_probability
 from srbval.recordings import load_recording
 from srbval.signal import LEAST_SNR, LineReading
-from tests.validation.test_fault_call import faulted_analysis, healthy_analysis
+from tests.diagnosis.test_fault_call import faulted_analysis, healthy_analysis
 
 HALF, LINE_HZ = 0.01, 100.0
 

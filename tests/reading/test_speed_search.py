@@ -14,7 +14,7 @@ from srbval.reading.analyse import analyse
 from srbval.recordings import SpeedSource
 from srbval.recordings.speed import nominal_speed
 from srbval.storage.strict_json import json_object
-from tests.validation.test_shaft_speed import BEARING, FS_HZ, SECONDS, record
+from tests.reading.test_shaft_speed import BEARING, FS_HZ, SECONDS, record
 
 LINE_PCT = 0.03  # the interval of the outer-race line in three seconds
 

@@ -10,7 +10,7 @@ from srbval.recordings import ShaftSpeed, SpeedSignal, SpeedSource, load_recordi
 from srbval.recordings.speed import SCALE_CI95, tachometer_speed
 from srbval.scene import SpeedProfile, paper_scene
 from srbval.signal import NORMAL_95
-from tests.validation.test_analyse import BEARING, FS_HZ, SECONDS, SHAFT_HZ, impulses, recording
+from tests.reading.test_analyse import BEARING, FS_HZ, SECONDS, SHAFT_HZ, impulses, recording
 
 RAMP = 0.05  # of the mean speed, from the first sample to the last
 SLIP = 1.002

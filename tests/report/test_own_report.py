@@ -19,8 +19,8 @@ from srbval.report import Tone
 from srbval.report.findings.user_records import OwnEvidence, Unseen, gather_own
 from srbval.report.reports import write_plot
 from srbval.report.sections.own_report import assemble_own
+from tests.reading.test_shaft_speed import BEARING, record
 from tests.report.test_report_pdf import unpacked
-from tests.validation.test_shaft_speed import BEARING, record
 
 MOST_PAGES = 5
 

@@ -24,7 +24,7 @@ from srbval.studies.diagnosis.study import (
     known_records,
     wilson,
 )
-from tests.validation.test_shaft_speed import BEARING, record
+from tests.reading.test_shaft_speed import BEARING, record
 
 BAND_HZ = (2000.0, 5000.0)
 

@@ -70,7 +70,9 @@ STEP_S = 1 / 61_440  # with the longest contacts the scene's own is beyond the s
 FINER = {"solver": {"step_s": STEP_S / 2}, "line_contact": {"slices": 31}}
 PATH_DRAWS, SEED = 24, 23
 WAVE_DRAWS = 6  # seeds of the waves
-WAVES = read_toml(Path(__file__).with_name("waterfall.toml"))["step"][-1]["changes"]  # those of H 877's level
+WAVES = read_toml(Path(__file__).parent.parent / "waterfall" / "steps.toml")["step"][-1][
+    "changes"
+]  # those of H 877's level
 FAULTS = {Fault.OUTER: "fit", Fault.INNER: "withheld", Fault.ROLLER: "withheld"}
 FAST, SLOW = 877.0, 353.0  # nominal rpm; only the healthy bearing is at hand at both
 OF_HEALTHY = "band level, healthy bearing"  # no increment: its bias stands apart

@@ -53,7 +53,7 @@ LEAST_RECORDS = 5  # below them no bias is claimed
 SIZE = re.compile(r"_(?:IR|OR)0(\d\d)")  # of CWRU's names, in thousandths of an inch
 DRAWS = 10
 PATH = "sensor_path."
-INPUTS = open_inputs(Path(__file__).with_name("ball_inputs.toml"))
+INPUTS = open_inputs(Path(__file__).with_name("inputs.toml"))
 QUANTITIES = {"cage ratio [%]": cage_ratio, "2nd [dB]": harmonic_level(2), "3rd [dB]": harmonic_level(3),
               "4th [dB]": harmonic_level(4), "sidebands [dB]": sideband_level}  # fmt: skip
 

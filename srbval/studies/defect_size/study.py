@@ -14,7 +14,6 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from tests.validation.simulated_rig import BEARING, TRUE, background, record, simulated_rig
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
@@ -28,6 +27,7 @@ from srbval.recordings import Recording, ShaftSpeed, SpeedSource
 from srbval.scene import Scene, SensorPath, draws, load_scene, merge, rig_inputs
 from srbval.studies.amplitudes.study import STEP_S, moved_path
 from srbval.studies.rows import print_rows
+from srbval.studies.simulated_rig import BEARING, TRUE, background, record, simulated_rig
 
 CASES = ((Fault.OUTER, 859.0), (Fault.INNER, 600.0))
 SECONDS = 1.0

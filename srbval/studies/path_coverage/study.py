@@ -18,7 +18,6 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import brentq
 from scipy.special import stdtrit
-from tests.validation.simulated_rig import BEARING, FS_HZ, SECONDS, SHAFT_HZ, TRUE, background, record, simulated_rig
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
@@ -30,6 +29,7 @@ from srbval.path.identify import BAND_HZ, band_powers, identify
 from srbval.recordings import Recording
 from srbval.scene import load_scene
 from srbval.studies.rows import print_rows
+from srbval.studies.simulated_rig import BEARING, FS_HZ, SECONDS, SHAFT_HZ, TRUE, background, record, simulated_rig
 
 MOVED = replace(TRUE, modes=tuple(replace(mode, frequency_hz=1.1 * mode.frequency_hz) for mode in TRUE.modes))
 REJECTED, OFTEN, SIZES = 0.01, 0.9, (1.0, 2 / 3, 1.5)

@@ -80,7 +80,7 @@ class Measure:
 def steps() -> tuple[WaterfallStep, ...]:
     """All of them, in their order."""
     found, so_far = [], dict[str, Any]()
-    for one in read_toml(Path(__file__).with_suffix(".toml"))["step"]:
+    for one in read_toml(Path(__file__).with_name("steps.toml"))["step"]:
         so_far = merge(so_far, one.get("changes", {}))
         found.append(WaterfallStep(name=one["name"], changes=so_far))
     return tuple(found)
