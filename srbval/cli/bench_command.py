@@ -12,8 +12,8 @@ from srbval.comparison.budget import STUDY
 from srbval.errors import ConfigurationError, DataError
 from srbval.models.solvers import SOLVERS
 from srbval.plan.cases import between, grid, quick_grid
+from srbval.plan.machine import Machine
 from srbval.plan.table import summary
-from srbval.processes.machine import Machine
 from srbval.progress import Progress, ProgressDisplay, prefixed
 from srbval.recordings.registry import listing
 from srbval.scene import load_scene

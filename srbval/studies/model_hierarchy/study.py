@@ -13,10 +13,11 @@ from srbval.models.kernel_cache import precompile
 from srbval.models.ladder import MODELS
 from srbval.models.precompile import load_kernels
 from srbval.plan.cases import BASES, CalibrationScene, quick_grid
+from srbval.plan.machine import calibrate, describe_machine
 from srbval.plan.questions import Answer, Question, answers, asked_of, error_pct
 from srbval.plan.table import Answered, Entry, LadderCalibration, RungEntry, read_answers
 from srbval.plan.timing import attempt
-from srbval.processes.machine import calibrate, describe_machine, load_average, usable_cores
+from srbval.processes.machine import load_average, usable_cores
 from srbval.progress import Progress, silent
 from srbval.recordings import Recording, recording_from_run
 from srbval.scene import Scene

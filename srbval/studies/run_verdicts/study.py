@@ -21,7 +21,8 @@ from srbval.models.run import USABLE, RunStatus
 from srbval.models.simulate import Step
 from srbval.models.solvers import SOLVERS
 from srbval.models.step_error import TOLERANCE
-from srbval.processes.machine import Machine, calibrate, describe_machine, load_average
+from srbval.plan.machine import Machine, calibrate, describe_machine
+from srbval.processes.machine import load_average
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
 from srbval.storage.content_store import ContentStore

@@ -7,7 +7,8 @@ from typing import Any
 
 from srbval.errors import ConfigurationError
 from srbval.models.solvers import SOLVERS
-from srbval.processes.machine import Machine, calibrate, describe_machine, load_average
+from srbval.plan.machine import Machine, calibrate, describe_machine
+from srbval.processes.machine import load_average
 from srbval.progress import Progress, silent
 from srbval.scene import load_scene
 from srbval.storage.content_store import ContentStore

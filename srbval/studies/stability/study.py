@@ -6,7 +6,8 @@ from typing import Any
 
 from srbval.bearing import load_bearing
 from srbval.models.run import RunStatus
-from srbval.processes.machine import Machine, calibrate, describe_machine, load_average
+from srbval.plan.machine import Machine, calibrate, describe_machine
+from srbval.processes.machine import load_average
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
 from srbval.storage.content_store import ContentStore
