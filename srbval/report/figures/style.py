@@ -1,13 +1,18 @@
 """The look of the figures: one style file, one colour and one line style for each origin."""
 
 import functools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import resources
-from typing import Any
+from pathlib import Path
+from typing import Any, Concatenate, ParamSpec
 
-from srbval.report.figures.files import picture_bytes
+from numpy.typing import ArrayLike
+
+from srbval.report.figures.files import PanelFiles, picture_bytes, save_panel
+
+P = ParamSpec("P")
 
 # Width and height of a panel [inch]: half and full width of the text.
 HALF = (4.2, 2.2)
@@ -54,6 +59,23 @@ def figure_style() -> Iterator[None]:
         mpl.rcdefaults()
         mpl.rcParams.update(mpl.rc_params_from_file(path, use_default_template=False))
         yield
+
+
+def panel(
+    draw: Callable[P, tuple[Any, Mapping[str, ArrayLike]]],
+) -> Callable[Concatenate[Path, str, P], PanelFiles]:
+    """Make a function that draws a figure, and says what it plots, one that writes both: picture and CSV under a name.
+
+    The function that comes out takes the folder and the name first.
+    """
+
+    @functools.wraps(draw)
+    def write(folder: Path, name: str, /, *args: P.args, **kwargs: P.kwargs) -> PanelFiles:
+        with figure_style():
+            figure, columns = draw(*args, **kwargs)
+            return save_panel(figure, folder, name, columns)
+
+    return write
 
 
 def new_figure(inches: tuple[float, float], **looks: Any) -> Any:
