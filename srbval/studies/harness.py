@@ -4,14 +4,17 @@ import argparse
 import importlib
 import pkgutil
 import sys
-from collections.abc import Callable, Mapping
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from srbval.errors import ConfigurationError
 from srbval.processes.machine import this_machine
 from srbval.progress import Progress
+from srbval.progress.tables import text_rows
 from srbval.report.pages import Page
 from srbval.storage.own_package import git_revision
 from srbval.storage.stored_result import stamped, store_result
@@ -92,3 +95,9 @@ def answer(
         print(f"stored: {path}", file=sys.stderr)
         content |= {"file": path}
     return found, content
+
+
+def printed_columns(package: str, table: str, rows: Sequence[Mapping[str, Any]]) -> str:
+    """`rows` as text in the columns that ``columns.toml`` of a study's `package` names for a `table`."""
+    columns = tomllib.loads((files(package) / "columns.toml").read_text(encoding="utf-8"))
+    return text_rows(rows, columns[table])
