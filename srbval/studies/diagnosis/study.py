@@ -8,12 +8,13 @@ import itertools
 import re
 import time
 import tomllib
+from argparse import Namespace
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from scipy.stats import binomtest
 
@@ -21,14 +22,17 @@ from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
 from srbval.comparison.other_rigs import Baselines, healthy_analysis
 from srbval.diagnosis.fault_call import call_fault
 from srbval.diagnosis.fault_naming import name_fault
-from srbval.errors import SrbvalError
+from srbval.errors import DataError, SrbvalError
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import analyse
 from srbval.reading.band_choice import band_kurtogram, declared_band
 from srbval.reading.lines import detected_fault_lines
 from srbval.recordings import Origin, Recording, RecordingSettings
-from srbval.recordings.registry import FileStatus, RegisteredRecording, load_entry, rig_of, without_copies
+from srbval.recordings.registry import FileStatus, RegisteredRecording, listing, load_entry, rig_of, without_copies
+from srbval.storage.strict_json import json_value
+from srbval.studies.diagnosis.naming_scores import naming_scores
 from srbval.studies.diagnosis.simple_diagnosis import strongest_line
+from srbval.studies.harness import Study, StudyResult, printed_columns
 
 ALL = "all"
 NAMED, CALLED = "first named", "called"
@@ -254,3 +258,43 @@ def confusions(judged: Sequence[Judged]) -> Iterator[Confusion]:
         said = (NOTHING, *(fault.value for fault in DEFECTS))
         counts = {state.value: {one: pairs[state.value, one] for one in said} for state in Fault}
         yield Confusion(method=method, answer=answer, dataset=name, rigs=len({j.rig for j in own}), counts=counts)
+
+
+def _text(confusions_: Sequence[Mapping[str, Any]], naming: Mapping[str, Any]) -> str:
+    parts = []
+    for row in confusions_:
+        if row["dataset"] == ALL:
+            counts = [{"state": state} | said for state, said in row["counts"].items()]
+            parts.append(f"{row['method']}, {row['answer']}:\n{printed_columns(__package__, 'counts', counts)}")
+    for row in (naming["scores"], naming["wrongly_read"]):
+        parts.append(", ".join(f"{name.replace('_', ' ')} {value:.4g}" for name, value in row.items()))
+    methods_ = [row | _per_cent(row) for row in confusions_ if row["healthy"] + row["faulty"]]
+    return "\n\n".join([*parts, printed_columns(__package__, "methods", methods_)])
+
+
+def _per_cent(row: Mapping[str, Any]) -> dict[str, str]:
+    """The intervals of a row in words."""
+    shares = {"right_range": row["right_ci95"], "wrong_range": row["wrong_ci95"], "alarm_range": row["alarms_ci95"]}
+    return {name: f"{100 * v[0]:.0f} to {100 * v[1]:.0f}" if v else "" for name, v in shares.items()}
+
+
+def _run(_: Namespace, progress: Progress) -> StudyResult:
+    """How often faults are diagnosed correctly; `DataError` where no record of known state is registered."""
+    registered = listing().recordings
+    records = known_records(registered)
+    if not records:
+        raise DataError(
+            "no measured recording of known state is registered; register some with srbval data add DIR, or name their "
+            "folder in SRBVAL_RECORDINGS."
+        )
+    judged = judge(records, methods(registered), progress=progress)
+    content: dict[str, Any] = json_value(
+        {"confusions": list(confusions(judged)), "naming": naming_scores(), "records": judged}
+    )
+    return StudyResult(name="diagnosis", content=content, text=_text(content["confusions"], content["naming"]))
+
+
+STUDY = Study(
+    question="How often are faults in the registered recordings diagnosed correctly, against two simple methods?",
+    minutes=2, run=_run,
+)  # fmt: skip
