@@ -27,14 +27,13 @@ _NAMES = {
         "verify as verify_recordings",
     ),
     "signal": ("Spectrum", "amplitude_spectrum", "bandpass", "envelope", "envelope_spectrum", "kurtogram"),
-    "validation.analyse": ("Analysis", "analyse"),
-    "validation.baseline": ("against", "baseline_of"),
-    "validation.fault_call": ("FaultCall", "call_fault"),
-    "validation.identify": ("identify as identify_path",),
-    "evidence.evidence": ("Evidence",),
-    "evidence.gather": ("gather",),
-    "bench.bench": ("run_bench",),
-    "stability.stability": ("run_stability",),
+    "reading.analyse": ("Analysis", "analyse"),
+    "diagnosis.baseline": ("against", "baseline_of"),
+    "diagnosis.fault_call": ("FaultCall", "call_fault"),
+    "path.identify": ("identify as identify_path",),
+    "report.findings.findings": ("Findings",),
+    "report.findings.gather": ("gather",),
+    "studies.harness": ("run_study",),
     "plan.plan": ("make_plan",),
     "campaign.settings": ("load_campaign",),
     "campaign.run": ("run_campaign",),
@@ -42,7 +41,8 @@ _NAMES = {
     "campaign.verify": ("verify_campaign",),
     "campaign.export": ("export_campaign",),
     "check.check": ("run_check",),
-    "main_job": ("make_report", "report_recordings", "write_plot"),
+    "report.figures.plot": ("plot",),
+    "report.reports": ("make_report", "report_recordings", "write_plot"),
     "cli.docs_command": ("build_docs",),
     "cli.doctor_command": ("doctor",),
     "errors": ("ConfigurationError", "DataError", "NumericsError", "SrbvalError"),
@@ -53,15 +53,15 @@ _HOME = {
     for module, names in _NAMES.items()
     for name in names
 }
-__all__ = ["Analysis", "Bearing", "ConfigurationError", "DataError", "Evidence", "FaultCall", "NumericsError",
+__all__ = ["Analysis", "Bearing", "ConfigurationError", "DataError", "FaultCall", "Findings", "NumericsError",
            "Origin", "Recording", "Run", "RunStatus", "Scene", "ShaftSpeed", "Spectrum", "SpeedSource",
-           "SrbvalError", "__version__", "add_recordings", "against", "amplitude_spectrum", "analyse", "bandpass",
-           "baseline_of", "build_docs", "call_fault", "campaign_status", "doctor", "envelope", "envelope_spectrum",
-           "export_campaign", "fault_frequencies", "fetch_recordings", "find_bearings", "gather", "identify_path",
-           "known_bearings", "kurtogram", "list_recordings", "load_bearing", "load_campaign", "load_recording",
-           "load_scene", "make_plan", "make_report", "paper_scene", "recording_from_run", "report_recordings",
-           "run_bench", "run_campaign", "run_check", "run_stability", "simulate", "verify_campaign",
-           "verify_recordings", "write_plot", "write_run"]  # fmt: skip
+           "SrbvalError", "__version__", "add_recordings", "against", "amplitude_spectrum", "analyse",
+           "bandpass", "baseline_of", "build_docs", "call_fault", "campaign_status", "doctor", "envelope",
+           "envelope_spectrum", "export_campaign", "fault_frequencies", "fetch_recordings", "find_bearings",
+           "gather", "identify_path", "known_bearings", "kurtogram", "list_recordings", "load_bearing",
+           "load_campaign", "load_recording", "load_scene", "make_plan", "make_report", "paper_scene",
+           "plot", "recording_from_run", "report_recordings", "run_campaign", "run_check", "run_study",
+           "simulate", "verify_campaign", "verify_recordings", "write_plot", "write_run"]  # fmt: skip
 
 if TYPE_CHECKING:
     from srbval.bearing import Bearing, fault_frequencies, find_bearings, known_bearings, load_bearing
@@ -87,13 +87,13 @@ if TYPE_CHECKING:
     from srbval.recordings.registry import fetch as fetch_recordings
     from srbval.recordings.registry import listing as list_recordings
     from srbval.recordings.registry import verify as verify_recordings
-    from srbval.report.findings.findings import Evidence
+    from srbval.report.figures.plot import plot
+    from srbval.report.findings.findings import Findings
     from srbval.report.findings.gather import gather
     from srbval.report.reports import make_report, report_recordings, write_plot
     from srbval.scene import Scene, load_scene, paper_scene
     from srbval.signal import Spectrum, amplitude_spectrum, bandpass, envelope, envelope_spectrum, kurtogram
-    from srbval.studies.speed_accuracy.study import run_bench
-    from srbval.studies.stability.study import run_stability
+    from srbval.studies.harness import run_study
 
 
 def __getattr__(name: str) -> Any:

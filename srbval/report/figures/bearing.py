@@ -189,7 +189,6 @@ def _scatter(axes: Any, circles: Sequence[RacewayCircle], sign: int) -> None:
                      circle.radius_m * np.sin(turn) * 1e3, s=1.2, color=colour, depthshade=False)  # fmt: skip
 
 
-
 @panel
 def bearing_scene(
     scene: Scene, geometry: SphericalRollerGeometry, zone: LoadZone

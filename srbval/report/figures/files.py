@@ -92,9 +92,7 @@ def extreme_indices(values: FloatArray, bins: int) -> NDArray[np.intp]:
     return np.array(sorted(kept))
 
 
-def plotted(
-    frequency_hz: FloatArray, amplitude: FloatArray, end_hz: float, bins: int
-) -> tuple[FloatArray, FloatArray]:
+def plotted(frequency_hz: FloatArray, amplitude: FloatArray, end_hz: float, bins: int) -> tuple[FloatArray, FloatArray]:
     """A spectrum above zero up to `end_hz`, thinned by `extreme_indices`."""
     inside = (frequency_hz > 0) & (frequency_hz <= end_hz)
     frequency, height = frequency_hz[inside], amplitude[inside]

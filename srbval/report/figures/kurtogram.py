@@ -72,4 +72,3 @@ def _outline(axes: Any, band_hz: tuple[float, float], row: float, colour: str, s
     look: dict[str, Any] = {"fill": False, "zorder": 6, "clip_on": False}
     axes.add_patch(Rectangle((low, row - 0.5), high - low, 1.0, edgecolor="black", lw=2.4, **look))
     axes.add_patch(Rectangle((low, row - 0.5), high - low, 1.0, edgecolor=colour, lw=1.3, ls=style, **look))
-

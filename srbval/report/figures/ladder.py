@@ -58,4 +58,3 @@ def _panel(axes: Any, rows: Sequence[Mapping[str, Any]], models: Sequence[str]) 
         axis.set_minor_locator(NullLocator())
     axes.axhline(0.5, color=SOFT, lw=0.8, ls=(0, (4, 3)))
     axes.margins(x=0.12, y=0.12)
-

@@ -76,7 +76,9 @@ def plot_run(run: Run) -> Any:
     middle.plot(hz[1:] / 1e3, level, **look)
     middle.set(xlabel="Frequency, kHz", ylabel="dB re 1 (m/s²)²/Hz", xlim=(0, rate / 2e3))
     lower.plot(time_s, cage_ratio, color=BLUE, lw=0.9)
-    lower.set(xlabel="Time, s", ylabel="Cage over shaft", xlim=(time_s[0], time_s[-1]), ylim=(mean - reach, mean + reach))
+    lower.set(
+        xlabel="Time, s", ylabel="Cage over shaft", xlim=(time_s[0], time_s[-1]), ylim=(mean - reach, mean + reach)
+    )
     lower.ticklabel_format(useOffset=False)
     what = f"{scene.model} model, {scene.bearing}, {scene.defect.kind.label}, {60 * scene.shaft_hz:.5g} rpm"
     title_panel(upper, "simulated", "", what, pad=6.0)

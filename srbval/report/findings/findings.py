@@ -17,7 +17,7 @@ from srbval.recordings import Origin
 from srbval.recordings.datasets.description import DatasetDescription, PublishedSpeeds
 from srbval.report.findings.bearing_views import BearingViews
 from srbval.report.findings.records import RecordKurtogram, RecordView
-from srbval.report.pages import Results
+from srbval.report.pages import StoredResults
 from srbval.scene import RollerFit
 from srbval.signal import Scalogram
 
@@ -52,7 +52,7 @@ class Findings:
     datasets: Mapping[str, DatasetDescription]
     speed_source: PublishedSpeeds
     ladders: Mapping[str, LadderCalibration]
-    results: Results
+    results: StoredResults
     provenance: Mapping[str, Any]
 
     @property

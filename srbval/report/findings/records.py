@@ -63,9 +63,7 @@ class RecordView:
         return self.analysis.speed.value_hz
 
 
-def record_view(
-    analysis: Analysis, *, window_s: tuple[float, float] = WINDOW_S, own_unit: bool = False
-) -> RecordView:
+def record_view(analysis: Analysis, *, window_s: tuple[float, float] = WINDOW_S, own_unit: bool = False) -> RecordView:
     """The arrays of one record; with `own_unit` in m/s² instead of standard deviations."""
     from scipy.signal import welch
 

@@ -2,12 +2,12 @@
 
 import enum
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
+from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.comparison.cage_inputs import CageInputs, cage_inputs
 from srbval.comparison.simulation_cases import SimulationCase, run_cases
 from srbval.diagnosis.baseline import Baseline, against, baseline_of, registered_baseline
@@ -217,9 +217,7 @@ def user_record(
     )
 
 
-def _model_side(
-    analysis: Analysis, call: FaultCall, bearing: str | None, progress: Progress
-) -> ModelSide | str | None:
+def _model_side(analysis: Analysis, call: FaultCall, bearing: str | None, progress: Progress) -> ModelSide | str | None:
     """The model at the record's speed with the defect declared or indicated; None where the bearing has no model."""
     recording, geometry, elements = analysis.recording, analysis.bearing.geometry, analysis.bearing.elements
     if (geometry is None and elements is None) or recording.origin is not Origin.MEASURED or bearing is None:

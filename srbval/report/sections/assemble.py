@@ -6,7 +6,6 @@ from datetime import UTC, datetime
 from srbval.report.findings.findings import Findings
 from srbval.report.model import Report
 from srbval.report.pages import Page, in_order, joined_data
-from srbval.report.sections.bands import band_section
 from srbval.report.sections.background import (
     assumptions_section,
     bearing_section,
@@ -18,10 +17,11 @@ from srbval.report.sections.background import (
     runs_section,
     scene_section,
 )
+from srbval.report.sections.bands import band_section
+from srbval.report.sections.figures import figures_section, paper_speed_section
 from srbval.report.sections.ladder import ladder_section
 from srbval.report.sections.matrix import matrix_section
 from srbval.report.sections.other_rigs import other_rigs_section
-from srbval.report.sections.figures import figures_section, paper_speed_section
 from srbval.report.sections.records import records_section
 from srbval.report.sections.table6 import speed_or_slip_section, table6_section, verdict_box
 from srbval.storage.strict_json import json_object

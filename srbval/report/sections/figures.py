@@ -162,7 +162,10 @@ def _spectrum_panel(name: str, letter: str, state: Fault, side: Side, other: Sid
         line, record.analysis.line(line).kinematic_hz, SPECTRUM_HZ, sideband_hz=record.shaft_hz,
         sidebands=2 if state.sidebands else 0,
     )  # fmt: skip
-    found, orders = [(hz, height) for n, hz, height in record.peaks if n.startswith(line)], record.analysis.bearing.orders
+    found, orders = (
+        [(hz, height) for n, hz, height in record.peaks if n.startswith(line)],
+        record.analysis.bearing.orders,
+    )
     others = tall_peaks(
         record.frequency_hz, record.amplitude, SPECTRUM_HZ, shaft_hz=record.shaft_hz,
         marked_hz=[*(cursor.frequency_hz for cursor in cursors), *(hz for hz, _ in found)],

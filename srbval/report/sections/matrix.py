@@ -109,7 +109,8 @@ def _maps(matrix: Matrix) -> FigureGrid:
     figures = []
     for of in MAPS:
         values = "; ".join(
-            f"{c.state.code} {c.radial_kn:g}/{c.axial_kn:g} kN {c.nominal_rpm:g} rpm: {of.text(c)}" for c in matrix.cells
+            f"{c.state.code} {c.radial_kn:g}/{c.axial_kn:g} kN {c.nominal_rpm:g} rpm: {of.text(c)}"
+            for c in matrix.cells
         )
         plot = partial(matrix_map, matrix, of)
         figures.append(TEXTS.figure(f"matrix-{of.name}", plot, badge=Badge.MEASURED, matrix=matrix, values=values))

@@ -42,7 +42,9 @@ def verdict_box(findings: Findings) -> VerdictBox:
 def table6_section(findings: Findings) -> Section:
     """Both tables and how to read them."""
     rows = findings.data["table6"]
-    published, measured = ([r for r in rows if r.rig_source is source] for source in (RigSource.PUBLISHED, RigSource.MEASURED))
+    published, measured = (
+        [r for r in rows if r.rig_source is source] for source in (RigSource.PUBLISHED, RigSource.MEASURED)
+    )
     blocks: list[Block] = [
         TEXTS.table(
             "table-6-paper-speed",
