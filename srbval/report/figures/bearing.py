@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,6 @@ from numpy.typing import ArrayLike
 
 from srbval.arrays import FloatArray
 from srbval.bearing import SphericalRollerGeometry
-from srbval.report.figures.files import PanelFiles, save_panel
 from srbval.report.figures.style import (
     BLUE,
     INK,
@@ -18,7 +16,6 @@ from srbval.report.figures.style import (
     SOFT,
     VERMILION,
     WIDE,
-    figure_style,
     legend_above,
     new_axes,
     new_figure,
@@ -45,7 +42,7 @@ def _roller_radius(geometry: SphericalRollerGeometry, along_m: FloatArray) -> Fl
     return np.asarray(np.sqrt(profile**2 - along_m**2) - (profile - radius))
 
 
-@panel
+@panel()
 def axial_section(
     geometry: SphericalRollerGeometry, circles: Sequence[RacewayCircle]
 ) -> tuple[Any, Mapping[str, ArrayLike]]:
@@ -114,7 +111,7 @@ def _draw_dimensions(axes: Any, geometry: SphericalRollerGeometry) -> None:
         axes.text(62, height, text, **notes | {"color": colour}, zorder=6, bbox=white)
 
 
-@panel
+@panel()
 def defect_cloud(views: BearingViews) -> tuple[Any, Mapping[str, ArrayLike]]:
     """The paper's Figure 5: the points of one row of a raceway about its defect, seen flat and from the side."""
     figure = new_figure(CLOUD_INCHES)
@@ -138,32 +135,32 @@ def defect_cloud(views: BearingViews) -> tuple[Any, Mapping[str, ArrayLike]]:
     return figure, columns
 
 
+@panel(".png")
 def whole_bearing(
-    folder: Path, name: str, *, geometry: SphericalRollerGeometry, views: BearingViews, defect_rad: float
-) -> PanelFiles:
-    """The paper's Figure 8: point clouds of both raceways and all rollers, in three dimensions; picture (PNG) and CSV.
+    geometry: SphericalRollerGeometry, views: BearingViews, defect_rad: float
+) -> tuple[Any, Mapping[str, ArrayLike]]:
+    """The paper's Figure 8: point clouds of both raceways and all rollers, in three dimensions.
 
     `defect_rad`: where the outer race's middle circle of row 1 is raised.
     """
     from mpl_toolkits.mplot3d import Axes3D  # noqa: F401  (registers the projection)
 
-    with figure_style():
-        figure, slots = new_figure(SCENE_INCHES), views.slot_angle_rad
-        axes = figure.add_subplot(projection="3d")
-        for sign, angles in zip((1, -1), np.split(slots, 2), strict=True):
-            for angle in angles:
-                axes.plot_surface(*_surface(geometry, angle, sign), color="#9cc7e6", lw=0, alpha=0.9, shade=True)
-            _scatter(axes, views.circles, sign)
-        circle = next(c for c in views.circles if (c.raceway, c.circle) == ("outer", DEFECT_CIRCLE))
-        at = np.array([circle.radius_m * math.cos(defect_rad), circle.radius_m * math.sin(defect_rad)]) * 1e3
-        axes.plot([at[0]], [circle.height_m * 1e3], [at[1]], "*", color=VERMILION, ms=14, mec="white", zorder=99)
-        axes.set(xlim=(-150, 150), ylim=(-150, 150), zlim=(-150, 150))
-        axes.set_axis_off()
-        axes.set_box_aspect((1, 1, 1), zoom=1.32)
-        axes.view_init(elev=18, azim=-58)
-        figure.set_dpi(PIXELS_PER_INCH)
-        columns = {"row": np.repeat([1, 2], len(slots) // 2), "slot_angle_rad": slots}
-        return save_panel(figure, folder, name, columns, suffix=".png")
+    figure, slots = new_figure(SCENE_INCHES), views.slot_angle_rad
+    axes = figure.add_subplot(projection="3d")
+    for sign, angles in zip((1, -1), np.split(slots, 2), strict=True):
+        for angle in angles:
+            axes.plot_surface(*_surface(geometry, angle, sign), color="#9cc7e6", lw=0, alpha=0.9, shade=True)
+        _scatter(axes, views.circles, sign)
+    circle = next(c for c in views.circles if (c.raceway, c.circle) == ("outer", DEFECT_CIRCLE))
+    at = np.array([circle.radius_m * math.cos(defect_rad), circle.radius_m * math.sin(defect_rad)]) * 1e3
+    axes.plot([at[0]], [circle.height_m * 1e3], [at[1]], "*", color=VERMILION, ms=14, mec="white", zorder=99)
+    axes.set(xlim=(-150, 150), ylim=(-150, 150), zlim=(-150, 150))
+    axes.set_axis_off()
+    axes.set_box_aspect((1, 1, 1), zoom=1.32)
+    axes.view_init(elev=18, azim=-58)
+    figure.set_dpi(PIXELS_PER_INCH)
+    columns = {"row": np.repeat([1, 2], len(slots) // 2), "slot_angle_rad": slots}
+    return figure, columns
 
 
 def _surface(geometry: SphericalRollerGeometry, angle: float, sign: int) -> tuple[FloatArray, ...]:
@@ -189,7 +186,7 @@ def _scatter(axes: Any, circles: Sequence[RacewayCircle], sign: int) -> None:
                      circle.radius_m * np.sin(turn) * 1e3, s=1.2, color=colour, depthshade=False)  # fmt: skip
 
 
-@panel
+@panel()
 def bearing_scene(
     scene: Scene, geometry: SphericalRollerGeometry, zone: LoadZone
 ) -> tuple[Any, Mapping[str, ArrayLike]]:
@@ -275,7 +272,7 @@ def _draw_defect(axes: Any, radius_mm: float, angle: float) -> None:
     )  # fmt: skip
 
 
-@panel
+@panel()
 def load_zone(zone: LoadZone) -> tuple[Any, Mapping[str, ArrayLike]]:
     """The force of every roller on either race at every moment kept."""
     order = np.argsort(zone.angle_deg)

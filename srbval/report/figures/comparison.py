@@ -21,7 +21,7 @@ ROW_INCHES, FRAME_INCHES, WIDTH_INCHES = 0.21, 0.75, 7.6
 CELL_INCHES, MAP_INCHES = (0.56, 0.2), (2.0, 1.0)  # of a map: a cell, and all about its cells
 
 
-@panel
+@panel()
 def deviation_plot(points: Sequence[Mapping[str, Any]]) -> tuple[Any, Mapping[str, ArrayLike]]:
     """One row a point, grouped by defect, zero in the middle.
 
@@ -54,7 +54,7 @@ def _draw_point(axes: Any, row: int, *, kind: str, deviation_pct: float, ci95_pc
     )  # fmt: skip
 
 
-@panel
+@panel()
 def agreement_plot(pairs: Sequence[Pair], label: str) -> tuple[Any, Mapping[str, ArrayLike]]:
     """Predicted against measured `pairs` of one unit, with the line of agreement and the data's 95 % intervals."""
     figure, axes = new_axes((3.6, 3.4), layout="constrained")
@@ -83,7 +83,7 @@ class MapOf:
     label: str = ""
 
 
-@panel
+@panel()
 def matrix_map(matrix: Matrix, of: MapOf) -> tuple[Any, Mapping[str, ArrayLike]]:
     """Speeds across, state and load down, empty where nothing was measured."""
     grid = matrix.grid

@@ -15,7 +15,7 @@ from srbval.signal import Kurtogram
 USED, BEST = "#ffffff", "#d62728"
 
 
-@panel
+@panel()
 def kurtogram_panel(
     shown: RecordKurtogram, *, letter: str, title: str, top_hz: float
 ) -> tuple[Any, Mapping[str, ArrayLike]]:

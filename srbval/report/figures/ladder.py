@@ -16,7 +16,7 @@ DATA = ("question", "model", "scenes", "unanswered", "median_error_pct", "worst_
 LEAST_PCT = 1e-3  # smaller errors are drawn here, with an arrow down
 
 
-@panel
+@panel()
 def ladder_plot(rows: Sequence[Mapping[str, Any]]) -> tuple[Any, Mapping[str, ArrayLike]]:
     """The rows of `plan.table.summary`: median error and, as a bar, the worst.
 

@@ -17,7 +17,7 @@ COLUMNS, ROWS, LEVELS = 320, 110, 64
 CSV_COLUMNS, CSV_ROWS = 180, 40
 
 
-@panel
+@panel()
 def scalogram_panel(
     record: RecordView, image: Scalogram, state: Fault, *, top: float, letter: str = "", title: str = ""
 ) -> tuple[Any, Mapping[str, ArrayLike]]:

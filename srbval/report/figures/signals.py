@@ -29,7 +29,7 @@ PLOTTED_BINS = 700
 HEALTHY_LOOK = {"color": HEALTHY, "ls": (0, (3, 1.2))}
 
 
-@panel
+@panel()
 def acceleration_panel(
     record: RecordView,
     *,
@@ -81,7 +81,7 @@ def _mark_period(axes: Any, name: str, period_s: float) -> None:
     )  # fmt: skip
 
 
-@panel
+@panel()
 def band_panel(
     records: Mapping[str, RecordView], *, limits_db: tuple[float, float], end_hz: float, letter: str = ""
 ) -> tuple[Any, Mapping[str, ArrayLike]]:

@@ -31,7 +31,7 @@ ORDER_LABEL_POINTS = 15.0  # height of the row of the order axis' label above th
 NAMES_FROM = 0.75  # where a narrow picture's labels begin, above all that is drawn: only names fit there
 
 
-@panel
+@panel()
 def spectrum_panel(
     view: SpectrumView, *, top: float, letter: str = "", title: str = "", brief: bool = False
 ) -> tuple[Any, Mapping[str, ArrayLike]]:

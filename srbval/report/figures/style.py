@@ -6,11 +6,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import Any, Concatenate, ParamSpec
+from typing import Any, ParamSpec
 
 from numpy.typing import ArrayLike
 
-from srbval.report.figures.files import PanelFiles, picture_bytes, save_panel
+from srbval.report.figures.files import Drawing, PanelFiles, picture_bytes, save_panel
 
 P = ParamSpec("P")
 
@@ -62,20 +62,26 @@ def figure_style() -> Iterator[None]:
 
 
 def panel(
-    draw: Callable[P, tuple[Any, Mapping[str, ArrayLike]]],
-) -> Callable[Concatenate[Path, str, P], PanelFiles]:
-    """Make a function that draws a figure, and says what it plots, one that writes both: picture and CSV under a name.
+    suffix: str = ".svg",
+) -> Callable[[Callable[P, tuple[Any, Mapping[str, ArrayLike]]]], Callable[P, Drawing]]:
+    """Make a function that draws a figure, and says what it plots, one that gives a `Drawing` of its arguments.
 
-    The function that comes out takes the folder and the name first.
+    The drawing, once it is called with a folder and a name, writes both: picture and data (CSV).
     """
 
-    @functools.wraps(draw)
-    def write(folder: Path, name: str, /, *args: P.args, **kwargs: P.kwargs) -> PanelFiles:
-        with figure_style():
-            figure, columns = draw(*args, **kwargs)
-            return save_panel(figure, folder, name, columns)
+    def decorate(draw: Callable[P, tuple[Any, Mapping[str, ArrayLike]]]) -> Callable[P, Drawing]:
+        @functools.wraps(draw)
+        def drawing(*args: P.args, **kwargs: P.kwargs) -> Drawing:
+            def write(folder: Path, name: str) -> PanelFiles:
+                with figure_style():
+                    figure, columns = draw(*args, **kwargs)
+                    return save_panel(figure, folder, name, columns, suffix)
 
-    return write
+            return write
+
+        return drawing
+
+    return decorate
 
 
 def new_figure(inches: tuple[float, float], **looks: Any) -> Any:

@@ -1,7 +1,6 @@
-"""What the answer rests on: the bearing, what is open and not known, words, failures, runs, scene, provenance, sources."""
+"""What the answer rests on: the bearing, what is open, words, failures, runs, scene, provenance, sources."""
 
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -28,10 +27,8 @@ def bearing_section(findings: Findings) -> Section:
     """What the simulated bearing looks like, where its defect and its load are: the paper's Figures 1, 5 and 8."""
     scene, views, geometry = findings.runs["paper-outer"].scene, findings.bearing_views, findings.bearing.geometry
     assert geometry is not None, "the report's bearing is one the model can run"
-    whole = partial(
-        whole_bearing, geometry=geometry, views=views, defect_rad=scene.load.zone_rad + scene.defect.angle_rad
-    )
-    along = partial(bearing_scene, scene=scene, geometry=geometry, zone=views.load_zone)
+    whole = whole_bearing(geometry=geometry, views=views, defect_rad=scene.load.zone_rad + scene.defect.angle_rad)
+    along = bearing_scene(scene=scene, geometry=geometry, zone=views.load_zone)
     pair = (
         BEARING.figure("bearing-whole", whole, suffix=".png", rollers=len(views.slot_angle_rad)),
         BEARING.figure("bearing-scene", along, badge=Badge.SIMULATED, geometry=geometry),
@@ -39,14 +36,14 @@ def bearing_section(findings: Findings) -> Section:
     return BEARING.section(
         appendix=(
             BEARING.paragraph("intro"),
-            BEARING.figure("bearing-section", partial(axial_section, geometry=geometry, circles=views.circles)),
+            BEARING.figure("bearing-section", axial_section(geometry=geometry, circles=views.circles)),
             FigureGrid(figures=pair, columns=2),
             BEARING.figure(
-                "defect-cloud", partial(defect_cloud, views=views), badge=Badge.SIMULATED, scene=scene,
+                "defect-cloud", defect_cloud(views=views), badge=Badge.SIMULATED, scene=scene,
                 defect=scene.defect, spacing_m=views.spacing_m,
             ),
             BEARING.figure(
-                "load-zone", partial(load_zone, zone=views.load_zone), badge=Badge.SIMULATED, scene=scene,
+                "load-zone", load_zone(zone=views.load_zone), badge=Badge.SIMULATED, scene=scene,
                 zone=views.load_zone,
             ),
         )

@@ -1,7 +1,6 @@
 """The demodulation bands: how impulsive the others are, and each side's line in the other side's band."""
 
 from collections.abc import Iterator
-from functools import partial
 
 from srbval.bearing import Fault
 from srbval.reading.analyse import Analysis
@@ -61,7 +60,7 @@ def _comb(analysis: Analysis, name: str) -> str:
 def _panel(letter: str, shown: RecordKurtogram) -> Figure:
     analysis = shown.analysis
     state = Fault(analysis.recording.state or Fault.HEALTHY)
-    plot = partial(kurtogram_panel, shown, letter=letter, title=state.label, top_hz=TOP_HZ)
+    plot = kurtogram_panel(shown, letter=letter, title=state.label, top_hz=TOP_HZ)
     return TEXTS.figure(
         "kurtogram", plot, id=f"kurtogram-{letter}", badge=badge_of(analysis), letter=letter, side=side_of(analysis),
         state=state, band_hz=analysis.processed.band_hz, picture=shown.kurtogram,

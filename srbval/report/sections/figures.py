@@ -2,7 +2,6 @@
 
 import dataclasses
 from collections.abc import Iterable, Iterator, Mapping
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -105,8 +104,7 @@ def _band_figure(sides: Mapping[str, Side]) -> FigureGrid:
         analysis = side[Fault.OUTER].analysis
         synthetic = synthetic_states({state: record.analysis for state, record in side.items()})
         origin, states = Origin.STAND_IN if synthetic else analysis.recording.origin, [s.label for s in side]
-        plot = partial(
-            band_panel, records={state.label: record for state, record in side.items()},
+        plot = band_panel(records={state.label: record for state, record in side.items()},
             limits_db=(top - BAND_RANGE_DB, top), end_hz=reach, letter=letter,
         )  # fmt: skip
         figure = TEXTS.figure(
@@ -137,8 +135,7 @@ def _acceleration_panel(
     name: str, letter: str, state: Fault, record: RecordView, limit: float, reading: str = ""
 ) -> Figure:
     period = (f"1/{state.line}", 1 / record.analysis.line(state.line).kinematic_hz) if state.line else None
-    plot = partial(
-        acceleration_panel, record, limit=limit, letter=letter[-1], title=reading or _title(record, state),
+    plot = acceleration_panel(record, limit=limit, letter=letter[-1], title=reading or _title(record, state),
         period=period,
     )  # fmt: skip
     return TEXTS.figure("acceleration", plot, **_words(name, letter, record, state))
@@ -176,7 +173,7 @@ def _spectrum_panel(name: str, letter: str, state: Fault, side: Side, other: Sid
         others=others,
     )  # fmt: skip
     top = LABEL_ROOM * max(highest_of(one[state], SPECTRUM_HZ) for one in (side, other))
-    plot = partial(spectrum_panel, view, top=top, letter=letter[-1], title=_title(record, state), brief=True)
+    plot = spectrum_panel(view, top=top, letter=letter[-1], title=_title(record, state), brief=True)
     figure = TEXTS.figure("spectrum", plot, **_words(name, letter, record, state), f_max_hz=SPECTRUM_HZ)
     curves = {"amplitude": state.label, "healthy_amplitude": "healthy"}
     return dataclasses.replace(figure, explore=explore_spectrum(view, "Envelope amplitude, std. dev.", curves))
@@ -228,7 +225,7 @@ def _image_panel(
     name: str, letter: str, state: Fault, record: RecordView, image: Scalogram, top: float, reading: str = ""
 ) -> Figure:
     title = reading or _title(record, state)
-    plot = partial(scalogram_panel, record, image, state, top=top, letter=letter[-1], title=title)
+    plot = scalogram_panel(record, image, state, top=top, letter=letter[-1], title=title)
     return TEXTS.figure("scalogram", plot, **_words(name, letter, record, state), range_hz=SCALOGRAM_HZ)
 
 

@@ -1,7 +1,6 @@
 """The ladder of models: error against cost, predictions against fresh scenes, and the missing harmonic."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
 from typing import Any
 
 from srbval.models.ladder import RUNGS
@@ -25,7 +24,7 @@ def ladder_section(findings: Findings) -> Section:
     least = list(_amplitudes(rig_rows))
     return TEXTS.section(
         TEXTS.paragraph("intro", ladder=ladder, least=least),
-        TEXTS.figure("ladder-figure", partial(ladder_plot, rows=_not_amplitudes(rows)), badge=Badge.SIMULATED),
+        TEXTS.figure("ladder-figure", ladder_plot(rows=_not_amplitudes(rows)), badge=Badge.SIMULATED),
         appendix=(
             Listing(items=tuple(items)),
             _table(rows, "ladder-table"),

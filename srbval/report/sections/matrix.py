@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 
 from srbval.comparison.bias import LEAST_RECORDS
@@ -112,7 +111,7 @@ def _maps(matrix: Matrix) -> FigureGrid:
             f"{c.state.code} {c.radial_kn:g}/{c.axial_kn:g} kN {c.nominal_rpm:g} rpm: {of.text(c)}"
             for c in matrix.cells
         )
-        plot = partial(matrix_map, matrix, of)
+        plot = matrix_map(matrix, of)
         figures.append(TEXTS.figure(f"matrix-{of.name}", plot, badge=Badge.MEASURED, matrix=matrix, values=values))
     caption = TEXTS.text("grid-maps")
     return FigureGrid(figures=tuple(figures), columns=1, label="Validation matrix", caption=caption)
@@ -182,5 +181,5 @@ def _agreement(findings: Findings) -> Iterator[Figure]:
         kinds = {kind.name for kind in KINDS if kind.plot == name}
         own = [pair for pair in findings.pairs if pair.kind in kinds]
         if own:
-            plot = partial(agreement_plot, own, label)
+            plot = agreement_plot(own, label)
             yield TEXTS.figure("agreement", plot, id=f"agreement-{name}", label=label, points=len(own))

@@ -1,7 +1,6 @@
 """The verdict; Table 6 with uncertainties, at the paper's speed and at the recordings' own; speed or slip."""
 
 from collections.abc import Iterator, Mapping
-from functools import partial
 from typing import Any
 
 from srbval.bearing import Fault
@@ -69,7 +68,7 @@ def table6_section(findings: Findings) -> Section:
 def _deviations(findings: Findings) -> Figure:
     """Deviations from kinematics of every source in Table 6."""
     points = [point for row in findings.data["table6"] for point in _points(json_object(row))]
-    return TEXTS.figure("table6-deviations", partial(deviation_plot, points))
+    return TEXTS.figure("table6-deviations", deviation_plot(points))
 
 
 def _points(row: Mapping[str, Any]) -> list[dict[str, Any]]:

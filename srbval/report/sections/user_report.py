@@ -4,7 +4,6 @@ import dataclasses
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -140,7 +139,7 @@ def _spectrum(record: UserRecord, suffix: str) -> Figure:
     view = record.view
     sides = [side for side in (view.record, view.healthy) if side is not None]
     top = LABEL_ROOM * max(highest_of(side, view.end_hz) for side in sides)
-    plot = partial(spectrum_panel, view, top=top, title="envelope spectrum")
+    plot = spectrum_panel(view, top=top, title="envelope spectrum")
     curves = {"amplitude": "this record"} | ({"healthy_amplitude": "healthy record"} if view.healthy else {})
     figure = TEXTS.figure(
         "spectrum", plot, id=f"spectrum-figure{suffix}", badge=badge_of(record.analysis), record=record
@@ -176,9 +175,7 @@ def _band(record: UserRecord, suffix: str) -> Figure:
     records = ({} if view.healthy is None else {"healthy record": view.healthy}) | {"this record": view.record}
     top = max(float(np.nanmax(one.power_db)) for one in records.values()) + BAND_HEAD_DB
     low = min(float(np.nanmin(one.power_db)) for one in records.values()) - BAND_HEAD_DB
-    plot = partial(
-        band_panel, records, limits_db=(max(low, top - BAND_RANGE_DB), top), end_hz=float(view.record.power_hz[-1])
-    )
+    plot = band_panel(records, limits_db=(max(low, top - BAND_RANGE_DB), top), end_hz=float(view.record.power_hz[-1]))
     return TEXTS.figure(
         "band", plot, id=f"band-figure{suffix}", badge=badge_of(record.analysis), record=record,
         resolution_hz=SEGMENT_HZ,
@@ -194,12 +191,11 @@ def _times(record: UserRecord, suffix: str) -> Iterator[Block]:
     limit = HEAD_ROOM * max(float(max(np.abs(one.acceleration).max(), one.envelope.max())) for *_, one in sides)
     panels = []
     for title, key, one in sides:
-        plot = partial(
-            acceleration_panel, one, limit=limit, title=title, inches=WIDE if len(sides) == 1 else HALF,
+        plot = acceleration_panel(one, limit=limit, title=title, inches=WIDE if len(sides) == 1 else HALF,
             period=(f"1/{marked.name}", 1 / marked.kinematic_hz) if marked else None,
         )  # fmt: skip
-        words = {"badge": badge_of(one.analysis), "record": record, "title": title}
-        panels.append(TEXTS.figure("time", plot, id=f"time-figure{key}{suffix}", **words))
+        name = f"time-figure{key}{suffix}"
+        panels.append(TEXTS.figure("time", plot, id=name, badge=badge_of(one.analysis), record=record, title=title))
     yield FigureGrid(figures=tuple(panels), columns=len(panels), caption=TEXTS.text("grid-time", record=record))
 
 
@@ -211,8 +207,7 @@ def _model(record: UserRecord, model: ModelSide, suffix: str) -> Iterator[Block]
     table = TEXTS.table("model-table", rows, shaft_hz=model.view.shaft_hz, model=model)
     yield dataclasses.replace(table, id=f"model-table{suffix}")
     view = dataclasses.replace(record.view, record=model.view, healthy=None, peaks=detected_peaks(model.view))
-    plot = partial(
-        spectrum_panel, view, top=LABEL_ROOM * highest_of(model.view, end_hz),
+    plot = spectrum_panel(view, top=LABEL_ROOM * highest_of(model.view, end_hz),
         title=f"{model.state.label}, envelope spectrum",
     )  # fmt: skip
     yield TEXTS.figure("model", plot, id=f"model-figure{suffix}", badge=badge_of(model.view.analysis), model=model)
