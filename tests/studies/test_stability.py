@@ -29,7 +29,7 @@ from srbval.models.step_limit import without_friction
 from srbval.scene import load_scene, paper_scene
 from srbval.storage.strict_json import json_object, json_value
 from srbval.studies import outcomes as outcome_module
-from srbval.studies.outcomes import RunOutcome
+from srbval.studies.outcomes import RunOutcome, outcome_store
 from srbval.studies.scenes import PAPER_STEP_S
 from srbval.studies.stability.cell import (
     CAGE_LIMIT,
@@ -42,7 +42,7 @@ from srbval.studies.stability.cell import (
 )
 from srbval.studies.stability.claims import claims
 from srbval.studies.stability.grid import FULL, RIG, StabilityCase, StabilityGrid, StabilityGroup
-from srbval.studies.stability.reference import StabilityReference, outcome_store
+from srbval.studies.stability.reference import StabilityReference
 from srbval.studies.stability.step_limits import StepLimits, balanced, linearise
 from srbval.studies.stability.study import StabilityResult, run_stability
 
