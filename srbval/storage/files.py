@@ -1,0 +1,67 @@
+"""Files written as a whole or not at all, and files that someone named read within limits."""
+
+import contextlib
+import os
+import re
+import stat
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from srbval.errors import DataError
+
+SUFFIX = ".srbval-part"
+UNFINISHED = re.compile(r"\.(.+)\.[a-z0-9_]{8}" + re.escape(SUFFIX))  # the name of the file that was to be written
+MOST_BYTES = 2**21  # a speed profile of 100,000 entries fits; reading more than that as TOML would take seconds
+
+
+@contextlib.contextmanager
+def atomic_write(path: Path) -> Iterator[Path]:
+    """Yield a path beside `path` to write to; it replaces `path` on success and is removed on failure.
+
+    Data reach the disk before the name changes, so an interruption leaves the old file or none, never
+    half a one. Raises `DataError` where the folder cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=SUFFIX, dir=path.parent)
+        os.close(handle)
+    except OSError as error:
+        raise DataError(f"{path}: cannot be written ({error.strerror}).") from None
+    part = Path(name)
+    try:
+        yield part
+        with part.open("rb") as stream:
+            os.fsync(stream.fileno())
+        os.umask(mask := os.umask(0))
+        part.chmod(0o666 & ~mask)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def remove_unfinished(folder: Path, belongs: Callable[[str], bool]) -> None:
+    """Remove what killed processes left in `folder` of `atomic_write`, for names of files that `belongs` accepts.
+
+    Nothing else: neither files of other names nor folders nor links. Call it where no other process writes.
+    """
+    for path in folder.glob(f".*{SUFFIX}"):
+        match = UNFINISHED.fullmatch(path.name)
+        if match is not None and belongs(match[1]) and path.is_file() and not path.is_symlink():
+            path.unlink(missing_ok=True)
+
+
+def read_limited(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
+    """The content of a regular file of at most `most_bytes`; `DataError` for a pipe, a folder, or whatever else."""
+    try:
+        if not stat.S_ISREG(path.stat().st_mode):
+            raise DataError(f"{path}: not a regular file. Check the path.")
+        with path.open("rb") as file:
+            content = file.read(most_bytes + 1)
+    except (FileNotFoundError, NotADirectoryError):
+        raise DataError(f"{path}: no such file. Check the path.") from None
+    except (OSError, ValueError) as error:  # a path with a NUL or a lone surrogate is a ValueError
+        raise DataError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error}).") from None
+    if len(content) > most_bytes:
+        raise DataError(f"{path}: more than {most_bytes} bytes, which is the limit for a file of this kind.")
+    return content
