@@ -208,7 +208,7 @@ def test_what_was_written_is_read_again() -> None:
     [
         {"pair": ["a"]}, {"pair": "ab"}, {"pair": ["a", 1.5]}, {"rows": [["1"]]}, {"by_side": {"up": None}},
         {"part": {"value": 1.5}}, {"part": 3}, {"error": "1"}, {"error": True}, {"limit": 1e999}, {"limit": 10**400},
-        {"file": 3}, {"either": None}, {"other": 1},
+        {"file": 3}, {"either": []}, {"other": 1},
     ],
     ids=repr,
 )  # fmt: skip
