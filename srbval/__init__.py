@@ -65,7 +65,6 @@ __all__ = ["Analysis", "Bearing", "ConfigurationError", "DataError", "Evidence",
 
 if TYPE_CHECKING:
     from srbval.bearing import Bearing, fault_frequencies, find_bearings, known_bearings, load_bearing
-    from srbval.bench.bench import run_bench
     from srbval.campaign.export import export_campaign
     from srbval.campaign.run import run_campaign
     from srbval.campaign.settings import load_campaign
@@ -74,26 +73,27 @@ if TYPE_CHECKING:
     from srbval.check.check import run_check
     from srbval.cli.docs_command import build_docs
     from srbval.cli.doctor_command import doctor
+    from srbval.diagnosis.baseline import against, baseline_of
+    from srbval.diagnosis.fault_call import FaultCall, call_fault
     from srbval.errors import ConfigurationError, DataError, NumericsError, SrbvalError
-    from srbval.evidence.evidence import Evidence
-    from srbval.evidence.gather import gather
-    from srbval.main_job import make_report, report_recordings, write_plot
     from srbval.models.run import Run, RunStatus
     from srbval.models.run_file import write_run
     from srbval.models.simulate import simulate
+    from srbval.path.identify import identify as identify_path
     from srbval.plan.plan import make_plan
+    from srbval.reading.analyse import Analysis, analyse
     from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource, load_recording, recording_from_run
     from srbval.recordings.registry import add as add_recordings
     from srbval.recordings.registry import fetch as fetch_recordings
     from srbval.recordings.registry import listing as list_recordings
     from srbval.recordings.registry import verify as verify_recordings
+    from srbval.report.findings.findings import Evidence
+    from srbval.report.findings.gather import gather
+    from srbval.report.reports import make_report, report_recordings, write_plot
     from srbval.scene import Scene, load_scene, paper_scene
     from srbval.signal import Spectrum, amplitude_spectrum, bandpass, envelope, envelope_spectrum, kurtogram
-    from srbval.stability.stability import run_stability
-    from srbval.validation.analyse import Analysis, analyse
-    from srbval.validation.baseline import against, baseline_of
-    from srbval.validation.fault_call import FaultCall, call_fault
-    from srbval.validation.identify import identify as identify_path
+    from srbval.studies.speed_accuracy.study import run_bench
+    from srbval.studies.stability.study import run_stability
 
 
 def __getattr__(name: str) -> Any:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import srbval
-from tests.validation.test_shaft_speed import BEARING, record
+from tests.reading.test_shaft_speed import BEARING, record
 
 
 @functools.cache

@@ -5,8 +5,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from srbval.bench.ladder.table import LadderCalibration
-from srbval.bench.timing import right_hand_sides_per_step
 from srbval.campaign.case import CampaignCase, case_key, refused_key
 from srbval.campaign.quantities import Output
 from srbval.campaign.sampling import nested, points
@@ -15,6 +13,8 @@ from srbval.errors import DataError, SrbvalError
 from srbval.models.ladder import AUTO, rung_of
 from srbval.plan.calibrated import calibration_of, neighbours
 from srbval.plan.plan import make_plan
+from srbval.plan.table import LadderCalibration
+from srbval.plan.timing import right_hand_sides_per_step
 from srbval.scene import Scene, merge, paper_scene
 
 FILE_BYTES = 16_384  # size of a result file without signals

@@ -66,7 +66,7 @@ def _summary(run: Run) -> Iterator[Row]:
 def _statistics(run: Run) -> Iterator[Row]:
     """Of the outer ring's vertical acceleration without its mean; the largest penetration, the ring's mean position."""
     from srbval.models.band_levels import band_rms
-    from srbval.validation.pipeline import SIMULATED_BAND_HZ
+    from srbval.reading.pipeline import SIMULATED_BAND_HZ
 
     samples = run.acceleration_m_s2[:, 1]
     deviation = samples - samples.mean()
@@ -86,8 +86,8 @@ def _statistics(run: Run) -> Iterator[Row]:
 def _lines(run: Run) -> Iterator[Row]:
     """First harmonics of the fault lines, read as in every recording; none where the record is too short."""
     from srbval.bearing import load_bearing
+    from srbval.reading.analyse import analyse
     from srbval.recordings import recording_from_run
-    from srbval.validation.analyse import analyse
 
     if (run.seconds - ENDS_S) * run.scene.shaft_hz < LEAST_REVOLUTIONS:
         return

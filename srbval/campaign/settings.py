@@ -6,10 +6,10 @@ from dataclasses import dataclass, field, replace
 from importlib import resources
 from pathlib import Path
 
-from srbval.bench.ladder.questions import Question
 from srbval.campaign.quantities import ALL_OUTPUTS, Output
 from srbval.config.strict import build, quantity, read_toml
 from srbval.errors import ConfigurationError
+from srbval.plan.questions import Question
 from srbval.scene import merge, scene_table
 
 

@@ -9,8 +9,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
-from srbval.bench.measures import measure
-from srbval.bench.timing import run_all
 from srbval.errors import ConfigurationError
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import make_parameters
@@ -18,11 +16,13 @@ from srbval.models.precompile import load_kernels
 from srbval.models.run import Run
 from srbval.models.run_statistics import RunStatistics
 from srbval.models.simulate import static_share
+from srbval.plan.measures import measure
+from srbval.plan.timing import run_all
 from srbval.progress import Progress
+from srbval.reading.analyse import analyse
 from srbval.recordings import load_recording, recording_from_run
 from srbval.recordings.registry import find_recording
 from srbval.scene import RollerFit, Scene
-from srbval.validation.analyse import analyse
 
 Values = Mapping[str, float | None]
 

@@ -7,15 +7,15 @@ from pathlib import Path
 from srbval.bearing import DEFECTS
 from srbval.cli.data_command import recording_settings
 from srbval.cli.output import own_command, print_json, print_table
+from srbval.diagnosis.baseline import Baseline, against, baseline_of, load_healthy, on_background, registered_baseline
+from srbval.diagnosis.fault_naming import fault_entry, name_fault
 from srbval.errors import ConfigurationError, DataError
+from srbval.reading.analyse import Analysis, analyse, bearing_of
+from srbval.reading.pipeline import SQUARED_UNIT
 from srbval.recordings import Origin, Recording
 from srbval.recordings.registry import load_registered
 from srbval.signal import BandFilter
 from srbval.storage.strict_json import json_object
-from srbval.validation.analyse import Analysis, analyse, bearing_of
-from srbval.validation.baseline import Baseline, against, baseline_of, load_healthy, on_background, registered_baseline
-from srbval.validation.fault_naming import fault_entry, name_fault
-from srbval.validation.pipeline import SQUARED_UNIT
 
 COLUMNS = ("line", "harmonic", "kinematic Hz", "found Hz", "± 95 %", "deviation %", "line/noise", "false alarm",
            "identity", "detected")  # fmt: skip
@@ -25,7 +25,7 @@ LINE_OF_PART = {**{fault.value: fault.line or "" for fault in DEFECTS}, "cage": 
 def run(options: argparse.Namespace) -> int:
     """Analyse a file and print its lines and verdict."""
     if options.plot:
-        from srbval.main_job import check_plot, write_plot  # needs the report's room
+        from srbval.report.reports import check_plot, write_plot  # needs the report's room
 
         check_plot(Path(options.plot))
     settings = recording_settings(options)

@@ -117,7 +117,7 @@ def _tolerance(text: str) -> float:
     """Per cent, or a ratio of amplitudes in dB."""
     if not text.endswith("dB"):
         return _between(float, -LARGEST, LARGEST)(text)
-    from srbval.bench.ladder.questions import pct_of  # takes a while to load
+    from srbval.plan.questions import pct_of  # takes a while to load
 
     return pct_of(_between(float, 0, MOST_DB)(text.removesuffix("dB")))
 

@@ -6,19 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from srbval.bench.bench import BenchResult, run_bench
-from srbval.bench.diagnosis import ALL, confusions, judge, known_records, methods
-from srbval.bench.ladder.cases import between, grid, quick_grid
-from srbval.bench.ladder.measure import SECONDS as LADDER_SECONDS
-from srbval.bench.ladder.measure import answer_store, measure_ladder
-from srbval.bench.ladder.table import summary
-from srbval.bench.machine import Machine
-from srbval.bench.naming_scores import naming_scores
-from srbval.bench.scenes import FULL, QUICK, RIG_SHOWN, SCENES
 from srbval.cli.measured import measure_and_print
 from srbval.cli.output import print_columns, print_json
+from srbval.comparison.budget import STUDY
 from srbval.errors import ConfigurationError, DataError
 from srbval.models.solvers import SOLVERS
+from srbval.plan.cases import between, grid, quick_grid
+from srbval.plan.table import summary
+from srbval.processes.machine import Machine
 from srbval.progress import Progress, ProgressDisplay, prefixed
 from srbval.recordings.registry import listing
 from srbval.scene import load_scene
@@ -32,9 +27,14 @@ from srbval.storage.stored_result import (
     newest_result,
 )
 from srbval.storage.strict_json import json_object, json_value, write_json
-from srbval.validation.budget import STUDY
-from srbval.validation.sensitivity import measure as measure_sensitivity
-from srbval.validation.verdict_scan import scan
+from srbval.studies.diagnosis.naming_scores import naming_scores
+from srbval.studies.diagnosis.study import ALL, confusions, judge, known_records, methods
+from srbval.studies.model_hierarchy.study import SECONDS as LADDER_SECONDS
+from srbval.studies.model_hierarchy.study import answer_store, measure_ladder
+from srbval.studies.scenes import FULL, QUICK, RIG_SHOWN, SCENES
+from srbval.studies.sensitivity.study import measure as measure_sensitivity
+from srbval.studies.speed_accuracy.study import BenchResult, run_bench
+from srbval.studies.verdict_scan.study import scan
 
 FEW_DRAWS = 16  # of the open inputs with --quick
 VERDICT = {True: "met", False: "NOT MET", None: "not measured"}

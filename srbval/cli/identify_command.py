@@ -8,6 +8,8 @@ from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.cli.data_command import recording_settings
 from srbval.cli.output import print_json, print_table
 from srbval.errors import ConfigurationError
+from srbval.path.defect_size import defect_size, size_runs
+from srbval.path.identify import BAND_HZ, Identified, identify, identify_response, path_toml, simulated_excitation
 from srbval.progress import ProgressDisplay
 from srbval.recordings import Recording
 from srbval.recordings.frf import read_frf
@@ -15,8 +17,6 @@ from srbval.recordings.registry import healthy_baseline, load_registered
 from srbval.scene import draws, load_scene, load_sensor_path, merge, rig_inputs
 from srbval.storage.strict_json import json_object
 from srbval.storage.whole_file import whole_file
-from srbval.validation.defect_size import defect_size, size_runs
-from srbval.validation.identify import BAND_HZ, Identified, identify, identify_response, path_toml, simulated_excitation
 
 COLUMNS = ("mode", "frequency Hz", "u Hz", "damping ratio", "u", "gain", "u", "healthy record differs by, u")
 

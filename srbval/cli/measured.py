@@ -6,8 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from srbval.bench.machine import processor_name, usable_cores
 from srbval.cli.output import own_command, print_json
+from srbval.processes.machine import processor_name, usable_cores
 from srbval.progress import Progress, ProgressDisplay, prefixed
 from srbval.storage.own_package import git_revision
 from srbval.storage.stored_result import stamped, store_result

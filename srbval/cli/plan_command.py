@@ -4,13 +4,13 @@ import argparse
 import sys
 from pathlib import Path
 
-from srbval.bench.ladder.questions import MEANING, Question
-from srbval.bench.ladder.table import load_calibration
 from srbval.cli.output import print_json, print_table
 from srbval.cli.scene_options import scene_of
 from srbval.errors import ConfigurationError
 from srbval.plan.coarser_output import Reduction, find_reductions
 from srbval.plan.plan import Plan, make_plan
+from srbval.plan.questions import MEANING, Question
+from srbval.plan.table import load_calibration
 from srbval.storage.strict_json import json_object
 
 MET, NOT_MET = 0, 1

@@ -37,7 +37,7 @@ def _formats(options: argparse.Namespace) -> tuple[str, ...]:
 
 def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple[dict[str, Path], dict[str, Any]]:
     with stage(progress, "Load the program"):
-        from srbval.main_job import make_report
+        from srbval.report.reports import make_report
     made = make_report(
         folder, seconds=options.seconds, jobs=options.jobs, formats=_formats(options), appendix=options.appendix,
         command=own_command(), progress=progress,
@@ -47,9 +47,9 @@ def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tupl
 
 def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple[dict[str, Path], dict[str, Any]]:
     with stage(progress, "Load the program"):
-        from srbval.main_job import report_recordings
+        from srbval.diagnosis.baseline import load_healthy
         from srbval.recordings.registry import load_registered
-        from srbval.validation.baseline import load_healthy
+        from srbval.report.reports import report_recordings
     settings = recording_settings(options)
     made = report_recordings(
         [load_registered(file, settings) for file in options.files],

@@ -7,14 +7,14 @@ from dataclasses import replace
 from itertools import groupby
 from typing import Any
 
-from srbval.bench.scenes import PAPER_STEP_S, RIG_SHOWN
 from srbval.cli.measured import measure_and_print
 from srbval.cli.output import print_table
-from srbval.stability.grid import FULL, QUICK, StabilityGrid
-from srbval.stability.own_verdicts import OwnVerdicts, judge_own_verdicts
-from srbval.stability.stability import StabilityResult, run_stability
 from srbval.storage.stored_result import OWN_VERDICTS, RIG_STABILITY, STABILITY
 from srbval.storage.strict_json import json_object
+from srbval.studies.run_verdicts.study import OwnVerdicts, judge_own_verdicts
+from srbval.studies.scenes import PAPER_STEP_S, RIG_SHOWN
+from srbval.studies.stability.grid import FULL, QUICK, StabilityGrid
+from srbval.studies.stability.study import StabilityResult, run_stability
 
 SOUND, UNSOUND = 0, 1
 QUICK_SHARE = 1 / 40

@@ -145,8 +145,8 @@ class Run(RunSummary):
 
         Notebooks show what this returns; ``savefig`` writes it.
         """
-        from srbval.figures.run import run_picture
         from srbval.models.band_levels import along_sensor
+        from srbval.report.figures.run import run_picture
 
         return run_picture(
             self.time_s, along_sensor(self.acceleration_m_s2), self.cage_rad_s / self.scene.shaft_speed_rad_s,

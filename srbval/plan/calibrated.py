@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 from srbval.bearing import Fault
-from srbval.bench.ladder.cases import BASES, CalibrationScene
-from srbval.bench.ladder.questions import Question
-from srbval.bench.ladder.table import Entry, LadderCalibration, load_calibration
+from srbval.plan.cases import BASES, CalibrationScene
+from srbval.plan.questions import Question
+from srbval.plan.table import Entry, LadderCalibration, load_calibration
 from srbval.scene import Scene
 from srbval.storage.own_package import package_folder
 

@@ -3,13 +3,13 @@
 from dataclasses import dataclass, replace
 
 from srbval.bearing import load_bearing
-from srbval.bench.ladder.questions import Question, answers, error_pct
 from srbval.errors import NumericsError
 from srbval.models.run import Run
 from srbval.models.simulate import Step, simulate
 from srbval.plan.plan import Plan
+from srbval.plan.questions import Question, answers, error_pct
+from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.scene import Scene
-from srbval.validation.pipeline import SIMULATED_BAND_HZ
 
 SAMPLES_PER_PERIOD = 3.0  # of the band's upper edge, at the coarser output rate
 NAME = "coarser output"

@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from srbval.bearing import load_bearing
-from srbval.bench.ladder.questions import MEANING, Question, asked_of
-from srbval.bench.ladder.table import LadderCalibration
 from srbval.errors import ConfigurationError
 from srbval.models.ladder import RUNGS, Rung, rung_of
 from srbval.plan.calibrated import Neighbours, calibration_of, neighbours
+from srbval.plan.questions import MEANING, Question, asked_of
 from srbval.plan.refusal import refusal
+from srbval.plan.table import LadderCalibration
 from srbval.scene import Scene
 
 VACUOUS_PCT = 100.0  # an error bound as large as what is asked for says nothing

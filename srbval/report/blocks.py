@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from srbval.figures.files import Drawing
 from srbval.report.badges import Badge, Tone
+from srbval.report.figures.files import Drawing
 from srbval.report.table import Table, Value, check_identifier
 
 PICTURES = (".svg", ".png")

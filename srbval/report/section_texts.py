@@ -16,10 +16,10 @@ from importlib import resources
 from typing import Any
 
 from srbval.bearing import Fault
-from srbval.figures.files import Drawing
 from srbval.models.run import USABLE
 from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Callout, Figure, Listing, Paragraph
+from srbval.report.figures.files import Drawing
 from srbval.report.inline import literal
 from srbval.report.model import Section
 from srbval.report.table import Cell, Column, Table, format_value

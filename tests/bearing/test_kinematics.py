@@ -5,8 +5,8 @@ import math
 import pytest
 
 from srbval.bearing import FaultOrders, load_bearing
+from srbval.comparison.table6 import table6
 from srbval.errors import ConfigurationError
-from srbval.validation.table6 import table6
 
 EXACT_HZ, EXACT_RELATIVE = 1e-9, 1e-14  # rounding of one identity in double precision
 

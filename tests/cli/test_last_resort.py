@@ -158,7 +158,7 @@ TEXTS = ["", " ", "\0", "\ud800", "\udcff", "a\nb", "x" * 1_000_000, "/dev/zero"
 # What would take long; everything before it is run as it is.
 LONG = {
     "simulate": ["srbval.cli.simulate_command._simulate"],
-    "report": ["srbval.main_job.gather"],
+    "report": ["srbval.report.reports.gather"],
     "bench": [f"srbval.cli.bench_command.{name}"
               for name in ("run_bench", "measure_sensitivity", "measure_ladder")],
     "stability": ["srbval.cli.stability_command.run_stability"],

@@ -8,11 +8,11 @@ from types import SimpleNamespace
 
 import pytest
 
-import srbval.main_job
+import srbval.report.reports
 from srbval.bearing import Fault
 from srbval.cli import main
-from srbval.validation.budget import TOLERANCE
-from srbval.validation.headline import Headline, RecordError
+from srbval.comparison.budget import TOLERANCE
+from srbval.comparison.headline import Headline, RecordError
 
 
 @pytest.mark.parametrize(("times", "code"), [(0.1, 0), (0.9, 0), (1.1, 0), (2.0, 1)])
@@ -25,7 +25,7 @@ def test_only_a_tolerance_that_is_surely_missed_ends_with_1(
     )
     found = Headline(quantity="cage ratio", tolerance=TOLERANCE, errors=(one,), rig_scene=())
     made = SimpleNamespace(files={}, evidence=SimpleNamespace(headline=found, rows=()))
-    monkeypatch.setattr(srbval.main_job, "make_report", lambda *_, **__: made)
+    monkeypatch.setattr(srbval.report.reports, "make_report", lambda *_, **__: made)
     assert main(["report", "-o", str(tmp_path / "out"), "--json"]) == code
     said = json.loads(capsys.readouterr().out)["headline"]
     assert said["holds"] is (code == 0)

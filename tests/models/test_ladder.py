@@ -14,9 +14,9 @@ from srbval.models.ladder import MODELS, RUNGS, rung_of
 from srbval.models.run import Run
 from srbval.models.run_file import write_run
 from srbval.models.simulate import simulate, simulate_to_file
+from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import load_recording, recording_from_run
 from srbval.scene import Scene, SpeedProfile, paper_scene
-from srbval.validation.analyse import Analysis, analyse
 
 SECONDS = 1.0  # twelve revolutions
 RESOLUTIONS = 2  # within which a line lies of the frequency of its own cage, whose speed varies a little

@@ -9,8 +9,6 @@ import numpy as np
 import pytest
 
 from srbval.bearing import load_bearing
-from srbval.bench.ladder.questions import Question, answers
-from srbval.bench.measures import measure
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
 from srbval.models.full.equilibrium import equilibrium_state
@@ -19,6 +17,8 @@ from srbval.models.full.steps import rates
 from srbval.models.line import line_parameters
 from srbval.models.patch import Patch, Piece, patches, piece
 from srbval.models.simulate import simulate
+from srbval.plan.measures import measure
+from srbval.plan.questions import Question, answers
 from srbval.scene import RollerFit, Scene, paper_scene
 from tests.verification.harness import geometry
 

@@ -11,9 +11,9 @@ from srbval.errors import ConfigurationError
 from srbval.models.band_levels import along_sensor
 from srbval.models.sensor_filter import SensorFilter
 from srbval.models.simulate import Step, simulate, simulate_to_file
+from srbval.reading.pipeline import one_signal
 from srbval.recordings import load_recording, recording_from_run
 from srbval.scene import PathMode, SensorPath, paper_scene
-from srbval.validation.pipeline import one_signal
 
 FS_HZ = 20480.0
 NEAR_DB = 0.1  # of the response in 400 to 3150 Hz

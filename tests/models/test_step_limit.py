@@ -17,7 +17,7 @@ from srbval.models.solvers import METHODS
 from srbval.models.solvers.linear_stability import longest_step
 from srbval.models.step_limit import elastic_limit_s, stiffest_roller, without_friction
 from srbval.scene import load_scene, paper_scene
-from srbval.stability.step_limits import balanced, linearise
+from srbval.studies.stability.step_limits import balanced, linearise
 
 EULER = 1e-4  # of c / k, which holds where an oscillation is damped far below critical: 3e-6 seen
 PER_POINT = 1e-4  # of the points counted by stiffness and by damping: differences of forces, 2e-7 seen

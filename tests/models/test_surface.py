@@ -19,7 +19,6 @@ from scipy.special import j0
 
 from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
-from srbval.bench.ladder.questions import Question
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
 from srbval.models.full.parameters import Parameters, geometry_of, state_layout
@@ -29,6 +28,7 @@ from srbval.models.full.surface_kernel import SurfaceHeights
 from srbval.models.ladder import MODELS, rung_of
 from srbval.models.simulate import Step, simulate
 from srbval.plan.plan import make_plan
+from srbval.plan.questions import Question
 from srbval.plan.refusal import refusal
 from srbval.scene import load_scene
 

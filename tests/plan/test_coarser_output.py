@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from srbval.bench.ladder.questions import Question
 from srbval.plan.coarser_output import NAME, find_reductions, with_coarser_output
 from srbval.plan.plan import Plan, make_plan
+from srbval.plan.questions import Question
 from srbval.scene import Scene, paper_scene
 
 LINE_CHANGE_PCT = 1e-3  # the cage speed is a mean: averaging its samples by fours changes only how they are weighted

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from srbval.bench.ladder.table import load_calibration
 from srbval.check.reference import read_reference, reference_path
 from srbval.errors import SrbvalError
 from srbval.plan.plan import make_plan
+from srbval.plan.table import load_calibration
 from srbval.recordings.registry import add, listing
 from srbval.recordings.registry.manifest import manifest_path, read_manifest
 from srbval.scene import paper_scene

@@ -5,12 +5,12 @@ from dataclasses import replace
 import pytest
 
 from srbval.bearing import Fault
-from srbval.bench.ladder.cases import grid
-from srbval.bench.ladder.questions import Question, asked_of, pct_of
-from srbval.bench.ladder.table import LadderCalibration
 from srbval.errors import ConfigurationError
 from srbval.plan.calibrated import calibration_of, margins, neighbours, shipped_calibration
+from srbval.plan.cases import grid
 from srbval.plan.plan import Plan, make_plan
+from srbval.plan.questions import Question, asked_of, pct_of
+from srbval.plan.table import LadderCalibration
 from srbval.scene import Scene, load_scene, paper_scene
 
 CHEAPER = 100  # times: what Table 6 needs, against the full model

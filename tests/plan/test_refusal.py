@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 import srbval
-from srbval.bench.ladder.questions import Question
 from srbval.models.simulate import Step
 from srbval.plan.plan import make_plan
+from srbval.plan.questions import Question
 
 
 @pytest.mark.parametrize(

@@ -15,11 +15,11 @@ from scipy.io import savemat
 
 from srbval.bearing import Fault, load_bearing
 from srbval.errors import DataError
+from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Recording, RecordingSettings, load_recording
 from srbval.recordings.loaders import detect_format, limited
 from srbval.recordings.registry import FileStatus, add
 from srbval.recordings.stand_in import vibration
-from srbval.validation.analyse import Analysis, analyse
 
 FS_HZ, SHAFT_HZ, SECONDS = 20480.0, 25.0, 1.0
 COUNT = round(FS_HZ * SECONDS)

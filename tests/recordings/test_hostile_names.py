@@ -14,16 +14,16 @@ import pytest
 from scipy.io import savemat
 
 from srbval.cli import main
-from srbval.evidence.stored import ShownResult
+from srbval.comparison.other_rigs import read_other_rigs
 from srbval.recordings import load_recording
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import FileStatus, add
 from srbval.report import Report, Tone, VerdictBox
-from srbval.report.content.other_rigs import other_rigs_section
+from srbval.report.findings.stored import ShownResult
 from srbval.report.html import render_html
 from srbval.report.model import Document
+from srbval.report.sections.other_rigs import other_rigs_section
 from srbval.storage.stored_result import DIAGNOSIS
-from srbval.validation.other_rigs import read_other_rigs
 
 from . import files
 

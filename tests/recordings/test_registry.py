@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from srbval.bearing import Fault
+from srbval.comparison.other_rigs import usable
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings import Origin, RecordingSettings, write_stand_in
 from srbval.recordings.registry import (
@@ -29,7 +30,6 @@ from srbval.recordings.registry import (
 from srbval.recordings.registry.manifest import inspected_path, manifest_path, read_manifest, update_manifest
 from srbval.storage.strict_json import strict_json
 from srbval.storage.whole_file import whole_file
-from srbval.validation.other_rigs import usable
 
 from . import files
 

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from srbval.bearing import Fault, load_bearing
-from srbval.evidence.gather import choose_rig_recordings
-from srbval.evidence.provenance import provenance
+from srbval.comparison.simulation_cases import PAPER_STATES
+from srbval.comparison.table6 import table6
+from srbval.reading.analyse import analyse
 from srbval.recordings import Origin, SpeedSource, load_recording
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import add, healthy_baseline, lookup, rig_recordings
 from srbval.recordings.registry.register import shipped_recordings
+from srbval.report.findings.gather import choose_rig_recordings
+from srbval.report.findings.provenance import provenance
 from srbval.storage.own_package import shipped_folder
-from srbval.validation.analyse import analyse
-from srbval.validation.simulation_cases import PAPER_STATES
-from srbval.validation.table6 import table6
 
 from . import files
 

@@ -10,9 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from srbval.figures.acceleration import acceleration_panel
-from srbval.figures.spectrum import envelope_spectrum_panel, fault_cursors
-from srbval.main_job import MadeReport, make_report
 from srbval.recordings.registry.register import shipped_recordings
 from srbval.report import (
     Badge,
@@ -32,6 +29,9 @@ from srbval.report import (
     VerdictBox,
     literal,
 )
+from srbval.report.figures.acceleration import acceleration_panel
+from srbval.report.figures.spectrum import envelope_spectrum_panel, fault_cursors
+from srbval.report.reports import MadeReport, make_report
 
 from .whole import OPTIONS, SECONDS, HostileReport, hostile_file, write_hostile
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from srbval.evidence.stored import ShownResult, shown_result
 from srbval.report.blocks import Callout
-from srbval.report.content.campaigns import campaign_section
+from srbval.report.findings.stored import ShownResult, shown_result
 from srbval.report.table import Table
 from srbval.storage.stored_result import CAMPAIGN_SCALE, NOISE_STUDY, StoredResult, stamped
+from srbval.studies.noise.page import campaign_section
 
 MACHINE = {"processor": "none", "usable_cores": 1}
 MEASURED = {"cases": 40, "engine": "local", "planning_s": 0.1, "coordinator_s": 1e-3}

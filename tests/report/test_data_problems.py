@@ -6,12 +6,12 @@ import dataclasses
 import json
 from pathlib import Path
 
-from srbval.evidence.evidence import Evidence
-from srbval.main_job import MadeReport
 from srbval.recordings.registry import FileStatus, RegisteredRecording
 from srbval.report.blocks import Callout, Listing
-from srbval.report.content.records import MOST_NAMED, records_section
+from srbval.report.findings.findings import Evidence
+from srbval.report.reports import MadeReport
 from srbval.report.section_texts import Texts
+from srbval.report.sections.records import MOST_NAMED, records_section
 from srbval.storage.strict_json import json_value
 
 

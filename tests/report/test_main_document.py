@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from srbval.main_job import MadeReport
 from srbval.report import Figure, Paragraph, Report, Section, write_report
+from srbval.report.reports import MadeReport
 
 from .test_report_pdf import unpacked
 from .whole import PANELS

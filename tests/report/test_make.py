@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from srbval.main_job import MadeReport
+from srbval.report.reports import MadeReport
 
 from .whole import FILES, PANELS
 

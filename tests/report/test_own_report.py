@@ -12,15 +12,15 @@ import pytest
 
 from srbval.bearing import Fault
 from srbval.cli import main
+from srbval.diagnosis.fault_call import OTHER_CONDITIONS
 from srbval.errors import ConfigurationError
-from srbval.evidence.own_records import OwnEvidence, Unseen, gather_own
-from srbval.main_job import write_plot
 from srbval.recordings.speed import nominal_speed
 from srbval.report import Tone
-from srbval.report.content.own_report import assemble_own
-from srbval.validation.fault_call import OTHER_CONDITIONS
+from srbval.report.findings.user_records import OwnEvidence, Unseen, gather_own
+from srbval.report.reports import write_plot
+from srbval.report.sections.own_report import assemble_own
+from tests.reading.test_shaft_speed import BEARING, record
 from tests.report.test_report_pdf import unpacked
-from tests.validation.test_shaft_speed import BEARING, record
 
 MOST_PAGES = 5
 
@@ -67,7 +67,7 @@ def test_a_shallow_line_that_nothing_else_names_leaves_the_part_open(monkeypatch
     assert record.naming is not None
     doubted = dataclasses.replace(record, naming=dataclasses.replace(record.naming, state="undecided"))
     for deep, said in ((True, "Inner race fault"), (False, "Fault, perhaps of the inner race")):
-        monkeypatch.setattr("srbval.evidence.own_records.is_fault_like", lambda *_, deep=deep: deep)
+        monkeypatch.setattr("srbval.report.findings.user_records.is_fault_like", lambda *_, deep=deep: deep)
         assert headline(dataclasses.replace(held(), records=(doubted,))).startswith(f"{said}: the BPFI line")
 
 

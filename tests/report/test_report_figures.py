@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from srbval.bearing import load_bearing
-from srbval.evidence.bearing_views import LoadZone
-from srbval.figures.acceleration import acceleration_panel
-from srbval.figures.files import extreme_indices
-from srbval.figures.spectrum import envelope_spectrum_panel, fault_cursors, tall_peaks
+from srbval.report.figures.acceleration import acceleration_panel
 from srbval.report.figures.deviation import Deviation, deviation_plot
+from srbval.report.figures.files import extreme_indices
 from srbval.report.figures.ladder import ladder_plot
 from srbval.report.figures.reliability import reliability_plot
 from srbval.report.figures.scalogram import block_means, scalogram_panel
 from srbval.report.figures.scene import bearing_scene
+from srbval.report.figures.spectrum import envelope_spectrum_panel, fault_cursors, tall_peaks
+from srbval.report.findings.bearing_views import LoadZone
 from srbval.scene import paper_scene
 
 LARGEST_BYTES = 150_000  # some twenty panels and more must fit into a page of 6 MB

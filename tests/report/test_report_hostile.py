@@ -7,7 +7,7 @@ import re
 from html import unescape
 from pathlib import Path
 
-from srbval.main_job import MadeReport
+from srbval.report.reports import MadeReport
 
 from .whole import FILE_NAME, FILES, HOSTILE, TEXT
 

@@ -6,15 +6,15 @@ from typing import Any
 
 import pytest
 
-from srbval.bench.ladder.questions import Question
-from srbval.bench.ladder.table import load_calibration
 from srbval.errors import DataError
-from srbval.evidence.harmonics import HarmonicPattern, HarmonicPatterns
-from srbval.evidence.stored import shown_ladder, shown_results
 from srbval.models.ladder import MODELS
 from srbval.plan.calibrated import shipped_calibration
+from srbval.plan.questions import Question
+from srbval.plan.table import load_calibration
 from srbval.report import Figure
-from srbval.report.content.ladder import ladder_section
+from srbval.report.findings.harmonics import HarmonicPattern, HarmonicPatterns
+from srbval.report.findings.stored import shown_ladder, shown_results
+from srbval.report.sections.ladder import ladder_section
 from srbval.report.table import Table
 
 

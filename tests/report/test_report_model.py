@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from srbval.figures.files import PanelFiles
 from srbval.report import Cell, Column, Figure, FigureGrid, Report, Section, Table, Tone, VerdictBox
+from srbval.report.figures.files import PanelFiles
 from srbval.report.table import format_value
 
 

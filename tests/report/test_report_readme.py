@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from srbval.main_job import MadeReport
+from srbval.report.reports import MadeReport
 from tests.readme_table import in_readme, readme_table
 
 

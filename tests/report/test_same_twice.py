@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from srbval.main_job import MadeReport
+from srbval.report.reports import MadeReport
 from srbval.storage.own_package import child_environment
 
 from .whole import OPTIONS

@@ -10,12 +10,8 @@ from typing import Any
 
 import pytest
 
-from srbval.bench.scenes import PAPER_STEP_S
-from srbval.evidence.stored import ShownResult, shown_result
 from srbval.report.blocks import Callout, Figure, Listing, Paragraph
-from srbval.report.content.reading import TEXTS as READING_TEXTS
-from srbval.report.content.speed_accuracy import speed_accuracy_section
-from srbval.report.content.stability import stability_section
+from srbval.report.findings.stored import ShownResult, shown_result
 from srbval.report.table import Table
 from srbval.scene import paper_scene
 from srbval.storage.stored_result import (
@@ -26,6 +22,10 @@ from srbval.storage.stored_result import (
     STABILITY,
     StoredResult,
 )
+from srbval.studies.reading_accuracy.page import TEXTS as READING_TEXTS
+from srbval.studies.scenes import PAPER_STEP_S
+from srbval.studies.speed_accuracy.page import speed_accuracy_section
+from srbval.studies.stability.page import stability_section
 
 DEFAULT = paper_scene().solver
 NO_BENCH, NO_MAP = shown_result(RIG_SPEED_ACCURACY, None), shown_result(RIG_STABILITY, None)

@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
-from srbval.evidence.stored import ShownResult, shown_result
 from srbval.report.blocks import Callout, Figure
-from srbval.report.content.waterfall import waterfall_section
+from srbval.report.findings.stored import ShownResult, shown_result
 from srbval.report.table import Table
 from srbval.storage.stored_result import WATERFALL, StoredResult
+from srbval.studies.waterfall.page import waterfall_section
 
 ORIGIN = {"made_utc": "2026-01-01T00:00:00+00:00", "git_revision": "abc", "command": "waterfall",
           "machine": {"processor": "A & <B>", "usable_cores": 2}}  # fmt: skip

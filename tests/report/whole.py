@@ -14,16 +14,16 @@ from scipy.io import savemat
 
 import srbval
 from srbval.bearing import Fault
-from srbval.evidence.bands import RecordKurtogram
-from srbval.evidence.evidence import Evidence
+from srbval.comparison.other_rigs import OtherRecord
+from srbval.reading.analyse import Analysis
+from srbval.reading.shown_record import ShownRecord
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import FileStatus, RegisteredRecording
 from srbval.report import Report
-from srbval.report.content.assemble import assemble
+from srbval.report.findings.bands import RecordKurtogram
+from srbval.report.findings.findings import Evidence
+from srbval.report.sections.assemble import assemble
 from srbval.report.write import write_report
-from srbval.validation.analyse import Analysis
-from srbval.validation.other_rigs import OtherRecord
-from srbval.validation.shown_record import ShownRecord
 
 PACKAGE = Path(srbval.__file__).parent
 Record = TypeVar("Record", ShownRecord, RecordKurtogram)

@@ -24,7 +24,6 @@ import numpy as np
 
 from srbval.bearing import load_bearing
 from srbval.bearing.catalogue import catalogue_rows, known_bearings
-from srbval.bench.child import peak_bytes
 from srbval.campaign.planning import final_scene, plan_cases
 from srbval.campaign.sampling import MOST_CASES, points_in
 from srbval.campaign.settings import Sampling, load_campaign
@@ -34,6 +33,7 @@ from srbval.models.ladder import RUNGS
 from srbval.models.simulate import simulate
 from srbval.models.solvers import METHODS
 from srbval.scene import Scene, load_scene, scene_table
+from srbval.studies.speed_accuracy.child import peak_bytes
 
 SPECIAL = (0.0, -0.0, 1.0, -1.0, math.inf, -math.inf, math.nan, 5e-324, 1.7e308, 2**63 - 1, -(2**63), 10**400, True, [],
            {}, "", "x", "1e400 kN", "nan m")  # fmt: skip

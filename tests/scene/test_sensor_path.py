@@ -11,8 +11,8 @@ import pytest
 
 from srbval.errors import ConfigurationError, DataError
 from srbval.models.run_file import scene_dict
+from srbval.path.identify import path_toml
 from srbval.scene import PathMode, SensorPath, load_scene, load_sensor_path, paper_scene
-from srbval.validation.identify import path_toml
 
 ROUNDING = 1e-12
 MODE = PathMode(frequency_hz=1600.0, damping_ratio=0.03, gain=0.5)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from srbval.signal.false_alarm import false_alarm, neg_log_p, true_noise_ratio, upcrossings
-from tests.calibrators.reading import ReadingSettings, run_reading_bench
+from srbval.studies.reading_accuracy.study import ReadingSettings, run_reading_bench
 
 BINS = 65
 ONE, FIVE = np.eye(2)[1], np.eye(6)[5]  # all lines of the comb are seen in all of the window

@@ -6,6 +6,7 @@ import scipy.fft
 import scipy.signal
 
 from srbval.bearing import LARGEST_SLIP
+from srbval.reading.pipeline import process
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
 from srbval.signal import (
     Periodogram,
@@ -18,7 +19,6 @@ from srbval.signal import (
     read_comb,
     squared_envelope,
 )
-from srbval.validation.pipeline import process
 from tests.signal.test_comb import FS_HZ as COMB_FS_HZ
 from tests.signal.test_comb import LINE_HZ, comb, read
 

@@ -74,7 +74,9 @@ def test_lazily_imported_rungs_belong_to_a_run() -> None:
 
 
 def test_stored_ladder_answers_depend_on_what_reads_the_lines() -> None:
-    names = {path.relative_to(package_folder()).as_posix() for path in sources_of("srbval.bench.ladder.measure")}
+    names = {
+        path.relative_to(package_folder()).as_posix() for path in sources_of("srbval.studies.model_hierarchy.study")
+    }
     assert {"validation/lines.py", "signal/slip_interval.toml"} <= names
 
 

@@ -3,9 +3,9 @@
 import socket
 from importlib import util
 
-from srbval.bench.machine import usable_cores
 from srbval.campaign.engines.engine import Engine
 from srbval.errors import ConfigurationError
+from srbval.processes.machine import usable_cores
 
 AUTO, SERIAL, LOCAL, DASK, SLURM = "auto", "serial", "local", "dask", "slurm"
 NAMES = (AUTO, SERIAL, LOCAL, DASK, SLURM)

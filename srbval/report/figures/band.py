@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from srbval.figures.files import PanelFiles, rounded, save_panel
-from srbval.figures.style import (
+from srbval.report.figures.files import PanelFiles, rounded, save_panel
+from srbval.report.figures.style import (
     BLUE,
     GREEN,
     HEALTHY,

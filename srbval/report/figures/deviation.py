@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from srbval.figures.files import PanelFiles, save_panel
-from srbval.figures.style import BLUE, GREEN, INK, VERMILION, figure_style, new_axes, new_figure
-from srbval.validation.bias import Pair
+from srbval.comparison.bias import Pair
+from srbval.report.figures.files import PanelFiles, save_panel
+from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, figure_style, new_axes, new_figure
 
 # kind: (marker, face colour, edge colour); shape and filling tell them apart without colour.
 MARKS = {

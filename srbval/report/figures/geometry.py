@@ -9,9 +9,9 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import SphericalRollerGeometry
-from srbval.evidence.bearing_views import DEFECT_CIRCLE, DefectPoints, RacewayCircle
-from srbval.figures.files import PanelFiles, save_panel
-from srbval.figures.style import BLUE, INK, ORANGE, SOFT, VERMILION, figure_style, new_figure
+from srbval.report.figures.files import PanelFiles, save_panel
+from srbval.report.figures.style import BLUE, INK, ORANGE, SOFT, VERMILION, figure_style, new_figure
+from srbval.report.findings.bearing_views import DEFECT_CIRCLE, DefectPoints, RacewayCircle
 
 SECTION_INCHES, CLOUD_INCHES, SCENE_INCHES = (7.6, 3.1), (7.6, 2.7), (4.2, 3.9)
 PIXELS_PER_INCH = 130  # of the three-dimensional picture

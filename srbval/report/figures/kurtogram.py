@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.figures.files import PanelFiles, save_panel
-from srbval.figures.style import HALF, figure_style, new_axes, stamp_stand_in, title_panel
+from srbval.report.figures.files import PanelFiles, save_panel
+from srbval.report.figures.style import HALF, figure_style, new_axes, stamp_stand_in, title_panel
 from srbval.signal import Kurtogram
 
 USED, BEST = "#ffffff", "#d62728"

@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from srbval.figures.files import PanelFiles, save_panel
-from srbval.figures.style import BLUE, GREEN, INK, ORANGE, PURPLE, SOFT, VERMILION, figure_style, new_figure
+from srbval.report.figures.files import PanelFiles, save_panel
+from srbval.report.figures.style import BLUE, GREEN, INK, ORANGE, PURPLE, SOFT, VERMILION, figure_style, new_figure
 
 # Shape and colour of each rung, from the bottom of the ladder up.
 MARKS = (("v", ORANGE), ("D", GREEN), ("s", BLUE), ("P", PURPLE), ("o", VERMILION))

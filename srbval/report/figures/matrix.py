@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.figures.files import PanelFiles, save_panel
-from srbval.figures.style import INK, SOFT, figure_style, new_axes
+from srbval.report.figures.files import PanelFiles, save_panel
+from srbval.report.figures.style import INK, SOFT, figure_style, new_axes
 
 CELL_INCHES = (0.56, 0.2)
 FRAME_INCHES = (2.0, 1.0)

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from srbval.figures.files import PanelFiles, save_panel
-from srbval.figures.style import BLUE, INK, SOFT, figure_style, new_axes
+from srbval.report.figures.files import PanelFiles, save_panel
+from srbval.report.figures.style import BLUE, INK, SOFT, figure_style, new_axes
 
 
 def reliability_plot(folder: Path, name: str, *, rows: Sequence[Mapping[str, Any]]) -> PanelFiles:

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from srbval.arrays import FloatArray
-from srbval.figures.files import PanelFiles, rounded, save_panel
-from srbval.figures.style import HALF, INK, figure_style, new_axes, row_above, stamp_stand_in, title_panel
+from srbval.report.figures.files import PanelFiles, rounded, save_panel
+from srbval.report.figures.style import HALF, INK, figure_style, new_axes, row_above, stamp_stand_in, title_panel
 
 COLUMNS, ROWS, LEVELS = 320, 110, 64
 CSV_COLUMNS, CSV_ROWS = 180, 40

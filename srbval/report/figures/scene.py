@@ -7,9 +7,9 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import SphericalRollerGeometry
-from srbval.evidence.bearing_views import LoadZone
-from srbval.figures.files import PanelFiles, save_panel
-from srbval.figures.style import BLUE, INK, SOFT, VERMILION, WIDE, figure_style, legend_above, new_axes
+from srbval.report.figures.files import PanelFiles, save_panel
+from srbval.report.figures.style import BLUE, INK, SOFT, VERMILION, WIDE, figure_style, legend_above, new_axes
+from srbval.report.findings.bearing_views import LoadZone
 from srbval.scene import Scene
 
 SIZE_INCHES = (4.2, 3.9)

@@ -1,0 +1,1 @@
+"""Model against record: the same quantities of both, their differences and uncertainties, verdicts."""

@@ -1,0 +1,146 @@
+"""A recording's counterpart: the model at the record's own speed and load, converged, from several starts."""
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from srbval.bearing import Bearing, Fault
+from srbval.comparison.compared_quantities import mean_of_starts, values_of_model
+from srbval.comparison.comparison import QuantityValue
+from srbval.comparison.simulation_cases import SimulationCase, run_case
+from srbval.errors import SrbvalError
+from srbval.models.precompile import load_kernels
+from srbval.models.run import Run
+from srbval.models.simulate import Step
+from srbval.progress import Progress, silent
+from srbval.reading.analyse import Analysis, analyse
+from srbval.recordings import recording_from_run
+from srbval.scene import Scene, paper_scene
+
+TURNS = 30.0  # length of a run in shaft turns: that of a rig record of 2 s
+# Rate at which the rollers' speeds are recorded, by fault: only the line of a roller's defect needs them.
+DETAIL_HZ = {Fault.ROLLER: 1024.0}
+# Points on a circle from which on levels change by less than 0.1 dB and runs no longer hang on their start; the paper's
+# 500 are its own choice, see `srbval bench --sensitivity`.
+CONVERGED_POINTS = 2000
+# Loads of the starts differ by up to this share: a change that no quantity may hang on, but a chaotic run does.
+STARTS, START_SHARE = 8, 1e-5
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AnalysedRun:
+    """A run and its analysis; `line_order` is the defect's line in orders of the shaft by the run's own speeds.
+
+    That is the cage's for a race, the defective roller's own turning for a roller; None without a defect. `values` are
+    those of the compared quantities, means over all starts where there were several.
+    """
+
+    case: SimulationCase
+    run: Run
+    analysis: Analysis
+    line_order: float | None
+    values: Mapping[str, QuantityValue] = field(default_factory=dict)
+
+
+def with_points(scene: Scene, points: int) -> Scene:
+    """The scene with so many points on a circle, the circle's stiffness and damping and the defect's length held."""
+    factor = points / scene.contact.points_per_circle
+    contact = dataclasses.replace(
+        scene.contact, points_per_circle=points, stiffness_n_m=scene.contact.stiffness_n_m / factor,
+        damping_ns_m=scene.contact.damping_ns_m / factor,
+    )  # fmt: skip
+    in_points = scene.defect.extent_m is None
+    defect = dataclasses.replace(scene.defect, points=max(1, round(scene.defect.points * (factor if in_points else 1))))
+    return dataclasses.replace(scene, contact=contact, defect=defect)
+
+
+def converged(scene: Scene) -> Scene:
+    """The scene with points enough; unchanged where it has them, or where its model has none."""
+    coarse = scene.model == "full" and scene.contact.points_per_circle < CONVERGED_POINTS
+    return with_points(scene, CONVERGED_POINTS) if coarse else scene
+
+
+def starts(scene: Scene) -> tuple[Scene, ...]:
+    """The scene at loads that differ by nothing that matters: an ensemble of starts."""
+    return tuple(
+        dataclasses.replace(scene, load=dataclasses.replace(scene.load, radial_n=scene.load.radial_n * (1 + change)))
+        for change in np.linspace(-START_SHARE, START_SHARE, STARTS).tolist()
+    )
+
+
+def run_counterpart(rig: Analysis, *, pool: Executor, progress: Progress = silent) -> AnalysedRun | str:
+    """`TURNS` turns of the paper's scene at the recording's measured speed and its load, with the defect of its state.
+
+    At converged points; a defect's quantities are means over `STARTS` starts, a healthy bearing is run once. The runs
+    are made in `pool`; the error of the step is estimated for the first alone, since all have the same step. The reason
+    where one failed.
+    """
+    recording, state = rig.recording, rig.recording.state or Fault.HEALTHY
+    scene = converged(
+        paper_scene(
+            duration_s=TURNS / rig.speed.value_hz,
+            shaft_speed_rad_s=2 * math.pi * rig.speed.value_hz,
+            load={"radial_n": recording.radial_n or 0.0, "axial_n": recording.axial_n or 0.0},
+            defect={"kind": state},
+            detail_rate_hz=DETAIL_HZ.get(state, 0.0),
+        )
+    )
+    first, *others = (
+        SimulationCase(
+            id=f"counterpart-{recording.name}" + f"-{number}" * (number > 1),
+            purpose="at the recording's own speed and load",
+            state=state,
+            scene=one,
+        )
+        for number, one in enumerate((scene,) if state is Fault.HEALTHY else starts(scene), start=1)
+    )
+
+    def made(case: SimulationCase, step: Step) -> AnalysedRun:
+        return analyse_run(case, run_case(case, step=step, progress=progress), rig.bearing)
+
+    def values(case: SimulationCase) -> Mapping[str, QuantityValue]:
+        return made(case, Step.UNCHECKED).values
+
+    load_kernels([scene.model])
+    shown, further = pool.submit(made, first, Step.CHECKED), [pool.submit(values, case) for case in others]
+    try:
+        run = shown.result()
+        return dataclasses.replace(run, values=mean_of_starts([run.values, *(one.result() for one in further)]))
+    except SrbvalError as error:
+        return str(error)
+    finally:
+        for future in further:
+            future.cancel()
+
+
+def analyse_run(
+    case: SimulationCase, run: Run, bearing: Bearing, band_hz: tuple[float, float] | None = None
+) -> AnalysedRun:
+    """Read the run, in the paper's band unless one is given. A roller's line is looked for about its own turning."""
+    order = line_order(run, case.state, bearing)
+    if case.state is Fault.ROLLER and order is not None:
+        bearing = dataclasses.replace(bearing, orders=dataclasses.replace(bearing.orders, bsf=order / 2))
+    analysis = analyse(recording_from_run(run), bearing=bearing, band_hz=band_hz)
+    return AnalysedRun(
+        case=case, run=run, analysis=analysis, line_order=order, values=values_of_model(analysis, case.state, order)
+    )  # fmt: skip
+
+
+def line_order(run: Run, state: Fault, bearing: Bearing) -> float | None:
+    """The line of `state` in orders of the shaft, by the run's mean speeds of cage or roller; None for a healthy one.
+
+    A defect on a roller strikes both races once per revolution of the roller relative to its slot, which turns with the
+    cage and is inclined by the bearing's tilt. None too where the run recorded no roller speeds.
+    """
+    if state is not Fault.ROLLER:
+        return state.passing_order(run.rolling_elements, run.cage_ratio)
+    if not run.spin_rad_s.size or bearing.geometry is None:
+        return None
+    defect = run.scene.defect
+    spin = run.spin_rad_s[:, (defect.row - 1) * run.rolling_elements + defect.roller - 1]
+    slot = run.cage_ratio * math.cos(bearing.geometry.tilt_rad)
+    return 2 * abs(float(np.mean(spin)) / run.scene.shaft_speed_rad_s - slot)

@@ -1,0 +1,286 @@
+"""The validation matrix: every registered record of the rig, one cell per operating point of Table 5.
+
+Every registered record fills a cell, and every cell of a fault compares every quantity; there is no other list.
+"""
+
+import os
+import threading
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+from srbval.bearing import DEFECTS, Bearing, Fault
+from srbval.comparison.compared_quantities import compare
+from srbval.comparison.comparison import Comparison, ComparisonVerdict
+from srbval.comparison.counterpart import AnalysedRun
+from srbval.comparison.effects import Sensitivity
+from srbval.comparison.record_verdict import FREQUENCIES, RecordVerdict, holm, judge
+from srbval.diagnosis.fault_call import FaultCall, call_fault
+from srbval.errors import SrbvalError
+from srbval.reading.analyse import Analysis, analyse
+from srbval.reading.lines import Line, line_entry
+from srbval.recordings import ShaftSpeed
+from srbval.recordings.datasets.description import OperatingGrid, dataset
+from srbval.recordings.registry import RIG_DATASETS, RegisteredRecording, load_entry, unopened
+
+# Verdicts of cells that hold no comparison.
+NOT_DETECTED, BASELINE = "line not detected", "baseline"
+Counterpart = Callable[[Analysis, Executor], AnalysedRun | str]  # made in that pool
+
+
+class Point(NamedTuple):
+    """An operating point of Table 5: state, loads [kN], nominal motor speed [rpm]."""
+
+    state: Fault
+    radial_kn: float
+    axial_kn: float
+    nominal_rpm: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class MatrixCell:
+    """One record [kN, rpm], its shaft speed, the line of its state, the model's, and what may be said.
+
+    `comparisons` hold every quantity of the fault that both sides show; error and uncertainty of the cell are those of
+    the frequency, the verdict, `judged`, that of all its quantities together. `model_hz` is the model's line at the
+    same speed, None where the cell is no fault's or the model's run failed (`remark` says why). `call` is the fault
+    call against the healthy record of the same point.
+    """
+
+    state: Fault
+    radial_kn: float
+    axial_kn: float
+    nominal_rpm: float
+    file: str
+    speed: ShaftSpeed
+    line: Line
+    model_hz: float | None
+    call: FaultCall
+    comparisons: tuple[Comparison, ...] = ()
+    judged: RecordVerdict | None = None
+    remark: str = ""
+    cautions: tuple[str, ...] = ()
+
+    @property
+    def point(self) -> Point:
+        """The cell's place in the matrix."""
+        return Point(self.state, self.radial_kn, self.axial_kn, self.nominal_rpm)
+
+    @property
+    def shaft_rpm(self) -> float:
+        """Mean shaft speed [rpm]."""
+        return 60 * self.speed.value_hz
+
+    @property
+    def frequency(self) -> Comparison | None:
+        """The comparison of the frequency: of the cage ratio, or of a roller's line."""
+        return next((row for row in self.comparisons if row.kind in FREQUENCIES), None)
+
+    @property
+    def error_pct(self) -> float | None:
+        """Its comparison error [%]."""
+        return None if self.frequency is None else self.frequency.error
+
+    @property
+    def uncertainty_pct(self) -> float | None:
+        """Its validation uncertainty [%]."""
+        return None if self.frequency is None else self.frequency.uncertainty
+
+    @property
+    def verdict(self) -> str:
+        """What may be said of the model at this point."""
+        if not self.line.detected:
+            return NOT_DETECTED
+        if self.state is Fault.HEALTHY:
+            return BASELINE
+        return (ComparisonVerdict.INSUFFICIENT if self.judged is None else self.judged.verdict).value
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for ``report.json``; the deviation from kinematics is null where the line is not detected."""
+        line = self.line
+        entry = vars(self) | line_entry(line)
+        del entry["speed"]
+        return entry | {
+            "shaft_rpm": self.shaft_rpm,
+            "speed_ci95_rpm": 60 * self.speed.ci95_hz,
+            "speed_source": self.speed.source,
+            "rig_hz": line.found_hz,
+            "rig_ci95_hz": line.ci95_hz,
+            "deviation_pct": line.detected_deviation_pct,
+            "deviation_ci95_pct": line.deviation_ci95_pct if line.detected else None,
+            "error_pct": self.error_pct,
+            "uncertainty_pct": self.uncertainty_pct,
+            "verdict": self.verdict,
+        }
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CellSides:
+    """Both sides of a cell in full, for figures; the model's is the reason where its run failed."""
+
+    rig: Analysis
+    model: AnalysedRun | str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Matrix:
+    """The cells there are data for, on the grid of Table 5; `unusable` are records with the reason.
+
+    `sides` are those of the cells that were asked for: those of a full grid would not fit into memory.
+    """
+
+    grid: OperatingGrid
+    cells: tuple[MatrixCell, ...] = ()
+    unusable: tuple[tuple[str, str], ...] = ()
+    sides: Mapping[Point, CellSides] = field(default_factory=dict)
+
+    def at(self, point: tuple[Fault, float, float, float]) -> MatrixCell | None:
+        """The cell of one operating point, None where nothing was measured."""
+        return next((c for c in self.cells if c.point == point), None)
+
+    @property
+    def size(self) -> int:
+        """Operating points of the grid."""
+        return len(self.grid.states) * len(self.grid.radial_kn) * len(self.grid.nominal_rpm)
+
+
+def rig_grid() -> OperatingGrid:
+    """The grid of Table 5."""
+    grid = dataset(RIG_DATASETS[0]).grid
+    assert grid is not None, "a test holds the rig's description to its grid"
+    return grid
+
+
+def build_matrix(
+    registered: Sequence[RegisteredRecording],
+    *,
+    bearing: Bearing,
+    counterpart: Counterpart,
+    sensitivity: Sensitivity,
+    keep_sides_of: Collection[Point] = (),
+    jobs: int | None = None,
+) -> Matrix:
+    """Analyse one record per operating point (the longest) and compare the model with it, `jobs` at a time.
+
+    `counterpart` runs the model at a record's own speed and load in the pool it is given, or says why it failed;
+    `sensitivity` holds the effects of numerics and open inputs. Verdicts hold over all records together (Holm). A
+    healthy bearing's line is its baseline, not a fault that the model has: nothing is run for it. A record that cannot
+    be analysed is listed with its reason and fills no cell. Both sides of the points in `keep_sides_of` are returned in
+    full, healthy ones' too.
+    """
+    chosen: dict[Point, RegisteredRecording] = {}
+    for entry in registered:
+        point = point_of(entry)
+        if point is not None and (entry.seconds or 0) > (chosen[point].seconds or 0 if point in chosen else 0):
+            chosen[point] = entry
+    # Slow shafts first: theirs are the longest runs. Records of one point follow each other.
+    ordered = sorted(chosen.items(), key=lambda item: (item[0].nominal_rpm, item[0][1:3], item[0].state))
+    baselines = {
+        place: _Baseline(chosen.get(Point(Fault.HEALTHY, *place)), users, bearing)
+        for place, users in Counter(point[1:] for point in chosen).items()
+    }
+
+    def one(item: tuple[Point, RegisteredRecording]) -> tuple[Point, MatrixCell | str, CellSides | None]:
+        point, entry = item
+        baseline = baselines[point[1:]]
+        try:
+            rig = baseline.analysis() if point.state is Fault.HEALTHY else analyse(load_entry(entry), bearing=bearing)
+            assert rig is not None, "the point's healthy record is this one"
+            wanted = point in keep_sides_of
+            model = counterpart(rig, runs) if wanted or point.state in DEFECTS else None
+            used_for = "blind" if unopened(entry) else "withheld"
+            cell = _cell(point, rig, baseline.usable_analysis(), model, sensitivity, used_for)
+        except SrbvalError as error:
+            return point, str(error), None
+        finally:
+            baseline.release()
+        return point, cell, CellSides(rig=rig, model=model) if wanted and model is not None else None
+
+    # Records wait for their runs; a pool of these alone keeps every core busy, whichever records they belong to.
+    workers = jobs or os.cpu_count() or 1
+    with ThreadPoolExecutor(workers) as runs, ThreadPoolExecutor(workers) as records:
+        try:
+            results = sorted(records.map(one, ordered), key=lambda result: result[0])
+        except BaseException:
+            runs.shutdown(wait=False, cancel_futures=True)
+            raise
+    return Matrix(
+        grid=rig_grid(),
+        cells=_with_holm([cell for _, cell, _ in results if isinstance(cell, MatrixCell)]),
+        unusable=tuple((chosen[point].file, why) for point, why, _ in results if isinstance(why, str)),
+        sides={point: sides for point, _, sides in results if sides is not None},
+    )
+
+
+def _with_holm(cells: Sequence[MatrixCell]) -> tuple[MatrixCell, ...]:
+    """The cells, their verdicts adjusted for the number of records."""
+    adjusted = iter(holm([cell.judged for cell in cells if cell.judged is not None]))
+    return tuple(cell if cell.judged is None else replace(cell, judged=next(adjusted)) for cell in cells)
+
+
+class _Baseline:
+    """The healthy record of one operating point: analysed once, released after the point's last record."""
+
+    def __init__(self, entry: RegisteredRecording | None, users: int, bearing: Bearing) -> None:
+        self._entry, self._users, self._bearing = entry, users, bearing
+        self._lock = threading.Lock()
+        self._analysis: Analysis | None = None
+
+    def analysis(self) -> Analysis | None:
+        """Its analysis, None where no healthy record is registered; raises what `analyse` raises."""
+        with self._lock:
+            if self._analysis is None and self._entry is not None:
+                self._analysis = analyse(load_entry(self._entry), bearing=self._bearing)
+            return self._analysis
+
+    def usable_analysis(self) -> Analysis | None:
+        """The same, None too for a record that cannot be analysed: it is listed by itself."""
+        try:
+            return self.analysis()
+        except SrbvalError:
+            return None
+
+    def release(self) -> None:
+        """One user less; the last one frees the analysis."""
+        with self._lock:
+            self._users -= 1
+            if not self._users:
+                self._analysis = None
+
+
+def point_of(entry: RegisteredRecording) -> Point | None:
+    """The operating point of a record, None where one of state, load and speed is not known."""
+    if entry.state is None or entry.radial_kn is None or entry.nominal_rpm is None:
+        return None
+    return Point(entry.state, entry.radial_kn, entry.axial_kn or 0.0, entry.nominal_rpm)
+
+
+def _cell(
+    point: Point,
+    analysis: Analysis,
+    healthy: Analysis | None,
+    model: AnalysedRun | str | None,
+    sensitivity: Sensitivity,
+    used_for: str,
+) -> MatrixCell:
+    state = point.state
+    # A healthy bearing's line is its baseline, not a fault.
+    line = analysis.line_of(Fault.OUTER if state is Fault.HEALTHY else state)
+    rows: tuple[Comparison, ...] = ()
+    model_order = model.line_order if isinstance(model, AnalysedRun) else None
+    if line.detected and isinstance(model, AnalysedRun):
+        rows = compare(state, analysis, model.values, sensitivity, scene=model.case.base, used_for=used_for)
+    return MatrixCell(
+        **point._asdict(),
+        file=analysis.recording.file or analysis.recording.name,
+        speed=analysis.speed,
+        line=line,
+        model_hz=analysis.speed.value_hz * model_order if model_order else None,
+        call=call_fault(analysis, None if state is Fault.HEALTHY else healthy),
+        comparisons=rows,
+        judged=judge(rows, sensitivity.of(state)),
+        remark=model if isinstance(model, str) else "",
+        cautions=analysis.recording.cautions,
+    )

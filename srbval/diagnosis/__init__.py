@@ -1,0 +1,1 @@
+"""From lines to a fault: comparison with a healthy baseline, probabilities of each fault."""

@@ -1,0 +1,144 @@
+"""Which fault a record shows by itself: posterior probabilities against records of known state of other rigs."""
+
+import csv
+import dataclasses
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from srbval.bearing import DEFECTS, Fault
+from srbval.diagnosis.fault_call import Basis, FaultCall
+from srbval.diagnosis.fault_evidence import FaultEvidence, fault_evidence
+from srbval.diagnosis.fault_posterior import FaultPosterior, KnownFeatures, decide, fit_posterior, most_probable
+from srbval.processes.threads import one_thread
+from srbval.reading.analyse import Analysis
+from srbval.reading.pipeline import process
+
+KNOWN_FILE = "known_records.csv"  # written by ``python -m srbval.studies.known_records.study``
+
+
+@dataclass(frozen=True, kw_only=True)
+class Naming:
+    """`state` is the class called, "undecided" where none is probable enough; `probabilities` are all classes'.
+
+    `log_likelihood`: of each class over the healthy one's, for priors of one's own; those here are equal. `rigs`: how
+    many the record was held against; `channel`: the one that shows the class best, whose `evidence` is given.
+    """
+
+    state: str
+    probabilities: Mapping[str, float]
+    log_likelihood: Mapping[str, float]
+    evidence: FaultEvidence
+    rigs: int
+    channel: str | None
+
+    @property
+    def most_probable(self) -> Fault | None:
+        """The fault, where one is the most probable class."""
+        return _fault(most_probable(self.probabilities))
+
+    @property
+    def group(self) -> str:
+        """How a rolling element shows where it shows as a group of lines, in words; else empty."""
+        part = next(p for p in self.evidence.parts if p.fault is Fault.ROLLER)
+        if self.most_probable is not Fault.ROLLER or part.spacing_hz is None:
+            return ""
+        return (
+            f"The rolling element shows as a group of lines {part.spacing_hz:.2f} Hz apart, the cage frequency, about "
+            f"2xBSF, one of them at {part.found_hz:.2f} Hz. Where they stand depends on how elements turn outside the "
+            "load zone."
+        )
+
+    @property
+    def sentence(self) -> str:
+        """All of it in words."""
+        shares = ", ".join(f"{name} {share:.2f}" for name, share in self.probabilities.items())
+        order, excess = self.evidence.unexplained_order, self.evidence.unexplained
+        comb = "" if order is None else f" Strongest unexplained comb: order {order:.3f}, evidence {excess:.1f}."
+        best = "" if self.channel is None else f" Channel {self.channel} shows it best."
+        said = f"By this record alone, against {self.rigs} rigs of known state: {self.state} ({shares}).{best}{comb}"
+        return " ".join(filter(None, (said, self.group)))
+
+
+def _fault(name: str) -> Fault | None:
+    return next((fault for fault in DEFECTS if fault.value == name), None)
+
+
+@one_thread()
+def name_fault(analysis: Analysis, *, all_channels: bool = False, without_rig: str | None = None) -> Naming:
+    """Name the fault of an analysed record; `without_rig` leaves a rig's own records out of what it is held against.
+
+    With `all_channels` the record's other channels are looked at as well: sensors at other places of the machine.
+    """
+    model, rigs = _model(without_rig)
+    views = channels_of(analysis) if all_channels else {analysis.recording.channel: analysis}
+    evidence = [fault_evidence(view) for view in views.values()]
+    features = [np.array(one.features) for one in evidence]
+    shares = model.probabilities(*features)
+    found = most_probable(shares)
+    best = int(np.argmax([model.log_likelihood(one)[found] for one in features]))
+    return Naming(
+        state=decide(shares),
+        probabilities=shares,
+        log_likelihood=model.log_likelihood(*features),
+        evidence=evidence[best],
+        rigs=rigs,
+        channel=list(views)[best] if len(views) > 1 and found != Fault.HEALTHY else None,
+    )
+
+
+def channels_of(analysis: Analysis) -> dict[str | None, Analysis]:
+    """The analysis, and with it those with another channel's signal in place of its own, where that is as long."""
+    recording, done = analysis.recording, analysis.processed
+    found, own = {recording.channel: analysis}, recording.channels.get(recording.channel or "")
+    for name, x in recording.channels.items():
+        if name not in found and own is not None and x.size == own.size and x.min() < x.max():
+            found[name] = dataclasses.replace(analysis, processed=process(
+                recording, band_hz=done.band_hz, channel=name, band_filter=done.band_filter, tracking=done.tracking
+            ))  # fmt: skip
+    return found
+
+
+def fault_entry(call: FaultCall, naming: Naming | None) -> dict[str, Any]:
+    """What `analyse --json` says of the fault; `naming` is None of a record that is not measured.
+
+    `called` is that against the healthy record of the same point; where there is none, that of the record by itself.
+    """
+    if naming is None:
+        return {"called": None, "state": None, "against": None, "probabilities": {}}
+    alone = call.basis is Basis.LINE_ALONE
+    return {
+        "called": _fault(naming.state) if alone else call.called,
+        "state": naming.state,
+        "against": call.baseline or f"records of known state of {naming.rigs} rigs",
+        "probabilities": naming.probabilities,
+        "log_likelihood": naming.log_likelihood,
+        "unexplained_order": naming.evidence.unexplained_order,
+        "channel": naming.channel,
+        "parts": naming.evidence.parts,
+    }
+
+
+def known_features() -> tuple[KnownFeatures, ...]:
+    """The records of known state that come with the program."""
+    text = (resources.files("srbval.diagnosis") / KNOWN_FILE).read_text(encoding="utf-8")
+    return tuple(
+        KnownFeatures(
+            rig=row["rig"],
+            specimen=row["specimen"],
+            state=row["state"],
+            families=tuple(float(row[fault.value]) for fault in DEFECTS),
+            unexplained=float(row["unexplained"]),
+        )
+        for row in csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
+    )
+
+
+@functools.cache
+def _model(without_rig: str | None) -> tuple[FaultPosterior, int]:
+    known = [one for one in known_features() if one.rig != without_rig]
+    return fit_posterior(known), len({one.rig for one in known})

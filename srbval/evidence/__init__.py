@@ -1,1 +1,0 @@
-"""Everything that the report shows, simulated, read, analysed and compared before anything is drawn."""

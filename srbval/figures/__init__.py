@@ -1,1 +1,0 @@
-"""Figures of plain arrays: their one style, what draws a record, and the files they are written to."""

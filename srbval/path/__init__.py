@@ -1,0 +1,1 @@
+"""The transfer path from the bearing to the sensor, amplitudes behind it, sizes of defects."""

@@ -1,0 +1,210 @@
+"""Amplitudes in m/s2 and patterns of a record, and their comparison with the rig scene behind its path to the sensor.
+
+Levels are those of the fault's increment: a record's power in a band less that of the healthy record of the same speed.
+Third octaves are those of IEC 61260-1, 400 to 3150 Hz; outside, the rig's records hold tones of its drive that do not
+move with the speed. Lines are read from the squared envelope in `ENVELOPE_HZ`, the paper's band for the rig. Depth and
+kurtosis hang on the background: the healthy record's spectrum with random phases is added to the model's for these, and
+for nothing else.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+import scipy.fft
+import scipy.signal
+
+from srbval.arrays import FloatArray
+from srbval.bearing import Bearing, Fault
+from srbval.comparison.budget import VERDICT
+from srbval.comparison.compared_quantities import CAGE_RATIO
+from srbval.comparison.comparison import RIG_READING, Comparison, QuantityValue
+from srbval.errors import DataError
+from srbval.models.band_levels import BANDS_HZ, ORDER
+from srbval.reading.pipeline import choose_tracking, one_signal, process
+from srbval.recordings import Origin, Recording
+from srbval.recordings.datasets.srbval_files import SENSOR
+from srbval.signal import LEAST_SNR, NORMAL_95, drop_ends, end_s
+from srbval.signal.prewhitening import phase_randomised
+
+PATH, NUMERICS, SURFACES = "path to the sensor", "numerics: step, slices and starts", "waves on races and rollers"
+ENVELOPE_HZ, WHOLE_HZ = BANDS_HZ["1400-2800"], (400.0, 3150.0)
+THIRD_OCTAVES = {f"{10 ** (n / 10):.0f} Hz": 10 ** (n / 10) for n in range(26, 36)}  # base ten, exact middles
+LEVEL_BANDS = {name: (middle * 10**-0.05, middle * 10**0.05) for name, middle in THIRD_OCTAVES.items()}
+RMS_BANDS = {f"RMS {name} Hz": band for name, band in (BANDS_HZ | {"400-3150": WHOLE_HZ}).items()}
+KURTOSIS_BANDS = {"kurtosis 1400-2800 Hz": ENVELOPE_HZ, "kurtosis 400-3150 Hz": WHOLE_HZ}
+RELATIVE = ("line frequency", "modulation depth", "kurtosis")  # kinds whose errors are per cent of the rig's value
+MARGIN = {"dB": VERDICT.level_db, "%": VERDICT.share_pct}
+SEGMENT_S, BLOCKS = 0.25, 8
+HARMONICS, SIDEBANDS = range(2, 7), (1, 2)
+NEAR_BINS, NOISE_BINS = 1.5, 40
+DB = 10 / math.log(10)
+BACKGROUND_SEED = 11
+
+
+def band_power(recording: Recording, band_hz: tuple[float, float]) -> float:
+    """Power in a band [(m/s2)^2], Welch's method; a run's is freed of its mean over output intervals."""
+    fs_hz = recording.fs_hz
+    own_hz, density = scipy.signal.welch(one_signal(recording), fs_hz, nperseg=round(SEGMENT_S * fs_hz))
+    if recording.origin is Origin.SIMULATED:
+        density = density / np.sinc(own_hz / fs_hz) ** 2
+    inside = own_hz[(own_hz > band_hz[0]) & (own_hz < band_hz[1])]
+    at = np.array([band_hz[0], *inside, band_hz[1]])
+    return float(np.trapezoid(np.interp(at, own_hz, density), at))
+
+
+def levels(recording: Recording, healthy: Recording | None) -> dict[str, QuantityValue]:
+    """Levels of the increment over `healthy` in all bands [dB re 1 m/s2]; of the record itself without one.
+
+    Of the increment D - H the deviation is sqrt(D^2 + H^2) / sqrt(B T); one below two of these is not resolved.
+    """
+    found = {}
+    for name, band in (LEVEL_BANDS | RMS_BANDS).items():
+        own = band_power(recording, band)
+        floor = 0.0 if healthy is None else band_power(healthy, band)
+        u = math.hypot(own, floor) / math.sqrt((band[1] - band[0]) * recording.seconds)
+        increment = max(own - floor, 0.1 * u)
+        found[name] = QuantityValue(
+            value=DB * math.log(increment), ci95=NORMAL_95 * DB * min(u / increment, 1.0), present=own - floor > 2 * u
+        )
+    return found
+
+
+def pattern(recording: Recording, bearing: Bearing, fault: Fault, line_order: float) -> dict[str, QuantityValue]:
+    """Harmonics and sidebands over the first harmonic [dB], depth of modulation [%], kurtosis in two bands.
+
+    `line_order` is that of the fault's line as it was found; its squared envelope is followed over the shaft's angle.
+    """
+    speed = recording.speed
+    if speed is None:
+        raise DataError(f"{recording.name}: no shaft speed; patterns are read at multiples of it. Give --rpm.")
+    processed = process(recording, band_hz=ENVELOPE_HZ, tracking=choose_tracking(recording, bearing, speed))
+    square, rate, line_hz = processed.squared, processed.squared_fs_hz, line_order * speed.value_hz
+    spacing_hz = fault.sideband_order(bearing.orders) * speed.value_hz
+    first, first_snr = _line(square, rate, line_hz)
+    places: dict[str, tuple[float, ...]] = {f"harmonic {h}": (h * line_hz,) for h in HARMONICS}
+    if spacing_hz:
+        places |= {f"sidebands {n}": (line_hz - n * spacing_hz, line_hz + n * spacing_hz) for n in SIDEBANDS}
+    found = {}
+    for name, at in places.items():
+        read = [_line(square, rate, one) for one in at]
+        power = float(np.mean([p for p, _ in read]))
+        spread = math.hypot(1 / math.sqrt(2 * first_snr), *(1 / math.sqrt(2 * s) / len(at) for _, s in read))
+        found[name] = QuantityValue(
+            value=DB * math.log(power / first), ci95=NORMAL_95 * 2 * DB * spread,
+            present=min(first_snr, *(snr for _, snr in read)) > LEAST_SNR,
+        )  # fmt: skip
+    depth = 200 * math.sqrt(first) / float(square.mean())
+    found["depth"] = QuantityValue(
+        value=depth, ci95=NORMAL_95 * depth / math.sqrt(2 * first_snr), present=first_snr > LEAST_SNR
+    )
+    return found | kurtoses(recording)
+
+
+def kurtoses(recording: Recording) -> dict[str, QuantityValue]:
+    """Kurtosis in both bands."""
+    found = {}
+    for name, band in KURTOSIS_BANDS.items():
+        sections = scipy.signal.butter(ORDER, band, "bandpass", fs=recording.fs_hz, output="sos")
+        passed = drop_ends(scipy.signal.sosfiltfilt(sections, one_signal(recording)), recording.fs_hz, end_s(WHOLE_HZ))
+        found[name] = _jackknifed(np.array_split(passed, BLOCKS), _kurtosis)
+    return found
+
+
+def with_background(run: Recording, healthy: Recording) -> Recording:
+    """The run with the spectrum of the healthy record, its phases random; both at one rate."""
+    length = min(run.samples, healthy.samples)
+    both = one_signal(run)[:length] + phase_randomised(one_signal(healthy)[:length], BACKGROUND_SEED)
+    return replace(run, channels={SENSOR: both}, channel=SENSOR, axes=None)
+
+
+def rows(
+    rig: Mapping[str, QuantityValue], model: Mapping[str, QuantityValue], parts: Mapping[str, Mapping[str, float]], *,
+    record: str, fault: Fault, used_for: str, scene: str = "rig",
+) -> tuple[Comparison, ...]:  # fmt: skip
+    """A comparison of every quantity that both sides have.
+
+    `parts` of the uncertainty besides the rig's reading: by name, 95 % half widths of quantities in their own units.
+    """
+    found = []
+    for name in (name for name in rig if name in model):
+        value, kind = rig[name], kind_of(name)
+        relative = kind in RELATIVE
+        unit = "%" if relative else "dB"
+        scale = 100 / value.value if relative else 1.0
+        widths = {RIG_READING: value.ci95 or 0.0} | {part: of[name] for part, of in parts.items() if name in of}
+        found.append(
+            Comparison(
+                kind=kind, fault=fault, quantity=name, unit="1" if relative else "dB", error_unit=unit, record=record,
+                scene=scene, margin=CAGE_RATIO.margin if name == CAGE_RATIO.name else MARGIN[unit], used_for=used_for,
+                parts={part: scale * width for part, width in widths.items()}, rig=value, model=model[name],
+                error=scale * (model[name].value - value.value),
+            )
+        )  # fmt: skip
+    return tuple(found)
+
+
+def kind_of(name: str) -> str:
+    """The kind of a quantity, as ``report.json`` has it."""
+    kinds = {"harmonic": "harmonic pattern", "sidebands": "sideband level", "depth": "modulation depth"}
+    kinds |= {"kurtosis": "kurtosis", "cage": "line frequency", "scaling": "speed scaling"}
+    return kinds.get(name.split()[0], "band level")
+
+
+def scaling(slow: Mapping[str, QuantityValue], fast: Mapping[str, QuantityValue]) -> dict[str, QuantityValue]:
+    """By how much each level rises from a slower to a faster record of one state [dB]; the path to the sensor cancels.
+
+    Both records must show it.
+    """
+    return {
+        f"scaling {name}": QuantityValue(
+            value=fast[name].value - low.value, ci95=math.hypot(fast[name].ci95 or 0.0, low.ci95 or 0.0),
+            present=fast[name].present and low.present,
+        )
+        for name, low in slow.items()
+    }  # fmt: skip
+
+
+def half_widths(draws: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    """95 % half width of each quantity over draws of what is not known: Student's t times the standard deviation."""
+    from scipy.special import stdtrit
+
+    factor = float(stdtrit(len(draws) - 1, 0.975))
+    return {name: factor * float(np.std([draw[name] for draw in draws], ddof=1)) for name in draws[0]}
+
+
+def crps(error: float, u: float) -> float:
+    """Continuous ranked probability score of a normal prediction off by `error`, in its unit; of a point its size.
+
+    Gneiting & Raftery 2007, J. Am. Stat. Assoc. 102, 359, eq. 21; quoted from memory, checked against the integral.
+    """
+    if not u:
+        return abs(error)
+    z = error / u
+    density = math.exp(-z * z / 2) / math.sqrt(2 * math.pi)
+    return u * (z * math.erf(z / math.sqrt(2)) + 2 * density - 1 / math.sqrt(math.pi))
+
+
+def _line(square: FloatArray, rate: float, line_hz: float) -> tuple[float, float]:
+    """Power of a line within `NEAR_BINS`, and that over the local noise."""
+    length = 8 * square.size
+    power = np.abs(scipy.fft.rfft(square - square.mean(), n=length)) ** 2 / square.size**2
+    step = rate / length
+    near = power[max(round(line_hz / step - 8 * NEAR_BINS), 0) : round(line_hz / step + 8 * NEAR_BINS) + 1]
+    around = power[max(round(line_hz / step - 8 * NOISE_BINS), 16) : round(line_hz / step + 8 * NOISE_BINS) : 8]
+    noise = float(np.median(around)) / math.log(2)
+    peak = float(near.max())
+    return peak, max(peak / noise, 0.5)
+
+
+def _kurtosis(samples: FloatArray) -> float:
+    return float(np.mean(samples**4) / np.mean(samples**2) ** 2)
+
+
+def _jackknifed(parts: Sequence[FloatArray], read: Callable[[FloatArray], float]) -> QuantityValue:
+    """A value of all parts joined, its interval from leaving out one after the other (Efron & Stein 1981)."""
+    whole = read(np.concatenate(parts))
+    without = np.array([read(np.concatenate([*parts[:i], *parts[i + 1 :]])) for i in range(len(parts))])
+    u = math.sqrt((len(parts) - 1) * float(np.mean((without - without.mean()) ** 2)))
+    return QuantityValue(value=whole, ci95=NORMAL_95 * u)

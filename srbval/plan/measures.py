@@ -1,0 +1,138 @@
+"""What runs are compared by: cage speed, noise floor of the envelope, vibration in the band, harmonic pattern."""
+
+import math
+from dataclasses import asdict, dataclass, fields
+from typing import Any
+
+import numpy as np
+import scipy.fft
+
+from srbval.arrays import FloatArray
+from srbval.models.band_levels import band_rms, hann
+from srbval.models.run import Run
+from srbval.reading.pipeline import SIMULATED_BAND_HZ, process
+from srbval.recordings import recording_from_run
+from srbval.signal import Spectrum
+
+FLOOR_HZ = (60.0, 90.0)  # below BPFO and BPFI, above nothing but multiples of the shaft speed
+HARMONICS = 5
+HARMONIC_REACH = 2.0  # resolutions either side of a harmonic in which its top is looked for
+BLOCKS = 8  # parts of a run whose cage speeds are compared
+LEAST_SECONDS = 0.3  # of a record that the pipeline can say something about
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measures:
+    """One run in a few numbers.
+
+    `cage_ratio` mean cage over shaft speed, Hann-weighted (see `smooth_mean`); `cage_scatter` its standard error from
+    the run's parts, relative; `defect_hz` BPFO or BPFI of that cage speed, None without defect; `noise_floor` see
+    `noise_floor`; `band_rms_m_s2` of the outer ring's vertical acceleration; `harmonics` heights of the defect line's
+    first harmonics over the first one's, None without defect. `noise_floor` is None for a record too short.
+    """
+
+    seconds: float
+    cage_ratio: float
+    cage_scatter: float
+    defect_hz: float | None
+    noise_floor: float | None
+    band_rms_m_s2: float
+    harmonics: tuple[float, ...] | None
+
+
+def measure(run: Run) -> Measures:
+    """Measure a run that went well; through the pipeline of every recording where that is defined."""
+    ratio = smooth_mean(run.cage_rad_s) / (2 * math.pi * run.scene.shaft_hz)
+    order = run.scene.defect.kind.passing_order(run.rolling_elements, ratio)
+    defect_hz = None if order is None else order * run.scene.shaft_hz
+    floor, pattern = None, None
+    if run.seconds >= LEAST_SECONDS:
+        processed = process(recording_from_run(run), band_hz=SIMULATED_BAND_HZ)
+        floor = noise_floor(processed.envelope, processed.fs_hz)
+        pattern = None if defect_hz is None else harmonic_pattern(processed.spectrum, defect_hz)
+    return Measures(
+        seconds=run.seconds,
+        cage_ratio=ratio,
+        cage_scatter=scatter(run.cage_rad_s),
+        defect_hz=defect_hz,
+        noise_floor=floor,
+        band_rms_m_s2=band_rms(run.acceleration_m_s2[:, 1], run.scene.output_rate_hz, SIMULATED_BAND_HZ),
+        harmonics=pattern,
+    )
+
+
+def smooth_mean(values: FloatArray) -> float:
+    """Mean of `values` [n] under a Hann window.
+
+    The cage's ripple at roller passing leaves 1/n in a plain mean of n periods, 1/n^3 in this one.
+    """
+    return float(np.average(values, weights=hann(values.size)))
+
+
+def scatter(values: FloatArray) -> float:
+    """Standard error of the mean of `values` from the means of `BLOCKS` parts, relative to the mean."""
+    means = np.array([smooth_mean(part) for part in np.array_split(values, BLOCKS)])
+    return float(means.std(ddof=1) / math.sqrt(BLOCKS) / abs(means.mean()))
+
+
+def noise_floor(envelope: FloatArray, fs_hz: float) -> float:
+    """Median height of an envelope's spectrum between 60 and 90 Hz over the envelope's mean.
+
+    With a Hann window: without one, the leakage of the strong lines about the range would hide the floor of a clean
+    run. Heights are such that white noise has those of a plain amplitude spectrum. Broadband noise stands lower in a
+    longer record, by its square root: compare equal durations only.
+    """
+    window, mean = hann(envelope.size), float(envelope.mean())
+    lines = np.abs(np.asarray(scipy.fft.rfft((envelope - mean) * window)))
+    frequency = np.arange(lines.size) * fs_hz / envelope.size
+    inside = (frequency >= FLOOR_HZ[0]) & (frequency <= FLOOR_HZ[1])
+    as_plain = 2 / math.sqrt(envelope.size * float((window**2).sum()))
+    return float(np.median(lines[inside])) * as_plain / mean
+
+
+def harmonic_pattern(spectrum: Spectrum, defect_hz: float) -> tuple[float, ...]:
+    """Heights of the first `HARMONICS` multiples of `defect_hz` in an envelope's spectrum, over the first one's."""
+    reach = HARMONIC_REACH * spectrum.resolution_hz
+    heights = []
+    for k in range(1, HARMONICS + 1):
+        near = np.abs(spectrum.frequency_hz - k * defect_hz) <= reach
+        heights.append(float(spectrum.amplitude[near].max()))
+    return tuple(height / heights[0] for height in heights)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasureErrors:
+    """Relative differences from a reference, without sign; None where one of the two lacks the quantity.
+
+    `noise_floor_ratio` is the floor over the reference's; `harmonic_error` the largest difference in height of the
+    defect line's harmonics, each over its first.
+    """
+
+    cage_error: float
+    defect_hz_error: float | None
+    noise_floor_ratio: float | None
+    band_rms_error: float
+    harmonic_error: float | None
+
+
+def errors_against(measures: Measures, reference: Measures) -> MeasureErrors:
+    """Errors of `measures`; both from the same scene and duration."""
+    own, right = measures.harmonics, reference.harmonics
+    defect = ratio_or_none(measures.defect_hz, reference.defect_hz)
+    return MeasureErrors(
+        cage_error=abs(measures.cage_ratio / reference.cage_ratio - 1),
+        defect_hz_error=None if defect is None else abs(defect - 1),
+        noise_floor_ratio=ratio_or_none(measures.noise_floor, reference.noise_floor),
+        band_rms_error=abs(measures.band_rms_m_s2 / reference.band_rms_m_s2 - 1),
+        harmonic_error=max(abs(a - b) for a, b in zip(own, right, strict=True)) if own and right else None,
+    )
+
+
+def plain_or_nulls(part: Any, kind: type[Any]) -> dict[str, Any]:
+    """Plain values of `part`, a dataclass `kind`; the names of its fields with None where there is none."""
+    return dict.fromkeys(field.name for field in fields(kind)) if part is None else asdict(part)
+
+
+def ratio_or_none(value: float | None, reference: float | None) -> float | None:
+    """`value` over `reference`; None where one of them is missing or the reference is zero."""
+    return None if value is None or not reference else value / reference

@@ -1,0 +1,213 @@
+"""`analyse`: one recording, measured or simulated, through the one pipeline to its fault lines."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from srbval.bearing import Bearing, Fault, load_bearing, with_slip
+from srbval.errors import ConfigurationError, DataError
+from srbval.processes.threads import one_thread
+from srbval.reading.band_choice import BandChoice, bands_of_record, clearness, declared_band, sidak_corrected
+from srbval.reading.lines import Line
+from srbval.reading.pipeline import SQUARED_UNIT, Processed, choose_tracking, process, speed_of_record
+from srbval.reading.speed_search import OutsideFamily, Window, search
+from srbval.reading.sum_rule import Closure, closure_of
+from srbval.reading.verdict import verdict
+from srbval.recordings import Recording, ShaftSpeed
+from srbval.signal import BandFilter
+
+if TYPE_CHECKING:
+    import pandas
+
+# Shorter records do not resolve a line from the neighbouring harmonics of the shaft.
+LEAST_REVOLUTIONS = 8
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Analysis:
+    """What was read from one recording.
+
+    `processed` holds the arrays that figures need (signal, envelope, envelope spectrum); `lines` the
+    bearing's lines, first harmonics from the joint fit; `search` says in which windows and at how many speeds they were
+    looked for, `windows` where each was; `outside` is a family that stands out just outside them, where none was found
+    inside; `verdict` says it all in sentences.
+    """
+
+    recording: Recording
+    bearing: Bearing
+    speed: ShaftSpeed
+    search: str
+    windows: tuple[Window, ...]
+    outside: OutsideFamily | None
+    beyond_nominal_pct: float | None
+    processed: Processed
+    band: BandChoice
+    lines: tuple[Line, ...]
+    closure: Closure
+    verdict: str
+
+    def line(self, name: str, harmonic: int = 1) -> Line:
+        """The line of that name and harmonic; `KeyError` if it was not looked for."""
+        for line in self.lines:
+            if (line.name, line.harmonic) == (name, harmonic):
+                return line
+        raise KeyError(f"{name}, harmonic {harmonic}")
+
+    def line_of(self, fault: Fault) -> Line:
+        """The first harmonic of a fault's line."""
+        return self.line(fault.line or "")
+
+    def plot(self, *, healthy: "Analysis | None" = None) -> Any:
+        """A matplotlib figure: a stretch of the record with its envelope, and the envelope spectrum, lines marked.
+
+        `healthy`, analysed in the same band, is drawn dashed. Notebooks show what this returns; ``savefig`` writes it.
+        """
+        from srbval.report.figures.analysis import analysis_picture
+
+        return analysis_picture(self, healthy)
+
+    def to_frame(self) -> "pandas.DataFrame":
+        """The lines as a pandas table, one row each."""
+        import pandas
+
+        return pandas.DataFrame([vars(line) | {"false_alarm": line.false_alarm} for line in self.lines])
+
+    def __repr__(self) -> str:
+        found = [line.name for line in self.lines if line.detected and line.is_first]
+        low, high = self.processed.band_hz
+        return (
+            f"<Analysis of {self.recording.name}: {60 * self.speed.value_hz:.5g} rpm, {low:g} to {high:g} Hz, "
+            f"{', '.join(found) or 'no line'} detected>"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON: SI units, None where there is nothing to say; without the arrays."""
+        return {
+            "file": self.recording.file,
+            "bearing": self.bearing.name,
+            "origin": self.recording.origin,
+            "fs_hz": self.recording.fs_hz,
+            "seconds": self.recording.seconds,
+            "band_hz": self.processed.band_hz,
+            "band_choice": {"why": self.band.why, "trials": self.band.trials},
+            "search": self.search,
+            "windows": self.windows,
+            "outside": self.outside,
+            "resolution_hz": 1 / self.processed.seconds,
+            "chain": {
+                "filter": self.processed.band_filter,
+                "filter_in_words": self.processed.band_filter.label,
+                "ends_dropped_s": self.processed.end_s,
+                "read_from": "squared envelope",
+                "unit": SQUARED_UNIT,
+                "standard_deviation": self.processed.scale,
+                "standard_deviation_unit": self.recording.unit,
+            },
+            "order_tracking": {key: getattr(self.processed.tracking, key) for key in ("used", "drift_bins", "why")},
+            "shaft_hz": {
+                "value": self.speed.value_hz,
+                "ci95": self.speed.ci95_hz,
+                "source": self.speed.source,
+                "drift_hz": self.speed.drift_hz,
+                "spread_hz": self.speed.spread_hz,
+                "nominal_rpm": self.recording.nominal_rpm,
+                "beyond_nominal_pct": self.beyond_nominal_pct,
+            },
+            "lines": [line.stated() for line in self.lines],
+            "closure": self.closure,
+            "verdict": self.verdict,
+            "notes": self.recording.notes,
+            "cautions": self.recording.cautions,
+        }
+
+
+@one_thread()
+def analyse(
+    recording: Recording,
+    *,
+    bearing: Bearing,
+    speed: ShaftSpeed | None = None,
+    band_hz: tuple[float, float] | None = None,
+    channel: str | None = None,
+    band_filter: BandFilter = BandFilter.BUTTERWORTH,
+    choose_on_record: bool = False,
+) -> Analysis:
+    """Read the fault lines of `bearing` in `recording`.
+
+    `speed`, `band_hz` [Hz] and `channel` override what the recording says of itself. With `choose_on_record` the
+    whole band or the most impulsive one of the record is taken instead, whichever shows a fault's line more clearly
+    (`bands_of_record`), and every false-alarm probability counts the bands tried. A
+    speed that is only nominal gives way to one estimated from the record, where that knows more (see
+    `speed_search.search`). The envelope of the paper's chain (see `process`) is kept for figures; lines are read from
+    its square. Where there is a speed signal its course is followed (`choose_tracking`) and all
+    frequencies are those at the mean speed. Raises `ConfigurationError` where speed or band are missing or
+    impossible, `DataError` where the record is constant or too short.
+    """
+    known_speed = speed if speed is not None else recording.speed
+    if known_speed is None:
+        raise ConfigurationError(
+            f"{recording.name}: neither the file nor its data set states a shaft speed; give it with --rpm."
+        )
+    if choose_on_record and band_hz is not None:
+        raise ConfigurationError("a band is given and one is to be chosen on the record: leave out one of the two.")
+    bands: tuple[BandChoice, ...] = (
+        bands_of_record(recording, bearing, known_speed, channel=channel)
+        if choose_on_record
+        else (declared_band(recording, band_hz, bearing),)
+    )
+    tracking = choose_tracking(recording, bearing, known_speed)
+    known_speed = speed_of_record(known_speed, tracking)
+    readings = []
+    for band in bands:
+        processed = process(
+            recording, band_hz=band.band_hz, channel=channel, band_filter=band_filter, tracking=tracking
+        )
+        _check_duration(processed, known_speed)
+        found = search(processed, bearing, known_speed)
+        lines = sidak_corrected(found.lines, speeds=found.tried, band=band)
+        readings.append((band, processed, found, lines))
+    band, processed, found, lines = max(readings, key=lambda reading: clearness(reading[-1]))
+    outside = "" if found.outside is None else f" {found.outside.sentence}"
+    return Analysis(
+        recording=recording,
+        bearing=bearing,
+        band=band,
+        speed=found.speed,
+        search=found.description(bearing),
+        windows=found.windows(bearing),
+        outside=found.outside,
+        beyond_nominal_pct=found.beyond_nominal_pct,
+        processed=processed,
+        lines=lines,
+        closure=closure_of(lines, bearing, found.speed),
+        verdict=verdict(lines, recording, found.speed) + outside,
+    )
+
+
+def bearing_of(recording: Recording, given: str | None = None, *, largest_slip_pct: float | None = None) -> Bearing:
+    """The bearing `given` by name or file, or else the one the recording names; `ConfigurationError` without either.
+
+    `largest_slip_pct` [%] replaces its own.
+    """
+    bearing = _named_bearing(recording, given)
+    return bearing if largest_slip_pct is None else with_slip(bearing, largest_slip_pct)
+
+
+def _named_bearing(recording: Recording, given: str | None) -> Bearing:
+    if given is None and recording.own_bearing is not None:
+        return recording.own_bearing
+    name = given or recording.bearing
+    if name is None:
+        raise ConfigurationError(
+            f"{recording.name}: neither the file nor its data set names the bearing; give --bearing: a known one "
+            "(srbval bearing list) or a TOML file."
+        )
+    return load_bearing(name)
+
+
+def _check_duration(processed: Processed, speed: ShaftSpeed) -> None:
+    seconds = processed.seconds
+    if seconds * speed.value_hz < LEAST_REVOLUTIONS:
+        raise DataError(
+            f"the record lasts {seconds:.3g} s without its ends, {seconds * speed.value_hz:.2g} revolutions; "
+            f"at least {LEAST_REVOLUTIONS} are needed to tell a fault line from the shaft's. Record more."
+        )

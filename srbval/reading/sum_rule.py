@@ -1,0 +1,101 @@
+"""BPFO + BPFI = Z f_shaft, whatever the slip: a check on the shaft speed that needs no tachometer.
+
+Each roller passes the outer race at the cage's speed and the inner race at the shaft's less the cage's; the cage
+drops out of the sum (Randall 2011, sect. 2.2.3). So slip cannot lower both lines, and a pair that does not add up
+was not taken at one and the same stated speed. Where the two lines come from two records, what the cage slips more
+in one than in the other stays in the sum.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from srbval.bearing import Bearing
+from srbval.reading.lines import RACE_LINES, Line
+from srbval.recordings import ShaftSpeed
+
+
+@dataclass(frozen=True, kw_only=True)
+class Closure:
+    """The sum of both race lines of one record, which slip of the cage leaves unchanged.
+
+    `sum_hz` - `expected_hz` therefore tests the speed (and the reading), not the slip; `ci95_pct` joins the
+    uncertainties of both lines and of the speed. Values are None, and `why` says so, unless both are read.
+    """
+
+    expected_hz: float
+    expected_ci95_hz: float
+    sum_hz: float | None = None
+    sum_ci95_hz: float | None = None
+    difference_pct: float | None = None
+    ci95_pct: float | None = None
+    closed: bool | None = None
+    why: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SumRule:
+    """One pair of race lines, as orders of the shaft speed each was taken at.
+
+    `ci95` is the 95 % half width of their sum, None where the source states none. `stated_rpm` is the mean speed the
+    orders refer to. `slip_difference` is what the cage speeds of the two records differ by, in orders, where they are
+    known; it is taken off before `closed`.
+    """
+
+    JSON_PROPERTIES: ClassVar = ("total", "difference_pct", "implied_rpm", "closed")
+
+    source: str
+    origin: str
+    rolling_elements: int
+    bpfo_order: float
+    bpfi_order: float
+    ci95: float | None
+    stated_rpm: float
+    slip_difference: float = 0.0
+
+    @property
+    def total(self) -> float:
+        """Sum of the two orders."""
+        return self.bpfo_order + self.bpfi_order
+
+    @property
+    def difference_pct(self) -> float:
+        """Sum against the number of rolling elements [%]."""
+        return 100 * (self.total / self.rolling_elements - 1)
+
+    @property
+    def implied_rpm(self) -> float:
+        """Shaft speed at which the sum would be exact [rpm]."""
+        return self.stated_rpm * self.total / self.rolling_elements
+
+    @property
+    def closed(self) -> bool | None:
+        """Whether the sum agrees within its uncertainty; None without one."""
+        difference = self.total - self.slip_difference - self.rolling_elements
+        return None if self.ci95 is None else bool(abs(difference) <= self.ci95)
+
+
+def closure_of(lines: tuple[Line, ...], bearing: Bearing, speed: ShaftSpeed) -> Closure:
+    """Closure of the race lines read in one recording, at the same speed."""
+    expected = bearing.rolling_elements * speed.value_hz
+    expected_ci = bearing.rolling_elements * speed.ci95_hz
+    races = [line for line in lines if line.name in RACE_LINES and line.harmonic == 1]
+    missing = [line.name for line in races if not line.detected]
+    if missing:
+        why = f"{' and '.join(missing)} not detected in this recording, so there is no sum to compare."
+        return Closure(expected_hz=expected, expected_ci95_hz=expected_ci, why=why)
+    total = sum(line.found_hz or 0.0 for line in races)
+    total_ci = math.hypot(*(line.ci95_hz or 0.0 for line in races))
+    difference = 100 * (total / expected - 1)
+    ci_pct = 100 * math.hypot(total_ci / expected, expected_ci / expected)
+    closed = abs(difference) <= ci_pct
+    return Closure(
+        expected_hz=expected,
+        expected_ci95_hz=expected_ci,
+        sum_hz=total,
+        sum_ci95_hz=total_ci,
+        difference_pct=difference,
+        ci95_pct=ci_pct,
+        closed=closed,
+        why="" if closed else "The sum is off by more than its uncertainty: speed or a line is wrong.",
+    )

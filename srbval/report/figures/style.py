@@ -1,0 +1,119 @@
+"""The look of the figures: one style file, one colour and one line style for each origin."""
+
+import functools
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import resources
+from typing import Any
+
+from srbval.report.figures.files import picture_bytes
+
+# Width and height of a panel [inch]: half and full width of the text.
+HALF = (4.2, 2.2)
+WIDE = (7.6, 2.9)
+TITLE_CHARACTERS_PER_INCH = 10.8  # of the bold 9 pt title
+
+# Okabe & Ito's palette (2008), told apart by the common colour-vision deficiencies.
+BLUE, VERMILION, GREEN, PURPLE, ORANGE = "#0072B2", "#D55E00", "#00795A", "#8E3B76", "#B26F00"
+INK, SOFT, HEALTHY = "#1a2028", "#4e5a68", "#39424d"
+STAMP, STAMP_RED = "SYNTHETIC STAND-IN", "#a3161f"
+
+
+@dataclass(frozen=True)
+class OriginStyle:
+    """How signals of one origin are named and drawn."""
+
+    word: str
+    colour: str
+    light: str
+    stamped: bool = False
+
+
+ORIGINS = {
+    "simulated": OriginStyle("Simulated", BLUE, "#a9cfe6"),
+    "measured": OriginStyle("Measured", VERMILION, "#f0bd99"),
+    "stand-in": OriginStyle("Synthetic stand-in", PURPLE, "#dab9d0", stamped=True),
+}
+
+
+def origin_style(origin: str) -> OriginStyle:
+    """Style of an origin (``simulated``, ``measured``, ``stand-in``); ValueError for anything else."""
+    try:
+        return ORIGINS[str(origin)]
+    except KeyError:
+        raise ValueError(f"origin {origin!r} is not one of {', '.join(ORIGINS)}.") from None
+
+
+@contextmanager
+def figure_style() -> Iterator[None]:
+    """Draw inside this context: the report's style whatever the user's own settings are."""
+    import matplotlib as mpl
+
+    with mpl.rc_context(), resources.as_file(resources.files(__package__) / "srbval.mplstyle") as path:
+        mpl.rcdefaults()
+        mpl.rcParams.update(mpl.rc_params_from_file(path, use_default_template=False))
+        yield
+
+
+def new_figure(inches: tuple[float, float], **looks: Any) -> Any:
+    """An empty figure of a width and height [inch], without pyplot; notebooks show it without pyplot too."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure: Any = Figure(figsize=inches, **looks)
+    FigureCanvasAgg(figure)
+    figure._repr_png_ = functools.partial(picture_bytes, figure, ".png")
+    return figure
+
+
+def new_axes(inches: tuple[float, float], **looks: Any) -> tuple[Any, Any]:
+    """A figure of a width and height [inch] and its one pair of axes."""
+    figure = new_figure(inches, **looks)
+    return figure, figure.add_subplot()
+
+
+def title_panel(axes: Any, origin: str, letter: str, title: str, pad: float = 17.0) -> None:
+    """Head a panel ``(a) Simulated · title``, in the origin's colour, `pad` points above them."""
+    style = origin_style(origin)
+    parts = [f"({letter}) {style.word}" if letter else style.word, title]
+    text = " · ".join(part for part in parts if part)
+    room = TITLE_CHARACTERS_PER_INCH * axes.figure.get_size_inches()[0]
+    if len(text) > 1.4 * room:
+        text = text[: int(1.4 * room) - 1] + "…"
+    # A dollar sign would start a formula.
+    axes.set_title(text, color=style.colour, pad=pad, fontsize=9 * min(1.0, room / len(text)), parse_math=False)
+
+
+def row_above(axes: Any, points: float) -> Any:
+    """Transform of a row that lies `points` above the axes: x from 0 to 1 along them, y in their height."""
+    from matplotlib.transforms import ScaledTranslation
+
+    return axes.transAxes + ScaledTranslation(0, points / 72, axes.figure.dpi_scale_trans)
+
+
+def legend_above(axes: Any, points: float = 3.0) -> None:
+    """Legend in one row above the axes, at the right, where no curve can run into it."""
+    axes.legend(
+        loc="lower right", bbox_to_anchor=(1.0, 1.0), bbox_transform=row_above(axes, points), ncols=6,
+        borderaxespad=0, borderpad=0, columnspacing=1.2, handletextpad=0.5, frameon=False,
+    )  # fmt: skip
+
+
+def stamp_stand_in(axes: Any, origin: str) -> None:
+    """Stamp SYNTHETIC STAND-IN across the picture when the signal is one; else do nothing. Call it last."""
+    if not origin_style(origin).stamped:
+        return
+    from matplotlib.patheffects import withStroke
+
+    axes.figure.draw_without_rendering()  # the layout decides how wide the axes are
+    extent = axes.get_window_extent()
+    size = min(0.066 * extent.width, 0.2 * extent.height) * 72 / axes.figure.dpi
+    look = {"ha": "center", "va": "center", "rotation": 12, "fontsize": size, "fontweight": "bold"}
+    halo = [withStroke(linewidth=3, foreground="white", alpha=0.75)]
+    # A halo below and plain text above it: the words stay findable in the SVG.
+    for extra in ({"zorder": 49, "path_effects": halo, "color": "white"}, {"zorder": 50, "color": STAMP_RED}):
+        text = axes.text(0.5, 0.5, STAMP, transform=axes.transAxes, alpha=0.66, **look, **extra)
+        text.set_in_layout(False)
+    for spine in axes.spines.values():
+        spine.set(visible=True, edgecolor=STAMP_RED, linewidth=1.4, linestyle=(0, (4, 2)))

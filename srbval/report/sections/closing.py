@@ -1,0 +1,107 @@
+"""The last sections: what is not known, the words used; what is open, what failed, runs, scene, provenance, sources."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from srbval.comparison.matrix import NOT_DETECTED
+from srbval.models.run import USABLE
+from srbval.report.blocks import Command, KeyValues, Listing
+from srbval.report.findings.findings import Evidence
+from srbval.report.model import Section
+from srbval.report.section_texts import Texts
+from srbval.report.table import Value
+from srbval.storage.stored_result import RIG_INPUTS, RIG_SPEED_ACCURACY, RIG_STABILITY, SPEED_ACCURACY, STABILITY
+
+ASSUMPTIONS, LIMITS, FAILURES, RUNS = Texts("assumptions"), Texts("limits"), Texts("failures"), Texts("runs")
+SCENE, PROVENANCE, REFERENCES = Texts("scene"), Texts("provenance"), Texts("references")
+GLOSSARY = Texts("glossary")
+PAPER_WALL_PER_S = 86_400 / 1.26  # section 2.3: 1.26 simulated seconds per day
+SHOWN_DIGITS = 12  # of a scene's values: beyond them stands the rounding of a conversion of units
+
+
+def assumptions_section(evidence: Evidence) -> Section:
+    """What the paper leaves open, and how the load divides; what it does stands with the matrix."""
+    scene, geometry = evidence.runs["paper-outer"].scene, evidence.bearing.geometry
+    assert geometry is not None, "the report's bearing is one the model can run"
+    listed = ASSUMPTIONS.listing(
+        "assumptions", geometry=geometry, contact=scene.contact, defect=scene.defect, bodies=scene.bodies
+    )
+    return ASSUMPTIONS.section(appendix=(listed, ASSUMPTIONS.paragraph("load-path", path=evidence.load_path)))
+
+
+def limits_section(evidence: Evidence) -> Section:
+    """What nothing in this report says anything about."""
+    studies = (evidence.results[RIG_INPUTS].content or {}).get("studies", ())
+    second = [record.analysis.recording for record in evidence.kurtograms if record.second_comb]
+    items = LIMITS.listing("limits", passing=evidence.point_passing, second=second, studies=studies)
+    return LIMITS.section(items)
+
+
+def glossary_section() -> Section:
+    """The words that the report uses, each in a sentence."""
+    return GLOSSARY.section(GLOSSARY.listing("words"))
+
+
+def failures_section(evidence: Evidence) -> Section:
+    """One line per failure; those of stored results by their number, since their sections name each."""
+    stored = {kind: result.content or {} for kind, result in evidence.results.items()}
+    failed = [run for run in evidence.run_facts if run.status not in USABLE]
+    unusable = [(Path(file).name, why) for file, why in evidence.matrix.unusable]
+    cells = evidence.matrix.cells
+    summary = FAILURES.listing(
+        "summary",
+        failed_runs=failed,
+        runs=len(evidence.run_facts),
+        undetected=[Path(cell.file).name for cell in cells if cell.verdict == NOT_DETECTED],
+        cells=len(cells),
+        refused=sum(bool(record.refused) for record in evidence.other_rigs),
+        other_rigs=len(evidence.other_rigs),
+        bench=[run for kind in (SPEED_ACCURACY, RIG_SPEED_ACCURACY) for run in stored[kind].get("runs", [])],
+        maps=[stored[kind]["counts"] for kind in (STABILITY, RIG_STABILITY) if stored[kind]],
+    )
+    items = (
+        *(item for run in failed for item in FAILURES.listing("run", run=run).items),
+        *(item for file, why in unusable for item in FAILURES.listing("record", file=file, why=why).items),
+        *summary.items,
+    )
+    return FAILURES.section(appendix=(FAILURES.paragraph("intro"), Listing(items=items)))
+
+
+def runs_section(evidence: Evidence) -> Section:
+    """Every run behind the report: how it ended and what it cost."""
+    slowest = max(run.wall_per_simulated_s for run in evidence.run_facts)
+    cost = RUNS.paragraph("cost", paper_wall_per_s=PAPER_WALL_PER_S, slowest=slowest)
+    return RUNS.section(appendix=(RUNS.table("runs-table", evidence.run_facts), cost))
+
+
+def scene_section(evidence: Evidence) -> Section:
+    """Every value of the paper's outer-race scene, SI units in the names."""
+    return SCENE.section(appendix=(SCENE.paragraph("intro"), KeyValues(pairs=flatten(evidence.scene_values))))
+
+
+def provenance_section(origin: Mapping[str, Any]) -> Section:
+    """The command that makes the report again; in the appendix versions, machine, seeds and recordings."""
+    flat = {key: ", ".join(map(str, v)) if isinstance(v, list) else v for key, v in flatten(origin).items()}
+    command = str(flat.pop("command"))
+    again = PROVENANCE.paragraph("again")
+    return PROVENANCE.section(again, Command(command), appendix=(KeyValues(pairs=flat),))
+
+
+def references_section(evidence: Evidence) -> Section:
+    """Papers first, then the data sets of the recordings that were read."""
+    sets = (REFERENCES.listing("recordings", set=description) for description in evidence.datasets.values())
+    papers = REFERENCES.listing("papers").items
+    items = (*papers, *(item for listing in sets for item in listing.items))
+    return REFERENCES.section(appendix=(Listing(items=items),))
+
+
+def flatten(table: Mapping[str, Any], prefix: str = "") -> dict[str, Value]:
+    """A nested table with dotted keys."""
+    flat: dict[str, Value] = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            flat |= flatten(value, f"{prefix}{key}.")
+        else:
+            flat[prefix + key] = float(f"{value:.{SHOWN_DIGITS}g}") if isinstance(value, float) else value
+    return flat

@@ -1,0 +1,208 @@
+"""The validation matrix: maps, tables, bias and scatter of every registered record of the rig."""
+
+import math
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from srbval.comparison.bias import LEAST_RECORDS
+from srbval.comparison.budget import PRIOR
+from srbval.comparison.compared_quantities import KINDS, PRESENCE, Kind
+from srbval.comparison.comparison import Comparison, ComparisonVerdict
+from srbval.comparison.counterpart import CONVERGED_POINTS, STARTS, TURNS
+from srbval.comparison.effects import QuantityEffects
+from srbval.comparison.matrix import Matrix, MatrixCell
+from srbval.comparison.record_verdict import RecordVerdict
+from srbval.diagnosis.fault_call import Basis
+from srbval.report.badges import Badge, Tone
+from srbval.report.blocks import Block, Figure, FigureGrid, Listing
+from srbval.report.figures.deviation import agreement_plot
+from srbval.report.figures.matrix import heat_map
+from srbval.report.findings.findings import Evidence
+from srbval.report.model import Section
+from srbval.report.section_texts import Texts
+from srbval.report.sections.names import FETCH_COMMAND, VERDICT_TONE
+from srbval.storage.stored_result import RECORD_VERDICTS
+from srbval.studies.sensitivity.study import NOMINAL_RPM
+
+TEXTS = Texts("matrix")
+DEVIATION_LIMIT_PCT = 0.5
+SNR_LIMITS = (0.0, 3.0)  # powers of ten
+VERDICT_LEVEL = {
+    ComparisonVerdict.AGREES.value: 1.0,
+    ComparisonVerdict.RESOLVED.value: -1.0,
+    ComparisonVerdict.UNDECIDED.value: 0.0,
+    ComparisonVerdict.INSUFFICIENT.value: 0.0,
+}
+SHOWN_BY = {
+    (True, True): "both",
+    (True, False): "the model only",
+    (False, True): "the rig only",
+    (False, False): "neither",
+}
+
+
+def matrix_section(evidence: Evidence) -> Section:
+    """Maps, tables and how to read them; only a remark where no record of the rig is registered."""
+    matrix = evidence.matrix
+    blocks: list[Block] = [TEXTS.paragraph("intro", matrix=matrix)]
+    if matrix.cells:
+        remarks = [cell for cell in matrix.cells if cell.remark]
+        blocks += [
+            _maps(matrix),
+            TEXTS.table("matrix-table", matrix.cells, remarks=remarks, point=_point, call=_call),
+            TEXTS.paragraph("reading"),
+            *(_bias_blocks(evidence) if evidence.pairs else ()),
+        ]
+    else:
+        blocks.append(TEXTS.callout("empty", tone=Tone.WARNING, size=matrix.size, fetch_command=FETCH_COMMAND))
+    if matrix.unusable:
+        unusable = (TEXTS.listing("unusable", file=Path(file).name, why=why) for file, why in matrix.unusable)
+        blocks.append(Listing(items=tuple(item for listing in unusable for item in listing.items)))
+    return TEXTS.section(appendix=blocks)
+
+
+def _point(cell: MatrixCell) -> str:
+    return f"{cell.state.code}, {cell.radial_kn:g}/{cell.axial_kn:g}, {cell.nominal_rpm:g}"
+
+
+def _call(cell: MatrixCell) -> str:
+    """The fault call of a record in a few words."""
+    call = cell.call
+    if call.basis is Basis.DECLARED_HEALTHY:
+        return "none: baseline"
+    if call.basis is Basis.LINE_ALONE:
+        return "a line alone cannot tell"
+    if call.called is None:
+        return "none: no line has risen"
+    low, high = call.ratio_ci95 or (math.nan, math.nan)
+    return f"{call.called.code}: {call.line} {call.ratio:.3g} times the healthy (95 %: {low:.3g} to {high:.3g})"
+
+
+def _maps(matrix: Matrix) -> FigureGrid:
+    figures = (
+        _map(matrix, "deviation", "Deviation, %", (-DEVIATION_LIMIT_PCT, DEVIATION_LIMIT_PCT), "RdBu_r",
+             lambda cell: cell.line.detected_deviation_pct, _deviation_text),
+        _map(matrix, "detectability", "Line over noise, powers of ten", SNR_LIMITS, "Blues",
+             lambda cell: math.log10(max(cell.line.snr or 0.0, 1.0)), _snr_text),
+        _map(matrix, "verdict", "", (-1.6, 1.6), "PiYG",
+             lambda cell: VERDICT_LEVEL.get(cell.verdict), _verdict_text),
+    )  # fmt: skip
+    return FigureGrid(figures=figures, columns=1, label="Validation matrix", caption=TEXTS.text("grid-maps"))
+
+
+def _map(
+    matrix: Matrix,
+    kind: str,
+    label: str,
+    limits: tuple[float, float],
+    colours: str,
+    value: Callable[[MatrixCell], float | None],
+    text: Callable[[MatrixCell], str],
+) -> Figure:
+    grid, name = matrix.grid, f"matrix-{kind}"
+    loads = list(zip(grid.radial_kn, grid.axial_kn, strict=True))
+    rows = [(state, *load) for state in grid.states for load in loads]
+    cells = [[matrix.at((*row, rpm)) for rpm in grid.nominal_rpm] for row in rows]
+    numbers = [[math.nan if c is None or (v := value(c)) is None else v for c in line] for line in cells]
+    plot = partial(
+        heat_map,
+        values=np.array(numbers, dtype=np.float64),
+        texts=[["" if c is None else text(c) for c in line] for line in cells],
+        label=label,
+        limits=limits,
+        colours=colours,
+        rows=[f"{state.code}  {radial:g}/{axial:g}" for state, radial, axial in rows],
+        columns=[f"{rpm:g}" for rpm in grid.nominal_rpm],
+        groups=len(loads),
+    )
+    values = "; ".join(
+        f"{c.state.code} {c.radial_kn:g}/{c.axial_kn:g} kN {c.nominal_rpm:g} rpm: {text(c)}" for c in matrix.cells
+    )
+    return TEXTS.figure(name, plot, badge=Badge.MEASURED, matrix=matrix, values=values)
+
+
+def _deviation_text(cell: MatrixCell) -> str:
+    deviation = cell.line.detected_deviation_pct
+    return "n.d." if deviation is None else f"{deviation:+.2f}"
+
+
+def _snr_text(cell: MatrixCell) -> str:
+    return f"{cell.line.snr or 0:.0f}" if cell.line.detected else "n.d."
+
+
+def _verdict_text(cell: MatrixCell) -> str:
+    return "n.d." if not cell.line.detected else "·" if cell.error_pct is None else f"{cell.error_pct:+.2f}"
+
+
+def _bias_blocks(evidence: Evidence) -> Iterator[Block]:
+    """Every fault cell's quantities, bias and scatter over them, predicted against measured."""
+    compared = [cell for cell in evidence.matrix.cells if cell.comparisons]
+    sides = [(bool(p.model), bool(p.rig)) for p in evidence.pairs if p.kind == PRESENCE.name]
+    shown_by = [(name, sides.count(key)) for key, name in SHOWN_BY.items() if key in sides]
+    judged = [cell for cell in compared if cell.judged]
+    if judged:
+        yield TEXTS.table(
+            "record-verdicts", judged, point=_point, errors=_errors, verdict_tone=VERDICT_TONE, prior=PRIOR,
+        )  # fmt: skip
+        yield TEXTS.paragraph("verdicts", prior=PRIOR)
+    rates = evidence.results[RECORD_VERDICTS].content
+    if rates is not None:
+        yield TEXTS.table("verdict-rates", rates["rows"], truths=rates["truths"])
+    yield TEXTS.table("matrix-quantities", compared, kinds=KINDS, point=_point, entry=_entry)
+    yield TEXTS.paragraph("carried", nominal_rpm=NOMINAL_RPM, turns=TURNS, starts=STARTS, points=CONVERGED_POINTS)
+    if evidence.known.defects:
+        rows = [row for defect in evidence.known.defects for row in defect.quantities]
+        yield TEXTS.table("inputs", rows, most_by=_most_by)
+    yield TEXTS.table("bias", evidence.bias, shown_by=shown_by, least_records=LEAST_RECORDS)
+    yield FigureGrid(
+        figures=tuple(_agreement(evidence)), label="Predicted against measured",
+        caption=TEXTS.text("grid-agreement"),
+    )  # fmt: skip
+
+
+def _entry(cell: MatrixCell, kind: Kind) -> str:
+    """What a cell's comparison of one kind says."""
+    rows = [row for row in cell.comparisons if row.kind == kind.name]
+    if kind.yes_or_no:
+        texts = (f"{_yes(row.model.value)} / {_yes(row.rig.value)}, {row.verdict.value}" for row in rows)
+        return "; ".join(texts) or "none expected"
+    shown = [row for row in rows if row.both_present]
+    if not shown:
+        return "not on both sides" if rows else ""
+    return "; ".join(map(_error, shown))
+
+
+def _yes(value: float) -> str:
+    return "yes" if value else "no"
+
+
+def _error(row: Comparison) -> str:
+    if row.uncertainty is None:
+        return f"{row.error:+.2g}"
+    resolved = "" if row.p is None else f", p {row.p:.2g}"
+    resolved += ", resolved" if row.verdict is ComparisonVerdict.RESOLVED else ""
+    return f"{row.error:+.2g} [{row.uncertainty:.2g}]{resolved}"
+
+
+def _errors(judged: RecordVerdict) -> str:
+    rows = zip(judged.quantities, judged.errors, judged.u, judged.units, strict=True)
+    return "; ".join(
+        f"{name} {error:+.2g} ± {u:.2g} {unit}{'*' * (name in judged.censored)}" for name, error, u, unit in rows
+    )
+
+
+def _most_by(row: QuantityEffects) -> str:
+    most = sorted(row.shares, key=lambda name: -row.shares[name])[:2]
+    return ", ".join(f"{name} {100 * row.shares[name]:.0f} %" for name in most)
+
+
+def _agreement(evidence: Evidence) -> Iterator[Figure]:
+    for name, label in dict.fromkeys((kind.plot, kind.axis) for kind in KINDS if kind.plot):
+        kinds = {kind.name for kind in KINDS if kind.plot == name}
+        own = [pair for pair in evidence.pairs if pair.kind in kinds]
+        if own:
+            plot = partial(agreement_plot, pairs=own, label=label)
+            yield TEXTS.figure("agreement", plot, id=f"agreement-{name}", label=label, points=len(own))

@@ -1,0 +1,118 @@
+"""What the one pipeline finds in recordings of other rigs, whose faults are known."""
+
+from collections.abc import Iterator, Sequence
+from functools import partial
+from typing import Any
+
+from srbval.bearing import DEFECTS
+from srbval.comparison.other_rigs import OtherRecord
+from srbval.diagnosis.fault_call import Basis
+from srbval.reading.lines import RACE_LINES
+from srbval.recordings import SpeedSource
+from srbval.report.badges import Tone
+from srbval.report.blocks import Block, Paragraph
+from srbval.report.figures.reliability import reliability_plot
+from srbval.report.findings.findings import Evidence
+from srbval.report.findings.stored import ShownResult
+from srbval.report.model import Section
+from srbval.report.section_texts import Texts
+from srbval.report.sections.names import missing, origin_of
+from srbval.storage.stored_result import DIAGNOSIS
+from srbval.studies.diagnosis.study import ALL
+
+TEXTS = Texts("other_rigs")
+NEAR_PCT = 0.5
+GRADES = {True: "graded diagnosable", None: "without a grade", False: "graded partly or not"}
+
+
+def other_rigs_section(evidence: Evidence) -> tuple[Section, ...]:
+    """The section, or none where no such recording is registered."""
+    records = evidence.other_rigs
+    if not records:
+        return ()
+    read = [record for record in records if not record.refused]
+    refused = [record for record in records if record.refused]
+    names = [evidence.datasets[name].title for name in dict.fromkeys(record.dataset for record in records)]
+    blocks: list[Block] = [TEXTS.paragraph("intro", records=records, names=names, read=len(read))]
+    if read:
+        blocks += [TEXTS.table("other-rigs-table", read, tone=_tone), *_summary(read, evidence)]
+    if refused:
+        blocks.append(TEXTS.table("other-rigs-refused", refused))
+    blocks += _naming(evidence.results[DIAGNOSIS])
+    return (TEXTS.section(appendix=blocks),)
+
+
+def _naming(result: ShownResult) -> list[Block]:
+    """How often faults were named rightly, by every method, as last measured, and whether the probabilities hold."""
+    if result.content is None:
+        return [missing(result)]
+    rows = [row for row in result.content["confusions"] if row["dataset"] == ALL]
+    blocks: list[Block] = [TEXTS.paragraph("naming", rows=rows), origin_of(result), TEXTS.table("fault-naming", rows)]
+    if found := result.content.get("naming"):  # an earlier version did not measure it
+        plot = partial(reliability_plot, rows=found["reliability"])
+        blocks += [
+            TEXTS.paragraph("probabilities", found=found), TEXTS.figure("naming-reliability", plot, found=found)
+        ]  # fmt: skip
+    return blocks
+
+
+def _tone(record: OtherRecord) -> Tone:
+    """Good where a fault's line is shown and a healthy record shows none."""
+    if record.shown == (record.state in DEFECTS):
+        return Tone.GOOD
+    return Tone.NEUTRAL if record.diagnosable is False else Tone.WARNING
+
+
+def _summary(read: Sequence[OtherRecord], evidence: Evidence) -> Iterator[Paragraph]:
+    faults = [r for r in read if r.state in DEFECTS and r.line is not None and r.line.name in RACE_LINES]
+    healthy = [r for r in read if r.state not in DEFECTS]
+    known = [r for r in faults if r.shown and not (r.speed and r.speed.source is SpeedSource.NOMINAL)]
+    graded = {d.source for r in read if (d := evidence.datasets[r.dataset].diagnosability)}
+    yield TEXTS.paragraph(
+        "shown",
+        groups=list(_groups(faults)),
+        healthy=healthy,
+        called=sum(r.call is not None and r.call.called is not None for r in healthy),
+    )
+    beyond = [r for r in known if r.line and abs(r.line.deviation_pct or 0) > NEAR_PCT]
+    yield TEXTS.paragraph("deviations", known=len(known), beyond=beyond, near_pct=NEAR_PCT)
+    yield from _slip_by_load(faults, evidence)
+    yield from TEXTS.paragraphs("baseline", **_baseline(faults))
+    yield from TEXTS.paragraphs("grades", sources=sorted(graded))
+
+
+def _groups(faults: Sequence[OtherRecord]) -> Iterator[dict[str, Any]]:
+    """How many of the diagnosable, the ungraded and the other race faults show their line; what is missed."""
+    for verdict, name in GRADES.items():
+        group = [record for record in faults if record.diagnosable is verdict]
+        if group:
+            missed = [record.file for record in group if not record.shown]
+            yield _group(group, f"race faults {name}") | {"missed": missed}
+    plain = [record for record in faults if (record.plain_grade or "").startswith("Y")]
+    if plain:
+        name = "that the study could diagnose by a plain envelope spectrum, which is what this pipeline uses"
+        yield _group(plain, name)
+
+
+def _group(records: Sequence[OtherRecord], name: str) -> dict[str, Any]:
+    return {"name": name, "size": len(records), "shown": sum(record.shown for record in records), "missed": []}
+
+
+def _slip_by_load(faults: Sequence[OtherRecord], evidence: Evidence) -> Iterator[Paragraph]:
+    """What the race lines of a set that states its loads say of the cage, lightest load first."""
+    for name in dict.fromkeys(record.dataset for record in faults):
+        loaded = [r for r in faults if r.dataset == name and r.radial_n is not None and r.cage_pct is not None]
+        if len({record.radial_n for record in loaded}) > 1:
+            loaded.sort(key=lambda record: (record.radial_n or 0.0, record.file))
+            yield TEXTS.paragraph("slip-by-load", title=evidence.datasets[name].title, loaded=loaded)
+
+
+def _baseline(faults: Sequence[OtherRecord]) -> dict[str, Any]:
+    """What may be called a fault: only what exceeds a healthy record of the same rig, speed and load."""
+    held = [r for r in faults if r.call is not None and r.call.basis is Basis.BASELINE]
+    return {
+        "held": held,
+        "alone": sum(r.call is not None and r.call.basis is Basis.LINE_ALONE for r in faults),
+        "right": sum(r.call is not None and r.call.called is r.state for r in held),
+        "wrong": [r.file for r in held if r.call is not None and r.call.called not in (None, r.state)],
+    }

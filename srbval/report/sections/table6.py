@@ -1,0 +1,102 @@
+"""The verdict, and Table 6 with uncertainties: at the paper's speed, and at the rig recordings' own."""
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+from srbval.bearing import Fault
+from srbval.comparison.budget import Answer
+from srbval.comparison.table6 import RigSource, Table6Row
+from srbval.report.badges import Tone
+from srbval.report.blocks import Block, Figure
+from srbval.report.figures.deviation import Deviation, deviation_plot
+from srbval.report.findings.findings import Evidence
+from srbval.report.findings.stored import ShownResult
+from srbval.report.model import Section, VerdictBox
+from srbval.report.section_texts import Texts
+from srbval.report.sections.names import FETCH_COMMAND, VERDICT_TONE, missing, origin_of
+from srbval.storage.strict_json import json_object
+
+TEXTS, VERDICT, SCAN = Texts("table6"), Texts("verdict"), Texts("verdict_scan")
+ANSWER_TONE = {Answer.MET: Tone.GOOD, Answer.MISSED: Tone.BAD, Answer.NOT_RESOLVED: Tone.NEUTRAL}
+
+
+def verdict_box(evidence: Evidence) -> VerdictBox:
+    """The answer in plain words, first on the page: all from the comparisons; stand-ins take no part."""
+    found = evidence.headline
+    points = VERDICT.listing(
+        "points",
+        found=found,
+        judged=[(cell.state, cell.verdict) for cell in evidence.matrix.cells if cell.judged],
+        records=[evidence.rig[one.state] for one in found.errors],
+        study=evidence.known.of(found.errors[0].state) if found.errors else None,
+        fetch_command=FETCH_COMMAND,
+    )
+    return VerdictBox(
+        tone=ANSWER_TONE[found.answer] if found.errors else Tone.WARNING,
+        headline=VERDICT.text("headline", found=found),
+        points=points.items,
+    )
+
+
+def verdict_scan_section(result: ShownResult) -> Section:
+    """One row for each input, reading and numerics of each record."""
+    if not result.content:
+        return SCAN.section(appendix=(SCAN.paragraph("intro"), missing(result)))
+    rows = result.content["rows"]
+    table = SCAN.table("verdict-scan-table", rows)
+    return SCAN.section(appendix=(SCAN.paragraph("intro"), origin_of(result), table))
+
+
+def table6_section(evidence: Evidence) -> Section:
+    """Both tables and how to read them."""
+    published, measured = _by_source(evidence)
+    blocks: list[Block] = [
+        TEXTS.table(
+            "table-6-paper-speed",
+            map(json_object, published),
+            shaft_rpm=evidence.printed.shaft_rpm,
+            computed=[evidence.paper[Fault(row.comparison.fault)].line(row.line.name) for row in published],
+        ),
+        _deviations(evidence),
+    ]
+    if not measured:
+        blocks.append(TEXTS.callout("no-recording", tone=Tone.WARNING, fetch_command=FETCH_COMMAND))
+        return TEXTS.section(*blocks)
+    nominal_rpm = evidence.rig[Fault.OUTER].recording.nominal_rpm
+    at_rig = TEXTS.table(
+        "table-6-rig-speed", map(json_object, measured), nominal_rpm=nominal_rpm, verdict_tone=VERDICT_TONE
+    )
+    parts = TEXTS.table("uncertainty-parts", measured[0].comparison.parts, compared=[r.comparison for r in measured])
+    quantities = TEXTS.table("quantities", map(json_object, evidence.comparisons), verdict_tone=VERDICT_TONE)
+    return TEXTS.section(*blocks, at_rig, TEXTS.paragraph("how-to-read"), appendix=(parts, quantities))
+
+
+def _by_source(evidence: Evidence) -> tuple[list[Table6Row], list[Table6Row]]:
+    """The rows against published values, and those against recordings."""
+    published = [row for row in evidence.rows if row.rig_source is RigSource.PUBLISHED]
+    return published, [row for row in evidence.rows if row.rig_source is RigSource.MEASURED]
+
+
+def _deviations(evidence: Evidence) -> Figure:
+    """Deviations from kinematics of every source in Table 6."""
+    points = [point for row in evidence.rows for point in _points(json_object(row))]
+    return TEXTS.figure("table6-deviations", partial(deviation_plot, points=points))
+
+
+def _points(row: Mapping[str, Any]) -> list[Deviation]:
+    """The sources of one row of Table 6, as `report.json` has it."""
+    group = f"{Fault(row['defect']).code} at {row['shaft_rpm']:.0f} rpm"
+    sources = [("our model", "simulated", row["model_deviation_pct"], row["model_ci95_hz"])]
+    if row["rig_source"] == RigSource.MEASURED:
+        sources += [("rig, measured", "measured", row["rig_deviation_pct"], row["rig_ci95_hz"])]
+    else:
+        sources += [("paper's rig", "published", row["rig_deviation_pct"], None)]
+        sources += [("paper's model", "published", row["paper_model_recomputed_pct"], None)]
+    return [
+        Deviation(
+            group=group, source=source, kind=kind, deviation_pct=deviation,
+            ci95_pct=100 * ci95 / row["kinematic_hz"] if ci95 else None,
+        )
+        for source, kind, deviation, ci95 in sources
+    ]  # fmt: skip

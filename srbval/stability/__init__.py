@@ -1,1 +1,0 @@
-"""Where each method of time integration fails, by solver, step and speed, and the limit that linear theory predicts."""

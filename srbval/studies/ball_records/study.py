@@ -1,0 +1,214 @@
+"""The ball bearing model beside the records of CWRU, MFPT and HIT-SM: ``python -m srbval.studies.ball_records.study``.
+
+Each registered record of a race's defect whose bearing has [elements] is read as `srbval analyse` reads it, and so are
+runs of the planar model at its speed, in its band. Errors are model less record; the model's value is the mean over
+what is open, drawn together, and its part of the uncertainty what that scatters. Levels: `DRAWS` runs with the inputs
+of `ball_inputs.toml`, a Latin hypercube. Cage ratio: `srbval.comparison.cage_inputs`, since the model turns its cage by
+the bearing's dimensions. The defect is CWRU's where the file's name says it (a hole of so many
+thousandths of an inch across, 0.011 in deep: quoted from memory, not checked), else as large as its default. Nothing is
+fitted. One record is one unit: bias is the mean error of a set, with Student's 95 % interval from five records on,
+scatter its standard deviation.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+import statistics
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.stats import t
+from scipy.stats.qmc import LatinHypercube
+
+from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
+from srbval.cli.output import print_table
+from srbval.comparison.cage_inputs import cage_inputs
+from srbval.comparison.compared_quantities import cage_ratio, harmonic_level, sideband_level
+from srbval.comparison.other_rigs import usable
+from srbval.models.simulate import Step, simulate
+from srbval.reading.analyse import Analysis, analyse
+from srbval.recordings import Recording
+from srbval.recordings.load import recording_from_run
+from srbval.recordings.registry import listing
+from srbval.recordings.registry.lookup import load_entry
+from srbval.scene import Scene, paper_scene
+from srbval.scene.sensor_path import PathMode, SensorPath
+from srbval.signal import NORMAL_95
+from srbval.storage.own_package import git_revision
+from srbval.storage.stored_result import BALL_RECORDS, COMMAND, stamped
+from srbval.storage.strict_json import write_json
+from srbval.studies.sensitivity.open_inputs import drawn, open_inputs
+
+SETS = ("cwru", "mfpt", "hit-sm")
+RATE_HZ = 51_200.0  # covers the sets' band up to 10 kHz
+SECONDS = 1.5
+LOAD_N = 500.0  # where the set states none: assumed
+LEAST_RECORDS = 5  # below them no bias is claimed
+SIZE = re.compile(r"_(?:IR|OR)0(\d\d)")  # of CWRU's names, in thousandths of an inch
+DRAWS = 10
+PATH = "sensor_path."
+INPUTS = open_inputs(Path(__file__).with_name("inputs.toml"))
+QUANTITIES = {"cage ratio [%]": cage_ratio, "2nd [dB]": harmonic_level(2), "3rd [dB]": harmonic_level(3),
+              "4th [dB]": harmonic_level(4), "sidebands [dB]": sideband_level}  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """One quantity of one record: both sides, the run without changed inputs, error, and its 95 % half widths."""
+
+    dataset: str
+    file: str
+    fault: Fault
+    quantity: str
+    model: float
+    nominal: float
+    record: float
+    error: float
+    reading: float
+    speed: float
+    inputs: float
+
+    @property
+    def uncertainty(self) -> float:
+        """All parts together."""
+        return math.hypot(self.reading, self.speed, self.inputs)
+
+
+def scene_of(recording: Recording, analysis: Analysis, fault: Fault) -> Scene:
+    """The planar model's scene at the record's speed, with the defect that its file's name states."""
+    size = SIZE.search(Path(recording.file or "").name)
+    hole = {} if size is None else {"extent": f"{int(size[1]) / 1e3} in", "height": "-0.011 in"}
+    return paper_scene(
+        bearing=recording.bearing or "", shaft_speed_rad_s=2 * math.pi * analysis.speed.value_hz, duration_s=SECONDS,
+        output_rate_hz=RATE_HZ, solver={"step_s": 1 / RATE_HZ}, load={"radial_n": recording.radial_n or LOAD_N},
+        defect={"kind": fault} | hole,
+    )  # fmt: skip
+
+
+def changed(scene: Scene, shares: Sequence[float]) -> Scene:
+    """The scene with every input at its share, a path of one resonance to the sensor included."""
+    own = [(one, share) for one, share in zip(INPUTS, shares, strict=True) if not one.keys[0].startswith(PATH)]
+    path = {
+        one.keys[0].removeprefix(PATH): float(one.value(share))
+        for one, share in zip(INPUTS, shares, strict=True)
+        if one.keys[0].startswith(PATH)
+    }
+    direct = path.pop("direct")
+    return replace(
+        drawn([one for one, _ in own], scene, [share for _, share in own])[0],
+        sensor_path=SensorPath(
+            direct=direct, modes=(PathMode(gain=1.0, **path),), low_hz=0.0, high_hz=RATE_HZ / 2, source="drawn"
+        ),
+    )  # fmt: skip
+
+
+def read_run(scene: Scene, analysis: Analysis) -> Analysis:
+    """The model's run, read in the record's band."""
+    run = simulate(scene, step=Step.UNCHECKED)
+    low, high = analysis.processed.band_hz
+    return analyse(recording_from_run(run), bearing=analysis.bearing, band_hz=(low, min(high, 0.45 * RATE_HZ)))
+
+
+def rows_of(recording: Recording, dataset: str, fault: Fault) -> tuple[list[Row], dict[str, Any]]:
+    """All quantities that both sides show, and the lines' strengths."""
+    analysis = analyse(recording, bearing=load_bearing(recording.bearing or ""))
+    scene, rows = scene_of(recording, analysis, fault), []
+    shares = LatinHypercube(d=len(INPUTS), rng=np.random.default_rng(0)).random(DRAWS)
+    nominal = read_run(scene, analysis)
+    models = [read_run(changed(scene, one), analysis) for one in shares]
+    assert analysis.bearing.elements is not None
+    cage = cage_inputs(analysis.bearing.elements)
+    for quantity, read in QUANTITIES.items():
+        rig, own = read(analysis, fault), read(nominal, fault)
+        values = [side.value for side in (read(model, fault) for model in models) if side is not None]
+        if rig is None or own is None or not rig.present or len(values) < 2:
+            continue
+        if read is cage_ratio:
+            scale, value, inputs = 100 / rig.value, own.value * (1 + cage.shift), 100 * cage.ci95
+        else:
+            scale, value = 1.0, statistics.fmean(values)
+            inputs = NORMAL_95 * statistics.stdev(values)
+        reading = scale * math.hypot(rig.ci95 or 0.0, own.ci95 or 0.0)
+        rows.append(
+            Row(
+                dataset=dataset, file=Path(recording.file or "").name, fault=fault, quantity=quantity, model=value,
+                nominal=own.value, record=rig.value, error=(value - rig.value) * scale, reading=reading,
+                speed=scale * rig.speed_ci95, inputs=inputs,
+            )
+        )  # fmt: skip
+    size = SIZE.search(Path(recording.file or "").name)
+    strengths = [s for s in (strength(model, fault) for model in models) if s is not None]
+    return rows, {
+        "dataset": dataset, "file": Path(recording.file or "").name, "fault": fault, "mil": size and int(size[1]),
+        "record_db": strength(analysis, fault), "model_db": statistics.fmean(strengths) if strengths else None,
+    }  # fmt: skip
+
+
+def strength(analysis: Analysis, fault: Fault) -> float | None:
+    """Level of the fault's line in the acceleration [dB re 1 unit of it]; the squared envelope's, halved."""
+    line = analysis.line_of(fault)
+    return None if not line.depth else 10 * math.log10(line.depth * analysis.processed.scale**2)
+
+
+def compare(only: str) -> tuple[list[Row], list[dict[str, Any]]]:
+    """Rows of all records whose name holds `only`, and their lines' strengths."""
+    rows: list[Row] = []
+    trend = []
+    for entry in usable(listing().recordings):
+        if entry.dataset not in SETS or entry.state not in RACE_DEFECTS or only not in entry.file:
+            continue
+        recording = load_entry(entry)
+        if recording.bearing is None or load_bearing(recording.bearing).elements is None:
+            continue
+        print(entry.file, file=sys.stderr, flush=True)
+        found, strengths = rows_of(recording, entry.dataset, Fault(entry.state))
+        rows += found
+        trend.append(strengths)
+    return rows, trend
+
+
+def summary_of(rows: list[Row]) -> list[dict[str, Any]]:
+    """Bias and scatter of each quantity by set, and the records within their uncertainty."""
+    groups: dict[tuple[str, str], list[Row]] = {}
+    for row in rows:
+        groups.setdefault((row.dataset, row.quantity), []).append(row)
+    found = []
+    for (name, quantity), own in sorted(groups.items()):
+        errors = [row.error for row in own]
+        scatter = statistics.stdev(errors) if len(own) > 1 else None
+        wide = len(own) >= LEAST_RECORDS and scatter is not None
+        found.append({
+            "dataset": name, "quantity": quantity, "records": len(own), "bias": statistics.fmean(errors),
+            "ci95": t.ppf(0.975, len(own) - 1) * scatter / math.sqrt(len(own)) if wide and scatter else None,
+            "scatter": scatter, "within": sum(abs(row.error) <= row.uncertainty for row in own),
+        })  # fmt: skip
+    return found
+
+
+def main() -> None:
+    """Print errors, then bias and scatter by set, then the lines' strengths with the defect's size."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--only", default="", help="part of the files' names")
+    parser.add_argument("-o", "--output", type=Path, help="store the result as JSON")
+    options = parser.parse_args()
+    revision = git_revision()
+    rows, trend = compare(options.only)
+    summary = summary_of(rows)
+    if options.output:
+        content = {"rows": [vars(r) | {"uncertainty": r.uncertainty} for r in rows], "summary": summary, "trend": trend}
+        write_json(options.output, stamped(BALL_RECORDS, content, command=COMMAND[BALL_RECORDS], revision=revision))
+    values = [(r.dataset, r.file, r.quantity, r.model, r.record, r.error, r.uncertainty, r.inputs) for r in rows]
+    print_table(("set", "file", "quantity", "model", "record", "error", "± 95 %", "of inputs"), values)
+    for table in (summary, trend):
+        print()
+        print_table(tuple(table[0]) if table else (), [tuple(one.values()) for one in table])
+
+
+if __name__ == "__main__":
+    main()

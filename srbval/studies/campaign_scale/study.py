@@ -1,0 +1,135 @@
+"""Overhead of a campaign of very many cases besides the simulations: measured with tiny cases, extrapolated.
+
+``python -m srbval.studies.campaign_scale.study`` stores the result in the user's cache, where the report finds it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from srbval.campaign.campaign_folder import JOURNAL, PLAN
+from srbval.campaign.engines.choose import NAMES, choose_engine
+from srbval.campaign.engines.engine import Engine
+from srbval.campaign.planning import plan_cases
+from srbval.campaign.run import run_campaign
+from srbval.campaign.settings import Campaign
+from srbval.cli.measured import this_machine
+from srbval.config.strict import build
+from srbval.progress import Progress, ProgressDisplay, silent
+from srbval.storage.own_package import git_revision
+from srbval.storage.stored_result import CAMPAIGN_SCALE, COMMAND, stamped, store_result
+from srbval.studies.speed_accuracy.child import peak_bytes
+
+CASE_S = 5.0  # assumed wall time of a real case on one core: 10 s of the full model
+EXTRAPOLATED = ((10_000, 64), (1_000_000, 2000))
+
+
+@dataclass(frozen=True, kw_only=True)
+class CampaignScale:
+    """What was measured: `planning_s`; `run_s` of the whole run, planning included.
+
+    `coordinator_s` is this process's CPU time per case; `peak_bytes` its peak memory and `base_bytes` that before the
+    campaign, None where the system does not tell; `file_bytes` is the size of a result without signals.
+    """
+
+    cases: int
+    engine: str
+    workers: int
+    planning_s: float
+    run_s: float
+    coordinator_s: float
+    peak_bytes: int | None
+    base_bytes: int | None
+    plan_bytes: int
+    journal_bytes: int
+    file_bytes: float
+
+    def extrapolate(self, cases: int, workers: int) -> dict[str, Any]:
+        """The overhead of `cases` real ones of `CASE_S` on `workers`, each part in proportion to the cases."""
+        share = cases / self.cases
+        grown = None if self.peak_bytes is None or self.base_bytes is None else self.peak_bytes - self.base_bytes
+        return {
+            "cases": cases,
+            "workers": workers,
+            "planning_s": self.planning_s * share,
+            "simulation_s": cases * CASE_S / workers,
+            "coordinator_s": self.coordinator_s * cases,
+            "coordinator_share": self.coordinator_s * workers / CASE_S,
+            "workers_before_the_coordinator_is_full": int(CASE_S / self.coordinator_s),
+            "peak_bytes": None if grown is None or self.base_bytes is None else self.base_bytes + grown * share,
+            "files": cases,
+            "files_a_folder": cases / 256,
+            "result_bytes": self.file_bytes * cases,
+            "plan_and_journal_bytes": (self.plan_bytes + self.journal_bytes) * share,
+        }
+
+
+def extrapolations(found: CampaignScale) -> list[dict[str, Any]]:
+    """Ten thousand cases and a million, on clusters that fit them."""
+    return [found.extrapolate(cases, workers) for cases, workers in EXTRAPOLATED]
+
+
+def measure_scale(cases: int, engine: Engine, *, progress: Progress = silent) -> CampaignScale:
+    """Run `cases` tiny cases of the cheapest model in a temporary folder."""
+    campaign = tiny(cases)
+    base_bytes = peak_bytes()
+    started = time.perf_counter()
+    plan_cases(campaign)
+    planning_s = time.perf_counter() - started
+    with tempfile.TemporaryDirectory(prefix="srbval-scale-") as name:
+        folder = Path(name)
+        cpu_s, started = time.process_time(), time.perf_counter()
+        done = run_campaign(campaign, folder, engine=engine, progress=progress)
+        run_s, coordinator_s = time.perf_counter() - started, time.process_time() - cpu_s
+        sizes = [path.stat().st_size for path in (folder / "cases").glob("*/*.h5")]
+        return CampaignScale(
+            cases=done.cases,
+            engine=done.engine,
+            workers=done.workers,
+            planning_s=planning_s,
+            run_s=run_s,
+            coordinator_s=coordinator_s / cases,
+            peak_bytes=peak_bytes(),
+            base_bytes=base_bytes,
+            plan_bytes=(folder / PLAN).stat().st_size,
+            journal_bytes=(folder / JOURNAL).stat().st_size,
+            file_bytes=sum(sizes) / len(sizes),
+        )
+
+
+def tiny(cases: int) -> Campaign:
+    """A campaign of `cases` different cases, each some milliseconds of work."""
+    return build(
+        Campaign,
+        {
+            "name": "tiny",
+            "outputs": ["summary"],
+            "scene": {"model": "kinematic", "duration": "1 ms", "settle": "0 s", "defect": {"kind": "outer"}},
+            "axes": [{"kind": "grid", "values": {"seed": list(range(cases))}}],
+        },
+        "tiny",
+    )
+
+
+def main() -> None:
+    """Measure and store."""
+    parser = argparse.ArgumentParser(description="The overhead of very many cases, measured with tiny ones.")
+    parser.add_argument("--cases", metavar="N", type=int, default=10_000, help="number of cases (default: 10000)")
+    parser.add_argument("--engine", choices=NAMES, default="auto", help="as for `srbval campaign run`")
+    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="default: the user's cache")
+    options = parser.parse_args()
+    revision = git_revision()  # at the beginning: measuring may take long
+    with ProgressDisplay() as progress:
+        found = measure_scale(options.cases, choose_engine(options.engine), progress=progress)
+    result = {"machine": this_machine(), "measured": vars(found), "extrapolated": extrapolations(found)}
+    command = f"{COMMAND[CAMPAIGN_SCALE]} --cases {options.cases} --engine {options.engine}"
+    print(store_result(stamped(CAMPAIGN_SCALE, result, command=command, revision=revision), options.output))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,153 @@
+"""Calibration of a weak line's interval: ``python -m srbval.studies.line_intervals.weak`` prints the table.
+
+Records of weak combs with and without slip are read; the factors of the credible interval are moved until the lines
+detected are covered as nearly alike as can be, whatever they slip. ``--check`` changes nothing: it prints how the table
+in use covers on cells that it was not made from, of other durations, combs and jitters, and of two seconds.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import math
+import multiprocessing
+from concurrent.futures import ProcessPoolExecutor
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from srbval.processes.machine import usable_cores
+from srbval.signal import NORMAL_95, Phasors
+from srbval.signal.interval import slip_interval
+from srbval.signal.phase_posterior import posterior
+from srbval.signal.slip import noise_error_hz, weak_sums
+from srbval.studies.reading_accuracy.trials import (
+    BLOCK_S,
+    HALF_SHARE,
+    LINE_HZ,
+    PROFILES,
+    comb_record,
+    periodogram_of,
+    read_record,
+)
+
+FloatArray = NDArray[np.float64]
+Comb = tuple[tuple[float, ...], float]  # amplitudes, line-to-noise ratio of the first [dB]
+Cell = tuple[float, Comb, float]  # seconds, comb, jitter
+
+SECONDS = (10.0, 30.0)
+COMBS: tuple[Comb, ...] = (
+    (PROFILES["falling"], 16.0), (PROFILES["falling"], 20.0), ((1.0, 0.7), 16.0), ((1.0,), 18.0),
+)  # fmt: skip
+JITTERS = (0.0, 0.0005, 0.001, 0.002, 0.003, 0.005, 0.01)
+RECORDS, SEED = 240, 22
+# None of these has a part in the table.
+OTHER_SECONDS, OTHER_JITTERS = (2.0, 5.0, 20.0), (0.0, 0.0007, 0.0025, 0.007)
+OTHER_COMBS: tuple[Comb, ...] = (((1.0, 1 / 2, 1 / 3), 18.0), ((1.0, 0.85, 0.6, 0.3), 15.0))
+# Coverage aimed at; how far off costs nothing, and how far off the worst cell's does.
+WANTED, FREE, FREE_WORST = 0.95, 0.01, 0.025
+BEGINNINGS = 12
+# Width of the step from covered to not, in the logarithm of the half width: makes the search smooth. And the price of
+# factors that differ from knot to knot.
+SOFT, UNEVEN = 0.05, 5e-5
+
+
+def drawn(cell: Cell, count: int = RECORDS) -> FloatArray:
+    """Of the lines detected: errors in credible half widths, chances that nothing slips, widths, [3, detected]."""
+    seconds, (amplitudes, snr_db), jitter = cell
+    rng = np.random.default_rng((SEED, *(round(1e4 * v) for v in (seconds, sum(amplitudes), snr_db, jitter))))
+    found = []
+    for _ in range(count):
+        record = comb_record(rng, seconds, snr_db=snr_db, jitter=jitter, amplitudes=amplitudes)
+        reading = read_record(record)
+        if reading is None or not reading.detected:
+            continue
+        number = np.arange(1, 6, dtype=np.float64)
+        reduced = periodogram_of(record)
+        noise = np.array([reduced.noise_near(h * LINE_HZ, h * HALF_SHARE * LINE_HZ).mean_power for h in number])
+        phasors = Phasors.of(reduced.samples, reduced.fs_hz, number * reading.found_hz)
+        sums = weak_sums(phasors, number, noise, shortest_block_s=BLOCK_S)
+        if sums is not None:
+            told = posterior(sums, number, line_hz=reading.found_hz, block_s=seconds / sums.shape[1])
+            off = abs(reading.found_hz + told.shift_hz - LINE_HZ)
+            alone = NORMAL_95 * noise_error_hz(sums, number, seconds / sums.shape[1])
+            found.append((off / told.credible_hz, told.steady, told.credible_hz / alone))
+    return np.array(found).reshape(-1, 3).T
+
+
+def calibrate(draws: list[FloatArray]) -> FloatArray:
+    """Logarithms of the factors at the table's knots, those over the steadiness first.
+
+    Only products of two factors matter: the first over the width is one.
+    """
+    import scipy.optimize
+
+    first = len(slip_interval().weak_steady)
+
+    def whole(free: FloatArray) -> FloatArray:
+        return np.insert(free, first, 0.0)
+
+    def cost(free: FloatArray) -> float:
+        logs = whole(free)
+        off = np.abs(np.array([coverage(logs, draw, SOFT) for draw in draws]) - WANTED)
+        uneven = np.mean(np.diff(logs[:first]) ** 2) + np.mean(np.diff(logs[first:]) ** 2)
+        worst = max(float(off.max()) - FREE_WORST, 0.0)
+        return float(np.mean(np.maximum(off - FREE, 0) ** 2) + 0.15 * worst**2 + UNEVEN * uneven)
+
+    size = first + len(slip_interval().wide) - 1
+    beginnings = [0.5 * np.random.default_rng(seed).standard_normal(size) for seed in range(BEGINNINGS)]
+    tried = [scipy.optimize.minimize(cost, beginning, method="L-BFGS-B") for beginning in beginnings]
+    print("# costs from several beginnings:", " ".join(f"{result.fun:.3g}" for result in sorted(tried, key=_cost)))
+    return whole(min(tried, key=_cost).x)
+
+
+def _cost(result: Any) -> float:
+    return float(result.fun)
+
+
+def coverage(logs: FloatArray, draw: FloatArray, soft: float) -> float:
+    """Share of a cell's lines that lie within their half widths, each counted in part within `soft` of its edge."""
+    table = slip_interval()
+    first = len(table.weak_steady)
+    stretch = np.interp(draw[1], table.weak_steady, logs[:first])
+    stretch += np.interp(np.log(draw[2]), np.log(table.wide), logs[first:])
+    return float(np.mean(0.5 * (1 + np.tanh((stretch - np.log(np.maximum(draw[0], 1e-9))) / soft))))
+
+
+def check(count: int) -> None:
+    """Print the coverage of the table in use on other cells, `count` records each, and over all of a duration."""
+    table = slip_interval()
+    logs = np.log(np.concatenate((table.weak_factor, table.wide_factor)))
+    for seconds in OTHER_SECONDS:
+        cells = list(itertools.product((seconds,), OTHER_COMBS, OTHER_JITTERS))
+        draws = [drawn(cell, count) for cell in cells]
+        for (_, (amplitudes, snr_db), jitter), draw in zip(cells, draws, strict=True):
+            share = f"coverage {coverage(logs, draw, 1e-6):.3f}" if draw.shape[1] else "nothing to cover"
+            lines = f"{len(amplitudes)} lines, {snr_db:g} dB, jitter {jitter:g}"
+            print(f"# {seconds:g} s, {lines}: {draw.shape[1]} detected and weak, {share}")
+        whole = np.concatenate(draws, axis=1)
+        print(f"{seconds:g} s: {whole.shape[1]} lines, coverage {coverage(logs, whole, 1e-6):.3f}")
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description="Calibrate, or check, the interval of a weak line.")
+    parser.add_argument("--check", action="store_true", help="coverage on cells that the table was not made from")
+    parser.add_argument("-n", type=int, default=RECORDS, help="records per cell of the check")
+    options = parser.parse_args()
+    if options.check:
+        check(options.n)
+        raise SystemExit
+    cells = list(itertools.product(SECONDS, COMBS, JITTERS))
+    with ProcessPoolExecutor(usable_cores(), mp_context=multiprocessing.get_context("spawn")) as pool:
+        all_draws = list(pool.map(drawn, cells))
+    found_logs = calibrate(all_draws)
+    shares = [coverage(found_logs, draw, 1e-6) for draw in all_draws]
+    for (seconds, (amplitudes, snr_db), jitter), draw, share in zip(cells, all_draws, shares, strict=True):
+        lines = f"{len(amplitudes)} lines from {amplitudes[0]:g} to {amplitudes[-1]:g}, {snr_db:g} dB"
+        print(f"# {seconds:g} s, {lines}, jitter {jitter:g}: {draw.shape[1]} detected, coverage {share:.3f}")
+    print(f"# coverage {min(shares):.3f} to {max(shares):.3f}, standard deviation {math.sqrt(np.var(shares)):.3f}")
+    factors = [round(float(f), 2) for f in np.exp(found_logs)]
+    knots = slip_interval()
+    print(f"steady = {list(knots.weak_steady)}\nsteady_factor = {factors[: len(knots.weak_steady)]}")
+    print(f"wide = {list(knots.wide)}\nwide_factor = {factors[len(knots.weak_steady) :]}")

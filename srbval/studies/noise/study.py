@@ -1,0 +1,141 @@
+"""How detection degrades with added noise: ``python -m srbval.studies.noise.study``.
+
+Reads the fault lines of simulated bearings under added noise of stated ratios and spectra and stores the result in the
+user's cache, where the report finds it.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+
+from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
+from srbval.campaign.noise import WHITE, NoiseSpectrum, add_noise, noise_spectrum
+from srbval.cli.measured import this_machine
+from srbval.errors import NumericsError
+from srbval.models.simulate import simulate
+from srbval.progress import Progress, ProgressDisplay, silent
+from srbval.reading.analyse import analyse
+from srbval.reading.lines import Line
+from srbval.recordings import Recording, recording_from_run
+from srbval.scene import paper_scene
+from srbval.storage.own_package import git_revision
+from srbval.storage.stored_result import COMMAND, NOISE_STUDY, stamped, store_result
+from srbval.storage.strict_json import json_object
+from srbval.studies.rows import print_rows
+
+RATIOS_DB = (20.0, 15.0, 10.0, 5.0, 0.0, -5.0, -10.0)
+SECONDS = 2.0
+DRAWS = 4  # records with noise of their own for each ratio
+NO_NOISE = "none"
+
+
+@dataclass(frozen=True, kw_only=True)
+class NoiseRow:
+    """One defect, noise spectrum and ratio: in how many `draws` the line was found, and its median height over noise.
+
+    `deviation_pct` is the largest deviation of a found line from its frequency without added noise; None where none was
+    found. `snr_db` is None without added noise.
+    """
+
+    state: str
+    line: str
+    colour: str
+    snr_db: float | None
+    draws: int
+    found: int
+    line_snr: float | None
+    deviation_pct: float | None
+
+
+def noise_study(
+    *,
+    noises: Sequence[str] = (WHITE,),
+    ratios_db: Sequence[float] = RATIOS_DB,
+    seconds: float = SECONDS,
+    draws: int = DRAWS,
+    progress: Progress = silent,
+) -> list[NoiseRow]:
+    """The paper's scene with each race defect, `seconds` long, under each of the `noises` (see `noise_spectrum`).
+
+    Noise is added to both radial axes, each with the signal-to-noise ratio of `ratios_db` over all frequencies; a draw
+    is reproducible by its number. Raises `NumericsError` where a run fails, and what reading a recording raises.
+    """
+    spectra = [noise_spectrum(noise) for noise in noises]
+    rows: list[NoiseRow] = []
+    total = len(RACE_DEFECTS) * len(spectra) * len(ratios_db)
+    noisy_rows = 0
+    for fault in RACE_DEFECTS:
+        progress("detection under noise", noisy_rows / total)
+        record = _record(fault, seconds)
+        clean = _line(record, fault)
+        rows.append(_row(fault, clean, [clean], NO_NOISE, None))
+        for spectrum in spectra:
+            for ratio in ratios_db:
+                lines = [_line(noisy, fault) for noisy in _noisy_records(record, spectrum, ratio, draws)]
+                rows.append(_row(fault, clean, lines, spectrum.name, ratio))
+                noisy_rows += 1
+                progress("detection under noise", noisy_rows / total)
+    return rows
+
+
+def _record(fault: Fault, seconds: float) -> Recording:
+    run = simulate(paper_scene(defect={"kind": fault}, duration_s=seconds))
+    if not run.status.usable:
+        raise NumericsError(f"noise study: the {fault} run failed ({run.status}): {run.reason}")
+    return recording_from_run(run)
+
+
+def _line(record: Recording, fault: Fault) -> Line:
+    return analyse(record, bearing=load_bearing(record.bearing or "")).line_of(fault)
+
+
+def _noisy_records(record: Recording, spectrum: NoiseSpectrum, snr_db: float, draws: int) -> Iterator[Recording]:
+    for draw in range(draws):
+        random = np.random.default_rng([draw, round(1000 * (snr_db + 1000))])
+        channels = {
+            axis: add_noise(samples, record.fs_hz, snr_db=snr_db, spectrum=spectrum, random=random)
+            for axis, samples in record.channels.items()
+        }
+        yield replace(record, channels=channels)
+
+
+def _row(fault: Fault, clean: Line, lines: Sequence[Line], colour: str, snr_db: float | None) -> NoiseRow:
+    found_hz = [line.found_hz for line in lines if line.detected and line.found_hz is not None]
+    clean_hz = clean.found_hz
+    return NoiseRow(
+        state=fault.value,
+        line=fault.line or "",
+        colour=colour,
+        snr_db=snr_db,
+        draws=len(lines),
+        found=len(found_hz),
+        line_snr=median(line.snr or 0.0 for line in lines),
+        deviation_pct=max((100 * abs(f / clean_hz - 1) for f in found_hz), default=None) if clean_hz else None,
+    )
+
+
+def main() -> None:
+    """Measure, store and print."""
+    parser = argparse.ArgumentParser(description="How detection degrades with added noise.")
+    parser.add_argument("--noise", metavar="white|RECORDING", nargs="+", default=[WHITE], help="colours of the noise")
+    parser.add_argument("--seconds", metavar="S", type=float, default=SECONDS, help="duration of the runs (default: 2)")
+    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="default: the user's cache")
+    options = parser.parse_args()
+    revision = git_revision()  # at the beginning: measuring may take long
+    with ProgressDisplay() as progress:
+        found = noise_study(noises=options.noise, seconds=options.seconds, progress=progress)
+    rows = [json_object(row) for row in found]
+    print_rows(rows)
+    content = {"machine": this_machine(), "rows": rows, "seconds": options.seconds}
+    command = f"{COMMAND[NOISE_STUDY]} --noise {' '.join(options.noise)}"
+    print(store_result(stamped(NOISE_STUDY, content, command=command, revision=revision), options.output))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,203 @@
+"""How well a frequency is read: accuracy against the Cramer-Rao bound, false alarms, the signal chain, timings.
+
+``python -m srbval.studies.reading_accuracy.study`` stores the result in the user's cache, where the report finds it. Every piece
+of it is kept there too, so that an interrupted run goes on where it was, and one with more records adds to it. On a
+machine with other work to do ``--rest-of reports/reading.json`` measures the accuracy only, takes the wall times and
+all else from an earlier result, and says so.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import functools
+import multiprocessing
+import operator
+import re
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TypeVar
+
+from srbval.cli.measured import this_machine
+from srbval.processes.machine import usable_cores
+from srbval.processes.threads import one_thread
+from srbval.progress import Progress, ProgressDisplay, silent
+from srbval.storage.content_store import ContentStore
+from srbval.storage.own_package import git_revision
+from srbval.storage.stored_result import COMMAND, READING, stamped, store_result
+from srbval.storage.strict_json import json_object, parse_json
+from srbval.studies.reading_accuracy import trials as reading_trials
+from srbval.studies.reading_accuracy.scalogram_check import TRANSFORMS, ScalogramCheck, check_scalogram
+from srbval.studies.reading_accuracy.signal_chain import ChainError, ChainTiming, chain_errors, timings
+from srbval.studies.reading_accuracy.trials import (
+    NOISES,
+    Accuracy,
+    FalseAlarms,
+    cells_of,
+    chances_of,
+    rates_of,
+    summary,
+    trials_of,
+)
+from srbval.studies.rows import print_rows
+
+# Records a task is made of; each has a seed of its own, so that results do not depend on who does it.
+_TASK = 50
+_NOISE_SEED = 1_000_000
+STORE = ContentStore(kind="reading", computed_by="srbval.signal")
+
+Piece = TypeVar("Piece")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReadingSettings:
+    """Number of records per cell; durations, line-to-noise ratios, jitter and slip to try.
+
+    `timed`: also what is not Monte-Carlo, the wall times and the errors of the envelope chain and the transforms.
+    """
+
+    trials: int = 1000
+    noise_records: int = 60_000
+    seconds: tuple[float, ...] = (2.0, 10.0, 30.0)
+    snr_db: tuple[float, ...] = (16.0, 25.0, 35.0)
+    jitter: tuple[float, ...] = (0.0, 0.001, 0.003, 0.01, 0.03)
+    slip: tuple[float, ...] = (0.01, 0.03)
+    timed: bool = True
+
+
+QUICK_READING = ReadingSettings(
+    trials=60, noise_records=300, seconds=(10.0,), snr_db=(25.0,), jitter=(0.0, 0.01), slip=()
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReadingBench:
+    """Everything that is measured."""
+
+    accuracy: tuple[Accuracy, ...]
+    false_alarms: tuple[FalseAlarms, ...]
+    timings: tuple[ChainTiming, ...]
+    chains: tuple[ChainError, ...]
+    transforms: tuple[ScalogramCheck, ...]
+
+
+def run_reading_bench(
+    settings: ReadingSettings, *, seed: int = 0, jobs: int = 1, store: ContentStore | None = None,
+    progress: Progress = silent,
+) -> ReadingBench:  # fmt: skip
+    """Run all cells in `jobs` processes; deterministic except for the timings, which come first, with no other work.
+
+    Pieces found in `store` are not made again.
+    """
+    timed = timings() if settings.timed else ()
+    chains = chain_errors() if settings.timed else ()
+    transforms = tuple(check_scalogram(name) for name in TRANSFORMS) if settings.timed else ()
+    cells = cells_of(settings.seconds, settings.snr_db, settings.jitter, settings.slip)
+    read = _in_pieces(
+        [functools.partial(trials_of, cell) for cell in cells],
+        settings.trials,
+        (seed, 0),
+        jobs,
+        store,
+        functools.partial(progress, "reading accuracy"),
+    )
+    noise = _in_pieces(
+        [functools.partial(chances_of, noise) for noise in NOISES],
+        settings.noise_records,
+        (seed, _NOISE_SEED),
+        jobs,
+        store,
+        functools.partial(progress, "false alarms"),
+    )
+    return ReadingBench(
+        accuracy=tuple(summary(cell, trials) for cell, trials in zip(cells, read, strict=True)),
+        false_alarms=tuple(
+            row for name, chances in zip(NOISES, noise, strict=True) if chances for row in rates_of(name, chances)
+        ),
+        timings=timed,
+        chains=chains,
+        transforms=transforms,
+    )
+
+
+def _in_pieces(
+    works: Sequence[Callable[[int, Sequence[int]], list[Piece]]],
+    count: int,
+    seed: tuple[int, int],
+    jobs: int,
+    store: ContentStore | None,
+    report: Callable[[float], None],
+) -> list[list[Piece]]:
+    """`count` results of each work, made in pieces of `_TASK`, each with a seed of its own: `seed` + work, piece."""
+    sizes = [min(_TASK, count - done) for done in range(0, count, _TASK)]
+    tasks = [
+        functools.partial(_kept, store, work, size, (seed[0], seed[1] + number, piece))
+        for number, work in enumerate(works)
+        for piece, size in enumerate(sizes)
+    ]
+    results: list[list[Piece]] = [[] for _ in works]
+    pool = None if jobs == 1 else ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn"))
+    mapped: Callable[..., Iterable[list[Piece]]] = map if pool is None else pool.map
+    with pool or contextlib.nullcontext():
+        for index, piece in enumerate(mapped(operator.call, tasks)):
+            results[index // len(sizes)] += piece
+            report((index + 1) / len(tasks))
+    return results
+
+
+@one_thread()
+def _kept(
+    store: ContentStore | None, work: Callable[[int, Sequence[int]], list[Piece]], size: int, seed: Sequence[int]
+) -> list[Piece]:
+    """A piece as it lies in `store`, which knows the code that reads; this name knows what the piece is made of."""
+    if store is None:
+        return work(size, seed)
+    name = f"{work} {size} {seed} {Path(reading_trials.__file__).read_text(encoding='utf-8')}"
+    name = re.sub(r" at 0x[0-9a-f]+", "", name)
+    found = store.load(name, lambda table: [tuple(row) for row in table["piece"]])
+    if found is None:
+        store.save(name, {"piece": work(size, seed)})
+        found = store.load(name, lambda table: [tuple(row) for row in table["piece"]])
+    assert found is not None, "just saved"
+    return found  # type: ignore[return-value]
+
+
+def main() -> None:
+    """Measure, store and print."""
+    parser = argparse.ArgumentParser(description="How well frequencies are read, by simulation, and the run time.")
+    parser.add_argument("--quick", action="store_true", help="few records: a first impression, not for publication")
+    parser.add_argument("--jobs", metavar="N", type=int, default=usable_cores(), help="processes (default: every core)")
+    parser.add_argument("-n", type=int, help="records per cell")
+    parser.add_argument("--rest-of", metavar="FILE", type=Path, help="take all but the accuracy from this result")
+    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="default: the user's cache, for a full run")
+    options = parser.parse_args()
+    revision = git_revision()  # at the beginning: measuring may take long
+    settings, rest = QUICK_READING if options.quick else ReadingSettings(), {}
+    settings = replace(settings, trials=options.n or settings.trials)
+    if options.rest_of:
+        earlier = parse_json(options.rest_of.read_bytes())
+        rest = {key: earlier[key] for key in ("false_alarms", "timings", "chains", "transforms")}
+        made = {key: earlier[key] for key in ("made_utc", "git_revision", "command", "machine")}
+        rest["rest_of"] = earlier.get("rest_of", made)  # that may have taken it from another itself
+        settings = replace(settings, timed=False, noise_records=0)
+    with ProgressDisplay() as progress:
+        result = run_reading_bench(settings, jobs=options.jobs, store=STORE, progress=progress)
+    show(result)
+    if options.output or not options.quick:
+        content = {"machine": this_machine()} | json_object(result) | rest
+        command = " ".join([COMMAND[READING], *sys.argv[1:]])
+        print(store_result(stamped(READING, content, command=command, revision=revision), options.output))
+
+
+def show(result: ReadingBench) -> None:
+    """Print every part that was measured."""
+    for rows in (result.accuracy, result.false_alarms, result.timings, result.chains, result.transforms):
+        if rows:
+            print_rows([json_object(row) for row in rows])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,331 @@
+"""How often is the verdict by record wrong? ``python -m srbval.studies.record_verdicts.study``, on simulated rigs.
+
+A rig is two records, outer and inner race. Its truth is what the model shows at inputs drawn from their ranges, plus
+a known discrepancy, plus a mounting (size half-normal; levels normal with that size). "Full model": runs at draws that
+no study has seen (`record_truths`), each used as often as the others. "Emulated": fresh draws by the sensitivity
+study's emulators and a residual of theirs, so that the rule is tried on the distribution that it assumes. "Known
+inputs": the emulators stand for a model whose inputs are known to `KNOWN` of their ranges, without choices, and the
+mounting to `KNOWN_MOUNTING_DB`, as after several: what the rule says where U is narrow.
+
+A truth is read as a record of 2, 10 or 30 s is: every harmonic is an amplitude plus complex normal noise, its power
+over noise drawn for two seconds and growing with duration; the cage ratio gets normal errors of reading and of the
+shaft's speed of the size the record states; the spectrum gets noise. What is not simulated: the record's samples, its
+band and its search for lines.
+
+Read values go through the program's own readings, comparison, verdict and Holm's procedure over the rig's two records.
+Discrepancies: none (how often is a right model called resolved?), at the margin, in all or in one quantity (how often
+is it said to agree?), drawn from the prior (do the intervals hold the error?). The result is stored.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from srbval.arrays import FloatArray
+from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Fault, load_bearing
+from srbval.cli.measured import this_machine
+from srbval.comparison.budget import PRIOR, VERDICT
+from srbval.comparison.compared_quantities import CAGE_RATIO, KINDS, SHAPE, Sides, compare, shape_angle
+from srbval.comparison.comparison import MOUNTING, Comparison, QuantityValue
+from srbval.comparison.counterpart import STARTS
+from srbval.comparison.effects import DefectEffects, Sensitivity, sensitivity_of
+from srbval.comparison.record_verdict import holm, judge
+from srbval.comparison.spectrum_shape import angle_within, noise_about, with_noise
+from srbval.reading.lines import Line
+from srbval.signal import LEAST_SNR, NORMAL_95
+from srbval.storage.cache import cache_folder
+from srbval.storage.own_package import git_revision
+from srbval.storage.stored_result import (
+    COMMAND,
+    RECORD_VERDICTS,
+    RESULTS,
+    SENSITIVITY,
+    newest_result,
+    stamped,
+    store_result,
+)
+from srbval.storage.strict_json import json_object
+from srbval.studies.record_verdicts.truths import Truth, make_truths, read_truths
+from srbval.studies.rows import print_rows
+from srbval.studies.sensitivity.emulator import Emulator, fit_emulator
+from srbval.studies.sensitivity.open_inputs import open_inputs
+from srbval.studies.sensitivity.study import coordinates, groups_of, predict
+
+RIGS, SEED = 500, 20
+KNOWN, KNOWN_MOUNTING_DB = 0.1, 0.3
+SECONDS = (2.0, 10.0, 30.0)
+SNR = (30.0, 3000.0)  # of the first harmonic in 2 s, power over noise; even in the logarithm
+SHAFT_HZ = 14.3
+# Standard deviations, in shares of the line: of reading two seconds (the rig's outer-race record), of a speed's scale.
+READING, SPEED = 1.7e-4, 1.0e-4
+NONE, MARGIN, ONE, DRAWN = "none", "at the margin", "one at the margin", "from the prior"
+DISCREPANCIES = (NONE, MARGIN, ONE, DRAWN)
+MARGINS = {kind.name: kind.margin for kind in KINDS if kind.margin}
+BEARING = load_bearing(DEFAULT_BEARING)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Setting:
+    """Truths, each of a rig, the study that they are judged by, and the scale of the mounting's prior."""
+
+    name: str
+    truths: Sequence[Truth]
+    study: Sensitivity
+    discrepancies: tuple[str, ...] = (NONE, MARGIN, DRAWN)
+    mounting_db: float = PRIOR.mounting_db
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rates:
+    """Of one setting, duration and discrepancy: shares of the rigs, and of the errors that their 95 % intervals hold.
+
+    `resolved` counts rigs with any record resolved, `single` records whose own p is below 0.05, `beyond_prior` those
+    that are beyond the prior's discrepancy; `agree` records said to agree, `cage_agrees` in the cage ratio alone;
+    `shape` records whose spectrum's shape is resolved, of every truth that has one once, without a discrepancy.
+    """
+
+    truth: str
+    truths: int
+    seconds: float
+    discrepancy: str
+    rigs: int
+    resolved: float
+    single: float
+    beyond_prior: float
+    agree: float
+    cage_agrees: float
+    shape: float | None
+    coverage: Mapping[str, float]
+
+
+def emulators(study: DefectEffects) -> dict[str, Emulator]:
+    """Fitted again to the runs of a study."""
+    values, runs, found = np.array(study.values, dtype=float), np.array(study.at), {}
+    groups = groups_of(open_inputs(), runs)
+    for place, one in enumerate(study.quantities):
+        shown = np.isfinite(values[:, place])
+        found[one.name] = fit_emulator(runs[shown], values[shown, place], groups[shown])
+    return found
+
+
+def emulated(study: Sensitivity, count: int, seed: int = SEED) -> Setting:
+    """Emulators at fresh draws of all inputs, the same draw for both faults, each with a residual."""
+    inputs, rng = open_inputs(), np.random.default_rng(seed)
+    at = coordinates(inputs, rng.random((count, len(inputs))))
+    found = {}
+    for fault in RACE_DEFECTS:
+        own = effects_of(study, fault)
+        fitted = emulators(own)
+        found[fault] = dict(zip(fitted, predict(inputs, np.array(own.at), fitted, at)[1], strict=True))
+    return Setting(name="emulated", truths=as_truths(found), study=study)
+
+
+def known_inputs(study: Sensitivity, count: int, seed: int = SEED) -> Setting:
+    """Emulators in place of the model over `KNOWN` of every range about its middle, the first of choices."""
+    rng, found, effects = np.random.default_rng(seed), {}, []
+    middle = np.array([0.0 if one.choices else 0.5 for one in open_inputs()])
+    width = np.array([0.0 if one.choices else KNOWN for one in open_inputs()])
+    for fault in RACE_DEFECTS:
+        own = effects_of(study, fault)
+        at, truths = (middle + width * (rng.random((n, middle.size)) - 0.5) for n in (len(own.predicted), count))
+        fitted = emulators(own)
+        predicted, found[fault] = (
+            np.array([one(at) for one in fitted.values()]),
+            {n: x(truths) for n, x in fitted.items()},
+        )
+        scene = [float(one(middle[None])[0]) for one in fitted.values()]
+        quantities = tuple(
+            replace(one, value=value, shift=float(all_of_it.mean()) - value, deviation=float(all_of_it.std()))
+            for one, value, all_of_it in zip(own.quantities, scene, predicted, strict=True)
+        )
+        effects.append(replace(own, quantities=quantities, predicted=predicted.T.tolist()))
+    return Setting(
+        name="known inputs", truths=as_truths(found), study=Sensitivity(defects=tuple(effects)),
+        discrepancies=(NONE, MARGIN, ONE),
+        mounting_db=KNOWN_MOUNTING_DB,
+    )  # fmt: skip
+
+
+def effects_of(study: Sensitivity, fault: Fault) -> DefectEffects:
+    """Those of a race's defect."""
+    own = study.of(fault)
+    assert own is not None, "the study has both races"
+    return own
+
+
+def as_truths(values: Mapping[Fault, Mapping[str, FloatArray]]) -> list[Truth]:
+    """One of each place in arrays by fault and quantity."""
+    count = len(next(iter(values[Fault.OUTER].values())))
+    return [
+        Truth(values={f: {n: float(v[i]) for n, v in own.items()} for f, own in values.items()}, halves={})
+        for i in range(count)
+    ]
+
+
+def model_values(sensitivity: Sensitivity, fault: Fault) -> dict[str, QuantityValue]:
+    """The model's side as the study has it: the scene's own values, means over the starts."""
+    own = sensitivity.of(fault)
+    assert own is not None, "the study has both races"
+    return {one.name: QuantityValue(value=one.value, ci95=2.36 * one.start_sd / math.sqrt(STARTS)) for one in
+            own.quantities}  # fmt: skip
+
+
+def record(fault: Fault, values: Mapping[str, float], seconds: float, rng: np.random.Generator) -> Any:
+    """What an analysis of a record with these values shows: its lines, read in noise, and its speed."""
+    longer, line, z = seconds / 2, fault.line or "", BEARING.rolling_elements
+    share = values["cage ratio"] if fault is Fault.OUTER else 1 - values["cage ratio"]
+    reading, hz = READING / math.sqrt(longer), z * share * SHAFT_HZ
+    snr = SNR[0] * (SNR[1] / SNR[0]) ** rng.random() * longer
+    hz *= 1 + reading * rng.standard_normal() + SPEED * rng.standard_normal()
+    levels = {(line, 1): 0.0} | {(line, h): values[f"{h}x{line}"] for h in (2, 3, 4) if f"{h}x{line}" in values}
+    if f"{line} sidebands" in values:
+        levels |= {(f"{line}{sign}{fault.sidebands}", 1): values[f"{line} sidebands"] for sign in "-+"}
+    lines = []
+    for (name, harmonic), level in levels.items():
+        noise = complex(*rng.standard_normal(2)) / math.sqrt(2 * snr)
+        amplitude = abs(10 ** (level / 20) + noise)
+        read_snr = snr * amplitude**2
+        lines.append(
+            Line(
+                name=name, harmonic=harmonic, kinematic_hz=hz, found_hz=hz, ci95_hz=1.96 * reading * hz, snr=read_snr,
+                depth=amplitude, detected=read_snr > LEAST_SNR, resolution_hz=1 / seconds,
+            )
+        )  # fmt: skip
+    return SimpleNamespace(
+        lines=lines, line_of=lambda _: lines[0], bearing=BEARING, recording=SimpleNamespace(file=f"{fault}", name=""),
+        speed=SimpleNamespace(value_hz=SHAFT_HZ, ci95_hz=1.96 * SPEED * SHAFT_HZ),
+        processed=SimpleNamespace(band_hz=(500.0, 1500.0), squared=np.ones(10), squared_fs_hz=2000.0),
+    )  # fmt: skip
+
+
+def shape_p(study: DefectEffects, truth: FloatArray | None, line: Line, rng: np.random.Generator) -> float | None:
+    """The chance that the rule gives to the shape of a right model's spectrum, in the noise of a record's `line`."""
+    noise = noise_about(line)
+    if truth is None or noise is None or study.spectrum is None:
+        return None
+    halves = with_noise(truth, *noise, rng)
+    within = angle_within(halves)
+    rig = QuantityValue(value=within.degrees, ci95=within.ci95, line=line, halves=halves)
+    outcome = shape_angle(Sides(SHAPE, QuantityValue(value=0.0, halves=np.array(study.spectrum)), rig, {}, study))
+    return None if outcome is None else outcome.p
+
+
+def discrepancies(
+    kind: str, faults: Mapping[Fault, Iterable[str]], rng: np.random.Generator
+) -> dict[Fault, dict[str, float]]:
+    """Of every quantity of a rig, rig less model: in shares of the cage ratio, or dB; one cage, both records."""
+    tau, cage_alone = abs(PRIOR.discrepancy_db * rng.standard_normal()), rng.random() < 0.5
+
+    def one(margin: float, prior: float, chosen: bool) -> float:
+        if kind == DRAWN:
+            return prior * float(rng.standard_normal())
+        return margin * float(rng.choice([-1, 1])) * (kind == MARGIN or (kind == ONE and chosen))
+
+    cage = one(MARGINS[CAGE_RATIO.name] / 100, PRIOR.discrepancy_pct / 100, bool(cage_alone))
+    found = {}
+    for fault, names in faults.items():
+        levels = [name for name in names if name != CAGE_RATIO.name]
+        chosen = None if cage_alone else levels[int(rng.integers(len(levels)))]
+        found[fault] = {name: one(MARGINS["harmonic 2"], tau, name == chosen) for name in levels}
+        found[fault][CAGE_RATIO.name] = cage
+    return found
+
+
+Read = tuple[tuple[Comparison, ...], dict[str, float], Line]
+
+
+def rig(setting: Setting, truth: Truth, kind: str, seconds: float, rng: np.random.Generator) -> list[Read]:
+    """Of both records of one rig: comparisons, the discrepancies that it was given, and the line."""
+    mounting = abs(setting.mounting_db * rng.standard_normal())
+    given, found = discrepancies(kind, truth.values, rng), []
+    for fault in RACE_DEFECTS:
+        values = {
+            n: v * (1 + given[fault][n])
+            if n == CAGE_RATIO.name
+            else v + given[fault][n] + mounting * rng.standard_normal()
+            for n, v in truth.values[fault].items()
+        }
+        own = record(fault, values, seconds, rng)
+        rows = compare(fault, own, model_values(setting.study, fault), setting.study)
+        known = {MOUNTING: NORMAL_95 * setting.mounting_db}
+        rows = tuple(replace(r, parts={n: known.get(n, part) for n, part in r.parts.items()}) for r in rows)
+        found.append((rows, given[fault], own.lines[0]))
+    return found
+
+
+def rates(setting: Setting, kind: str, seconds: float, rigs: int = RIGS) -> Rates:
+    """Of so many rigs, each truth as often as the others."""
+    rng = np.random.default_rng([SEED, int(seconds), DISCREPANCIES.index(kind)])
+    resolved, single, beyond, agree, cage_agrees, shapes = [], [], [], [], [], []
+    held: dict[str, list[bool]] = defaultdict(list)
+    for number in range(rigs):
+        truth = setting.truths[number % len(setting.truths)]
+        made = rig(setting, truth, kind, seconds, rng)
+        judged = [judge(rows, setting.study.of(f)) for f, (rows, *_) in zip(RACE_DEFECTS, made, strict=True)]
+        known = holm([one for one in judged if one is not None])
+        resolved.append(any(one.p_holm < VERDICT.false_resolved for one in known))
+        single += [one.p < VERDICT.false_resolved for one in known]
+        beyond += [one.p_discrepancy < VERDICT.false_resolved for one in known]
+        agree += [one.agrees for one in known]
+        if kind == NONE and number < len(setting.truths):
+            lines = zip(RACE_DEFECTS, (line for *_, line in made), strict=True)
+            ps = [shape_p(effects_of(setting.study, f), truth.halves.get(f), line, rng) for f, line in lines]
+            shapes += [p < VERDICT.false_resolved for p in ps if p is not None]
+        for rows, given, _ in made:
+            for row in rows:
+                if row.quantity not in given or row.uncertainty is None or not row.both_present:
+                    continue
+                share = 100 if row.kind == CAGE_RATIO.name else 1
+                held[row.kind].append(abs(row.error + share * given[row.quantity]) <= row.uncertainty)
+                if row.kind == CAGE_RATIO.name:
+                    cage_agrees.append(row.within_margin)
+    return Rates(
+        truth=setting.name, truths=len(setting.truths), seconds=seconds, discrepancy=kind, rigs=rigs,
+        resolved=float(np.mean(resolved)), single=float(np.mean(single)), beyond_prior=float(np.mean(beyond)),
+        agree=float(np.mean(agree)), cage_agrees=float(np.mean(cage_agrees)),
+        shape=float(np.mean(shapes)) if shapes else None,
+        coverage={name: float(np.mean(own)) for name, own in held.items()},
+    )  # fmt: skip
+
+
+def main() -> None:
+    """Run, count, print and store."""
+    parser = argparse.ArgumentParser(description="Error rates of the verdict by record on simulated rigs.")
+    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="default: the user's cache")
+    parser.add_argument("--truths", metavar="FILE", type=Path, help="runs made so far, and to be (default: the cache)")
+    parser.add_argument("--count", type=int, default=200, help="how many runs there are to be, half of them counted")
+    options = parser.parse_args()
+    revision, study = git_revision(), newest_result(SENSITIVITY)
+    if study is None:
+        raise SystemExit(f"no stored sensitivity study; {COMMAND[SENSITIVITY]} makes one.")
+    file = options.truths or cache_folder(RESULTS) / "record_truths.jsonl"
+    make_truths(file, options.count)
+    sensitivity = sensitivity_of(study.content)
+    full = Setting(name="full model", truths=read_truths(file), study=sensitivity)
+    settings = (full, emulated(sensitivity, RIGS), known_inputs(sensitivity, RIGS))
+    rows = [
+        rates(setting, kind, seconds) for setting in settings for seconds in SECONDS for kind in setting.discrepancies
+    ]  # fmt: skip
+    print_rows([
+        {k: v for k, v in vars(row).items() if k != "coverage"} | {k: f"{v:.3f}" for k, v in row.coverage.items()}
+        for row in rows
+    ])  # fmt: skip
+    content: dict[str, Any] = {
+        "machine": this_machine(), "truths": len(full.truths), "study_made_utc": study.made_utc,
+        "rows": [json_object(row) for row in rows],
+    }  # fmt: skip
+    made = stamped(RECORD_VERDICTS, content, command=COMMAND[RECORD_VERDICTS], revision=revision)
+    print(store_result(made, options.output))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,218 @@
+"""From the paper's scene to the rig's, one change at a time: ``python -m srbval.studies.waterfall.study [-o FILE]``.
+
+Every step of `waterfall.toml` against OR 877 and IR 877: cage ratio, level of the healthy bearing, the increment that
+the fault adds, harmonics and sidebands. Uncertainty: the record's reading; half the step, more slices and other starts;
+those inputs of `rig_inputs.toml` whose nominal value the step's scene has; and the path's covariance. The path was
+identified from H 877 and OR 877, and the height of the waves of the last step is the one that gives H 877's level: from
+there on these records are `fit`. Every bearing has waves of its own, and each start other ones.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import statistics
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from srbval.bearing import RACE_DEFECTS, Fault
+from srbval.cli.measured import this_machine
+from srbval.comparison.bias import biases_of
+from srbval.comparison.compared_quantities import CAGE_RATIO
+from srbval.comparison.comparison import Comparison, QuantityValue
+from srbval.comparison.effects import INPUTS
+from srbval.comparison.predictions import values_of_record
+from srbval.config.strict import read_toml
+from srbval.errors import NumericsError
+from srbval.models.run import Run
+from srbval.models.simulate import Step, simulate
+from srbval.path.amplitudes import NUMERICS, PATH, half_widths, levels, pattern, rows
+from srbval.recordings import Recording
+from srbval.scene import Scene, SensorPath, draws, load_scene, merge, rig_inputs
+from srbval.storage.own_package import git_revision
+from srbval.storage.stored_result import COMMAND, WATERFALL, stamped, store_result
+from srbval.storage.strict_json import json_object
+from srbval.studies.amplitudes.study import BEARING, OF_HEALTHY, behind, drawn_paths, line_order, measured
+from srbval.studies.rows import print_rows
+
+SECONDS, STEP_S = 1.0, 1 / 81_920  # the model of continuous races takes two of its steps in one
+FINER = {"solver": {"step_s": STEP_S / 2}, "line_contact": {"slices": 31}}
+STARTS = (1 - 1e-5, 1 + 1e-5)  # of the load
+POWER = 2  # of two: draws of the inputs
+LEVEL, HEALTHY = "RMS 400-3150 Hz", "healthy RMS 400-3150 Hz"
+HARMONICS = tuple(f"harmonic {number}" for number in range(2, 6))
+MEASURES = {
+    "cage ratio": (CAGE_RATIO.name,), "healthy level": (HEALTHY,), "increment": (LEVEL,), "harmonics 2-5": HARMONICS,
+    "sidebands at f_r": ("sidebands 1",), "sidebands at 2 f_r": ("sidebands 2",),
+}  # fmt: skip
+STATES = (Fault.HEALTHY, *RACE_DEFECTS)
+
+
+@dataclass(frozen=True, kw_only=True)
+class WaterfallStep:
+    """A scene on the way: what is laid over the paper's so far."""
+
+    name: str
+    changes: Mapping[str, Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measure:
+    """Error and uncertainty (95 %) of one measure of a record at one step, root mean squares where it is of several.
+
+    `shown` of its `compared` quantities show on both sides; without one there is no error.
+    """
+
+    step: str
+    record: str
+    used_for: str
+    measure: str
+    error: float | None
+    uncertainty: float | None
+    unit: str
+    shown: int
+    compared: int
+
+
+def steps() -> tuple[WaterfallStep, ...]:
+    """All of them, in their order."""
+    found, so_far = [], dict[str, Any]()
+    for one in read_toml(Path(__file__).with_name("steps.toml"))["step"]:
+        so_far = merge(so_far, one.get("changes", {}))
+        found.append(WaterfallStep(name=one["name"], changes=so_far))
+    return tuple(found)
+
+
+def variants(step: WaterfallStep) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Changes of the scene by numerics, the finer run first, and by the inputs that it has."""
+    scene = load_scene("paper", step.changes)
+    own = [one for one in rig_inputs() if load_scene("paper", merge(step.changes, one.changes(one.nominal))) == scene]
+    starts = [{"load": {"radial_n": scene.load.radial_n * share}, "seed": 10 * n} for n, share in enumerate(STARTS, 1)]
+    return [FINER, *starts], draws(own, POWER)
+
+
+def scene_of(step: WaterfallStep, state: Fault, changes: Mapping[str, Any]) -> Scene:
+    """The step's scene at the speed of the rig's record of that state, without its path."""
+    speed = measured(state, 877.0).speed
+    assert speed is not None
+    own = {
+        "defect": {"kind": state}, "shaft_speed_rad_s": 2 * math.pi * speed.value_hz, "duration_s": SECONDS,
+        "settle_s": 0.1, "solver": {"step_s": STEP_S},
+    }  # fmt: skip
+    scene = load_scene("paper", merge(merge(step.changes, own), changes))
+    return replace(scene, sensor_path=None, seed=scene.seed + STATES.index(state))
+
+
+@cache
+def _run(scene: Scene) -> Run:
+    run = simulate(scene, step=Step.UNCHECKED)
+    if not run.status.usable:  # the stiffest of the drawn contacts
+        run = simulate(
+            replace(scene, solver=replace(scene.solver, step_s=scene.solver.step_s / 2)), step=Step.UNCHECKED
+        )
+    if not run.status.usable:
+        raise NumericsError(
+            f"waterfall: {scene.model}, {scene.defect.kind}: the run failed ({run.status}): {run.reason}"
+        )
+    return run
+
+
+def read(runs: Mapping[Fault, Run], state: Fault, path: SensorPath | None) -> dict[str, QuantityValue]:
+    """Every quantity of a step's run, its increment over the step's own healthy run."""
+    shown, healthy = (behind(runs[kind], path) for kind in (state, Fault.HEALTHY))
+    found = levels(shown, healthy) | pattern(shown, BEARING, state, line_order(runs[state], state))
+    return found | {HEALTHY: levels(healthy, None)[LEVEL], CAGE_RATIO.name: QuantityValue(value=runs[state].cage_ratio)}
+
+
+def of_rig(state: Fault, healthy: Recording) -> dict[str, QuantityValue]:
+    """The same of the rig's records."""
+    read = values_of_record(measured(state, 877.0), healthy, state, BEARING)
+    return read | {HEALTHY: levels(healthy, None)[LEVEL]}
+
+
+def compared(step: WaterfallStep, rig: Mapping[Fault, Mapping[str, QuantityValue]]) -> Iterator[Comparison]:
+    """The rows of one step."""
+    path = load_scene("paper", step.changes).sensor_path
+    numerics, inputs = variants(step)
+    runs = [{state: _run(scene_of(step, state, one)) for state in STATES} for one in ({}, *numerics, *inputs)]
+    for state in RACE_DEFECTS:
+        model, finer, *others = (read(one, state, path) for one in runs)
+        values = [{name: value.value for name, value in one.items()} for one in (model, *others)]
+        starts, drawn = values[: 1 + len(STARTS)], values[1 + len(STARTS) :]
+        step_part = {name: abs(finer[name].value - value.value) for name, value in model.items()}
+        parts = {
+            NUMERICS: {name: math.hypot(step_part[name], width) for name, width in half_widths(starts).items()},
+            INPUTS: half_widths(drawn),
+        }  # fmt: skip
+        if path is not None:
+            moved = [read(runs[0], state, one) for one in drawn_paths(path)]
+            parts[PATH] = half_widths([{name: value.value for name, value in one.items()} for one in moved])
+        wanted = {name for names in MEASURES.values() for name in names}
+        for row in rows(
+            {name: value for name, value in rig[state].items() if name in wanted}, model, parts, fault=state,
+            record=measured(state, 877.0).name, used_for="withheld", scene=step.name,
+        ):  # fmt: skip
+            fitted = path is not None and (state is Fault.OUTER or row.quantity == HEALTHY)
+            yield replace(row, used_for="fit") if fitted else row
+
+
+def measures(found: Sequence[Comparison]) -> list[Measure]:
+    """What the rows of one step come to, record by record."""
+    made = []
+    for record in dict.fromkeys(row.record for row in found):
+        own = {row.quantity: row for row in found if row.record == record}
+        for measure, names in MEASURES.items():
+            of = [own[name] for name in names if name in own]
+            shown = [row for row in of if row.both_present]
+            if not of:
+                continue
+            single = shown[0].error if len(of) == len(shown) == 1 else None
+            made.append(
+                Measure(
+                    step=of[0].scene, record=record, used_for=of[0].used_for, measure=measure, shown=len(shown),
+                    compared=len(of), unit=of[0].error_unit,
+                    error=single if single is not None else _rms([row.error for row in shown]),
+                    uncertainty=_rms([row.uncertainty or 0.0 for row in shown]),
+                )
+            )  # fmt: skip
+    return made
+
+
+def _rms(values: Sequence[float]) -> float | None:
+    return math.sqrt(statistics.fmean(value * value for value in values)) if values else None
+
+
+def main() -> None:
+    """Run, print and store."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("-o", "--output", type=Path, help="default: the user's cache")
+    options = parser.parse_args()
+    revision, healthy = git_revision(), measured(Fault.HEALTHY, 877.0)
+    rig = {state: of_rig(state, healthy) for state in RACE_DEFECTS}
+    found, summary = list[Comparison](), list[Measure]()
+    for step in steps():
+        own = list(compared(step, rig))
+        found += own
+        summary += measures(own)
+        print(f"{step.name}: done", flush=True)
+    print_rows([json_object(one) for one in summary])
+    first = {
+        row.quantity + row.record * (row.quantity != HEALTHY): row for row in found if row.scene == steps()[0].name
+    }
+    paper = [
+        replace(row, scene="paper", record=healthy.name, kind=OF_HEALTHY) if row.quantity == HEALTHY else
+        replace(row, scene="paper") for row in first.values()
+    ]  # fmt: skip
+    content = {
+        "machine": this_machine(), "seconds": SECONDS, "bias": biases_of(paper),
+        "measures": summary, "rows": [row.to_dict() for row in found],
+    }  # fmt: skip
+    path = store_result(stamped(WATERFALL, content, command=COMMAND[WATERFALL], revision=revision), options.output)
+    print(f"stored: {path}")
+
+
+if __name__ == "__main__":
+    main()

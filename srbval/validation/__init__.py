@@ -1,1 +1,0 @@
-"""Validation: analyse a recording, compare the model with the paper and the rig, with uncertainty and verdict."""

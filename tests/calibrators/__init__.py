@@ -1,1 +1,0 @@
-"""Programs for developers: they recompute the constants of `srbval.signal`, or measure what a campaign costs."""

@@ -1,0 +1,89 @@
+"""Speed effect and slip effect: exact on made-up lines, and what they say of the paper's Table 6."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from srbval.bearing import Fault, load_bearing
+from srbval.comparison.speed_and_slip import (
+    LineAtSpeed,
+    matrix_rows,
+    one_speed_reading,
+    published_rpm,
+    split_speed_and_slip,
+    table6_rows,
+)
+from srbval.comparison.table6 import table6
+from srbval.reading.lines import Line
+from srbval.recordings import ShaftSpeed, SpeedSource
+
+EXACT_PCT = 1e-9  # made-up lines hold speed and slip exactly
+PRINTED_PCT, PRINTED_RPM = 0.01, 0.1  # half the last digit of the values worked out by hand, and a little
+
+BEARING = load_bearing("skf-22240")
+
+
+@pytest.mark.parametrize("line", ["BPFO", "BPFI"])
+@pytest.mark.parametrize(("speed", "cage"), [(0.99, 1.0), (1.0, 0.99), (0.98, 0.995)])
+def test_effects_are_recovered(line: str, speed: float, cage: float) -> None:
+    """A shaft at `speed` of 710 rpm and a cage at `cage` of its kinematic rate: Z f_c and Z (f_r - f_c)."""
+    shaft_hz = speed * 710 / 60
+    bpfo = BEARING.orders.bpfo * shaft_hz * cage
+    found = bpfo if line == "BPFO" else (BEARING.orders.bpfo + BEARING.orders.bpfi) * shaft_hz - bpfo
+    read = LineAtSpeed(
+        record="made", origin="simulated", line=line, reference_rpm=710.0, shaft_rpm=speed * 710, shaft_ci95_rpm=0.1,
+        speed_source="tachometer",
+    )  # fmt: skip
+    row = split_speed_and_slip(read, BEARING, found, 0.01)
+    assert row.speed_pct == pytest.approx(100 * (speed - 1))
+    assert row.cage_pct == pytest.approx(100 * (cage - 1), abs=EXACT_PCT)
+    assert (1 + row.total_pct / 100) == pytest.approx((1 + row.speed_pct / 100) * (1 + row.slip_pct / 100))
+    assert row.slip_ci95_pct == pytest.approx(100 * ((0.01 / found) ** 2 + (0.1 / (speed * 710)) ** 2) ** 0.5)
+    if cage < 1:
+        assert (row.slip_pct < 0) == (line == "BPFO")  # slip lowers BPFO and raises BPFI
+
+
+def test_published_speeds_are_met_and_joined_by_a_line() -> None:
+    assert published_rpm(Fault.OUTER, 877.0)[0] == pytest.approx(858.940)
+    assert published_rpm(Fault.INNER, 353.0)[0] == pytest.approx(335.770)
+    rpm, ci95 = published_rpm(Fault.INNER, 727.0)
+    assert rpm == pytest.approx(706.3, abs=PRINTED_RPM / 2)
+    assert 1 < ci95 < 4
+
+
+def test_the_papers_minus_one_per_cent_is_no_slip() -> None:
+    rows = {row.line: row for row in table6_rows(table6(), BEARING)}
+    inner = rows["BPFI"]
+    assert inner.total_pct == pytest.approx(-1.02, abs=PRINTED_PCT)
+    assert inner.speed_pct == pytest.approx(-0.52, abs=PRINTED_PCT)
+    assert inner.cage_pct > inner.cage_ci95_pct > 0  # a slipping cage would be slower, not faster
+    assert abs(rows["BPFO"].slip_pct) < rows["BPFO"].slip_ci95_pct
+    rpm, cage = one_speed_reading(table6(), BEARING)
+    assert rpm == pytest.approx(706.6, abs=PRINTED_RPM)
+    assert cage > 0.5
+
+
+def cell(fault: Fault, *, detected: bool = True) -> SimpleNamespace:
+    """What `matrix_rows` reads of a cell: 2 % slower shaft, cage as kinematics has it."""
+    shaft_hz = 0.98 * 353 / 60
+    found_hz = 0.0 if fault is Fault.HEALTHY else fault.line_order(BEARING.orders) * shaft_hz
+    return SimpleNamespace(
+        state=fault, file=f"/somewhere/{fault}_353rpm.mat", nominal_rpm=353.0, shaft_rpm=60 * shaft_hz,
+        speed=ShaftSpeed(value_hz=shaft_hz, ci95_hz=0.05 / 60, source=SpeedSource.TACHOMETER),
+        line=Line(name=fault.line or "2xBSF", harmonic=1, kinematic_hz=found_hz, found_hz=found_hz, ci95_hz=0.01,
+                  detected=detected),
+    )  # fmt: skip
+
+
+def test_every_faulted_record_of_the_rig_is_split_into_speed_and_slip() -> None:
+    cells = [cell(Fault.HEALTHY), cell(Fault.OUTER), cell(Fault.INNER), cell(Fault.OUTER, detected=False)]
+    rows = list(matrix_rows(cells, BEARING))  # type: ignore[arg-type]
+    assert [(r.record, r.line, r.origin) for r in rows] == [
+        ("outer_353rpm", "BPFO", "measured"),
+        ("inner_353rpm", "BPFI", "measured"),
+    ]
+    for row in rows:
+        assert row.speed_pct == pytest.approx(-2.0)
+        assert row.slip_pct == pytest.approx(0.0, abs=EXACT_PCT)

@@ -1,0 +1,90 @@
+"""Naming the fault of a record by itself, and what is said of it."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from srbval.bearing import Fault
+from srbval.diagnosis.fault_call import call_fault
+from srbval.diagnosis.fault_evidence import fault_evidence
+from srbval.diagnosis.fault_naming import fault_entry, known_features, name_fault
+from srbval.diagnosis.fault_posterior import CLASSES, OTHER
+from srbval.reading import speed_search
+from srbval.reading.analyse import analyse
+from srbval.reading.pipeline import process
+from srbval.recordings import ShaftSpeed, SpeedSource
+from srbval.studies.naming_alarms.study import SHAFT_HZ, impulsive
+from tests.diagnosis.test_fault_call import faulted_analysis
+from tests.reading.test_shaft_speed import BEARING, record
+
+
+def test_the_records_that_come_with_the_program() -> None:
+    known = known_features()
+    assert {k.state for k in known} == set(CLASSES)
+    assert len({k.rig for k in known}) >= 6
+    assert all(k.state == OTHER or np.isfinite(k.vector).all() for k in known)
+
+
+def test_an_inner_race_fault_is_named_without_a_healthy_record() -> None:
+    analysis = faulted_analysis()
+    naming = name_fault(analysis)
+    entry = fault_entry(call_fault(analysis), naming)
+    assert (naming.most_probable, entry["called"], entry["state"]) == (Fault.INNER, Fault.INNER, "inner")
+    assert sum(entry["probabilities"].values()) == pytest.approx(1)
+    assert "inner" in naming.sentence
+
+
+def test_noise_is_not_called() -> None:
+    quiet = dataclasses.replace(record(shaft_hz=25.0, fault=False, seed=3), state=None)
+    entry = fault_entry(call_fault(analysis := analyse(quiet, bearing=BEARING)), name_fault(analysis))
+    assert entry["called"] is None
+
+
+def test_a_wrong_speed_leaves_the_comb_unexplained_and_says_its_order() -> None:
+    """At a speed 20 % too high the fault's comb stands at its own order over 1.2."""
+    analysis = faulted_analysis()
+    right = fault_evidence(analysis)
+    speed = analysis.speed
+    wrong = fault_evidence(
+        dataclasses.replace(analysis, speed=dataclasses.replace(speed, value_hz=1.2 * speed.value_hz))
+    )
+    assert wrong.unexplained > right.unexplained + 2
+    assert wrong.unexplained_order == pytest.approx(BEARING.orders.bpfi / 1.2, rel=0.01)
+    assert right.features[1] == max(right.features)
+    assert wrong.features[3] == max(wrong.features) > right.features[3]
+
+
+def test_a_fault_that_only_another_channel_shows_is_named_with_it() -> None:
+    quiet = record(shaft_hz=25.0, fault=False, seed=5)
+    both = dataclasses.replace(quiet, channels={"x": quiet.channels["x"], "y": record(shaft_hz=25.0).channels["x"]})
+    analysis = analyse(both, bearing=BEARING, speed=dataclasses.replace(both.speed, value_hz=25.0, ci95_hz=0.01))
+    alone, together = name_fault(analysis), name_fault(analysis, all_channels=True)
+    assert alone.state != Fault.INNER
+    assert (together.state, together.channel) == ("inner", "y")
+
+
+def test_random_knocks_keep_the_chances_true_because_the_envelope_is_clipped(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 48 chances below one in twenty: a few; three times as many where the few highest knocks rule the envelope."""
+    speed = ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.015, source=SpeedSource.STATED)
+    plain = record(shaft_hz=25.0, fault=False)
+    base = dataclasses.replace(analyse(plain, bearing=BEARING, speed=speed), speed=speed)
+
+    def below(clip: float) -> int:
+        monkeypatch.setattr(speed_search, "CLIP", clip)
+        chances = []
+        for number in range(16):
+            channels = {"x": impulsive(np.random.default_rng([1, number]))}
+            processed = process(dataclasses.replace(plain, channels=channels), band_hz=(500.0, 5500.0))
+            parts = fault_evidence(dataclasses.replace(base, processed=processed)).parts
+            chances += [part.false_alarm for part in parts]
+        return int(np.count_nonzero(np.array(chances) < 0.05))
+
+    assert 3 * below(speed_search.CLIP) < below(1e9)
+
+
+def test_of_what_is_not_measured_nothing_is_said() -> None:
+    entry = fault_entry(call_fault(faulted_analysis()), None)
+    assert (entry["called"], entry["state"], entry["probabilities"]) == (None, None, {})

@@ -1,0 +1,101 @@
+"""The measures that runs are compared by, on signals whose answer is known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from srbval.models.band_levels import band_rms
+from srbval.plan.measures import Measures, errors_against, harmonic_pattern, noise_floor, scatter, smooth_mean
+from srbval.signal import amplitude_spectrum
+
+FS = 20480.0
+BAND = (500.0, 1500.0)
+IN_BAND = 1e-3  # what the Hann window's skirts lose at the edges of the band
+LEAKAGE = 1e-2  # what the skirts of lines forty times as high, outside the band, add
+MEDIAN_SCATTER = 0.1  # standard error of the median of 600 Rayleigh-distributed lines is 4 %
+LINE_SKIRTS = 0.05  # of two lines in the range of 120 lines whose median is taken
+OFF_BIN = 1e-3  # the lines are looked up 1e-5 beside their frequency
+RIPPLE = 1e-6  # a ripple of 0.3 % over 38 periods: 1/n^3 of it remains under the window, 1/n in a plain mean
+ROUNDING = 1e-14
+
+
+def interval_means(hz: float, fs: float, seconds: float = 1.0) -> np.ndarray:
+    """Means of sin(2 pi hz t) over the intervals 1/fs, as a run's accelerations are."""
+    edges = np.arange(round(seconds * fs) + 1) / fs
+    return np.diff(-np.cos(2 * np.pi * hz * edges)) * fs / (2 * np.pi * hz)
+
+
+@pytest.mark.parametrize("fs", [20480.0, 7680.0])
+def test_band_rms_of_a_sine_at_any_output_rate(fs: float) -> None:
+    assert band_rms(3.0 * interval_means(1000.5, fs), fs, BAND) == pytest.approx(3.0 / math.sqrt(2), rel=IN_BAND)
+
+
+def test_band_rms_ignores_what_lies_outside() -> None:
+    outside = 40.0 * interval_means(97.3, FS) + 40.0 * interval_means(3400.7, FS) + 9.0
+    assert band_rms(outside + interval_means(800.0, FS), FS, BAND) == pytest.approx(math.sqrt(0.5), rel=LEAKAGE)
+
+
+def test_noise_floor_of_white_noise() -> None:
+    """Spectral lines of white noise are Rayleigh-distributed: median 2 sigma sqrt(ln 2 / n)."""
+    n, sigma, mean = 20 * 20480, 0.3, 1.7
+    noise = np.random.default_rng(4).normal(mean, sigma, n)
+    expected = 2 * sigma * math.sqrt(math.log(2) / n) / mean
+    assert noise_floor(noise, FS) == pytest.approx(expected, rel=MEDIAN_SCATTER)
+
+
+def test_noise_floor_does_not_see_single_lines() -> None:
+    t = np.arange(4 * 20480) / FS
+    noise = 1 + 1e-3 * np.random.default_rng(5).normal(size=t.size)
+    quiet = noise_floor(noise, FS)
+    lines = noise + 0.2 * np.sin(2 * np.pi * 71.0 * t) + 0.9 * np.sin(2 * np.pi * 97.1 * t)
+    assert noise_floor(lines, FS) == pytest.approx(quiet, rel=LINE_SKIRTS)
+
+
+def test_harmonic_pattern() -> None:
+    t, hz, heights = np.arange(2 * 20480) / FS, 97.0, (2.0, 1.0, 0.5, 0.25, 0.125)
+    signal = sum(a * np.sin(2 * np.pi * k * hz * t) for k, a in enumerate(heights, start=1))
+    pattern = harmonic_pattern(amplitude_spectrum(np.asarray(signal), FS), hz * (1 + 1e-5))
+    assert pattern == pytest.approx([a / 2 for a in heights], rel=OFF_BIN)
+
+
+def test_ripple_hardly_moves_the_smooth_mean() -> None:
+    t = np.arange(8193) / FS
+    ripple = 32.0 + 0.1 * np.sin(2 * np.pi * 96.3 * t + 0.4)
+    assert smooth_mean(ripple) == pytest.approx(32.0, rel=RIPPLE)
+    assert abs(ripple.mean() / 32.0 - 1) > RIPPLE, "the plain mean is what this is better than"
+
+
+def test_scatter_of_white_noise_is_its_standard_error() -> None:
+    values = np.random.default_rng(6).normal(10.0, 1.0, 200_000)
+    # a Hann-weighted mean has 1.5 times the variance of a plain one; 8 parts give a standard error within a factor 2
+    expected = math.sqrt(1.5 / values.size) / 10.0
+    assert expected / 2 < scatter(values) < 2 * expected
+    assert scatter(np.full(1000, 3.0)) == pytest.approx(0.0, abs=ROUNDING)
+
+
+def measures(**changes: object) -> Measures:
+    values: dict[str, object] = {
+        "seconds": 1.0, "cage_ratio": 0.43, "cage_scatter": 1e-6, "defect_hz": 97.0, "noise_floor": 1e-3,
+        "band_rms_m_s2": 1.4, "harmonics": (1.0, 0.5, 0.3, 0.2, 0.1),
+    }  # fmt: skip
+    return Measures(**values | changes)  # type: ignore[arg-type]
+
+
+def test_errors_are_relative_and_without_sign() -> None:
+    worse = measures(
+        cage_ratio=0.43 * 0.999, band_rms_m_s2=1.4 * 1.1, noise_floor=5e-3, harmonics=(1, 0.5, 0.6, 0.2, 0)
+    )
+    errors = errors_against(worse, measures())
+    assert errors.cage_error == pytest.approx(1e-3)
+    assert errors.band_rms_error == pytest.approx(0.1)
+    assert errors.noise_floor_ratio == pytest.approx(5.0)
+    assert errors.harmonic_error == pytest.approx(0.3)
+    assert errors.defect_hz_error == 0.0
+
+
+def test_what_is_missing_has_no_error() -> None:
+    errors = errors_against(measures(defect_hz=None, noise_floor=None, harmonics=None), measures())
+    assert (errors.defect_hz_error, errors.noise_floor_ratio, errors.harmonic_error) == (None, None, None)

@@ -1,0 +1,285 @@
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+from srbval.bearing import Fault, load_bearing
+from srbval.errors import ConfigurationError, DataError
+from srbval.reading.analyse import analyse
+from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
+from srbval.storage.strict_json import json_object
+
+SIDEBAND_HZ = 0.05  # a fifth of a bin of four seconds: sidebands are read one by one
+HARMONIC_RELATIVE = 1e-3  # harmonics are read one by one, by a quarter of a bin at the first
+FILTER_ENDS_RELATIVE = 0.01  # the filter's ends are dropped to the sample, 0.1 s is rounded
+INTERVAL_RELATIVE = 0.5  # the reading's own interval may move with the masks of a wider speed
+SPEED_SHARE_RELATIVE = 0.05  # the speed's interval outweighs that of the reading, which joins it as a square
+SAME_CHAIN_HZ = 1e-6  # the same samples but for rounding of the two axes
+
+FS_HZ = 20_480.0
+SECONDS = 4.0
+SHAFT_HZ = 14.3
+BEARING = load_bearing("skf-22240")
+LINE_KEYS = {"name", "harmonic", "kinematic_hz", "found_hz", "ci95_hz", "deviation_pct", "snr", "false_alarm",
+             "detected"}  # fmt: skip
+# Strong impulses without slip: the reading is limited by the sampling of their times only.
+READING_PCT = 0.02
+
+
+def impulses(rate_hz, *, modulation_hz=0.0, depth=0.8, seed=1, noise=0.3):
+    """Impulses at `rate_hz` ringing at 2 kHz, their size modulated at `modulation_hz`, and noise."""
+    rng = np.random.default_rng(seed)
+    samples = noise * rng.standard_normal(round(SECONDS * FS_HZ))
+    ring_s = np.arange(200) / FS_HZ
+    ring = np.exp(-ring_s * 1500) * np.sin(2 * np.pi * 2000 * ring_s)
+    for at_s in np.arange(0.01, SECONDS - 0.02, 1 / rate_hz):
+        first = round(at_s * FS_HZ)
+        size = 1 + depth * np.cos(2 * np.pi * modulation_hz * at_s) if modulation_hz else 1.0
+        samples[first : first + ring.size] += 3 * size * ring
+    return samples
+
+
+def recording(samples, **changes):
+    values = {
+        "name": "made up",
+        "origin": Origin.MEASURED,
+        "channels": {"vibration": samples},
+        "channel": "vibration",
+        "fs_hz": FS_HZ,
+        "unit": "m/s2",
+        "speed": ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.002, source=SpeedSource.TACHOMETER),
+        "band_hz": (1400.0, 2800.0),
+        "file": "made_up.mat",
+    }
+    return Recording(**(values | changes))
+
+
+@pytest.fixture(scope="module")
+def outer():
+    return analyse(recording(impulses(BEARING.orders.bpfo * SHAFT_HZ * 1.002)), bearing=BEARING)
+
+
+@pytest.fixture(scope="module")
+def inner():
+    samples = impulses(BEARING.orders.bpfi * SHAFT_HZ * 0.999, modulation_hz=SHAFT_HZ)
+    return analyse(recording(samples), bearing=BEARING)
+
+
+def both_races():
+    outer_hz = BEARING.orders.bpfo * SHAFT_HZ * 0.998
+    samples = impulses(outer_hz) + impulses(19 * SHAFT_HZ - outer_hz, seed=3)
+    return analyse(recording(samples), bearing=BEARING)
+
+
+def detected(analysis):
+    return {line.name for line in analysis.lines if line.detected and line.harmonic == 1}
+
+
+def test_outer_race_line_is_found_where_it_is(outer):
+    line = outer.line("BPFO")
+    assert line.detected
+    assert line.deviation_pct == pytest.approx(0.2, abs=READING_PCT)
+    assert outer.verdict.startswith("BPFO (outer race) line detected")
+    assert "not a fault verdict" in outer.verdict
+    assert not {"BPFI", "2xBSF"} & detected(outer)
+
+
+def test_inner_race_line_is_found_with_its_sidebands(inner):
+    assert inner.line("BPFI").deviation_pct == pytest.approx(-0.1, abs=READING_PCT)
+    assert {"BPFI", "BPFI-fr", "BPFI+fr"} <= detected(inner)
+    assert inner.verdict.startswith("BPFI (inner race) line detected")
+    found = inner.line("BPFI").found_hz
+    assert inner.line("BPFI+fr").found_hz == pytest.approx(found + SHAFT_HZ, abs=SIDEBAND_HZ)
+    assert inner.line("BPFI-fr").found_hz == pytest.approx(found - SHAFT_HZ, abs=SIDEBAND_HZ)
+
+
+def test_every_harmonic_in_reach_is_a_line_of_its_own(outer):
+    harmonics = [line for line in outer.lines if line.name == "BPFO"]
+    assert [line.harmonic for line in harmonics] == [1, 2, 3, 4, 5]
+    for line in harmonics:
+        assert line.kinematic_hz == pytest.approx(line.harmonic * BEARING.orders.bpfo * SHAFT_HZ)
+        assert line.found_hz == pytest.approx(line.harmonic * outer.line("BPFO").found_hz, rel=HARMONIC_RELATIVE)
+
+
+def test_half_and_double_frequency_are_looked_at_and_resolution_is_printed(outer):
+    line = outer.line("BPFO")
+    assert line.half_snr < 20 < line.double_snr
+    assert line.resolution_hz == pytest.approx(1 / (SECONDS - 0.1), rel=FILTER_ENDS_RELATIVE)
+    assert line.sideband_hz is None
+
+
+def test_second_harmonic_of_a_slower_comb_is_no_race_line():
+    samples = impulses(BEARING.orders.bpfo * SHAFT_HZ * 1.002 / 2)
+    line = analyse(recording(samples), bearing=BEARING).line("BPFO")
+    assert line.half_snr > 0.5 * line.snr
+    assert not line.detected
+    assert "half" in line.explained_by
+
+
+def test_spacing_of_the_sidebands_stands_beside_the_line(inner):
+    line = inner.line("BPFI")
+    assert abs(line.sideband_hz - SHAFT_HZ) < 2 * line.sideband_ci95_hz + 0.001
+
+
+def test_noise_shows_no_line_and_the_verdict_excludes_nothing():
+    samples = np.random.default_rng(2).standard_normal(round(SECONDS * FS_HZ))
+    result = analyse(recording(samples), bearing=BEARING)
+    assert not {"BPFO", "BPFI", "2xBSF"} & detected(result)
+    assert result.verdict.startswith("No race or rolling-element line detected")
+
+
+def test_json_has_the_public_keys_and_only_finite_numbers(outer):
+    data = json_object(outer)
+    assert {"file", "fs_hz", "seconds", "band_hz", "shaft_hz", "lines", "closure", "verdict"} <= data.keys()
+    assert {"value", "ci95", "source"} <= data["shaft_hz"].keys()
+    assert all(line.keys() >= LINE_KEYS for line in data["lines"])
+    assert json.loads(json.dumps(data, allow_nan=False)) == data
+
+
+def test_json_of_a_closed_sum_and_of_noise_is_plain_too():
+    noise = recording(np.random.default_rng(4).standard_normal(round(SECONDS * FS_HZ)))
+    for data in (json_object(both_races()), json_object(analyse(noise, bearing=BEARING))):
+        assert json.loads(json.dumps(data, allow_nan=False)) == data
+        assert {type(line["detected"]) for line in data["lines"]} == {bool}
+
+
+def test_speed_uncertainty_enters_the_deviation_not_the_line(outer):
+    unsure = ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.05, source=SpeedSource.STATED)
+    line = analyse(outer.recording, bearing=BEARING, speed=unsure).line("BPFO")
+    assert line.ci95_hz == pytest.approx(outer.line("BPFO").ci95_hz, rel=INTERVAL_RELATIVE)
+    assert line.deviation_ci95_pct == pytest.approx(100 * 0.05 / SHAFT_HZ, rel=SPEED_SHARE_RELATIVE)
+
+
+def test_simulated_axes_go_through_the_same_chain_as_a_sensor_between_them(outer):
+    samples = outer.recording.channels["vibration"]
+    axes = {"y": samples / np.sqrt(2), "z": samples / np.sqrt(2)}
+    run = recording(samples, channels=axes, channel=None, axes=("y", "z"), origin=Origin.SIMULATED)
+    result = analyse(run, bearing=BEARING)
+    assert result.line("BPFO").found_hz == pytest.approx(outer.line("BPFO").found_hz, abs=SAME_CHAIN_HZ)
+    np.testing.assert_allclose(result.processed.envelope, outer.processed.envelope, rtol=1e-6, atol=1e-9)
+    assert result.verdict.endswith("The record is simulated.")
+
+
+def test_figure_arrays_share_one_length_without_the_ends(outer):
+    processed = outer.processed
+    assert processed.samples.size == processed.filtered.size == processed.envelope.size
+    assert processed.samples.size == outer.recording.samples - 2 * 1024
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({}, (1400.0, 2800.0)),
+        ({"origin": Origin.SIMULATED, "band_hz": None}, (500.0, 1500.0)),
+    ],
+)
+def test_band_comes_from_the_data_set_or_the_paper(outer, changes, expected):
+    result = analyse(dataclasses.replace(outer.recording, **changes), bearing=BEARING)
+    assert result.processed.band_hz == expected
+
+
+def test_caller_s_band_comes_first(outer):
+    assert analyse(outer.recording, bearing=BEARING, band_hz=(1500.0, 2500.0)).processed.band_hz == (
+        1500.0,
+        2500.0,
+    )
+
+
+def test_nominal_speed_is_searched_wider_than_a_measured_one():
+    samples = impulses(BEARING.orders.bpfo * SHAFT_HZ * 0.985)
+    nominal = ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.2, source=SpeedSource.NOMINAL)
+    assert analyse(recording(samples, speed=nominal), bearing=BEARING).line("BPFO").detected
+    assert not analyse(recording(samples), bearing=BEARING).line("BPFO").detected
+
+
+def test_two_to_three_ratio_of_a_stronger_line_is_not_a_second_fault():
+    bearing = load_bearing("skf-6205")
+    shaft_hz = 29.95
+    speed = ShaftSpeed(value_hz=shaft_hz, ci95_hz=0.01, source=SpeedSource.STATED)
+    line_hz = bearing.orders.bpfo * shaft_hz * 1.003
+    # Every other impulse weaker: half-order lines, the third of them inside the window of BPFI.
+    samples = impulses(line_hz, modulation_hz=line_hz / 2, depth=0.2)
+    result = analyse(recording(samples, speed=speed), bearing=bearing)
+    assert result.line("BPFO").detected
+    assert result.line("BPFI").explained_by == "3/2 BPFO"
+    assert not result.line("BPFI").detected
+
+
+def test_sideband_without_its_line_is_not_detected():
+    samples = impulses((BEARING.orders.bpfi + 1) * SHAFT_HZ)
+    result = analyse(recording(samples), bearing=BEARING)
+    assert not result.line("BPFI").detected
+    assert result.line("BPFI+fr").snr > 10
+    assert not result.line("BPFI+fr").detected
+
+
+def test_both_race_lines_close_on_the_number_of_rollers():
+    closure = both_races().closure
+    assert closure.expected_hz == pytest.approx(19 * SHAFT_HZ)
+    assert closure.difference_pct == pytest.approx(0.0, abs=2 * READING_PCT)
+    assert closure.closed
+
+
+def test_closure_says_why_it_is_missing(outer):
+    assert outer.closure.sum_hz is None
+    assert "BPFI not detected" in outer.closure.why
+
+
+def test_healthy_recording_keeps_its_line_as_a_baseline(outer):
+    healthy = dataclasses.replace(outer.recording, state=Fault.HEALTHY)
+    assert "declared healthy" in analyse(healthy, bearing=BEARING).verdict
+
+
+def test_stand_in_never_earns_a_verdict(outer):
+    stand_in = dataclasses.replace(outer.recording, origin=Origin.STAND_IN)
+    verdict = analyse(stand_in, bearing=BEARING).verdict
+    assert verdict.startswith("No verdict")
+    assert "BPFO" not in verdict
+
+
+def test_missing_speed_asks_for_rpm(outer):
+    with pytest.raises(ConfigurationError, match="--rpm"):
+        analyse(dataclasses.replace(outer.recording, speed=None), bearing=BEARING)
+
+
+def test_unknown_band_is_asked_for_not_guessed(outer):
+    with pytest.raises(ConfigurationError, match="--band"):
+        analyse(dataclasses.replace(outer.recording, band_hz=None), bearing=BEARING)
+
+
+def test_band_above_nyquist_is_refused(outer):
+    with pytest.raises(ConfigurationError, match="Nyquist"):
+        analyse(outer.recording, bearing=BEARING, band_hz=(5000.0, 11_000.0))
+
+
+def test_unknown_channel_lists_the_known_ones(outer):
+    with pytest.raises(ConfigurationError, match=r"no channel 'x'.*vibration"):
+        analyse(outer.recording, bearing=BEARING, channel="x")
+
+
+def test_constant_record_is_refused():
+    with pytest.raises(DataError, match="constant"):
+        analyse(recording(np.full(20_000, 9.81)), bearing=BEARING)
+
+
+def test_record_too_short_is_refused():
+    with pytest.raises(DataError, match="revolutions"):
+        analyse(recording(impulses(100.0)[:3000]), bearing=BEARING)
+
+
+def test_numerical_libraries_use_one_thread_and_then_as_many_as_before(monkeypatch):
+    from threadpoolctl import threadpool_info, threadpool_limits
+
+    from srbval.reading import speed_search
+
+    def threads():
+        return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
+
+    within = set()
+    read = speed_search.read_lines
+    monkeypatch.setattr(speed_search, "read_lines", lambda *a, **k: within.update(threads()) or read(*a, **k))
+    with threadpool_limits(2):
+        analyse(recording(impulses(80.0)), bearing=BEARING)
+        assert within == {1}
+        assert threads() == {2}

@@ -1,0 +1,93 @@
+"""`analyse` on measured recordings: the right race line, with no option but the file."""
+
+import math
+
+import pytest
+
+from srbval.bearing import load_bearing
+from srbval.reading.analyse import analyse
+from srbval.recordings import load_recording
+
+pytestmark = pytest.mark.recordings
+
+# Orders read by an independent prototype from the same files (five-harmonic fit, squared envelope).
+ORDER_TOLERANCE = 1e-3
+RACE_LINES = {"BPFO", "BPFI"}
+
+
+def analysed(folder, name):
+    path = folder / name
+    if not path.is_file():
+        pytest.skip(f"{name} is not among the recordings")
+    recording = load_recording(path)
+    return analyse(recording, bearing=load_bearing(recording.bearing))
+
+
+def race_lines(analysis):
+    lines = [line for line in analysis.lines if line.name in RACE_LINES and line.harmonic == 1 and line.detected]
+    return [line.name for line in sorted(lines, key=lambda line: -line.depth)]
+
+
+@pytest.mark.parametrize(
+    ("name", "line", "order"),
+    [("torino/OR_877rpm_sample.mat", "BPFO", 8.186), ("torino/IR_877rpm_sample.mat", "BPFI", 10.817)],
+)
+def test_rig_orders_with_the_tachometer_s_speed(recordings_dir, name, line, order):
+    result = analysed(recordings_dir, name)
+    assert result.speed.source.value == "tachometer"
+    assert result.line(line).detected
+    assert result.line(line).found_hz / result.speed.value_hz == pytest.approx(order, rel=ORDER_TOLERANCE)
+
+
+def test_rig_inner_race_record_closes_on_nineteen_rollers(recordings_dir):
+    closure = analysed(recordings_dir, "torino/IR_877rpm_sample.mat").closure
+    assert closure.closed
+    assert abs(closure.difference_pct) < 0.1
+
+
+@pytest.mark.parametrize(
+    ("name", "line"),
+    [
+        ("cwru/105_IR007_0_12kDE.mat", "BPFI"),
+        ("cwru/109_IR007_0_48kDE.mat", "BPFI"),
+        ("cwru/278_IR007_0_12kFE.mat", "BPFI"),
+        ("cwru/130_OR007at6_0_12kDE.mat", "BPFO"),
+        ("cwru/135_OR007at6_0_48kDE.mat", "BPFO"),
+        ("cwru/294_OR007at6_0_12kFE.mat", "BPFO"),
+        *((f"mfpt/InnerRaceFault_vload_{n}.mat", "BPFI") for n in (1, 3, 5, 7)),
+        *((f"mfpt/OuterRaceFault_vload_{n}.mat", "BPFO") for n in (1, 3, 5)),
+        ("hit_sm/Self-built/IR5_1200.mat", "BPFI"),
+        ("hit_sm/SpectraQuest/OR5_1200.mat", "BPFO"),
+    ],
+)
+def test_right_race_line_is_the_strongest_and_named(recordings_dir, name, line):
+    result = analysed(recordings_dir, name)
+    assert race_lines(result)[0] == line
+    assert result.verdict.startswith(line)
+    assert result.line(line).depth > 0.5
+
+
+@pytest.mark.parametrize(
+    ("name", "line"),
+    [
+        ("cwru/105_IR007_0_12kDE.mat", "BPFI"),
+        ("cwru/130_OR007at6_0_12kDE.mat", "BPFO"),  # carries a strong line at 3/2 BPFO, in the window of BPFI
+        ("mfpt/InnerRaceFault_vload_3.mat", "BPFI"),
+        ("mfpt/OuterRaceFault_vload_1.mat", "BPFO"),
+        ("torino/OR_877rpm_sample.mat", "BPFO"),
+    ],
+)
+def test_the_other_race_is_not_accused(recordings_dir, name, line):
+    assert race_lines(analysed(recordings_dir, name)) == [line]
+
+
+def test_healthy_record_shows_no_race_line(recordings_dir):
+    result = analysed(recordings_dir, "cwru/97_Normal_0_48kDE.mat")
+    assert race_lines(result) == []
+    assert result.verdict.startswith("No race")
+
+
+def test_record_without_a_visible_line_is_not_talked_into_one(recordings_dir):
+    result = analysed(recordings_dir, "cwru/174_IR014_0_48kDE.mat")
+    assert race_lines(result) == []
+    assert math.isclose(result.recording.seconds, 1.33, abs_tol=0.01)

@@ -1,0 +1,178 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from srbval.bearing import Fault, load_bearing
+from srbval.cli import main
+from srbval.comparison.cross_band import cross_bands
+from srbval.errors import ConfigurationError
+from srbval.reading.analyse import analyse
+from srbval.reading.band_choice import WHOLE_BAND, BandChoice, band_kurtogram, declared_band, sidak_corrected
+from srbval.reading.lines import Line
+from srbval.recordings import Origin
+from srbval.signal import BandFilter
+from srbval.signal.comb import FALSE_ALARM
+from srbval.storage.strict_json import json_object
+from tests.reading.test_analyse import BEARING, SHAFT_HZ, impulses, recording
+
+ROUNDING, ROUNDING_PROBABILITY = 1e-6, 1e-12  # of two ways to compute one probability
+RATE = 0.005  # three standard errors of a rate of 1 % in 4000 draws
+FILTER_RELATIVE = 1e-4  # a line moves by less than its interval between filters
+
+OUTER = recording(impulses(BEARING.orders.bpfo * SHAFT_HZ))
+NOISE = recording(np.random.default_rng(5).standard_normal(OUTER.samples))
+
+
+def tried(count):
+    return BandChoice(band_hz=(1000.0, 2000.0), why="", trials=count)
+
+
+def first_harmonics(analysis):
+    return [x for x in analysis.lines if x.harmonic == 1 and x.false_alarm is not None]
+
+
+@pytest.mark.parametrize("record", [OUTER, NOISE], ids=["fault", "noise"])
+def test_every_band_tried_on_the_record_counts_as_a_trial(record):
+    chosen = analyse(record, bearing=BEARING, choose_on_record=True)
+    assert chosen.band.trials in (2, 2 * band_kurtogram(record, BEARING, record.speed).size)
+    assert str(chosen.band.trials) in chosen.to_dict()["band_choice"]["why"]
+    given = analyse(record, bearing=BEARING, band_hz=chosen.processed.band_hz)
+    assert given.band.trials == 1
+    for dear, free in zip(first_harmonics(chosen), first_harmonics(given), strict=True):
+        corrected = 1 - (1 - free.noise_false_alarm) ** chosen.band.trials
+        assert dear.noise_false_alarm == pytest.approx(corrected, rel=ROUNDING, abs=ROUNDING_PROBABILITY)
+        # The most impulsive band is chosen without regard to any comb, but between it and the whole the lines decide.
+        ranked = free.placebo_false_alarm
+        assert dear.placebo_false_alarm == (None if ranked is None else pytest.approx(1 - (1 - ranked) ** 2))
+        assert dear.false_alarm == max(dear.noise_false_alarm, dear.placebo_false_alarm or 0)
+
+
+def test_one_loud_knock_does_not_hide_the_fault():
+    """It makes some band the most impulsive one; in the whole band it is one event among hundreds."""
+    samples = OUTER.channels["vibration"].copy()
+    knock = np.arange(400) / OUTER.fs_hz
+    samples[30_000:30_400] += 20 * samples.std() * np.exp(-600 * knock) * np.sin(2 * np.pi * 6000 * knock)
+    knocked = recording(samples)
+    impulsive = band_kurtogram(knocked, BEARING, knocked.speed).best_hz
+    assert not analyse(knocked, bearing=BEARING, band_hz=impulsive).line("BPFO").detected
+    chosen = analyse(knocked, bearing=BEARING, choose_on_record=True)
+    assert chosen.line("BPFO").detected
+    assert chosen.band.why.startswith("the whole band, ")
+
+
+def test_loud_machinery_elsewhere_does_not_hide_the_fault():
+    """A gear mesh with sidebands a thousand times the fault's power rules the whole band, not the ringing one."""
+    time_s = np.arange(OUTER.samples) / OUTER.fs_hz
+    mesh = sum(
+        np.cos(2 * np.pi * (23 * k * SHAFT_HZ + m * SHAFT_HZ) * time_s + k * m)
+        for k in (1, 2, 3)
+        for m in (-2, -1, 0, 1)
+    )
+    geared = recording(OUTER.channels["vibration"] + 30 * OUTER.channels["vibration"].std() * mesh)
+    whole = WHOLE_BAND[0] * OUTER.fs_hz, WHOLE_BAND[1] * OUTER.fs_hz
+    assert not analyse(geared, bearing=BEARING, band_hz=whole).line("BPFO").detected
+    chosen = analyse(geared, bearing=BEARING, choose_on_record=True)
+    low, high = chosen.processed.band_hz
+    assert low < 2000 < high
+    assert chosen.line("BPFO").detected
+    assert chosen.band.why.startswith("the most impulsive of ")
+
+
+def test_noise_is_taken_for_a_line_no_more_often_than_stated():
+    rng = np.random.default_rng(8)
+    found = 0
+    for _ in range(40):
+        noise = recording(rng.standard_normal(20_000))
+        lines = analyse(noise, bearing=BEARING, choose_on_record=True).lines
+        found += any(x.detected for x in lines)
+    assert found <= 1
+
+
+def test_a_line_that_the_trials_explain_is_no_longer_detected_nor_are_its_sidebands():
+    line = Line(name="BPFI", harmonic=1, kinematic_hz=100.0, noise_false_alarm=0.2 * FALSE_ALARM, detected=True)
+    side = dataclasses.replace(line, name="BPFI+fr", noise_false_alarm=1e-9)
+    assert all(x.detected for x in sidak_corrected((line, side), band=tried(1)))
+    assert all(x.detected for x in sidak_corrected((line, side), band=tried(4)))
+    assert not any(x.detected for x in sidak_corrected((line, side), band=tried(6)))
+
+
+def test_trials_keep_the_stated_rate_where_the_best_of_many_bands_is_taken():
+    """Without them, the best of 44 readings of noise is "significant" at 1 % in a third of all records."""
+    rng = np.random.default_rng(1)
+    best = rng.uniform(size=(4000, 44)).min(axis=1)
+    assert np.mean(best < 0.01) > 0.3
+    lines = sidak_corrected(
+        tuple(Line(name="BPFO", harmonic=1, kinematic_hz=1.0, noise_false_alarm=float(p)) for p in best), band=tried(44)
+    )
+    assert np.mean([x.false_alarm < 0.01 for x in lines]) == pytest.approx(0.01, abs=RATE)
+
+
+def test_a_band_given_and_one_chosen_are_refused_together():
+    with pytest.raises(ConfigurationError, match="leave out one"):
+        analyse(OUTER, bearing=BEARING, band_hz=(1000.0, 2000.0), choose_on_record=True)
+
+
+def test_who_chose_the_band_is_said():
+    assert declared_band(OUTER, None).why == "declared by the data set"
+    assert declared_band(OUTER, (1000.0, 2000.0)).why == "given"
+    rig = dataclasses.replace(OUTER, band_hz=None, bearing="skf-22240", dataset="torino-full")
+    assert declared_band(rig, None).why == "the paper's"
+    with pytest.raises(ConfigurationError, match="--band LO HI"):  # the same bearing in another machine
+        declared_band(dataclasses.replace(rig, dataset=None), None)
+
+
+def test_a_simulated_record_of_a_larger_bearing_is_read_as_much_lower():
+    usual = load_bearing("skf-22240")
+    assert usual.geometry is not None
+    larger, smaller = (
+        dataclasses.replace(
+            usual,
+            geometry=dataclasses.replace(
+                usual.geometry, **{key: size * value for key, value in vars(usual.geometry).items() if key[-2:] == "_m"}
+            ),
+        )
+        for size in (2, 0.5)
+    )
+    run = dataclasses.replace(OUTER, origin=Origin.SIMULATED, band_hz=None)
+    assert declared_band(run, None, usual).band_hz == declared_band(run, None).band_hz == (500, 1500)
+    assert declared_band(run, None, larger).band_hz == (250, 750)
+    assert declared_band(run, None, smaller).band_hz == (500, 1500)
+    assert "2 times as large" in declared_band(run, None, larger).why
+    assert declared_band(run, (600, 900), larger).band_hz == (600, 900)
+    assert declared_band(run, None, BEARING).band_hz == (500, 1500)  # a ball bearing's: not similar to the paper's
+
+
+def test_each_side_is_read_in_the_other_s_band():
+    model = analyse(OUTER, bearing=BEARING, band_hz=(500.0, 1500.0))
+    rig = analyse(OUTER, bearing=BEARING)
+    rows = cross_bands({Fault.OUTER: model}, {Fault.OUTER: rig})
+    assert [(r.band_hz[0], r.own) for r in rows] == [(500, True), (1400, False), (1400, True), (500, False)]
+    assert rows[1].line.snr == pytest.approx(rig.line("BPFO").snr)
+    too_high = analyse(OUTER, bearing=BEARING, band_hz=(9000.0, 9900.0))
+    slow = dataclasses.replace(rig, recording=dataclasses.replace(rig.recording, fs_hz=10_000.0))
+    assert "Nyquist" in cross_bands({Fault.OUTER: too_high}, {Fault.OUTER: slow})[3].why
+
+
+def test_the_filter_is_named_in_the_output_and_the_brick_wall_finds_the_same_line():
+    sharp = analyse(OUTER, bearing=BEARING, band_filter=BandFilter.BRICK_WALL)
+    chain = json_object(sharp)["chain"]
+    assert (chain["filter"], chain["read_from"]) == ("brick-wall", "squared envelope")
+    assert chain["unit"] == "squared standard deviations"
+    smooth = analyse(OUTER, bearing=BEARING).line("BPFO").found_hz
+    assert sharp.line("BPFO").found_hz == pytest.approx(smooth, rel=FILTER_RELATIVE)
+
+
+def test_command_line_names_the_filters_that_there_are(capsys):
+    main(["analyse", "missing.mat", "--filter", "sinc"])
+    said = capsys.readouterr().err
+    assert all(f"{kind.value}" in said for kind in BandFilter)
+
+
+@pytest.mark.recordings
+def test_command_line_says_filter_envelope_unit_and_trials(recordings_dir, capsys):
+    path = recordings_dir / "torino" / "IR_877rpm_sample.mat"
+    assert main(["analyse", str(path), "--auto-band", "--filter", "brick-wall"]) == 0
+    said = capsys.readouterr().out
+    for words in ("brick wall", "squared envelope", "standard deviations", "trials", "order tracking: with the speed"):
+        assert words in said

@@ -1,0 +1,107 @@
+"""Windows of one per cent, whatever the speed is known by: a nominal speed further off costs trials, not a window."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from srbval.bearing import LARGEST_SLIP
+from srbval.reading import speed_search
+from srbval.reading.analyse import analyse
+from srbval.recordings import SpeedSource
+from srbval.recordings.speed import nominal_speed
+from srbval.storage.strict_json import json_object
+from tests.reading.test_shaft_speed import BEARING, FS_HZ, SECONDS, record
+
+LINE_PCT = 0.03  # the interval of the outer-race line in three seconds
+
+NOMINAL_HZ = 25.0
+
+
+def outer_race(shaft_hz: float, seed: int = 0):
+    """Even impacts at BPFO, no turn of the shaft in them: nothing tells the speed."""
+    noise = record(shaft_hz=NOMINAL_HZ, fault=False, seed=seed)
+    signal = noise.channels["x"].copy()
+    steps = np.arange(int(0.004 * FS_HZ))
+    for time in np.arange(0.01, SECONDS - 0.02, 1 / (BEARING.orders.bpfo * shaft_hz)):
+        first = math.ceil(time * FS_HZ)
+        t = (first + steps) / FS_HZ - time
+        signal[first : first + steps.size] += np.exp(-900 * t) * np.sin(2 * np.pi * 3500 * t)
+    return dataclasses.replace(noise, channels={"x": signal})
+
+
+@pytest.mark.parametrize("off", [-0.014, 0.0, 0.014])
+def test_line_is_found_within_the_nominal_speed_s_interval(off: float) -> None:
+    result = analyse(outer_race(NOMINAL_HZ * (1 + off)), bearing=BEARING)
+    line = result.line("BPFO")
+    assert result.speed.source is SpeedSource.NOMINAL
+    assert line.detected
+    assert line.found_hz == pytest.approx(BEARING.orders.bpfo * NOMINAL_HZ * (1 + off), rel=LINE_PCT / 100)
+    assert line.deviation_pct == pytest.approx(100 * off, abs=LINE_PCT)
+    assert "3 speeds" in result.search
+    assert "3 trials" in result.search
+
+
+def test_every_speed_tried_counts_as_a_trial(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same line read at one speed has a third of the false-alarm probability."""
+    noise = record(shaft_hz=NOMINAL_HZ, fault=False, seed=4)
+    paid = analyse(noise, bearing=BEARING).line("BPFO")
+    monkeypatch.setattr(speed_search, "_scales", lambda *_: iter((1.0,)))
+    free = analyse(noise, bearing=BEARING).line("BPFO")
+    assert paid.noise_false_alarm == pytest.approx(1 - (1 - free.noise_false_alarm) ** 3)
+    assert paid.placebo_false_alarm == pytest.approx(1 - (1 - free.placebo_false_alarm) ** 3)
+
+
+def test_no_window_is_wider_than_slip_asks_for() -> None:
+    """The same line, the same error of speed: a measured speed has no business looking there."""
+    recording = outer_race(NOMINAL_HZ * 1.014)
+    measured = dataclasses.replace(recording.speed, source=SpeedSource.TACHOMETER, ci95_hz=0.01)
+    result = analyse(recording, bearing=BEARING, speed=measured)
+    assert not result.line("BPFO").detected
+    assert "speeds" not in result.search
+
+
+@pytest.mark.parametrize(("pct", "count"), [(0.5, 1), (1.0, 1), (1.5, 3), (5.0, 9)])
+def test_windows_cover_the_interval_and_no_more(pct: float, count: int) -> None:
+    scales = list(speed_search._scales(nominal_speed(1500.0, pct), LARGEST_SLIP))
+    assert len(scales) == count
+    assert max(scales) + LARGEST_SLIP >= 1 + pct / 100 - 1e-9
+    assert max(scales) < 1 + pct / 100 + 1e-9
+
+
+def test_family_just_outside_is_named_and_not_read() -> None:
+    """The same line once more: the user is told what speed it would mean."""
+    recording = outer_race(NOMINAL_HZ * 1.024)
+    measured = dataclasses.replace(recording.speed, source=SpeedSource.STATED, ci95_hz=0.02)
+    result = analyse(recording, bearing=BEARING, speed=measured)
+    assert result.outside.name == "BPFO"
+    assert result.outside.off_pct == pytest.approx(2.4, abs=LINE_PCT)
+    assert 60 * result.outside.shaft_hz == pytest.approx(1536, abs=1)
+    assert "1536." in result.verdict
+    assert not result.line("BPFO").detected
+    document = json_object(result)
+    assert document["outside"]["name"] == "BPFO"
+    line = next(x for x in document["lines"] if (x["name"], x["harmonic"]) == ("BPFO", 1))
+    assert (line["found_hz"], line["ci95_hz"], line["deviation_pct"], line["detected"]) == (None, None, None, False)
+    assert line["snr"] > 0
+
+
+def test_nothing_is_named_in_noise_or_beside_a_line_that_was_found() -> None:
+    speed = dataclasses.replace(nominal_speed(1500.0, 0.1), source=SpeedSource.STATED)
+    assert analyse(outer_race(NOMINAL_HZ), bearing=BEARING, speed=speed).outside is None
+    for seed in range(3):
+        noise = record(shaft_hz=NOMINAL_HZ, fault=False, seed=seed)
+        assert analyse(noise, bearing=BEARING, speed=speed).outside is None
+
+
+def test_windows_follow_from_slip_speed_and_geometry() -> None:
+    noise = record(shaft_hz=NOMINAL_HZ, fault=False)
+    stated = dataclasses.replace(nominal_speed(1500.0, 0.3), source=SpeedSource.STATED)
+    for speed, half in ((stated, LARGEST_SLIP + 0.003), (nominal_speed(1500.0, 1.5), 2 * LARGEST_SLIP)):
+        windows = {w.name: w for w in analyse(noise, bearing=BEARING, speed=speed).windows}
+        middle = BEARING.orders.bpfo * NOMINAL_HZ
+        low, high = windows["BPFO"].low_hz / middle, windows["BPFO"].high_hz / middle
+        assert (low, high) == pytest.approx((1 - half, 1 + half), abs=1e-3)

@@ -1,0 +1,125 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from srbval.models.run_file import write_run
+from srbval.models.simulate import simulate
+from srbval.reading.analyse import analyse
+from srbval.recordings import ShaftSpeed, SpeedSignal, SpeedSource, load_recording, recording_from_run
+from srbval.recordings.speed import SCALE_CI95, tachometer_speed
+from srbval.scene import SpeedProfile, paper_scene
+from srbval.signal import NORMAL_95
+from tests.reading.test_analyse import BEARING, FS_HZ, SECONDS, SHAFT_HZ, impulses, recording
+
+RAMP = 0.05  # of the mean speed, from the first sample to the last
+SLIP = 1.002
+READING_PCT = 0.03
+STEADY = 1e-6  # the same samples but for the spline
+SPREAD = 0.01  # 2560 samples of a ramp; 20,480 a second without sensor noise
+
+
+def ramped(noise=0.3):
+    """Impulses of a fault at even shaft angles while the shaft speeds up by 5 %."""
+    time_s = np.arange(round(SECONDS * FS_HZ)) / FS_HZ
+    turns = SHAFT_HZ * ((1 - RAMP / 2) * time_s + RAMP * time_s**2 / (2 * SECONDS))
+    rng = np.random.default_rng(1)
+    samples = noise * rng.standard_normal(time_s.size)
+    ring_s = np.arange(200) / FS_HZ
+    ring = np.exp(-ring_s * 1500) * np.sin(2 * np.pi * 2000 * ring_s)
+    strikes = np.arange(1, turns[-1] * BEARING.orders.bpfo * SLIP - 2) / (BEARING.orders.bpfo * SLIP)
+    for at_s in np.interp(strikes, turns, time_s):
+        first = round(at_s * FS_HZ)
+        samples[first : first + ring.size] += 3 * ring[: samples.size - first]
+    return samples
+
+
+def with_tachometer():
+    speed = SHAFT_HZ * np.linspace(1 - RAMP / 2, 1 + RAMP / 2, 2560)
+    return recording(
+        ramped(),
+        speed=tachometer_speed(speed),
+        speed_signal=SpeedSignal(values_hz=speed, rate_hz=speed.size / SECONDS),
+    )
+
+
+def test_a_fault_on_a_speed_ramp_is_read_only_because_the_speed_signal_is_followed():
+    record = with_tachometer()
+    with_course = analyse(record, bearing=BEARING)
+    assert with_course.processed.tracking.used
+    assert with_course.to_dict()["order_tracking"]["drift_bins"] > 20
+    line = with_course.line("BPFO")
+    assert line.detected
+    assert line.deviation_pct == pytest.approx(100 * (SLIP - 1), abs=READING_PCT)
+    without = analyse(dataclasses.replace(record, speed_signal=None), bearing=BEARING).line("BPFO")
+    # Its mean may still come out, since the course of its phase is followed, but far less surely.
+    assert without.ci95_hz > 20 * line.ci95_hz
+    assert without.snr < line.snr / 3
+
+
+def test_a_speed_given_instead_of_the_tachometer_s_is_not_followed():
+    stated = ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.01, source=SpeedSource.STATED)
+    assert not analyse(with_tachometer(), bearing=BEARING, speed=stated).processed.tracking.used
+
+
+def test_a_steady_shaft_is_tracked_too_and_read_as_without():
+    speed = np.full(2560, SHAFT_HZ)
+    record = recording(
+        impulses(BEARING.orders.bpfo * SHAFT_HZ * SLIP),
+        speed=tachometer_speed(speed),
+        speed_signal=SpeedSignal(values_hz=speed, rate_hz=2560 / SECONDS),
+    )
+    tracked, bare = (analyse(r, bearing=BEARING) for r in (record, dataclasses.replace(record, speed_signal=None)))
+    assert tracked.processed.tracking.used
+    assert not bare.processed.tracking.used
+    assert tracked.line("BPFO").found_hz == pytest.approx(bare.line("BPFO").found_hz, rel=STEADY)
+    assert tracked.speed.ci95_hz == bare.speed.ci95_hz == pytest.approx(SCALE_CI95 * SHAFT_HZ)
+
+
+def test_a_mean_without_its_course_is_as_unsure_as_the_speed_varies():
+    record = with_tachometer()
+    tracked, bare = (
+        analyse(r, bearing=BEARING).speed for r in (record, dataclasses.replace(record, speed_signal=None))
+    )
+    assert tracked.ci95_hz < 2e-4 * SHAFT_HZ
+    assert bare.ci95_hz == pytest.approx(NORMAL_95 * RAMP * SHAFT_HZ / np.sqrt(12), rel=SPREAD)
+
+
+@pytest.mark.recordings
+@pytest.mark.parametrize(("name", "before_rpm"), [("OR", 0.3634), ("IR", 0.1178), ("H", 0.1748), ("Roller", 0.1090)])
+def test_the_rig_s_records_are_tracked_and_their_mean_is_known_to_the_clocks(recordings_dir, name, before_rpm):
+    """`before_rpm`: 1.96 standard errors of the samples' mean, which took the shaft's own variation for an error."""
+    analysis = analyse(load_recording(recordings_dir / "torino" / f"{name}_877rpm_sample.mat"), bearing=BEARING)
+    assert analysis.processed.tracking.used
+    assert 60 * analysis.speed.ci95_hz == pytest.approx(60 * SCALE_CI95 * analysis.speed.value_hz, rel=SPREAD)
+    assert 60 * analysis.speed.ci95_hz < before_rpm
+
+
+RAMP_RAD_S = (70.0, 78.0)
+
+
+def simulated_ramp(model, kind, seconds):
+    ramp = SpeedProfile(time_s=(0.0, seconds), speed_rad_s=RAMP_RAD_S)
+    scene = paper_scene(model=model, duration_s=seconds, defect={"kind": kind})
+    return simulate(dataclasses.replace(scene, speed_profile=ramp))
+
+
+def test_a_simulated_ramp_reads_the_model_s_own_line_from_memory_and_from_its_file(tmp_path):
+    run = simulated_ramp("impulse", "outer", 4.0)
+    write_run(run, tmp_path / "ramp.h5")
+    for record in (recording_from_run(run), load_recording(tmp_path / "ramp.h5")):
+        analysis = analyse(record, bearing=BEARING)
+        line = analysis.line("BPFO")
+        assert analysis.processed.tracking.used
+        assert line.detected
+        assert line.found_hz == pytest.approx(run.bpfo_hz, rel=READING_PCT / 100)
+        without = analyse(dataclasses.replace(record, speed_signal=None), bearing=BEARING).line("BPFO")
+        assert not without.detected or abs(without.found_hz / run.bpfo_hz - 1) > 3 * READING_PCT / 100
+
+
+@pytest.mark.slow
+def test_a_ramp_of_the_full_model_reads_its_own_cage():
+    run = simulated_ramp("full", "outer", 3.0)
+    line = analyse(recording_from_run(run), bearing=BEARING).line("BPFO")
+    assert line.detected
+    assert line.found_hz == pytest.approx(run.bpfo_hz, rel=2 * READING_PCT / 100)

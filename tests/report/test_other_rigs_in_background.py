@@ -1,0 +1,53 @@
+"""Recordings of other rigs read by a process of its own."""
+
+from __future__ import annotations
+
+import gc
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from srbval.comparison.other_rigs import read_other_rigs
+from srbval.recordings.registry import RegisteredRecording, add
+from srbval.report.findings.other_rigs_in_background import BackgroundReading
+
+
+@pytest.fixture
+def registered(tmp_path: Path) -> tuple[RegisteredRecording, ...]:
+    rng = np.random.default_rng(0)
+    for number in (105, 130):  # CWRU: inner race, outer race
+        made = {f"X{number}_DE_time": rng.standard_normal((24_000, 1)), f"X{number}RPM": 1797.0}
+        savemat(tmp_path / f"{number}.mat", made)
+    return add(tmp_path).recordings
+
+
+def test_it_gives_what_reading_here_gives(registered: tuple[RegisteredRecording, ...]) -> None:
+    records = BackgroundReading(registered).records()
+    assert len(records) == 2
+    assert records == read_other_rigs(registered)
+
+
+def test_nothing_to_read_starts_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(subprocess, "Popen", None)
+    assert BackgroundReading(()).records() == ()
+
+
+def test_a_failed_process_is_replaced_by_reading_here(
+    registered: tuple[RegisteredRecording, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "executable", shutil.which("false"))
+    assert BackgroundReading(registered).records() == read_other_rigs(registered)
+
+
+def test_the_process_ends_with_its_last_reference(registered: tuple[RegisteredRecording, ...]) -> None:
+    reading = BackgroundReading(registered, jobs=1)
+    process = reading._process
+    assert process is not None
+    del reading
+    gc.collect()
+    assert process.wait(timeout=60) != 0

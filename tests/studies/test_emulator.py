@@ -1,0 +1,76 @@
+import numpy as np
+import pytest
+from scipy.optimize import check_grad
+
+from srbval.studies.sensitivity.emulator import STARTS, _cost, _fit, _kernel, fit_emulator
+
+GRADIENT = 1e-4  # relative to its size, of finite differences
+CLOSED_FORM = 1e-6  # relative: the same algebra in another order
+POINTS = np.random.default_rng(1).random((40, 3))
+
+
+def bent(points):
+    return 2 + np.sin(5 * points[:, 0]) + points[:, 1] ** 2
+
+
+def test_it_predicts_a_smooth_function_and_knows_the_input_that_does_nothing():
+    emulator = fit_emulator(POINTS, bent(POINTS))
+    new = np.random.default_rng(2).random((200, 3))
+    assert np.sqrt(np.mean((emulator(new) - bent(new)) ** 2)) < 0.05 * np.std(bent(new))
+    assert emulator.lengths[2] > 3 * emulator.lengths[0]
+
+
+def test_noise_stays_in_the_residuals():
+    """Runs that scatter by 0.3 whatever the inputs: what is left out is missed by that, and z is standard normal."""
+    noisy = bent(POINTS) + 0.3 * np.random.default_rng(3).standard_normal(40)
+    emulator = fit_emulator(POINTS, noisy)
+    assert np.sqrt(np.mean(emulator.residuals**2)) == pytest.approx(0.35, abs=0.12)
+    assert np.std(emulator.z) == pytest.approx(1, abs=0.3)
+    assert emulator.outside < 0.15
+
+
+def test_leaving_one_out_in_closed_form_is_leaving_one_out():
+    values = bent(POINTS) + 0.2 * np.random.default_rng(4).standard_normal(40)
+    emulator = fit_emulator(POINTS, values)
+    noise = _noise(emulator, values)
+    kept = np.arange(40) != 7
+    y = (values - emulator.mean) / emulator.scale
+    gram = _kernel(POINTS[kept], POINTS[kept], emulator.lengths, emulator.signal) + noise**2 * np.eye(39)
+    across = _kernel(POINTS[7:8], POINTS[kept], emulator.lengths, emulator.signal)[0]
+    predicted = across @ np.linalg.solve(gram, y[kept])
+    variance = emulator.signal**2 + noise**2 - across @ np.linalg.solve(gram, across)
+    assert emulator.z[7] == pytest.approx((y[7] - predicted) / np.sqrt(variance), rel=CLOSED_FORM)
+
+
+def test_residuals_are_those_of_runs_that_a_fit_never_saw():
+    """Noise alone, and three lengths to fit it with: what was fitted to it, left one out, misses less than there is."""
+    values = np.random.default_rng(6).standard_normal(40)
+    emulator, kept = fit_emulator(POINTS, values), np.arange(40) % 10 != 3
+    apart = _fit(POINTS[kept], values[kept], np.zeros(36, dtype=int), STARTS[:1])
+    assert emulator.residuals[~kept] == pytest.approx(values[~kept] - apart(POINTS[~kept]), rel=CLOSED_FORM)
+
+
+def _noise(emulator, values):
+    """The noise that the fit took, from K w + noise^2 w = y."""
+    y = (values - emulator.mean) / emulator.scale
+    rest = y - _kernel(POINTS, POINTS, emulator.lengths, emulator.signal) @ emulator.weights
+    return np.sqrt(np.median(rest / emulator.weights))
+
+
+def test_groups_have_noises_of_their_own():
+    """One half of the runs scatters by 0.5, the other by nothing: both are told."""
+    rng = np.random.default_rng(5)
+    points, groups = rng.random((120, 3)), np.arange(120) % 2
+    emulator = fit_emulator(points, bent(points) + 0.5 * groups * rng.standard_normal(120), groups)
+    quiet, loud = (np.sqrt(np.mean(emulator.residuals[groups == one] ** 2)) for one in (0, 1))
+    assert quiet < 0.1 < 0.4 < loud
+    assert np.std(emulator.z[groups == 1]) == pytest.approx(1, abs=0.3)
+    alike = fit_emulator(points, emulator.points @ [1.0, 0, 0] + 0.5 * groups * rng.standard_normal(120))
+    assert np.std(alike.z[groups == 0]) < 0.6 * np.std(alike.z[groups == 1])  # which one noise for all does not tell
+
+
+def test_the_gradient_is_that_of_the_likelihood():
+    y, groups = bent(POINTS) - bent(POINTS).mean(), np.arange(len(POINTS)) % 2
+    at = np.log([0.5, 1.0, 3.0, 1.2, 0.2, 0.4])
+    error = check_grad(lambda x: _cost(x, POINTS, y, groups)[0], lambda x: _cost(x, POINTS, y, groups)[1], at)
+    assert error < GRADIENT * np.linalg.norm(_cost(at, POINTS, y, groups)[1])

@@ -1,0 +1,83 @@
+from dataclasses import replace
+
+import pytest
+
+from srbval.comparison.budget import PRIOR, STUDY
+from srbval.errors import ConfigurationError
+from srbval.scene import paper_scene
+from srbval.studies.sensitivity.open_inputs import OpenInput, drawn, open_inputs
+
+SCENE = paper_scene(defect={"kind": "outer"})
+
+
+def one(**changes):
+    return OpenInput(name="made", source="s", **({"keys": ("load.radial_n",), "low": 1.0, "high": 2.0} | changes))
+
+
+def test_every_input_of_the_paper_s_scene_changes_it_at_either_end():
+    inputs = open_inputs()
+    named = {key for each in inputs for key in each.keys}
+    assert {"load.path", "contact.critical_velocity_m_s", "defect.extent_m", "band.low_hz"} <= named
+    low, high = (drawn(inputs, SCENE, [share] * len(inputs)) for share in (0.0, 0.999))
+    for key in named:
+        assert read(low, key) != read(high, key), key
+    assert all(each.source for each in inputs)
+
+
+def read(made, key):
+    scene, band = made
+    if key.startswith("band."):
+        return dict(zip(("band.low_hz", "band.high_hz"), band, strict=True))[key]
+    for name in key.split("."):
+        scene = getattr(scene, name)
+    return scene
+
+
+def test_shares_are_places_in_ranges():
+    assert one().value(0.5) == 1.5
+    assert one(log=True, low=0.001, high=0.1).value(0.5) == pytest.approx(0.01)
+    factor, _ = drawn([one(relative=True)], SCENE, [0.25])
+    assert factor.load.radial_n == 1.25 * SCENE.load.radial_n
+
+
+def test_choices_come_as_often_as_their_weights():
+    path = one(keys=("load.path",), choices=("housing", "bearing"), weights=(0.75, 0.25))
+    shares = [i / 100 for i in range(100)]
+    assert [path.value(share) for share in shares].count("bearing") == 25
+    assert {path.coordinate(share) for share in shares} == {0.0, 1.0}
+    assert drawn([path], SCENE, [0.9])[0].load.path == "bearing"
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"low": 2.0, "high": 1.0}, {"log": True, "low": 0.0}, {"choices": ("a", "b"), "weights": (0.5, 0.6)}]
+)
+def test_a_range_that_is_none_is_refused(wrong):
+    with pytest.raises(ConfigurationError, match="made"):
+        one(**wrong)
+
+
+def test_a_key_that_no_scene_has_is_named(tmp_path):
+    with pytest.raises(ConfigurationError, match="lode"):
+        drawn([one(keys=("lode.radial_n",))], SCENE, [0.5])
+    file = tmp_path / "own.toml"
+    file.write_text('[[input]]\nname = "n"\nsource = "s"\nkeys = ["load.radial_n"]\nlow = 1.0\nhihg = 2.0\n')
+    with pytest.raises(ConfigurationError, match="hihg"):
+        open_inputs(file)
+
+
+def test_a_file_of_ranges_holds_nothing_else(tmp_path):
+    file = tmp_path / "own.toml"
+    own = 'name = "n"\nsource = "s"\nkeys = ["load.radial_n"]\nlow = 1.0\nhigh = 2.0\n'
+    file.write_text(f"[study]\ndraws = 9\n[[input]]\n{own}")
+    with pytest.raises(ConfigurationError, match="study"):
+        open_inputs(file)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"mounting_db": 0.0}, {"most_outside": 1.0}, {"least_draws": 2}, {"draws": 5000}, {"grid_least_order": 3.0}],
+)
+def test_priors_and_settings_out_of_range_are_refused(wrong):
+    good = PRIOR if "mounting_db" in wrong else STUDY
+    with pytest.raises(ConfigurationError, match=r"budget\.toml"):
+        replace(good, **wrong)

@@ -1,0 +1,65 @@
+"""The short form of ``python -m srbval.studies.reading_accuracy.study``: the same code, fewer records, no wall time asserted."""
+
+import numpy as np
+import pytest
+
+from srbval.studies.reading_accuracy.study import ReadingSettings, run_reading_bench
+from srbval.studies.reading_accuracy.trials import COLOUR_POLE, comb_record, cramer_rao_hz, noise_record
+
+# 60 records: a root mean square scatters by 9 %; three of these above the bound's own 1.15.
+TRIALS, RMSE_FACTOR = 60, 1.45
+LEAST_RMSE_FACTOR = 0.6  # below: the bound or the records are wrong
+RMSE_SCATTER = 3 / np.sqrt(2 * TRIALS)  # three standard errors of a root mean square
+INFORMED_FACTOR = 1.25  # what not knowing the noise and the harmonics' strengths may cost
+SLIP_FACTOR = 10  # jitter of 1 % makes errors ten times those of noise and more
+CORRELATION_SCATTER, VARIANCE_SCATTER = 0.02, 0.05  # of 40 000 and 20 000 samples, with a wide margin
+THREE_DIGITS = 1e-3  # of the constant sqrt(6) / (2 pi) = 0.390
+# What a 95 % interval should cover, and two standard errors of 60 records below it.
+LEAST_COVERAGE = 0.92 - 0.07
+# Mean over all cells: a thousand records, four standard errors about what is asked for.
+MEAN_COVERAGE = (0.92 - 0.03, 0.98 + 0.01)
+
+
+@pytest.fixture(scope="module")
+def result():
+    settings = ReadingSettings(
+        trials=TRIALS, noise_records=20, seconds=(10.0,), snr_db=(16.0, 25.0), jitter=(0.0, 0.003, 0.01), slip=(0.03,),
+        timed=False,
+    )  # fmt: skip
+    return run_reading_bench(settings, seed=5)
+
+
+def test_without_slip_the_error_is_the_cramer_rao_bound(result):
+    steady = [a for a in result.accuracy if a.jitter == 0]
+    assert len(steady) == 4
+    assert max(a.rmse_over_bound for a in steady) < RMSE_FACTOR
+    assert min(a.rmse_over_bound for a in steady) > LEAST_RMSE_FACTOR
+
+
+def test_interval_covers_with_and_without_slip(result):
+    cells = {(a.snr_db, a.profile, a.jitter, a.slip): a.coverage for a in result.accuracy}
+    assert {slip for *_, slip in cells} == {0.0, 0.03}
+    assert min(cells.values()) > LEAST_COVERAGE - 1e-9
+    assert MEAN_COVERAGE[0] < np.mean(list(cells.values())) < MEAN_COVERAGE[1]
+
+
+def test_no_fit_reaches_the_bound_where_most_harmonics_drown(result):
+    """A fit told all but the frequency is the yardstick: at 16 dB in the first of falling harmonics above the bound."""
+    informed = {(a.snr_db, a.profile): a.informed_over_bound for a in result.accuracy if a.jitter == 0}
+    assert informed[25.0, "equal"] == pytest.approx(1.0, abs=RMSE_SCATTER)
+    assert all(a.rmse_over_bound < INFORMED_FACTOR * a.informed_over_bound for a in result.accuracy if a.jitter == 0)
+    assert all(a.informed_over_bound is None for a in result.accuracy if a.jitter > 0)
+
+
+def test_slip_and_not_noise_rules_a_slipping_line(result):
+    slipping = [a for a in result.accuracy if a.jitter == 0.01]
+    assert min(a.rmse_over_bound for a in slipping) > SLIP_FACTOR
+    assert all(a.detected == 1 for a in result.accuracy if a.profile == "equal" or a.snr_db > 16)
+
+
+def test_records_are_what_they_say():
+    noise = noise_record(np.random.default_rng(1), 20.0, coloured=True) - 3
+    assert np.corrcoef(noise[1:], noise[:-1])[0, 1] == pytest.approx(COLOUR_POLE, abs=CORRELATION_SCATTER)
+    record = comb_record(np.random.default_rng(2), 10.0, snr_db=40.0, jitter=0.0, amplitudes=(1.0,))
+    assert np.var(record) == pytest.approx(0.5 + record.size / 4 / 1e4, rel=VARIANCE_SCATTER)
+    assert cramer_rao_hz(10.0, 16.0, (1.0,)) == pytest.approx(0.390 / (10 * np.sqrt(10**1.6)), rel=THREE_DIGITS)

@@ -1,0 +1,43 @@
+"""The study of bands: what it calls served, and its stored result."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from srbval.bearing import RACE_DEFECTS
+from srbval.storage.stored_result import COMMAND, RIG_BANDS, newest_result
+from srbval.studies.rig_bands.study import BANDS, RIG, RIG_BAND_HZ, SCENES, STATES, BandReading, served
+
+ROWS = [
+    BandReading(
+        side=RIG, state=state, rpm=858.9, band_hz=band, rms_m_s2=1.0, line=state.line, order=8.2, ci95=3e-3, snr=99.0,
+        detected=True,
+    )
+    for state in RACE_DEFECTS for band in BANDS
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [({}, True), ({"order": 8.204}, True), ({"order": 8.205}, False), ({"detected": False}, False),
+     ({"order": None}, False)],
+)  # fmt: skip
+def test_a_band_serves_where_it_has_every_line_in_its_place(change: dict[str, object], expected: bool) -> None:
+    last = ROWS[-1]
+    assert last.band_hz == RIG_BAND_HZ
+    assert served([*ROWS[:-1], replace(last, **change)], RIG) is expected  # type: ignore[arg-type]
+
+
+def test_the_stored_result() -> None:
+    kept = newest_result(RIG_BANDS)
+    if kept is None:
+        pytest.skip(f"no stored result; {COMMAND[RIG_BANDS]} makes one")
+    rows = kept.content["rows"]
+    assert len(rows) == len(STATES) * len(BANDS) * (1 + len(SCENES))
+    assert kept.content["served"] == {RIG: True, "rig scene": True, "paper's scene": False}
+    fault = {(row["side"], row["state"], tuple(row["band_hz"])): row for row in rows if row["line"]}
+    for state in RACE_DEFECTS:
+        one, other = (fault["rig scene", state, band]["order"] for band in BANDS)
+        assert one == pytest.approx(other, rel=1e-5)
