@@ -1,0 +1,46 @@
+"""Where this package lies, its revision, what is shipped with it, and how a child process finds the very same one."""
+
+import os
+import subprocess
+from importlib.resources import files
+from pathlib import Path
+
+from srbval.errors import DataError
+
+
+def package_folder() -> Path:
+    """The folder of `srbval` itself."""
+    return Path(str(files("srbval")))
+
+
+def shipped_folder(name: str) -> Path:
+    """A folder that comes with the program: inside an installed package, beside it in a source checkout.
+
+    Raises `DataError` where it is missing.
+    """
+    package = package_folder()
+    for folder in (package / name, package.parent / name):
+        if folder.is_dir():
+            return folder
+    raise DataError(f"{package / name}: no such folder; this installation is incomplete. Install srbval again.")
+
+
+def child_environment() -> dict[str, str]:
+    """Environment variables with which a child process imports this very package, wherever it is started."""
+    here = str(package_folder().parent)
+    return {"PYTHONPATH": os.pathsep.join([here, *filter(None, [os.environ.get("PYTHONPATH")])])}
+
+
+def git_revision() -> str | None:
+    """Short git revision of the source tree, marked where it was changed since; None for an installed copy."""
+    root = package_folder().parent
+    if not (root / ".git").exists():
+        return None
+    try:
+        text = subprocess.run(
+            ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=12"],
+            capture_output=True, text=True, timeout=10, check=True,
+        ).stdout.strip()  # fmt: skip
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return text or None

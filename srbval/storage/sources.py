@@ -1,0 +1,150 @@
+"""What a result was computed by: a hash of every source file that the code which computes it depends on.
+
+The files follow from the imports, from module to module within the package, those within functions included. So
+nobody keeps a list of them, and a result is out of date exactly when something changed that may have changed it.
+"""
+
+import ast
+import gc
+import hashlib
+import itertools
+import re
+import tomllib
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from srbval.storage.installation import package_folder
+
+PACKAGE = package_folder()
+
+# Import statements are found by their first word and parsed alone: parsing whole files would take ten times as long.
+STATEMENT = re.compile(r"^[ \t]*(?:from|import)[ \t][^\n(]*(?:\([^)]*\))?", re.MULTILINE)
+PLACE = re.compile(r"""["']([\w.]+):\w+["']""")  # "module:name", of what is imported when it is first used
+DATA_FILE = re.compile(r"""["']([\w-]+\.(?:toml|json|csv))["']""")
+
+
+@cache
+def content_version(*modules: str, package: Path = PACKAGE) -> str:
+    """Hash of all sources that `modules` depend on, byte by byte, 16 hexadecimal digits; names are dotted."""
+    digest = hashlib.sha256()
+    for source in sorted(sources_of(*modules, package=package)):
+        digest.update(source.relative_to(package).as_posix().encode() + b"\0" + source.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+@cache
+def sources_sha256(module: str, package: Path = PACKAGE) -> str:
+    """Hash of what the sources that `module` depends on do, 64 hexadecimal digits.
+
+    Other than `content_version` it stays the same where docstrings, comments or the formatting change and where code
+    moves to another file: it is that of all top-level statements, in no order, with the names that they import but not
+    with the modules that these come from.
+    """
+    collects = gc.isenabled()
+    gc.disable()  # syntax trees are millions of objects without a cycle
+    try:
+        statements = [one for source in sources_of(module, package=package) for one in _statements(source, package)]
+    finally:
+        if collects:
+            gc.enable()
+    return hashlib.sha256(b"".join(sorted(statements))).hexdigest()
+
+
+def sources_of(*modules: str, package: Path = PACKAGE) -> set[Path]:
+    """Source files of `modules` and of everything they import within `package`, directly or not.
+
+    Data files beside a module count where it names them in quotes. Not the package's own ``__init__``: it only lends
+    the package's names. Raises `ModuleNotFoundError` for a module that does not exist.
+    """
+    known = _modules(package)
+    missing = [module for module in modules if module not in known]
+    if missing:
+        raise ModuleNotFoundError(f"no module {missing[0]!r} in {package}")
+    found: set[Path] = set()
+    waiting = [file for module in modules for file in _run_by(module, known)]
+    while waiting:
+        source = waiting.pop()
+        if source not in found:
+            found.add(source)
+            waiting += _used_by(source, known) if source.suffix == ".py" else ()
+    return found
+
+
+def _modules(package: Path) -> dict[str, Path]:
+    """File of every module in the package, by dotted name; of a package within it, the ``__init__``."""
+    found = {}
+    for source in package.rglob("*.py"):
+        parts = source.relative_to(package.parent).with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = source
+    found.pop(package.name, None)
+    return found
+
+
+def _run_by(name: str, known: dict[str, Path]) -> list[Path]:
+    """Files that importing a dotted name runs: the packages on the way, the module; the rest is a name within it."""
+    return [known[part] for part in itertools.accumulate(name.split("."), "{}.{}".format) if part in known]
+
+
+def _used_by(source: Path, known: dict[str, Path]) -> list[Path]:
+    """Files that a module uses: the modules it imports, by a statement or as "module:name"; data files beside it."""
+    text = source.read_text(encoding="utf-8")
+    files = [file for name in {*PLACE.findall(text), *_imported(text)} for file in _run_by(name, known)]
+    return files + [path for name in DATA_FILE.findall(text) if (path := source.with_name(name)).is_file()]
+
+
+def _imported(text: str) -> Iterator[str]:
+    """Dotted names that the import statements of a source name; a line of prose that begins alike names nothing."""
+    for statement in STATEMENT.findall(text):
+        try:
+            node = ast.parse(statement.strip()).body[0]
+        except SyntaxError:
+            continue
+        if isinstance(node, ast.ImportFrom):
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+
+
+@cache
+def _statements(source: Path, package: Path) -> list[bytes]:
+    """Hash of every top-level statement of a module, imports and ``__all__`` apart; of a data file, of its content."""
+    if source.suffix != ".py":
+        content = source.read_bytes()
+        if source.suffix == ".toml":
+            content = repr(tomllib.loads(content.decode())).encode()
+        return [hashlib.sha256(content).digest()]
+    inner, found = f"{package.name}.", []
+    for node in ast.parse(source.read_bytes()).body:
+        if isinstance(node, ast.Import | ast.ImportFrom) or (
+            isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and node.targets[0].id == "__all__"
+        ):
+            continue
+        words: list[str] = []
+        _describe(node, inner, words)
+        if words:
+            found.append(hashlib.sha256("\n".join(words).encode()).digest())
+    return found
+
+
+def _describe(node: ast.AST, inner: str, words: list[str]) -> None:
+    """Add what a syntax tree says, alike for every version of Python; nothing for a statement that is text alone."""
+    if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
+        return
+    words.append(type(node).__name__)
+    for name in node._fields:
+        value: Any = getattr(node, name, None)
+        if isinstance(value, ast.AST):
+            _describe(value, inner, words)
+        elif isinstance(value, list):
+            for item in value:
+                if isinstance(item, ast.AST):
+                    _describe(item, inner, words)
+                else:
+                    words.append(repr(item))
+            words.append(f"end of {name}" if value else "")
+        elif isinstance(value, str) and value.startswith(inner):  # a module that may move
+            words.append(value.partition(":")[2])
+        elif value is not None:
+            words.append(repr(value))
