@@ -21,10 +21,11 @@ from srbval.models.run import USABLE, RunStatus
 from srbval.models.simulate import Step
 from srbval.models.solvers import SOLVERS
 from srbval.models.step_error import TOLERANCE
-from srbval.processes.machine import Machine, calibrate, describe_machine, load_average
+from srbval.processes.machine import load_average
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
 from srbval.storage.content_store import ContentStore
+from srbval.studies.machine import Machine, calibrate, describe_machine
 from srbval.studies.run_verdicts.similar_bearing import similar
 from srbval.studies.scenes import PAPER_STEP_S, bench_scene
 from srbval.studies.stability.grid import RPM

@@ -7,10 +7,11 @@ from typing import Any
 
 from srbval.errors import ConfigurationError
 from srbval.models.solvers import SOLVERS
-from srbval.processes.machine import Machine, calibrate, describe_machine, load_average
+from srbval.processes.machine import load_average
 from srbval.progress import Progress, silent
 from srbval.scene import load_scene
 from srbval.storage.content_store import ContentStore
+from srbval.studies.machine import Machine, calibrate, describe_machine
 from srbval.studies.scenes import FULL, PAPER_STEP_S, SCENES, BenchSettings, base_of, check_scenes
 from srbval.studies.speed_accuracy.processes import Processes, measure_processes
 from srbval.studies.speed_accuracy.reference import SceneReference, references

@@ -6,10 +6,11 @@ from typing import Any
 
 from srbval.bearing import load_bearing
 from srbval.models.run import RunStatus
-from srbval.processes.machine import Machine, calibrate, describe_machine, load_average
+from srbval.processes.machine import load_average
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
 from srbval.storage.content_store import ContentStore
+from srbval.studies.machine import Machine, calibrate, describe_machine
 from srbval.studies.stability.cell import NO_REFERENCE, UNLIKE, Planted, StabilityCell, planted_in
 from srbval.studies.stability.claims import Claim, claims
 from srbval.studies.stability.grid import FULL, StabilityCase, StabilityGrid, StabilityGroup
