@@ -10,7 +10,7 @@ from srbval.cli.output import own_command, print_json
 from srbval.processes.machine import processor_name, usable_cores
 from srbval.progress import Progress, ProgressDisplay, prefixed
 from srbval.storage.own_package import git_revision
-from srbval.storage.stored_result import stamped, store_result
+from srbval.storage.stored_result import stamped, store_stamped
 from srbval.storage.strict_json import json_value
 
 Result = TypeVar("Result")
@@ -35,7 +35,7 @@ def measure_and_print(
     document: dict[str, Any] = {"machine": this_machine()} | json_value(result)
     content = stamped(kind, document, command=own_command(), revision=revision)
     if options.output or complete:
-        path = store_result(content, Path(options.output) if options.output else None)
+        path = store_stamped(content, Path(options.output) if options.output else None)
         print(f"stored: {path}", file=sys.stderr)
         content |= {"file": path}
     if options.json:

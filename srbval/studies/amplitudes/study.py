@@ -59,7 +59,7 @@ from srbval.recordings.registry import find_recording, load_entry
 from srbval.scene import SensorPath, draws, load_scene, merge, rig_inputs
 from srbval.signal import NORMAL_95
 from srbval.storage.own_package import git_revision
-from srbval.storage.stored_result import AMPLITUDES, COMMAND, stamped, store_result
+from srbval.storage.stored_result import AMPLITUDES, COMMAND, stamped, store_stamped
 from srbval.storage.strict_json import json_object
 from srbval.studies.rows import print_rows
 
@@ -385,7 +385,7 @@ def main() -> None:
     ]  # fmt: skip
     content = {"machine": this_machine(), "comparisons": [row.to_dict() for row in found], "shares": shares,
                "bias": biases_of(counted), "over_angle": over_angle(measured(Fault.OUTER, FAST))}  # fmt: skip
-    path = store_result(stamped(AMPLITUDES, content, command=COMMAND[AMPLITUDES], revision=revision), options.output)
+    path = store_stamped(stamped(AMPLITUDES, content, command=COMMAND[AMPLITUDES], revision=revision), options.output)
     print(f"stored: {path}")
 
 

@@ -22,7 +22,7 @@ from srbval.config.strict import build
 from srbval.processes.machine import this_machine
 from srbval.progress import Progress, ProgressDisplay, silent
 from srbval.storage.own_package import git_revision
-from srbval.storage.stored_result import CAMPAIGN_SCALE, COMMAND, stamped, store_result
+from srbval.storage.stored_result import CAMPAIGN_SCALE, COMMAND, stamped, store_stamped
 from srbval.studies.speed_accuracy.child import peak_bytes
 
 CASE_S = 5.0  # assumed wall time of a real case on one core: 10 s of the full model
@@ -128,7 +128,7 @@ def main() -> None:
         found = measure_scale(options.cases, choose_engine(options.engine), progress=progress)
     result = {"machine": this_machine(), "measured": vars(found), "extrapolated": extrapolations(found)}
     command = f"{COMMAND[CAMPAIGN_SCALE]} --cases {options.cases} --engine {options.engine}"
-    print(store_result(stamped(CAMPAIGN_SCALE, result, command=command, revision=revision), options.output))
+    print(store_stamped(stamped(CAMPAIGN_SCALE, result, command=command, revision=revision), options.output))
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ from srbval.processes.machine import this_machine
 from srbval.progress import Progress, ProgressDisplay, silent
 from srbval.storage.content_store import ContentStore
 from srbval.storage.own_package import git_revision
-from srbval.storage.stored_result import COMMAND, HELD_OUT, newest_result, stamped, store_result
+from srbval.storage.stored_result import COMMAND, HELD_OUT, newest_result, stamped, store_stamped
 from srbval.storage.strict_json import json_object
 from srbval.studies.model_hierarchy.study import answer_store, measure_cases
 from srbval.studies.rows import print_rows
@@ -212,7 +212,7 @@ def main() -> None:
         "reference": calibration.reference,
     }
     content |= {"reference": calibration.reference, "tallies": counted, "checks": checks}
-    print(store_result(stamped(HELD_OUT, content, command=command, revision=revision), options.output))
+    print(store_stamped(stamped(HELD_OUT, content, command=command, revision=revision), options.output))
 
 
 if __name__ == "__main__":

@@ -29,7 +29,7 @@ from srbval.recordings import Recording, ShaftSpeed, SpeedSource
 from srbval.recordings.registry import rig_recordings, unopened
 from srbval.scene import SensorPath, draws, load_scene, merge, rig_inputs
 from srbval.storage.own_package import git_revision
-from srbval.storage.stored_result import COMMAND, PREDICTIONS, stamped, store_result
+from srbval.storage.stored_result import COMMAND, PREDICTIONS, stamped, store_stamped
 from srbval.studies.amplitudes.study import (
     FAST,
     FAULTS,
@@ -133,7 +133,7 @@ def main() -> None:
     revision, found = git_revision(), list(predictions())
     content = {"machine": this_machine(), "predictions": found, "predictions_sha256": digest(found)}
     print(f"SHA-256 of {len(found)} predictions: {content['predictions_sha256']}")
-    path = store_result(stamped(PREDICTIONS, content, command=COMMAND[PREDICTIONS], revision=revision), options.output)
+    path = store_stamped(stamped(PREDICTIONS, content, command=COMMAND[PREDICTIONS], revision=revision), options.output)
     print(f"stored: {path}")
 
 

@@ -26,7 +26,7 @@ from srbval.processes.threads import one_thread
 from srbval.progress import Progress, ProgressDisplay, silent
 from srbval.storage.content_store import ContentStore
 from srbval.storage.own_package import git_revision
-from srbval.storage.stored_result import COMMAND, READING, stamped, store_result
+from srbval.storage.stored_result import COMMAND, READING, stamped, store_stamped
 from srbval.storage.strict_json import json_object, parse_json
 from srbval.studies.reading_accuracy import trials as reading_trials
 from srbval.studies.reading_accuracy.scalogram_check import TRANSFORMS, ScalogramCheck, check_scalogram
@@ -188,7 +188,7 @@ def main() -> None:
     if options.output or not options.quick:
         content = {"machine": this_machine()} | json_object(result) | rest
         command = " ".join([COMMAND[READING], *sys.argv[1:]])
-        print(store_result(stamped(READING, content, command=command, revision=revision), options.output))
+        print(store_stamped(stamped(READING, content, command=command, revision=revision), options.output))
 
 
 def show(result: ReadingBench) -> None:

@@ -51,7 +51,7 @@ from srbval.storage.stored_result import (
     SENSITIVITY,
     newest_result,
     stamped,
-    store_result,
+    store_stamped,
 )
 from srbval.storage.strict_json import json_object
 from srbval.studies.record_verdicts.truths import Truth, make_truths, read_truths
@@ -324,7 +324,7 @@ def main() -> None:
         "rows": [json_object(row) for row in rows],
     }  # fmt: skip
     made = stamped(RECORD_VERDICTS, content, command=COMMAND[RECORD_VERDICTS], revision=revision)
-    print(store_result(made, options.output))
+    print(store_stamped(made, options.output))
 
 
 if __name__ == "__main__":

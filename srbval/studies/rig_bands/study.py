@@ -29,7 +29,7 @@ from srbval.recordings import Recording, recording_from_run
 from srbval.recordings.registry import find_recording, load_entry
 from srbval.scene import load_scene
 from srbval.storage.own_package import git_revision
-from srbval.storage.stored_result import COMMAND, RIG_BANDS, stamped, store_result
+from srbval.storage.stored_result import COMMAND, RIG_BANDS, stamped, store_stamped
 from srbval.storage.strict_json import json_object
 from srbval.studies.rows import print_rows
 
@@ -146,7 +146,7 @@ def main() -> None:
         "rows": [json_object(row) for row in rows],
     }  # fmt: skip
     print(power_w, content["served"])
-    print(store_result(stamped(RIG_BANDS, content, command=COMMAND[RIG_BANDS], revision=revision), options.output))
+    print(store_stamped(stamped(RIG_BANDS, content, command=COMMAND[RIG_BANDS], revision=revision), options.output))
 
 
 if __name__ == "__main__":

@@ -30,7 +30,7 @@ from srbval.reading.analyse import analyse
 from srbval.recordings.registry import find_recording, load_entry
 from srbval.scene import RigInput, draws, load_scene, merge, rig_inputs
 from srbval.storage.own_package import git_revision
-from srbval.storage.stored_result import COMMAND, RIG_INPUTS, newest_result, stamped, store_result
+from srbval.storage.stored_result import COMMAND, RIG_INPUTS, newest_result, stamped, store_stamped
 from srbval.storage.strict_json import json_object
 from srbval.studies.rows import print_rows
 
@@ -291,7 +291,7 @@ def main() -> None:
     content = ran | {
         "machine": this_machine(), "seconds": SECONDS, "studies": [json_object(study) for study in studies]
     }  # fmt: skip
-    print(store_result(stamped(RIG_INPUTS, content, command=command, revision=revision), options.output))
+    print(store_stamped(stamped(RIG_INPUTS, content, command=command, revision=revision), options.output))
 
 
 if __name__ == "__main__":

@@ -33,7 +33,7 @@ from srbval.processes.machine import this_machine
 from srbval.recordings import Recording
 from srbval.scene import Scene, SensorPath, draws, load_scene, merge, rig_inputs
 from srbval.storage.own_package import git_revision
-from srbval.storage.stored_result import COMMAND, WATERFALL, stamped, store_result
+from srbval.storage.stored_result import COMMAND, WATERFALL, stamped, store_stamped
 from srbval.storage.strict_json import json_object
 from srbval.studies.amplitudes.study import BEARING, OF_HEALTHY, behind, drawn_paths, line_order, measured
 from srbval.studies.rows import print_rows
@@ -210,7 +210,7 @@ def main() -> None:
         "machine": this_machine(), "seconds": SECONDS, "bias": biases_of(paper),
         "measures": summary, "rows": [row.to_dict() for row in found],
     }  # fmt: skip
-    path = store_result(stamped(WATERFALL, content, command=COMMAND[WATERFALL], revision=revision), options.output)
+    path = store_stamped(stamped(WATERFALL, content, command=COMMAND[WATERFALL], revision=revision), options.output)
     print(f"stored: {path}")
 
 

@@ -1,4 +1,4 @@
-"""The version of a result follows from the imports of the code that computes it."""
+"""What a result was computed by follows from the imports of the code that computes it."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from srbval.storage import content_version as module
-from srbval.storage.content_version import content_version, sources_of
-from srbval.storage.own_package import package_folder
+from srbval.storage import sources as module
+from srbval.storage.installation import package_folder
+from srbval.storage.sources import content_version, sources_of, sources_sha256
 
 SOURCES = {
     "__init__.py": "from made.unrelated import nothing",
@@ -41,12 +41,35 @@ def test_sources_are_followed_from_import_to_import(made: Path) -> None:
     assert {path.relative_to(made).as_posix() for path in sources_of("made.entry", package=made)} == USED
 
 
-@pytest.mark.parametrize("name", SOURCES)
-def test_the_version_changes_with_what_is_used_and_with_nothing_else(name: str, made: Path) -> None:
-    before = content_version("made.entry", package=made)
-    (made / name).write_text(SOURCES[name] + "\n# changed", encoding="utf-8")
+def hashes(made: Path) -> tuple[str, str]:
     content_version.cache_clear()
-    assert (content_version("made.entry", package=made) != before) == (name in USED)
+    sources_sha256.cache_clear()
+    module._statements.cache_clear()
+    return content_version("made.entry", package=made), sources_sha256("made.entry", made)
+
+
+@pytest.mark.parametrize("name", SOURCES)
+def test_the_hashes_change_with_what_is_used_and_with_nothing_else(name: str, made: Path) -> None:
+    before = hashes(made)
+    (made / name).write_text(SOURCES[name] + "\nadded = 1", encoding="utf-8")
+    assert [a != b for a, b in zip(hashes(made), before, strict=True)] == [name in USED] * 2
+
+
+def test_comments_docstrings_formatting_and_moves_leave_the_hash_of_what_sources_do(made: Path) -> None:
+    (made / "far.py").write_text('PLACE = "made.named:function"\ndef f(x):\n    """Text."""\n    return 2*x  # why')
+    before = hashes(made)
+    (made / "far.py").write_text("\"\"\"Words.\"\"\"\nPLACE = 'made.room.moved:function'")
+    (made / "named.py").unlink()
+    (made / "room/moved.py").write_text("def f(\n    x,\n):\n    return 2 * x\nHERE = 'made.near:one'")
+    (made / "near.py").write_text("from made.far import PLACE")
+    (made / "room/named.toml").write_text("# noted\na = 1")
+    (made / "room/late.py").write_text('WHERE = "named.toml"\nimport made.entry')
+    after = hashes(made)
+    assert after[0] != before[0]
+    (made / "room/moved.py").write_text("def f(\n    x,\n):\n    return 2 * x")
+    assert hashes(made)[1] == before[1]
+    (made / "room/moved.py").write_text("def f(x):\n    return 3 * x")
+    assert hashes(made)[1] != before[1]
 
 
 def test_an_unknown_module_is_an_error(made: Path) -> None:
