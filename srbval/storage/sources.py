@@ -2,6 +2,7 @@
 
 The files follow from the imports, from module to module within the package, those within functions included. So
 nobody keeps a list of them, and a result is out of date exactly when something changed that may have changed it.
+Imports for type checkers alone do not count.
 """
 
 import ast
@@ -21,7 +22,9 @@ PACKAGE = package_folder()
 
 # Import statements are found by their first word and parsed alone: parsing whole files would take ten times as long.
 STATEMENT = re.compile(r"^[ \t]*(?:from|import)[ \t][^\n(]*(?:\([^)]*\))?", re.MULTILINE)
+FOR_TYPES = re.compile(r"^if TYPE_CHECKING:.*\n(?:[ \t]+.*\n|\n)*", re.MULTILINE)
 PLACE = re.compile(r"""["']([\w.]+):\w+["']""")  # "module:name", of what is imported when it is first used
+_NOT_RUN = ("if TYPE_CHECKING:", "__all__ = ")
 DATA_FILE = re.compile(r"""["']([\w-]+\.(?:toml|json|csv))["']""")
 
 
@@ -96,7 +99,7 @@ def _used_by(source: Path, known: dict[str, Path]) -> list[Path]:
 
 def _imported(text: str) -> Iterator[str]:
     """Dotted names that the import statements of a source name; a line of prose that begins alike names nothing."""
-    for statement in STATEMENT.findall(text):
+    for statement in STATEMENT.findall(FOR_TYPES.sub("", text)):
         try:
             node = ast.parse(statement.strip()).body[0]
         except SyntaxError:
@@ -115,14 +118,12 @@ def _statements(source: Path, package: Path) -> list[bytes]:
         if source.suffix == ".toml":
             content = repr(tomllib.loads(content.decode())).encode()
         return [hashlib.sha256(content).digest()]
-    inner, found = f"{package.name}.", []
-    for node in ast.parse(source.read_bytes()).body:
-        if isinstance(node, ast.Import | ast.ImportFrom) or (
-            isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and node.targets[0].id == "__all__"
-        ):
-            continue
+    text, found = source.read_text(encoding="utf-8"), []
+    lines = text.split("\n")
+    for node in ast.parse(text).body:
         words: list[str] = []
-        _describe(node, inner, words)
+        if not (isinstance(node, ast.Import | ast.ImportFrom) or lines[node.lineno - 1].startswith(_NOT_RUN)):
+            _describe(node, f"{package.name}.", words)
         if words:
             found.append(hashlib.sha256("\n".join(words).encode()).digest())
     return found

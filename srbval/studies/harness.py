@@ -1,21 +1,28 @@
 """One harness for all studies: what a study is, and how it is found, run, stamped with its origin, and stored."""
 
+from __future__ import annotations
+
 import argparse
 import importlib
 import pkgutil
 import sys
-from collections.abc import Callable, Mapping
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from srbval.errors import ConfigurationError
 from srbval.processes.machine import this_machine
 from srbval.progress import Progress
-from srbval.report.pages import Page
+from srbval.progress.tables import text_rows
 from srbval.storage.installation import git_revision
 from srbval.storage.json_files import to_json
 from srbval.storage.stored_result import stamped, store_result
+
+if TYPE_CHECKING:  # what computes a result does not depend on how it is shown
+    from srbval.report.pages import Page
 
 FOLDER = Path(__file__).parent
 
@@ -94,3 +101,9 @@ def answer(
         print(f"stored: {stored.path}", file=sys.stderr)
         return found, stored.content | {"file": stored.path}
     return found, stamped(found.name or name, content, command=command, revision=revision)
+
+
+def printed_columns(package: str, table: str, rows: Sequence[Mapping[str, Any]]) -> str:
+    """`rows` as text in the columns that ``columns.toml`` of a study's `package` names for a `table`."""
+    columns = tomllib.loads((files(package) / "columns.toml").read_text(encoding="utf-8"))
+    return text_rows(rows, columns[table])
