@@ -13,26 +13,22 @@ A class whose JSON object has another shape than its fields has a method ``to_di
 values may be anything that can be written, other dataclasses included.
 """
 
-import contextlib
 import dataclasses
 import enum
 import hashlib
 import json
 import math
 import re
-import sys
-import types
-import typing
 from collections.abc import Mapping
 from datetime import datetime
-from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
-from srbval.errors import DataError
+from srbval.errors import ConfigurationError, DataError
 from srbval.storage.files import MOST_BYTES, atomic_write, read_limited
+from srbval.storage.tables import build
 
 T = TypeVar("T")
 LINE = re.compile(rb'(\{.+), "check": "([0-9a-f]{32})"\}')
@@ -76,13 +72,13 @@ def to_json(value: Any) -> Any:
 def from_json(cls: type[T], table: Any) -> T:
     """The `cls` that `to_json` made `table` of; `ValueError` for a missing or strange key, a wrong type or value.
 
-    Fields may be plain values, enums, paths, arrays, dataclasses, tuples and mappings of these, or None. A null becomes
+    Fields may be plain values, enums, paths, dataclasses, tuples and mappings of these, arrays [n] of numbers, or None. A null becomes
     NaN where a float alone is expected. Classes with ``to_dict`` are not read.
     """
-    hints, properties = _written(cls), getattr(cls, "JSON_PROPERTIES", ())  # type: ignore[arg-type]
-    if not isinstance(table, dict) or set(hints) != table.keys() - set(properties):
-        raise ValueError(f"its keys are not {', '.join(hints)}")
-    return cls(**{name: _read(table[name], hint, name) for name, hint in hints.items()})
+    try:
+        return build(cls, table, cls.__name__, stored=True)
+    except ConfigurationError as error:
+        raise ValueError(str(error)) from None
 
 
 def json_text(value: Any, *, ascii_only: bool = False) -> str:
@@ -156,43 +152,3 @@ def _key(key: Any) -> str:
     if not isinstance(text, str):
         raise TypeError(f"JSON key {key!r} must be text.")
     return str(text)
-
-
-@cache
-def _written(cls: type) -> dict[str, Any]:
-    """Types of the fields that are written, by name."""
-    hints, omitted = typing.get_type_hints(cls), getattr(cls, "JSON_OMITTED", ())
-    return {field.name: hints[field.name] for field in dataclasses.fields(cls) if field.name not in omitted}
-
-
-def _read(value: Any, hint: Any, name: str) -> Any:
-    kind, inner = typing.get_origin(hint) or hint, typing.get_args(hint)
-    if kind in (types.UnionType, typing.Union):
-        return _read_either(value, sorted(inner, key=lambda one: one is not type(value)), name)
-    if kind is tuple and isinstance(value, list):
-        hints = [inner[0]] * len(value) if inner[1:] == (...,) else inner
-        return tuple(_read(item, one, name) for item, one in zip(value, hints, strict=True))
-    if kind in (dict, Mapping) and isinstance(value, dict):
-        key_kind, item_kind = inner or (str, Any)
-        return {_read(key, key_kind, name): _read(item, item_kind, name) for key, item in value.items()}
-    if kind is np.ndarray and isinstance(value, list):
-        return np.array(value, dtype=typing.get_args(inner[1])[0])
-    if kind is float and value is None:
-        return math.nan
-    if kind is float and type(value) in (int, float) and abs(value) <= sys.float_info.max:
-        return float(value)
-    if kind is Any or (kind in (str, bool, int, types.NoneType) and type(value) is kind):
-        return value
-    if isinstance(kind, type) and issubclass(kind, enum.Enum | Path) and isinstance(value, str):
-        return kind(value)
-    if dataclasses.is_dataclass(kind):
-        return from_json(typing.cast(type, kind), value)
-    raise ValueError(f"{name} is of a wrong type")
-
-
-def _read_either(value: Any, hints: list[Any], name: str) -> Any:
-    """Of the first type that fits; the error of the last."""
-    for hint in hints[:-1]:
-        with contextlib.suppress(ValueError):
-            return _read(value, hint, name)
-    return _read(value, hints[-1], name)

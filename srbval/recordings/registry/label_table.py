@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from srbval.config.small_file import read_small_file
-from srbval.config.strict import build, nearest
-from srbval.errors import ConfigurationError
+from srbval.config.strict import build
+from srbval.errors import ConfigurationError, did_you_mean
 from srbval.recordings.settings import RecordingSettings
 
 FILE = "file"
@@ -29,7 +29,7 @@ def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping
     separator = next((mark for mark in (";", "\t") if rows and mark in rows[0]), ",")
     header, *body = list(csv.reader(rows, delimiter=separator, skipinitialspace=True)) or [[]]
     names = [ALIASES.get(name.strip().lower(), name.strip().lower()) for name in header]
-    wrong = [f"unknown column {name!r}{nearest(name, COLUMNS)}" for name in names if name not in COLUMNS]
+    wrong = [f"unknown column {name!r}{did_you_mean(name, COLUMNS)}" for name in names if name not in COLUMNS]
     if FILE not in names or len(set(names)) < len(names):
         wrong.append(f"each of its columns must be there once, {FILE!r} among them")
     if wrong or not body:
