@@ -72,7 +72,7 @@ def to_json(value: Any) -> Any:
 def from_json(cls: type[T], table: Any) -> T:
     """The `cls` that `to_json` made `table` of; `ValueError` for a missing or strange key, a wrong type or value.
 
-    Fields may be plain values, enums, paths, dataclasses, tuples and mappings of these, arrays [n] of numbers, or None. A null becomes
+    Fields may be plain values, enums, paths, dataclasses, tuples and mappings of these, arrays [n], or None. A null is
     NaN where a float alone is expected. Classes with ``to_dict`` are not read.
     """
     try:

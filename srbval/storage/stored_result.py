@@ -20,37 +20,6 @@ from srbval.storage.json_files import read_json, write_json
 from srbval.storage.sources import content_version, sources_sha256
 
 T = TypeVar("T")
-SPEED_ACCURACY, STABILITY = "speed_accuracy", "stability"
-NOISE_STUDY, CAMPAIGN_SCALE = "noise_study", "campaign_scale"
-READING, SENSITIVITY = "reading", "sensitivity"
-HELD_OUT, RIG_INPUTS, RIG_BANDS = "held_out", "rig_inputs", "rig_bands"
-AMPLITUDES, WATERFALL, PREDICTIONS = "amplitudes", "waterfall", "predictions"
-RIG_SPEED_ACCURACY, RIG_STABILITY = "rig_speed_accuracy", "rig_stability"
-OWN_VERDICTS, RECORD_VERDICTS, DIAGNOSIS = "own_verdicts", "record_verdicts", "diagnosis"
-VERDICT_SCAN = "verdict_scan"
-BALL_RECORDS = "ball_records"
-COMMAND = {
-    SPEED_ACCURACY: "srbval bench",
-    STABILITY: "srbval stability",
-    NOISE_STUDY: "python -m srbval.studies.noise.study",
-    CAMPAIGN_SCALE: "python -m srbval.studies.campaign_scale.study",
-    READING: "python -m srbval.studies.reading_accuracy.study",
-    SENSITIVITY: "srbval bench --sensitivity",
-    VERDICT_SCAN: "srbval bench --sensitivity --scan",
-    RECORD_VERDICTS: "python -m srbval.studies.record_verdicts.study",
-    DIAGNOSIS: "srbval bench --diagnosis",
-    HELD_OUT: "python -m srbval.studies.held_out.study",
-    RIG_INPUTS: "python -m srbval.studies.rig_inputs.study",
-    BALL_RECORDS: "python -m srbval.studies.ball_records.study -o reports/ball_records.json",
-    AMPLITUDES: "python -m srbval.studies.amplitudes.study",
-    WATERFALL: "python -m srbval.studies.waterfall.study",
-    PREDICTIONS: "python -m srbval.studies.predictions.study",
-    RIG_BANDS: "python -m srbval.studies.rig_bands.study",
-    RIG_SPEED_ACCURACY: "srbval bench --scenes rig-outer",
-    OWN_VERDICTS: "srbval stability --verdicts",
-    RIG_STABILITY: "srbval stability --scenes rig-outer",
-}
-
 SCHEMA_VERSION = 2
 MOST_BYTES = 2**26  # the longest there are have some megabytes
 REPORTS = "reports"  # folder of the results that come with the program
@@ -161,13 +130,6 @@ def stamped(kind: str, result: Mapping[str, Any], *, command: str, revision: str
         "command": command,
         **result,
     }
-
-
-def store_stamped(content: Mapping[str, Any], path: Path | None = None) -> Path:
-    """Old way to store: without sources and inputs; such a result is always stale."""
-    path = path or cache_folder(RESULTS) / f"{content['kind']}.json"
-    write_json(path, content)
-    return path
 
 
 def file_sha256(path: Path) -> str:

@@ -14,8 +14,8 @@ from srbval.storage.sources import content_version, sources_of, sources_sha256
 SOURCES = {
     "__init__.py": "from made.unrelated import nothing",
     "entry.py": "from made.near import one\ndef late():\n    from made.room import (\n        late,  # a module\n    )",
-    "near.py": '"""Text.\n\nfrom here on prose, not code.\n"""\nimport made.far\nif TYPE_CHECKING:\n    import made.unrelated\n'
-    'WHERE = "named.toml"',
+    "near.py": '"""Text.\n\nfrom here on prose, not code.\n"""\nimport made.far\n'
+    'if TYPE_CHECKING:\n    import made.unrelated\nWHERE = "named.toml"',
     "far.py": 'PLACE = "made.named:function"',
     "named.py": "",
     "named.toml": "a = 1",

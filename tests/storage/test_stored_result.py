@@ -64,7 +64,7 @@ def test_a_result_holds_until_its_sources_or_inputs_change(root: Path, monkeypat
     assert "X_709rpm" in (staleness(result, {"X_709rpm": "bad"}) or "")
     shipped.write_text("2")
     assert "data_manifest/a.csv" in (staleness(result) or "")
-    monkeypatch.setattr(stored_result, "sources_sha256", lambda module: "other")
+    monkeypatch.setattr(stored_result, "sources_sha256", lambda _: "other")
     assert "sources of srbval.errors" in (staleness(result) or "")
 
 
@@ -96,7 +96,7 @@ def test_what_was_saved_is_loaded_until_the_code_changes(tmp_path: Path, monkeyp
     assert store.load("a scene", dict) == {"x": 1.5}
     assert store.load("another", dict) is None
     assert store.load("a scene", lambda table: table["missing"]) is None
-    monkeypatch.setattr(stored_result, "content_version", lambda module: "newer")
+    monkeypatch.setattr(stored_result, "content_version", lambda _: "newer")
     assert store.load("a scene", dict) is None
 
 

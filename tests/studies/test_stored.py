@@ -9,13 +9,12 @@ from typing import Any
 
 import pytest
 
-from srbval.cli.stability_command import RIG
 from srbval.models.step_error import KINDS, TOLERANCE
 from srbval.scene import load_scene, paper_scene
-from srbval.storage.strict_json import json_value
+from srbval.storage.json_files import to_json
 from srbval.studies.run_verdicts.study import MOST_FALSE, drawn_cases, fixed_cases
 from srbval.studies.stability.cell import CAGE_LIMIT, LOAD_RANGE
-from srbval.studies.stability.grid import FULL
+from srbval.studies.stability.grid import FULL, RIG
 
 STORED = Path(__file__).parents[2] / "reports" / "stability.json"
 
@@ -27,7 +26,7 @@ def stored() -> dict[str, Any]:
 
 
 def test_it_is_the_whole_map_and_says_where_it_comes_from(stored: dict[str, Any]) -> None:
-    assert stored["grid"] == json_value(FULL)
+    assert stored["grid"] == to_json(FULL)
     assert len(stored["cells"]) == len(list(FULL.cases))
     assert stored["machine"]["processor"]
     assert stored["git_revision"]
@@ -46,7 +45,7 @@ def test_no_ok_cell_is_unlike_its_converged_run(stored: dict[str, Any]) -> None:
 
 @pytest.fixture(scope="module")
 def verdicts() -> dict[str, Any]:
-    content: dict[str, Any] = json.loads((STORED.parent / "own_verdicts.json").read_text(encoding="utf-8"))
+    content: dict[str, Any] = json.loads((STORED.parent / "run_verdicts.json").read_text(encoding="utf-8"))
     return content
 
 
@@ -90,7 +89,7 @@ def test_the_default_turns_its_cage_and_carries_its_load_to_3000_rpm(stored: dic
 
 def test_the_map_of_the_rigs_scene_is_whole_and_good_to_the_predicted_limit() -> None:
     content = json.loads((STORED.parent / "rig_stability.json").read_text(encoding="utf-8"))
-    assert content["grid"] == json_value(RIG)
+    assert content["grid"] == to_json(RIG)
     cells = content["cells"]
     assert len(cells) == len(list(RIG.cases))
     assert [r for r in content["references"] if r["status"] != "ok"] == []
