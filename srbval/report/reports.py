@@ -26,7 +26,7 @@ from srbval.report.pdf import require_typst
 from srbval.report.sections.assemble import assemble
 from srbval.report.sections.user_report import assemble_user_report
 from srbval.report.write import draw_figures
-from srbval.storage.whole_file import whole_file
+from srbval.storage.files import atomic_write
 
 PLOTS = (".png", ".svg", ".html")
 
@@ -104,7 +104,7 @@ def write_plot(
 ) -> None:  # fmt: skip
     """One picture of an analysis as PNG or SVG (see `plot`), or with its table of lines as a page."""
     check_plot(path)
-    with whole_file(path) as part, figure_style():
+    with atomic_write(path) as part, figure_style():
         if path.suffix.lower() == ".html":
             record = user_record(analysis, baseline, naming=naming)
             page = assemble_user_report([record], command=command, provenance={}, brief=True)

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from srbval.storage.own_package import child_environment
+from srbval.storage.installation import child_environment
 
 from .made import OPTIONS, Made
 

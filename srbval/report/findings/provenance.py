@@ -13,7 +13,7 @@ from srbval.models.ladder import rung_of
 from srbval.models.run import Run
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import RIG_EXCERPTS, RegisteredRecording
-from srbval.storage.own_package import git_revision, shipped_folder
+from srbval.storage.installation import git_revision, shipped_folder
 
 PACKAGES = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib")
 TIMED = "wall_per_simulated_s"  # differs from one run to the next, so report.json leaves it out

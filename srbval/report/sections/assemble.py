@@ -24,7 +24,7 @@ from srbval.report.sections.matrix import matrix_section
 from srbval.report.sections.other_rigs import other_rigs_section
 from srbval.report.sections.records import records_section
 from srbval.report.sections.table6 import speed_or_slip_section, table6_section, verdict_box
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
 
 
 def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) -> Report:
@@ -32,7 +32,7 @@ def assemble(findings: Findings, *, command: str, pages: Iterable[Page] = ()) ->
     pages = tuple(pages)
     origin = {"command": command, **findings.provenance}
     verdict = verdict_box(findings)
-    headline = {"text": verdict.headline} | json_object(findings.headline)
+    headline = {"text": verdict.headline} | to_json(findings.headline)
     placed = (
         (10, records_section(findings)),
         (20, table6_section(findings)),

@@ -13,7 +13,7 @@ from srbval.report.findings.findings import Findings
 from srbval.report.model import Section, VerdictBox
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import FETCH_COMMAND, VERDICT_TONE
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
 
 TEXTS, VERDICT, SPEED = Texts("table6"), Texts("verdict"), Texts("speed_and_slip")
 LISTED = 4  # so many measured records are named one by one
@@ -47,7 +47,7 @@ def table6_section(findings: Findings) -> Section:
     blocks: list[Block] = [
         TEXTS.table(
             "table-6-paper-speed",
-            map(json_object, published),
+            map(to_json, published),
             shaft_rpm=findings.printed.shaft_rpm,
             computed=[findings.analyses["paper"][Fault(row.comparison.fault)].line(row.line.name) for row in published],
         ),
@@ -58,16 +58,16 @@ def table6_section(findings: Findings) -> Section:
         return TEXTS.section(*blocks)
     nominal_rpm = findings.analyses["rig"][Fault.OUTER].recording.nominal_rpm
     at_rig = TEXTS.table(
-        "table-6-rig-speed", map(json_object, measured), nominal_rpm=nominal_rpm, verdict_tone=VERDICT_TONE
+        "table-6-rig-speed", map(to_json, measured), nominal_rpm=nominal_rpm, verdict_tone=VERDICT_TONE
     )
     parts = TEXTS.table("uncertainty-parts", measured[0].comparison.parts, compared=[r.comparison for r in measured])
-    quantities = TEXTS.table("quantities", map(json_object, findings.data["comparisons"]), verdict_tone=VERDICT_TONE)
+    quantities = TEXTS.table("quantities", map(to_json, findings.data["comparisons"]), verdict_tone=VERDICT_TONE)
     return TEXTS.section(*blocks, at_rig, TEXTS.paragraph("how-to-read"), appendix=(parts, quantities))
 
 
 def _deviations(findings: Findings) -> Figure:
     """Deviations from kinematics of every source in Table 6."""
-    points = [point for row in findings.data["table6"] for point in _points(json_object(row))]
+    points = [point for row in findings.data["table6"] for point in _points(to_json(row))]
     return TEXTS.figure("table6-deviations", deviation_plot(points))
 
 
