@@ -1,10 +1,23 @@
 """The report: a tree of sections, tables and figures, and one thin renderer for each format."""
 
-from srbval.report.badges import Badge, Tone
-from srbval.report.blocks import Block, Callout, Command, Explore, Figure, FigureGrid, KeyValues, Listing, Paragraph
+from srbval.report.blocks import (
+    Badge,
+    Block,
+    Callout,
+    Cell,
+    Column,
+    Command,
+    Explore,
+    Figure,
+    FigureGrid,
+    KeyValues,
+    Listing,
+    Paragraph,
+    Table,
+    Tone,
+)
 from srbval.report.inline import literal
 from srbval.report.model import Report, Section, VerdictBox
-from srbval.report.table import Cell, Column, Table
 from srbval.report.write import FORMATS, write_report
 
 __all__ = [

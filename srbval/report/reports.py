@@ -4,11 +4,10 @@ import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from threadpoolctl import threadpool_limits
-
 from srbval.diagnosis.baseline import Baseline
 from srbval.diagnosis.fault_naming import Naming
 from srbval.errors import ConfigurationError
+from srbval.processes.machine import one_thread
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis
 from srbval.recordings import Recording
@@ -55,7 +54,7 @@ def make_report(
         require_typst()
     pages = tuple(pages)
     # Cases and records run at the same time; threads of the libraries would only wait for each other.
-    with tempfile.TemporaryDirectory(prefix="srbval-") as scratch, threadpool_limits(1):
+    with tempfile.TemporaryDirectory(prefix="srbval-") as scratch, one_thread():
         found = gather(seconds=seconds, stand_in_folder=Path(scratch), pages=pages, jobs=jobs, progress=progress)
         report = assemble(found, command=command, pages=pages)
         return found, _written(report, folder, formats, progress, appendix=appendix)
@@ -76,14 +75,15 @@ def report_recordings(
     command: str = "srbval report",
     progress: Progress = silent,
 ) -> tuple[tuple[UserRecord, ...], dict[str, Path]]:
-    """Write a report of a few pages on recordings of one bearing into `folder`; returns what it says of each, and files.
+    """Write a report of a few pages on recordings of one bearing into `folder`; returns what it says of each, and the
+    files by format.
 
     See `gather_user_records` for `bearing`, `healthy`, `band_hz`, `model`, `all_channels` and `largest_slip_pct`, and
     `make_report` for the rest. Raises what they raise.
     """
     if "pdf" in formats:
         require_typst()
-    with threadpool_limits(1):
+    with one_thread():
         records, provenance = gather_user_records(
             recordings, bearing=bearing, healthy=healthy, band_hz=band_hz, model=model, all_channels=all_channels,
             largest_slip_pct=largest_slip_pct, progress=progress,

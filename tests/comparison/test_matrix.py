@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.io import savemat
+from srbval.report.findings.stored import ShownResult
 
 from srbval.bearing import Fault, load_bearing
 from srbval.comparison.bias import biases, pairs
@@ -36,7 +37,6 @@ from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import add, rig_recordings
 from srbval.recordings.stand_in import vibration
 from srbval.report.blocks import Figure, FigureGrid, Paragraph
-from srbval.report.findings.stored import ShownResult
 from srbval.report.sections.matrix import matrix_section
 from srbval.report.sections.other_rigs import other_rigs_section
 from tests.recordings import files

@@ -8,13 +8,12 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from srbval.report.findings.stored import ShownResult
 
 from srbval.bearing import Fault
 from srbval.comparison.predictions import digest, rows_of_predictions
 from srbval.recordings.registry import RegisteredRecording, add, rig_recordings, unopened
-from srbval.report.blocks import Paragraph
-from srbval.report.findings.stored import ShownResult
-from srbval.report.table import Table
+from srbval.report.blocks import Paragraph, Table
 from srbval.studies.rig_inputs.page import rig_scene_section
 from tests.comparison.test_matrix import BEARING, rig_file
 

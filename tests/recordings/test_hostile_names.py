@@ -12,6 +12,7 @@ import h5py
 import numpy as np
 import pytest
 from scipy.io import savemat
+from srbval.report.findings.stored import ShownResult
 
 from srbval.cli import main
 from srbval.comparison.other_rigs import read_other_rigs
@@ -19,7 +20,6 @@ from srbval.recordings import load_recording
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import FileStatus, add
 from srbval.report import Report, Tone, VerdictBox
-from srbval.report.findings.stored import ShownResult
 from srbval.report.html import render_html
 from srbval.report.model import Document
 from srbval.report.sections.other_rigs import other_rigs_section

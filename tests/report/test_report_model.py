@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from srbval.report import Cell, Column, Figure, FigureGrid, Report, Section, Table, Tone, VerdictBox
+from srbval.report.blocks import format_value
 from srbval.report.figures.files import PanelFiles
-from srbval.report.table import format_value
 
 
 def nothing(folder: Path, name: str) -> PanelFiles:

@@ -15,8 +15,8 @@ from typing import Any
 import pytest
 
 from srbval.report import Report, write_report
+from srbval.report.blocks import MISSING
 from srbval.report.inline import printable
-from srbval.report.table import MISSING
 
 from .made import Made
 

@@ -1,4 +1,4 @@
-"""Which harmonic of BPFO is missing by model and bump height, and how clear impulses are in each reading of the paper."""
+"""Which harmonic of BPFO is missing, by model and bump height; how clear impulses are in each reading of the paper."""
 
 from collections.abc import Mapping
 from typing import Any

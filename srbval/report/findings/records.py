@@ -27,7 +27,7 @@ HARMONICS_SHOWN, RACES_SHOWN = 4.4, 2.3  # of the marked line, or of the inner r
 # as a multiple of shaft, line or cage so many times at most: every frequency is near to some multiple.
 TALL, SAME, MOST_TIMES = 1 / 3, 0.001, 6
 SCALOGRAM_HZ = (40.0, 1000.0)  # shown in Figure 14
-# What draws it, of the transforms that `srbval/studies/reading_accuracy/scalogram_check.py` tries; the largest error allowed there.
+# What draws it, of the transforms that the study `reading_accuracy` tries; the largest error allowed there.
 SCALOGRAM_TRANSFORM, SCALOGRAM_ERROR = "closed-form Morlet", 0.005
 
 

@@ -6,14 +6,12 @@ from typing import Any
 
 from srbval.comparison.matrix import NOT_DETECTED
 from srbval.models.run import USABLE
-from srbval.report.badges import Badge
-from srbval.report.blocks import Command, FigureGrid, KeyValues, Listing
+from srbval.report.blocks import Badge, Command, FigureGrid, KeyValues, Listing, Value
 from srbval.report.figures.bearing import axial_section, bearing_scene, defect_cloud, load_zone, whole_bearing
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.provenance import TIMED
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
-from srbval.report.table import Value
 
 BEARING = Texts("bearing")
 ASSUMPTIONS, LIMITS, FAILURES, RUNS = Texts("assumptions"), Texts("limits"), Texts("failures"), Texts("runs")

@@ -4,13 +4,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from srbval.models.ladder import RUNGS
-from srbval.report.badges import Badge
-from srbval.report.blocks import Block, Listing
+from srbval.report.blocks import Badge, Block, Listing, Table
 from srbval.report.figures.ladder import ladder_plot
 from srbval.report.findings.findings import Findings
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
-from srbval.report.table import Table
 
 TEXTS = Texts("ladder")
 Row = Mapping[str, Any]

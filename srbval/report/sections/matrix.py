@@ -13,8 +13,7 @@ from srbval.comparison.effects import QuantityEffects
 from srbval.comparison.matrix import Matrix, MatrixCell
 from srbval.comparison.record_verdict import RecordVerdict
 from srbval.diagnosis.fault_call import Basis
-from srbval.report.badges import Badge, Tone
-from srbval.report.blocks import Block, Figure, FigureGrid, Listing
+from srbval.report.blocks import Badge, Block, Figure, FigureGrid, Listing, Tone
 from srbval.report.figures.comparison import MapOf, agreement_plot, matrix_map
 from srbval.report.findings.findings import Findings
 from srbval.report.model import Section

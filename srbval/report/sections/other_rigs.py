@@ -8,8 +8,7 @@ from srbval.comparison.other_rigs import OtherRecord
 from srbval.diagnosis.fault_call import Basis
 from srbval.reading.lines import RACE_LINES
 from srbval.recordings import SpeedSource
-from srbval.report.badges import Tone
-from srbval.report.blocks import Block, Paragraph
+from srbval.report.blocks import Block, Paragraph, Tone
 from srbval.report.findings.findings import Findings
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts

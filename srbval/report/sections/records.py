@@ -6,8 +6,7 @@ from typing import Any
 
 from srbval.reading.analyse import Analysis
 from srbval.recordings import Origin
-from srbval.report.badges import Tone
-from srbval.report.blocks import Block, Listing
+from srbval.report.blocks import Block, Listing, Tone
 from srbval.report.findings.findings import Findings
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts

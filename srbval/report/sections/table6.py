@@ -6,8 +6,7 @@ from typing import Any
 from srbval.bearing import Fault
 from srbval.comparison.budget import Answer
 from srbval.comparison.table6 import RigSource
-from srbval.report.badges import Tone
-from srbval.report.blocks import Block, Figure
+from srbval.report.blocks import Block, Figure, Tone
 from srbval.report.figures.comparison import deviation_plot
 from srbval.report.findings.findings import Findings
 from srbval.report.model import Section, VerdictBox

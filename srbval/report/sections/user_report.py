@@ -12,8 +12,7 @@ from srbval.bearing import Fault
 from srbval.diagnosis.fault_call import Basis
 from srbval.reading.lines import Line
 from srbval.reading.speed_search import USABLE_SHARE
-from srbval.report.badges import Tone
-from srbval.report.blocks import Block, Figure, FigureGrid, Listing
+from srbval.report.blocks import Block, Figure, FigureGrid, Listing, Tone
 from srbval.report.figures.plot import HEAD_ROOM, LABEL_ROOM
 from srbval.report.figures.signals import acceleration_panel, band_panel
 from srbval.report.figures.spectrum import spectrum_panel

@@ -7,8 +7,7 @@ from functools import partial
 from typing import Any
 
 from srbval.models.run import USABLE
-from srbval.report.badges import Badge
-from srbval.report.blocks import Block, Figure
+from srbval.report.blocks import Badge, Block, Figure
 from srbval.report.inline import literal
 from srbval.report.model import Section
 from srbval.report.pages import Page, StoredResults

@@ -6,8 +6,7 @@ from functools import partial
 from typing import Any
 
 from srbval.models.run import USABLE, RunStatus
-from srbval.report.badges import Badge, Tone
-from srbval.report.blocks import Block, Figure, Listing
+from srbval.report.blocks import Badge, Block, Figure, Listing, Tone
 from srbval.report.inline import literal
 from srbval.report.model import Section
 from srbval.report.pages import Page, StoredResults
