@@ -1,6 +1,5 @@
 """HDF5 files: MATLAB v7.3, this program's runs and stand-ins, and plain ones."""
 
-import functools
 import math
 from pathlib import Path
 from typing import Any
@@ -9,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.errors import DataError
-from srbval.recordings.loaders.limited import read_limited
-from srbval.recordings.raw import RATE_NAME, FileFormat, RawFile, Value, check_claim, first_line
+from srbval.recordings.loaders.limited import limited_format
+from srbval.recordings.raw import RATE_NAME, RawFile, Value, check_claim
 from srbval.storage.checksum import CHECKSUM, checked_summary
 
 MAX_DEPTH = 12
@@ -34,19 +33,12 @@ def load_hdf5(path: Path) -> RawFile:
     """
     import h5py
 
-    try:
-        checked = checked_summary(path) is not None
-        with h5py.File(path, "r") as file:
-            reader = _Hdf5Reader(path, file)
-            reader.read()
-        if CHECKSUM in reader.attributes and not checked:
-            raise DataError(
-                f"{path}: damaged, or changed by another program: its checksum is gone. Copy or make it again."
-            )
-    except (DataError, MemoryError):
-        raise
-    except Exception as error:  # the one border where a hostile file meets foreign code
-        raise DataError(f"{path}: truncated or damaged HDF5 file ({first_line(error)}). Copy it again.") from None
+    checked = checked_summary(path) is not None
+    with h5py.File(path, "r") as file:
+        reader = _Hdf5Reader(path, file)
+        reader.read()
+    if CHECKSUM in reader.attributes and not checked:
+        raise DataError(f"{path}: damaged, or changed by another program: its checksum is gone. Copy or make it again.")
     return RawFile(
         path=path,
         format="MATLAB v7.3" if reader.matlab else FORMAT.name,
@@ -194,9 +186,9 @@ def _plain(value: Any) -> float | str | None:
     return float(value) if isinstance(value, int | float | np.integer | np.floating) else None
 
 
-FORMAT = FileFormat(
+FORMAT = limited_format(
     name="HDF5",
     description="HDF5 (MATLAB v7.3 included)",
     matches=lambda head: any(head.startswith(SIGNATURE, at) for at in SIGNATURE_OFFSETS),
-    load=functools.partial(read_limited, load_hdf5),
+    load=load_hdf5,
 )
