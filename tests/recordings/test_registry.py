@@ -152,7 +152,7 @@ def test_excerpt_that_is_not_the_published_file(tmp_path: Path) -> None:
 def test_coverage_names_what_is_missing(folder: Path) -> None:
     grids = {c.dataset: c for c in add(folder).coverage}
     assert len(grids["torino-full"].points) == 160
-    assert len(grids["torino-full"].missing) == 159
+    assert grids["torino-full"].missing == 159
     there = [p for p in grids["torino-excerpts"].points if p.files]
     assert [(p.state, p.nominal_rpm) for p in there] == [(Fault.OUTER, 353.0)]
 
