@@ -14,7 +14,7 @@ import numpy as np
 from scipy.io import savemat
 
 from srbval.bearing import Fault
-from srbval.recordings import write_stand_in
+from srbval.recordings import write_synthetic_record
 
 from . import files
 from .hdf5_damage import StructureDamage
@@ -279,7 +279,7 @@ class Damage:
 
 
 def _whole_files(folder: Path) -> list[bytes]:
-    write_stand_in(folder / "s.h5", state=Fault.OUTER, shaft_hz=10, seconds=0.2, seed=1)
+    write_synthetic_record(folder / "s.h5", state=Fault.OUTER, shaft_hz=10, seconds=0.2, seed=1)
     np.save(folder / "x.npy", files.vibration())
     np.savetxt(folder / "x.csv", files.vibration(600), fmt="%.5f")
     made = [

@@ -12,7 +12,7 @@ from scipy.io import savemat
 from srbval.bearing import Fault
 from srbval.cli import main
 from srbval.errors import DataError
-from srbval.recordings import Recording, load_recording, write_stand_in
+from srbval.recordings import Recording, load_recording, write_synthetic_record
 from srbval.recordings.load import read_file
 from srbval.recordings.registry import add
 
@@ -96,7 +96,7 @@ def test_sound_samples_are_not_accused(tmp_path: Path, samples: np.ndarray) -> N
 
 
 def test_only_measured_samples_are_judged(tmp_path: Path) -> None:
-    write_stand_in(tmp_path / "s.h5", state=Fault.INNER, shaft_hz=14.3, seconds=0.2, seed=1)
+    write_synthetic_record(tmp_path / "s.h5", state=Fault.INNER, shaft_hz=14.3, seconds=0.2, seed=1)
     import h5py
 
     from srbval.storage.checksum import CHECKSUM

@@ -19,7 +19,7 @@ from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Recording, RecordingSettings, load_recording
 from srbval.recordings.loaders import detect_format, limited
 from srbval.recordings.registry import FileStatus, add
-from srbval.recordings.stand_in import vibration
+from srbval.recordings.synthetic_record import vibration
 
 FS_HZ, SHAFT_HZ, SECONDS = 20480.0, 25.0, 1.0
 COUNT = round(FS_HZ * SECONDS)

@@ -18,7 +18,7 @@ from scipy.io import savemat
 
 from srbval.bearing import Fault
 from srbval.errors import DataError
-from srbval.recordings import load_recording, write_stand_in
+from srbval.recordings import load_recording, write_synthetic_record
 from srbval.recordings.loaders import detect_format, limited
 from srbval.recordings.loaders.limited import end_readers
 
@@ -79,7 +79,7 @@ def test_truncated_matlab(tmp_path: Path, keep: int) -> None:
 
 
 def test_truncated_hdf5(tmp_path: Path) -> None:
-    write_stand_in(tmp_path / "s.h5", state=Fault.OUTER, shaft_hz=10, seconds=1, seed=1)
+    write_synthetic_record(tmp_path / "s.h5", state=Fault.OUTER, shaft_hz=10, seconds=1, seed=1)
     whole = (tmp_path / "s.h5").read_bytes()
     for keep in (9, 100, 1000, len(whole) // 2, len(whole) - 1):
         (tmp_path / "cut.h5").write_bytes(whole[:keep])

@@ -15,7 +15,7 @@ import pytest
 from srbval.bearing import Fault
 from srbval.comparison.other_rigs import usable
 from srbval.errors import ConfigurationError, DataError
-from srbval.recordings import Origin, RecordingSettings, write_stand_in
+from srbval.recordings import Origin, RecordingSettings, write_synthetic_record
 from srbval.recordings.registry import (
     FileStatus,
     RegisteredRecording,
@@ -51,7 +51,7 @@ def folder(tmp_path: Path) -> Path:
     files.excerpt(folder / "OR_353rpm_x.mat", condition="OR", rpm_nominal=353)
     files.rig_v5(folder / "below" / "IR_727rpm_124.8kN_0kN.mat", files.rig_signals())
     files.cwru(folder / "105.mat", "105")
-    write_stand_in(folder / "s.h5", state=Fault.INNER, shaft_hz=14.3, seconds=0.2, seed=1)
+    write_synthetic_record(folder / "s.h5", state=Fault.INNER, shaft_hz=14.3, seconds=0.2, seed=1)
     (folder / "README.md").write_text("Recordings of a rig, two of them.\n")
     return folder
 

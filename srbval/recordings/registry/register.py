@@ -105,9 +105,7 @@ def shipped_recordings() -> tuple[RegisteredRecording, ...]:
 def _listing(entries: Iterable[RegisteredRecording], unreadable: str = "") -> RegisterListing:
     recordings = tuple(sorted(entries, key=lambda e: e.file))
     coverage = coverage_of(recordings)
-    return RegisterListing(
-        manifest=manifest_path(), recordings=recordings, coverage=coverage, unreadable=unreadable
-    )
+    return RegisterListing(manifest=manifest_path(), recordings=recordings, coverage=coverage, unreadable=unreadable)
 
 
 def _files_under(folder: Path) -> list[Path]:
