@@ -19,9 +19,10 @@ from scipy.io import savemat
 
 from srbval.bearing import Fault
 from srbval.errors import DataError
-from srbval.recordings import load_recording, write_synthetic_record
+from srbval.recordings import load_recording
 from srbval.recordings.loaders import detect_format, limited
 from srbval.recordings.loaders.limited import end_readers
+from srbval.recordings.synthetic_record import write_synthetic_record
 
 from . import files
 from .damage import Trap

@@ -11,8 +11,8 @@ import xarray as xr
 
 from srbval.bearing import Fault, load_bearing
 from srbval.errors import ConfigurationError, DataError
-from srbval.recordings import Origin, SpeedSource, load_recording, write_synthetic_record
-from srbval.recordings.synthetic_record import FS_HZ
+from srbval.recordings import Origin, SpeedSource, load_recording
+from srbval.recordings.synthetic_record import write_synthetic_record
 
 from . import files
 
@@ -60,14 +60,6 @@ def test_run_becomes_a_simulated_recording_with_two_axes(tmp_path: Path) -> None
 def test_run_that_cannot_be_read(tmp_path: Path, attributes: dict[str, object], message: str) -> None:
     with pytest.raises(DataError, match=message):
         load_recording(run_file(tmp_path / "run.h5", **attributes))
-
-
-def test_stand_in_is_stamped_and_never_measured(tmp_path: Path) -> None:
-    r = write_synthetic_record(tmp_path / "s.h5", state=Fault.OUTER, shaft_hz=SHAFT_HZ, seconds=1, seed=1)
-    assert (r.origin, r.state, r.fs_hz, r.samples) == (Origin.STAND_IN, Fault.OUTER, FS_HZ, 20480)
-    assert "SYNTHETIC STAND-IN" in r.name
-    assert r.speed is not None
-    assert r.speed.value_hz == pytest.approx(SHAFT_HZ, rel=FLUCTUATION)
 
 
 def test_stand_in_repeats_with_its_seed_only(tmp_path: Path) -> None:

@@ -21,9 +21,10 @@ from srbval.models.run_file import scene_dict
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.shown_record import shown_record
-from srbval.recordings import Recording, recording_from_run, write_synthetic_record
+from srbval.recordings import Recording, recording_from_run
 from srbval.recordings.datasets.description import DatasetDescription, dataset
 from srbval.recordings.registry import RegisteredRecording, listing, rig_recordings
+from srbval.recordings.synthetic_record import write_synthetic_record
 from srbval.report.findings.bands import RecordKurtogram, record_kurtogram
 from srbval.report.findings.bearing_views import bearing_views, load_path, load_zone_case, point_passing
 from srbval.report.findings.findings import Evidence
