@@ -30,8 +30,6 @@ from srbval.recordings.registry import (
 )
 from srbval.recordings.registry.manifest import inspected_path, manifest_path, read_manifest, update_manifest
 from srbval.recordings.synthetic_record import write_synthetic_record
-from srbval.storage.strict_json import strict_json
-from srbval.storage.whole_file import whole_file
 
 from . import files
 
@@ -78,7 +76,7 @@ def test_add_describes_every_file_and_drops_none(folder: Path) -> None:
 
 
 def test_json_has_the_interfaces_keys(folder: Path) -> None:
-    document = json.loads(strict_json(add(folder)))
+    document = json.loads(json_text(add(folder)))
     assert {"schema_version", "status", "recordings", "manifest"} <= set(document)
     assert all(set(r) >= INTERFACE_KEYS for r in document["recordings"])
 
@@ -291,7 +289,7 @@ def test_interrupted_write_leaves_the_manifest_as_it_was(folder: Path) -> None:
         update_manifest(interrupt)
 
     def half_written() -> None:
-        with whole_file(manifest_path()) as part:
+        with atomic_write(manifest_path()) as part:
             part.write_text('{"half":')
             raise KeyboardInterrupt
 

@@ -9,7 +9,7 @@ import numpy as np
 from srbval.errors import DataError
 from srbval.recordings.loaders.limited import limited_format
 from srbval.recordings.raw import RATE_NAME, RawFile, Value, check_claim
-from srbval.storage.checksum import CHECKSUM, checked_summary
+from srbval.storage.hdf5_files import CHECKSUM, checked_summary
 
 MAX_DEPTH = 12
 MAX_ITEMS = 4096  # links of all groups, references followed, root attributes
