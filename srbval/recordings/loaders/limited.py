@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from srbval.errors import DataError
-from srbval.processes.worker import WorkerProcess
+from srbval.processes.worker import DiedError, WorkerProcess
 from srbval.recordings.raw import EXPANSION, FileFormat, RawFile, largest_claim
 
 COMPUTING_S = 3.0  # for any file; a good one of 10 MB takes 0.1 s
@@ -87,7 +87,7 @@ def read_limited(
             reader.close()
             interrupted = reader not in _running
             _running.discard(reader)
-            if not isinstance(error, Exception):
+            if not isinstance(error, DiedError):
                 raise
             if interrupted:
                 raise DataError(f"{path}: not read, as the program was interrupted.") from None
