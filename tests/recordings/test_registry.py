@@ -30,6 +30,8 @@ from srbval.recordings.registry import (
 )
 from srbval.recordings.registry.manifest import inspected_path, manifest_path, read_manifest, update_manifest
 from srbval.recordings.synthetic_record import write_synthetic_record
+from srbval.storage.files import atomic_write
+from srbval.storage.json_files import json_text
 
 from . import files
 
