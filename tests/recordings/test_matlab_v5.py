@@ -84,7 +84,7 @@ def array(name: bytes, kind: int = 6, data: bytes = b"", dimensions: tuple[int, 
 
 
 def compressed(body: bytes) -> bytes:
-    packed = zlib.compress(body)
+    packed = zlib.compress(body, 1)
     return struct.pack("<II", 15, len(packed)) + packed
 
 
@@ -99,19 +99,19 @@ def nested_structs(depth: int, fields: int) -> bytes:
     return body
 
 
-BIG = 5 * 2**20
+BIG = 2**21
 ONE_GB = 2**30
 BOMBS: dict[str, Callable[[], bytes]] = {
     "arrays of zeros": lambda: b"".join(
-        compressed(array(b"w%d" % i, 6, element(9, bytes(8 * BIG)), (BIG, 1))) for i in range(5)
+        compressed(array(b"w%d" % i, 6, element(9, bytes(8 * BIG)), (BIG, 1))) for i in range(10)
     ),
     "many compressed elements": lambda: b"".join(compressed(array(b"v%d" % i)) for i in range(3000)),
     "compressed zeros behind an element": lambda: compressed(array(b"v") + bytes(2**26)) * 9,
     "a claim of a gigabyte": lambda: compressed(struct.pack("<II", 14, ONE_GB) + bytes(2**24)),
     "a long name of many cells": lambda: array(b"n" * 60_000, 1, array(b"") * 3000, (3000, 1)),
     "a long name of a field": lambda: struct_array(10**6, b"f" * 10**6, array(b"") * 2000, 2000),
-    "many fields in nested structs": lambda: nested_structs(30, 90_000),
-    "structs without end": lambda: nested_structs(20_000, 1),
+    "many fields in nested structs": lambda: nested_structs(20, 60_000),
+    "structs without end": lambda: nested_structs(8_000, 1),
     "texts of four bytes a character": lambda: b"".join(
         compressed(array(b"t%d" % i, 4, element(16, "\U0001f600".encode() * 16_000), (1, 16_000))) for i in range(200)
     ),
