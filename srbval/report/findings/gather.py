@@ -24,9 +24,10 @@ from srbval.plan.calibrated import shipped_calibration
 from srbval.plan.table import summary
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis, analyse
-from srbval.recordings import Recording, recording_from_run, write_stand_in
+from srbval.recordings import Recording, recording_from_run
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import RegisteredRecording, listing, rig_recordings
+from srbval.recordings.synthetic_record import write_synthetic_record
 from srbval.report.findings.bearing_views import bearing_views, load_sharing, load_zone_case, point_passing
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.other_rigs_in_background import BackgroundReading
@@ -273,7 +274,7 @@ def choose_rig_recordings(
 def _stand_ins(states: set[Fault], printed: Table6, folder: Path) -> dict[Fault, Recording]:
     folder.mkdir(parents=True, exist_ok=True)
     made = {
-        state: write_stand_in(
+        state: write_synthetic_record(
             folder / f"stand-in-{state}.h5",
             state=state,
             shaft_hz=printed.shaft_rpm / 60,
