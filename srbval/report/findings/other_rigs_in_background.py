@@ -43,7 +43,7 @@ class BackgroundReading:
 
 def _ask(worker: WorkerProcess, request: Any, answer: list[Any]) -> None:
     with contextlib.suppress(DiedError):
-        answer.append(worker.ask(request))
+        answer.append(worker.call(request))
     worker.close()
 
 
