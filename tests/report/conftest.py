@@ -13,7 +13,7 @@ import pytest
 
 from srbval.recordings import Origin
 from srbval.recordings.registry.register import shipped_recordings
-from srbval.report import (
+from srbval.report.blocks import (
     Badge,
     Callout,
     Cell,
@@ -24,18 +24,16 @@ from srbval.report import (
     KeyValues,
     Listing,
     Paragraph,
-    Report,
-    Section,
     Table,
     Tone,
-    VerdictBox,
-    literal,
 )
 from srbval.report.figures.signals import acceleration_panel
 from srbval.report.figures.spectrum import spectrum_panel
 from srbval.report.findings import gather as gathering
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import SpectrumView, fault_cursors
+from srbval.report.inline import literal
+from srbval.report.model import Report, Section, VerdictBox
 from srbval.report.sections.assemble import assemble
 from srbval.report.write import write_report
 from srbval.studies.harness import pages

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from srbval.report import Callout, Figure, Table
+from srbval.report.blocks import Callout, Figure, Table
 from srbval.report.model import Section
 from srbval.report.pages import Page, StoredResults, in_order, joined_data, results_of
 from srbval.report.write import report_data

@@ -1,18 +1,18 @@
 """Gather everything the report shows: run, read, analyse and compare, each with its own progress."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Fault, load_bearing
+from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Bearing, Fault, load_bearing
 from srbval.comparison.bias import biases, pairs
 from srbval.comparison.comparison import deviation_pct
 from srbval.comparison.counterpart import AnalysedRun, run_counterpart
 from srbval.comparison.cross_band import cross_bands
-from srbval.comparison.effects import sensitivity_of
+from srbval.comparison.effects import Sensitivity, sensitivity_of
 from srbval.comparison.headline import headline
-from srbval.comparison.matrix import build_matrix, point_of
+from srbval.comparison.matrix import Matrix, build_matrix, point_of
 from srbval.comparison.simulation_cases import PAPER_STATES, SimulationCase, paper_cases, run_cases
 from srbval.comparison.speed_and_slip import matrix_rows, one_speed_reading, published_speeds, table6_rows
 from srbval.comparison.table6 import Table6, measured_rows, published_rows, sum_rules, table6
@@ -26,7 +26,7 @@ from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Recording, recording_from_run
 from srbval.recordings.datasets.description import dataset
-from srbval.recordings.registry import RegisteredRecording, listing, rig_recordings
+from srbval.recordings.registry import RegisteredRecording, RegisterListing, listing, rig_recordings
 from srbval.recordings.synthetic_record import write_synthetic_record
 from srbval.report.findings.bearing_views import bearing_views, load_sharing, load_zone_case, point_passing
 from srbval.report.findings.findings import Findings
@@ -40,7 +40,7 @@ from srbval.report.findings.records import (
     record_view,
     sideband_shares,
 )
-from srbval.report.pages import Page, results_of
+from srbval.report.pages import Page, StoredResults, results_of
 from srbval.scene import LoadPath, RollerFit
 
 SCHEMA_VERSION = 1
@@ -89,15 +89,47 @@ def gather(
     with stage(progress, "Read the stand-ins"):
         stand_ins = _stand_ins(set(PAPER_STATES) - set(measured), printed, stand_in_folder)
         found = measured | {state: analyse(record, bearing=bearing) for state, record in stand_ins.items()}
-        rig = {state: found[state] for state in PAPER_STATES}
     models = {state: _model_of(state, side.model) for state, side in sides.items()}
-    registered = tuple(chosen[state] for state in sides)
-    model = paper | {state: side.analysis for state, side in models.items()}
+    shown_cases = (*cases, *(side.case for side in models.values()))
     runs |= {side.case.id: side.run for side in models.values()}
-    facts = tuple(run_facts(case, runs[case.id]) for case in (*cases, *(side.case for side in models.values())))
+    return _findings(
+        _Gathered(
+            bearing=bearing, printed=printed, results=results, register=register, known=known, matrix=matrix,
+            registered=tuple(chosen[state] for state in sides), measured=measured, models=models, runs=runs,
+            facts=tuple(run_facts(case, runs[case.id]) for case in shown_cases),
+            analyses={
+                "paper": paper, "model": paper | {state: side.analysis for state, side in models.items()},
+                "rig": {state: found[state] for state in PAPER_STATES},
+            },
+        ),
+        others,
+        progress,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Gathered:
+    """What was looked up, run and analysed, before anything is made of it; see `Findings`."""
+
+    bearing: Bearing
+    printed: Table6
+    results: StoredResults
+    register: RegisterListing
+    known: Sensitivity
+    matrix: Matrix
+    registered: tuple[RegisteredRecording, ...]
+    measured: Mapping[Fault, Analysis]
+    models: Mapping[Fault, AnalysedRun]
+    runs: Mapping[str, Run]
+    facts: tuple[dict[str, Any], ...]
+    analyses: Mapping[str, Mapping[Fault, Analysis]]
+
+
+def _findings(given: _Gathered, others: BackgroundReading, progress: Progress) -> Findings:
+    runs, bearing, analyses = given.runs, given.bearing, given.analyses
     with stage(progress, "Prepare the records that figures show"):
-        analyses = {"model": model, "rig": rig, "paper": paper if measured else {}}
-        views = {name: {s: record_view(a) for s, a in side.items()} for name, side in analyses.items()}
+        shown = analyses | ({} if given.measured else {"paper": {}})
+        views = {name: {s: record_view(a) for s, a in shown[name].items()} for name in ("model", "rig", "paper")}
         scalograms = {
             name: {s: envelope_scalogram(view) for s, view in views[name].items()} for name in ("model", "rig")
         }  # fmt: skip
@@ -105,79 +137,75 @@ def gather(
         fits = {fit: record_view(trains[fit, LoadPath.HOUSING]) for fit in RollerFit}
     with stage(progress, "Look for missing harmonics"):
         patterns = harmonic_patterns(runs)
-    kurtograms = _kurtograms(model, rig, progress)
+    kurtograms = _kurtograms(analyses["model"], analyses["rig"], progress)
     with stage(progress, "Wait for the recordings of other rigs"):
         other_rigs = others.records()
     scene, geometry = runs["paper-outer"].scene, bearing.geometry
     assert geometry is not None, "the report's bearing is one the model can run"
-    shown_zone = bearing_views(scene, geometry, runs["load-zone"])
-    comparisons = [row for cell in matrix.cells if cell.point in matrix.sides for row in cell.comparisons]
-    found_pairs = pairs(matrix.cells)
+    shown_bearing = bearing_views(scene, geometry, runs["load-zone"])
+    found_pairs = pairs(given.matrix.cells)
     ladders = {base: shipped_calibration(base) for base in ("paper", "rig")}
-    rpm, cage_pct = one_speed_reading(printed, bearing)
-    of_runs = {state: side.run for state, side in models.items()}
-    data: dict[str, Any] = {
-        "schema_version": SCHEMA_VERSION,
-        "status": "ok",
-        "headline": headline(comparisons, results.content("rig_inputs"), results.content("verdict_scan")),
-        "table6": (*published_rows(printed, paper, runs), *measured_rows(measured, of_runs, comparisons)),
-        "closure": tuple(sum_rules(printed, paper, runs, measured)),
-        "comparisons": comparisons,
+    data = _compared(given) | {
         "bias": biases(found_pairs),
-        "sensitivity": known.defects,
+        "sensitivity": given.known.defects,
         "analyses": {
             f"{name}-{state}": analysis
-            for name, side in (("paper", paper), ("beside-rig", model), ("rig", rig))
-            for state, analysis in side.items()
+            for name, side in (("paper", "paper"), ("beside-rig", "model"), ("rig", "rig"))
+            for state, analysis in analyses[side].items()
         },
         "sidebands": {name: sideband_shares(analyses[name][Fault.INNER]) for name in ("model", "rig")},
-        "load_zone": shown_zone.load_zone,
+        "load_zone": shown_bearing.load_zone,
         "load_path": load_sharing(runs["paper-healthy"]),
         "point_passing": point_passing(runs["paper-healthy"]),
         "harmonic_patterns": patterns,
         "impulse_trains": [clearness(fit, path, analysis) for (fit, path), analysis in trains.items()],
         "kurtograms": [_kurtogram_entry(one) for one in kurtograms],
-        "kept_results": {name: result.origin for name, result in results.items()},
+        "kept_results": {name: result.origin for name, result in given.results.items()},
         "ladder": summary(ladders["paper"]),
         "rig_ladder": summary(ladders["rig"]),
+        "other_rigs": other_rigs,
+        "runs": [{key: value for key, value in fact.items() if key != TIMED} for fact in given.facts],
+        "scene": scene_dict(scene) | {"geometry": vars(geometry)},
+        "cautions": cautions([*given.matrix.cells, *other_rigs]),
+    }
+    sets = (*(r.dataset for r in given.registered), *(r.dataset for r in other_rigs))
+    return Findings(
+        data=data, bearing=bearing, printed=given.printed, runs=runs, run_facts=given.facts, analyses=analyses,
+        views=views, scalograms=scalograms, fits={fit: (view, envelope_scalogram(view)) for fit, view in fits.items()},
+        bearing_views=shown_bearing, kurtograms=kurtograms, known=given.known, matrix=given.matrix, pairs=found_pairs,
+        datasets={name: dataset(name) for name in sets if name}, speed_source=published_speeds(), ladders=ladders,
+        results=given.results, provenance=provenance(runs.values(), given.registered),
+    )  # fmt: skip
+
+
+def _compared(given: _Gathered) -> dict[str, Any]:
+    """The part of ``report.json`` on the model against the paper and the rig, and on the register."""
+    printed, bearing, matrix, problems = given.printed, given.bearing, given.matrix, given.register.problems
+    comparisons = [row for cell in matrix.cells if cell.point in matrix.sides for row in cell.comparisons]
+    of_runs = {state: side.run for state, side in given.models.items()}
+    paper, model, rig = (given.analyses[side] for side in ("paper", "model", "rig"))
+    rpm, cage_pct = one_speed_reading(printed, bearing)
+    content = given.results.content
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "status": "ok",
+        "headline": headline(comparisons, content("rig_inputs"), content("verdict_scan")),
+        "table6": (
+            *published_rows(printed, paper, given.runs), *measured_rows(given.measured, of_runs, comparisons)
+        ),
+        "closure": tuple(sum_rules(printed, paper, given.runs, given.measured)),
+        "comparisons": comparisons,
         "matrix": matrix.cells,
         "crossed_bands": cross_bands(model, rig),
-        "other_rigs": other_rigs,
         "speed_and_slip": (*matrix_rows(matrix.cells, bearing), *table6_rows(printed, bearing)),
         "published_speeds": list(published_speed_rows()),
         "single_speed": {"shaft_rpm": rpm, "cage_pct": cage_pct},
-        "runs": [{key: value for key, value in fact.items() if key != TIMED} for fact in facts],
-        "scene": scene_dict(scene) | {"geometry": vars(geometry)},
-        "recordings": registered,
+        "recordings": given.registered,
         "recordings_not_used": [
-            {"file": Path(r.file).name, "status": r.status.value, "reason": r.reason or ""} for r in register.problems
+            {"file": Path(r.file).name, "status": r.status.value, "reason": r.reason or ""} for r in problems
         ],
-        "register_unreadable": register.unreadable or None,
-        "cautions": cautions([*matrix.cells, *other_rigs]),
-    }
-    return Findings(
-        data=data,
-        bearing=bearing,
-        printed=printed,
-        runs=runs,
-        run_facts=facts,
-        analyses=analyses | {"paper": paper},
-        views=views,
-        scalograms=scalograms,
-        fits={fit: (view, envelope_scalogram(view)) for fit, view in fits.items()},
-        bearing_views=shown_zone,
-        kurtograms=kurtograms,
-        known=known,
-        matrix=matrix,
-        pairs=found_pairs,
-        datasets={
-            name: dataset(name) for name in (*(r.dataset for r in registered), *(r.dataset for r in other_rigs)) if name
-        },
-        speed_source=published_speeds(),
-        ladders=ladders,
-        results=results,
-        provenance=provenance(runs.values(), registered),
-    )
+        "register_unreadable": given.register.unreadable or None,
+    }  # fmt: skip
 
 
 def _simulate(seconds: float, jobs: int | None, progress: Progress) -> tuple[list[SimulationCase], dict[str, Run]]:
