@@ -19,8 +19,8 @@ from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.comparison.comparison import QuantityValue
 from srbval.config.strict import read_toml
 from srbval.errors import DataError
-from srbval.models.band_levels import along_sensor
 from srbval.models.run import Run
+from srbval.models.sensor import along_sensor
 from srbval.path import amplitudes
 from srbval.plan.measures import measure, smooth_mean
 from srbval.reading.analyse import Analysis, analyse

@@ -22,6 +22,8 @@ from srbval.arrays import FloatArray
 from srbval.config.strict import check_ranges, quantity
 from srbval.errors import ConfigurationError
 
+SENSOR_ANGLE_RAD = math.pi / 4  # from x to y; Giraudo et al. 2025, Sensors 25, 2419, sect. 5
+BANDS_HZ = {"500-1500": (500.0, 1500.0), "1400-2800": (1400.0, 2800.0)}  # the same: simulated and measured signals
 MOST_MODES = 3  # that 2 s of an output can tell apart
 DRAWS, SEED = 400, 5  # of the parameters, for what their uncertainty does to a level
 

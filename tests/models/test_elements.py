@@ -13,10 +13,8 @@ import pytest
 import srbval
 from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
-from srbval.models.planar.elements import HIGHEST_SHARE, element_slot
-from srbval.models.planar.hertz import POISSON, YOUNG_N_M2, Ellipse, ellipse
+from srbval.models.planar.elements import HIGHEST_SHARE, POISSON, YOUNG_N_M2, Ellipse, element_slot, ellipse
 from srbval.models.planar.rung import make_ring
-from srbval.models.run_statistics import RunStatistics
 from srbval.models.simulate import simulate_to_file
 from srbval.scene import DefectShape
 
@@ -103,7 +101,7 @@ def test_the_most_loaded_element_carries_stribecks_share(name: str) -> None:
     many = replace(bearing, elements=replace(bearing.elements, element_diameter_m=1e-3, rolling_elements=90))
     assert many.elements is not None
     scene = srbval.paper_scene(bearing=name)
-    ring = make_ring(RunStatistics(scene=scene, bearing=many))
+    ring = make_ring(scene, many)
     deepest = -float(ring.balance_m()[1] * math.sin(scene.load.zone_rad))
     share = float(ring.plain.force_n(np.array([deepest]))[0]) * 90 / scene.load.radial_n
     assert share == pytest.approx(HIGHEST_SHARE[many.elements.shape], rel=STRIBECK)
@@ -117,7 +115,7 @@ def test_an_opening_takes_load_and_a_bump_adds_it() -> None:
     approach, middle = np.array([[2.5e-5]]), np.array([[0.0, 1e-4, 5e-4]])
     sound = slot.press(approach)[0, 0, 0]
     lost = [
-        sound - slot.press(approach, slot.on_race(replace(scene.defect, extent_m=e), race, 1e-4).raised(middle))[0, 0]
+        sound - slot.press(approach, slot.on_race(replace(scene.defect, extent_m=e), race, 1e-4)[0](middle))[0, 0]
         for e in (2e-4, 4e-4, 8e-4)
         for race in (0, 1)
     ]
@@ -125,7 +123,7 @@ def test_an_opening_takes_load_and_a_bump_adds_it() -> None:
         assert 0 < some[0] < sound
         assert some[0] >= some[1] >= some[2] >= 0
     assert lost[0][0] < lost[2][0] < lost[4][0]
-    raised = slot.on_race(replace(scene.defect, height_m=5e-6), 0, 1e-4).raised(middle)
+    raised = slot.on_race(replace(scene.defect, height_m=5e-6), 0, 1e-4)[0](middle)
     assert slot.press(approach, raised)[0, 0, 0] > sound
 
 

@@ -14,8 +14,7 @@ from srbval.models.full import columns as col
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters, make_parameters, roller_diameter_m
 from srbval.models.full.steps import rates
-from srbval.models.line import line_parameters
-from srbval.models.patch import Patch, Piece, patches, piece
+from srbval.models.line import Patch, Piece, line_parameters, patches, piece
 from srbval.models.simulate import simulate
 from srbval.plan.measures import measure
 from srbval.plan.questions import Question, answers
@@ -82,8 +81,8 @@ def test_damper_is_that_of_the_touching_points(patch: Patch) -> None:
     assert patch.damper_ns_m(np.array([depth]))[0] == pytest.approx(touching * per_point, rel=EXACT)
 
 
-@pytest.mark.parametrize("middle_m", [0.0, 1e-3, 3e-3])
-@pytest.mark.parametrize("depth_m", [-5e-5, 0.0, 3e-5])
+@pytest.mark.parametrize("middle_m", [0.0, 3e-3])
+@pytest.mark.parametrize("depth_m", [-5e-5, 3e-5])
 @pytest.mark.parametrize("shape", ["flat", "cosine"])
 def test_a_raised_piece_adds_what_its_points_do(patch: Patch, depth_m: float, middle_m: float, shape: str) -> None:
     defect = {"kind": "outer", "height": "0.1 mm", "extent": "3 mm", "shape": shape}
@@ -125,7 +124,7 @@ def test_friction_of_a_patch_is_that_of_dense_points() -> None:
 def test_the_line_rung_is_the_limit_of_ever_denser_points(fit: str) -> None:
     """Cage speed, and a healthy bearing without the noise of points passing; with play 0 as with interference."""
     scenes = (dense_scene(500, model="line"), dense_scene(500), dense_scene(DENSE))
-    runs = [simulate(replace(s, duration_s=1.0, contact=replace(s.contact, roller_fit=RollerFit(fit)))) for s in scenes]
+    runs = [simulate(replace(s, duration_s=0.5, contact=replace(s.contact, roller_fit=RollerFit(fit)))) for s in scenes]
     line, paper, dense = (measure(run) for run in runs)
     floors = [answers(run, load_bearing("skf-22240"))[Question.NOISE_FLOOR] for run in runs]
     assert line.cage_ratio == pytest.approx(dense.cage_ratio, rel=CAGE_TOLERANCE)

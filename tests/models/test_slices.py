@@ -13,8 +13,7 @@ from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
 from srbval.models.full.parameters import Parameters, make_parameters
 from srbval.models.line import line_parameters
-from srbval.models.sliced_contact import SlicedContact
-from srbval.models.slices import slice_parameters
+from srbval.models.slices import SlicedContact, slice_parameters
 from srbval.scene import Scene, paper_scene
 
 OTHERS = {"full": make_parameters, "line": line_parameters}

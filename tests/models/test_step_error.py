@@ -72,10 +72,6 @@ def test_lost_samples_are_an_infinite_error() -> None:
     assert math.isinf(lost.error)
 
 
-def test_nothing_at_all_is_no_error() -> None:
-    assert difference(DRIVE_POWER, np.zeros(64), np.zeros(64)).error == 0.0
-
-
 @pytest.mark.parametrize(
     ("error", "scatter", "beyond", "open_"),
     [
@@ -111,20 +107,6 @@ def told(kind: str, error: float, scatter: float = 0.0) -> StepError:
     return StepError(step_s=1e-5, estimates=(Estimate(kind=kind, of=kind, error=error, scatter=scatter),))
 
 
-def test_a_verdict_with_its_step() -> None:
-    good = told("band_rms", 0.01)
-    assert with_step_error(RunStatus.OK, "fine", good) == (RunStatus.OK, "fine")
-    assert with_step_error(RunStatus.OK, "fine", None) == (RunStatus.OK, "fine")
-    status, reason = with_step_error(RunStatus.OK, "fine", told("band_rms", 0.2))
-    assert status is RunStatus.INACCURATE
-    assert "+0.2" in reason
-    status, reason = with_step_error(RunStatus.OK, "fine", told("band_rms", 0.04, 0.03))
-    assert status is RunStatus.OK
-    assert "caution" in reason
-    failed = with_step_error(RunStatus.ENERGY_OPEN, "chatters", told("band_rms", 0.2))
-    assert failed == (RunStatus.ENERGY_OPEN, "chatters"), "a failure stays what it is"
-
-
 def test_the_estimate_is_the_error_against_a_finer_run() -> None:
     """The fast rig at a long step: sign and size of the estimate against a run with an eighth of it."""
     scene = fast_rig(40960, rpm=4000.0)
@@ -148,13 +130,6 @@ def test_a_chosen_step_is_legal_and_no_longer_than_asked() -> None:
     assert not error.beyond
 
 
-def test_what_is_fine_already_stays() -> None:
-    scene = fast_rig(40960, rpm=355.0)
-    chosen, error = with_chosen_step(scene, BEARING)
-    assert chosen == scene
-    assert not error.beyond
-
-
 def test_a_profile_is_checked_at_its_highest_speed() -> None:
     steady = fast_rig(40960, rpm=2000.0)
     ramp = SpeedProfile(time_s=(0.0, 1.0), speed_rad_s=(10.0, 2000 * RPM))
@@ -172,8 +147,3 @@ def test_a_step_by_hand_that_is_too_long_is_kept_and_told(tmp_path: Path) -> Non
         numerics = json.loads(file.attrs["numerics"])
         assert file.attrs["status"] == "inaccurate"
     assert abs(numerics["band_rms_pct"]) > 100 * TOLERANCE["band_rms"]
-
-
-def test_models_of_their_own_have_no_estimate() -> None:
-    run = simulate(load_scene("paper", {"model": "planar", "duration_s": 0.05}))
-    assert run.step_error is None

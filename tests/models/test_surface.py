@@ -205,13 +205,6 @@ def test_models_without_continuous_contacts_refuse(model: str) -> None:
         simulate(scene_of(model, roughness_class="N3"), step=Step.UNCHECKED)
 
 
-def test_the_planner_names_no_model_that_refuses() -> None:
-    scene = scene_of(roughness_class="N3")
-    refused = {name: refusal(rung_of(name), scene, load_bearing(scene.bearing)) for name in MODELS}
-    assert {name for name, why in refused.items() if why is None} == set(CONTINUOUS)
-    assert make_plan(scene, question=Question.LINES).chosen in CONTINUOUS
-
-
 @cache
 def movement(**surface: Any) -> tuple[FloatArray, float]:
     """The ring's displacement in the plane, [n, 2], and the cage's mean speed [Hz]."""
@@ -258,10 +251,3 @@ def test_a_wave_of_the_inner_race_shows_beside_multiples_of_its_passage() -> Non
     expected = 2 * ROW * (shaft_hz - cage_hz) + shaft_hz
     assert strongest == pytest.approx(expected, abs=LINE_BINS / DURATION_S)
     assert share_at(frequency, spectrum, [expected]) > 0.3
-
-
-def test_small_waves_twice_as_high_move_the_ring_twice_as_far() -> None:
-    frequency, small, cage_hz = excited("outer", 2e-8, **ORDER_39_OUTER)
-    _, large, _ = excited("outer", 4e-8, **ORDER_39_OUTER)
-    at = np.argmin(np.abs(frequency - 2 * ROW * cage_hz))
-    assert large[at] / small[at] == pytest.approx(2.0, rel=0.05)

@@ -31,9 +31,8 @@ from srbval.comparison.comparison import DATA_PARTS, Comparison, QuantityValue
 from srbval.comparison.effects import INPUTS
 from srbval.config.strict import read_toml
 from srbval.errors import DataError, NumericsError
-from srbval.models.band_levels import along_sensor
 from srbval.models.run import Run
-from srbval.models.sensor_filter import SensorFilter
+from srbval.models.sensor import SensorFilter, along_sensor
 from srbval.models.simulate import Step, simulate
 from srbval.path.amplitudes import (
     NUMERICS,

@@ -10,9 +10,8 @@ import pytest
 from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
-from srbval.models.full.equilibrium import Equilibrium, _check_carried, equilibrium_state
+from srbval.models.full.equilibrium import Equilibrium, balance_friction, equilibrium_state
 from srbval.models.full.parameters import Parameters, make_parameters
-from srbval.models.full.start import balance_friction
 from srbval.models.full.steps import rates, take_steps
 from srbval.models.solvers import METHODS
 from srbval.scene import paper_scene
@@ -27,7 +26,7 @@ RING_M = 2e-7  # a run's mean: all phases of the points, contact damping and fri
 CAGE_RATIO = 2e-4  # the same; rattling rollers drag: 1.2e-4 seen with play 0
 BAND = 0.05  # of the range of the later values, which the first ones may exceed
 SAG_M = 2.3e-5  # a roller sinks between two points 2.03 mm apart: (1.015 mm)^2 / 2 x (1/20 mm - 1/164 mm) = 22.6 um
-CAGE_ANGLES = (0.0, 0.05, 0.09, 0.2)  # at 0.09 rad a roller of row 1 stands in the middle of the load zone, on a defect
+CAGE_ANGLES = (0.0, 0.09)  # at 0.09 rad a roller of row 1 stands in the middle of the load zone, on a defect
 
 SCENES: dict[str, dict[str, Any]] = {
     "play 0": {},
@@ -186,11 +185,3 @@ def test_a_run_is_settled_from_its_first_sample(fit: str) -> None:
 def test_a_crushed_contact_is_refused(load: dict[str, Any], contact: dict[str, Any]) -> None:
     with pytest.raises(ConfigurationError, match=r"overload the contact.* um; .*limit is 200 um"):
         equilibrium_state(model_of(load=load, contact=contact))
-
-
-def test_a_load_that_nothing_carries_is_refused() -> None:
-    """One per cent of the load, and 1 N, may be left over."""
-    model = model_of(load={"path": "bearing"})
-    _check_carried(model, 1248.0)
-    with pytest.raises(ConfigurationError, match=r"1250 N of the load remain uncarried, the limit is 1249 N"):
-        _check_carried(model, 1250.0)

@@ -27,18 +27,6 @@ UNCHANGED = 1e-6  # of the largest load: what leans from the slope of the bump o
 LEAST_FORCE_N = 100.0  # the state must press some rollers, or nothing is tested
 
 
-@pytest.mark.parametrize("kind", ["none", "outer", "inner"])
-@pytest.mark.parametrize("fit", ["play", "printed"])
-def test_contact_forces_agree_with_the_independent_formulation(kind: str, fit: str) -> None:
-    scene = paper_scene(contact={"roller_fit": fit}, defect={"kind": kind})
-    model = make_parameters(scene, geometry())
-    y, t = disturbed(model, seed=7, cage_angle=1.0), 0.0123
-    found, expected = rates(model, t, y), World(scene, geometry()).contacts(t, y)
-    assert np.abs(expected.force).max() > LEAST_FORCE_N
-    assert found.load_n == pytest.approx(expected.load, abs=ROUNDING * expected.load.max())
-    assert found.totals[col.RING_FORCE] == pytest.approx(expected.on_ring, abs=ROUNDING * np.abs(expected.force).max())
-
-
 def test_evaluating_only_near_rollers_loses_nothing() -> None:
     """Rollers that are passed over as too far from a race carry no force in the independent formulation."""
     scene = paper_scene()
