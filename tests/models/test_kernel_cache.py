@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import pytest
 
-import srbval
 from srbval.models import kernel_cache
 from srbval.storage.own_package import child_environment
 from tests.marked import marked, until

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from srbval.bearing import load_bearing
-from srbval.errors import ConfigurationError, DataError
+from srbval.errors import DataError
 from srbval.models.health import HealthIndicators, assess
 from srbval.models.run import Run, RunStatus
 from srbval.models.run_file import write_run

@@ -17,7 +17,6 @@ from srbval.models.simulate import Step, simulate, simulate_to_file
 from srbval.models.step_error import (
     BLOCKS,
     CAGE,
-    DRIVE_POWER,
     FINER,
     LEVELS,
     TOLERANCE,
@@ -27,7 +26,6 @@ from srbval.models.step_error import (
     means_of,
     step_error,
     with_chosen_step,
-    with_step_error,
 )
 from srbval.scene import Scene, SpeedProfile, load_scene
 

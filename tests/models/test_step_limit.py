@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,6 @@ from srbval.bearing import load_bearing
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters, geometry_of, make_parameters
 from srbval.models.ladder import rung_of
-from srbval.models.simulate import simulate
 from srbval.models.solvers import METHODS
 from srbval.models.solvers.linear_stability import longest_step
 from srbval.models.step_limit import elastic_limit_s, stiffest_roller, without_friction

@@ -7,17 +7,15 @@ any kernel is imported, so that what everything needs is imported only once and 
 
 from __future__ import annotations
 
-import importlib.abc
-import importlib.machinery
-import importlib.util
+import importlib
 import json
 import os
 import signal
 import sys
 import tempfile
-from collections.abc import Sequence
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
-from types import ModuleType
+from typing import Any
 
 import pytest
 
@@ -31,48 +29,21 @@ OPTIONS = ("-x", "-q", "--tb=no", "-rf", "-p", "no:cacheprovider", "-p", "no:xdi
            "-o", "filterwarnings=", "--timeout=0")  # fmt: skip
 
 
-class PlantingLoader(importlib.machinery.SourceFileLoader):
-    """Loads a kernel file with `old` replaced by `new`."""
+def plant(error: dict[str, str]) -> None:
+    """Have a kernel file read with `old` replaced by `new`, and not from what was compiled of it before."""
+    planted = str(KERNELS / error["file"])
+    path_stats, get_data = SourceFileLoader.path_stats, SourceFileLoader.get_data
 
-    def __init__(self, name: str, path: str, old: str, new: str) -> None:
-        super().__init__(name, path)
-        self.old, self.new = old, new
+    def stats(loader: SourceFileLoader, path: Any) -> Any:
+        if path == planted:
+            raise OSError("not to be taken from a cache")
+        return path_stats(loader, path)
 
-    def get_code(self, fullname: str) -> object:
-        """Compile what the file says, but for the error; nothing of it is cached."""
-        source = Path(self.path).read_text(encoding="utf-8")
-        if self.old:
-            assert source.count(self.old) == 1, f"{self.old!r} in {self.path}"
-            source = source.replace(self.old, self.new)
-        return compile(source, self.path, "exec", dont_inherit=True)
+    def data(loader: SourceFileLoader, path: Any) -> bytes:
+        found = get_data(loader, path)
+        return found.replace(error["old"].encode(), error["new"].encode()) if path == planted else found
 
-
-class Planting(importlib.abc.MetaPathFinder):
-    """Finds the kernel file in which an error is to be planted."""
-
-    def __init__(self, file: str, old: str, new: str) -> None:
-        self.name = f"srbval.models.full.{Path(file).stem}"
-        self.change = (str(KERNELS / file), old, new)
-
-    def find_spec(
-        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
-    ) -> importlib.machinery.ModuleSpec | None:
-        """The specification of that one module; None for any other."""
-        if fullname != self.name:
-            return None
-        place, old, new = self.change
-        return importlib.util.spec_from_file_location(
-            fullname, place, loader=PlantingLoader(fullname, place, old, new)
-        )
-
-
-def run_checks(error: dict[str, str], checks: list[str]) -> None:
-    """In the child: plant the error and run the checks up to the first failure. Does not return."""
-    signal.alarm(LONGEST_S)
-    sys.meta_path.insert(0, Planting(error["file"], error["old"], error["new"]))
-    code = int(pytest.main([*OPTIONS, *sorted(checks, key=lambda check: not check.endswith(error["first"]))]))
-    sys.stdout.flush()
-    os._exit(code)
+    SourceFileLoader.path_stats, SourceFileLoader.get_data = stats, data  # type: ignore[method-assign]
 
 
 def main(checks: list[str]) -> None:
@@ -81,12 +52,18 @@ def main(checks: list[str]) -> None:
         importlib.import_module(name)
     assert not any(name.startswith("srbval.models") for name in sys.modules)
     for line in sys.stdin:
+        error = json.loads(line)
+        likeliest_first = sorted(checks, key=lambda check: not check.endswith(error["first"]))
         with tempfile.TemporaryFile() as printed:
             child = os.fork()
             if child == 0:
+                signal.alarm(LONGEST_S)
                 os.dup2(printed.fileno(), 1)
                 os.dup2(printed.fileno(), 2)
-                run_checks(json.loads(line), checks)
+                plant(error)
+                code = int(pytest.main([*OPTIONS, *likeliest_first]))
+                sys.stdout.flush()
+                os._exit(code)
             _, status = os.waitpid(child, 0)
             printed.seek(0)
             text = printed.read().decode(errors="replace")

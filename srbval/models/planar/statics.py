@@ -54,7 +54,7 @@ class ElementContact(Protocol):
         """Radial force on the outer ring [N], damper [N s/m], deepest penetration [m]: [3, ...]."""
 
     def on_race(self, defect: Defect, race: int, deepest_m: float) -> tuple[Callable[[FloatArray], Any], float, float]:
-        """A defect against one race: what `press` takes for it at distances along the race, its reach, that race's radius.
+        """A defect on one race: what `press` takes for it at distances along the race, its reach, the race's radius.
 
         Distances from the element, reach and radius in m.
         """

@@ -16,7 +16,6 @@ from srbval.models.full.state import layout_of
 from srbval.models.full.steps import rates, take_steps
 from srbval.models.solvers import METHODS
 from srbval.scene import paper_scene
-from tests.verification.cases import disturbed
 from tests.verification.harness import geometry, rolling_state
 from tests.verification.world import GRAVITY, World
 
