@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from srbval.models.full_run import full_run
 from srbval.models.health import CAUTION
 from srbval.models.step_error import BLOCKS
 from srbval.models.step_limit import elastic_limit_s
+from srbval.studies.outcomes import RunOutcome, outcome_store
 from srbval.studies.run_verdicts.similar_bearing import similar
 from srbval.studies.run_verdicts.study import (
     MOST_FALSE,
@@ -22,16 +24,15 @@ from srbval.studies.run_verdicts.study import (
     JudgedRun,
     drawn_cases,
     fixed_cases,
-    judge_own_verdicts,
+    judge_runs,
 )
 from srbval.studies.scenes import bench_scene
-from srbval.studies.stability.outcome import StabilityOutcome, outcome_store
 
 RMS = "RMS in 500-1500 Hz"
 
 
-def outcome(status: str = "ok", reason: str = "fine", rms: float | None = 1.0) -> StabilityOutcome:
-    return StabilityOutcome(
+def outcome(status: str = "ok", reason: str = "fine", rms: float | None = 1.0) -> RunOutcome:
+    return RunOutcome(
         status=status, reason=reason, cage_ratio=0.43, load_share=1.0, band_rms_m_s2=1.0, energy_imbalance=0.0,
         seconds=0.5, settle_s=0.1, wall_s=0.1, means={} if rms is None else {RMS: [rms**2] * BLOCKS},
     )  # fmt: skip
@@ -89,9 +90,36 @@ def test_a_similar_bearing_is_as_fast_as_it_is_small(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_few_judged_for_real(tmp_path: Path) -> None:
     store = replace(outcome_store(), folder=tmp_path)
-    result = judge_own_verdicts(seed=5, share=0.005, store=store, jobs=2)
+    result = judge_runs(seed=5, share=0.005, store=store, jobs=2)
     assert result.counts["runs"] == len(result.runs) >= 10
     assert result.counts["falsely_ok"] <= max(1, MOST_FALSE * len(result.runs))
     assert result.to_dict()["seed"] == 5
     of_size = sum(run.case.condition.size != 1 for run in result.runs)
     assert len(list(tmp_path.glob("*.json"))) >= len(result.runs) - of_size
+
+
+STORED = Path(__file__).parents[2] / "reports" / "run_verdicts.json"
+
+
+@pytest.fixture(scope="module")
+def verdicts() -> dict[str, Any]:
+    content: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
+    return content
+
+
+def test_two_thousand_runs_judged_themselves_and_those_that_were_wrong_are_listed(verdicts: dict[str, Any]) -> None:
+    runs, counts = verdicts["runs"], verdicts["counts"]
+    assert len(runs) == counts["runs"] == len([*fixed_cases(), *drawn_cases(verdicts["seed"])]) >= 2000
+    assert 0.4 < sum(run["drawn"] for run in runs) / len(runs) < 0.6
+    for kind in ("falsely_ok", "falsely_failed"):
+        wrong = [run for run in runs if run[kind]]
+        assert len(wrong) == counts[kind]
+        assert all(run["reason"] for run in wrong)
+    for part in {entry["part"] for entry in verdicts["parts"]}:
+        assert sum(entry["runs"] for entry in verdicts["parts"] if entry["part"] == part) == len(runs)
+
+
+def test_runs_that_say_ok_are_right(verdicts: dict[str, Any]) -> None:
+    counts = verdicts["counts"]
+    assert counts["falsely_ok"] <= MOST_FALSE * counts["says_ok"]
+    assert counts["falsely_failed"] == 0
