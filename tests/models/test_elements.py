@@ -23,7 +23,6 @@ PUBLISHED = 0.02  # of the example's values, which come from Hamrock & Brewe's f
 INTEGRALS = 1e-3  # of displacements by quadrature
 STRIBECK = 0.01  # of the largest load: the rounded constants 4.37 and 4.08
 LINE = 2e-4  # of a line in one second: a fifth of the resolution at a thousandth of it
-ROUNDING = 1e-9
 GAUSS = 200
 
 
@@ -157,12 +156,6 @@ def test_an_inner_defect_has_sidebands_at_the_shaft_and_an_outer_one_has_none() 
         heights[kind] = at[1] / at[0]
     assert heights["inner"] > 0.2
     assert heights["outer"] < 0.02
-
-
-def test_a_stated_slip_of_the_cage_moves_both_lines() -> None:
-    run = srbval.simulate(srbval.paper_scene(bearing="skf-6205", duration="0.2 s", cage_slip=0.01))
-    assert run.cage_ratio == pytest.approx(0.99 * load_bearing("skf-6205").orders.ftf, rel=ROUNDING)
-    assert run.bpfo_hz + run.bpfi_hz == pytest.approx(9 * run.scene.shaft_hz, rel=ROUNDING)
 
 
 @pytest.mark.parametrize(

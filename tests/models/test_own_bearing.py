@@ -92,15 +92,6 @@ def test_the_papers_bearing_under_another_name_counts_as_validated(tmp_path: Pat
         assert run.not_validated == ("amplitudes and the noise floor",)
 
 
-def test_what_else_is_not_validated_is_named() -> None:
-    scene = srbval.paper_scene(
-        model="kinematic", bearing="skf-6205", duration="20 ms", defect={"kind": "roller"}, load={"gravity": True}
-    )
-    said = " | ".join(srbval.simulate(scene).not_validated)
-    for word in ("skf-6205", "no [geometry], so grooves", "defect on a roller", "gravity"):
-        assert word in said
-
-
 def test_pulses_without_dimensions_follow_the_load() -> None:
     scene = srbval.paper_scene(model="impulse", bearing="fag-22205", duration="0.5 s", defect={"kind": "outer"})
     half = srbval.paper_scene(

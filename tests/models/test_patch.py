@@ -68,12 +68,6 @@ def test_force_is_the_dense_limit_of_the_points(patch: Patch, depth_m: float) ->
     assert patch.force_n(np.array([depth_m]))[0] == pytest.approx(limit, rel=LIMIT)
 
 
-def test_force_grows_with_the_power_three_halves(patch: Patch) -> None:
-    one, four = patch.force_n(np.array([1e-5, 4e-5]))
-    assert four / one == pytest.approx(8)
-    assert patch.force_n(np.array([-1e-5]))[0] == 0
-
-
 def test_damper_is_that_of_the_touching_points(patch: Patch) -> None:
     depth, count = 3e-5, MILLION
     touching = 2 * math.sqrt(2 * depth / patch.curvature_1_m) / (2 * math.pi * patch.race_radius_m / count)
@@ -124,7 +118,7 @@ def test_friction_of_a_patch_is_that_of_dense_points() -> None:
 def test_the_line_rung_is_the_limit_of_ever_denser_points(fit: str) -> None:
     """Cage speed, and a healthy bearing without the noise of points passing; with play 0 as with interference."""
     scenes = (dense_scene(500, model="line"), dense_scene(500), dense_scene(DENSE))
-    runs = [simulate(replace(s, duration_s=0.5, contact=replace(s.contact, roller_fit=RollerFit(fit)))) for s in scenes]
+    runs = [simulate(replace(s, duration_s=1.0, contact=replace(s.contact, roller_fit=RollerFit(fit)))) for s in scenes]
     line, paper, dense = (measure(run) for run in runs)
     floors = [answers(run, load_bearing("skf-22240"))[Question.NOISE_FLOOR] for run in runs]
     assert line.cage_ratio == pytest.approx(dense.cage_ratio, rel=CAGE_TOLERANCE)

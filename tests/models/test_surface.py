@@ -23,7 +23,7 @@ from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
 from srbval.models.full.parameters import Parameters, geometry_of, state_layout
 from srbval.models.full.steps import rates
-from srbval.models.full.surface import contact_half_m, felt_share
+from srbval.models.full.surface import felt_share
 from srbval.models.full.surface_kernel import SurfaceHeights
 from srbval.models.ladder import MODELS, rung_of
 from srbval.models.simulate import Step, simulate
@@ -170,15 +170,6 @@ def test_a_contact_feels_a_wave_as_an_elastic_half_plane_does(reach: float, phas
     felt = float(felt_share(np.array([reach]), 1.0)[0]) * math.cos(phase)
     assert -(higher - lower) / (2 * small) == pytest.approx(felt, abs=BEM_ERROR)
     assert felt == pytest.approx(j0(reach) * math.cos(phase))
-
-
-def test_half_a_contacts_length() -> None:
-    """b of 4 P / (pi kappa E*) = 1; waves shorter than 2.6 b are not felt."""
-    modulus = 2.07e11 / (2 * (1 - 0.3**2))
-    assert contact_half_m(math.pi / 4 * modulus * 1e-3, 1e3) == pytest.approx(1e-3)
-    assert (
-        felt_share(2 * math.pi / np.array([2.7, 2.5]), 1.0)[1] == 0.0 < felt_share(np.array([2 * math.pi / 2.7]), 1.0)
-    )
 
 
 def test_a_seed_says_all() -> None:

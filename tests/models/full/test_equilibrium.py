@@ -86,25 +86,6 @@ def test_rows_mirror_each_other_under_radial_load() -> None:
     assert ring[2] == pytest.approx(0.0, abs=MIRRORED_M)
 
 
-def test_mirrored_axial_load_swaps_the_rows() -> None:
-    plus, ring = slides_and_ring(equilibrium_state(model_of(load={"axial": "49 kN"})))
-    minus, mirrored = slides_and_ring(equilibrium_state(model_of(load={"axial": "-49 kN"})))
-    assert plus == pytest.approx(np.roll(minus, 19), abs=MIRRORED_M)
-    assert ring == pytest.approx(mirrored * [1, 1, -1], abs=MIRRORED_M)
-
-
-def test_turning_the_load_by_two_rollers_turns_the_slides() -> None:
-    """570 points per circle are 30 per roller: a turn by two rollers maps the bearing onto itself."""
-    contact, turn = {"points_per_circle": 570}, 2 * 2 * np.pi / 19
-    slides, ring = slides_and_ring(equilibrium_state(model_of(contact=contact, load={"path": "bearing"})))
-    load = {"path": "bearing", "direction_rad": -np.pi / 2 + turn}
-    turned, turned_ring = slides_and_ring(equilibrium_state(model_of(contact=contact, load=load)))
-    assert turned[:19] == pytest.approx(np.roll(slides[:19], 2), abs=MIRRORED_M)
-    assert turned_ring[0] + 1j * turned_ring[1] == pytest.approx(
-        (ring[0] + 1j * ring[1]) * np.exp(1j * turn), abs=MIRRORED_M
-    )
-
-
 def test_unloaded_rollers_rest_on_the_outer_race() -> None:
     """With play and little load most rollers are held by their centrifugal force alone, at the outer race."""
     model = model_of(contact={"radial_play": "0.2 mm"})

@@ -23,7 +23,6 @@ ROUNDING = 1e-9  # of two formulations that subtract lengths of 0.16 m to find m
 GROWN_ROUNDING = 1e-8  # the same for the net force of a run's state, in which forces on the ring nearly cancel
 WHOLE_POINTS = 0.02  # share of a point's extra force by which the roller's curvature changes it
 UNCHANGED = 1e-6  # of the largest load: what leans from the slope of the bump on neighbouring circles
-LEAST_FORCE_N = 100.0  # the state must press some rollers, or nothing is tested
 
 
 def test_evaluating_only_near_rollers_loses_nothing() -> None:

@@ -12,13 +12,12 @@ from srbval.models.full.point_cloud import (
     candidate_windows,
     circle_points,
     clearance_aside_m,
-    cross_section,
     inner_circle,
     outer_circle,
     window_half_count,
     wrapped,
 )
-from srbval.scene import Defect, DefectShape, paper_scene
+from srbval.scene import Defect, paper_scene
 
 GEOMETRY = load_bearing("skf-22240").geometry
 assert GEOMETRY is not None
@@ -81,12 +80,6 @@ def test_a_pit_as_drilled_on_the_rig() -> None:
     assert deep.max() == pytest.approx(1e-3, abs=2 * math.pi * radius / 500 / 8)
     assert set(np.unique(pit.lift)) == {0.0, -5e-4}
     assert np.count_nonzero(pit.lift) == pytest.approx(8, abs=1)
-
-
-def test_shapes_of_a_defect() -> None:
-    across = np.array([-0.6, -0.5, -0.25, 0.0, 0.25, 0.5, 0.6])
-    assert cross_section(across, DefectShape.FLAT) == pytest.approx([0, 1, 1, 1, 1, 1, 0])
-    assert cross_section(across, DefectShape.COSINE) == pytest.approx([0, 0, 0.5, 1, 0.5, 0, 0])
 
 
 @pytest.mark.parametrize("points", [500, 4000])
