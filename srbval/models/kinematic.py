@@ -2,9 +2,9 @@
 
 The other models below the full one take their motion from here: drive, cage and rollers, see `Prescribed`.
 
-Answers: where the fault lines are, but for slip. Cannot answer anything about heights: its clicks
-are all alike, of one sample and no particular strength, so harmonics, sidebands, noise floor and amplitude mean
-nothing; nor slip, which it takes to be none. A healthy bearing is silent. Needs no geometry: orders are enough.
+Answers: where the fault lines are, but for slip. Cannot answer anything about heights: its clicks are all alike, of
+one sample and no particular strength, so harmonics, sidebands, noise floor and amplitude mean nothing; nor slip, which
+it takes to be none. A healthy bearing is silent. Needs no geometry: orders are enough.
 """
 
 import math

@@ -1,7 +1,7 @@
 """The full model with continuous contacts: each circle of a race meets a roller in a patch, not in points.
 
 Same bodies, joints, load and solvers; only the contact differs. With K_c / s held and the points dense (see
-`srbval.models.line`) a circle's normal force at a penetration d is K_c/s (4/3) sqrt(2/kappa) d^(3/2), its damper
+below) a circle's normal force at a penetration d is K_c/s (4/3) sqrt(2/kappa) d^(3/2), its damper
 2 C_c/s sqrt(2 d/kappa), its elastic energy 2/5 F d. The depth rate is that in the patch's middle: elsewhere along it
 rolling adds as much as it takes. Slip is not one over the patch: at xi = x over its half length the penetration is
 d (1 - xi^2), and a race that turns by W against a roller of radius rho slips W d (1 + 1/(kappa rho)) xi^2 faster than
@@ -19,9 +19,8 @@ Without points passing by, three of the full model's steps may be taken in one: 
 Answers: all questions, without the excitation by points passing. Cannot answer: point passing itself; defects on
 rollers.
 
-**A patch.** A circle of points at spacing s, each a spring K_c, meets a roller that would penetrate it by d at the
-nearest place. A point at distance x along the race is met by d - kappa x^2 / 2, kappa the curvature of the gap
-(roller's plus race's,
+A circle of points at spacing s, each a spring K_c, meets a roller that would penetrate it by d at the nearest place. A
+point at distance x along the race is met by d - kappa x^2 / 2, kappa the curvature of the gap (roller's plus race's,
 the concave outer race counting negative). With s going to zero and K_c / s held, the sum over the points becomes
 
     F(d) = K_c / s * integral of max(0, d - kappa x^2 / 2) dx = K_c / s * (4/3) * sqrt(2 / kappa) * d^(3/2),

@@ -3,7 +3,7 @@
 `approach` is how far the outer race has come towards the shaft at a roller's angle [m], in the bearing's radial
 direction. The roller slides in its slot until both races press it alike. On a circle whose normal leans by b from the
 slot and by a from the radial direction the outer race is penetrated by approach cos a + (slide + e_o) cos b, the
-inner one by (e_i - slide) cos b, with e the roller's radius less the gap to the race; forces follow `patch`.
+inner one by (e_i - slide) cos b, with e the roller's radius less the gap to the race; forces follow `line.Patch`.
 
 The force is tabulated once per run: over the approach, and over the position of a defect besides.
 """
