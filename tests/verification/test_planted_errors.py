@@ -21,7 +21,7 @@ from pathlib import Path
 import pytest
 
 import srbval
-from srbval.storage.own_package import child_environment
+from srbval.storage.installation import child_environment
 
 HERE = Path(__file__).parent
 KERNELS = Path(srbval.__file__).parent / "models" / "full"
