@@ -1,6 +1,6 @@
-"""A child process that answers one request at a time: both ends of its pipes.
+"""A worker process that answers one call at a time: both ends of its pipes.
 
-The child ends when its input does, in the middle of an answer if need be, so it never outlives its parent; code that
+The worker ends when its input does, in the middle of an answer if need be, so it never outlives its parent; code that
 holds the interpreter all that time is ended with the request's limit. What libraries print there goes to standard error
 and never between the answers.
 """
@@ -55,7 +55,7 @@ class WorkerProcess:
         """The process's number."""
         return self._process.pid
 
-    def ask(self, request: Any, *, limit_s: float | None = None) -> Any:
+    def call(self, request: Any, *, limit_s: float | None = None) -> Any:
         """The answer to a request; `DiedError` if the process died, `OverLimitError` if it took over `limit_s` [s]."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None

@@ -71,7 +71,7 @@ CALLED_BY_HDF5 = {_PatientFile.write.__code__, _PatientFile.truncate.__code__}  
 
 @contextlib.contextmanager
 def new_hdf5(path: Path) -> Iterator[Any]:
-    """An open HDF5 file that becomes `path`, whole and with its checksum, or nothing; `ATTRIBUTES` are among its attributes.
+    """An open HDF5 file that becomes `path`, whole and with its checksum, or nothing; it has `ATTRIBUTES`.
 
     Raises `DataError` where the place cannot be written; its `check_written` does so as soon as that is known.
     """
