@@ -66,10 +66,15 @@ def _check(owner: object, field: dataclasses.Field[Any], number: float) -> None:
     above, least, most = field.metadata["limits"]
     if (above is None or number > above) and (least is None or number >= least) and (most is None or number <= most):
         return
-    low = "" if above is least is None else f"above {above:g}" if least is None else f"{least:g} or more"
-    words = " and ".join(filter(None, [low, "" if most is None else f"at most {most:g}"]))
+    if most is None:
+        words = "be positive" if above == 0 else "not be negative" if least == 0 else f"be {least:g} or more"
+    elif least is None:
+        words = f"be at most {most:g}" if above is None else f"be above {above:g} and at most {most:g}"
+    else:
+        words = f"be between {least:g} and {most:g}"
     table = re.sub("(?<=[a-z])(?=[A-Z])", "_", type(owner).__name__).lower()
-    raise ConfigurationError(f"{table} {field.name} = {number} must be {words}.")
+    value = f"{number:.9g}" if isinstance(number, float) else str(number)
+    raise ConfigurationError(f"{table} {field.name} = {value} must {words}.")
 
 
 def read_toml(path: Path) -> dict[str, Any]:
