@@ -6,13 +6,13 @@ import math
 from dataclasses import dataclass
 
 from srbval.errors import ConfigurationError
-from srbval.storage.tables import Checked, limited
+from srbval.storage.tables import Limited, limited
 
 MOST = 1000  # rolling elements of a row, and passages per shaft revolution
 
 
 @dataclass(frozen=True, kw_only=True)
-class FaultOrders(Checked):
+class FaultOrders(Limited):
     """Fault lines per shaft revolution, dimensionless.
 
     `bsf` is the rolling element's spin relative to the cage; a defect on it meets a race twice per

@@ -20,14 +20,14 @@ from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
 from srbval.errors import ConfigurationError
-from srbval.storage.tables import Checked, limited, quantity
+from srbval.storage.tables import Limited, limited, quantity
 
 MOST_MODES = 3  # that 2 s of an output can tell apart
 DRAWS, SEED = 400, 5  # of the parameters, for what their uncertainty does to a level
 
 
 @dataclass(frozen=True, kw_only=True)
-class PathMode(Checked):
+class PathMode(Limited):
     """A mode: its undamped `frequency_hz`, `damping_ratio`, and `gain`, which may be negative."""
 
     frequency_hz: float = quantity("frequency", least=1, most=1e6)
@@ -36,7 +36,7 @@ class PathMode(Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SensorPath(Checked):
+class SensorPath(Limited):
     """A path: the `direct` gain d and up to three `modes`, good within `low_hz` to `high_hz`, and its `source`.
 
     `covariance` is that of ln d and, mode by mode, ln f, ln zeta, g, [1 + 3 modes, 1 + 3 modes]; empty where nothing is

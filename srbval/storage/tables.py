@@ -3,7 +3,7 @@
 A field declared with `quantity(dimension)` is named with its SI unit (``radial_n``). Its table may say
 ``radial_n = 124800.0`` (a number, SI) or ``radial = "124.8 kN"`` (text with a unit); a bare number
 under the unit-less key is refused, so no file can be read in the wrong unit. Fields with limits belong to a class
-`Checked`, which checks them however it is made, by `dataclasses.replace` too.
+`Limited`, which checks them however it is made, by `dataclasses.replace` too.
 """
 
 import dataclasses
@@ -39,7 +39,7 @@ LONG_KEY = re.compile(rf"(?<![\w-]){KEY_PART}(?:[ \t]*\.[ \t]*{KEY_PART}){{{LONG
 def limited(
     *, above: float | None = None, least: float | None = None, most: float | None = None, **options: Any
 ) -> Any:
-    """Declare a field of a `Checked` class with limits of its number, or of every number in its tuple."""
+    """Declare a field of a `Limited` class with limits of its number, or of every number in its tuple."""
     metadata = options.pop("metadata", {}) | {"limits": (above, least, most)}
     return dataclasses.field(metadata=metadata, **options)
 
@@ -49,7 +49,7 @@ def quantity(dimension: str, **options: Any) -> Any:
     return limited(metadata={"dimension": dimension}, **options)
 
 
-class Checked:
+class Limited:
     """Base of dataclasses with limits; a value beyond them, or that no machine has, is a `ConfigurationError`."""
 
     def __post_init__(self) -> None:
