@@ -9,6 +9,7 @@ import enum
 import json
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from srbval.arrays import FloatArray
+from srbval.bearing import load_bearing
 from srbval.models.run import Run, RunSummary, bearing_of_run
 from srbval.scene import Scene
 from srbval.storage.own_hdf5 import CHECKED, own_hdf5
@@ -120,6 +122,21 @@ def scene_dict(scene: Any) -> dict[str, Any]:
             del table[name]
     plain: dict[str, Any] = json.loads(json.dumps(table, default=_plain))
     return plain
+
+
+def scene_content(scene: Scene) -> str:
+    """A scene and its bearing's data as text: the key of results that are computed from the scene.
+
+    Where a bearing's file lies does not matter.
+    """
+    name, content = _bearing_content(scene.bearing)
+    return json.dumps(scene_dict(scene) | {"bearing": name}, sort_keys=True) + content
+
+
+@cache
+def _bearing_content(name: str) -> tuple[str, str]:
+    bearing = load_bearing(name)
+    return bearing.name, repr(bearing)
 
 
 def _plain(value: object) -> str:

@@ -1,15 +1,12 @@
 """The scenes that solvers are compared on, with play and with the printed roller diameter; durations, repetitions."""
 
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
-from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
+from srbval.bearing import RACE_DEFECTS, Fault
 from srbval.errors import ConfigurationError
-from srbval.models.run_file import scene_dict
 from srbval.scene import Scene, load_scene
 
 PAPER_STEP_S = 1 / 61440  # Table 4
@@ -82,20 +79,6 @@ def bench_scene(
         "solver": {"name": solver, "step_s": step_s},
     }
     return load_scene(base_of(name), changes)
-
-
-def scene_content(scene: Scene) -> str:
-    """A scene and its bearing's data as text: the key of results that are computed from the scene.
-
-    Where a bearing's file lies does not matter.
-    """
-    bearing = {"bearing": load_bearing(scene.bearing).name}
-    return json.dumps(scene_dict(scene) | bearing, sort_keys=True) + _bearing_content(scene.bearing)
-
-
-@cache
-def _bearing_content(name: str) -> str:
-    return repr(load_bearing(name))
 
 
 def output_rate_hz(step_s: float) -> float:

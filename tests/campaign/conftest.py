@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from srbval.campaign.run import run_campaign
-from srbval.campaign.verify import verify_campaign
+from srbval.campaign.status import verify_campaign
 from tests.campaign.in_process import InProcess
 from tests.campaign.mixed_folder import mixed
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 
-from srbval.campaign.case import CaseOutcome
+from srbval.campaign.case import CaseResult
 from srbval.campaign.engines.engine import Job
 from srbval.campaign.work import prepare, run_case
 
@@ -14,7 +14,7 @@ class InProcess:
 
     name, workers = "in-process", 1
 
-    def run(self, job: Job) -> Generator[CaseOutcome]:
+    def run(self, job: Job) -> Generator[CaseResult]:
         prepare(job.precompiled)
         for task in job.tasks:
             yield run_case(task)

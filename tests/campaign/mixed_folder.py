@@ -8,7 +8,7 @@ from typing import Any
 
 from srbval.campaign.run import run_campaign
 from srbval.campaign.settings import Campaign
-from srbval.campaign.verify import verify_campaign
+from srbval.campaign.status import verify_campaign
 from tests.campaign.in_process import InProcess
 from tests.campaign.small import failing_point, small
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from srbval.campaign.engines.engine import ATTEMPTS
+from srbval.campaign.engines.local import ATTEMPTS
 
 START_S = 60  # for the scheduler and its workers to start on a busy machine
 END_S = 10  # for one of them to end by itself

@@ -16,15 +16,14 @@ from typing import Any
 
 import pytest
 
-from srbval.campaign.campaign_folder import CampaignFolder
-from srbval.campaign.case import Ending
-from srbval.campaign.case_file import write_failure
+from srbval.campaign.folder import PLAN, CampaignFolder
+from srbval.campaign.case import CaseResult, Ending
+from srbval.campaign.case_file import write_result
 from srbval.campaign.export import ExportSettings, export_campaign
 from srbval.campaign.status import campaign_status
-from srbval.campaign.verify import verify_campaign
+from srbval.campaign.status import verify_campaign
 from srbval.cli import main
 from srbval.errors import DataError
-from srbval.storage.checked_json import checked_line
 from tests.campaign.mixed_folder import add_zeros, cut, damaged_names, empty, files_of, flip, good_results, resume
 from tests.campaign.small import content
 
@@ -33,7 +32,7 @@ BATCH = 20  # flips of different files that one resumed run repairs
 
 
 def test_every_flipped_bit_is_found_and_repaired(whole: Path, folder: Path) -> None:
-    """In results, plan, journal, campaign file and table: one bit each, and several files at once for the repair."""
+    """In results, plan, journal and table: one bit each, and several files at once for the repair."""
     chance = random.Random(FLIPS)
     files = [path.relative_to(whole) for path in files_of(whole)]
     weights = [(whole / name).stat().st_size ** 0.5 for name in files]
@@ -41,8 +40,6 @@ def test_every_flipped_bit_is_found_and_repaired(whole: Path, folder: Path) -> N
     flips = 0
     while flips < FLIPS:
         hit = set(chance.choices(files, weights, k=BATCH)[: FLIPS - flips])
-        if Path("plan.jsonl") in hit:
-            hit.discard(Path("campaign.json"))  # with the names in both damaged nobody may go on, see below
         flipped = {name: flip((whole / name).read_bytes(), chance) for name in sorted(hit)}
         for name, raw in flipped.items():
             (folder / name).write_bytes(raw)
@@ -60,6 +57,11 @@ def test_every_flipped_bit_is_found_and_repaired(whole: Path, folder: Path) -> N
         assert verify_campaign(folder).ok
     assert flips >= FLIPS
     print(f"{flips} flips found and repaired")
+
+
+def lines_of(folder: Path) -> list[bytes]:
+    """About, six cases, about, six results."""
+    return (folder / PLAN).read_bytes().splitlines(keepends=True)
 
 
 def loop(path: Path) -> None:
@@ -138,20 +140,19 @@ def test_a_case_is_tried_again_by_what_its_result_says(whole: Path, folder: Path
     """The journal's line may be damaged."""
     path = good_results(folder)[0]
     path.unlink()
-    write_failure(path, None, Ending.TIMED_OUT, "too long")
-    empty(folder / "journal.jsonl")
+    write_result(path, CaseResult(key=path.stem, ending=Ending.TIMED_OUT, reason="too long"), None)
+    (folder / PLAN).write_bytes(b"".join(lines_of(folder)[:-6]))
     found, _ = resume(folder)
     assert (found.ran, found.damaged, len(found.failed)) == (1, 0, 3)
     assert content(folder) == content(whole)
 
 
 def test_damaged_lines_of_the_journal_are_dropped_and_said(folder: Path) -> None:
-    journal = folder / "journal.jsonl"
-    lines = journal.read_bytes().splitlines(keepends=True)
-    journal.write_bytes(lines[0] + b"{rotten}\n" + b"".join(lines[1:]))
-    assert [found.file.name for found in campaign_status(folder).damaged] == ["journal.jsonl"]
+    journal, lines = folder / PLAN, lines_of(folder)
+    journal.write_bytes(b"".join(lines[:-1]) + b"{rotten}\n" + lines[-1])
+    assert [found.file.name for found in campaign_status(folder).damaged] == [PLAN]
     _, said = resume(folder)
-    assert "journal.jsonl was damaged" in said[0]
+    assert f"{PLAN} was damaged" in said[0]
     assert journal.read_bytes() == b"".join(lines)
     journal.write_bytes(b"".join(lines)[:-7])  # its writer was killed
     assert verify_campaign(folder).ok
@@ -163,7 +164,7 @@ def test_a_damaged_result_of_another_plan_is_named_and_left(folder: Path) -> Non
     resume(folder, seed=7)  # new cases; the six are of no plan now, but for those that were refused
     assert verify_campaign(folder).ok
     kept = {path: path.read_bytes() for path in good_results(folder)}
-    left = [path for path in kept if path.stem not in {case.key for case in CampaignFolder(folder).planned()}]
+    left = [path for path in kept if path.stem not in {case.key for case in CampaignFolder(folder).journal().cases}]
     assert left
     cut(left[0])
     (found,) = verify_campaign(folder).damaged
@@ -174,10 +175,9 @@ def test_a_damaged_result_of_another_plan_is_named_and_left(folder: Path) -> Non
 
 
 def test_what_a_campaign_has_not_done_yet_is_no_damage(folder: Path) -> None:
-    folder_ = CampaignFolder(folder)
     missing = good_results(folder)[0]
-    entries = [entry for entry in folder_.journal() if entry.key != missing.stem]
-    (folder / "journal.jsonl").write_bytes(b"".join(map(checked_line, entries)))
+    lines = [line for line in lines_of(folder) if not line.startswith(b'{"ended"') or missing.stem.encode() not in line]
+    (folder / PLAN).write_bytes(b"".join(lines))
     missing.unlink()
     assert verify_campaign(folder).ok
 
@@ -192,7 +192,7 @@ def test_what_is_strange_ends_in_one_line(folder: Path, monkeypatch: pytest.Monk
 
     for path in (folder / "cases").glob("*/*.h5"):
         path.unlink()
-    monkeypatch.setattr("srbval.campaign.run.write_failure", full)
+    monkeypatch.setattr("srbval.campaign.run.write_result", full)
     with pytest.raises(DataError, match=r"No space left on device.*Free some space"):
         resume(folder)
 

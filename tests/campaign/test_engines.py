@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from srbval.campaign.engines.choose import choose_engine
+from srbval.campaign.engines import choose_engine
 from srbval.campaign.engines.dask_cluster import cluster_at
 from srbval.campaign.engines.engine import Job
 from srbval.campaign.engines.local import LocalProcesses
@@ -106,10 +106,10 @@ def simulate(scene):
     if scene.seed == 668:
         sum(iter(int, 1))  # lets no other thread of Python run
     return good(scene)
-def write(path, run, *rest):
-    if run.scene.seed == 669:
+def write(path, result, scene, *rest):
+    if scene.seed == 669:
         time.sleep(1e6)
-    return good_write(path, run, *rest)
+    return good_write(path, result, scene, *rest)
 good_write = work.write_result
 work._simulate, work.write_result = simulate, write
 """

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from srbval.campaign.engines import case_process
+from srbval.campaign.engines import local
 from srbval.campaign.engines.local import LocalProcesses
 from srbval.campaign.run import run_campaign
 from srbval.errors import DataError, NumericsError
@@ -95,7 +95,7 @@ def test_processes_that_the_system_refuses(tmp_path: Path, monkeypatch: pytest.M
     def refuse(*_: Any, **__: Any) -> None:
         raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN))
 
-    monkeypatch.setattr(case_process, "AnsweringProcess", refuse)
+    monkeypatch.setattr(local, "AnsweringProcess", refuse)
     with pytest.raises(DataError, match=r"refused to start a process .*unavailable.* --jobs"):
         run_campaign(small(), tmp_path, engine=LocalProcesses(2))
 
@@ -106,7 +106,7 @@ def test_processes_that_never_get_ready(
 ) -> None:
     (tmp_path / "sitecustomize.py").write_text(code)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])]))
-    monkeypatch.setattr(case_process, "PREPARE_LIMIT_S", 3.0)
+    monkeypatch.setattr(local, "PREPARE_LIMIT_S", 3.0)
     with pytest.raises(NumericsError, match=said):
         run_campaign(small(), tmp_path / "run", engine=LocalProcesses(2))
     assert "Traceback" not in capfd.readouterr().err

@@ -16,7 +16,8 @@ from pathlib import Path
 
 import pytest
 
-from srbval.campaign.verify import verify_campaign
+from srbval.campaign.folder import PLAN
+from srbval.campaign.status import verify_campaign
 from srbval.cli import main
 from srbval.errors import SrbvalError
 from tests.campaign.mixed_folder import resume
@@ -33,8 +34,9 @@ BROKEN = [b"", b"\0" * 100, b"\xff\xfe{}", b"{", b"[]", b"null", b'{"check": "' 
 
 def hostile_line(line: bytes, chance: random.Random) -> bytes:
     """A line with another value or key, and mostly the right check value."""
-    table = json.loads(line)
-    table.pop("check")
+    document = json.loads(line)
+    document.pop("check")
+    ((_, table),) = document.items()
     key = chance.choice(list(table))
     marker = "<value>"
     kind = chance.randrange(4)
@@ -47,7 +49,7 @@ def hostile_line(line: bytes, chance: random.Random) -> bytes:
         table["point"] = {chance.choice(["a", "\0", "../x", "\ud800"]): marker}
     else:
         table[key] = marker
-    text = json.dumps(table).replace(f'"{marker}"', chance.choice(VALUES)).removesuffix("}").encode()
+    text = json.dumps(document).replace(f'"{marker}"', chance.choice(VALUES)).removesuffix("}").encode()
     check = hashlib.sha256(text).hexdigest()[:32].encode() if chance.random() < 0.9 else b"0" * 32
     return text + b', "check": "' + check + b'"}'
 
@@ -76,14 +78,12 @@ def test_hostile_plans_and_journals(whole: Path, tmp_path: Path, capsys: pytest.
     for name in ("victim.h5", "victim", f"{'a' * 32}.h5", "cases/victim.h5"):
         (outside / name).parent.mkdir(exist_ok=True)
         (outside / name).write_text("mine")
-    names = ["journal.jsonl", "plan.jsonl", "campaign.json"]
     codes: dict[str, int] = {}
     for _ in range(JOURNALS):
-        for name in chance.sample(names, chance.choice([1, 1, 2])):
-            lines = (whole / name).read_bytes().splitlines()
-            at = chance.randrange(len(lines))
+        lines = (whole / PLAN).read_bytes().splitlines()
+        for at in chance.sample(range(len(lines)), chance.choice([1, 1, 2])):
             lines[at] = hostile_line(lines[at], chance)
-            (folder / name).write_bytes(b"\n".join(lines) + chance.choice([b"\n", b""]))
+        (folder / PLAN).write_bytes(b"\n".join(lines) + chance.choice([b"\n", b""]))
         for command in (["status", str(folder)], ["verify", str(folder)], ["verify", str(folder), "--json"]):
             signal.alarm(HANG_S)
             code = main(["campaign", *command])

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from srbval.campaign.engines.choose import choose_engine
+from srbval.campaign.engines import choose_engine
 from srbval.campaign.run import run_campaign
 from srbval.errors import ConfigurationError
 from tests.campaign.command import MANY, cluster, start

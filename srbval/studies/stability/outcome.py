@@ -10,6 +10,7 @@ import numpy as np
 from srbval.models.band_levels import band_rms
 from srbval.models.health import default_solver
 from srbval.models.run import RunStatus
+from srbval.models.run_file import scene_content
 from srbval.models.simulate import Step
 from srbval.models.step_error import SLIDING, TOLERANCE, Estimate, differences, means_of
 from srbval.plan.measures import smooth_mean
@@ -18,7 +19,6 @@ from srbval.progress import Progress
 from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.scene import Scene
 from srbval.storage.content_store import ContentStore
-from srbval.studies.scenes import scene_content
 from srbval.studies.stability.grid import StabilityCase, StabilityGrid, StabilityGroup
 
 Key = TypeVar("Key")
