@@ -124,6 +124,43 @@ def scene_dict(scene: Any) -> dict[str, Any]:
     return plain
 
 
+def _plain(value: object) -> str:
+    return str(value.value) if isinstance(value, enum.Enum) else str(value)
+
+
+def _own_bearing(scene: Scene) -> dict[str, Any]:
+    """What a reader needs of the bearing to find its lines, wherever the bearing's own file is by then."""
+    bearing = bearing_of_run(scene)
+    if bearing is None:
+        return {}
+    said = {key: getattr(bearing, key) for key in ("name", "title", "source", "rolling_elements")}
+    return {f"bearing_{key}": value for key, value in (said | vars(bearing.orders)).items()}
+
+
+def _attributes(run: RunSummary) -> dict[str, Any]:
+    scene = run.scene
+    return {
+        "srbval_kind": "run",
+        "name": f"{scene.model} model, {scene.defect.kind.scene_word} defect, {scene.shaft_hz * 60:.6g} rpm",
+        "unit": "m/s2",
+        "bearing": scene.bearing,
+        **_own_bearing(scene),
+        "state": scene.defect.kind.value,
+        "shaft_speed_hz": scene.shaft_hz,
+        "radial_n": scene.load.radial_n,
+        "axial_n": scene.load.axial_n,
+        "scene": json.dumps(scene_dict(scene)),
+        "status": run.status.value,
+        "reason": run.reason,
+        "numerics": json.dumps(None if run.step_error is None else run.step_error.to_dict()),
+        "cage_ratio": run.cage_ratio,
+        "bpfo_hz": run.bpfo_hz,
+        "bpfi_hz": run.bpfi_hz,
+        "not_validated": "; ".join(run.not_validated),
+        "wall_s": run.wall_s,
+    }
+
+
 def scene_content(scene: Scene) -> str:
     """A scene and its bearing's data as text: the key of results that are computed from the scene.
 
@@ -174,3 +211,17 @@ def _attributes(run: RunSummary) -> dict[str, Any]:
         "not_validated": "; ".join(run.not_validated),
         "wall_s": run.wall_s,
     }
+
+
+def scene_content(scene: Scene) -> str:
+    """A scene and its bearing's data as text: the key of results that are computed from the scene.
+
+    Where a bearing's file lies does not matter.
+    """
+    bearing = {"bearing": load_bearing(scene.bearing).name}
+    return json.dumps(scene_dict(scene) | bearing, sort_keys=True) + _bearing_content(scene.bearing)
+
+
+@cache
+def _bearing_content(name: str) -> str:
+    return repr(load_bearing(name))

@@ -10,7 +10,7 @@ from srbval.storage.stored_result import StoredResult, newest_result
 
 
 @dataclass(frozen=True, kw_only=True)
-class Results(Mapping[str, StoredResult]):
+class StoredResults(Mapping[str, StoredResult]):
     """The newest stored result of each name, and by name what pages gathered for themselves."""
 
     stored: Mapping[str, StoredResult]
@@ -37,21 +37,21 @@ class Page:
     `place` orders the sections, see `assemble`; pages whose sections have one id follow each other within one section.
     `data` gives further keys of ``report.json``, of which lists are joined to those of the same key. `gather` computes,
     before anything is drawn, what the page says of the recordings registered here; it is found under the page's `name`
-    in `Results.gathered`.
+    in `StoredResults.gathered`.
     """
 
     name: str
     place: float
     results: tuple[str, ...]
-    section: Callable[[Results], Section]
-    data: Callable[[Results], Mapping[str, Any]] = lambda _: {}
-    gather: Callable[[Results], Any] | None = None
+    section: Callable[[StoredResults], Section]
+    data: Callable[[StoredResults], Mapping[str, Any]] = lambda _: {}
+    gather: Callable[[StoredResults], Any] | None = None
 
 
-def results_of(pages: Iterable[Page], *names: str) -> Results:
+def results_of(pages: Iterable[Page], *names: str) -> StoredResults:
     """The newest results that `pages` are made of, and those of further `names`, with what the pages gather of them."""
     wanted = dict.fromkeys((*names, *(name for page in pages for name in page.results)))
-    found = Results(stored={name: result for name in wanted if (result := newest_result(name)) is not None})
+    found = StoredResults(stored={name: result for name in wanted if (result := newest_result(name)) is not None})
     return replace(found, gathered={page.name: page.gather(found) for page in pages if page.gather})
 
 

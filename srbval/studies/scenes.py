@@ -7,9 +7,11 @@ from typing import Any
 
 from srbval.bearing import RACE_DEFECTS, Fault
 from srbval.errors import ConfigurationError
+from srbval.models.solvers import SOLVERS
 from srbval.scene import Scene, load_scene
 
 PAPER_STEP_S = 1 / 61440  # Table 4
+RPM = 2 * math.pi / 60  # rad/s
 OUTPUT_RATE_HZ = 20480.0  # the rig's sampling rate, section 3.2
 CONTACTS: dict[str, dict[str, Any]] = {"play0": {}, "interference": {"roller_fit": "printed"}}
 STATES = (Fault.HEALTHY, *RACE_DEFECTS)
@@ -94,3 +96,10 @@ def check_scenes(names: Sequence[str]) -> None:
     for name in names:
         if name not in SCENES + RIG_SCENES:
             raise ConfigurationError(f"scene {name!r} is not known to bench. Known: {', '.join(SCENES + RIG_SCENES)}.")
+
+
+def check_solvers(names: Sequence[str]) -> None:
+    """Raise `ConfigurationError` for a name that is no solver."""
+    for name in names:
+        if name not in SOLVERS:
+            raise ConfigurationError(f"solver {name!r} is not known. Known: {', '.join(SOLVERS)}.")

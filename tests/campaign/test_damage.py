@@ -16,12 +16,11 @@ from typing import Any
 
 import pytest
 
-from srbval.campaign.folder import PLAN, CampaignFolder
 from srbval.campaign.case import CaseResult, Ending
 from srbval.campaign.case_file import write_result
 from srbval.campaign.export import ExportSettings, export_campaign
-from srbval.campaign.status import campaign_status
-from srbval.campaign.status import verify_campaign
+from srbval.campaign.folder import PLAN, CampaignFolder
+from srbval.campaign.status import campaign_status, verify_campaign
 from srbval.cli import main
 from srbval.errors import DataError
 from tests.campaign.mixed_folder import add_zeros, cut, damaged_names, empty, files_of, flip, good_results, resume

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from srbval.campaign.folder import EARLIER, PLAN, TABLE, CampaignFolder
 from srbval.campaign.case import CaseResult, Ending
+from srbval.campaign.folder import EARLIER, PLAN, TABLE, CampaignFolder
 from srbval.campaign.run import run_campaign
-from srbval.campaign.status import campaign_status
-from srbval.campaign.status import verify_campaign
+from srbval.campaign.status import campaign_status, verify_campaign
 from srbval.errors import ConfigurationError, DataError
 from tests.campaign.in_process import InProcess
 from tests.campaign.mixed_folder import damaged_names, empty, files_of, good_results, resume

@@ -16,10 +16,10 @@ from typing import Any
 
 import pytest
 
-from srbval.campaign.folder import PLAN, TABLE, CampaignFolder
 from srbval.campaign.case import CaseResult
 from srbval.campaign.engines import choose_engine
 from srbval.campaign.engines.engine import Job
+from srbval.campaign.folder import PLAN, TABLE, CampaignFolder
 from srbval.campaign.lock import folder_lock
 from srbval.campaign.quantities import Output, quantities_of
 from srbval.campaign.run import run_campaign

@@ -30,7 +30,7 @@ from srbval.report.findings.provenance import RunFacts
 from srbval.report.findings.shown_records import SidebandShares
 from srbval.report.findings.speeds import PublishedSpeedRow, SingleSpeed
 from srbval.report.findings.stored import ShownLadder
-from srbval.report.pages import Results
+from srbval.report.pages import StoredResults
 from srbval.scene import RollerFit
 from srbval.signal import Scalogram
 
@@ -89,7 +89,7 @@ class Evidence:
     published_speeds: tuple[PublishedSpeedRow, ...]
     speed_source: PublishedSpeeds
     datasets: Mapping[str, DatasetDescription]
-    results: Results
+    results: StoredResults
     ladder: ShownLadder
     rig_ladder: ShownLadder
     provenance: Mapping[str, Any]

@@ -5,7 +5,7 @@ from typing import Any
 
 from srbval.comparison.bias import LEAST_RECORDS
 from srbval.report.model import Section
-from srbval.report.pages import Page, Results
+from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
 
@@ -15,7 +15,7 @@ BAND = "RMS 1400-2800 Hz"  # in which the effect of the hole's place on the leve
 Row = Mapping[str, Any]
 
 
-def section(results: Results) -> Section:
+def section(results: StoredResults) -> Section:
     """How many amplitudes are near and why the others are not; each row, share and bias in the appendix."""
     result = results.get("amplitudes")
     if result is None:
@@ -47,7 +47,7 @@ def _by_kind(shares: Sequence[Row]) -> Iterator[dict[str, Any]]:
         yield {**of["path"], "by": of}
 
 
-def data(results: Results) -> Row:
+def data(results: StoredResults) -> Row:
     """What ``report.json`` holds of it."""
     content = results.content("amplitudes")
     return {"amplitudes": content.get("shares", [])} | {key: content.get(key, []) for key in ("comparisons", "bias")}

@@ -1,19 +1,17 @@
-"""The rig scene's amplitudes against the rig's, in m/s2: ``python -m srbval.studies.amplitudes.study [-o FILE]``.
+"""The rig scene's amplitudes against the rig's, in m/s2.
 
 The scene behind the path to the sensor that H 877 and OR 877 give, at each record's own speed; those two are `fit`,
 IR 877, Roller 877 and H 353 `withheld`: not used, but seen. The inputs' ranges are drawn together, with where each
-record's hole may lie drawn for itself, and for every draw, and for the finer run, the path is identified anew from the
+record's hole may lie drawn for itself, and for every draw, and for the finer run, the path is identified again from the
 outer-race run, so that what both share cancels as it does in use. Beside it four ways of guessing: a path that also
-turns the phases at random, which powers do not tell; no path; the planar rung behind a path of its own; and the
+turns the phases at random, which powers do not tell; no path; the planar model behind a path of its own; and the
 outer-race record's own increment. And how far each record repeats from one half of it to the other. Waves on races and
 rollers that would give H 877's level are a further part of the uncertainty.
 """
 
-from __future__ import annotations
-
-import argparse
 import math
 import statistics
+from argparse import Namespace
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -51,17 +49,16 @@ from srbval.path.amplitudes import (
 )
 from srbval.path.identify import BAND_HZ, band_powers, identify
 from srbval.path.path_fit import best_of, fit_path, refit
-from srbval.processes.machine import this_machine
+from srbval.progress import Progress
+from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
 from srbval.recordings import Recording, recording_from_run
 from srbval.recordings.datasets.srbval_files import SENSOR
 from srbval.recordings.registry import find_recording, load_entry
 from srbval.scene import SensorPath, draws, load_scene, merge, rig_inputs
 from srbval.signal import NORMAL_95
-from srbval.storage.own_package import git_revision
-from srbval.storage.stored_result import AMPLITUDES, COMMAND, stamped, store_result
 from srbval.storage.strict_json import json_object
-from srbval.studies.rows import print_rows
+from srbval.studies.harness import Study, StudyResult
 
 BEARING = load_bearing(DEFAULT_BEARING)
 POWER, HEALTHY_DRAWS = 4, 4  # of two: draws of all inputs; how many of them the healthy bearing is run with
@@ -113,7 +110,6 @@ def run_of(record: Recording, state: Fault, changes: Mapping[str, Any]) -> Run:
         "duration_s": SECONDS, "solver": {"step_s": STEP_S},
     }  # fmt: skip
     run = simulate(load_scene("rig", merge(own, changes)), step=Step.UNCHECKED)
-    print(f"{record.name}: {run.cage_ratio:.6f}", flush=True)
     if not run.status.usable:
         raise NumericsError(f"amplitudes: the run with {changes} failed ({run.status}): {run.reason}")
     return run
@@ -365,29 +361,24 @@ def model_u(row: Comparison) -> float:
     return math.hypot(*(width for part, width in row.parts.items() if part not in DATA_PARTS)) / NORMAL_95
 
 
-def main() -> None:
-    """Run the study, print and store it."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("-o", "--output", type=Path)
-    options = parser.parse_args()
-    revision = git_revision()
+def _run(_: Namespace, __: Progress) -> StudyResult:
     found, shares = study()
-    print_rows([
+    rows = [
         {"record": row.record, "used_for": row.used_for, "quantity": row.quantity, "rig": row.rig.value,
          "model": row.model.value, "error": row.error, "U": row.uncertainty, "unit": row.error_unit,
          "resolved by the rig": "yes" if row.rig.present else "no", "verdict": row.verdict.value}
         for row in found
-    ])  # fmt: skip
-    print_rows([json_object(one) for one in shares])
+    ]  # fmt: skip
     counted = [
         replace(row, kind=OF_HEALTHY) if row.fault is Fault.HEALTHY and row.kind == "band level" else row
         for row in found if row.kind != "band level" or row.quantity in THIRD_OCTAVES  # each band once
     ]  # fmt: skip
-    content = {"machine": this_machine(), "comparisons": [row.to_dict() for row in found], "shares": shares,
-               "bias": biases_of(counted), "over_angle": over_angle(measured(Fault.OUTER, FAST))}  # fmt: skip
-    path = store_result(stamped(AMPLITUDES, content, command=COMMAND[AMPLITUDES], revision=revision), options.output)
-    print(f"stored: {path}")
+    content = {"comparisons": [row.to_dict() for row in found], "shares": shares, "bias": biases_of(counted),
+               "over_angle": over_angle(measured(Fault.OUTER, FAST))}  # fmt: skip
+    text = f"{text_rows(rows)}\n\n{text_rows([json_object(one) for one in shares])}"
+    return StudyResult(name="amplitudes", content=content, text=text)
 
 
-if __name__ == "__main__":
-    main()
+STUDY = Study(
+    question="How near are the rig scene's amplitudes to the rig's, fitted and withheld?", minutes=5, run=_run
+)

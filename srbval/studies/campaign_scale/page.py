@@ -1,7 +1,7 @@
 """What a campaign costs besides its simulations, from the stored study."""
 
 from srbval.report.model import Section
-from srbval.report.pages import Page, Results
+from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
 
@@ -9,7 +9,7 @@ TEXTS = Texts.of_study(__package__)
 WORKERS = "workers_before_the_coordinator_is_full"
 
 
-def section(results: Results) -> Section:
+def section(results: StoredResults) -> Section:
     """What was measured and its extrapolation."""
     result = results.get("campaign_scale")
     if result is None:

@@ -4,7 +4,7 @@ from functools import partial
 
 from srbval.report.blocks import Block
 from srbval.report.model import Section
-from srbval.report.pages import Page, Results
+from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
 from srbval.studies.diagnosis.figure import reliability_plot
@@ -13,7 +13,7 @@ from srbval.studies.diagnosis.study import ALL
 TEXTS = Texts.of_study(__package__)
 
 
-def section(results: Results) -> Section:
+def section(results: StoredResults) -> Section:
     """Counts by method; the reliability diagram of the probabilities."""
     result = results.get("diagnosis")
     if result is None:

@@ -1,14 +1,14 @@
 """The planner's predicted errors against measured ones on drawn scenes, as last stored."""
 
 from srbval.report.model import Section
-from srbval.report.pages import Page, Results
+from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
 
 TEXTS = Texts.of_study(__package__)
 
 
-def section(results: Results) -> Section:
+def section(results: StoredResults) -> Section:
     """How many predictions held, by model and question."""
     result = results.get("held_out")
     if result is None:

@@ -1,17 +1,15 @@
-"""What faults are named against: ``SRBVAL_RECORDINGS=... python -m srbval.studies.known_records.study -o FILE``.
+"""What faults are named from: features of records of known state.
 
 Every registered measured record of known state is read once as what it is; each faulty one also with a shaft speed
-wrong by 13 % and by -10 % and with another bearing, which must come out as something else. FILE is
+wrong by 13 % and by -10 % and with another bearing, which must come out as something else. Written as a table,
 ``srbval/diagnosis/known_records.csv``.
 """
 
-from __future__ import annotations
-
-import argparse
+import contextlib
 import csv
 import dataclasses
 import re
-import sys
+from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -19,9 +17,11 @@ from srbval.bearing import DEFECTS, load_bearing
 from srbval.diagnosis.fault_evidence import fault_evidence
 from srbval.diagnosis.fault_posterior import OTHER
 from srbval.errors import SrbvalError
+from srbval.progress import Progress
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings.registry import listing
 from srbval.studies.diagnosis.study import KnownRecord, known_records
+from srbval.studies.harness import Study, StudyResult
 
 WRONG_SPEEDS = (1.13, 0.9)
 # Of this bearing; the first one's of any other. No fault order of the wrong one is a race's of the right one.
@@ -35,7 +35,7 @@ SPECIMENS = {
     "torino": r"^(H|IR|OR|Roller)_",
 }
 COLUMNS = ("rig", "specimen", "state", *(fault.value for fault in DEFECTS), "unexplained")
-HEAD = "# Features of records of known state; written by python -m srbval.studies.known_records.study\n"
+HEAD = "# Features of records of known state; written by srbval study run known_records\n"
 
 
 def specimen(record: KnownRecord) -> str:
@@ -66,24 +66,26 @@ def rows(record: KnownRecord) -> Iterator[dict[str, object]]:
         yield dict(zip(COLUMNS, (record.rig, specimen(record), state, *values), strict=True))
 
 
-def main() -> None:
-    """Read all, write the table."""
-    parser = argparse.ArgumentParser(description="What faults are named against.")
-    parser.add_argument("-o", "--output", type=Path, required=True, help="srbval/diagnosis/known_records.csv")
-    options = parser.parse_args()
-    found = []
-    for record in known_records(listing().recordings):
-        try:
+def _options(parser: ArgumentParser) -> None:
+    parser.add_argument("--table", metavar="FILE", required=True, help="CSV: srbval/diagnosis/known_records.csv")
+
+
+def _run(options: Namespace, progress: Progress) -> StudyResult:
+    found, records = [], known_records(listing().recordings)
+    for number, record in enumerate(records):
+        progress("read the records", number / len(records))
+        with contextlib.suppress(SrbvalError):
             found += list(rows(record))
-        except SrbvalError as error:
-            print(f"{record.entry.file}: {error}", file=sys.stderr)
-    with options.output.open("w", newline="", encoding="utf-8") as file:
+    progress("read the records", 1.0)
+    with Path(options.table).open("w", newline="", encoding="utf-8") as file:
         file.write(HEAD)
         writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         writer.writeheader()
         writer.writerows(found)
-    print(f"{len(found)} rows written to {options.output}")
+    return StudyResult(content={"rows": found}, text=f"{len(found)} rows written to {options.table}")
 
 
-if __name__ == "__main__":
-    main()
+STUDY = Study(
+    question="What do the features of faults look like in records of known state?", minutes=3, run=_run,
+    options=_options,
+)  # fmt: skip

@@ -1,6 +1,7 @@
 """Run every rung on every calibration scene and compare it with the base's reference model at half its step."""
 
 import time
+from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
@@ -13,10 +14,9 @@ from srbval.models.kernel_cache import precompile
 from srbval.models.ladder import MODELS
 from srbval.models.precompile import load_kernels
 from srbval.models.run_file import scene_content
-from srbval.plan.cases import BASES, CalibrationScene, quick_grid
-from srbval.plan.machine import calibrate, describe_machine
+from srbval.plan.cases import BASES, CalibrationScene, between, grid, quick_grid
 from srbval.plan.questions import Answer, Question, answers, asked_of, error_pct
-from srbval.plan.table import Answered, Entry, LadderCalibration, RungEntry, read_answers
+from srbval.plan.table import Answered, Entry, LadderCalibration, RungEntry, read_answers, summary
 from srbval.plan.timing import attempt
 from srbval.processes.machine import load_average, usable_cores
 from srbval.progress import Progress, silent
@@ -24,6 +24,8 @@ from srbval.recordings import Recording, recording_from_run
 from srbval.scene import Scene
 from srbval.storage.content_store import ContentStore
 from srbval.storage.strict_json import json_object
+from srbval.studies.harness import Study, StudyResult, printed_columns
+from srbval.studies.machine import calibrate, describe_machine
 
 SECONDS = 2.0  # eleven revolutions at the slowest speed
 WARM_UP_S = 0.01
@@ -160,3 +162,31 @@ def answer(scene: Scene, store: ContentStore | None = None, *, healthy: Scene | 
     if store is not None:
         store.save(scene_content(scene), fresh)
     return fresh
+
+
+def _options(parser: ArgumentParser) -> None:
+    parser.add_argument("--quick", action="store_true", help="few scenes: a first impression, not for publication")
+    parser.add_argument("--base", choices=["paper", "rig"], default="paper", help="scene that the calibration varies")
+    parser.add_argument("--seconds", metavar="S", type="positive", default=SECONDS, help="of each run")
+
+
+def _run(options: Namespace, progress: Progress) -> StudyResult:
+    """Stored where ``-o`` names a file: the planner reads ``srbval/plan/calibration_<base>.json``."""
+    table = measure_ladder(
+        (quick_grid if options.quick else grid)(options.base),
+        [] if options.quick else between(options.base),
+        base=options.base,
+        seconds=options.seconds,
+        jobs=options.jobs,
+        store=answer_store(),
+        progress=progress,
+    )
+    rows = summary(table)
+    text = f"reference: {table.reference}; {len(table.entries)} scenes of {table.seconds:g} s"
+    printed = printed_columns(__package__, "summary", rows)
+    return StudyResult(content=json_object(table) | {"ladder": rows}, text=f"{text}\n{printed}")
+
+
+STUDY = Study(
+    question="How far is every model from the full one, or from slices?", minutes=40, run=_run, options=_options
+)

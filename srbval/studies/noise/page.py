@@ -6,7 +6,7 @@ from typing import Any
 
 from srbval.report.blocks import Block
 from srbval.report.model import Section
-from srbval.report.pages import Page, Results
+from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
 from srbval.storage.stored_result import StoredResult
@@ -14,7 +14,7 @@ from srbval.storage.stored_result import StoredResult
 TEXTS = Texts.of_study(__package__)
 
 
-def section(results: Results) -> Section:
+def section(results: StoredResults) -> Section:
     """Down to which ratio of signal to noise the lines are found."""
     result = results.get("noise")
     return TEXTS.section(appendix=(missing("noise"),) if result is None else _blocks(result, result.content["rows"]))

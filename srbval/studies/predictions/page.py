@@ -13,7 +13,7 @@ from srbval.comparison.predictions import rows_of_predictions
 from srbval.path.amplitudes import THIRD_OCTAVES
 from srbval.recordings.registry import listing
 from srbval.report.model import Section
-from srbval.report.pages import Page, Results
+from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
 from srbval.storage.strict_json import json_object
@@ -23,13 +23,13 @@ MOST_LISTED = 4  # records side by side in the table of predictions
 Row = Mapping[str, Any]
 
 
-def compared(results: Results) -> tuple[Comparison, ...]:
+def compared(results: StoredResults) -> tuple[Comparison, ...]:
     """The stored predictions against the registered recordings that they are of."""
     content = results.content("predictions")
     return rows_of_predictions(content or None, listing(or_none=True).recordings, load_bearing(DEFAULT_BEARING))
 
 
-def section(results: Results) -> Section:
+def section(results: StoredResults) -> Section:
     """The outcome in a paragraph; every prediction and every compared row in the appendix."""
     result = results.get("predictions")
     if result is None:
@@ -62,7 +62,7 @@ def _predicted(prediction: Row, name: str) -> tuple[float, float]:
     return prediction["values"][name], math.hypot(*(of.get(name, 0.0) for of in prediction["parts"].values()))
 
 
-def data(results: Results) -> Row:
+def data(results: StoredResults) -> Row:
     """What ``report.json`` holds of it."""
     content, rows = results.content("predictions"), results.gathered["predictions"]
     predicted = {key: content.get(key) for key in ("predictions_sha256", "predictions")}

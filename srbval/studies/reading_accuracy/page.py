@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from srbval.report.model import Section
-from srbval.report.pages import Page, Results
+from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
 
@@ -16,7 +16,7 @@ READING_KEYS = ("accuracy", "false_alarms", "timings", "chains", "transforms")
 COVERAGE = (0.92, 0.98)  # of a 95 % interval, as counted in so many records
 
 
-def section(results: Results) -> Section:
+def section(results: StoredResults) -> Section:
     """Error against the Cramer-Rao bound, coverage of the stated intervals, false alarms, the chain."""
     result = results.get("reading_accuracy")
     if result is None:
@@ -41,7 +41,7 @@ def section(results: Results) -> Section:
     return TEXTS.section(appendix=(origin_of(result), intro, accuracy, alarms, *of_chains))
 
 
-def data(results: Results) -> Mapping[str, Any]:
+def data(results: StoredResults) -> Mapping[str, Any]:
     """What ``report.json`` holds of it."""
     return {"reading": {key: results.content("reading_accuracy").get(key, []) for key in READING_KEYS}}
 

@@ -1,14 +1,14 @@
 """How often the verdict by record is wrong on simulated rigs, from the stored study."""
 
 from srbval.report.model import Section
-from srbval.report.pages import Page, Results
+from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
 
 TEXTS = Texts.of_study(__package__)
 
 
-def section(results: Results) -> Section:
+def section(results: StoredResults) -> Section:
     """Shares of rigs and records, by truth."""
     result = results.get("record_verdicts")
     if result is None:

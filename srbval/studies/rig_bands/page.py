@@ -1,14 +1,14 @@
 """Model and rig in both of the paper's bands, from the stored study."""
 
 from srbval.report.model import Section
-from srbval.report.pages import Page, Results
+from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
 
 TEXTS = Texts.of_study(__package__)
 
 
-def section(results: Results) -> Section:
+def section(results: StoredResults) -> Section:
     """Whether one band serves both, and what the scene of the rig leaves open."""
     result = results.get("rig_bands")
     if result is None:

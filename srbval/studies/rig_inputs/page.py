@@ -1,14 +1,14 @@
 """The rig's own scene against the rig's records: the cage speed that follows from its inputs alone."""
 
 from srbval.report.model import Section
-from srbval.report.pages import Page, Results
+from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
 
 TEXTS = Texts.of_study(__package__)
 
 
-def section(results: Results) -> Section:
+def section(results: StoredResults) -> Section:
     """Errors against uncertainties of the cage speed; the effect of each input in the appendix."""
     result = results.get("rig_inputs")
     if result is None:

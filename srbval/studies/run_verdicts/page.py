@@ -1,14 +1,14 @@
 """How often runs are right about themselves, from the stored study."""
 
 from srbval.report.model import Section
-from srbval.report.pages import Page, Results
+from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
 
 TEXTS = Texts.of_study(__package__)
 
 
-def section(results: Results) -> Section:
+def section(results: StoredResults) -> Section:
     """The counts, by part of the grid, and every run whose verdict is wrong."""
     result = results.get("run_verdicts")
     if result is None:

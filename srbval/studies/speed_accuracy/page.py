@@ -11,7 +11,7 @@ from srbval.report.badges import Badge
 from srbval.report.blocks import Block, Figure
 from srbval.report.inline import literal
 from srbval.report.model import Section
-from srbval.report.pages import Page, Results
+from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
 from srbval.scene import SolverSettings, paper_scene
@@ -32,7 +32,7 @@ MOST_ROWS = 10  # of that table
 CONVERGED = 0.1  # relative error of a path at twice the converged run's step, below which it has an order
 
 
-def section(results: Results) -> Section:
+def section(results: StoredResults) -> Section:
     """One chart and the rows that matter most; in the appendix the other charts, all such rows, orders and targets.
 
     A remark where nothing is stored. The bench of the rig's scene is shown beside the paper's where there is one.

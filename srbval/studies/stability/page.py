@@ -10,7 +10,7 @@ from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Figure, Listing
 from srbval.report.inline import literal
 from srbval.report.model import Section
-from srbval.report.pages import Page, Results
+from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
 from srbval.scene import SolverSettings, paper_scene
@@ -27,7 +27,7 @@ Row = Mapping[str, Any]
 NAMES = ("stability", "rig_stability")  # the results, of the paper's scenes and of the rig's
 
 
-def section(results: Results) -> Section:
+def section(results: StoredResults) -> Section:
     """The paper's claims and one map; in the appendix all maps, limits and what the runs did not notice."""
     result, rig = results.get(NAMES[0]), results.get(NAMES[1])
     if result is None:

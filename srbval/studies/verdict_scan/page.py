@@ -1,14 +1,14 @@
 """What would be stated of the cage ratio with each input alone over its range, from the stored study."""
 
 from srbval.report.model import Section
-from srbval.report.pages import Page, Results
+from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
 
 TEXTS = Texts.of_study(__package__)
 
 
-def section(results: Results) -> Section:
+def section(results: StoredResults) -> Section:
     """One row for each input, reading and numerics of each record."""
     result = results.get("verdict_scan")
     if result is None:

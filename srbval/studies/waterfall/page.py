@@ -6,7 +6,7 @@ from typing import Any
 
 from srbval.report.badges import Badge
 from srbval.report.model import Section
-from srbval.report.pages import Page, Results
+from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
 from srbval.studies.waterfall.figure import waterfall_plot
@@ -15,7 +15,7 @@ TEXTS = Texts.of_study(__package__)
 FORMAT = {"%": "+.3f", "dB": "+.1f"}
 
 
-def section(results: Results) -> Section:
+def section(results: StoredResults) -> Section:
     """Chart and table of every step; only a remark where nothing is stored."""
     result = results.get("waterfall")
     if result is None:
