@@ -84,7 +84,7 @@ def test_renewing_keeps_tolerances_and_what_was_skipped() -> None:
     new = renewed(old, CheckResult(checks=(checked(value=1.234567),), skipped=("b",)))
     assert new == {"a": reference(value=1.2346), "b": old["b"]}
     (change,) = differences(old, new)
-    assert (change.old, change.new, change.moved) == (1.0, 1.2346, pytest.approx(23.46))
+    assert (change["old"], change["new"], change["moved"]) == (1.0, 1.2346, pytest.approx(23.46))
 
 
 def test_no_reference_is_made_of_a_failure() -> None:

@@ -1,7 +1,8 @@
 """Worker processes of this machine, one for the engine `serial`; Dask's workers run their cases in such, too.
 
-Each case has a thread here that starts another process when its own dies. The standard pools of processes, pebble's too,
-give up everything that is running when one dies at the wrong moment; the standard ones do not say whose case it was.
+Each case has a thread here that starts another process when its own dies. The standard pools of processes, also that of
+pebble, give up everything that is running when one dies at the wrong moment; the standard ones do not say whose case it
+was.
 """
 
 import itertools
