@@ -40,7 +40,7 @@ from srbval.scene import Scene, paper_scene
 from srbval.scene.sensor_path import PathMode, SensorPath
 from srbval.signal import NORMAL_95
 from srbval.studies.harness import Study, StudyResult
-from srbval.studies.sensitivity.open_inputs import drawn, open_inputs
+from srbval.studies.open_inputs import drawn, open_inputs
 
 SETS = ("cwru", "mfpt", "hit-sm")
 RATE_HZ = 51_200.0  # covers the sets' band up to 10 kHz

@@ -26,8 +26,8 @@ from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.recordings import Recording, ShaftSpeed, SpeedSource
 from srbval.scene import Scene, SensorPath, draws, load_scene, merge, rig_inputs
-from srbval.studies.amplitudes.study import STEP_S, moved_path
 from srbval.studies.harness import Study, StudyResult
+from srbval.studies.rig_amplitudes import STEP_S, moved_path
 from srbval.studies.simulated_rig import BEARING, TRUE, background, record, simulated_rig
 
 CASES = ((Fault.OUTER, 859.0), (Fault.INNER, 600.0))

@@ -3,22 +3,18 @@
 No method sees the state that a record's name or data set declares.
 """
 
-import dataclasses
 import itertools
-import re
 import time
-import tomllib
 from argparse import Namespace
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 from typing import Any, ClassVar
 
 from scipy.stats import binomtest
 
-from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
+from srbval.bearing import DEFECTS, Bearing, Fault
 from srbval.comparison.other_rigs import Baselines, healthy_analysis
 from srbval.diagnosis.fault_call import call_fault
 from srbval.diagnosis.fault_naming import name_fault
@@ -27,68 +23,17 @@ from srbval.progress import Progress, silent
 from srbval.reading.analyse import analyse
 from srbval.reading.band_choice import band_kurtogram, declared_band
 from srbval.reading.lines import detected_fault_lines
-from srbval.recordings import Origin, Recording, RecordingSettings
-from srbval.recordings.registry import FileStatus, RegisteredRecording, listing, load_entry, rig_of, without_copies
+from srbval.recordings import Recording
+from srbval.recordings.registry import RegisteredRecording, listing
 from srbval.storage.strict_json import json_value
-from srbval.studies.diagnosis.naming_scores import naming_scores
 from srbval.studies.diagnosis.simple_diagnosis import strongest_line
 from srbval.studies.harness import Study, StudyResult, printed_columns
+from srbval.studies.known_state import KnownRecord, known_records
+from srbval.studies.naming_scores import naming_scores
 
 ALL = "all"
 NAMED, CALLED = "first named", "called"
 NOTHING = "nothing"
-
-
-@dataclass(frozen=True, kw_only=True)
-class KnownRecord:
-    """A registered record of known `state`, to be read with the settings of `entry`; `bearing` None: its set's own."""
-
-    entry: RegisteredRecording
-    state: Fault
-    bearing: str | None = None
-
-    def load(self) -> tuple[Recording, Bearing]:
-        """The record without its state, and its bearing; raises what loading raises.
-
-        Without the other channels where the entry asks for one: those are other bearings'.
-        """
-        recording = dataclasses.replace(load_entry(self.entry), state=None)
-        asked = self.entry.settings and self.entry.settings.channel
-        if asked:
-            recording = dataclasses.replace(recording, channels={asked: recording.channels[asked]})
-        return recording, load_bearing(self.bearing or recording.bearing or "")
-
-    @property
-    def rig(self) -> str:
-        """The machine: data set and, where that holds several, folder."""
-        dataset, folder = rig_of(self.entry.dataset, self.entry.file)
-        return " ".join(filter(None, (dataset, Path(folder).name)))
-
-
-def known_records(registered: Iterable[RegisteredRecording]) -> list[KnownRecord]:
-    """Those of `registered` that are measured, whole and of known state, in the order of rig and file."""
-    assumed = tomllib.loads((resources.files("srbval.studies.diagnosis") / "assumed.toml").read_text(encoding="utf-8"))
-    found = []
-    for entry in without_copies(r for r in registered if r.dataset and r.origin is Origin.MEASURED):
-        if entry.status is not FileStatus.OK:
-            continue
-        bearing, dataset = assumed["bearing"].get(entry.dataset), entry.dataset
-        if entry.state is not None:
-            found.append(KnownRecord(entry=entry, state=entry.state, bearing=bearing))
-        for rule in assumed["healthy"]:
-            if entry.state is None and rule["dataset"] == dataset and re.search(rule["file"], Path(entry.file).name):
-                settings = entry.settings or RecordingSettings()
-                found += [
-                    KnownRecord(
-                        entry=dataclasses.replace(
-                            entry, channel=name, settings=dataclasses.replace(settings, channel=name)
-                        ),
-                        state=Fault.HEALTHY,
-                        bearing=bearing,
-                    )
-                    for name in rule["channels"]
-                ]
-    return sorted(found, key=lambda r: (r.rig, r.entry.file, r.entry.channel or ""))
 
 
 @dataclass(frozen=True, kw_only=True)

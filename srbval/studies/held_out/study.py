@@ -22,8 +22,8 @@ from srbval.progress.tables import text_rows
 from srbval.storage.content_store import ContentStore
 from srbval.storage.stored_result import newest_result
 from srbval.storage.strict_json import json_object
+from srbval.studies.calibration_runs import answer_store, measure_cases
 from srbval.studies.harness import Study, StudyResult
-from srbval.studies.model_hierarchy.study import answer_store, measure_cases
 
 SEED = 5  # of the scenes, not that of those between the calibration's
 # Tolerances at which each prediction is put to the test.

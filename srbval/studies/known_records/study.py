@@ -7,55 +7,26 @@ wrong by 13 % and by -10 % and with another bearing, which must come out as some
 
 import contextlib
 import csv
-import dataclasses
-import re
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator
 from pathlib import Path
 
-from srbval.bearing import DEFECTS, load_bearing
+from srbval.bearing import DEFECTS
 from srbval.diagnosis.fault_evidence import fault_evidence
-from srbval.diagnosis.fault_posterior import OTHER
 from srbval.errors import SrbvalError
 from srbval.progress import Progress
-from srbval.reading.analyse import Analysis, analyse
+from srbval.reading.analyse import analyse
 from srbval.recordings.registry import listing
-from srbval.studies.diagnosis.study import KnownRecord, known_records
 from srbval.studies.harness import Study, StudyResult
+from srbval.studies.known_state import (
+    KnownRecord,
+    known_records,
+    readings,
+    specimen,
+)
 
-WRONG_SPEEDS = (1.13, 0.9)
-# Of this bearing; the first one's of any other. No fault order of the wrong one is a race's of the right one.
-WRONG_BEARING = {"mfpt-nice": "skf-6203"}
-# Which bearing of its rig a record is of, by its file's name; IMS has two channels per bearing.
-SPECIMENS = {
-    "cwru": r"_((?:IR|OR|B)\d+|Normal).*_\d\d?k?(DE|FE)|_((?:IR|OR|B)\d+|Normal)",
-    "hit-sm": r"^(Normal|IR\d|OR\d)",
-    "mfpt": r"^(Inner|Outer|baseline)",
-    "uestc": r"^([NBIO])_",
-    "torino": r"^(H|IR|OR|Roller)_",
-}
 COLUMNS = ("rig", "specimen", "state", *(fault.value for fault in DEFECTS), "unexplained")
 HEAD = "# Features of records of known state; written by srbval study run known_records\n"
-
-
-def specimen(record: KnownRecord) -> str:
-    """The bearing within its rig."""
-    if record.entry.dataset == "ims":
-        return f"bearing {(int((record.entry.channel or 'ch1')[2:]) + 1) // 2}"
-    pattern = next((p for name, p in SPECIMENS.items() if (record.entry.dataset or "").startswith(name)), "(.*)")
-    found = re.search(pattern, Path(record.entry.file).stem)
-    return "-".join(filter(None, found.groups())) if found else Path(record.entry.file).stem
-
-
-def readings(record: KnownRecord, read: Analysis) -> Iterator[tuple[str, Analysis]]:
-    """The record as `read`, of its state, and a faulty one also as what it is not, as something else."""
-    yield record.state.value, read
-    if record.state in DEFECTS:
-        for factor in WRONG_SPEEDS:
-            wrong = {"value_hz": factor * read.speed.value_hz, "ci95_hz": factor * read.speed.ci95_hz}
-            yield OTHER, dataclasses.replace(read, speed=dataclasses.replace(read.speed, **wrong))
-        other = load_bearing(WRONG_BEARING.get(read.bearing.name, next(iter(WRONG_BEARING))))
-        yield OTHER, dataclasses.replace(read, bearing=other)
 
 
 def rows(record: KnownRecord) -> Iterator[dict[str, object]]:

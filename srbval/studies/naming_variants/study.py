@@ -28,10 +28,9 @@ from srbval.recordings.registry import listing
 from srbval.signal import Periodogram
 from srbval.signal.comb_spectrum import CombSpectrum
 from srbval.signal.prewhitening import prewhitened
-from srbval.studies.diagnosis.naming_scores import held_out, scores
-from srbval.studies.diagnosis.study import KnownRecord, known_records
 from srbval.studies.harness import Study, StudyResult
-from srbval.studies.known_records.study import readings, specimen
+from srbval.studies.known_state import KnownRecord, known_records, readings, specimen
+from srbval.studies.naming_scores import held_out, scores
 from srbval.studies.naming_variants.cyclic_coherence import cyclic_coherence, exponential_ratio
 
 # Shares of the carriers: the whole band, its halves, its quarters.

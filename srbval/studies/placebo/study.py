@@ -147,9 +147,7 @@ def healthy(folder: Path) -> Iterator[tuple[str, Recording, Bearing]]:
 
 
 def _options(parser: ArgumentParser) -> None:
-    parser.add_argument(
-        "--combs", metavar="N", type="count", default=COMBS_PER_FAMILY, help="per family and record"
-    )
+    parser.add_argument("--combs", metavar="N", type="count", default=COMBS_PER_FAMILY, help="per family and record")
     parser.add_argument("--noise", metavar="N", type="count", help="only what N noises per record give by chance")
 
 

@@ -25,7 +25,8 @@ from srbval.progress import Progress
 from srbval.recordings import Recording, ShaftSpeed, SpeedSource
 from srbval.recordings.registry import rig_recordings, unopened
 from srbval.scene import SensorPath, draws, load_scene, merge, rig_inputs
-from srbval.studies.amplitudes.study import (
+from srbval.studies.harness import Study, StudyResult
+from srbval.studies.rig_amplitudes import (
     FAST,
     FAULTS,
     FINER,
@@ -39,7 +40,6 @@ from srbval.studies.amplitudes.study import (
     run_of,
     values,
 )
-from srbval.studies.harness import Study, StudyResult
 
 RIG_LOAD = load_scene("rig").load
 RADIAL_KN, AXIAL_KN = (load_n / 1e3 for load_n in (RIG_LOAD.radial_n, RIG_LOAD.axial_n))

@@ -47,11 +47,11 @@ from srbval.storage.stored_result import (
     RESULTS,
     newest_result,
 )
+from srbval.studies.emulator import Emulator, fit_emulator
 from srbval.studies.harness import Study, StudyResult
+from srbval.studies.input_effects import coordinates, groups_of, predict
+from srbval.studies.open_inputs import open_inputs
 from srbval.studies.record_verdicts.truths import Truth, make_truths, read_truths
-from srbval.studies.sensitivity.emulator import Emulator, fit_emulator
-from srbval.studies.sensitivity.open_inputs import open_inputs
-from srbval.studies.sensitivity.study import coordinates, groups_of, predict
 
 RIGS, SEED = 500, 20
 KNOWN, KNOWN_MOUNTING_DB = 0.1, 0.3

@@ -19,8 +19,8 @@ from srbval.comparison.spectrum_shape import halves_of
 from srbval.errors import SrbvalError
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
-from srbval.studies.sensitivity.open_inputs import drawn, open_inputs
-from srbval.studies.sensitivity.study import _values, paper_scenes, run_unchecked
+from srbval.studies.input_effects import _values, paper_scenes, run_unchecked
+from srbval.studies.open_inputs import drawn, open_inputs
 
 SEED = 20
 

@@ -32,8 +32,8 @@ from srbval.progress.tables import text_rows
 from srbval.recordings import Recording
 from srbval.scene import Scene, SensorPath, draws, load_scene, merge, rig_inputs
 from srbval.storage.strict_json import json_object
-from srbval.studies.amplitudes.study import BEARING, OF_HEALTHY, behind, drawn_paths, line_order, measured
 from srbval.studies.harness import Study, StudyResult
+from srbval.studies.rig_amplitudes import BEARING, OF_HEALTHY, WAVES, behind, drawn_paths, line_order, measured
 
 SECONDS, STEP_S = 1.0, 1 / 81_920  # the model of continuous races takes two of its steps in one
 FINER = {"solver": {"step_s": STEP_S / 2}, "line_contact": {"slices": 31}}
@@ -78,7 +78,7 @@ def steps() -> tuple[WaterfallStep, ...]:
     """All of them, in their order."""
     found, so_far = [], dict[str, Any]()
     for one in read_toml(Path(__file__).with_name("steps.toml"))["step"]:
-        so_far = merge(so_far, one.get("changes", {}))
+        so_far = merge(so_far, WAVES if one.get("waves") else one.get("changes", {}))
         found.append(WaterfallStep(name=one["name"], changes=so_far))
     return tuple(found)
 
