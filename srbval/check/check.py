@@ -139,9 +139,7 @@ def renewed(reference: Mapping[str, ReferenceQuantity], result: CheckResult) -> 
     return {name: old.at(fresh[name]) if name in fresh else old for name, old in reference.items()}
 
 
-def differences(
-    old: Mapping[str, ReferenceQuantity], new: Mapping[str, ReferenceQuantity]
-) -> list[dict[str, Any]]:
+def differences(old: Mapping[str, ReferenceQuantity], new: Mapping[str, ReferenceQuantity]) -> list[dict[str, Any]]:
     """What an update would change: name, old and new value, unit, and how far it `moved` in tolerances.
 
     `moved` is None without an old value or a tolerance.

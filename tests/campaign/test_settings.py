@@ -12,7 +12,7 @@ from srbval.campaign.sampling import points
 from srbval.campaign.settings import Campaign, load_campaign, presets
 from srbval.config.strict import build
 from srbval.errors import ConfigurationError, DataError
-from tests.campaign.small import small
+from tests.campaign.campaigns import small
 
 
 def points_of(*axes: dict[str, Any], **more: Any) -> list[dict[str, Any]]:
