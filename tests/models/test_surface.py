@@ -27,9 +27,8 @@ from srbval.models.full.surface import contact_half_m, felt_share
 from srbval.models.full.surface_kernel import SurfaceHeights
 from srbval.models.ladder import MODELS, rung_of
 from srbval.models.simulate import Step, simulate
-from srbval.plan.plan import make_plan
+from srbval.plan.plan import make_plan, refusal
 from srbval.plan.questions import Question
-from srbval.plan.refusal import refusal
 from srbval.scene import load_scene
 
 ROLLERS, ROW = 38, 19

@@ -7,11 +7,11 @@ import pytest
 from srbval.bearing import Fault
 from srbval.errors import ConfigurationError
 from srbval.plan.calibrated import calibration_of, margins, neighbours, shipped_calibration
-from srbval.plan.cases import grid
 from srbval.plan.plan import Plan, make_plan
 from srbval.plan.questions import Question, asked_of, pct_of
 from srbval.plan.table import LadderCalibration
 from srbval.scene import Scene, load_scene, paper_scene
+from srbval.studies.calibration_runs import grid
 
 CHEAPER = 100  # times: what Table 6 needs, against the full model
 HALF = 0.5  # of the full model's cost: what makes the line rung worth having

@@ -13,8 +13,7 @@ from srbval.bearing import Fault
 from srbval.cli import bench_command, main
 from srbval.errors import ConfigurationError
 from srbval.models.health import default_solver
-from srbval.plan.measures import MeasureErrors, Measures
-from srbval.plan.timing import RunTiming, time_scene
+from srbval.plan.measures import Measures
 from srbval.scene import RollerFit
 from srbval.storage.content_store import ContentStore
 from srbval.storage.stored_result import SCHEMA_VERSION
@@ -22,6 +21,7 @@ from srbval.storage.strict_json import json_object
 from srbval.studies.scenes import QUICK, SCENES, BenchSettings, bench_scene, output_rate_hz
 from srbval.studies.speed_accuracy import processes
 from srbval.studies.speed_accuracy import study as bench
+from srbval.studies.speed_accuracy.measured import MeasureErrors, RunTiming, time_scene
 from srbval.studies.speed_accuracy.processes import Processes
 from srbval.studies.speed_accuracy.reference import reference_store, references
 from srbval.studies.speed_accuracy.row import BenchRun, row_of
