@@ -90,7 +90,7 @@ def test_a_point_without_a_scene_is_a_refused_case() -> None:
     cases = plan_cases(small(axes=[{"kind": "grid", "values": {"load.radial": ["1 kN", "-1 kN", "1 rpm"]}}]))
     assert [bool(c.refused) for c in cases] == [False, True, True]
     assert "must not be negative" in str(cases[1].refused)
-    assert totals(cases).refused == 2
+    assert totals(cases)["refused"] == 2
 
 
 def test_names_of_results_follow_the_content() -> None:

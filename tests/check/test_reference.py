@@ -62,11 +62,6 @@ def test_a_broken_file_is_refused(text: str, error: str, tmp_path: Path) -> None
         read_reference(path)
 
 
-def test_a_missing_file_is_a_data_error(tmp_path: Path) -> None:
-    with pytest.raises(DataError, match="no such file"):
-        read_reference(tmp_path / "none.json")
-
-
 def test_a_tolerance_without_a_reason_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="needs its reason"):
         ReferenceQuantity(name="a", tolerance=0.1, unit="m", reason=" ")
@@ -87,14 +82,15 @@ def test_renewing_keeps_tolerances_and_what_was_skipped() -> None:
     assert (change["old"], change["new"], change["moved"]) == (1.0, 1.2346, pytest.approx(23.46))
 
 
-def test_no_reference_is_made_of_a_failure() -> None:
-    with pytest.raises(ConfigurationError, match="could not be computed"):
-        renewed({"a": reference()}, CheckResult(checks=(checked(value=math.nan),), skipped=()))
-
-
-def test_a_new_quantity_needs_a_tolerance_first() -> None:
-    with pytest.raises(ConfigurationError, match="no tolerance and no reason"):
-        renewed({}, CheckResult(checks=(checked(),), skipped=()))
+@pytest.mark.parametrize(
+    ("old", "value", "why"),
+    [({"a": reference()}, math.nan, "could not be computed"), ({}, 1.0, "no tolerance and no reason")],
+)
+def test_no_reference_is_made_of_a_failure_or_without_a_tolerance(
+    old: dict[str, ReferenceQuantity], value: float, why: str
+) -> None:
+    with pytest.raises(ConfigurationError, match=why):
+        renewed(old, CheckResult(checks=(checked(value=value),), skipped=()))
 
 
 def test_junit_counts_and_explains(tmp_path: Path) -> None:
