@@ -45,7 +45,9 @@ def _run(name: str, command: str, options: argparse.Namespace) -> int:
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     given = parser.parse_args(options.rest, argparse.Namespace(json=options.json))
     with ProgressDisplay() as progress:
-        found, stored = make_result(name, given, prefixed(progress, name.capitalize()), command=own_command())
+        found, stored = make_result(
+            name, given, prefixed(progress, name.replace("_", " ").capitalize()), command=own_command()
+        )
     if given.json or options.json:
         print_json(stored)
     else:

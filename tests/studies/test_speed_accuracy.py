@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from srbval.bearing import Fault
-from srbval.cli import bench_command, main
+from srbval.cli import main
 from srbval.errors import ConfigurationError
 from srbval.models.health import default_solver
 from srbval.plan.measures import Measures
@@ -209,13 +209,13 @@ def test_child_prints_one_document() -> None:
 def test_command(
     extra: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(bench_command, "QUICK", TINY)
+    monkeypatch.setattr(bench, "QUICK", TINY)
     monkeypatch.setattr(bench, "measure_processes", lambda *_: APART)
     monkeypatch.setattr("srbval.storage.content_store.cache_folder", lambda kind: tmp_path / kind)
     code = main(["bench", "--quick", "--scenes", "play0-healthy", "--solvers", "ode4", *extra])
     said = capsys.readouterr()
     assert code == 0
-    assert "Bench: time the solvers" in said.err
+    assert "Speed accuracy: time the solvers" in said.err
     if "--json" not in extra:
         assert "NOT MET" not in said.out  # a first impression is no verdict
         assert "verdict" not in said.out
