@@ -154,8 +154,9 @@ def _case_labels(attributes: dict[str, Any]) -> dict[str, float]:
 def _append(out: Any, segments: NDArray[np.float32], labels: dict[str, Any]) -> None:
     if not len(segments):
         return
-    columns = {name: np.full(len(segments), labels[name], dtype=kind) for name, (_, _, kind) in LABELS.items()}
-    for name, values in {"segments": segments, **columns}.items():
+    columns: dict[str, Any] = {"segments": segments}
+    columns |= {name: np.full(len(segments), labels[name], dtype=kind) for name, (_, _, kind) in LABELS.items()}
+    for name, values in columns.items():
         if name in out:
             out[name].resize(len(out[name]) + len(values), axis=0)
             out[name][-len(values) :] = values

@@ -227,7 +227,9 @@ def _read(line: bytes) -> About | CampaignCase | CaseResult | None:
     """What a line says; None where it is not as it was written."""
     try:
         ((kind, table),) = read_checked_line(line).items()
-        made = from_json({"about": About, "case": CampaignCase, "ended": CaseResult}[kind], table)
+        kinds: dict[str, type[About | CampaignCase | CaseResult]]
+        kinds = {"about": About, "case": CampaignCase, "ended": CaseResult}
+        made = from_json(kinds[kind], table)
     except (ValueError, KeyError):
         return None
     valid = made.name.isprintable() if isinstance(made, About) else KEY.fullmatch(made.key)

@@ -2,7 +2,7 @@
 
 import shutil
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -107,17 +107,30 @@ def _run_pending(
     message: Callable[[str], None],
 ) -> dict[str, CaseResult]:
     """Run `pending` and note results as they come; stop where nothing can be written any more."""
-    _check_space(folder, pending)
-    task, planned_s = f"campaign {campaign.name}, {len(pending)} cases", {case.key: case.planned_s for case in pending}
-    index, total_s = {case.key: case.index for case in pending}, sum(planned_s.values())
-    ran: dict[str, CaseResult] = {}
+    needed, free = sum(case.expected_bytes for case in pending), shutil.disk_usage(folder.path).free
+    if needed > free:
+        raise DataError(
+            f"{folder.path}: {len(pending)} results will take {needed / 1e6:,.1f} MB, {free / 1e6:,.1f} MB are free. "
+            "Free some space, choose another -o, or ask for fewer outputs."
+        )
+    task, total_s = f"campaign {campaign.name}, {len(pending)} cases", sum(case.planned_s for case in pending)
+    cases, ran = {case.key: case for case in pending}, dict[str, CaseResult]()
     ended_s, failed, unwritten = 0.0, 0, 0
     progress(task, 0.0)
     job = Job(
         folder=folder.path,
         # one scene per model and solver, whose kernels are compiled before any case runs
         precompiled=[final_scene(campaign, case) for case in {(c.model, c.solver): c for c in pending}.values()],
-        tasks=_tasks(folder, campaign, pending),
+        tasks=(
+            CaseTask(
+                key=case.key,
+                scene=final_scene(campaign, case),
+                outputs=campaign.outputs,
+                path=folder.result_path(case.key),
+                limit_s=campaign.limit_s(case.planned_s),
+            )
+            for case in pending
+        ),
         count=len(pending),
     )
     running = engine.run(job)
@@ -131,9 +144,9 @@ def _run_pending(
                     result = replace(result, ending=Ending.UNWRITTEN)
             folder.note_end(result)
             ran[result.key] = result
-            ended_s += planned_s[result.key]
+            ended_s += cases[result.key].planned_s
             if not result.ending.usable and (failed := failed + 1) <= MESSAGES:
-                message(f"case {index[result.key]} {result.ending.value}: {result.reason}")
+                message(f"case {cases[result.key].index} {result.ending.value}: {result.reason}")
             progress(task, 1.0 if len(ran) == len(pending) else min(ended_s / total_s, ALMOST_DONE))
             unwritten = unwritten + 1 if result.ending is Ending.UNWRITTEN else 0
             if unwritten == GIVE_UP_AFTER:
@@ -147,17 +160,6 @@ def _run_pending(
         running.close()
         folder.remove_incomplete()  # of processes that were ended while they wrote
     return ran
-
-
-def _tasks(folder: CampaignFolder, campaign: Campaign, cases: Iterable[CampaignCase]) -> Iterable[CaseTask]:
-    for case in cases:
-        yield CaseTask(
-            key=case.key,
-            scene=final_scene(campaign, case),
-            outputs=campaign.outputs,
-            path=folder.result_path(case.key),
-            limit_s=campaign.limit_s(case.planned_s),
-        )
 
 
 def _refuse(folder: CampaignFolder, campaign: Campaign, case: CampaignCase) -> CaseResult:
@@ -174,12 +176,3 @@ def _refuse(folder: CampaignFolder, campaign: Campaign, case: CampaignCase) -> C
         raise DataError(f"{path}: cannot be written ({error.strerror}). Free some space.") from None
     folder.note_end(result)
     return result
-
-
-def _check_space(folder: CampaignFolder, pending: Sequence[CampaignCase]) -> None:
-    needed, free = sum(case.expected_bytes for case in pending), shutil.disk_usage(folder.path).free
-    if needed > free:
-        raise DataError(
-            f"{folder.path}: {len(pending)} results will take {needed / 1e6:,.1f} MB, {free / 1e6:,.1f} MB are free. "
-            "Free some space, choose another -o, or ask for fewer outputs."
-        )

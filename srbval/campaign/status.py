@@ -105,7 +105,7 @@ def failures(
 
     What has no result is found among those that `ended`, if their result could not be written or was removed again.
     """
-    known = {result.key: result for result in ended if not result.ending.final} | results
+    known = {result.key: result for result in ended if not result.ending.final} | dict(results)
     found = [(case.index, known[case.key]) for case in cases if case.key in known]
     return [
         {"case": index, "key": result.key, "ending": result.ending.value, "reason": result.reason}

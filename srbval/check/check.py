@@ -148,7 +148,8 @@ def differences(old: Mapping[str, ReferenceQuantity], new: Mapping[str, Referenc
     for name, quantity in new.items():
         before, after = old[name].value, quantity.value
         if after != before:
-            known = before is not None and after is not None and quantity.tolerance
-            moved = (after - before) / quantity.tolerance if known else None
+            moved = None
+            if before is not None and after is not None and quantity.tolerance:
+                moved = (after - before) / quantity.tolerance
             found.append({"name": name, "old": before, "new": after, "unit": quantity.unit, "moved": moved})
     return found
