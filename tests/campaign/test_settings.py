@@ -36,11 +36,8 @@ def test_blocks_multiply_and_repeats_have_seeds_of_their_own() -> None:
 
 @pytest.mark.parametrize("kind", ["latin-hypercube", "sobol"])
 def test_sampled_points_fill_the_ranges_and_repeat(kind: str) -> None:
-    axes = {
-        "kind": kind,
-        "samples": 16,
-        "ranges": {"shaft_speed": ["100 rpm", "900 rpm"], "contact.static_friction": [0.1, 0.7]},
-    }
+    ranges = {"shaft_speed": ["100 rpm", "900 rpm"], "contact.static_friction": [0.1, 0.7]}
+    axes = {"kind": kind, "samples": 16, "ranges": ranges}
     first, again, other = points_of(axes), points_of(axes), points_of(axes, seed=1)
     assert first == again
     assert first != [{k: v for k, v in p.items() if k != "seed"} for p in other]
