@@ -10,7 +10,7 @@ from typing import Any
 from srbval.campaign.quantities import CaseQuantity, Output
 from srbval.models.run import USABLE
 from srbval.scene import Scene
-from srbval.storage.content_version import content_version
+from srbval.storage.sources import content_version
 
 COMPUTED_BY = "srbval.campaign.work"
 KEY = re.compile("[0-9a-f]{32}")  # of a result

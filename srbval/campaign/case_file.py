@@ -18,10 +18,9 @@ from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.models.run_file import RunWriter, scene_dict
 from srbval.scene import Scene
-from srbval.storage.checked_json import checked_line, from_json, read_checked_line
-from srbval.storage.checksum import append_checksum, checked_summary
-from srbval.storage.own_hdf5 import CHECKED, OWN
-from srbval.storage.whole_file import whole_file
+from srbval.storage.files import atomic_write
+from srbval.storage.hdf5_files import ATTRIBUTES, CHECKED, append_checksum, checked_summary
+from srbval.storage.json_files import checked_line, from_json, read_checked_line
 
 KIND = "campaign-case"
 ACCELERATION_SIGNALS = ("acceleration_m_s2", "spin_rad_s", "load_n")  # of output `acceleration`; the last two bare
@@ -38,7 +37,7 @@ def write_result(path: Path, result: CaseResult, scene: Scene | None, signals: R
 
     image = io.BytesIO()
     with h5py.File(image, "w", track_order=True) as file:
-        file.attrs.update(OWN)
+        file.attrs.update(ATTRIBUTES)
         if signals is None:
             content = {} if scene is None else scene_dict(scene)
             file.attrs.update({"srbval_kind": KIND, "scene": json.dumps(content)})
@@ -58,7 +57,7 @@ def write_result(path: Path, result: CaseResult, scene: Scene | None, signals: R
             scale.make_scale("quantity")
             for column in columns:
                 column.dims[0].attach_scale(scale)
-    with whole_file(path) as part:
+    with atomic_write(path) as part:
         part.write_bytes(image.getbuffer())
         append_checksum(part, checked_line({name: getattr(result, name) for name in SUMMARY}))
 

@@ -16,7 +16,7 @@ from srbval.campaign.folder import CampaignFolder, Damaged, result_state
 from srbval.campaign.noise import WHITE, NoiseSpectrum, add_noise, noise_spectrum
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.loaders import detect_format
-from srbval.storage.own_hdf5 import CHECKED, own_hdf5
+from srbval.storage.hdf5_files import CHECKED, new_hdf5
 
 # Labels of a segment: unit, what they are, type. Without a defect height and extent are 0; without added noise the
 # ratio is infinite.
@@ -75,7 +75,7 @@ def export_campaign(path: Path, file: Path, settings: ExportSettings) -> Exporte
     spectrum = noise_spectrum(settings.noise)
     left_out, fs_hz, count = 0, None, 0
     try:
-        with own_hdf5(file) as out:
+        with new_hdf5(file) as out:
             for case in journal.cases:
                 found = _signal(folder.result_path(case.key), settings.axis)
                 if found is None:

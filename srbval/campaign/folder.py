@@ -1,7 +1,7 @@
 """A campaign's folder: one result file per case, and one file with its plan and a journal of how each case ended.
 
 The result files are what counts; the journal says when and at what cost. Every line of that file carries a check value,
-every result a checksum (`storage.checked_json`, `storage.checksum`), so that what is read is what was written.
+every result a checksum (`storage.json_files`, `storage.hdf5_files`), so that what is read is what was written.
 """
 
 import os
@@ -17,8 +17,8 @@ from srbval.campaign.case import KEY, CampaignCase, CaseResult, version
 from srbval.campaign.case_file import read_result
 from srbval.campaign.lock import HOLDER
 from srbval.errors import ConfigurationError, DataError
-from srbval.storage.checked_json import checked_line, from_json, read_checked_line
-from srbval.storage.whole_file import remove_unfinished, whole_file
+from srbval.storage.files import atomic_write, remove_unfinished
+from srbval.storage.json_files import checked_line, from_json, read_checked_line
 
 PLAN, TABLE, CASES = "campaign.jsonl", "results.csv", "cases"
 EARLIER = ("campaign.json", "plan.jsonl", "journal.jsonl")  # in place of `PLAN`, in an earlier version
@@ -101,7 +101,7 @@ class CampaignFolder:
         about = {"about": About(name=name, title=title, cases=len(cases), version=version())}
         lines = [about, *({"case": case} for case in cases), about, *({"ended": result} for result in old.ended)]
         try:
-            with whole_file(self._file) as part:
+            with atomic_write(self._file) as part:
                 part.write_bytes(b"".join(map(checked_line, lines)))
         except OSError as error:
             raise DataError(f"{self.path}: the plan cannot be written ({error.strerror}).") from None

@@ -12,11 +12,11 @@ from srbval.check.reference import ReferenceQuantity, read_reference, reference_
 from srbval.errors import ConfigurationError
 from srbval.progress import Progress, silent
 from srbval.scene import Scene, paper_scene
-from srbval.storage.whole_file import whole_file
+from srbval.storage.files import atomic_write
 
 
 @dataclass(frozen=True, kw_only=True)
-class Checked:
+class CheckedQuantity:
     """One quantity: its fresh `value` and the range it must lie in, all in `unit`.
 
     `value` is NaN where it could not be computed; `low` and `high` are NaN where there is no reference yet.
@@ -48,7 +48,7 @@ class CheckResult:
 
     JSON_PROPERTIES: ClassVar = ("ok",)
 
-    checks: tuple[Checked, ...]
+    checks: tuple[CheckedQuantity, ...]
     skipped: tuple[str, ...]
 
     @property
@@ -88,12 +88,12 @@ def run_check(
     )
 
 
-def _checked(name: str, value: float, wanted: ReferenceQuantity | None) -> Checked:
+def _checked(name: str, value: float, wanted: ReferenceQuantity | None) -> CheckedQuantity:
     if wanted is None:
         none = "no reference: give it a tolerance and a reason in the reference file"
-        return Checked(name=name, value=value, low=math.nan, high=math.nan, unit="", reason=none)
+        return CheckedQuantity(name=name, value=value, low=math.nan, high=math.nan, unit="", reason=none)
     middle = math.nan if wanted.value is None else wanted.value
-    return Checked(
+    return CheckedQuantity(
         name=name, value=value, low=middle - wanted.tolerance, high=middle + wanted.tolerance, unit=wanted.unit,
         reason=wanted.reason,
     )  # fmt: skip
@@ -120,7 +120,7 @@ def write_junit(path: Path, result: CheckResult, *, seconds: float) -> None:
     for name in result.skipped:
         ElementTree.SubElement(cases[name], "skipped", {"message": "needs a recording that is not registered"})
     ElementTree.indent(suites)
-    with whole_file(path) as part:
+    with atomic_write(path) as part:
         ElementTree.ElementTree(suites).write(part, encoding="utf-8", xml_declaration=True)
 
 

@@ -70,7 +70,7 @@ def _about(name: str, results: tuple[str, ...]) -> dict[str, Any]:
     study, result = load_study(name), newest_result(results[0])
     return {
         "name": name, "question": study.question, "minutes": study.minutes, "results": results,
-        "made_utc": result and result.made_utc, "stale": None,
+        "made_utc": result and result.made_utc, "stale": result and result.stale,
     }  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from srbval.campaign.run import CampaignSummary, run_campaign
 from srbval.campaign.settings import Campaign
 from srbval.campaign.status import verify_campaign
 from srbval.campaign.work import prepare, run_case
-from srbval.config.strict import build
+from srbval.storage.tables import build
 
 # A scene that the numerics lose: explicit Euler, four steps of the paper's at once.
 FAILING = {"solver.name": "ode1", "solver.step_s": 4 / 61440, "output_rate_hz": 15360.0, "duration": "30 ms",

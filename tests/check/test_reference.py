@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from srbval.check.check import Checked, CheckResult, differences, renewed, write_junit
+from srbval.check.check import CheckedQuantity, CheckResult, differences, renewed, write_junit
 from srbval.check.reference import ReferenceQuantity, read_reference, write_reference
 from srbval.errors import ConfigurationError, DataError
 
@@ -23,8 +23,8 @@ def reference(name: str = "a", value: float | None = 1.0, tolerance: float = 0.0
     )
 
 
-def checked(name: str = "a", value: float = 1.0, low: float = 0.99, high: float = 1.01) -> Checked:
-    return Checked(name=name, value=value, low=low, high=high, unit="m", reason="it scatters by half of that")
+def checked(name: str = "a", value: float = 1.0, low: float = 0.99, high: float = 1.01) -> CheckedQuantity:
+    return CheckedQuantity(name=name, value=value, low=low, high=high, unit="m", reason="it scatters by half of that")
 
 
 def test_every_quantity_has_a_value_a_tolerance_and_a_reason() -> None:

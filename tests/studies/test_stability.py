@@ -27,7 +27,7 @@ from srbval.models.solvers.linear_stability import (
 from srbval.models.step_error import BLOCKS, KINDS, TOLERANCE
 from srbval.models.step_limit import without_friction
 from srbval.scene import load_scene, paper_scene
-from srbval.storage.strict_json import json_object, json_value
+from srbval.storage.json_files import to_json
 from srbval.studies import outcomes as outcome_module
 from srbval.studies.outcomes import RunOutcome, outcome_store
 from srbval.studies.scenes import PAPER_STEP_S
@@ -84,7 +84,7 @@ def test_what_is_ok_is_like_the_converged_run(result: StabilityResult) -> None:
 
 
 def test_document(result: StabilityResult) -> None:
-    document = json_object(result)
+    document = to_json(result)
     assert all(set(cell) >= CELL_KEYS for cell in document["cells"])
     counts = document["counts"]
     assert counts["cells"] == 16
@@ -443,7 +443,7 @@ def stored() -> dict[str, Any]:
 
 
 def test_it_is_the_whole_map_and_says_where_it_comes_from(stored: dict[str, Any]) -> None:
-    assert stored["grid"] == json_value(FULL)
+    assert stored["grid"] == to_json(FULL)
     assert len(stored["cells"]) == len(list(FULL.cases))
     assert stored["machine"]["processor"]
     assert stored["git_revision"]
@@ -482,7 +482,7 @@ def test_the_default_turns_its_cage_and_carries_its_load_to_3000_rpm(stored: dic
 
 def test_the_map_of_the_rigs_scene_is_whole_and_good_to_the_predicted_limit() -> None:
     content = json.loads((STORED.parent / "rig_stability.json").read_text(encoding="utf-8"))
-    assert content["grid"] == json_value(RIG)
+    assert content["grid"] == to_json(RIG)
     cells = content["cells"]
     assert len(cells) == len(list(RIG.cases))
     assert [r for r in content["references"] if r["status"] != "ok"] == []

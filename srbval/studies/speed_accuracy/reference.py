@@ -10,7 +10,7 @@ from srbval.models.run_file import scene_content
 from srbval.plan.measures import Measures
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
-from srbval.storage.content_store import ContentStore
+from srbval.storage.stored_result import ContentStore
 from srbval.studies.scenes import PAPER_STEP_S, BenchSettings, bench_scene
 from srbval.studies.speed_accuracy.measured import (
     Measured,
