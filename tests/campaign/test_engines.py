@@ -271,7 +271,7 @@ def test_processes_that_the_system_refuses(tmp_path: Path, monkeypatch: pytest.M
     def refuse(*_: Any, **__: Any) -> None:
         raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN))
 
-    monkeypatch.setattr(local, "AnsweringProcess", refuse)
+    monkeypatch.setattr(local, "WorkerProcess", refuse)
     with pytest.raises(DataError, match=r"refused to start a process .*unavailable.* --jobs"):
         run_campaign(six(), tmp_path, engine=LocalProcesses(2))
 

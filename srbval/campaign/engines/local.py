@@ -14,7 +14,7 @@ from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from srbval.campaign.case import CaseResult, CaseTask, Ending
 from srbval.campaign.engines.engine import KEPT, Job
 from srbval.errors import DataError, NumericsError
-from srbval.processes.answering import AnsweringProcess, DiedError, OverLimitError
+from srbval.processes.worker import DiedError, OverLimitError, WorkerProcess
 from srbval.scene import Scene
 
 AHEAD = 2  # cases with the processes, each: none waits for the next one, and few scenes are in memory
@@ -38,7 +38,7 @@ class CaseProcess:
     def __init__(self, scenes: Sequence[Scene]) -> None:
         self.scenes = tuple(scenes)
         self._lock = threading.Lock()
-        self._process: AnsweringProcess | None = None
+        self._process: WorkerProcess | None = None
         self._version = ""  # of the code that the process runs
         self._stopped = False
 
@@ -83,13 +83,13 @@ class CaseProcess:
             self._process.close()
             self._process = None
 
-    def _prepared(self) -> AnsweringProcess:
+    def _prepared(self) -> WorkerProcess:
         with self._lock:
             if self._stopped:
                 raise StoppedError
             if self._process is not None:
                 return self._process
-            process = self._process = AnsweringProcess(WORKER, environment=dict.fromkeys(THREADS, "1"))
+            process = self._process = WorkerProcess(WORKER, environment=dict.fromkeys(THREADS, "1"))
         try:
             self._version = process.ask(("prepare", self.scenes), limit_s=PREPARE_LIMIT_S)
         except OverLimitError:
