@@ -56,7 +56,7 @@ class CaseProcess:
         """Run a case, up to `ATTEMPTS` times if its process dies."""
         for _ in range(ATTEMPTS):
             try:
-                result: CaseResult = self._prepared().ask(("run", task), limit_s=task.limit_s)
+                result: CaseResult = self._prepared().call(("run", task), limit_s=task.limit_s)
                 return result
             except DiedError as error:
                 how = self._end()
@@ -91,7 +91,7 @@ class CaseProcess:
                 return self._process
             process = self._process = WorkerProcess(WORKER, environment=dict.fromkeys(THREADS, "1"))
         try:
-            self._version = process.ask(("prepare", self.scenes), limit_s=PREPARE_LIMIT_S)
+            self._version = process.call(("prepare", self.scenes), limit_s=PREPARE_LIMIT_S)
         except OverLimitError:
             raise NumericsError(
                 f"a worker process did not compile what it needs within {PREPARE_LIMIT_S:g} s. See: srbval doctor"
