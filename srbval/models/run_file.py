@@ -161,10 +161,11 @@ def scene_content(scene: Scene) -> str:
 
     Where a bearing's file lies does not matter.
     """
-    bearing = {"bearing": load_bearing(scene.bearing).name}
-    return json.dumps(scene_dict(scene) | bearing, sort_keys=True) + _bearing_content(scene.bearing)
+    name, content = _bearing_content(scene.bearing)
+    return json.dumps(scene_dict(scene) | {"bearing": name}, sort_keys=True) + content
 
 
 @cache
-def _bearing_content(name: str) -> str:
-    return repr(load_bearing(name))
+def _bearing_content(name: str) -> tuple[str, str]:
+    bearing = load_bearing(name)
+    return bearing.name, repr(bearing)
