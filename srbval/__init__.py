@@ -37,8 +37,7 @@ _NAMES = {
     "plan.plan": ("make_plan",),
     "campaign.settings": ("load_campaign",),
     "campaign.run": ("run_campaign",),
-    "campaign.status": ("campaign_status",),
-    "campaign.verify": ("verify_campaign",),
+    "campaign.status": ("campaign_status", "verify_campaign"),
     "campaign.export": ("export_campaign",),
     "check.check": ("run_check",),
     "report.figures.plot": ("plot",),
@@ -68,8 +67,7 @@ if TYPE_CHECKING:
     from srbval.campaign.export import export_campaign
     from srbval.campaign.run import run_campaign
     from srbval.campaign.settings import load_campaign
-    from srbval.campaign.status import campaign_status
-    from srbval.campaign.verify import verify_campaign
+    from srbval.campaign.status import campaign_status, verify_campaign
     from srbval.check.check import run_check
     from srbval.cli.docs_command import build_docs
     from srbval.cli.doctor_command import doctor

@@ -1,19 +1,16 @@
-"""The cases of a campaign: as planned, as handed to a worker, as ended; and the keys of their results."""
+"""A case of a campaign: as planned, as a worker gets it, and how it ended."""
 
 import enum
-import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from srbval.campaign.quantities import Output
+from srbval.campaign.quantities import CaseQuantity, Output
 from srbval.models.run import USABLE
-from srbval.models.run_file import scene_content
 from srbval.scene import Scene
 from srbval.storage.sources import content_version
-from srbval.storage.stored_result import content_key
 
 COMPUTED_BY = "srbval.campaign.work"
 KEY = re.compile("[0-9a-f]{32}")  # of a result
@@ -21,7 +18,7 @@ GUESSED_S = 2e-5  # wall time of one right-hand side of the full model on a slow
 
 
 class Ending(enum.StrEnum):
-    """How a case ended. The `usable`, `FAILED` and `REFUSED` are final; the others are tried again by the next run."""
+    """How a case ended."""
 
     OK = "ok"
     INACCURATE = "inaccurate"  # these three as in `RunStatus`, with a result
@@ -38,9 +35,10 @@ class Ending(enum.StrEnum):
         """Is there a result that may be read as the vibration of the scene's bearing?"""
         return self.value in USABLE
 
-
-FINAL = (*(ending for ending in Ending if ending.usable), Ending.FAILED, Ending.REFUSED)
-RETRIED = (Ending.CRASHED, Ending.TIMED_OUT)  # endings with a result file that is removed for another try
+    @property
+    def final(self) -> bool:
+        """Would another try end the same? The next run of the campaign tries the others again."""
+        return self not in (Ending.CRASHED, Ending.TIMED_OUT, Ending.UNWRITTEN)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -70,9 +68,8 @@ class CampaignCase:
 
 @dataclass(frozen=True, kw_only=True)
 class CaseTask:
-    """What a worker needs to run a case.
-
-    The scene, the outputs wanted, where the result goes, and the limit of wall time, None for none.
+    """What a worker needs to run a case: the scene, the outputs wanted, the file of the result, and the limit of wall
+    time, None for none.
     """
 
     key: str
@@ -83,28 +80,21 @@ class CaseTask:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CaseOutcome:
-    """How a case ended; `wall_s` of the whole case, `simulation_s` of the simulation alone.
+class CaseResult:
+    """How a case ended, and its numbers.
 
-    `found`: the result existed already and nothing was run.
+    `wall_s` of the whole case, `simulation_s` of the simulation alone; `found`: the result existed already and nothing
+    was run. These and `at_utc` stand in the journal, not in the result's file, which is the same wherever the case ran.
     """
 
     key: str
     ending: Ending
     reason: str
+    quantities: tuple[CaseQuantity, ...] = ()
     wall_s: float = 0.0
     simulation_s: float = 0.0
     found: bool = False
-
-
-def case_key(scene: Scene, outputs: Sequence[Output]) -> str:
-    """Key of a result: hash of the scene, the bearing's data, the outputs and the version of the code."""
-    return content_key(f"{' '.join(sorted(outputs))} {scene_content(scene)}", computed_by=COMPUTED_BY)
-
-
-def refused_key(point: Mapping[str, Any], reason: str) -> str:
-    """Key of the result of a point of which no scene could be made."""
-    return content_key(f"{json.dumps(point, sort_keys=True, default=str)} {reason}", computed_by=COMPUTED_BY)
+    at_utc: str = ""
 
 
 def version() -> str:

@@ -6,16 +6,14 @@ result stands in the summary behind the file's end, next to its checksum: HDF5 i
 
 import io
 import json
-from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.campaign.case import Ending
-from srbval.campaign.quantities import CaseQuantity, Output
+from srbval.campaign.case import CaseResult
 from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.models.run_file import RunWriter, scene_dict
@@ -26,44 +24,42 @@ from srbval.storage.json_files import checked_line, from_json, read_checked_line
 
 KIND = "campaign-case"
 ACCELERATION_SIGNALS = ("acceleration_m_s2", "spin_rad_s", "load_n")  # of output `acceleration`; the last two bare
-TABLE = ("quantity", "value", "unit")
+SUMMARY = ("key", "ending", "reason", "quantities")  # of a result, in its file
+ELSEWHERE = {"wall_s": 0.0, "simulation_s": 0.0, "found": False, "at_utc": ""}
 
 
-@dataclass(frozen=True, kw_only=True)
-class CaseResult:
-    """A result as read: the case's key, how it ended, why, and its numbers."""
+def write_result(path: Path, result: CaseResult, scene: Scene | None, signals: Run | None = None) -> None:
+    """Write a case's numbers, or why it has none, and the `signals` of its run; whole or not at all.
 
-    key: str
-    ending: Ending
-    reason: str
-    quantities: tuple[CaseQuantity, ...]
-
-
-def write_result(path: Path, run: Run, quantities: Sequence[CaseQuantity], outputs: Sequence[Output]) -> None:
-    """Write the `outputs` of a run that ended well, whole or not at all; `OSError` where that fails."""
+    `scene` is None where none could be made. Raises `OSError` or `DataError` where the file cannot be written.
+    """
     import h5py
 
-    image, ending = io.BytesIO(), Ending(run.status.value)
-    if {Output.SIGNALS, Output.ACCELERATION} & set(outputs):
-        signals = run if Output.SIGNALS in outputs else _acceleration_only(run)
-        with h5py.File(image, "w", track_order=True) as file:
-            file.attrs.update(ATTRIBUTES)
-            writer = _ImageWriter(file, run.scene)
-            writer.append({f.name: getattr(signals, f.name) for f in fields(signals)})
-            writer.finish(
-                replace(signals, wall_s=0.0, compile_s=0.0)
-            )  # a deleted attribute leaves its bytes in the file
-            writer.complete(quantities, ending)
-    else:
-        _write_numbers(image, run.scene, ending, run.reason, quantities)
-    _write(path, image, ending, run.reason, quantities)
-
-
-def write_failure(path: Path, scene: Scene | None, ending: Ending, reason: str) -> None:
-    """Write why a case has no result."""
     image = io.BytesIO()
-    _write_numbers(image, scene, ending, reason, ())
-    _write(path, image, ending, reason, ())
+    with h5py.File(image, "w", track_order=True) as file:
+        file.attrs.update(ATTRIBUTES)
+        if signals is None:
+            content = {} if scene is None else scene_dict(scene)
+            file.attrs.update({"srbval_kind": KIND, "scene": json.dumps(content)})
+            file.attrs.update({"ending": result.ending.value, "reason": result.reason})
+        else:
+            writer = _ImageWriter(file, signals.scene)
+            writer.append({f.name: getattr(signals, f.name) for f in fields(signals)})
+            # zero, for a deleted attribute leaves its bytes in the file
+            writer.finish(replace(signals, wall_s=0.0, compile_s=0.0))
+            del file.attrs["wall_s"]
+            file.attrs["ending"] = result.ending.value
+        if result.quantities:
+            table = {"quantity": np.array([q.name for q in result.quantities], dtype="S"),
+                     "value": np.array([q.value for q in result.quantities]),
+                     "unit": np.array([q.unit for q in result.quantities], dtype="S")}  # fmt: skip
+            scale, *columns = (file.create_dataset(name, data=data, **CHECKED) for name, data in table.items())
+            scale.make_scale("quantity")
+            for column in columns:
+                column.dims[0].attach_scale(scale)
+    with atomic_write(path) as part:
+        part.write_bytes(image.getbuffer())
+        append_checksum(part, checked_line({name: getattr(result, name) for name in SUMMARY}))
 
 
 def read_result(path: Path) -> CaseResult:
@@ -72,7 +68,7 @@ def read_result(path: Path) -> CaseResult:
         summary = checked_summary(path)
         if summary is None:
             raise ValueError("it has no checksum")
-        result = from_json(CaseResult, read_checked_line(summary))
+        result = from_json(CaseResult, read_checked_line(summary) | ELSEWHERE)
         if result.key != path.stem:
             raise ValueError(f"it is the result of case {result.key[:32]!r}")
         return result
@@ -81,10 +77,12 @@ def read_result(path: Path) -> CaseResult:
 
 
 class _ImageWriter(RunWriter):
-    """Writes a run file into memory: on a full disk HDF5 crashes the process, a plain write does not."""
+    """Writes a run file into memory: on a full disk HDF5 crashes the process, a plain write does not.
+
+    Each variable is written at once: otherwise their order depends on when HDF5 happens to flush them.
+    """
 
     def _extend(self, name: str, values: FloatArray, units: str, long_name: str) -> None:
-        """Write each variable at once: otherwise their order depends on when HDF5 happens to flush them."""
         super()._extend(name, values, units, long_name)
         self._file.flush()
 
@@ -92,51 +90,12 @@ class _ImageWriter(RunWriter):
         super()._scale(name, values, units, long_name)
         self._file.flush()
 
-    def complete(self, quantities: Sequence[CaseQuantity], ending: Ending) -> None:
-        """Add the numbers; remove the wall time, which differs from run to run."""
-        del self._file.attrs["wall_s"]
-        self._file.attrs["ending"] = ending.value
-        _add_quantities(self._file, quantities)
 
-
-def _write_numbers(
-    image: io.BytesIO, scene: Scene | None, ending: Ending, reason: str, quantities: Sequence[CaseQuantity]
-) -> None:
-    import h5py
-
-    content = {} if scene is None else scene_dict(scene)
-    with h5py.File(image, "w", track_order=True) as file:
-        file.attrs.update({**ATTRIBUTES, "srbval_kind": KIND, "scene": json.dumps(content)})
-        file.attrs.update({"ending": ending.value, "reason": reason})
-        _add_quantities(file, quantities)
-
-
-def _add_quantities(file: Any, quantities: Sequence[CaseQuantity]) -> None:
-    if not quantities:
-        return
-    names = file.create_dataset(TABLE[0], data=np.array([q.name for q in quantities], dtype="S"), **CHECKED)
-    names.make_scale(TABLE[0])
-    values = file.create_dataset(TABLE[1], data=np.array([q.value for q in quantities]), **CHECKED)
-    units = file.create_dataset(TABLE[2], data=np.array([q.unit for q in quantities], dtype="S"), **CHECKED)
-    for dataset in (values, units):
-        dataset.dims[0].attach_scale(names)
-
-
-def _write(path: Path, image: io.BytesIO, ending: Ending, reason: str, quantities: Sequence[CaseQuantity]) -> None:
-    summary = CaseResult(key=path.stem, ending=ending, reason=reason, quantities=tuple(quantities))
-    with atomic_write(path) as part:
-        part.write_bytes(image.getbuffer())
-        append_checksum(part, checked_line(summary))
-
-
-def _acceleration_only(run: Run) -> Run:
+def acceleration_only(run: Run) -> Run:
     """The run with NaN for its other signals, which are then not written."""
-    empty: dict[str, Any] = {
-        f.name: np.broadcast_to(np.nan, getattr(run, f.name).shape)
-        for f in fields(run)
-        if isinstance(getattr(run, f.name), np.ndarray) and f.name not in ACCELERATION_SIGNALS
-    }
-    energy = replace(
-        run.energy, **{f.name: np.broadcast_to(np.nan, getattr(run.energy, f.name).shape) for f in fields(run.energy)}
-    )
-    return replace(run, **empty, energy=energy)
+
+    def blank(part: Any, *kept: str) -> dict[str, Any]:
+        found = {f.name: getattr(part, f.name) for f in fields(part) if f.name not in kept}
+        return {n: np.broadcast_to(np.nan, v.shape) for n, v in found.items() if isinstance(v, np.ndarray)}
+
+    return replace(run, **blank(run, *ACCELERATION_SIGNALS), energy=replace(run.energy, **blank(run.energy)))

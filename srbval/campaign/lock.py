@@ -50,15 +50,13 @@ def holder(folder: Path) -> str | None:
     """Who runs a campaign in `folder` now; None where nobody does."""
     from filelock import FileLock, Timeout
 
-    if not (folder / LOCK).exists():
-        return None
-    try:
-        with FileLock(folder / LOCK, blocking=False):
-            return None
-    except Timeout:
-        return _holder(folder) or " (process unknown)"
-    except OSError:
-        return None
+    with contextlib.suppress(OSError):
+        if (folder / LOCK).exists():
+            try:
+                FileLock(folder / LOCK, blocking=False).acquire().lock.release()
+            except Timeout:
+                return _holder(folder) or " (process unknown)"
+    return None
 
 
 def _holder(folder: Path) -> str:

@@ -1,13 +1,14 @@
 """The numbers of a case: one name, one value, one unit each."""
 
 import enum
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from srbval.bearing import DEFECTS
+from srbval.bearing import DEFECTS, load_bearing
 from srbval.models.run import Run
 
 
@@ -21,8 +22,6 @@ class Output(enum.StrEnum):
     SIGNALS = "signals"
 
 
-ALL_OUTPUTS = tuple(output.value for output in Output)
-LINES = (*(fault.line or "" for fault in DEFECTS), "FTF")
 LEAST_REVOLUTIONS = 12  # of a record whose lines are read, without its ends
 ENDS_S = 0.1  # of a record, disturbed by the filter's transients
 
@@ -36,18 +35,10 @@ class CaseQuantity:
     unit: str
 
 
-Row = tuple[str, float | None, str]  # name, value, unit
-
-
 def quantities_of(run: Run, outputs: Sequence[Output]) -> tuple[CaseQuantity, ...]:
     """The numbers wanted of a run that ended well; those it does not have (NaN, a record too short) are left out."""
-    rows: list[Row] = []
-    if Output.SUMMARY in outputs:
-        rows += _summary(run)
-    if Output.STATISTICS in outputs:
-        rows += _statistics(run)
-    if Output.LINES in outputs:
-        rows += _lines(run)
+    readers = {Output.SUMMARY: _summary, Output.STATISTICS: _statistics, Output.LINES: _lines}
+    rows = itertools.chain.from_iterable(read(run) for output, read in readers.items() if output in outputs)
     return tuple(
         CaseQuantity(name=name, value=value, unit=unit)
         for name, value, unit in rows
@@ -55,7 +46,7 @@ def quantities_of(run: Run, outputs: Sequence[Output]) -> tuple[CaseQuantity, ..
     )
 
 
-def _summary(run: Run) -> Iterator[Row]:
+def _summary(run: Run) -> Iterator[tuple[str, float, str]]:
     yield "cage_ratio", run.cage_ratio, "1"
     yield "bpfo_hz", run.bpfo_hz, "Hz"
     yield "bpfi_hz", run.bpfi_hz, "Hz"
@@ -63,9 +54,9 @@ def _summary(run: Run) -> Iterator[Row]:
     yield "energy_imbalance", run.energy_imbalance, "1"
 
 
-def _statistics(run: Run) -> Iterator[Row]:
+def _statistics(run: Run) -> Iterator[tuple[str, float, str]]:
     """Of the outer ring's vertical acceleration without its mean; the largest penetration, the ring's mean position."""
-    from srbval.models.band_levels import band_rms
+    from srbval.models.sensor import band_rms
     from srbval.reading.pipeline import SIMULATED_BAND_HZ
 
     samples = run.acceleration_m_s2[:, 1]
@@ -75,29 +66,26 @@ def _statistics(run: Run) -> Iterator[Row]:
     rms = math.sqrt(variance)
     yield "rms_m_s2", rms, "m s-2"
     yield "band_rms_m_s2", band_rms(samples, run.scene.output_rate_hz, SIMULATED_BAND_HZ), "m s-2"
-    peak = float(np.max(np.abs(deviation)))
-    yield "crest_factor", peak / rms if rms else math.nan, "1"
-    kurtosis = float(np.mean(power * power)) / variance**2 if variance else math.nan
-    yield "kurtosis", kurtosis, "1"
+    if variance:
+        yield "crest_factor", float(np.max(np.abs(deviation))) / rms, "1"
+        yield "kurtosis", float(np.mean(power * power)) / variance**2, "1"
     yield "deepest_m", float(np.max(run.depth_m)), "m"
     yield "sag_m", float(np.mean(run.displacement_m[:, 1])), "m"
 
 
-def _lines(run: Run) -> Iterator[Row]:
+def _lines(run: Run) -> Iterator[tuple[str, float | None, str]]:
     """First harmonics of the fault lines, read as in every recording; none where the record is too short."""
-    from srbval.bearing import load_bearing
     from srbval.reading.analyse import analyse
     from srbval.recordings import recording_from_run
 
     if (run.seconds - ENDS_S) * run.scene.shaft_hz < LEAST_REVOLUTIONS:
         return
     analysis = analyse(recording_from_run(run), bearing=load_bearing(run.scene.bearing))
-    for name in LINES:
+    for name in (*(fault.line or "" for fault in DEFECTS), "FTF"):
         line = analysis.line(name)
-        if line.found_hz is None:
-            continue
-        yield f"{name}_hz", line.found_hz, "Hz"
-        yield f"{name}_ci95_hz", line.ci95_hz, "Hz"
-        yield f"{name}_deviation_pct", line.deviation_pct, "%"
-        yield f"{name}_snr", line.snr, "1"
-        yield f"{name}_detected", float(line.detected), "1"
+        if line.found_hz is not None:
+            yield f"{name}_hz", line.found_hz, "Hz"
+            yield f"{name}_ci95_hz", line.ci95_hz, "Hz"
+            yield f"{name}_deviation_pct", line.deviation_pct, "%"
+            yield f"{name}_snr", line.snr, "1"
+            yield f"{name}_detected", float(line.detected), "1"

@@ -1,26 +1,22 @@
 """Run a campaign: plan, skip what has a result, hand the rest to an engine, note what comes back."""
 
-from __future__ import annotations
-
 import shutil
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from srbval.campaign.campaign_folder import CampaignFolder
-from srbval.campaign.case import FINAL, RETRIED, CampaignCase, CaseOutcome, CaseTask, Ending
-from srbval.campaign.case_file import write_failure
+from srbval.campaign.case import CampaignCase, CaseResult, CaseTask, Ending
+from srbval.campaign.case_file import write_result
 from srbval.campaign.engines.engine import Engine, Job
+from srbval.campaign.folder import CampaignFolder
 from srbval.campaign.lock import folder_lock
 from srbval.campaign.planning import final_scene, plan_cases, scene_of
-from srbval.campaign.results import Results
 from srbval.campaign.settings import Campaign
 from srbval.campaign.status import failures, write_table
 from srbval.errors import DataError, SrbvalError
 from srbval.progress import Progress, silent
-from srbval.scene import Scene
 
 ALMOST_DONE = 0.999  # largest share reported while cases run: rounding must not report the task as done
 MESSAGES = 10  # about failed cases while the campaign runs; all of them are in its summary
@@ -72,148 +68,111 @@ def run_campaign(
     with folder_lock(folder.path) as killed:
         if killed:
             message(f"an earlier run of this campaign was killed{killed}; its results are used")
-        for found in folder.write_plan(campaign, cases):
+        for found in folder.write_plan(campaign.name, campaign.title, cases):
             message(f"{found.file.name} was damaged; its results are kept and it is written again")
-        results = Results(folder, (case.key for case in cases))
-        damaged = len(results.damaged)
+        results, damaged = folder.read_results(case.key for case in cases)
         if damaged:
-            first = next(iter(results.damaged.values()))
-            message(
-                f"damaged results, removed and run again: {len(results.damaged)}; the first: {first.file}: {first.why}"
-            )
-        damaged = len(results.damaged)
-        results.remove([*results.damaged, *(r.key for r in results.intact.values() if r.ending in RETRIED)])
-        _write_refused(folder, campaign, cases, results)
-        pending = _pending(cases, results)
-        _check_space(folder, pending)
-        job = Job(
-            folder=folder.path,
-            precompiled=_one_of_each_model(campaign, pending),
-            tasks=_tasks(folder, campaign, pending),
-            count=len(pending),
-        )
-        tracker = _Tracker(campaign.name, pending, progress, message)
-        outcomes = _follow(folder, engine, job, tracker) if pending else {}
-        results.read(outcomes)
+            first = next(iter(damaged.values()))
+            message(f"damaged results, removed and run again: {len(damaged)}; the first: {first.file}: {first.why}")
+        again = [key for key, result in results.items() if not result.ending.final]
+        folder.remove_results([*damaged, *again])
+        results = {key: result for key, result in results.items() if result.ending.final}
+        missing = {case.key: case for case in cases if case.key not in results}
+        results |= {key: _refuse(folder, campaign, case) for key, case in missing.items() if case.refused is not None}
+        pending = sorted((c for c in missing.values() if c.refused is None), key=lambda case: -case.planned_s)
+        ran = _run_pending(folder, campaign, pending, engine, progress, message) if pending else {}
+        results |= folder.read_results(ran)[0]
         return CampaignSummary(
             name=campaign.name,
             engine=engine.name,
             workers=engine.workers,
             cases=len(cases),
-            done=sum(case.key in results.intact for case in cases),
-            ran=len(outcomes),
-            failed=tuple(failures(cases, results, [*folder.journal(), *outcomes.values()])),
-            damaged=damaged,
+            done=sum(case.key in results for case in cases),
+            ran=len(ran),
+            failed=tuple(failures(cases, results, [*folder.journal().ended, *ran.values()])),
+            damaged=len(damaged),
             wall_s=time.perf_counter() - started,
-            simulation_s=sum(o.simulation_s for o in outcomes.values()),
-            case_s=sum(o.wall_s for o in outcomes.values()),
+            simulation_s=sum(result.simulation_s for result in ran.values()),
+            case_s=sum(result.wall_s for result in ran.values()),
             table=write_table(folder, cases, results),
         )
 
 
-def _follow(folder: CampaignFolder, engine: Engine, job: Job, tracker: _Tracker) -> dict[str, CaseOutcome]:
-    """Note outcomes as they come; stop where nothing can be written any more."""
-    outcomes: dict[str, CaseOutcome] = {}
-    unwritten = 0
-    running = engine.run(job)
-    try:
-        for outcome in running:
-            if outcome.ending in RETRIED and not folder.result_path(outcome.key).exists():
-                outcome = _write_crash(folder, outcome)
-            folder.note_end(outcome)
-            outcomes[outcome.key] = outcome
-            tracker.ended(outcome)
-            unwritten = unwritten + 1 if outcome.ending is Ending.UNWRITTEN else 0
-            if unwritten == GIVE_UP_AFTER:
-                done = sum(o.ending in FINAL for o in outcomes.values())
-                raise DataError(
-                    f"{folder.path}: {GIVE_UP_AFTER} results in a row could not be written ({outcome.reason}). "
-                    f"{done} of {job.count} cases of this run are safe, nothing half-written was left behind. "
-                    "Free some space and give the same command again: the rest will be run."
-                )
-    finally:
-        running.close()
-        folder.remove_incomplete()  # of processes that were ended while they wrote
-    return outcomes
-
-
-class _Tracker:
-    """Reports the share of the expected cost that is done, and failures as they come."""
-
-    def __init__(
-        self, name: str, pending: Sequence[CampaignCase], progress: Progress, message: Callable[[str], None]
-    ) -> None:
-        self._pending = {case.key: case for case in pending}
-        self._progress, self._message = progress, message
-        self._task = f"campaign {name}, {len(pending)} cases"
-        self._total_s = sum(case.planned_s for case in pending)
-        self._ended_s = 0.0
-        self._ended = self._failed = 0
-        if pending:
-            progress(self._task, 0.0)
-
-    def ended(self, outcome: CaseOutcome) -> None:
-        """One more case has ended."""
-        case = self._pending[outcome.key]
-        self._ended += 1
-        self._ended_s += case.planned_s
-        if not outcome.ending.usable and self._failed < MESSAGES:
-            self._failed += 1
-            self._message(f"case {case.index} {outcome.ending.value}: {outcome.reason}")
-        last = self._ended == len(self._pending)
-        self._progress(self._task, 1.0 if last else min(self._ended_s / self._total_s, ALMOST_DONE))
-
-
-def _pending(cases: Sequence[CampaignCase], results: Results) -> list[CampaignCase]:
-    """The cases without a result, the longest first; of cases with the same content one."""
-    pending = {case.key: case for case in cases if case.key not in results.intact}
-    return sorted(pending.values(), key=lambda case: -case.planned_s)
-
-
-def _tasks(folder: CampaignFolder, campaign: Campaign, cases: Sequence[CampaignCase]) -> Iterator[CaseTask]:
-    for case in cases:
-        yield CaseTask(
-            key=case.key,
-            scene=final_scene(campaign, case),
-            outputs=campaign.outputs,
-            path=folder.result_path(case.key),
-            limit_s=campaign.limit_s(case.planned_s),
-        )
-
-
-def _one_of_each_model(campaign: Campaign, cases: Sequence[CampaignCase]) -> list[Scene]:
-    """One scene per model and solver, whose kernels are compiled before any case runs."""
-    return [final_scene(campaign, case) for case in {(c.model, c.solver): c for c in cases}.values()]
-
-
-def _write_refused(folder: CampaignFolder, campaign: Campaign, cases: Sequence[CampaignCase], results: Results) -> None:
-    for case in cases:
-        if case.refused is not None and case.key not in results.intact:
-            try:
-                scene = scene_of(campaign, case.point)
-            except SrbvalError:
-                scene = None
-            path = folder.result_path(case.key)
-            try:
-                write_failure(path, scene, Ending.REFUSED, case.refused)
-            except OSError as error:
-                raise DataError(f"{path}: cannot be written ({error.strerror}). Free some space.") from None
-            folder.note_end(CaseOutcome(key=case.key, ending=Ending.REFUSED, reason=case.refused))
-            results.read([case.key])
-
-
-def _write_crash(folder: CampaignFolder, outcome: CaseOutcome) -> CaseOutcome:
-    try:
-        write_failure(folder.result_path(outcome.key), None, outcome.ending, outcome.reason)
-    except (OSError, DataError):
-        return replace(outcome, ending=Ending.UNWRITTEN)
-    return outcome
-
-
-def _check_space(folder: CampaignFolder, pending: Sequence[CampaignCase]) -> None:
+def _run_pending(
+    folder: CampaignFolder,
+    campaign: Campaign,
+    pending: Sequence[CampaignCase],
+    engine: Engine,
+    progress: Progress,
+    message: Callable[[str], None],
+) -> dict[str, CaseResult]:
+    """Run `pending` and note results as they come; stop where nothing can be written any more."""
     needed, free = sum(case.expected_bytes for case in pending), shutil.disk_usage(folder.path).free
     if needed > free:
         raise DataError(
             f"{folder.path}: {len(pending)} results will take {needed / 1e6:,.1f} MB, {free / 1e6:,.1f} MB are free. "
             "Free some space, choose another -o, or ask for fewer outputs."
         )
+    task, total_s = f"campaign {campaign.name}, {len(pending)} cases", sum(case.planned_s for case in pending)
+    cases, ran = {case.key: case for case in pending}, dict[str, CaseResult]()
+    ended_s, failed, unwritten = 0.0, 0, 0
+    progress(task, 0.0)
+    job = Job(
+        folder=folder.path,
+        # one scene per model and solver, whose kernels are compiled before any case runs
+        precompiled=[final_scene(campaign, case) for case in {(c.model, c.solver): c for c in pending}.values()],
+        tasks=(
+            CaseTask(
+                key=case.key,
+                scene=final_scene(campaign, case),
+                outputs=campaign.outputs,
+                path=folder.result_path(case.key),
+                limit_s=campaign.limit_s(case.planned_s),
+            )
+            for case in pending
+        ),
+        count=len(pending),
+    )
+    running = engine.run(job)
+    try:
+        for result in running:
+            path = folder.result_path(result.key)
+            if result.ending in (Ending.CRASHED, Ending.TIMED_OUT) and not path.exists():
+                try:
+                    write_result(path, result, None)
+                except (OSError, DataError):
+                    result = replace(result, ending=Ending.UNWRITTEN)
+            folder.note_end(result)
+            ran[result.key] = result
+            ended_s += cases[result.key].planned_s
+            if not result.ending.usable and (failed := failed + 1) <= MESSAGES:
+                message(f"case {cases[result.key].index} {result.ending.value}: {result.reason}")
+            progress(task, 1.0 if len(ran) == len(pending) else min(ended_s / total_s, ALMOST_DONE))
+            unwritten = unwritten + 1 if result.ending is Ending.UNWRITTEN else 0
+            if unwritten == GIVE_UP_AFTER:
+                raise DataError(
+                    f"{folder.path}: {GIVE_UP_AFTER} results in a row could not be written ({result.reason}). "
+                    f"{sum(one.ending.final for one in ran.values())} of {len(pending)} cases of this run are safe, "
+                    "nothing half-written was left behind. Free some space and give the same command again: the rest "
+                    "will be run."
+                )
+    finally:
+        running.close()
+        folder.remove_incomplete()  # of processes that were ended while they wrote
+    return ran
+
+
+def _refuse(folder: CampaignFolder, campaign: Campaign, case: CampaignCase) -> CaseResult:
+    """Write the result of a case of which no scene could be made."""
+    result = CaseResult(key=case.key, ending=Ending.REFUSED, reason=case.refused or "")
+    try:
+        scene = scene_of(campaign, case.point)
+    except SrbvalError:
+        scene = None
+    path = folder.result_path(case.key)
+    try:
+        write_result(path, result, scene)
+    except OSError as error:
+        raise DataError(f"{path}: cannot be written ({error.strerror}). Free some space.") from None
+    folder.note_end(result)
+    return result

@@ -41,22 +41,21 @@ def points_in(block: Axes) -> int:
 def block_points(block: Axes, seed: int) -> Iterator[Point]:
     """The points of one block; `seed` is that of its random ones."""
     if block.kind is Sampling.LIST:
-        for case in block.cases:
-            yield flat(case)
+        yield from map(flat, block.cases)
         return
-    if block.kind in (Sampling.GRID, Sampling.ZIP):
-        values = flat(block.values)
-        for key, choices in values.items():
-            if not isinstance(choices, list) or not choices:
-                raise ConfigurationError(f"axes.values.{key}: expected a list of choices, found {shown(choices)}.")
-        if block.kind is Sampling.ZIP and len({len(v) for v in values.values()}) > 1:
-            lengths = ", ".join(f"{k} {len(v)}" for k, v in values.items())
-            raise ConfigurationError(f"axes of kind 'zip': all lists must be equally long; they have {lengths}.")
-        combine = zip if block.kind is Sampling.ZIP else itertools.product
-        for choice in combine(*values.values()):
-            yield dict(zip(values, choice, strict=True))
+    if block.kind not in (Sampling.GRID, Sampling.ZIP):
+        yield from _space_filling(block, seed)
         return
-    yield from _space_filling(block, seed)
+    values = flat(block.values)
+    for key, choices in values.items():
+        if not isinstance(choices, list) or not choices:
+            raise ConfigurationError(f"axes.values.{key}: expected a list of choices, found {shown(choices)}.")
+    if block.kind is Sampling.ZIP and len({len(v) for v in values.values()}) > 1:
+        lengths = ", ".join(f"{k} {len(v)}" for k, v in values.items())
+        raise ConfigurationError(f"axes of kind 'zip': all lists must be equally long; they have {lengths}.")
+    combine = zip if block.kind is Sampling.ZIP else itertools.product
+    for choice in combine(*values.values()):
+        yield dict(zip(values, choice, strict=True))
 
 
 def flat(table: Mapping[str, Any], prefix: str = "") -> Point:
@@ -102,10 +101,11 @@ def _space_filling(block: Axes, seed: int) -> Iterator[Point]:
             )
         unit = qmc.Sobol(d=len(ranges), rng=seed).random(block.samples)
     for row in unit:
-        yield {
-            key: _in_unit(low + float(share) * (high - low), text)
-            for share, (key, (low, high, text)) in zip(row, ranges.items(), strict=True)
-        }
+        point: Point = {}
+        for share, (key, (low, high, text)) in zip(row, ranges.items(), strict=True):
+            value = low + float(share) * (high - low)
+            point[key] = f"{value!r} {text}" if text else value
+        yield point
 
 
 def _range(key: str, ends: object) -> tuple[float, float, str]:
@@ -120,7 +120,3 @@ def _range(key: str, ends: object) -> tuple[float, float, str]:
         f"axes.ranges.{key}: expected the least and the largest value in one unit, such as ['127 rpm', '997 rpm'], "
         f"found {shown(ends)}."
     )
-
-
-def _in_unit(value: float, unit: str) -> float | str:
-    return f"{value!r} {unit}" if unit else value

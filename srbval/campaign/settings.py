@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from importlib import resources
 from pathlib import Path
 
-from srbval.campaign.quantities import ALL_OUTPUTS, Output
+from srbval.campaign.quantities import Output
 from srbval.errors import ConfigurationError
 from srbval.plan.questions import Question
 from srbval.scene import merge, scene_table
@@ -86,13 +86,12 @@ class Campaign:
                 f"repeats = {self.repeats} must be at least 1, seed = {self.seed} zero or above, and below 2^62."
             )
         if not self.outputs:
-            raise ConfigurationError(f"outputs is empty; name some of {', '.join(ALL_OUTPUTS)}.")
-        if not (math.isfinite(self.tolerance_pct) and self.tolerance_pct > 0):
-            raise ConfigurationError(f"tolerance_pct = {self.tolerance_pct} must be a positive number.")
-        if not (math.isfinite(self.limit_factor) and self.limit_factor >= 0):
+            raise ConfigurationError(f"outputs is empty; name some of {', '.join(Output)}.")
+        if not 0 <= self.limit_factor < math.inf:
             raise ConfigurationError(f"limit_factor = {self.limit_factor} must be 0 (no limit) or above.")
-        if not (math.isfinite(self.least_limit_s) and self.least_limit_s > 0):
-            raise ConfigurationError(f"least_limit_s = {self.least_limit_s} must be a positive number.")
+        for name in ("tolerance_pct", "least_limit_s"):
+            if not 0 < getattr(self, name) < math.inf:
+                raise ConfigurationError(f"{name} = {getattr(self, name)} must be a positive number.")
 
     def limit_s(self, expected_s: float) -> float | None:
         """Wall time that a case may take which should take `expected_s`; None: no limit."""
@@ -106,13 +105,11 @@ def load_campaign(name: str) -> Campaign:
 
     Raises `DataError` for a missing file, `ConfigurationError` for an unknown key or an impossible value.
     """
-    if not name.endswith(".toml") and name in presets():
-        return build(Campaign, read_toml(presets()[name]), name)
-    if not name.endswith(".toml"):
+    path = Path(name) if name.endswith(".toml") else presets().get(name)
+    if path is None:
         raise ConfigurationError(
             f"campaign {name!r} is neither a file ending in .toml nor a preset. Presets: {', '.join(presets())}."
         )
-    path = Path(name)
     campaign = build(Campaign, read_toml(path), name)
     if campaign.scene_file is None:
         return campaign

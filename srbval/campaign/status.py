@@ -1,16 +1,16 @@
-"""How far a campaign is, from its folder alone; and its table of results."""
+"""How far a campaign is, and whether its folder is as it was written, from that folder alone; its table of results."""
 
+import contextlib
 import csv
 import io
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from srbval.campaign.campaign_folder import TABLE, CampaignFolder, Damaged
-from srbval.campaign.case import FINAL, CampaignCase, CaseOutcome, Ending
-from srbval.campaign.lock import holder
-from srbval.campaign.results import Results
+from srbval.campaign.case import CampaignCase, CaseResult, Ending
+from srbval.campaign.folder import TABLE, CampaignFolder, Damaged
+from srbval.campaign.lock import HOLDER, holder
 from srbval.errors import DataError
 from srbval.storage.files import atomic_write
 
@@ -21,7 +21,7 @@ LAST_COLUMNS = ("model", "status", "reason", "quantity", "value", "unit")
 class CampaignStatus:
     """`done` of the `cases` have a result; `failed` are those without a good one; `running` names who works on it.
 
-    `damaged`: results, and lines of the journal, that are not as they were written; such cases are not done.
+    `damaged`: results, and the journal, that are not as they were written; such cases are not done.
     `simulation_s` is the sum over all simulations of all runs; `table` is None where it cannot be written.
     """
 
@@ -35,45 +35,86 @@ class CampaignStatus:
     table: Path | None
 
 
+@dataclass(frozen=True, kw_only=True)
+class CampaignVerification:
+    """`ok` if none of the files is `damaged`, or gone; `results` is how many results were read."""
+
+    ok: bool
+    results: int
+    damaged: tuple[Damaged, ...]
+
+
 def campaign_status(path: Path) -> CampaignStatus:
     """Read a campaign's folder and rewrite its results table.
 
-    Raises `DataError` where there is no campaign, or where its campaign file or plan is damaged.
+    Raises `DataError` where there is no campaign, or its plan is damaged.
     """
     folder = CampaignFolder(path)
-    about, cases = folder.about(), folder.planned()
-    results, journal = Results(folder, (case.key for case in cases)), folder.journal()
+    journal = folder.journal(planned=True)
+    results, damaged = folder.read_results(case.key for case in journal.cases)
     try:
-        table = write_table(folder, cases, results)
+        table = write_table(folder, journal.cases, results)
     except DataError:  # a folder that can only be read
         table = None
+    ended = [result for result in journal.ended if result.key not in damaged]
     return CampaignStatus(
-        name=about.name,
-        cases=len(cases),
-        done=sum(case.key in results.intact for case in cases),
-        failed=tuple(failures(cases, results, journal)),
-        damaged=(*folder.damaged(), *results.damaged.values()),
+        name=journal.about.name if journal.about else "",
+        cases=len(journal.cases),
+        done=sum(case.key in results for case in journal.cases),
+        failed=tuple(failures(journal.cases, results, ended)),
+        damaged=(*folder.damaged(journal), *damaged.values()),
         running=holder(path),
-        simulation_s=sum(entry.simulation_s for entry in journal),
+        simulation_s=sum(result.simulation_s for result in journal.ended),
         table=table,
     )
 
 
-def failures(cases: Sequence[CampaignCase], results: Results, ended: Iterable[CaseOutcome]) -> list[dict[str, Any]]:
+def verify_campaign(path: Path) -> CampaignVerification:
+    """Read the plan, the journal and all results, those of other plans too; nothing is changed.
+
+    The table of results is checked once the campaign has ended. Raises `DataError` where there is no campaign.
+    """
+    folder = CampaignFolder(path)
+    journal = folder.journal()
+    damaged, cases = folder.damaged(journal), journal.cases
+    planned = {case.key for case in cases}
+    results, bad = folder.read_results([*planned, *sorted(folder.result_keys())])
+    for key, found in bad.items():
+        left = key not in planned and bool(planned)
+        damaged.append(replace(found, why=f"{found.why} It is not in this plan: remove it.") if left else found)
+    ended = {result.key for result in journal.ended if result.ending.final}
+    damaged += [
+        Damaged(file=folder.result_path(key), why="missing, though the journal says that its case ended")
+        for key in sorted(planned & ended - results.keys() - bad.keys())
+    ]
+    if planned and planned <= results.keys() and not (path / HOLDER).exists():
+        table, now = path / TABLE, table_text(cases, results).encode()
+        same = False
+        with contextlib.suppress(OSError):
+            same = table.is_file() and table.stat().st_size == len(now) and table.read_bytes() == now
+        if not same:
+            why = f"not the table of these results. It is written again by: srbval campaign status {path}"
+            damaged.append(Damaged(file=table, why=why))
+    return CampaignVerification(ok=not damaged, results=len(results) + len(bad), damaged=tuple(damaged))
+
+
+def failures(
+    cases: Sequence[CampaignCase], results: Mapping[str, CaseResult], ended: Iterable[CaseResult]
+) -> list[dict[str, Any]]:
     """All cases that ended without a good result: index, key, ending and reason.
 
     What has no result is found among those that `ended`, if their result could not be written or was removed again.
     """
-    known = {e.key: (e.ending, e.reason) for e in ended if e.ending not in FINAL and e.key not in results.damaged}
-    known |= {key: (result.ending, result.reason) for key, result in results.intact.items()}
+    known = {result.key: result for result in ended if not result.ending.final} | dict(results)
+    found = [(case.index, known[case.key]) for case in cases if case.key in known]
     return [
-        {"case": case.index, "key": case.key, "ending": known[case.key][0].value, "reason": known[case.key][1]}
-        for case in cases
-        if case.key in known and not known[case.key][0].usable
+        {"case": index, "key": result.key, "ending": result.ending.value, "reason": result.reason}
+        for index, result in found
+        if not result.ending.usable
     ]
 
 
-def write_table(folder: CampaignFolder, cases: Sequence[CampaignCase], results: Results) -> Path:
+def write_table(folder: CampaignFolder, cases: Sequence[CampaignCase], results: Mapping[str, CaseResult]) -> Path:
     """Write `table_text` and return its path; `DataError` where that fails."""
     path = folder.path / TABLE
     try:
@@ -84,7 +125,7 @@ def write_table(folder: CampaignFolder, cases: Sequence[CampaignCase], results: 
     return path
 
 
-def table_text(cases: Sequence[CampaignCase], results: Results) -> str:
+def table_text(cases: Sequence[CampaignCase], results: Mapping[str, CaseResult]) -> str:
     """The table of results as CSV: one row per case and quantity, in the order of the plan.
 
     A case that failed has one row without a quantity; one without an intact result has none. The same results give the
@@ -95,17 +136,9 @@ def table_text(cases: Sequence[CampaignCase], results: Results) -> str:
     writer = csv.writer(stream)
     writer.writerow(["case", "key", *columns, *LAST_COLUMNS])
     for case in cases:
-        writer.writerows(_rows(case, results, columns))
+        if (result := results.get(case.key)) is not None:
+            reason = "" if result.ending is Ending.OK and result.quantities else result.reason
+            first = [case.index, case.key, *(case.point.get(c, "") for c in columns), case.model, result.ending, reason]
+            rows = [(q.name, repr(q.value), q.unit) for q in result.quantities] or [("", "", "")]
+            writer.writerows([*first, *row] for row in rows)
     return stream.getvalue()
-
-
-def _rows(case: CampaignCase, results: Results, columns: Sequence[str]) -> Iterator[list[object]]:
-    result = results.intact.get(case.key)
-    if result is None:
-        return
-    first = [case.index, case.key, *(case.point.get(c, "") for c in columns), case.model, result.ending.value]
-    if not result.quantities:
-        yield [*first, result.reason, "", "", ""]
-    reason = "" if result.ending is Ending.OK else result.reason
-    for quantity in result.quantities:
-        yield [*first, reason, quantity.name, repr(quantity.value), quantity.unit]

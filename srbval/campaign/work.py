@@ -9,9 +9,9 @@ from typing import Any
 
 from filelock import FileLock, Timeout
 
-from srbval.campaign.case import CaseOutcome, CaseTask, Ending, version
-from srbval.campaign.case_file import read_result, write_failure, write_result
-from srbval.campaign.quantities import quantities_of
+from srbval.campaign.case import CaseResult, CaseTask, Ending, version
+from srbval.campaign.case_file import acceleration_only, read_result, write_result
+from srbval.campaign.quantities import CaseQuantity, Output, quantities_of
 from srbval.errors import DataError, SrbvalError
 from srbval.models.kernel_cache import kernel_cache_folder
 from srbval.models.run import Run
@@ -46,33 +46,38 @@ def _after_others(scene: Scene) -> Iterator[None]:
         yield
 
 
-def run_case(task: CaseTask) -> CaseOutcome:
-    """Run a case and write its result; whatever goes wrong is an outcome, not an exception.
+def run_case(task: CaseTask) -> CaseResult:
+    """Run a case and write its result; whatever goes wrong is an ending, not an exception.
 
     A case whose result exists already is not run again, unless that is damaged.
     """
     _one_thread()
-    started = time.perf_counter()
-    simulated_s = 0.0
+    if task.path.exists():
+        with contextlib.suppress(DataError):
+            return replace(read_result(task.path), found=True)
+    started, simulation_s = time.perf_counter(), 0.0
 
-    def ended(ending: Ending, reason: str) -> CaseOutcome:
-        wall_s = time.perf_counter() - started
-        return CaseOutcome(key=task.key, ending=ending, reason=reason, wall_s=wall_s, simulation_s=simulated_s)
+    def ended(ending: Ending, reason: str, quantities: tuple[CaseQuantity, ...] = ()) -> CaseResult:
+        return CaseResult(
+            key=task.key, ending=ending, reason=reason, quantities=quantities,
+            wall_s=time.perf_counter() - started, simulation_s=simulation_s,
+        )  # fmt: skip
 
     try:
-        if (found := _existing(task)) is not None:
-            return found
-        result = _simulate(task.scene)
-        simulated_s = time.perf_counter() - started
-        if isinstance(result, str):
-            write_failure(task.path, task.scene, Ending.REFUSED, result)
-            return ended(Ending.REFUSED, result)
-        if not result.status.usable:
-            reason = f"{result.status.value}: {result.reason}"
-            write_failure(task.path, task.scene, Ending.FAILED, reason)
-            return ended(Ending.FAILED, reason)
-        write_result(task.path, result, quantities_of(result, task.outputs), task.outputs)
-        return ended(Ending(result.status.value), result.reason)
+        run, signals = _simulate(task.scene), None
+        simulation_s = time.perf_counter() - started
+        if isinstance(run, str):
+            result = ended(Ending.REFUSED, run)
+        elif not run.status.usable:
+            result = ended(Ending.FAILED, f"{run.status.value}: {run.reason}")
+        else:
+            result = ended(Ending(run.status.value), run.reason, quantities_of(run, task.outputs))
+            if Output.SIGNALS in task.outputs:
+                signals = run
+            elif Output.ACCELERATION in task.outputs:
+                signals = acceleration_only(run)
+        write_result(task.path, result, task.scene, signals)
+        return replace(result, wall_s=time.perf_counter() - started)
     except (OSError, DataError) as error:
         text = getattr(error, "strerror", None) or str(error)
         return ended(Ending.UNWRITTEN, f"the result could not be written: {text}")
@@ -80,17 +85,6 @@ def run_case(task: CaseTask) -> CaseOutcome:
         return ended(Ending.CRASHED, "out of memory; run fewer cases at a time (--jobs)")
     except Exception as error:  # a bug of ours must not end the other cases
         return ended(Ending.CRASHED, f"unexpected {type(error).__name__}: {error}")
-
-
-def _existing(task: CaseTask) -> CaseOutcome | None:
-    """The outcome of a result that is there and whole."""
-    if not task.path.exists():
-        return None
-    try:
-        result = read_result(task.path)
-    except DataError:
-        return None
-    return CaseOutcome(key=task.key, ending=result.ending, reason=result.reason, found=True)
 
 
 def _simulate(scene: Scene) -> Run | str:

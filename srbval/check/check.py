@@ -4,7 +4,7 @@ import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 from xml.etree import ElementTree
 
 from srbval.check.quantities import GROUPS
@@ -16,7 +16,7 @@ from srbval.storage.files import atomic_write
 
 
 @dataclass(frozen=True, kw_only=True)
-class Checked:
+class CheckedQuantity:
     """One quantity: its fresh `value` and the range it must lie in, all in `unit`.
 
     `value` is NaN where it could not be computed; `low` and `high` are NaN where there is no reference yet.
@@ -36,6 +36,11 @@ class Checked:
         """Is the value within the range? Never so where either is missing."""
         return self.low <= self.value <= self.high
 
+    @property
+    def message(self) -> str:
+        """The value and its range in words."""
+        return f"{self.value:.9g} is not within {self.low:.9g} to {self.high:.9g} {self.unit}"
+
 
 @dataclass(frozen=True, kw_only=True)
 class CheckResult:
@@ -43,7 +48,7 @@ class CheckResult:
 
     JSON_PROPERTIES: ClassVar = ("ok",)
 
-    checks: tuple[Checked, ...]
+    checks: tuple[CheckedQuantity, ...]
     skipped: tuple[str, ...]
 
     @property
@@ -68,14 +73,12 @@ def run_check(
     """
     known = read_reference(reference_path()) if reference is None else reference
     wanted = set(GROUPS if groups is None else groups)
-    unknown = wanted - set(GROUPS)
-    if unknown:
+    if unknown := wanted - set(GROUPS):
         raise ConfigurationError(f"group {min(unknown)!r} is not known. Known: {', '.join(GROUPS)}.")
-    start = base if base is not None else paper_scene()
     fresh: dict[str, float | None] = {}
     for name in (name for name in GROUPS if name in wanted):
         progress(name, 0.0)
-        fresh |= GROUPS[name](start, progress)
+        fresh |= GROUPS[name](base or paper_scene(), progress)
         progress(name, 1.0)
     if wanted == set(GROUPS):
         fresh |= {name: math.nan for name in known if name not in fresh}
@@ -85,12 +88,12 @@ def run_check(
     )
 
 
-def _checked(name: str, value: float, wanted: ReferenceQuantity | None) -> Checked:
+def _checked(name: str, value: float, wanted: ReferenceQuantity | None) -> CheckedQuantity:
     if wanted is None:
         none = "no reference: give it a tolerance and a reason in the reference file"
-        return Checked(name=name, value=value, low=math.nan, high=math.nan, unit="", reason=none)
+        return CheckedQuantity(name=name, value=value, low=math.nan, high=math.nan, unit="", reason=none)
     middle = math.nan if wanted.value is None else wanted.value
-    return Checked(
+    return CheckedQuantity(
         name=name, value=value, low=middle - wanted.tolerance, high=middle + wanted.tolerance, unit=wanted.unit,
         reason=wanted.reason,
     )  # fmt: skip
@@ -101,34 +104,24 @@ def write_junit(path: Path, result: CheckResult, *, seconds: float) -> None:
 
     It has one test case per quantity, with a failure's values as its message.
     """
-    failed = sum(not check.ok for check in result.checks)
-    counts = {"tests": len(result.checks) + len(result.skipped), "failures": failed, "skipped": len(result.skipped)}
-    suite = ElementTree.Element("testsuite", {"name": "srbval check", "errors": "0", "time": f"{seconds:.1f}"})
-    suite.attrib |= {key: str(count) for key, count in counts.items()}
-    for check in result.checks:
-        case = ElementTree.SubElement(suite, "testcase", {"classname": "srbval.check", "name": check.name})
-        if not check.ok:
-            message = f"{check.value:.9g} is not within {check.low:.9g} to {check.high:.9g} {check.unit}"
-            ElementTree.SubElement(case, "failure", {"message": message}).text = check.reason
-    for name in result.skipped:
-        case = ElementTree.SubElement(suite, "testcase", {"classname": "srbval.check", "name": name})
-        ElementTree.SubElement(case, "skipped", {"message": "needs a recording that is not registered"})
     suites = ElementTree.Element("testsuites")
-    suites.append(suite)
+    suite = ElementTree.SubElement(suites, "testsuite", {
+        "name": "srbval check", "errors": "0", "time": f"{seconds:.1f}",
+        "tests": str(len(result.checks) + len(result.skipped)), "skipped": str(len(result.skipped)),
+        "failures": str(sum(not check.ok for check in result.checks)),
+    })  # fmt: skip
+    cases = {
+        name: ElementTree.SubElement(suite, "testcase", {"classname": "srbval.check", "name": name})
+        for name in (*(check.name for check in result.checks), *result.skipped)
+    }
+    for check in result.checks:
+        if not check.ok:
+            ElementTree.SubElement(cases[check.name], "failure", {"message": check.message}).text = check.reason
+    for name in result.skipped:
+        ElementTree.SubElement(cases[name], "skipped", {"message": "needs a recording that is not registered"})
     ElementTree.indent(suites)
     with atomic_write(path) as part:
         ElementTree.ElementTree(suites).write(part, encoding="utf-8", xml_declaration=True)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Difference:
-    """What an update would do to one quantity; `moved` is the change in tolerances, None without an old value."""
-
-    name: str
-    old: float | None
-    new: float
-    unit: str
-    moved: float | None
 
 
 def renewed(reference: Mapping[str, ReferenceQuantity], result: CheckResult) -> dict[str, ReferenceQuantity]:
@@ -146,12 +139,17 @@ def renewed(reference: Mapping[str, ReferenceQuantity], result: CheckResult) -> 
     return {name: old.at(fresh[name]) if name in fresh else old for name, old in reference.items()}
 
 
-def differences(old: Mapping[str, ReferenceQuantity], new: Mapping[str, ReferenceQuantity]) -> list[Difference]:
-    """What differs between two references."""
-    return [_difference(old[name], quantity) for name, quantity in new.items() if quantity.value != old[name].value]
+def differences(old: Mapping[str, ReferenceQuantity], new: Mapping[str, ReferenceQuantity]) -> list[dict[str, Any]]:
+    """What an update would change: name, old and new value, unit, and how far it `moved` in tolerances.
 
-
-def _difference(old: ReferenceQuantity, new: ReferenceQuantity) -> Difference:
-    assert new.value is not None
-    moved = None if old.value is None or not old.tolerance else (new.value - old.value) / old.tolerance
-    return Difference(name=new.name, old=old.value, new=new.value, unit=new.unit, moved=moved)
+    `moved` is None without an old value or a tolerance.
+    """
+    found = []
+    for name, quantity in new.items():
+        before, after = old[name].value, quantity.value
+        if after != before:
+            moved = None
+            if before is not None and after is not None and quantity.tolerance:
+                moved = (after - before) / quantity.tolerance
+            found.append({"name": name, "old": before, "new": after, "unit": quantity.unit, "moved": moved})
+    return found

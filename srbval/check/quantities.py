@@ -14,7 +14,6 @@ from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import make_parameters
 from srbval.models.precompile import load_kernels
 from srbval.models.run import Run
-from srbval.models.run_statistics import RunStatistics
 from srbval.models.simulate import static_share
 from srbval.plan.measures import measure
 from srbval.plan.timing import run_all
@@ -31,23 +30,22 @@ RIG_RPM = 877.0  # nominal motor speed of those open excerpts that are nearest t
 LOWER_RUNGS = ("impulse", "planar", "line")
 
 
-def printed(base: Scene) -> Scene:
+def _printed(base: Scene) -> Scene:
     """The same with the roller diameter printed in Table 1: every roller is loaded, nothing rattles."""
     return replace(base, contact=replace(base.contact, roller_fit=RollerFit.PRINTED))
 
 
-def with_defect(base: Scene, kind: Fault) -> Scene:
-    """The same, `SECONDS` long, with a defect of that kind."""
+def _with_defect(base: Scene, kind: Fault) -> Scene:
     return replace(base, defect=replace(base.defect, kind=kind), duration_s=SECONDS)
 
 
-def run_side_by_side(scenes: Mapping[str, Scene], progress: Progress) -> dict[str, Run | None]:
+def _run_side_by_side(scenes: Mapping[str, Scene], progress: Progress) -> dict[str, Run | None]:
     """Run every scene, one per core at a time; None where a run failed or found no start."""
     load_kernels(scene.model for scene in scenes.values())
     return run_all(scenes, lambda _, tried, __: tried.run if tried.ok else None, task="runs", progress=progress)
 
 
-def measures_of(run: Run | None) -> dict[str, float]:
+def _measures_of(run: Run | None) -> dict[str, float]:
     """Cage, load, slip power and vibration of a run; NaN throughout where it failed."""
     if run is None:
         return dict.fromkeys(("cage_ratio", "roller_load_share", "slip_power_w", "band_rms_m_s2"), math.nan)
@@ -60,7 +58,7 @@ def measures_of(run: Run | None) -> dict[str, float]:
     }
 
 
-def read_line(run: Run | None, name: str) -> float:
+def _read_line(run: Run | None, name: str) -> float:
     """A fault line as the pipeline reads it from a run [Hz]; NaN where the run failed or it is not found."""
     if run is None:
         return math.nan
@@ -68,7 +66,7 @@ def read_line(run: Run | None, name: str) -> float:
     return math.nan if found is None else float(found)
 
 
-def balance(scene: Scene) -> dict[str, float]:
+def _balance(scene: Scene) -> dict[str, float]:
     """Static balance: ring displacement along y [um] and the rollers' part of the load; NaN where there is none."""
     bearing = load_bearing(scene.bearing)
     if bearing.geometry is None:
@@ -80,66 +78,55 @@ def balance(scene: Scene) -> dict[str, float]:
     except ConfigurationError:  # the reference scenes have one: the model is at fault
         return {"ring_um": math.nan, "roller_share": math.nan}
     ring = state[len(state) // 2 - 3 : len(state) // 2]
-    share = static_share(RunStatistics(scene=scene, bearing=bearing), model, ring)
+    share = static_share(scene, model, ring)
     return {"ring_um": float(ring[1]) * 1e6, "roller_share": share}
 
 
-def kinematics(base: Scene, _: Progress) -> Values:
+def _kinematics(base: Scene, _: Progress) -> Values:
     """Fault orders in closed form."""
     orders = load_bearing(base.bearing).orders
     return {f"order_{name}": getattr(orders, name) for name in ("bpfo", "bpfi", "bsf", "ftf")}
 
 
-def statics(base: Scene, _: Progress) -> Values:
+def _statics(base: Scene, _: Progress) -> Values:
     """Static balance: deterministic, and depends on the stiffness, the fit and every circle's radius."""
-    scenes = {"play": base, "printed": printed(base)}
-    return {f"static_{name}_{fit}": value for fit, scene in scenes.items() for name, value in balance(scene).items()}
+    scenes = {"play": base, "printed": _printed(base)}
+    return {f"static_{name}_{fit}": value for fit, scene in scenes.items() for name, value in _balance(scene).items()}
 
 
-def runs(base: Scene, progress: Progress) -> Values:
+def _runs(base: Scene, progress: Progress) -> Values:
     """The paper's scene without and with a defect on either race, and the printed fit: the runs behind Table 6."""
-    outer = with_defect(base, Fault.OUTER)
-    scenes = {
-        "healthy": with_defect(base, Fault.HEALTHY),
-        "outer": outer,
-        "inner": with_defect(base, Fault.INNER),
-        "outer_printed": printed(outer),
-    }
-    done = run_side_by_side(scenes, progress)
-    found: dict[str, float | None] = {
-        f"{quantity}_{name}": value for name, run in done.items() for quantity, value in measures_of(run).items()
-    }
-    return found | {
+    kinds = {"healthy": Fault.HEALTHY, "outer": Fault.OUTER, "inner": Fault.INNER}
+    scenes = {name: _with_defect(base, kind) for name, kind in kinds.items()}
+    done = _run_side_by_side(scenes | {"outer_printed": _printed(scenes["outer"])}, progress)
+    return {
+        **{f"{quantity}_{name}": value for name, run in done.items() for quantity, value in _measures_of(run).items()},
         "failed_runs": float(sum(run is None for run in done.values())),
-        "read_bpfo_hz": read_line(done["outer"], "BPFO"),
-        "read_bpfi_hz": read_line(done["inner"], "BPFI"),
+        "read_bpfo_hz": _read_line(done["outer"], "BPFO"),
+        "read_bpfi_hz": _read_line(done["inner"], "BPFI"),
     }
 
 
-def ladder(base: Scene, progress: Progress) -> Values:
+def _ladder(base: Scene, progress: Progress) -> Values:
     """The lower rungs that vibrate, on the outer-race scene."""
-    outer = with_defect(base, Fault.OUTER)
-    done = run_side_by_side({model: replace(outer, model=model) for model in LOWER_RUNGS}, progress)
-    return {f"read_bpfo_hz_{model}": read_line(run, "BPFO") for model, run in done.items()}
+    outer = _with_defect(base, Fault.OUTER)
+    done = _run_side_by_side({model: replace(outer, model=model) for model in LOWER_RUNGS}, progress)
+    return {f"read_bpfo_hz_{model}": _read_line(run, "BPFO") for model, run in done.items()}
 
 
-def rig(base: Scene, _: Progress) -> Values:
+def _rig(base: Scene, _: Progress) -> Values:
     """Lines of the rig's own recordings, where they are registered: the pipeline on measured vibration."""
     bearing, found = load_bearing(base.bearing), dict[str, float | None]()
     for state in RACE_DEFECTS:
-        entry = find_recording(state=state, nominal_rpm=RIG_RPM)
-        found[f"rig_order_{state.value}"] = None
+        entry, name = find_recording(state=state, nominal_rpm=RIG_RPM), f"rig_order_{state.value}"
+        found[name] = None
         if entry is not None:
             analysis = analyse(load_recording(entry.file), bearing=bearing)
             hz = analysis.line_of(state).found_hz
-            found[f"rig_order_{state.value}"] = float("nan") if hz is None else hz / analysis.speed.value_hz
+            found[name] = math.nan if hz is None else hz / analysis.speed.value_hz
     return found
 
 
 GROUPS: Mapping[str, Callable[[Scene, Progress], Values]] = {
-    "kinematics": kinematics,
-    "statics": statics,
-    "runs": runs,
-    "ladder": ladder,
-    "rig": rig,
-}
+    "kinematics": _kinematics, "statics": _statics, "runs": _runs, "ladder": _ladder, "rig": _rig,
+}  # fmt: skip

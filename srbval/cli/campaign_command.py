@@ -6,14 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from srbval.campaign.campaign_folder import Damaged
-from srbval.campaign.engines.choose import choose_engine
+from srbval.campaign.engines import choose_engine
 from srbval.campaign.export import ExportSettings, export_campaign
+from srbval.campaign.folder import Damaged
 from srbval.campaign.planning import plan_cases, totals
 from srbval.campaign.run import run_campaign
 from srbval.campaign.settings import Campaign, load_campaign
-from srbval.campaign.status import campaign_status
-from srbval.campaign.verify import verify_campaign
+from srbval.campaign.status import campaign_status, verify_campaign
 from srbval.cli.output import print_json, print_table
 from srbval.errors import DataError
 from srbval.progress import ProgressDisplay
@@ -55,14 +54,15 @@ def _dry_run(campaign: Campaign, engine: str, options: argparse.Namespace) -> in
     cases = plan_cases(campaign)
     found = totals(cases)
     if options.json:
-        print_json({"name": campaign.name, "engine": engine, **to_json(found), "planned": cases})
+        print_json({"name": campaign.name, "engine": engine, **found, "planned": cases})
         return DONE
     rows = [(c.index, c.model or "refused", c.expected_s, c.refused or _point(c.point)) for c in cases]
     print_table(("case", "model", "expected [s]", "values"), rows)
-    models = ", ".join(f"{name} {count}" for name, count in found.models.items())
-    time = "unknown" if found.expected_s is None else f"{found.expected_s:.0f} s on one core of the calibration machine"
-    print(f"\n{found.cases} cases ({models}; {found.refused} refused); time: {time}; disk: "
-          f"{found.expected_bytes / 1e6:.1f} MB. Nothing was run.")  # fmt: skip
+    models = ", ".join(f"{name} {count}" for name, count in found["models"].items())
+    expected_s = found["expected_s"]
+    time = "unknown" if expected_s is None else f"{expected_s:.0f} s on one core of the calibration machine"
+    print(f"\n{found['cases']} cases ({models}; {found['refused']} refused); time: {time}; disk: "
+          f"{found['expected_bytes'] / 1e6:.1f} MB. Nothing was run.")  # fmt: skip
     return DONE
 
 

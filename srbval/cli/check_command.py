@@ -4,10 +4,9 @@ import argparse
 import math
 import sys
 import time
-from collections.abc import Sequence
 from pathlib import Path
 
-from srbval.check.check import CheckResult, Difference, differences, renewed, run_check, write_junit
+from srbval.check.check import CheckResult, differences, renewed, run_check, write_junit
 from srbval.check.reference import ReferenceQuantity, read_reference, reference_path, write_reference
 from srbval.cli.output import print_json, print_table
 from srbval.progress import ProgressDisplay, prefixed
@@ -44,8 +43,7 @@ def _show(result: CheckResult) -> None:
             why = "could not be computed" if math.isnan(check.value) else "has no reference"
             print(f"{check.name}: {why}; {check.reason}")
         elif not check.ok:
-            print(f"{check.name}: {check.value:.9g} is not within {check.low:.9g} to {check.high:.9g} {check.unit}; "
-                  f"its tolerance: {check.reason}")  # fmt: skip
+            print(f"{check.name}: {check.message}; its tolerance: {check.reason}")
 
 
 def _update(
@@ -53,8 +51,11 @@ def _update(
 ) -> int:
     new = renewed(reference, result)
     changed = differences(reference, new)
-    if not options.json:
-        _show_differences(changed, path)
+    if not options.json and changed:
+        rows = [(c["name"], c["old"], c["new"], c["unit"], c["moved"] and round(c["moved"], 2)) for c in changed]
+        print_table(("quantity", "reference", "now", "unit", "moved by tolerances"), rows)
+    elif not options.json:
+        print(f"{path}: nothing differs")
     replaced = bool(changed) and (options.yes or _agreed(path))
     if replaced:
         write_reference(path, new)
@@ -63,14 +64,6 @@ def _update(
     elif changed:
         print(f"{path}: replaced" if replaced else f"{path}: left as it was; give --yes to replace it")
     return WITHIN if replaced or result.ok else DRIFTED
-
-
-def _show_differences(changed: Sequence[Difference], path: Path) -> None:
-    if not changed:
-        print(f"{path}: nothing differs")
-        return
-    rows = [(c.name, c.old, c.new, c.unit, None if c.moved is None else round(c.moved, 2)) for c in changed]
-    print_table(("quantity", "reference", "now", "unit", "moved by tolerances"), rows)
 
 
 def _agreed(path: Path) -> bool:

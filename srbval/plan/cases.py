@@ -1,13 +1,10 @@
 """The scenes that the ladder is calibrated on: a grid about a bundled scene, and random ones within it."""
 
-import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
-
-import numpy as np
 
 from srbval.bearing import Fault
 from srbval.scene import Scene, load_scene, merge
@@ -17,7 +14,6 @@ RADIAL_KN = (62.4, 124.8)  # Table 5
 HEIGHT_MM = (0.1, 0.2)
 FITS = ("play", "printed")
 KINDS = (Fault.HEALTHY, Fault.OUTER, Fault.INNER)
-BETWEEN_SEED = 1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,52 +84,3 @@ class CalibrationScene:
     def reference(self, *, seconds: float, finer: int) -> Scene:
         """The same for the base's reference model."""
         return self.scene(BASES[self.base].reference, seconds=seconds, finer=finer)
-
-
-def grid(base: str = "paper") -> list[CalibrationScene]:
-    """Every calibration scene about a bundled one."""
-    own = BASES[base]
-    return [
-        CalibrationScene(base=base, kind=kind.scene_word, fit=fit, rpm=rpm, radial_kn=load, height_mm=height)
-        for kind, fit, rpm, load in itertools.product(KINDS, own.fits, RPM, RADIAL_KN)
-        for height in ((0.0,) if kind is Fault.HEALTHY else own.height_mm)
-    ]
-
-
-def quick_grid(base: str = "paper") -> list[CalibrationScene]:
-    """Two scenes, for a quick measurement."""
-    height = BASES[base].height_mm[-1]
-    return [
-        CalibrationScene(base=base, kind=kind.scene_word, fit="play", rpm=710.0, radial_kn=124.8, height_mm=height)
-        for kind in (Fault.OUTER, Fault.INNER)
-    ]
-
-
-def between(base: str = "paper") -> list[CalibrationScene]:
-    """Random scenes within the grid: they show how much errors vary between its scenes.
-
-    Twice as many with a defect on the inner race, the only ones with sidebands.
-    """
-    return drawn(BETWEEN_SEED, power=3, inner=4, base=base)
-
-
-def drawn(seed: int, *, power: int, inner: int | None = None, base: str = "paper") -> list[CalibrationScene]:
-    """For each defect and roller fit 2^`power` points of a scrambled Sobol sequence over speed, load and height.
-
-    2^`inner` with a defect on the inner race.
-    """
-    from scipy.stats import qmc
-
-    found, own = [], BASES[base]
-    for number, (kind, fit) in enumerate(itertools.product(KINDS, own.fits)):
-        sequence = qmc.Sobol(d=len(own.ranges), scramble=True, rng=np.random.default_rng([seed, number]))
-        unit = sequence.random_base2(inner or power if kind is Fault.INNER else power)
-        low, high = zip(*own.ranges, strict=True)
-        for rpm, load, *height in qmc.scale(unit, low, high).tolist():
-            found.append(
-                CalibrationScene(
-                    base=base, kind=kind.scene_word, fit=fit, rpm=round(rpm), radial_kn=round(load, 1),
-                    height_mm=0.0 if kind is Fault.HEALTHY else round((height or own.height_mm)[0], 3),
-                )
-            )  # fmt: skip
-    return found

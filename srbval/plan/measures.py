@@ -1,15 +1,14 @@
 """What runs are compared by: cage speed, noise floor of the envelope, vibration in the band, harmonic pattern."""
 
 import math
-from dataclasses import asdict, dataclass, fields
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft
 
 from srbval.arrays import FloatArray
-from srbval.models.band_levels import band_rms, hann
 from srbval.models.run import Run
+from srbval.models.sensor import band_rms, hann
 from srbval.reading.pipeline import SIMULATED_BAND_HZ, process
 from srbval.recordings import recording_from_run
 from srbval.signal import Spectrum
@@ -98,41 +97,3 @@ def harmonic_pattern(spectrum: Spectrum, defect_hz: float) -> tuple[float, ...]:
         near = np.abs(spectrum.frequency_hz - k * defect_hz) <= reach
         heights.append(float(spectrum.amplitude[near].max()))
     return tuple(height / heights[0] for height in heights)
-
-
-@dataclass(frozen=True, kw_only=True)
-class MeasureErrors:
-    """Relative differences from a reference, without sign; None where one of the two lacks the quantity.
-
-    `noise_floor_ratio` is the floor over the reference's; `harmonic_error` the largest difference in height of the
-    defect line's harmonics, each over its first.
-    """
-
-    cage_error: float
-    defect_hz_error: float | None
-    noise_floor_ratio: float | None
-    band_rms_error: float
-    harmonic_error: float | None
-
-
-def errors_against(measures: Measures, reference: Measures) -> MeasureErrors:
-    """Errors of `measures`; both from the same scene and duration."""
-    own, right = measures.harmonics, reference.harmonics
-    defect = ratio_or_none(measures.defect_hz, reference.defect_hz)
-    return MeasureErrors(
-        cage_error=abs(measures.cage_ratio / reference.cage_ratio - 1),
-        defect_hz_error=None if defect is None else abs(defect - 1),
-        noise_floor_ratio=ratio_or_none(measures.noise_floor, reference.noise_floor),
-        band_rms_error=abs(measures.band_rms_m_s2 / reference.band_rms_m_s2 - 1),
-        harmonic_error=max(abs(a - b) for a, b in zip(own, right, strict=True)) if own and right else None,
-    )
-
-
-def plain_or_nulls(part: Any, kind: type[Any]) -> dict[str, Any]:
-    """Plain values of `part`, a dataclass `kind`; the names of its fields with None where there is none."""
-    return dict.fromkeys(field.name for field in fields(kind)) if part is None else asdict(part)
-
-
-def ratio_or_none(value: float | None, reference: float | None) -> float | None:
-    """`value` over `reference`; None where one of them is missing or the reference is zero."""
-    return None if value is None or not reference else value / reference

@@ -4,15 +4,18 @@ import math
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from srbval.bearing import load_bearing
+from srbval.bearing import Bearing, load_bearing
 from srbval.errors import ConfigurationError
+from srbval.models.full.parameters import geometry_of
+from srbval.models.kinematic import refuse_axial
 from srbval.models.ladder import RUNGS, Rung, rung_of
+from srbval.models.planar.rung import make_ring
 from srbval.plan.calibrated import Neighbours, calibration_of, neighbours
 from srbval.plan.questions import MEANING, Question, asked_of
-from srbval.plan.refusal import refusal
 from srbval.plan.table import LadderCalibration
 from srbval.scene import Scene
 
+IN_THE_PLANE = ("impulse", "planar")
 VACUOUS_PCT = 100.0  # an error bound as large as what is asked for says nothing
 
 
@@ -24,10 +27,10 @@ class Candidate:
     """
 
     model: str
-    error_pct: float | None
-    coverage: float | None
-    scenes: int | None
-    wall_s: float | None
+    error_pct: float | None = None
+    coverage: float | None = None
+    scenes: int | None = None
+    wall_s: float | None = None
     ok: bool
     why: str
 
@@ -117,7 +120,7 @@ def _choose(
             raise ConfigurationError(f"no model runs this scene: {'; '.join(dict.fromkeys(refused.values()))}")
         reference = table.reference_model if table.reference_model in knowing else knowing[-1]
         candidates = [
-            _refused(rung.name, refused[rung.name]) if rung.name in refused
+            Candidate(model=rung.name, ok=False, why=refused[rung.name]) if rung.name in refused
             else _judge(rung, scene, question, tolerance_pct, near, reference)
             for rung in rungs
         ]  # fmt: skip
@@ -127,10 +130,6 @@ def _choose(
         if why is None:
             return tuple(candidates), chosen
         refused[chosen] = why
-
-
-def _refused(model: str, why: str) -> Candidate:
-    return Candidate(model=model, error_pct=None, coverage=None, scenes=None, wall_s=None, ok=False, why=why)
 
 
 def _judge(
@@ -143,14 +142,11 @@ def _judge(
     if margin is not None and not near.outside and question.value not in rung.lacks:
         why += f" (with a chance of {100 * margin.coverage:.0f} %, from {margin.scenes} scenes)"
     return Candidate(
-        model=rung.name,
-        error_pct=error,
+        model=rung.name, error_pct=error, ok=ok, why=why,
         coverage=None if margin is None else margin.coverage,
         scenes=None if margin is None else margin.scenes,
         wall_s=None if pace is None else pace * (scene.duration_s + scene.settle_s),
-        ok=ok,
-        why=why,
-    )
+    )  # fmt: skip
 
 
 def _verdict(
@@ -160,12 +156,11 @@ def _verdict(
     if lacking is not None:
         return False, f"cannot answer: {lacking}"
     if near.outside:
-        if rung.name == reference:
-            return (
-                True,
-                "the scene lies outside what was measured: this is the reference model, its own error unknown here",
-            )
-        return False, "the scene lies outside what was measured: nothing is known of its error here"
+        right = rung.name == reference
+        known = (
+            "this is the reference model, its own error unknown here" if right else "nothing is known of its error here"
+        )
+        return right, f"the scene lies outside what was measured: {known}"
     if error is None:
         return False, "gave no answer on a calibration scene near this one, or on too many between them"
     asked = MEANING[question]
@@ -174,3 +169,20 @@ def _verdict(
         return error <= tolerance_pct, f"nothing useful is known: its bound, {bound}, is vacuous"
     verb = "is within" if error <= tolerance_pct else "exceeds"
     return error <= tolerance_pct, f"errs by up to {bound}, which {verb} {asked.text(tolerance_pct)}"
+
+
+def refusal(rung: Rung, scene: Scene, bearing: Bearing) -> str | None:
+    """Why the rung refuses the scene; None where it assembles it."""
+    try:
+        rung.check_surface(scene)
+        if not rung.runs(bearing):
+            geometry_of(bearing, rung.name)
+        elif rung.parameters is not None:
+            rung.make_parameters(scene, geometry_of(bearing))
+        elif rung.name in IN_THE_PLANE:
+            refuse_axial(scene)
+            if bearing.pitch_diameter_m is not None:
+                make_ring(scene, bearing)
+    except ConfigurationError as error:
+        return str(error)
+    return None

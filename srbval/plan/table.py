@@ -166,7 +166,7 @@ def _row(table: LadderCalibration, question: Question, model: str, cost: dict[st
         "margin": meaning.margin_pct and meaning.shown(meaning.margin_pct),
         "near": near,
         "near_of": of,
-        "near_ci95": None if near is None else tuple(binomtest(near, of).proportion_ci(method="wilson")),
+        "near_ci95": None if near is None or not of else tuple(binomtest(near, of).proportion_ci(method="wilson")),
         "wall_per_simulated_s": own,
         "cheaper_than_full": full / own if own and full else None,
     }

@@ -1,42 +1,22 @@
-"""Runs of scenes: timed on one core, best and median of several; or many in parallel, measured as they end.
-
-What runs in parallel is for accuracy only, its times are disturbed.
-"""
+"""Runs of scenes whose failures are results: one, or many in parallel, read as they end."""
 
 import threading
 import time
 from collections.abc import Callable, Hashable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TypeVar
-
-import numpy as np
 
 from srbval.errors import ConfigurationError, NumericsError
 from srbval.models.run import USABLE, Run, RunStatus
 from srbval.models.simulate import Step, simulate
 from srbval.models.solvers import METHODS
-from srbval.plan.measures import Measures, measure
 from srbval.processes.machine import usable_cores
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
 
-WARM_UP_S = 0.002
 Key = TypeVar("Key", bound=Hashable)
 Result = TypeVar("Result")
-
-
-@dataclass(frozen=True, kw_only=True)
-class RunTiming:
-    """Wall seconds per simulated second, best and median of `repeats`; share of a core that the best run had.
-
-    The share is processor time over wall time: well below 1, another process was using the core.
-    """
-
-    best: float
-    median: float
-    repeats: int
-    core_share: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,15 +39,14 @@ class Ended:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Attempt(Ended):
-    """A run with its timing, or without where there is none."""
+    """A run, None where it was refused."""
 
     scene: Scene
     run: Run | None = None
-    timing: RunTiming | None = None
 
 
 def attempt(scene: Scene, *, step: Step = Step.UNCHECKED, progress: Progress = silent) -> Attempt:
-    """Run `scene` once, without timing; a failure becomes a failed attempt."""
+    """Run `scene` once; a failure becomes a failed attempt."""
     try:
         run = simulate(scene, step=step, progress=progress)
     except (ConfigurationError, NumericsError) as error:
@@ -75,39 +54,9 @@ def attempt(scene: Scene, *, step: Step = Step.UNCHECKED, progress: Progress = s
     return Attempt(scene=scene, status=run.status.value, reason=run.reason, run=run)
 
 
-def time_scene(scene: Scene, repeats: int) -> Attempt:
-    """Run `scene` `repeats` times in this thread and time it; settling counts as simulated time.
-
-    A run that ends early, its state no longer finite, has no timing.
-    """
-    attempt(replace(scene, duration_s=WARM_UP_S, settle_s=0.0))
-    walls, shares = [], []
-    for _ in range(repeats):
-        busy, started = time.process_time(), time.perf_counter()
-        last = attempt(scene)
-        shares.append((time.process_time() - busy) / (time.perf_counter() - started))
-        if last.run is None or last.status == RunStatus.NOT_FINITE.value:
-            return last
-        walls.append(last.run.wall_s / (last.run.seconds + scene.settle_s))
-    best = int(np.argmin(walls))
-    timing = RunTiming(
-        best=walls[best], median=float(np.median(walls)), repeats=repeats, core_share=min(1.0, shares[best])
-    )
-    return replace(last, timing=timing)
-
-
 def right_hand_sides_per_step(solver: str) -> int | None:
     """Evaluations of the equations of motion in one step; None where the method does not say."""
     return METHODS[solver].evaluations if solver in METHODS else None
-
-
-@dataclass(frozen=True, kw_only=True)
-class Measured(Ended):
-    """How a run ended and, if successful, its measures; `wall_s` is disturbed by the parallel runs [s]."""
-
-    scene: Scene
-    measures: Measures | None
-    wall_s: float
 
 
 class RunStopped(Exception):
@@ -119,18 +68,6 @@ def _cost(scene: Scene) -> float:
     return (scene.settle_s + scene.duration_s) * stages / scene.solver.step_s
 
 
-def measure_all(
-    scenes: Mapping[Key, Scene], *, task: str, jobs: int | None = None, progress: Progress = silent
-) -> dict[Key, Measured]:
-    """Run and measure all `scenes`, `jobs` at a time (default: one per usable core), the most expensive first."""
-
-    def read(_: Key, tried: Attempt, wall_s: float) -> Measured:
-        measures = measure(tried.run) if tried.measurable and tried.run is not None else None
-        return Measured(scene=tried.scene, status=tried.status, reason=tried.reason, measures=measures, wall_s=wall_s)
-
-    return run_all(scenes, read, task=task, jobs=jobs, progress=progress)
-
-
 def run_all(
     scenes: Mapping[Key, Scene],
     read: Callable[[Key, Attempt, float], Result],
@@ -140,7 +77,9 @@ def run_all(
     jobs: int | None = None,
     progress: Progress = silent,
 ) -> dict[Key, Result]:
-    """Run all `scenes` as `measure_all` does; `read` turns each attempt and its wall time [s] into its result.
+    """Run all `scenes`, `jobs` at a time (default: one per usable core), the most expensive first.
+
+    `read` turns each attempt and its wall time [s], which the parallel runs disturb, into its result.
 
     `read` is called in the thread of the run as soon as it has ended, so that it can store the result. The progress of
     a run counts by its cost.

@@ -1,5 +1,6 @@
 """Every fidelity level on a scene, compared with the reference model at half its step."""
 
+import itertools
 import time
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -8,11 +9,13 @@ from functools import lru_cache
 from multiprocessing import get_context
 from typing import Any
 
+import numpy as np
+
 from srbval.bearing import Fault, load_bearing
 from srbval.models.kernel_cache import precompile
 from srbval.models.precompile import load_kernels
 from srbval.models.run_file import scene_content
-from srbval.plan.cases import BASES, CalibrationScene, quick_grid
+from srbval.plan.cases import BASES, KINDS, RADIAL_KN, RPM, CalibrationScene
 from srbval.plan.questions import Answer, Question, answers, asked_of, error_pct
 from srbval.plan.table import Answered, Entry, RungEntry, read_answers
 from srbval.plan.timing import attempt
@@ -26,7 +29,58 @@ SECONDS = 2.0  # eleven revolutions at the slowest speed
 
 WARM_UP_S = 0.01
 
+BETWEEN_SEED = 1
+
 REFINEMENT = 2  # of the reference's step
+
+
+def grid(base: str = "paper") -> list[CalibrationScene]:
+    """Every calibration scene about a bundled one."""
+    own = BASES[base]
+    return [
+        CalibrationScene(base=base, kind=kind.scene_word, fit=fit, rpm=rpm, radial_kn=load, height_mm=height)
+        for kind, fit, rpm, load in itertools.product(KINDS, own.fits, RPM, RADIAL_KN)
+        for height in ((0.0,) if kind is Fault.HEALTHY else own.height_mm)
+    ]
+
+
+def quick_grid(base: str = "paper") -> list[CalibrationScene]:
+    """Two scenes, for a quick measurement."""
+    height = BASES[base].height_mm[-1]
+    return [
+        CalibrationScene(base=base, kind=kind.scene_word, fit="play", rpm=710.0, radial_kn=124.8, height_mm=height)
+        for kind in (Fault.OUTER, Fault.INNER)
+    ]
+
+
+def between(base: str = "paper") -> list[CalibrationScene]:
+    """Random scenes within the grid: they show how much errors vary between its scenes.
+
+    Twice as many with a defect on the inner race, the only ones with sidebands.
+    """
+    return drawn(BETWEEN_SEED, power=3, inner=4, base=base)
+
+
+def drawn(seed: int, *, power: int, inner: int | None = None, base: str = "paper") -> list[CalibrationScene]:
+    """For each defect and roller fit 2^`power` points of a scrambled Sobol sequence over speed, load and height.
+
+    2^`inner` with a defect on the inner race.
+    """
+    from scipy.stats import qmc
+
+    found, own = [], BASES[base]
+    for number, (kind, fit) in enumerate(itertools.product(KINDS, own.fits)):
+        sequence = qmc.Sobol(d=len(own.ranges), scramble=True, rng=np.random.default_rng([seed, number]))
+        unit = sequence.random_base2(inner or power if kind is Fault.INNER else power)
+        low, high = zip(*own.ranges, strict=True)
+        for rpm, load, *height in qmc.scale(unit, low, high).tolist():
+            found.append(
+                CalibrationScene(
+                    base=base, kind=kind.scene_word, fit=fit, rpm=round(rpm), radial_kn=round(load, 1),
+                    height_mm=0.0 if kind is Fault.HEALTHY else round((height or own.height_mm)[0], 3),
+                )
+            )  # fmt: skip
+    return found
 
 
 def answer_store() -> ContentStore:

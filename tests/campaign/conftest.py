@@ -7,17 +7,23 @@ from pathlib import Path
 
 import pytest
 
-from srbval.campaign.run import run_campaign
-from srbval.campaign.verify import verify_campaign
-from tests.campaign.in_process import InProcess
-from tests.campaign.mixed_folder import mixed
+from srbval.campaign.status import verify_campaign
+from tests.campaign.campaigns import resume
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("whole") / "run"
-    found = run_campaign(mixed(), folder, engine=InProcess())
-    assert (found.done, len(found.failed)) == (6, 3)
+    found, _ = resume(folder)
+    assert (found.cases, found.done, found.ran) == (6, 6, 5)
+    reasons = {entry["case"]: (entry["ending"], entry["reason"]) for entry in found.failed}
+    assert set(reasons) == {3, 4, 5}
+    assert reasons[3][0] == "failed"
+    assert ": " in reasons[3][1]  # behind the run's own status
+    assert reasons[4][0] == "refused"
+    assert "radial_n = -3000.0" in reasons[4][1]
+    assert reasons[5][0] == "refused"
+    assert "has no [geometry]" in reasons[5][1]
     assert verify_campaign(folder).ok
     return folder
 

@@ -1,9 +1,13 @@
-"""Every engine gives the same results, and no case takes the others with it."""
+"""Every engine gives the same results, no case takes others with it, failures are one line, no port stands open."""
 
 from __future__ import annotations
 
+import errno
 import os
+import shutil
 import signal
+import socket
+import subprocess
 import threading
 import time
 from collections.abc import Iterator
@@ -12,53 +16,20 @@ from typing import Any
 
 import pytest
 
-from srbval.campaign.engines.choose import choose_engine
+from srbval.campaign.engines import choose_engine, local
 from srbval.campaign.engines.dask_cluster import cluster_at
 from srbval.campaign.engines.engine import Job
 from srbval.campaign.engines.local import LocalProcesses
 from srbval.campaign.run import run_campaign
-from srbval.errors import ConfigurationError, DataError
-from tests.campaign.command import stand_in_for_slurm
-from tests.campaign.in_process import InProcess
-from tests.campaign.scheduler import Scheduler, running_scheduler
-from tests.campaign.small import content, failing_point, small
+from srbval.errors import ConfigurationError, DataError, NumericsError
+from tests.campaign.campaigns import MIXED, content, run_small, six, small
+from tests.campaign.command import MANY, Scheduler, cluster, running_scheduler, stand_in_for_slurm, start
+from tests.marked import listening, marked, reachable, until
 
 RESULTS = "cases/*/*.h5"
-MIXED: list[dict[str, Any]] = [
-    {"kind": "list", "cases": [{"defect.kind": "none"}, {"defect.kind": "inner"}, failing_point(),
-                               {"load.radial": "-3 kN"}, {"model": "planar"},
-                               {"bearing": "skf-6205", "model": "full"}]},
-]  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def reference(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A campaign with good and bad cases, run in this process."""
-    folder = tmp_path_factory.mktemp("reference")
-    found = run_campaign(small(axes=MIXED), folder, engine=InProcess())
-    assert (found.cases, found.done, found.ran) == (6, 6, 5)
-    reasons = {entry["case"]: (entry["ending"], entry["reason"]) for entry in found.failed}
-    assert set(reasons) == {2, 3, 5}
-    assert reasons[2][0] == "failed"  # the numerics, with the run's own status
-    assert reasons[2][1].split(":")[0] in {
-        "not-finite",
-        "too-deep",
-        "cage-lost",
-        "load-lost",
-        "energy-open",
-        "step-too-long",
-    }
-    assert reasons[3] == ("refused", "radial_n = -3000.0 must not be negative.")
-    assert reasons[5][0] == "refused"
-    assert "has no [geometry]" in reasons[5][1]
-    return folder
-
-
-@pytest.mark.parametrize("name", ["serial", "local"])
-def test_processes_of_this_machine_give_the_same(name: str, reference: Path, tmp_path: Path) -> None:
-    found = run_campaign(small(axes=MIXED), tmp_path, engine=choose_engine(name, jobs=2))
-    assert (found.engine, found.workers) == (name, 1 if name == "serial" else 2)
-    assert content(tmp_path) == content(reference)
+LIMIT = "4 s"  # of a case that takes milliseconds: on a busy machine its process may wait for a second or two
+JOBS = ("dask_worker", "spawn_main")
+TINY = {"model": "kinematic", "duration": "5 ms", "settle": "0 s", "defect": {"kind": "outer"}}
 
 
 @pytest.fixture
@@ -67,15 +38,37 @@ def scheduler(tmp_path: Path) -> Iterator[Scheduler]:
         yield running
 
 
-def test_a_scheduler_with_two_workers_gives_the_same(reference: Path, tmp_path: Path, scheduler: Scheduler) -> None:
+@pytest.mark.parametrize("name", ["serial", "local"])
+def test_processes_of_this_machine_give_the_same(name: str, whole: Path, tmp_path: Path) -> None:
+    found = run_campaign(small(axes=MIXED), tmp_path, engine=choose_engine(name, jobs=2))
+    assert (found.engine, found.workers) == (name, 1 if name == "serial" else 2)
+    assert content(tmp_path) == content(whole)
+
+
+def test_a_scheduler_with_two_workers_gives_the_same(whole: Path, tmp_path: Path, scheduler: Scheduler) -> None:
     found = run_campaign(small(axes=MIXED), tmp_path, engine=choose_engine(address=scheduler.address))
     assert found.engine == f"dask at {scheduler.address}"
-    assert content(tmp_path) == content(reference)
+    assert content(tmp_path) == content(whole)
 
 
+def test_slurm_jobs_give_the_same(whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Through dask-jobqueue, with a stand-in for SLURM that starts its jobs at once on this machine."""
+    _use_stand_in(tmp_path, monkeypatch)
+    found = run_campaign(small(axes=MIXED), tmp_path / "run", engine=choose_engine("slurm", jobs=2))
+    assert found.engine == "slurm"
+    assert content(tmp_path / "run") == content(whole)
+
+
+def _use_stand_in(folder: Path, monkeypatch: pytest.MonkeyPatch, **changes: str) -> None:
+    for name, value in stand_in_for_slurm(folder, **changes).items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.chdir(folder)
+
+
+@pytest.mark.slow
 def test_workers_lost_for_good_end_the_campaign_and_keep_what_had_come(tmp_path: Path, scheduler: Scheduler) -> None:
     """As when all jobs reach their time limit: a client would wait for ever for another worker."""
-    campaign = small(axes=[{"kind": "grid", "values": {"seed": list(range(60))}}])
+    campaign = small(scene=TINY, axes=[{"kind": "grid", "values": {"seed": list(range(60))}}])
 
     def lose_all() -> None:
         while not any(tmp_path.glob(RESULTS)):
@@ -90,7 +83,7 @@ def test_workers_lost_for_good_end_the_campaign_and_keep_what_had_come(tmp_path:
     thread.join()
     kept = len(list(tmp_path.glob(RESULTS)))
     assert 0 < kept < 60
-    again = run_campaign(campaign, tmp_path, engine=InProcess())
+    again = run_small(campaign, tmp_path)
     assert (again.done, again.ran, again.failed) == (60, 60 - kept, ())
 
 
@@ -106,25 +99,28 @@ def simulate(scene):
     if scene.seed == 668:
         sum(iter(int, 1))  # lets no other thread of Python run
     return good(scene)
-def write(path, run, *rest):
-    if run.scene.seed == 669:
+def write(path, result, scene, *rest):
+    if scene.seed == 669:
         time.sleep(1e6)
-    return good_write(path, run, *rest)
+    return good_write(path, result, scene, *rest)
 good_write = work.write_result
 work._simulate, work.write_result = simulate, write
 """
-LIMIT = "4 s"  # of a case that takes milliseconds: on a busy machine its process may wait for a second or two
+
+
+def _at_start(code: str, folder: Path) -> str:
+    """The PYTHONPATH with which every process runs `code` when it starts."""
+    (folder / "sitecustomize.py").write_text(code)
+    return os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
-@pytest.mark.parametrize("name", ["serial", "local", pytest.param("dask", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", ["local", pytest.param("dask", marks=pytest.mark.slow)])
 def test_cases_that_kill_their_process_or_never_end(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each fails with its reason, the others run, and the next start tries those two again and nothing else."""
-    (tmp_path / "sitecustomize.py").write_text(BAD_CASES)
-    paths = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
-    scene = {"model": "kinematic", "duration": "5 ms", "settle": "0 s", "defect": {"kind": "outer"}}
+    """Each fails with its reason, the others run, and the next start tries those again and nothing else."""
+    paths = _at_start(BAD_CASES, tmp_path)
     axes = [{"kind": "grid", "values": {"seed": [1, 666, 2, 667, 668, 669]}}]
-    campaign = small(axes=axes, scene=scene, outputs=["summary"], limit_factor=1.0, least_limit=LIMIT)
+    campaign = small(axes=axes, scene=TINY, outputs=["summary"], limit_factor=1.0, least_limit=LIMIT)
     if name != "dask":
         with monkeypatch.context() as patched:
             patched.setenv("PYTHONPATH", paths)
@@ -139,7 +135,7 @@ def test_cases_that_kill_their_process_or_never_end(name: str, tmp_path: Path, m
     assert "its process died 3 times (signal SIGKILL)" in crash
     assert f"longer than its limit of {LIMIT}" in timeout
     assert "--least-limit" in timeout
-    again = run_campaign(campaign, tmp_path / "run", engine=InProcess())
+    again = run_small(campaign, tmp_path / "run")
     assert (again.ran, again.failed) == (4, ())
 
 
@@ -149,9 +145,15 @@ def test_cases_that_kill_their_process_or_never_end(name: str, tmp_path: Path, m
         ({"name": "threads"}, "'threads' is not known"),
         ({"jobs": 0}, "at least 1"),
         ({"name": "local", "address": "tcp://x:1"}, "needs --engine dask"),
+        ({"name": "slurm"}, "dask-jobqueue: pip install"),
+        ({"name": "dask", "address": "tcp://x:1"}, "distributed: pip install"),
+        *(({"name": name, "dashboard": "127.0.0.1:8787"}, "needs --engine slurm") for name in ("local", "dask")),
+        *(({"name": "slurm", "dashboard": place}, "cannot be opened") for place in ("8787", ":8787", "127.0.0.1:x",
+                                                                                    "127.0.0.1:99999", "192.0.2.1:87")),
     ],
-)
-def test_engines_that_cannot_be(options: dict[str, Any], message: str) -> None:
+)  # fmt: skip
+def test_engines_that_cannot_be(options: dict[str, Any], message: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)  # of Dask's packages
     with pytest.raises(ConfigurationError, match=message):
         choose_engine(**options)
 
@@ -164,44 +166,32 @@ def test_without_a_scheduler_processes_of_this_machine_are_used(name: str, monke
     assert (engine.name, engine.workers) == ("local", 3)
 
 
-@pytest.mark.parametrize(
-    ("options", "package"),
-    [({"name": "slurm"}, "dask-jobqueue"), ({"name": "dask", "address": "tcp://x:1"}, "distributed")],
-)
-def test_a_missing_package_is_named(options: dict[str, Any], package: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
-    with pytest.raises(ConfigurationError, match=f"{package}: pip install"):
-        choose_engine(**options)
-
-
 def test_no_scheduler_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
     monkeypatch.setattr("srbval.campaign.engines.dask_cluster.CONNECT_S", "1 s")
     with pytest.raises(DataError, match="no Dask scheduler answers"):
-        run_campaign(small(), tmp_path, engine=choose_engine(address="tcp://127.0.0.1:9"))
+        run_campaign(six(), tmp_path, engine=choose_engine(address="tcp://127.0.0.1:9"))
 
 
-def _use_stand_in(folder: Path, monkeypatch: pytest.MonkeyPatch, **changes: str) -> None:
-    for name, value in stand_in_for_slurm(folder, **changes).items():
-        monkeypatch.setenv(name, value)
-    monkeypatch.chdir(folder)
-
-
-def test_workers_that_never_come(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("sbatch", "said"),
+    [
+        ('#!/bin/sh\necho "Submitted batch job 1"\n', "no worker of slurm came within 0.5 s"),
+        ("#!/bin/sh\necho refused >&2\nexit 1\n", "slurm"),
+        ("nothing\n", "slurm failed ("),
+    ],
+    ids=["whose jobs never come", "that refuses", "that cannot be run"],
+)
+def test_slurm(sbatch: str, said: str, tmp_path: Path) -> None:
     """A worker that cannot reach its scheduler gives up after a while, unseen by dask-jobqueue."""
-    pytest.importorskip("dask_jobqueue")
-    _use_stand_in(tmp_path, monkeypatch, sbatch='#!/bin/sh\necho "Submitted batch job 1"\n')
-    with pytest.raises(DataError, match=r"no worker of slurm came within 0\.5 s.*--wait"):
-        run_campaign(small(), tmp_path / "run", engine=choose_engine("slurm", jobs=1, wait_s=0.5))
-
-
-def test_slurm_jobs_give_the_same(reference: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Through dask-jobqueue, with a stand-in for SLURM that starts its jobs at once on this machine."""
-    pytest.importorskip("dask_jobqueue")
-    _use_stand_in(tmp_path, monkeypatch)
-    found = run_campaign(small(axes=MIXED), tmp_path / "run", engine=choose_engine("slurm", jobs=2))
-    assert found.engine == "slurm"
-    assert content(tmp_path / "run") == content(reference)
+    environment = stand_in_for_slurm(tmp_path, sbatch=sbatch)
+    options = ("--engine", "slurm", "--jobs", "1", "--wait", "0.5")
+    file, run = _many(tmp_path, "60 ms"), tmp_path / "run"
+    process = start(file, run, *options, stderr=subprocess.PIPE, environment=environment)
+    (line,) = _said(process)
+    assert process.returncode == 3
+    assert said in line
+    assert "--wait" in line or "resumes" in line
 
 
 def test_the_script_of_a_slurm_job(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -221,21 +211,152 @@ def test_the_script_of_a_slurm_job(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(SLURMCluster, "scale", record)
     own: dict[str, Any] = {"queue": "long", "account": "bearings", "walltime": "02:00:00"}
     own |= {"job-script-prologue": ["module load python"]}
-    job = Job(folder=Path(), precompiled=(), tasks=[], count=0)
     own |= {"worker-extra-args": ["--lifetime", "1h"], "scheduler-options": {"host": "127.0.0.1"}}
     with (
         dask.config.set({f"jobqueue.slurm.{k}": v for k, v in own.items()}),
         pytest.raises(DataError, match="InterruptedError: here"),
     ):
-        list(choose_engine("slurm", jobs=3).run(job))
+        list(choose_engine("slurm", jobs=3).run(Job(folder=Path(), precompiled=(), tasks=[], count=0)))
     script, jobs = made[0]
-    assert jobs == 3
     lines = script.splitlines()
-    assert lines[0].startswith("#!")
+    assert jobs == 3
     for wanted in ("-p long", "-A bearings", "-t 02:00:00", "--cpus-per-task=1", "-n 1"):
         assert f"#SBATCH {wanted}" in lines, script
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
-        assert f"export {variable}=1" in lines
-    assert lines.index("module load python") < lines.index("export OMP_NUM_THREADS=1")
+        assert lines.index("module load python") < lines.index(f"export {variable}=1")
     for option in ("dask", "--nthreads 1", "--no-dashboard --dashboard-address 127.0.0.1:0", "--lifetime 1h"):
         assert option in lines[-1]
+
+
+def _many(folder: Path, seconds: str) -> Path:
+    (folder / "many.toml").write_text(MANY.replace("60 ms", seconds))
+    return folder / "many.toml"
+
+
+def _said(process: subprocess.Popen[bytes]) -> list[str]:
+    """What the command said besides its progress."""
+    text = process.communicate()[1].decode()
+    assert "Traceback" not in text, text
+    return [line for line in text.splitlines() if not line.startswith("campaign many")]
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_goes_away(tmp_path: Path) -> None:
+    mark = {"SRBVAL_TEST": str(tmp_path)}
+    file = _many(tmp_path, "1 s")
+    with running_scheduler(tmp_path, environment=mark, scheduler_environment=mark) as scheduler:
+        options = ("--engine", "dask", "--address", scheduler.address)
+        process = start(file, tmp_path / "run", *options, stderr=subprocess.PIPE)
+        until(lambda: any((tmp_path / "run").glob(RESULTS)) or process.poll() is not None)
+        for pid, command in marked(mark).items():
+            if "scheduler --host" in command:
+                os.kill(pid, signal.SIGKILL)
+        (line,) = _said(process)
+    assert process.returncode == 3
+    assert "is gone" in line or "failed (" in line
+    assert "the same command resumes" in line
+    until(lambda: not marked(mark))
+
+
+@pytest.mark.slow
+def test_dask_workers_killed_while_they_start_their_processes(tmp_path: Path) -> None:
+    """They are replaced, and the campaign does not end for it."""
+    mark = {"SRBVAL_TEST": str(tmp_path)}
+    environment = dict(mark)
+    with cluster("dask", tmp_path, environment) as options:
+        process = start(_many(tmp_path, "60 ms"), tmp_path / "run", *options, stderr=subprocess.PIPE)
+        until(lambda: any("engines.worker" in command for command in marked(mark).values()))
+        os.kill(next(pid for pid, command in marked(mark).items() if "spawn_main" in command), signal.SIGKILL)
+        assert _said(process) == []
+        assert process.returncode == 0
+    until(lambda: not marked(mark))
+
+
+def test_processes_that_the_system_refuses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: Any, **__: Any) -> None:
+        raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN))
+
+    monkeypatch.setattr(local, "WorkerProcess", refuse)
+    with pytest.raises(DataError, match=r"refused to start a process .*unavailable.* --jobs"):
+        run_campaign(six(), tmp_path, engine=LocalProcesses(2))
+
+
+DIES = "import os, sys\nif 'srbval.campaign.engines.worker' in sys.orig_argv:\n    os.kill(os.getpid(), 9)\n"
+HANGS = """\
+import sys, time
+if "srbval.campaign.engines.worker" in sys.orig_argv:
+    import srbval.campaign.work as work
+    work.prepare = lambda scenes: time.sleep(1e6)
+"""
+
+
+@pytest.mark.parametrize(("code", "said"), [(DIES, "died 3 times"), (HANGS, "within 3 s")])
+def test_processes_that_never_get_ready(
+    code: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("PYTHONPATH", _at_start(code, tmp_path))
+    monkeypatch.setattr(local, "PREPARE_LIMIT_S", 3.0)
+    with pytest.raises(NumericsError, match=said):
+        run_campaign(six(), tmp_path / "run", engine=LocalProcesses(2))
+    assert "Traceback" not in capfd.readouterr().err
+
+
+@pytest.fixture
+def free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port: int = server.getsockname()[1]
+    return port
+
+
+def test_a_dashboard_at_a_port_that_is_taken(free_port: int) -> None:
+    pytest.importorskip("dask_jobqueue")
+    with socket.create_server(("127.0.0.1", free_port)), pytest.raises(ConfigurationError, match="in use"):
+        choose_engine("slurm", dashboard=f"127.0.0.1:{free_port}")
+
+
+@pytest.mark.slow
+def test_slurm_opens_its_schedulers_port_those_of_its_workers_and_the_dashboard(tmp_path: Path, free_port: int) -> None:
+    """To other machines only where the scheduler and each job are reached; the dashboard where it was asked for."""
+    mark = {"SRBVAL_TEST": str(tmp_path)}
+    environment = dict(mark)
+    with cluster("slurm", tmp_path, environment) as options:
+        more = (*options, "--dashboard", f"127.0.0.1:{free_port}")
+        process = start(_many(tmp_path, "2 s"), tmp_path / "run", *more, environment=environment)
+        until(lambda: "engines.worker" in " ".join(marked(mark).values()) or process.poll() is not None)
+        open_to_all = reachable(process.pid)
+        assert len({port for _, port in open_to_all}) == 1
+        assert [place for place in listening(process.pid) if place not in open_to_all] == [("127.0.0.1", free_port)]
+        jobs = [job for job, command in marked(mark).items() if any(name in command for name in JOBS)]
+        assert jobs
+        assert all(len({port for _, port in reachable(job)}) <= 1 for job in jobs)
+        cases = [case for case, command in marked(mark).items() if "engines.worker" in command]
+        assert not [address for case in cases for address in listening(case)]
+        process.terminate()
+        process.wait()
+        for pid in marked(mark):
+            os.kill(pid, 9)
+
+
+def test_an_encrypted_scheduler(whole: Path, tmp_path: Path) -> None:
+    """As the guide describes it: Dask's own configuration names the files, and nothing else is accepted."""
+    pytest.importorskip("distributed")
+    import dask
+
+    key, certificate = str(tmp_path / "key.pem"), str(tmp_path / "certificate.pem")
+    openssl = shutil.which("openssl")
+    if openssl is None:
+        pytest.skip("no openssl here to make a certificate")
+    make = [openssl, "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "1", "-subj", "/CN=localhost"]
+    subprocess.run([*make, "-keyout", key, "-out", certificate], check=True, capture_output=True)
+    roles = {role: {"key": key, "cert": certificate} for role in ("scheduler", "worker", "client")}
+    comm = {"default-scheme": "tls", "require-encryption": True, "tls": {"ca-file": certificate, **roles}}
+    (tmp_path / "dask.yaml").write_text(dask.config.yaml.safe_dump({"distributed": {"comm": comm}}))
+    flat: dict[str, Any] = {f"distributed.comm.tls.{role}": files for role, files in roles.items()}
+    flat |= {f"distributed.comm.{name}": comm[name] for name in ("default-scheme", "require-encryption")}
+    with dask.config.set(flat | {"distributed.comm.tls.ca-file": certificate}):
+        environment = {"DASK_CONFIG": str(tmp_path)}
+        with running_scheduler(tmp_path, environment=environment, scheduler_environment=environment) as scheduler:
+            assert scheduler.address.startswith("tls://")
+            engine = choose_engine("dask", address=scheduler.address)
+            run_campaign(small(axes=MIXED), tmp_path / "run", engine=engine)
+    assert content(tmp_path / "run") == content(whole)

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.campaign.campaigns import content
 from tests.campaign.command import MANY, cluster, start
-from tests.campaign.small import content
 from tests.marked import listening, marked, reachable, until
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="no process groups here")

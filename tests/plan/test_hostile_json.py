@@ -23,37 +23,10 @@ from srbval.storage.installation import package_folder
 from srbval.storage.stored_result import SCHEMA_VERSION, newest_result
 
 CASES = int(os.environ.get("SRBVAL_JSON", "100"))
-HOSTILE = [
-    None,
-    True,
-    -1,
-    0,
-    10**400,
-    1e308,
-    "",
-    "x" * 5000,
-    "\ud800",
-    "\0",
-    [],
-    {},
-    [[]],
-    {"a": {}},
-    [None],
-    [{"": 1}],
-]
-TEXTS = [
-    b"",
-    b"[" * 200_000,
-    b'{"a": ' * 200_000,
-    b"9" * 5000,
-    b"NaN",
-    b"\xff\xfe{}",
-    b"null",
-    b"[]",
-    b"5",
-    b'"\\ud800"',
-    b"{}\0",
-]
+HOSTILE = [None, True, -1, 0, 10**400, 1e308, "", "x" * 5000, "\ud800", "\0", [], {}, [[]], {"a": {}}, [None],
+           [{"": 1}]]  # fmt: skip
+TEXTS = [b"", b"[" * 200_000, b'{"a": ' * 200_000, b"9" * 5000, b"NaN", b"\xff\xfe{}", b"null", b"[]", b"5",
+         b'"\\ud800"', b"{}\0"]  # fmt: skip
 
 
 def mutated(rng: np.random.Generator, document: Any) -> Any:

@@ -7,9 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from srbval.models.band_levels import band_rms
-from srbval.plan.measures import Measures, errors_against, harmonic_pattern, noise_floor, scatter, smooth_mean
+from srbval.models.sensor import band_rms
+from srbval.plan.measures import Measures, harmonic_pattern, noise_floor, scatter, smooth_mean
 from srbval.signal import amplitude_spectrum
+from srbval.studies.speed_accuracy.measured import errors_against
 
 FS = 20480.0
 BAND = (500.0, 1500.0)

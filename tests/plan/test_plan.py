@@ -1,17 +1,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
+import numpy as np
 import pytest
 
 from srbval.bearing import Fault
 from srbval.errors import ConfigurationError
-from srbval.plan.calibrated import calibration_of, margins, neighbours, shipped_calibration
-from srbval.plan.cases import grid
+from srbval.models.simulate import Step, simulate
+from srbval.plan import calibrated
+from srbval.plan.calibrated import Margin, calibration_of, margins, neighbours, shipped_calibration
 from srbval.plan.plan import Plan, make_plan
 from srbval.plan.questions import Question, asked_of, pct_of
 from srbval.plan.table import LadderCalibration
 from srbval.scene import Scene, load_scene, paper_scene
+from srbval.studies.calibration_runs import grid
 
 CHEAPER = 100  # times: what Table 6 needs, against the full model
 HALF = 0.5  # of the full model's cost: what makes the line rung worth having
@@ -175,3 +179,51 @@ def test_a_rung_that_gave_no_answer_is_not_enough() -> None:
 def test_settings_that_change_no_answer_are_no_reason(table: LadderCalibration) -> None:
     scene = replace(paper("outer"), seed=7, settle_s=0.1, duration_s=12.0)
     assert not neighbours(table, scene).outside
+
+
+def test_the_chance_it_states_is_that_of_the_largest_of_so_many() -> None:
+    """Whatever the errors' distribution: of 4,000 draws of 24 ratios and a new one, 24 in 25 are within."""
+    random = np.random.default_rng(3)
+    ratios = np.exp(random.standard_cauchy((4000, 25)).clip(-20, 20))
+    held = np.mean(ratios[:, -1] <= ratios[:, :-1].max(axis=1))
+    stated = Margin(factor=1.0, scenes=24).coverage
+    assert stated == pytest.approx(24 / 25)
+    assert held == pytest.approx(stated, abs=3 * np.sqrt(stated * (1 - stated) / 4000))
+
+
+def test_a_margin_covers_what_was_seen_and_too_few_scenes_give_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    table = shipped_calibration()
+    key = next(key for key, one in margins(table).items() if one.factor > 1)
+    ratios = [
+        calibrated._measured_over_predicted(entry, calibrated.corners(table.entries, entry.case), key[1], key[2])
+        for entry in table.between
+        if entry.case.fit == key[0]
+    ]
+    assert max(ratio for ratio in ratios if ratio is not None) == margins(table)[key].factor
+    monkeypatch.setattr(calibrated, "LEAST_SCENES", 1000)
+    assert margins.__wrapped__(table) == {}
+
+
+@pytest.mark.parametrize(
+    ("changes", "chosen"),
+    [
+        ({"bearing": "skf-6205", "defect": {"kind": "outer"}}, "planar"),
+        ({"bearing": "fag-nu2205", "defect": {"kind": "inner"}}, "planar"),
+        ({"bearing": "fag-22205", "defect": {"kind": "inner"}}, "impulse"),
+        ({"bearing": "skf-6205", "defect": {"kind": "outer", "shape": "flat", "extent": "0.4 mm"}}, "planar"),
+    ],
+)
+def test_the_chosen_rung_runs_the_scene(changes: dict[str, Any], chosen: str) -> None:
+    scene = paper_scene(duration="50 ms", **changes)
+    plan = make_plan(scene, question=Question.LINES)
+    assert plan.chosen == chosen
+    assert {c.model for c in plan.candidates if "has no [geometry]" in c.why} >= {"line", "full"}
+    run = simulate(paper_scene(duration="50 ms", model=plan.chosen, **changes), step=Step.UNCHECKED)
+    assert run.status.usable
+
+
+def test_what_every_rung_refuses_is_said() -> None:
+    scene = paper_scene(bearing="skf-6205", defect={"kind": "outer"}, load={"axial": "1 kN"})
+    plan = make_plan(scene)
+    assert plan.chosen == "kinematic"  # it knows no load at all
+    assert all("no axial motion" in c.why for c in plan.candidates if c.model in ("impulse", "planar"))

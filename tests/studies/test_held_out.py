@@ -7,10 +7,10 @@ from dataclasses import replace
 import pytest
 
 from srbval.plan.calibrated import shipped_calibration
-from srbval.plan.cases import BASES, FITS, KINDS, between, grid
+from srbval.plan.cases import BASES, FITS, KINDS
 from srbval.plan.questions import Question
 from srbval.storage.stored_result import newest_result
-from srbval.studies.calibration_runs import answer_store
+from srbval.studies.calibration_runs import answer_store, between, grid
 from srbval.studies.held_out.study import (
     TOLERANCES_PCT,
     PredictionCheck,

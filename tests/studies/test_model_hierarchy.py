@@ -10,11 +10,10 @@ import pytest
 from srbval.bearing import load_bearing
 from srbval.models.simulate import simulate
 from srbval.path.amplitudes import HARMONICS, KURTOSIS_BANDS, RMS_BANDS, SIDEBANDS, THIRD_OCTAVES
-from srbval.plan.cases import quick_grid
 from srbval.plan.questions import MEANING, Question, answers, error_pct
 from srbval.recordings import recording_from_run
 from srbval.scene import paper_scene
-from srbval.studies.calibration_runs import answer_store, measure_cases
+from srbval.studies.calibration_runs import answer_store, measure_cases, quick_grid
 
 SECONDS = 0.5
 SLIP_PCT = 1.0  # slip, which the kinematic rung lacks, is less than one per cent

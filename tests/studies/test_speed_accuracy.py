@@ -13,14 +13,14 @@ from srbval.bearing import Fault
 from srbval.cli import main
 from srbval.errors import ConfigurationError
 from srbval.models.health import default_solver
-from srbval.plan.measures import MeasureErrors, Measures
-from srbval.plan.timing import RunTiming, time_scene
+from srbval.plan.measures import Measures
 from srbval.scene import RollerFit
 from srbval.storage.json_files import to_json
 from srbval.storage.stored_result import SCHEMA_VERSION, ContentStore
 from srbval.studies.scenes import QUICK, SCENES, BenchSettings, bench_scene, output_rate_hz
 from srbval.studies.speed_accuracy import processes
 from srbval.studies.speed_accuracy import study as bench
+from srbval.studies.speed_accuracy.measured import MeasureErrors, RunTiming, time_scene
 from srbval.studies.speed_accuracy.processes import Processes
 from srbval.studies.speed_accuracy.reference import reference_store, references
 from srbval.studies.speed_accuracy.row import BenchRun, row_of

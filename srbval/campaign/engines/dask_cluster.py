@@ -3,17 +3,20 @@
 import contextlib
 import itertools
 import logging
+import platform
+import threading
 import time
 from collections.abc import Callable, Collection, Generator, Iterator
 from concurrent.futures import CancelledError
+from pathlib import Path
 from typing import Any
 
-from srbval.campaign.case import CaseOutcome, CaseTask, version
-from srbval.campaign.engines.case_process import THREADS
-from srbval.campaign.engines.dask_worker import Terms, run_on_worker
-from srbval.campaign.engines.engine import KEPT, Job, crashed
-from srbval.errors import DataError, SrbvalError
+from srbval.campaign.case import CaseResult, CaseTask, version
+from srbval.campaign.engines.engine import KEPT, Job
+from srbval.campaign.engines.local import THREADS, CaseProcess, crashed
+from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.processes.ctrl_c import without_ctrl_c
+from srbval.scene import Scene
 
 AHEAD = 2  # cases with the scheduler per worker: none waits for the next one, and the scheduler holds few
 SLURM_MEMORY = "2 GB"
@@ -25,6 +28,7 @@ NO_DASHBOARD = ("--no-dashboard", "--dashboard-address", "127.0.0.1:0")
 WAIT_S, QUEUE_WAIT_S = 120.0, 3600.0
 ALONE = "-alone"  # ends the key of a case that is run with no other one beside it
 CHECKS = 8  # how often the number of workers is checked within the time that a cluster may have none
+_local = threading.local()  # a worker's process, one for each of its threads; it ends when no case comes for a while
 
 
 class DaskCluster:
@@ -38,16 +42,16 @@ class DaskCluster:
         self.name, self.workers = name, workers
         self._make_client, self._wait_s = make_client, wait_s
 
-    def run(self, job: Job) -> Generator[CaseOutcome]:
-        """Outcomes as they come; never more than a few cases per worker are with the scheduler."""
+    def run(self, job: Job) -> Generator[CaseResult]:
+        """Results as they come; never more than a few cases per worker are with the scheduler."""
         from distributed import KilledWorker
 
-        terms = Terms(folder=job.folder, version=version(), scenes=tuple(job.precompiled))
-        with _in_a_line(self.name), self._make_client() as client:
+        with _one_error(self.name), self._make_client() as client:
             self._wait_for_a_worker(client)
 
             def submit(task: CaseTask, alone: str = "") -> Any:
-                return client.submit(run_on_worker, task, terms, key=f"srbval-{task.key}{alone}", pure=False)
+                key, scenes = f"srbval-{task.key}{alone}", tuple(job.precompiled)
+                return client.submit(run_on_worker, task, job.folder, version(), scenes, key=key, pure=False)
 
             waiting = iter(job.tasks)
             blamed: list[CaseTask] = []
@@ -65,7 +69,7 @@ class DaskCluster:
                     except TimeoutError:
                         if future.status == "error":
                             raise
-                        continue  # its worker was lost with the outcome: it is run again
+                        continue  # its worker was lost with the result: it is run again
                     except KilledWorker:
                         # Dask blames all cases that a lost worker held: alone, one shows whether it was the cause.
                         if future.key.endswith(ALONE):
@@ -105,7 +109,7 @@ class DaskCluster:
 
 
 @contextlib.contextmanager
-def _in_a_line(name: str) -> Iterator[None]:
+def _one_error(name: str) -> Iterator[None]:
     """Turn what a cluster raises into one `DataError`, and keep what Dask logs of it from the user's terminal."""
     before = logging.root.manager.disable
     logging.disable(logging.CRITICAL)
@@ -167,3 +171,23 @@ def slurm_cluster(workers: int, *, wait_s: float = QUEUE_WAIT_S, dashboard: str 
             yield connected
 
     return DaskCluster("slurm", workers, client, wait_s=wait_s)
+
+
+def run_on_worker(task: CaseTask, folder: Path, expected: str, scenes: tuple[Scene, ...]) -> CaseResult:
+    """Run a case in a process of its own, so that one that dies or hangs takes no Dask worker with it.
+
+    Raises `ConfigurationError` where the version of this worker's code is not the one `expected`, `DataError` where it
+    does not see the campaign's `folder`.
+    """
+    process: CaseProcess | None = getattr(_local, "process", None)
+    if process is None or process.scenes != scenes:
+        process = _local.process = CaseProcess(scenes)
+    host = platform.node()
+    if (theirs := process.prepare()) != expected:
+        raise ConfigurationError(
+            f"the Dask workers at {host} run another version of the model ({theirs}, here {expected}): results "
+            "would not compare. Install the same srbval there."
+        )
+    if not folder.is_dir():
+        raise DataError(f"the Dask worker at {host} does not see {folder}; choose a folder that all machines share.")
+    return process.run(task)

@@ -1,17 +1,113 @@
-"""Worker processes of this machine, one for the engine `serial`.
+"""Worker processes of this machine, one for the engine `serial`; Dask's workers run their cases in such, too.
 
-Each worker process has a thread here that starts another when it dies. The standard pools, and pebble's too, give up
-everything that is running when a process dies at the wrong moment; the standard ones do not say whose case it was.
+Each case has a thread here that starts another process when its own dies. The standard pools of processes, also that of
+pebble, give up everything that is running when one dies at the wrong moment; the standard ones do not say whose case it
+was.
 """
 
+import itertools
 import queue
 import threading
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 
-from srbval.campaign.case import CaseOutcome
-from srbval.campaign.engines.case_process import CaseProcess, StoppedError
+from srbval.campaign.case import CaseResult, CaseTask, Ending
 from srbval.campaign.engines.engine import KEPT, Job
-from srbval.errors import DataError
+from srbval.errors import DataError, NumericsError
+from srbval.processes.worker import DiedError, OverLimitError, WorkerProcess
+from srbval.scene import Scene
+
+AHEAD = 2  # cases with the processes, each: none waits for the next one, and few scenes are in memory
+ATTEMPTS = 3  # per case whose process dies: the system may have killed it because of another process's memory
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+PREPARE_LIMIT_S = 1800.0  # to load and compile everything, which takes a minute or two
+WORKER = "srbval.campaign.engines.worker"
+
+
+class StoppedError(Exception):
+    """Another thread has stopped this process for good."""
+
+
+class CaseProcess:
+    """A process of one thread that runs cases and is replaced when it dies or takes too long.
+
+    It compiles or loads `scenes` before its first case; its limits are kept from here. All methods raise `StoppedError`
+    after `stop`, and `OSError` where the system starts no process.
+    """
+
+    def __init__(self, scenes: Sequence[Scene]) -> None:
+        self.scenes = tuple(scenes)
+        self._lock = threading.Lock()
+        self._process: WorkerProcess | None = None
+        self._version = ""  # of the code that the process runs
+        self._stopped = False
+
+    def prepare(self) -> str:
+        """Start and compile unless that is done; the version of the code. `NumericsError` if it dies or hangs."""
+        for _ in range(ATTEMPTS):
+            try:
+                self._prepared()
+                return self._version
+            except DiedError:
+                how = self._end()
+        raise NumericsError(f"a worker process died {ATTEMPTS} times while compiling ({how}). See: srbval doctor")
+
+    def run(self, task: CaseTask) -> CaseResult:
+        """Run a case, up to `ATTEMPTS` times if its process dies."""
+        for _ in range(ATTEMPTS):
+            try:
+                result: CaseResult = self._prepared().call(("run", task), limit_s=task.limit_s)
+                return result
+            except DiedError as error:
+                how = self._end()
+                # A result that is there was only too late in being announced: the next process reads it.
+                if isinstance(error, OverLimitError) and not task.path.exists():
+                    reason = (
+                        f"it took longer than its limit of {task.limit_s:.6g} s, so its process was ended; the other "
+                        "cases were run. If it only needs longer: --limit-factor, --least-limit, or limit_factor and "
+                        "least_limit in the campaign file"
+                    )
+                    return CaseResult(key=task.key, ending=Ending.TIMED_OUT, reason=reason, wall_s=task.limit_s or 0.0)
+        return crashed(task.key, f"process died {ATTEMPTS} times ({how})")
+
+    def stop(self) -> None:
+        """Kill the process and start no other."""
+        with self._lock:
+            self._stopped = True
+            if self._process is not None:
+                self._process.kill()
+
+    def close(self) -> None:
+        """Let the process end."""
+        if self._process is not None:
+            self._process.close()
+            self._process = None
+
+    def _prepared(self) -> WorkerProcess:
+        with self._lock:
+            if self._stopped:
+                raise StoppedError
+            if self._process is not None:
+                return self._process
+            process = self._process = WorkerProcess(WORKER, environment=dict.fromkeys(THREADS, "1"))
+        try:
+            self._version = process.call(("prepare", self.scenes), limit_s=PREPARE_LIMIT_S)
+        except OverLimitError:
+            raise NumericsError(
+                f"a worker process did not compile what it needs within {PREPARE_LIMIT_S:g} s. See: srbval doctor"
+            ) from None
+        return process
+
+    def _end(self) -> str:
+        """How the process ended."""
+        how = self._process.death() if self._process is not None else ""
+        self.close()
+        return how
+
+
+def crashed(key: str, how: str) -> CaseResult:
+    """The result of a case whose process died each time it was tried; `how` completes "its ..."."""
+    return CaseResult(key=key, ending=Ending.CRASHED, reason=f"its {how}; the other cases were run without it")
 
 
 class LocalProcesses:
@@ -20,43 +116,35 @@ class LocalProcesses:
     def __init__(self, workers: int, *, name: str = "local") -> None:
         self.workers, self.name = workers, name
 
-    def run(self, job: Job) -> Generator[CaseOutcome]:
-        """Outcomes as they come. A case whose process dies is tried again in a new one, `ATTEMPTS` times in all."""
-        tasks, lock = iter(job.tasks), threading.Lock()
-        outcomes: queue.Queue[CaseOutcome | BaseException] = queue.Queue()
+    def run(self, job: Job) -> Generator[CaseResult]:
+        """Results as they come. A case whose process dies is tried again in a new one, `ATTEMPTS` times in all."""
+        processes = [CaseProcess(job.precompiled) for _ in range(min(self.workers, job.count))]
+        free: queue.SimpleQueue[CaseProcess] = queue.SimpleQueue()
+        for process in processes:
+            free.put(process)
 
-        def keep_busy(process: CaseProcess) -> None:
+        def run_one(task: CaseTask) -> CaseResult:
+            process = free.get()
             try:
                 process.prepare()
-                while True:
-                    with lock:
-                        task = next(tasks, None)
-                    if task is None:
-                        return
-                    outcomes.put(process.run(task))
-            except StoppedError:
-                return
-            except BaseException as error:
-                outcomes.put(error)
+                return process.run(task)
             finally:
-                process.close()
+                free.put(process)
 
-        processes = [CaseProcess(job.precompiled) for _ in range(min(self.workers, job.count))]
-        threads = [threading.Thread(target=keep_busy, args=(process,), daemon=True) for process in processes]
+        pool, tasks = ThreadPoolExecutor(len(processes)), iter(job.tasks)
         try:
-            for thread in threads:
-                thread.start()
-            for _ in range(job.count):
-                outcome = outcomes.get()
-                if isinstance(outcome, BaseException):
-                    raise outcome
-                yield outcome
+            running = {pool.submit(run_one, task) for task in itertools.islice(tasks, AHEAD * len(processes))}
+            while running:
+                ended, running = wait(running, return_when=FIRST_COMPLETED)
+                running |= {pool.submit(run_one, task) for task in itertools.islice(tasks, len(ended))}
+                for future in ended:
+                    yield future.result()
         except (OSError, RuntimeError, MemoryError) as error:  # no process or thread more
             text = f"the operating system refused to start a process ({error}). {KEPT} Use fewer --jobs."
             raise DataError(text) from None
         finally:
             for process in processes:
                 process.stop()
-            for thread in threads:
-                if thread.ident is not None:
-                    thread.join()
+            pool.shutdown(cancel_futures=True)
+            for process in processes:
+                process.close()

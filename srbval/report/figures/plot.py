@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import scipy.signal
 
-from srbval.models.band_levels import along_sensor
 from srbval.models.run import Run
+from srbval.models.sensor import along_sensor
 from srbval.reading.analyse import Analysis
 from srbval.report.figures.files import extreme_indices
 from srbval.report.figures.signals import draw_acceleration

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from srbval.campaign.campaign_folder import JOURNAL, PLAN
-from srbval.campaign.engines.choose import NAMES, choose_engine
+from srbval.campaign.engines import NAMES, choose_engine
 from srbval.campaign.engines.engine import Engine
+from srbval.campaign.folder import PLAN
 from srbval.campaign.planning import plan_cases
 from srbval.campaign.run import run_campaign
 from srbval.campaign.settings import Campaign
@@ -40,8 +40,7 @@ class CampaignScale:
     coordinator_s: float
     peak_bytes: int | None
     base_bytes: int | None
-    plan_bytes: int
-    journal_bytes: int
+    plan_and_journal_bytes: int
     file_bytes: float
 
     def extrapolate(self, cases: int, workers: int) -> dict[str, Any]:
@@ -60,7 +59,7 @@ class CampaignScale:
             "files": cases,
             "files_a_folder": cases / 256,
             "result_bytes": self.file_bytes * cases,
-            "plan_and_journal_bytes": (self.plan_bytes + self.journal_bytes) * share,
+            "plan_and_journal_bytes": self.plan_and_journal_bytes * share,
         }
 
 
@@ -91,8 +90,7 @@ def measure_scale(cases: int, engine: Engine, *, progress: Progress = silent) ->
             coordinator_s=coordinator_s / cases,
             peak_bytes=peak_bytes(),
             base_bytes=base_bytes,
-            plan_bytes=(folder / PLAN).stat().st_size,
-            journal_bytes=(folder / JOURNAL).stat().st_size,
+            plan_and_journal_bytes=(folder / PLAN).stat().st_size,
             file_bytes=sum(sizes) / len(sizes),
         )
 

@@ -13,7 +13,7 @@ import numpy as np
 from srbval.bearing import Fault
 from srbval.models.ladder import rung_of
 from srbval.plan.calibrated import shipped_calibration
-from srbval.plan.cases import CalibrationScene, drawn
+from srbval.plan.cases import CalibrationScene
 from srbval.plan.plan import VACUOUS_PCT, make_plan
 from srbval.plan.questions import MEANING, Question, asked_of
 from srbval.plan.table import Entry, LadderCalibration
@@ -21,7 +21,7 @@ from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
 from srbval.storage.json_files import to_json
 from srbval.storage.stored_result import ContentStore, newest_result
-from srbval.studies.calibration_runs import answer_store, measure_cases
+from srbval.studies.calibration_runs import answer_store, drawn, measure_cases
 from srbval.studies.harness import Study, StudyResult
 
 SEED = 5  # of the scenes, not that of those between the calibration's

@@ -4,13 +4,21 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 
 from srbval.models.ladder import MODELS
-from srbval.plan.cases import BASES, CalibrationScene, between, grid, quick_grid
+from srbval.plan.cases import BASES, CalibrationScene
 from srbval.plan.table import LadderCalibration, summary
 from srbval.processes.machine import load_average
 from srbval.progress import Progress, silent
 from srbval.storage.json_files import to_json
 from srbval.storage.stored_result import ContentStore
-from srbval.studies.calibration_runs import REFINEMENT, SECONDS, answer_store, measure_cases
+from srbval.studies.calibration_runs import (
+    REFINEMENT,
+    SECONDS,
+    answer_store,
+    between,
+    grid,
+    measure_cases,
+    quick_grid,
+)
 from srbval.studies.harness import Study, StudyResult, printed_columns
 from srbval.studies.machine import calibrate, describe_machine
 

@@ -7,12 +7,19 @@ from typing import Any
 
 from srbval.models.health import default_solver
 from srbval.models.run_file import scene_content
-from srbval.plan.measures import MeasureErrors, Measures, errors_against, plain_or_nulls
-from srbval.plan.timing import Measured, measure_all, time_scene
+from srbval.plan.measures import Measures
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
 from srbval.storage.stored_result import ContentStore
 from srbval.studies.scenes import PAPER_STEP_S, BenchSettings, bench_scene
+from srbval.studies.speed_accuracy.measured import (
+    Measured,
+    MeasureErrors,
+    errors_against,
+    measure_all,
+    plain_or_nulls,
+    time_scene,
+)
 
 FINEST, COARSEST = 6, 1  # powers of two below the paper's step
 SHARE_OF_CHECK = 1.5  # the run at twice the step costs half as much again

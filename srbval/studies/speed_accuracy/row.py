@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 from typing import Any
 
-from srbval.plan.measures import MeasureErrors, Measures, plain_or_nulls
-from srbval.plan.timing import Attempt, Ended, RunTiming, right_hand_sides_per_step
+from srbval.plan.measures import Measures
+from srbval.plan.timing import Ended, right_hand_sides_per_step
+from srbval.studies.speed_accuracy.measured import MeasureErrors, RunTiming, TimedRun, plain_or_nulls
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +77,7 @@ class BenchRun(Ended):
         }
 
 
-def row_of(scene_name: str, attempt: Attempt, calibration_s: float) -> BenchRun:
+def row_of(scene_name: str, attempt: TimedRun, calibration_s: float) -> BenchRun:
     """The row of a timed attempt, without measures."""
     scene = attempt.scene
     return BenchRun(

@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-from srbval.plan.timing import time_scene
 from srbval.progress import Progress, silent
 from srbval.studies.scenes import PAPER_STEP_S, BenchSettings, bench_scene
+from srbval.studies.speed_accuracy.measured import time_scene
 from srbval.studies.speed_accuracy.row import BenchRun, row_of
 
 

@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from srbval.plan.measures import ratio_or_none
 from srbval.scene import paper_scene
 from srbval.studies.scenes import PAPER_STEP_S
+from srbval.studies.speed_accuracy.measured import ratio_or_none
 from srbval.studies.speed_accuracy.processes import Processes
 from srbval.studies.speed_accuracy.row import BenchRun
 

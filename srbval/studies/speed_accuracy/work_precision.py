@@ -13,10 +13,10 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.models.health import default_solver
-from srbval.plan.measures import errors_against
-from srbval.plan.timing import Measured, attempt, measure_all
+from srbval.plan.timing import attempt
 from srbval.progress import Progress, silent
 from srbval.studies.scenes import PAPER_STEP_S, BenchSettings, bench_scene
+from srbval.studies.speed_accuracy.measured import Measured, errors_against, measure_all
 from srbval.studies.speed_accuracy.reference import SceneReference
 from srbval.studies.speed_accuracy.row import BenchRun
 
