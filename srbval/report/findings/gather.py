@@ -128,7 +128,7 @@ class _Gathered:
 def _findings(given: _Gathered, others: BackgroundReading, progress: Progress) -> Findings:
     runs, bearing, analyses = given.runs, given.bearing, given.analyses
     with stage(progress, "Prepare the records that figures show"):
-        shown = analyses | ({} if given.measured else {"paper": {}})
+        shown = {**analyses, "paper": analyses["paper"] if given.measured else {}}
         views = {name: {s: record_view(a) for s, a in shown[name].items()} for name in ("model", "rig", "paper")}
         scalograms = {
             name: {s: envelope_scalogram(view) for s, view in views[name].items()} for name in ("model", "rig")
