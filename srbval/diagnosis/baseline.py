@@ -11,7 +11,7 @@ from srbval.reading.pipeline import one_signal
 from srbval.recordings import Origin, Recording, RecordingSettings
 from srbval.recordings.datasets.srbval_files import SENSOR
 from srbval.recordings.registry import healthy_baseline, load_registered
-from srbval.signal.prewhitening import phase_randomised
+from srbval.signal import phase_randomised
 
 # Speeds, and loads, that differ by no more than this share are one operating point: a motor's slip under load.
 SAME_SHARE = 0.03

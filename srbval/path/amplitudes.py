@@ -26,7 +26,7 @@ from srbval.reading.pipeline import choose_tracking, one_signal, process
 from srbval.recordings import Origin, Recording
 from srbval.recordings.datasets.srbval_files import SENSOR
 from srbval.signal import LEAST_SNR, NORMAL_95, drop_ends, end_s
-from srbval.signal.prewhitening import phase_randomised
+from srbval.signal import phase_randomised
 
 PATH, NUMERICS, SURFACES = "path to the sensor", "numerics: step, slices and starts", "waves on races and rollers"
 ENVELOPE_HZ, WHOLE_HZ = BANDS_HZ["1400-2800"], (400.0, 3150.0)

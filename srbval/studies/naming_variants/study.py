@@ -27,7 +27,7 @@ from srbval.recordings import ShaftSpeed
 from srbval.recordings.registry import listing
 from srbval.signal import Periodogram
 from srbval.signal.comb_spectrum import CombSpectrum
-from srbval.signal.prewhitening import prewhitened
+from srbval.signal import prewhitened
 from srbval.studies.diagnosis.naming_scores import held_out, scores
 from srbval.studies.diagnosis.study import KnownRecord, known_records
 from srbval.studies.known_records.study import readings, specimen
