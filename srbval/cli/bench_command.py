@@ -13,7 +13,6 @@ from srbval.errors import ConfigurationError, DataError
 from srbval.models.solvers import SOLVERS
 from srbval.plan.cases import between, grid, quick_grid
 from srbval.plan.table import summary
-from srbval.processes.machine import Machine
 from srbval.progress import Progress, ProgressDisplay, prefixed
 from srbval.recordings.registry import listing
 from srbval.scene import load_scene
@@ -29,6 +28,7 @@ from srbval.storage.stored_result import (
 from srbval.storage.strict_json import json_object, json_value, write_json
 from srbval.studies.diagnosis.naming_scores import naming_scores
 from srbval.studies.diagnosis.study import ALL, confusions, judge, known_records, methods
+from srbval.studies.machine import Machine
 from srbval.studies.model_hierarchy.study import SECONDS as LADDER_SECONDS
 from srbval.studies.model_hierarchy.study import answer_store, measure_ladder
 from srbval.studies.scenes import FULL, QUICK, RIG_SHOWN, SCENES

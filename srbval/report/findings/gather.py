@@ -8,10 +8,9 @@ from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Bearing, Fault, load_b
 from srbval.comparison.bias import biases, pairs
 from srbval.comparison.counterpart import AnalysedRun, run_counterpart
 from srbval.comparison.cross_band import cross_bands
-from srbval.comparison.effects import Sensitivity
+from srbval.comparison.effects import Sensitivity, sensitivity_of
 from srbval.comparison.matrix import Matrix, Point, build_matrix, point_of
 from srbval.comparison.other_rigs import OtherRecord
-from srbval.comparison.predictions import rows_of_predictions
 from srbval.comparison.simulation_cases import PAPER_STATES, SimulationCase, paper_cases, run_cases
 from srbval.comparison.speed_and_slip import matrix_rows, published_speeds, table6_rows
 from srbval.comparison.table6 import Table6, measured_rows, published_rows, sum_rules, table6
@@ -34,18 +33,27 @@ from srbval.report.findings.other_rigs_in_background import BackgroundReading
 from srbval.report.findings.provenance import provenance, run_facts
 from srbval.report.findings.shown_records import envelope_scalogram, sideband_shares
 from srbval.report.findings.speeds import published_speed_rows, single_speed
-from srbval.report.findings.stored import known_sensitivity, shown_ladder, shown_results
-from srbval.storage.stored_result import PREDICTIONS
+from srbval.report.findings.stored import shown_ladder
+from srbval.report.pages import Page, results_of
 
 SHORTEST_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
 STAND_IN_SECONDS = 2.0
+RESULTS = ("sensitivity", "verdict_scan", "rig_inputs")  # stored ones that uncertainties and headline are made of
 
 
-def gather(*, seconds: float, stand_in_folder: Path, jobs: int | None = None, progress: Progress = silent) -> Evidence:
+def gather(
+    *,
+    seconds: float,
+    stand_in_folder: Path,
+    pages: Iterable[Page] = (),
+    jobs: int | None = None,
+    progress: Progress = silent,
+) -> Evidence:
     """Run the cases and analyse everything; the rig's recordings are those registered.
 
     `seconds` is the recorded duration of the paper's three runs, `jobs` the runs and records at a time (default: one
-    per core); `stand_in_folder` receives the stand-ins' files, where any are needed. Raises what simulating and loading
+    per core), `pages` what the report shows of stored results; `stand_in_folder` receives the stand-ins' files, where
+    any are needed. Raises what simulating and loading
     raise; a failed run is a `NumericsError` that names it.
     """
     if seconds < SHORTEST_S:
@@ -54,7 +62,7 @@ def gather(*, seconds: float, stand_in_folder: Path, jobs: int | None = None, pr
             "or more."
         )
     gathering = _Gathering(load_bearing(DEFAULT_BEARING), table6(), jobs, progress)
-    return gathering.evidence(seconds, stand_in_folder)
+    return gathering.evidence(seconds, stand_in_folder, pages)
 
 
 @dataclass(frozen=True)
@@ -85,16 +93,16 @@ class _Gathering:
     jobs: int | None
     progress: Progress
 
-    def evidence(self, seconds: float, stand_in_folder: Path) -> Evidence:
+    def evidence(self, seconds: float, stand_in_folder: Path, pages: Iterable[Page]) -> Evidence:
         """All of it, in the order in which one thing needs another."""
-        results = shown_results()
+        results = results_of(pages, *RESULTS)
         with stage(self.progress, "Look up the registered recordings"):
             register = listing(or_none=True)
             of_rig = rig_recordings(register.recordings)
             chosen = choose_rig_recordings(self.printed, of_rig)
             others = BackgroundReading(register.recordings, jobs=self.jobs)
         simulated = self._simulate(seconds)
-        known = known_sensitivity(results)
+        known = sensitivity_of(results.content("sensitivity"))
         keep = {point for entry in chosen.values() if (point := point_of(entry)) is not None}
         matrix = self._matrix(of_rig, keep, known)
         rig = self._rig_side(chosen, matrix, stand_in_folder)
@@ -148,7 +156,6 @@ class _Gathering:
             matrix=matrix,
             pairs=found_pairs,
             bias=biases(found_pairs),
-            predicted=rows_of_predictions(results[PREDICTIONS].content, register.recordings, self.bearing),
             other_rigs=other_rigs,
             slips=(*matrix_rows(matrix.cells, self.bearing), *table6_rows(self.printed, self.bearing)),
             single_speed=single_speed(self.printed, self.bearing),

@@ -24,8 +24,6 @@ from srbval.report.findings.findings import Evidence
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import FETCH_COMMAND, VERDICT_TONE
-from srbval.storage.stored_result import RECORD_VERDICTS
-from srbval.studies.sensitivity.study import NOMINAL_RPM
 
 TEXTS = Texts("matrix")
 DEVIATION_LIMIT_PCT = 0.5
@@ -148,11 +146,8 @@ def _bias_blocks(evidence: Evidence) -> Iterator[Block]:
             "record-verdicts", judged, point=_point, errors=_errors, verdict_tone=VERDICT_TONE, prior=PRIOR,
         )  # fmt: skip
         yield TEXTS.paragraph("verdicts", prior=PRIOR)
-    rates = evidence.results[RECORD_VERDICTS].content
-    if rates is not None:
-        yield TEXTS.table("verdict-rates", rates["rows"], truths=rates["truths"])
     yield TEXTS.table("matrix-quantities", compared, kinds=KINDS, point=_point, entry=_entry)
-    yield TEXTS.paragraph("carried", nominal_rpm=NOMINAL_RPM, turns=TURNS, starts=STARTS, points=CONVERGED_POINTS)
+    yield TEXTS.paragraph("carried", turns=TURNS, starts=STARTS, points=CONVERGED_POINTS)
     if evidence.known.defects:
         rows = [row for defect in evidence.known.defects for row in defect.quantities]
         yield TEXTS.table("inputs", rows, most_by=_most_by)

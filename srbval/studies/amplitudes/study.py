@@ -24,7 +24,6 @@ import numpy as np
 import scipy.fft
 
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
-from srbval.cli.measured import this_machine
 from srbval.comparison.bias import biases_of
 from srbval.comparison.budget import VERDICT
 from srbval.comparison.comparison import DATA_PARTS, Comparison, QuantityValue
@@ -52,6 +51,7 @@ from srbval.path.amplitudes import (
 )
 from srbval.path.identify import BAND_HZ, band_powers, identify
 from srbval.path.path_fit import best_of, fit_path, refit
+from srbval.processes.machine import this_machine
 from srbval.reading.analyse import analyse
 from srbval.recordings import Recording, recording_from_run
 from srbval.recordings.datasets.srbval_files import SENSOR

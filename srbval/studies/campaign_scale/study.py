@@ -18,8 +18,8 @@ from srbval.campaign.engines.engine import Engine
 from srbval.campaign.planning import plan_cases
 from srbval.campaign.run import run_campaign
 from srbval.campaign.settings import Campaign
-from srbval.cli.measured import this_machine
 from srbval.config.strict import build
+from srbval.processes.machine import this_machine
 from srbval.progress import Progress, ProgressDisplay, silent
 from srbval.storage.own_package import git_revision
 from srbval.storage.stored_result import CAMPAIGN_SCALE, COMMAND, stamped, store_result

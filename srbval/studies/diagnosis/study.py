@@ -15,6 +15,8 @@ from importlib import resources
 from pathlib import Path
 from typing import ClassVar
 
+from scipy.stats import binomtest
+
 from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
 from srbval.comparison.other_rigs import Baselines, healthy_analysis
 from srbval.diagnosis.fault_call import call_fault
@@ -26,7 +28,6 @@ from srbval.reading.band_choice import band_kurtogram, declared_band
 from srbval.reading.lines import detected_fault_lines
 from srbval.recordings import Origin, Recording, RecordingSettings
 from srbval.recordings.registry import FileStatus, RegisteredRecording, load_entry, rig_of, without_copies
-from srbval.signal import NORMAL_95
 from srbval.studies.diagnosis.simple_diagnosis import strongest_line
 
 ALL = "all"
@@ -172,14 +173,9 @@ def judge(records: Sequence[KnownRecord], ways: Mapping[str, Method], *, progres
     return found
 
 
-def wilson(count: int, of: int) -> tuple[float, float] | None:
+def _wilson(count: int, of: int) -> tuple[float, float] | None:
     """95 % interval of a share, `count` of `of` (Wilson 1927, J. Am. Stat. Assoc. 22, 209); None of nothing."""
-    if not of:
-        return None
-    share, z2 = count / of, NORMAL_95**2
-    centre = (share + z2 / 2 / of) / (1 + z2 / of)
-    half = NORMAL_95 * ((share * (1 - share) + z2 / 4 / of) / of) ** 0.5 / (1 + z2 / of)
-    return max(0.0, centre - half), min(1.0, centre + half)
+    return tuple(binomtest(count, of).proportion_ci(method="wilson")) if of else None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -236,17 +232,17 @@ class Confusion:
     @property
     def right_ci95(self) -> tuple[float, float] | None:
         """Interval of the share of faults named correctly."""
-        return wilson(self.right, self.faulty)
+        return _wilson(self.right, self.faulty)
 
     @property
     def wrong_ci95(self) -> tuple[float, float] | None:
         """Interval of the share of faults named wrongly."""
-        return wilson(self.wrong, self.faulty)
+        return _wilson(self.wrong, self.faulty)
 
     @property
     def alarms_ci95(self) -> tuple[float, float] | None:
         """Interval of the share of healthy records for which a fault was named."""
-        return wilson(self.alarms, self.healthy)
+        return _wilson(self.alarms, self.healthy)
 
 
 def confusions(judged: Sequence[Judged]) -> Iterator[Confusion]:

@@ -15,13 +15,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from srbval.bearing import Fault
-from srbval.cli.measured import this_machine
 from srbval.models.ladder import rung_of
 from srbval.plan.calibrated import shipped_calibration
 from srbval.plan.cases import CalibrationScene, drawn
 from srbval.plan.plan import VACUOUS_PCT, make_plan
 from srbval.plan.questions import MEANING, Question, asked_of
 from srbval.plan.table import Entry, LadderCalibration
+from srbval.processes.machine import this_machine
 from srbval.progress import Progress, ProgressDisplay, silent
 from srbval.storage.content_store import ContentStore
 from srbval.storage.own_package import git_revision

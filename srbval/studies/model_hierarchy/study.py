@@ -12,17 +12,18 @@ from srbval.bearing import Fault, load_bearing
 from srbval.models.kernel_cache import precompile
 from srbval.models.ladder import MODELS
 from srbval.models.precompile import load_kernels
+from srbval.models.run_file import scene_content
 from srbval.plan.cases import BASES, CalibrationScene, quick_grid
 from srbval.plan.questions import Answer, Question, answers, asked_of, error_pct
 from srbval.plan.table import Answered, Entry, LadderCalibration, RungEntry, read_answers
 from srbval.plan.timing import attempt
-from srbval.processes.machine import calibrate, describe_machine, load_average, usable_cores
+from srbval.processes.machine import load_average, usable_cores
 from srbval.progress import Progress, silent
 from srbval.recordings import Recording, recording_from_run
 from srbval.scene import Scene
 from srbval.storage.content_store import ContentStore
 from srbval.storage.strict_json import json_object
-from srbval.studies.scenes import scene_content
+from srbval.studies.machine import calibrate, describe_machine
 
 SECONDS = 2.0  # eleven revolutions at the slowest speed
 WARM_UP_S = 0.01

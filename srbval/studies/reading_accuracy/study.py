@@ -21,8 +21,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
-from srbval.cli.measured import this_machine
-from srbval.processes.machine import usable_cores
+from srbval.processes.machine import this_machine, usable_cores
 from srbval.processes.threads import one_thread
 from srbval.progress import Progress, ProgressDisplay, silent
 from srbval.storage.content_store import ContentStore

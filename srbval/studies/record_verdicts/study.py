@@ -32,7 +32,6 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Fault, load_bearing
-from srbval.cli.measured import this_machine
 from srbval.comparison.budget import PRIOR, VERDICT
 from srbval.comparison.compared_quantities import CAGE_RATIO, KINDS, SHAPE, Sides, compare, shape_angle
 from srbval.comparison.comparison import MOUNTING, Comparison, QuantityValue
@@ -40,6 +39,7 @@ from srbval.comparison.counterpart import STARTS
 from srbval.comparison.effects import DefectEffects, Sensitivity, sensitivity_of
 from srbval.comparison.record_verdict import holm, judge
 from srbval.comparison.spectrum_shape import angle_within, noise_about, with_noise
+from srbval.processes.machine import this_machine
 from srbval.reading.lines import Line
 from srbval.signal import LEAST_SNR, NORMAL_95
 from srbval.storage.cache import cache_folder

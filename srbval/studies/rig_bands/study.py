@@ -17,12 +17,12 @@ import numpy as np
 
 from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Fault, load_bearing
 from srbval.check.quantities import RIG_RPM
-from srbval.cli.measured import this_machine
 from srbval.comparison.compared_quantities import harmonic_level
 from srbval.comparison.speed_and_slip import published_speeds
 from srbval.errors import DataError, NumericsError
 from srbval.models.run import Run
 from srbval.models.simulate import Step, simulate
+from srbval.processes.machine import this_machine
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.recordings import Recording, recording_from_run

@@ -19,12 +19,12 @@ import numpy as np
 
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.check.quantities import RIG_RPM
-from srbval.cli.measured import this_machine
 from srbval.comparison.budget import TOLERANCE
 from srbval.comparison.comparison import deviation_pct
 from srbval.comparison.speed_and_slip import published_speeds
 from srbval.errors import DataError, NumericsError
 from srbval.models.simulate import Step, simulate
+from srbval.processes.machine import this_machine
 from srbval.progress import Progress, ProgressDisplay, silent
 from srbval.reading.analyse import analyse
 from srbval.recordings.registry import find_recording, load_entry

@@ -19,7 +19,6 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import RACE_DEFECTS, Fault
-from srbval.cli.measured import this_machine
 from srbval.comparison.bias import biases_of
 from srbval.comparison.compared_quantities import CAGE_RATIO
 from srbval.comparison.comparison import Comparison, QuantityValue
@@ -30,6 +29,7 @@ from srbval.errors import NumericsError
 from srbval.models.run import Run
 from srbval.models.simulate import Step, simulate
 from srbval.path.amplitudes import NUMERICS, PATH, half_widths, levels, pattern, rows
+from srbval.processes.machine import this_machine
 from srbval.recordings import Recording
 from srbval.scene import Scene, SensorPath, draws, load_scene, merge, rig_inputs
 from srbval.storage.own_package import git_revision

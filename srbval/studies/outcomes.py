@@ -1,4 +1,4 @@
-"""Outcomes of runs, stored so that interrupted work continues; the converged runs of the map among them."""
+"""Outcomes of runs that studies compare, stored so that interrupted work continues."""
 
 import math
 from collections.abc import Mapping
@@ -8,8 +8,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from srbval.models.band_levels import band_rms
-from srbval.models.health import default_solver
 from srbval.models.run import RunStatus
+from srbval.models.run_file import scene_content
 from srbval.models.simulate import Step
 from srbval.models.step_error import SLIDING, TOLERANCE, Estimate, differences, means_of
 from srbval.plan.measures import smooth_mean
@@ -18,8 +18,6 @@ from srbval.progress import Progress
 from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.scene import Scene
 from srbval.storage.content_store import ContentStore
-from srbval.studies.scenes import scene_content
-from srbval.studies.stability.grid import StabilityCase, StabilityGrid, StabilityGroup
 
 Key = TypeVar("Key")
 CHANCE = 2.0  # standard errors of a comparison, its runs being short, by which an error may be beyond its tolerance
@@ -28,10 +26,10 @@ SLIDING_STATUSES = (RunStatus.SKIDDING.value, RunStatus.ROLLERS_UNLOADED.value)
 
 
 @dataclass(frozen=True, kw_only=True)
-class StabilityOutcome(Ended):
+class RunOutcome(Ended):
     """How a run ended by its own checks, and its measures; NaN where there are none.
 
-    `cage_ratio` is weighted as in `bench.measures`; `load_share` the part of the radial load on the rollers;
+    `cage_ratio` is weighted as in `plan.measures`; `load_share` the part of the radial load on the rollers;
     `band_rms_m_s2` the ring's vertical acceleration, 500-1500 Hz; `energy_imbalance` as in the run's summary.
     `wall_s` is disturbed by parallel runs. `means`: see `step_error.block_means`; empty where a run ended early.
     """
@@ -45,12 +43,12 @@ class StabilityOutcome(Ended):
     wall_s: float
     means: Mapping[str, list[float]] = field(default_factory=dict)
 
-    def errors_against(self, right: "StabilityOutcome") -> tuple[Estimate, ...]:
+    def errors_against(self, right: "RunOutcome") -> tuple[Estimate, ...]:
         """Errors in cage speed, band levels and drive power against another run of the same scene."""
         own, theirs = ({name: np.array(m) for name, m in outcome.means.items()} for outcome in (self, right))
         return differences(own, theirs)
 
-    def beyond(self, right: "StabilityOutcome") -> tuple[Estimate, ...]:
+    def beyond(self, right: "RunOutcome") -> tuple[Estimate, ...]:
         """Those of the errors that are beyond their tolerance by more than chance.
 
         A cage that both say to slide or to rattle is told to a per cent, as a run's own estimate is.
@@ -75,12 +73,12 @@ def outcomes(
     step: Step = Step.UNCHECKED,
     jobs: int | None,
     progress: Progress,
-) -> dict[Key, StabilityOutcome]:
+) -> dict[Key, RunOutcome]:
     """The outcome of every scene: from `store`, or run now and stored as soon as the run has ended."""
     content = {key: f"{scene_content(scene)} {step}" for key, scene in scenes.items()}
     found = {key: store.load(text, _from_stored) for key, text in content.items()}
 
-    def read(key: Key, tried: Attempt, wall_s: float) -> StabilityOutcome:
+    def read(key: Key, tried: Attempt, wall_s: float) -> RunOutcome:
         outcome = outcome_of(tried, wall_s)
         store.save(content[key], asdict(outcome))
         return outcome
@@ -90,7 +88,7 @@ def outcomes(
     return {key: found[key] or fresh[key] for key in scenes}
 
 
-def outcome_of(tried: Attempt, wall_s: float) -> StabilityOutcome:
+def outcome_of(tried: Attempt, wall_s: float) -> RunOutcome:
     """What is stored of an attempt."""
     scene, run = tried.scene, tried.run
     measured, means = [math.nan] * len(MEASURED), {}
@@ -100,67 +98,12 @@ def outcome_of(tried: Attempt, wall_s: float) -> StabilityOutcome:
         measured = [cage_ratio, run.roller_load_share, band, run.energy_imbalance]
         if run.samples == scene.samples and np.all(np.isfinite(run.acceleration_m_s2)):
             means = {name: values.tolist() for name, values in means_of(run).items()}
-    return StabilityOutcome(
+    return RunOutcome(
         status=tried.status, reason=tried.reason, **dict(zip(MEASURED, measured, strict=True)),
         seconds=scene.duration_s, settle_s=scene.settle_s, wall_s=wall_s, means=means,
     )  # fmt: skip
 
 
-def _from_stored(table: dict[str, Any]) -> StabilityOutcome:
+def _from_stored(table: dict[str, Any]) -> RunOutcome:
     values: dict[str, Any] = {name: math.nan if value is None else value for name, value in table.items()}
-    return StabilityOutcome(**values)
-
-
-@dataclass(frozen=True, kw_only=True)
-class StabilityReference:
-    """A converged run and the one at twice its step; `flagged`: one of the two found something wrong with itself."""
-
-    group: StabilityGroup
-    solver: str
-    steps_per_s: int
-    fine: StabilityOutcome
-    coarse: StabilityOutcome
-
-    @property
-    def flagged(self) -> bool:
-        """False alarm of the run's own detectors, or no reference after all."""
-        return not (self.fine.ok and self.coarse.ok)
-
-    @property
-    def own_cage_error(self) -> float:
-        """How far the cage speed at twice the step is off, relative."""
-        return abs(self.coarse.cage_ratio / self.fine.cage_ratio - 1)
-
-    @property
-    def own_load_error(self) -> float:
-        """How far the rollers' load at twice the step is off, relative."""
-        return abs(self.coarse.load_share / self.fine.load_share - 1)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        worse = self.coarse if self.fine.ok else self.fine
-        return {
-            **vars(self.group),
-            "solver": self.solver,
-            "dt_s": 1 / self.steps_per_s,
-            "status": worse.status,
-            "reason": worse.reason,
-            **{name: getattr(self.fine, name) for name in MEASURED},
-            "own_cage_error": self.own_cage_error,
-            "own_load_error": self.own_load_error,
-        }
-
-
-def reference_cases(grid: StabilityGrid) -> dict[StabilityGroup, tuple[StabilityCase, StabilityCase]]:
-    """For each part of the map the reference and the run at twice its step."""
-    fine = grid.reference_steps_per_s
-
-    def case(group: StabilityGroup, steps: int) -> StabilityCase:
-        return StabilityCase(group=group, solver=default_solver(), steps_per_s=steps)
-
-    return {group: (case(group, fine), case(group, fine // 2)) for group in grid.groups}
-
-
-def relative(value: float, reference: float) -> float:
-    """`value` over `reference`; NaN where one of them is missing."""
-    return value / reference if reference and math.isfinite(reference) else math.nan
+    return RunOutcome(**values)
