@@ -14,7 +14,7 @@ from srbval.report.model import Report, VerdictBox
 from srbval.report.pages import results_of
 from srbval.report.write import write_report
 from srbval.storage.stored_result import newest_result
-from srbval.studies.harness import answer, load_study, pages, study_names
+from srbval.studies.harness import load_study, make_result, pages, study_names
 
 UNSOUND = 1
 VERBS = {"bench": "speed_accuracy", "stability": "stability"}
@@ -45,7 +45,7 @@ def _run(name: str, command: str, options: argparse.Namespace) -> int:
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     given = parser.parse_args(options.rest, argparse.Namespace(json=options.json))
     with ProgressDisplay() as progress:
-        found, stored = answer(name, given, prefixed(progress, name.capitalize()), command=own_command())
+        found, stored = make_result(name, given, prefixed(progress, name.capitalize()), command=own_command())
     if given.json or options.json:
         print_json(stored)
     else:

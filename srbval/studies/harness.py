@@ -13,7 +13,7 @@ from typing import Any
 
 from srbval.errors import ConfigurationError
 from srbval.processes.machine import this_machine
-from srbval.progress import Progress
+from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
 from srbval.report.pages import Page
 from srbval.storage.own_package import git_revision
@@ -24,7 +24,7 @@ FOLDER = Path(__file__).parent
 
 
 @dataclass(frozen=True, kw_only=True)
-class Answer:
+class StudyResult:
     """What a study found.
 
     `content` (a mapping or a dataclass) is stored as the result `name`; without a name it is a part or a first
@@ -53,7 +53,7 @@ class Study:
 
     question: str
     minutes: float
-    run: Callable[[argparse.Namespace, Progress], Answer]
+    run: Callable[[argparse.Namespace, Progress], StudyResult]
     options: Callable[[argparse.ArgumentParser], None] = _no_options
 
 
@@ -78,10 +78,28 @@ def pages() -> tuple[Page, ...]:
     return tuple(sorted(found, key=lambda page: page.place))
 
 
-def answer(
+def run_study(
+    name: str, *, output: str | Path | None = None, jobs: int | None = None, progress: Progress = silent, **options: Any
+) -> dict[str, Any]:
+    """Run a study with `options` of its own by the names of its command's, and store its result; returns the content.
+
+    `output` names a file to store to in place of the user's cache, `jobs` the runs at a time (default: one per core).
+    Raises `ConfigurationError` for an unknown study or option, and what the study raises.
+    """
+    study, parser = load_study(name), argparse.ArgumentParser()
+    study.options(parser)
+    known = vars(parser.parse_args([]))
+    unknown = [option for option in options if option not in known]
+    if unknown:
+        raise ConfigurationError(f"study {name} has no option {unknown[0]!r}. It has: {', '.join(known) or 'none'}.")
+    given = argparse.Namespace(**known | options, jobs=jobs, output=output)
+    return make_result(name, given, progress, command=f"srbval study run {name}")[1]
+
+
+def make_result(
     name: str, options: argparse.Namespace, progress: Progress, *, command: str
-) -> tuple[Answer, dict[str, Any]]:
-    """Run a study and store its answer; returns it, and what was stored or would have been.
+) -> tuple[StudyResult, dict[str, Any]]:
+    """Run a study and store its result; returns it, and what was stored or would have been.
 
     The revision of the program is the one at the beginning: a study may take hours. `options.output` names a file to
     store to in place of the user's cache.

@@ -21,7 +21,7 @@ from srbval.reading.lines import Line
 from srbval.recordings import Recording, recording_from_run
 from srbval.scene import paper_scene
 from srbval.storage.strict_json import json_object
-from srbval.studies.harness import Answer, Study
+from srbval.studies.harness import StudyResult, Study
 
 RATIOS_DB = (20.0, 15.0, 10.0, 5.0, 0.0, -5.0, -10.0)
 SECONDS = 2.0
@@ -119,9 +119,9 @@ def _options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seconds", metavar="S", type="positive", default=SECONDS, help="duration of the runs")
 
 
-def _run(options: argparse.Namespace, progress: Progress) -> Answer:
+def _run(options: argparse.Namespace, progress: Progress) -> StudyResult:
     rows = [json_object(row) for row in noise_study(noises=options.noise, seconds=options.seconds, progress=progress)]
-    return Answer(name="noise", content={"rows": rows, "seconds": options.seconds}, text=text_rows(rows))
+    return StudyResult(name="noise", content={"rows": rows, "seconds": options.seconds}, text=text_rows(rows))
 
 
 STUDY = Study(

@@ -25,7 +25,7 @@ from srbval.progress import Progress, silent
 from srbval.progress.tables import text_table
 from srbval.scene import Scene
 from srbval.storage.content_store import ContentStore
-from srbval.studies.harness import Answer, Study
+from srbval.studies.harness import StudyResult, Study
 from srbval.studies.machine import Machine, calibrate, describe_machine
 from srbval.studies.outcomes import RunOutcome, outcome_store, outcomes
 from srbval.studies.run_verdicts.similar_bearing import similar
@@ -296,11 +296,11 @@ def _options(parser: ArgumentParser) -> None:
     )
 
 
-def _run(options: Namespace, progress: Progress) -> Answer:
+def _run(options: Namespace, progress: Progress) -> StudyResult:
     share = QUICK_SHARE if options.quick else 1.0
     result = judge_runs(seed=options.seed, share=share, jobs=options.jobs, progress=progress)
     name = None if options.quick else "run_verdicts"
-    return Answer(name=name, content=result, text=_text(result), sound=result.sound)
+    return StudyResult(name=name, content=result, text=_text(result), sound=result.sound)
 
 
 STUDY = Study(

@@ -13,7 +13,7 @@ from srbval.progress import Progress, silent
 from srbval.scene import load_scene
 from srbval.storage.content_store import ContentStore
 from srbval.storage.strict_json import json_object
-from srbval.studies.harness import Answer, Study, printed_columns
+from srbval.studies.harness import StudyResult, Study, printed_columns
 from srbval.studies.machine import Machine, calibrate, describe_machine
 from srbval.studies.scenes import (
     FULL,
@@ -200,7 +200,7 @@ def _options(parser: ArgumentParser) -> None:
     )
 
 
-def _run(options: Namespace, progress: Progress) -> Answer:
+def _run(options: Namespace, progress: Progress) -> StudyResult:
     """Targets that are not met are reported, they do not change the exit code."""
     settings = QUICK if options.quick else FULL
     if options.seconds:
@@ -214,7 +214,7 @@ def _run(options: Namespace, progress: Progress) -> Answer:
         found = replace(found, targets=())  # a first impression is no verdict
     part = options.quick or options.speed_only or options.solvers or options.seconds
     name = None if part else {SCENES: "speed_accuracy", RIG_SHOWN: "rig_speed_accuracy"}.get(scenes)
-    return Answer(name=name, content=found, text=_text(found))
+    return StudyResult(name=name, content=found, text=_text(found))
 
 
 STUDY = Study(question="What does every solver cost, and how wrong is it?", minutes=25, run=_run, options=_options)

@@ -13,7 +13,7 @@ from srbval.progress import Progress, silent
 from srbval.progress.tables import text_table
 from srbval.scene import Scene
 from srbval.storage.content_store import ContentStore
-from srbval.studies.harness import Answer, Study
+from srbval.studies.harness import StudyResult, Study
 from srbval.studies.machine import Machine, calibrate, describe_machine
 from srbval.studies.outcomes import outcome_store, outcomes
 from srbval.studies.scenes import RIG_SHOWN
@@ -185,11 +185,11 @@ def grid_of(options: Namespace) -> StabilityGrid:
     return replace(QUICK if options.quick else base, **given)
 
 
-def _run(options: Namespace, progress: Progress) -> Answer:
+def _run(options: Namespace, progress: Progress) -> StudyResult:
     grid = grid_of(options)
     result = run_stability(grid, jobs=options.jobs, progress=progress)
     name = {FULL: "stability", RIG: "rig_stability"}.get(grid)
-    return Answer(name=name, content=result, text=_text(result), sound=result.sound)
+    return StudyResult(name=name, content=result, text=_text(result), sound=result.sound)
 
 
 STUDY = Study(
