@@ -12,13 +12,12 @@ import numpy as np
 
 from srbval.bearing import DEFECTS, Fault
 from srbval.reading.analyse import Analysis
-from srbval.reading.families import HARMONICS, Family, families_of, means_nothing
+from srbval.reading.families import HARMONICS, Family, families_of, is_placebo_order
 from srbval.reading.speed_search import whitened_periodogram
 from srbval.recordings import ShaftSpeed
 from srbval.signal import Periodogram
-from srbval.signal.comb_spectrum import CombSpectrum, neg_log_rank
-from srbval.signal.placebo import APART
-from srbval.signal.sideband_group import strongest_group
+from srbval.signal.comb_spectrum import CombSpectrum, strongest_group
+from srbval.signal.false_alarm import APART, neg_log_rank
 
 # Combs are looked for from this order of the shaft up.
 LEAST_ORDER = 1.1
@@ -78,7 +77,7 @@ def fault_evidence(analysis: Analysis) -> FaultEvidence:
     relative = analysis.bearing.largest_slip + speed.ci95_hz / speed.value_hz
     record = whitened_periodogram(analysis.processed, analysis.bearing, speed)
     combs = _combs(record, speed)
-    meaningless = means_nothing(combs.frequency_hz, relative, families, speed)
+    meaningless = is_placebo_order(combs.frequency_hz, relative, families, speed)
     typical = combs.typical(relative)
     parts: list[PartEvidence] = []
     for fault, family in zip(DEFECTS, families, strict=False):
@@ -116,8 +115,8 @@ def _as_group(record: Periodogram, family: Family, relative: float) -> PartEvide
     group, others = strongest_group(record, family.kinematic_hz, family.sideband_hz, relative)
     if group is None or others.size == 0:
         return _part(Fault.ROLLER, math.nan, math.nan, math.nan)
-    excess = group.evidence - float(np.median(others))
-    return _part(Fault.ROLLER, excess, group.found_hz, neg_log_rank(group.evidence, others), group.spacing_hz)
+    excess = group.score - float(np.median(others))
+    return _part(Fault.ROLLER, excess, group.found_hz, neg_log_rank(group.score, others), group.spacing_hz)
 
 
 def _clearer(comb: PartEvidence, group: PartEvidence) -> PartEvidence:
@@ -149,8 +148,8 @@ def _strongest_unexplained(combs: CombSpectrum, relative: float, analysis: Analy
     """Excess over a typical comb and order of the strongest fundamental that means nothing in this bearing."""
     speed = analysis.speed
     families = families_of(analysis.bearing, speed.value_hz)
-    meaningless = means_nothing(combs.frequency_hz, relative / APART, families, speed)
+    meaningless = is_placebo_order(combs.frequency_hz, relative / APART, families, speed)
     if not meaningless.any():
         return 0.0, None
-    best = int(np.argmax(np.where(meaningless, combs.evidence, -np.inf)))
-    return float(combs.evidence[best]) - combs.typical(relative), float(combs.frequency_hz[best]) / speed.value_hz
+    best = int(np.argmax(np.where(meaningless, combs.score, -np.inf)))
+    return float(combs.score[best]) - combs.typical(relative), float(combs.frequency_hz[best]) / speed.value_hz

@@ -56,15 +56,6 @@ class Analysis:
         """The first harmonic of a fault's line."""
         return self.line(fault.line or "")
 
-    def plot(self, *, healthy: "Analysis | None" = None) -> Any:
-        """A matplotlib figure: a stretch of the record with its envelope, and the envelope spectrum, lines marked.
-
-        `healthy`, analysed in the same band, is drawn dashed. Notebooks show what this returns; ``savefig`` writes it.
-        """
-        from srbval.report.figures.analysis import analysis_picture
-
-        return analysis_picture(self, healthy)
-
     def to_frame(self) -> "pandas.DataFrame":
         """The lines as a pandas table, one row each."""
         import pandas

@@ -13,7 +13,7 @@ drawn from a fundamental each would lose what lines of other sources have in com
 """
 
 import math
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy.special
@@ -102,21 +102,22 @@ def upcrossings(level: float, ratio: float, harmonics: int, half_window_hz: floa
     return 2 * half_window_hz * seconds * math.sqrt(math.pi * ratio / 3) * rate * math.exp(log_density)
 
 
-def neg_log_rank(score: float, placebos: FloatArray, *, quantile: Literal["linear", "lower"] = "linear") -> float:
+def neg_log_rank(score: float, placebos: FloatArray, *, ties: bool = False) -> float:
     """-log of the probability that a placebo is as strong, beyond most of them by an exponential tail; nan without any.
 
-    Inside it is (1 + number of `placebos` [n] at least as strong) / (n + 1). The mean excess over the upper tenth's
-    threshold, a `quantile` by that method, is the tail's (a generalised Pareto tail of shape zero; Knijnenburg et al.
-    2009, Bioinformatics 25, i161, quoted from memory, not checked). An extrapolation: it grades strong lines, it is no
-    rate.
+    Inside it is the `rank` among `placebos` [n]. The mean excess over the upper tenth's threshold is the tail's (a
+    generalised Pareto tail of shape zero; Knijnenburg et al. 2009, Bioinformatics 25, i161, quoted from memory, not
+    checked). An extrapolation: it grades strong lines, it is no rate. With `ties`, for placebos that share lines, those
+    equal to the threshold belong to the tail.
     """
     if math.isnan(score) or placebos.size < round(1 / TAIL):
         return math.nan
-    threshold = float(np.quantile(placebos, 1 - TAIL, method=quantile))
+    ordered, count = np.sort(placebos), int(TAIL * placebos.size)
+    threshold = float(ordered[-count - 1] if ties else np.quantile(ordered, 1 - TAIL))
     if score <= threshold or math.isinf(threshold):
         return -math.log(rank(score, placebos))
-    excess = float(np.mean(placebos[placebos > threshold] - threshold))
-    return (score - threshold) / excess - math.log(TAIL)
+    upper = ordered[-count:] if ties else ordered[ordered > threshold]
+    return (score - threshold) / float(np.mean(upper - threshold)) - math.log(TAIL)
 
 
 def rank(score: float, placebos: FloatArray) -> float:
@@ -176,7 +177,7 @@ def rank_among_placebos(
         total += lines
     score = float(_highest(np.where(seen, own, np.float32(1.0)).sum(axis=0)[None])[0])
     placebos = _highest(total).astype(np.float64)
-    return PlaceboRank(rank(score, placebos), math.exp(-neg_log_rank(score, placebos, quantile="lower")))
+    return PlaceboRank(rank(score, placebos), math.exp(-neg_log_rank(score, placebos, ties=True)))
 
 
 def _drawn(

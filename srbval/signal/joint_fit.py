@@ -61,9 +61,9 @@ def fit(
     components = _present(record, start_hz, noise, sideband_hz)
     phasors = Phasors.of(record.samples, record.fs_hz, components.number * start_hz + components.side * sideband_hz)
     shift = _maximise(phasors, components, components.directions)
-    has_sidebands = shift.size > 1
-    line_hz = start_hz + float(shift[0])
-    shifted = phasors.shifted(components.directions @ shift)
+    line_shift, side_shift = float(shift[0]), float(shift[1:].sum())
+    line_hz = start_hz + line_shift
+    shifted = phasors.shifted(components.number * line_shift + components.side * side_shift)
     components = replace(components, snr=shifted.power() / components.noise_power)
     sigma = _cramer_rao_hz(components, phasors.seconds)
     found, ci95 = line_hz, NORMAL_95 * sigma[0]
@@ -73,9 +73,9 @@ def fit(
         )
         if slip is not None:
             found, ci95 = found + slip[0], slip[1]
-    if not has_sidebands:
+    if shift.size == 1:
         return JointFit(found, ci95, NORMAL_95 * sigma[0])
-    spacing = _spacing_without_lines(record, line_hz, components, sideband_hz + float(shift[1]))
+    spacing = _spacing_without_lines(record, line_hz, components, sideband_hz + side_shift)
     return JointFit(found, ci95, NORMAL_95 * sigma[0], spacing, NORMAL_95 * sigma[1])
 
 

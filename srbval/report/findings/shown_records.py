@@ -9,7 +9,7 @@ from srbval.signal.scalogram import COLUMNS, ROWS
 
 SCALOGRAM_HZ = (40.0, 1000.0)  # shown in Figure 14
 # What draws it, of the transforms that `srbval/studies/reading_accuracy/scalogram_check.py` tries; the largest error allowed there.
-SCALOGRAM_TRANSFORM, SCALOGRAM_ERROR = "closed-form Morlet", 0.005
+SCALOGRAM_TRANSFORM, SCALOGRAM_ERROR = "pywt.cwt, symmetric wavelets", 0.005
 
 
 @dataclass(frozen=True, kw_only=True)

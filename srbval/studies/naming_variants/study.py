@@ -55,8 +55,8 @@ def best_of_bands(record: Periodogram, speed: ShaftSpeed) -> CombSpectrum:
     found = [
         CombSpectrum.of(dataclasses.replace(record, power=power), lowest, fault_evidence.HARMONICS) for power in bands
     ]
-    evidence, mixed = (np.max([getattr(f, name) for f in found], axis=0) for name in ("evidence", "mixed"))
-    return dataclasses.replace(found[0], evidence=evidence, mixed=mixed)
+    score, mixed = (np.max([getattr(f, name) for f in found], axis=0) for name in ("score", "mixed"))
+    return dataclasses.replace(found[0], score=score, mixed=mixed)
 
 
 class Coherences:

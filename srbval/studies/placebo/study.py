@@ -29,11 +29,11 @@ from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
 from srbval.errors import SrbvalError
 from srbval.reading import families as families_module
 from srbval.reading.analyse import Analysis, analyse
-from srbval.reading.families import Family, families_of, half_window_hz, meaningless_hz
+from srbval.reading.families import Family, families_of, half_window_hz, placebo_fundamentals
 from srbval.reading.speed_search import periodogram_of
 from srbval.recordings import Recording, load_recording
 from srbval.signal import Periodogram, comb, read_comb
-from srbval.signal.placebo import APART, GRID, ORDERS, PlaceboRank, rank_among_placebos
+from srbval.signal.false_alarm import APART, GRID, ORDERS, PlaceboRank, rank_among_placebos
 from srbval.studies.rows import print_rows
 
 IMS = ("2003.10.22.12.06.24", "2003.10.22.12.09.13", "2003.10.22.12.14.13")
@@ -80,7 +80,7 @@ def tried_combs(rig: str, analysis: Analysis, designs: Sequence[int], count: int
         if about is None:
             continue
         relative = half_hz / family.kinematic_hz
-        pool = meaningless_hz(family, about, record, families, speed)
+        pool = placebo_fundamentals(family, about, record, families, speed)
         for centre in rng.choice(pool, count) if pool.size else ():
             alike = dataclasses.replace(family, kinematic_hz=float(centre))
             placebo = tuple(_rank(record, alike, relative, len(about.snr), pool, orders) for orders in designs)
@@ -184,14 +184,14 @@ def cost_s(recording: Recording, bearing: Bearing) -> tuple[float, float]:
 
         def timed(*given: Any, taken: list[float] = spent) -> PlaceboRank | None:
             start = time.thread_time()
-            elsewhere = meaningless_hz(*given[1])
+            elsewhere = placebo_fundamentals(*given[1])
             found = rank_among_placebos(*given[0], elsewhere)
             taken.append(time.thread_time() - start)
             return found
 
         # Both steps are timed as one: the first is put off until the second asks for it.
         with (
-            mock.patch.object(families_module, "meaningless_hz", lambda *given: given),
+            mock.patch.object(families_module, "placebo_fundamentals", lambda *given: given),
             mock.patch.object(families_module, "rank_among_placebos", lambda *given: timed(given[:-1], given[-1])),
         ):
             start = time.thread_time()
