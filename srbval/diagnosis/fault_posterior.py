@@ -1,6 +1,6 @@
 """Posterior probabilities of what a record shows: healthy, a fault of one part, or something else.
 
-A record has one feature of each fault and one of the strongest comb that none of them explains (`FaultEvidence`). Each
+A record has one feature of each fault and one of the strongest comb that none of them explains (`FaultScores`). Each
 class is held against the healthy one by the feature that tells the two apart, so that log likelihoods are those over
 the healthy class's. A class is a mixture: where it shows, its feature stands out; some of its records hide it, and look
 as silent as any (most rollers). Every part of it follows a Student t of `FREEDOM` degrees. A record of a rig never seen

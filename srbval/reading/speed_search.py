@@ -19,8 +19,7 @@ from srbval.reading.lines import Line, detected_fault_lines, read_lines
 from srbval.reading.pipeline import Processed, tracked
 from srbval.reading.shaft_speed import SEARCH_SHARE, estimate_speed, speed_by_comb
 from srbval.recordings import ShaftSpeed, SpeedSource
-from srbval.signal import LEAST_SNR, Periodogram, drop_ends, end_s, read_comb, squared_envelope_one_pass
-from srbval.signal import prewhitened
+from srbval.signal import LEAST_SNR, Periodogram, drop_ends, end_s, prewhitened, read_comb, squared_envelope_one_pass
 
 # Share of the band's width up to which the squared envelope's spectrum is used; its floor ends at the width.
 USABLE_SHARE = 0.9

@@ -11,7 +11,7 @@ import pytest
 
 from srbval.bearing import LARGEST_SLIP, Bearing, load_bearing, with_slip
 from srbval.diagnosis.baseline import baseline_of
-from srbval.diagnosis.fault_naming import name_fault
+from srbval.diagnosis.diagnose import diagnose
 from srbval.errors import ConfigurationError
 from srbval.reading.analyse import Analysis, analyse, bearing_of
 from srbval.recordings.speed import stated_speed
@@ -48,13 +48,13 @@ def test_intervals_contain_the_line_whatever_the_slip_and_no_fault_is_named_in_n
         seen += line.detected
         true_hz = BEARING.orders.bpfi * RPM / 60 * (1 + BPFI_SHARE * slip)
         covered += line.detected and abs(line.found_hz - true_hz) <= line.ci95_hz
-        named[name_fault(found).state] += 1
+        named[diagnose(found).state] += 1
     assert seen == COUNT
     assert named["inner"] >= COUNT - 2  # the weakest may remain undecided
     assert set(named) <= {"inner", "undecided"}
     assert covered >= COUNT - 3  # 95 % intervals: fewer with a probability of 3 %
     for seed in range(6):
-        assert name_fault(read(bearing, cage_slip=0.0, seed=100 + seed, fault=False)).state in ("healthy", "undecided")
+        assert diagnose(read(bearing, cage_slip=0.0, seed=100 + seed, fault=False)).state in ("healthy", "undecided")
 
 
 def test_the_prior_of_the_slip_widens_with_the_window() -> None:

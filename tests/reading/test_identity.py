@@ -11,7 +11,7 @@ import scipy.integrate
 import scipy.stats
 
 from srbval.bearing import LARGEST_SLIP, load_bearing
-from srbval.diagnosis.fault_call import _ratio, call_fault
+from srbval.diagnosis.baseline_comparison import _ratio, compare_with_baseline
 from srbval.reading.analyse import analyse
 from srbval.reading.families import LEAST_IDENTITY, OTHER_LINE
 from srbval.reading.identity import SLIP_FREEDOM, SLIP_SPREAD, identity_probability
@@ -102,10 +102,10 @@ def test_the_rig_s_healthy_record_has_another_line_at_the_edge_of_the_window(rec
     assert line.identity_probability is not None
     assert line.identity_probability < LEAST_IDENTITY
     assert (line.detected, line.explained_by) == (False, OTHER_LINE)
-    assert "no race or roller line shows" in call_fault(healthy).sentence
+    assert "no race or roller line shows" in compare_with_baseline(healthy).sentence
     for analysis, name in ((outer, "BPFO"), (inner, "BPFI")):
         assert (analysis.line(name).identity_probability or 0) > 0.99
-        assert call_fault(analysis, healthy).line == name
+        assert compare_with_baseline(analysis, healthy).line == name
 
 
 @pytest.mark.recordings

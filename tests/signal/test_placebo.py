@@ -1,10 +1,10 @@
 """A comb's rank among meaningless ones: uniform where noise-only probabilities are not, least for a true line."""
 
 import numpy as np
+from srbval.signal.placebo import COMBS, GRID, LEAST_WINDOWS, PlaceboRank, fundamentals, rank_among_placebos
 
 from srbval.signal import Periodogram
 from srbval.signal.comb import read_comb
-from srbval.signal.placebo import COMBS, GRID, LEAST_WINDOWS, PlaceboRank, fundamentals, rank_among_placebos
 
 FS_HZ, SECONDS, SHAFT_HZ, LIMIT_HZ = 2000.0, 4.0, 11.83, 520.0
 HARMONICS, RELATIVE = 5, 0.01

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from srbval.signal.prewhitening import phase_randomised, prewhitened
 
 from srbval.arrays import FloatArray
 from srbval.errors import DataError
 from srbval.signal import Periodogram, drop_ends, end_s, peak_snr, squared_envelope_one_pass
-from srbval.signal.prewhitening import phase_randomised, prewhitened
 
 FS_HZ, SECONDS, LINE_HZ, SHAFT_HZ = 12000.0, 4.0, 107.3, 29.9
 BAND_HZ = (200.0, 5600.0)

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 import pytest
+from srbval.signal.sideband_group import strongest_group
 
 from srbval.signal import Periodogram
 from srbval.signal.comb_spectrum import CombSpectrum, neg_log_rank
-from srbval.signal.sideband_group import strongest_group
 
 FS_HZ, SECONDS, SHAFT_HZ, CAGE_HZ, STRIKES_HZ = 2000.0, 8.0, 14.3, 6.15, 99.6
 RELATIVE = 0.01

@@ -6,12 +6,12 @@ import math
 from typing import Any
 
 import pytest
+from srbval.studies.stability.outcome import StabilityOutcome, StabilityReference
 
 from srbval.models.step_error import BLOCKS
 from srbval.studies.stability.cell import UNLIKE, StabilityCell, planted_in
 from srbval.studies.stability.claims import claims
 from srbval.studies.stability.grid import StabilityCase, StabilityGroup
-from srbval.studies.stability.outcome import StabilityOutcome, StabilityReference
 from srbval.studies.stability.step_limits import StepLimits
 
 

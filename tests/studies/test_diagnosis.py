@@ -13,17 +13,8 @@ from srbval.errors import DataError
 from srbval.recordings import Recording
 from srbval.recordings.registry import FileStatus, RegisteredRecording, listing
 from srbval.studies.diagnosis.simple_diagnosis import THRESHOLD, strongest_line
-from srbval.studies.diagnosis.study import (
-    CALLED,
-    NAMED,
-    Judged,
-    KnownRecord,
-    Named,
-    confusions,
-    judge,
-    known_records,
-    wilson,
-)
+from srbval.studies.diagnosis.study import CALLED, NAMED, Judged, Named, confusions, judge, wilson
+from srbval.studies.known_state import KnownRecord, known_records
 from tests.reading.test_shaft_speed import BEARING, record
 
 BAND_HZ = (2000.0, 5000.0)

@@ -6,10 +6,10 @@ import dataclasses
 
 import pytest
 
-from srbval.diagnosis.fault_naming import known_features
+from srbval.diagnosis.diagnose import known_features
 from srbval.diagnosis.fault_posterior import CLASSES, OTHER, KnownFeatures
-from srbval.studies.diagnosis.naming_scores import HeldOut, calls, held_out, reliability, scores, wrongly_read
 from srbval.studies.naming_alarms.study import alarms, white
+from srbval.studies.naming_scores import HeldOut, calls, held_out, reliability, scores, wrongly_read
 
 
 def test_left_out_rigs_are_named_better_than_by_chance_and_no_healthy_one_is_called() -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from srbval.studies.stability.outcome import StabilityOutcome, outcome_store
 
 from srbval.bearing import load_bearing
 from srbval.models.full.state import layout_of
@@ -25,7 +26,6 @@ from srbval.studies.run_verdicts.study import (
     judge_own_verdicts,
 )
 from srbval.studies.scenes import bench_scene
-from srbval.studies.stability.outcome import StabilityOutcome, outcome_store
 
 RMS = "RMS in 500-1500 Hz"
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from srbval.studies.reading_accuracy.study import ReadingSettings, run_reading_bench
-from srbval.studies.reading_accuracy.trials import COLOUR_POLE, comb_record, cramer_rao_hz, noise_record
+from srbval.studies.reading_trials import COLOUR_POLE, comb_record, cramer_rao_hz, noise_record
 
 # 60 records: a root mean square scatters by 9 %; three of these above the bound's own 1.15.
 TRIALS, RMSE_FACTOR = 60, 1.45

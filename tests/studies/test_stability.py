@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from srbval.studies.stability.outcome import outcome_store
 
 from srbval.cli import main, stability_command
 from srbval.errors import ConfigurationError
@@ -17,7 +18,6 @@ from srbval.studies.scenes import PAPER_STEP_S
 from srbval.studies.stability import outcome as outcome_module
 from srbval.studies.stability.cell import CAGE_LIMIT, LOAD_RANGE, PLANTED, PLANTED_RPM
 from srbval.studies.stability.grid import FULL, StabilityGrid
-from srbval.studies.stability.outcome import outcome_store
 from srbval.studies.stability.study import StabilityResult, run_stability
 
 # The planted failures at both critical velocities, with references cheaper than the real map's.

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
 from srbval.cli.stability_command import RIG
+
 from srbval.models.step_error import KINDS, TOLERANCE
 from srbval.scene import load_scene, paper_scene
 from srbval.storage.strict_json import json_value

@@ -1,14 +1,12 @@
-"""Sizes of defects from simulated records: ``python -m srbval.studies.defect_size.study [--truths N]``.
+"""Sizes of defects from simulated records.
 
 Truth is the rig scene with another size, other inputs, behind a known path and over a background; what is found is held
 against it, with the path known, and known to within the covariance of an identified one. Counted as resolved are sizes
 whose interval is within the sizes that were simulated.
 """
 
-from __future__ import annotations
-
-import argparse
 import math
+from argparse import ArgumentParser, Namespace
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -17,16 +15,19 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
+from srbval.errors import NumericsError
 from srbval.models.band_levels import along_sensor
 from srbval.models.run import Run
 from srbval.models.sensor_filter import SensorFilter
 from srbval.models.simulate import Step, simulate
 from srbval.path.defect_size import LEVEL_U_DB, DefectSize, Runs, defect_size, size_runs
 from srbval.path.identify import identify
+from srbval.progress import Progress
+from srbval.progress.tables import text_rows
 from srbval.recordings import Recording, ShaftSpeed, SpeedSource
 from srbval.scene import Scene, SensorPath, draws, load_scene, merge, rig_inputs
-from srbval.studies.amplitudes.study import STEP_S, moved_path
-from srbval.studies.rows import print_rows
+from srbval.studies.harness import Study, StudyResult
+from srbval.studies.rig_amplitudes import STEP_S, moved_path
 from srbval.studies.simulated_rig import BEARING, TRUE, background, record, simulated_rig
 
 CASES = ((Fault.OUTER, 859.0), (Fault.INNER, 600.0))
@@ -104,33 +105,32 @@ def rows(found: list[Found], name: str) -> dict[str, object]:
     }  # fmt: skip
 
 
-def main() -> None:
-    """Simulate, find, count and print."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--truths", type=int, default=8, help="of each fault, a power of two")
-    options = parser.parse_args()
+def _options(parser: ArgumentParser) -> None:
+    parser.add_argument("--truths", metavar="N", type="count", default=8, help="of each fault, a power of two")
+
+
+def _run(options: Namespace, progress: Progress) -> StudyResult:
     random = np.random.default_rng(TRUTH_SEED)
     changes = draws(rig_inputs(), round(math.log2(options.truths)), seed=TRUTH_SEED)
     found: dict[str, list[Found]] = {"known": [], "within its covariance": []}
-    for state, rpm in CASES:
+    for number, (state, rpm) in enumerate(CASES):
         own = {"defect": {"kind": state}, "shaft_speed": f"{rpm} rpm", "duration_s": SECONDS}
         runs = runs_at(own)
-        for one in changes:
+        for place, one in enumerate(changes):
+            progress(f"{state}, {rpm} rpm", (number + place / len(changes)) / len(CASES))
             extent_m = math.exp(random.uniform(*np.log(EXTENTS_M)))
             changed = merge(own, merge(one, {"defect": {"extent_m": extent_m}, "solver": {"step_s": STEP_S}}))
             run = simulate(load_scene("rig", changed), step=Step.UNCHECKED)
-            assert run.status.usable, run.reason
+            if not run.status.usable:
+                raise NumericsError(f"defect size: the run of the {state} fault failed ({run.status}): {run.reason}")
             for path, members in found.items():
                 members.append(trial(run, runs, len(members), path != "known"))
-                sizes = members[-1].size.sizes.values()
-                print(state, rpm, path, f"{1e3 * extent_m:.3g}", *(
-                        v and f"{1e3 * v:.3g}" for size in sizes for v in (size.extent_m, size.low_m, size.high_m)
-                    ), flush=True)  # fmt: skip
-    for path, members in found.items():
-        for of in (*(state for state, _ in CASES), None):
-            print(f"path {path}, {of or 'all'}")
-            print_rows([rows([one for one in members if of in (one.state, None)], name) for name in WAYS])
+    progress("sizes", 1.0)
+    counted = [
+        {"path": path, "fault": of or "all"} | rows([one for one in members if of in (one.state, None)], name)
+        for path, members in found.items() for of in (*(state for state, _ in CASES), None) for name in WAYS
+    ]  # fmt: skip
+    return StudyResult(name="defect_size", content={"truths": options.truths, "rows": counted}, text=text_rows(counted))
 
 
-if __name__ == "__main__":
-    main()
+STUDY = Study(question="How well are sizes of defects found?", minutes=10, run=_run, options=_options)

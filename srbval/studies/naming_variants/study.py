@@ -1,13 +1,11 @@
-"""Other evidence for naming a fault, on all registered records: ``python -m srbval.studies.naming_variants.study``.
+"""Other spectra for naming a fault, on all registered records.
 
-Each variant takes the place of the spectrum that combs are read from; everything that is learnt is learnt anew, with
-one rig left out in turn. Printed are the answers of `name_fault` and the calibration error of its probabilities.
+Each variant takes the place of the spectrum that combs are read from; everything that is learnt is learnt again, with
+one rig left out in turn. Counted are the answers of `diagnose` and the calibration error of its probabilities.
 """
 
-from __future__ import annotations
-
-import argparse
 import dataclasses
+from argparse import Namespace
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -17,22 +15,22 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS
-from srbval.diagnosis import fault_evidence
-from srbval.diagnosis.fault_naming import channels_of
+from srbval.diagnosis import fault_scores
+from srbval.diagnosis.diagnose import channels_of
 from srbval.diagnosis.fault_posterior import KnownFeatures, decide, fit_posterior
+from srbval.progress import Progress
+from srbval.progress.tables import text_rows
 from srbval.reading import speed_search
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.pipeline import tracked
 from srbval.recordings import ShaftSpeed
 from srbval.recordings.registry import listing
-from srbval.signal import Periodogram
+from srbval.signal import Periodogram, prewhitened
 from srbval.signal.comb_spectrum import CombSpectrum
-from srbval.signal import prewhitened
-from srbval.studies.diagnosis.naming_scores import held_out, scores
-from srbval.studies.diagnosis.study import KnownRecord, known_records
-from srbval.studies.known_records.study import readings, specimen
+from srbval.studies.harness import Study, StudyResult
+from srbval.studies.known_state import KnownRecord, known_records, readings, specimen
+from srbval.studies.naming_scores import held_out, scores
 from srbval.studies.naming_variants.cyclic_coherence import cyclic_coherence, exponential_ratio
-from srbval.studies.rows import print_rows
 
 # Shares of the carriers: the whole band, its halves, its quarters.
 BANDS = [(n / parts, (n + 1) / parts) for parts in (1, 2, 4) for n in range(parts)]
@@ -49,11 +47,11 @@ class BandSpectra(Periodogram):
 
 
 def best_of_bands(record: Periodogram, speed: ShaftSpeed) -> CombSpectrum:
-    """In place of `fault_evidence._combs`: each comb, and each placebo, in the band that shows it best."""
-    lowest = fault_evidence.LEAST_ORDER * speed.value_hz
+    """In place of `fault_scores._combs`: each comb, and each placebo, in the band that shows it best."""
+    lowest = fault_scores.LEAST_ORDER * speed.value_hz
     bands = record.bands if isinstance(record, BandSpectra) else (record.power,)
     found = [
-        CombSpectrum.of(dataclasses.replace(record, power=power), lowest, fault_evidence.HARMONICS) for power in bands
+        CombSpectrum.of(dataclasses.replace(record, power=power), lowest, fault_scores.HARMONICS) for power in bands
     ]
     score, mixed = (np.max([getattr(f, name) for f in found], axis=0) for name in ("score", "mixed"))
     return dataclasses.replace(found[0], score=score, mixed=mixed)
@@ -96,10 +94,10 @@ def not_prewhitened(analysis: Analysis) -> Periodogram:
 def features_of(analysis: Analysis, spectrum: Spectrum) -> tuple[float, ...]:
     """The features of a reading, from another spectrum."""
     with (
-        mock.patch.object(fault_evidence, "whitened_periodogram", return_value=spectrum(analysis)),
-        mock.patch.object(fault_evidence, "_combs", best_of_bands),
+        mock.patch.object(fault_scores, "whitened_periodogram", return_value=spectrum(analysis)),
+        mock.patch.object(fault_scores, "_combs", best_of_bands),
     ):
-        return fault_evidence.fault_evidence(analysis).features
+        return fault_scores.fault_scores(analysis).features
 
 
 def known(record: KnownRecord, read: Analysis, spectrum: Spectrum) -> Iterator[KnownFeatures]:
@@ -129,9 +127,7 @@ def judged(records: Sequence[tuple[KnownRecord, Analysis]], spectrum: Spectrum) 
     return answers | {"calibration error": scores(held_out(taught))["calibration_error"]}
 
 
-def main() -> None:
-    """Judge every variant."""
-    argparse.ArgumentParser(description="Other evidence for naming a fault, on all registered records.").parse_args()
+def _run(_: Namespace, progress: Progress) -> StudyResult:
     records = []
     for record in known_records(listing().recordings):
         recording, bearing = record.load()
@@ -149,8 +145,12 @@ def main() -> None:
         "cyclic coherence, best of 7 bands": coherent(white=False, bands=len(BANDS)),
         "cyclic coherence, prewhitened, best of 7 bands": coherent(white=True, bands=len(BANDS)),
     }
-    print_rows([{"evidence": name} | judged(records, spectrum) for name, spectrum in variants.items()])
+    rows = []
+    for number, (name, spectrum) in enumerate(variants.items()):
+        progress(name, number / len(variants))
+        rows.append({"spectrum": name} | judged(records, spectrum))
+    progress("variants", 1.0)
+    return StudyResult(name="naming_variants", content={"rows": rows}, text=text_rows(rows))
 
 
-if __name__ == "__main__":
-    main()
+STUDY = Study(question="Would other spectra name faults better?", minutes=5, run=_run)

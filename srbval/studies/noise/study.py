@@ -21,7 +21,7 @@ from srbval.reading.lines import Line
 from srbval.recordings import Recording, recording_from_run
 from srbval.scene import paper_scene
 from srbval.storage.strict_json import json_object
-from srbval.studies.harness import StudyResult, Study
+from srbval.studies.harness import Study, StudyResult
 
 RATIOS_DB = (20.0, 15.0, 10.0, 5.0, 0.0, -5.0, -10.0)
 SECONDS = 2.0

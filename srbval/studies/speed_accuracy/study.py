@@ -13,7 +13,7 @@ from srbval.progress import Progress, silent
 from srbval.scene import load_scene
 from srbval.storage.content_store import ContentStore
 from srbval.storage.strict_json import json_object
-from srbval.studies.harness import StudyResult, Study, printed_columns
+from srbval.studies.harness import Study, StudyResult, printed_columns
 from srbval.studies.machine import Machine, calibrate, describe_machine
 from srbval.studies.scenes import (
     FULL,

@@ -13,7 +13,7 @@ from srbval.progress import Progress, silent
 from srbval.progress.tables import text_table
 from srbval.scene import Scene
 from srbval.storage.content_store import ContentStore
-from srbval.studies.harness import StudyResult, Study
+from srbval.studies.harness import Study, StudyResult
 from srbval.studies.machine import Machine, calibrate, describe_machine
 from srbval.studies.outcomes import outcome_store, outcomes
 from srbval.studies.scenes import RIG_SHOWN
