@@ -40,7 +40,7 @@ NEAR = 0.2  # share of the size within which it was to be found
 
 
 @dataclass(frozen=True, kw_only=True)
-class Found:
+class FoundSize:
     """A truth, and what was found."""
 
     state: Fault
@@ -71,7 +71,7 @@ def runs_at(own: dict[str, Any]) -> tuple[Runs, Runs]:
     return size_runs(asked, scene, [load_scene("rig", merge(own, one)) for one in draws(rig_inputs(), POWER)])
 
 
-def trial(run: Run, runs: tuple[Runs, Runs], seed: int, path_off: bool) -> Found:
+def trial(run: Run, runs: tuple[Runs, Runs], seed: int, path_off: bool) -> FoundSize:
     """One truth, behind the known path or, where that is off, one drawn about an identified one."""
     known = true = TRUE
     if path_off:
@@ -79,7 +79,7 @@ def trial(run: Run, runs: tuple[Runs, Runs], seed: int, path_off: bool) -> Found
         drawn = random.multivariate_normal(known.parameters, np.array(known.covariance))
         true = moved_path(known, drawn) or known
     size = defect_size(*records(run, seed, true), runs, known, bearing=BEARING, ways=WAYS)
-    return Found(state=run.scene.defect.kind, extent_m=run.scene.defect.extent_m or 0.0, size=size)
+    return FoundSize(state=run.scene.defect.kind, extent_m=run.scene.defect.extent_m or 0.0, size=size)
 
 
 @cache
@@ -89,7 +89,7 @@ def identified() -> SensorPath:
     return identify(rig.fault, rig.healthy, rig.excitation, bearing=BEARING).path
 
 
-def rows(found: list[Found], name: str) -> dict[str, object]:
+def rows(found: list[FoundSize], name: str) -> dict[str, object]:
     """Counts for one of the ways of finding."""
     sizes = [(one.extent_m, one.size.sizes[name]) for one in found]
     whole = [(true, size) for true, size in sizes if size.low_m and size.high_m]
@@ -112,7 +112,7 @@ def _options(parser: ArgumentParser) -> None:
 def _run(options: Namespace, progress: Progress) -> StudyResult:
     random = np.random.default_rng(TRUTH_SEED)
     changes = draws(rig_inputs(), round(math.log2(options.truths)), seed=TRUTH_SEED)
-    found: dict[str, list[Found]] = {"known": [], "within its covariance": []}
+    found: dict[str, list[FoundSize]] = {"known": [], "within its covariance": []}
     for number, (state, rpm) in enumerate(CASES):
         own = {"defect": {"kind": state}, "shaft_speed": f"{rpm} rpm", "duration_s": SECONDS}
         runs = runs_at(own)

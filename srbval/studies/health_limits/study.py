@@ -46,7 +46,7 @@ RIG_SLOWER = 1.5  # the rig scene's own step over the paper's
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tried:
+class RunMeasures:
     """A run: status, is there a caution, cage ratio, band RMS [m/s2], drive power [W]; None where it was refused."""
 
     status: str
@@ -55,7 +55,7 @@ class Tried:
     band: float | None
     drive: float | None
 
-    def unlike(self, truth: "Tried", unsure: "Tried") -> str:
+    def unlike(self, truth: "RunMeasures", unsure: "RunMeasures") -> str:
         """What of it is off: ``cage``, ``band``, nothing; ``unsure`` where the truth is in all."""
         pairs = tuple(
             (name, vars(self)[name], vars(truth)[name], vars(unsure)[name], limit) for name, limit in LIMITS.items()
@@ -88,11 +88,11 @@ def scene_of(point: dict[str, Any], solver: str, times: float) -> Scene:
     return paper_scene(**merge({}, changes))
 
 
-def tried(scene: Scene) -> tuple[Tried, str]:
+def tried(scene: Scene) -> tuple[RunMeasures, str]:
     """Run a scene; its reason too."""
     ran = attempt(scene, step=Step(os.environ.get("SRBVAL_STEP", Step.UNCHECKED)))
     run, has = ran.run, ran.run is not None and ran.run.samples > RATE_HZ // 10
-    return Tried(
+    return RunMeasures(
         status=ran.status,
         caution="with caution" in ran.reason or ran.status == RunStatus.INACCURATE,
         drive=float(run.energy.drive_w.mean()) if run is not None and run.samples else None,

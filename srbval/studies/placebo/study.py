@@ -52,7 +52,7 @@ DESIGNS = (ORDERS, 1, 3, 5)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tried:
+class RankedComb:
     """A comb at a meaningless order: `placebo` [designs] and `noise`-only probability; is it detected by the latter?"""
 
     rig: str
@@ -62,7 +62,7 @@ class Tried:
     share: float  # of an independent comb: windows that do not overlap, over combs drawn
 
 
-def tried_combs(rig: str, analysis: Analysis, designs: Sequence[int], count: int) -> Iterator[Tried]:
+def tried_combs(rig: str, analysis: Analysis, designs: Sequence[int], count: int) -> Iterator[RankedComb]:
     """`count` combs about each race and roller family of a healthy record, each read as a family would be."""
     bearing, speed = analysis.bearing, analysis.speed
     record = periodogram_of(analysis.processed, bearing, speed)
@@ -83,7 +83,7 @@ def tried_combs(rig: str, analysis: Analysis, designs: Sequence[int], count: int
             )
             if reading is None or math.isnan(placebo[0]):
                 continue
-            yield Tried(
+            yield RankedComb(
                 rig=rig, placebo=placebo, noise=reading.noise_false_alarm, detected_before=reading.detected,
                 share=min(1.0, pool.size / (2 * GRID * count)),
             )  # fmt: skip
@@ -127,7 +127,7 @@ def _row(name: str, chances: Sequence[float]) -> dict[str, object]:
     return {"of": name, "combs": values.size, "distance": distance(values)} | rates
 
 
-def left_out(tried: Sequence[Tried]) -> list[tuple[str, int, list[float]]]:
+def left_out(tried: Sequence[RankedComb]) -> list[tuple[str, int, list[float]]]:
     """Per rig the design whose rate below 0.01 is nearest to that on all other rigs, and the ranks it gives here."""
     chosen = []
     for rig in dict.fromkeys(t.rig for t in tried):
@@ -159,7 +159,7 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
     if options.noise:
         rows = list(by_chance(analyses, options.noise, options.combs))
         return StudyResult(content={"by_chance": rows}, text=text_rows(rows))
-    tried = list[Tried]()
+    tried = list[RankedComb]()
     for number, (rig, analysis) in enumerate(analyses):
         progress("combs at meaningless orders", number / len(analyses))
         tried += tried_combs(rig, analysis, DESIGNS, options.combs)

@@ -78,7 +78,7 @@ class Setting:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rates:
+class VerdictRates:
     """Of one setting, duration and discrepancy: shares of the rigs, and of the errors that their 95 % intervals hold.
 
     `resolved` counts rigs with any record resolved, `single` records whose own p is below 0.05, `beyond_prior` those
@@ -255,7 +255,7 @@ def rig(setting: Setting, truth: Truth, kind: str, seconds: float, rng: np.rando
     return found
 
 
-def rates(setting: Setting, kind: str, seconds: float, rigs: int = RIGS) -> Rates:
+def rates(setting: Setting, kind: str, seconds: float, rigs: int = RIGS) -> VerdictRates:
     """Of so many rigs, each truth as often as the others."""
     rng = np.random.default_rng([SEED, int(seconds), DISCREPANCIES.index(kind)])
     resolved, single, beyond, agree, cage_agrees, shapes = [], [], [], [], [], []
@@ -281,7 +281,7 @@ def rates(setting: Setting, kind: str, seconds: float, rigs: int = RIGS) -> Rate
                 held[row.kind].append(abs(row.error + share * given[row.quantity]) <= row.uncertainty)
                 if row.kind == CAGE_RATIO.name:
                     cage_agrees.append(row.within_margin)
-    return Rates(
+    return VerdictRates(
         truth=setting.name, truths=len(setting.truths), seconds=seconds, discrepancy=kind, rigs=rigs,
         resolved=float(np.mean(resolved)), single=float(np.mean(single)), beyond_prior=float(np.mean(beyond)),
         agree=float(np.mean(agree)), cage_agrees=float(np.mean(cage_agrees)),

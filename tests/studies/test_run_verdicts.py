@@ -15,6 +15,7 @@ from srbval.models.full_run import full_run
 from srbval.models.health import CAUTION
 from srbval.models.step_error import BLOCKS
 from srbval.models.step_limit import elastic_limit_s
+from srbval.studies.outcomes import RunOutcome, outcome_store
 from srbval.studies.run_verdicts.similar_bearing import similar
 from srbval.studies.run_verdicts.study import (
     MOST_FALSE,
@@ -23,15 +24,15 @@ from srbval.studies.run_verdicts.study import (
     JudgedRun,
     drawn_cases,
     fixed_cases,
-    judge_own_verdicts,
+    judge_runs,
 )
 from srbval.studies.scenes import bench_scene
 
 RMS = "RMS in 500-1500 Hz"
 
 
-def outcome(status: str = "ok", reason: str = "fine", rms: float | None = 1.0) -> StabilityOutcome:
-    return StabilityOutcome(
+def outcome(status: str = "ok", reason: str = "fine", rms: float | None = 1.0) -> RunOutcome:
+    return RunOutcome(
         status=status, reason=reason, cage_ratio=0.43, load_share=1.0, band_rms_m_s2=1.0, energy_imbalance=0.0,
         seconds=0.5, settle_s=0.1, wall_s=0.1, means={} if rms is None else {RMS: [rms**2] * BLOCKS},
     )  # fmt: skip
@@ -89,7 +90,7 @@ def test_a_similar_bearing_is_as_fast_as_it_is_small(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_few_judged_for_real(tmp_path: Path) -> None:
     store = replace(outcome_store(), folder=tmp_path)
-    result = judge_own_verdicts(seed=5, share=0.005, store=store, jobs=2)
+    result = judge_runs(seed=5, share=0.005, store=store, jobs=2)
     assert result.counts["runs"] == len(result.runs) >= 10
     assert result.counts["falsely_ok"] <= max(1, MOST_FALSE * len(result.runs))
     assert result.to_dict()["seed"] == 5

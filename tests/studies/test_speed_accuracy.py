@@ -1,7 +1,5 @@
 """A benchmark from end to end, on runs too short to mean anything; no wall time is asserted."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys
@@ -15,8 +13,8 @@ from srbval.bearing import Fault
 from srbval.cli import bench_command, main
 from srbval.errors import ConfigurationError
 from srbval.models.health import default_solver
-from srbval.plan.measures import Measures
-from srbval.plan.timing import time_scene
+from srbval.plan.measures import MeasureErrors, Measures
+from srbval.plan.timing import RunTiming, time_scene
 from srbval.scene import RollerFit
 from srbval.storage.content_store import ContentStore
 from srbval.storage.stored_result import SCHEMA_VERSION
@@ -26,10 +24,16 @@ from srbval.studies.speed_accuracy import processes
 from srbval.studies.speed_accuracy import study as bench
 from srbval.studies.speed_accuracy.processes import Processes
 from srbval.studies.speed_accuracy.reference import reference_store, references
-from srbval.studies.speed_accuracy.row import row_of
+from srbval.studies.speed_accuracy.row import BenchRun, row_of
 from srbval.studies.speed_accuracy.study import BenchResult, run_bench, step_sizes
 from srbval.studies.speed_accuracy.targets import Target, speed_targets
-from srbval.studies.speed_accuracy.work_precision import observed_order, path_error, with_accuracy
+from srbval.studies.speed_accuracy.work_precision import (
+    non_dominated,
+    observed_order,
+    path_error,
+    with_accuracy,
+    with_pareto,
+)
 
 TINY = BenchSettings(
     timing_s=0.002, timing_settle_s=0.0, repeats=1, accuracy_s=0.01, accuracy_settle_s=0.0, memory_s=0.01, starts=1,
@@ -234,3 +238,34 @@ def test_measures_have_no_floor_of_a_short_record(result: BenchResult) -> None:
     measures = result.runs[1].measures
     assert isinstance(measures, Measures)
     assert measures.noise_floor is None
+
+
+def test_front() -> None:
+    points = [(1.0, 4.0), (2.0, 2.0), (4.0, 1.0), (3.0, 3.0), (2.0, 2.5), None]
+    assert non_dominated(points) == [True, True, True, False, False, False]
+
+
+def test_equals_do_not_beat_each_other() -> None:
+    assert non_dominated([(1.0, 1.0), (1.0, 1.0), (1.0, 2.0)]) == [True, True, False]
+
+
+def row(scene: str, wall: float, cage: float, band: float, status: str = "ok") -> BenchRun:
+    return BenchRun(
+        scene=scene, model="full", solver="ode4", dt_s=1e-5, status=status, reason="", calibration_s=0.05,
+        timing=RunTiming(best=wall, median=wall, repeats=1, core_share=1.0),
+        errors=MeasureErrors(cage_error=cage, defect_hz_error=None, noise_floor_ratio=None, band_rms_error=band,
+                      harmonic_error=None),
+    )  # fmt: skip
+
+
+def test_each_scene_has_its_own_front_and_failed_runs_are_on_none() -> None:
+    rows = [
+        row("play0-outer", 1.0, 1e-4, 0.1),
+        row("play0-outer", 2.0, 1e-5, 0.2),
+        row("play0-outer", 0.1, 0.0, 0.0, status="cage-lost"),
+        row("interference-outer", 9.0, 1e-1, 0.9),
+    ]
+    flagged = with_pareto(rows)
+    assert [r.pareto for r in flagged] == [True, True, False, True]
+    assert [r.pareto_band for r in flagged] == [True, False, False, True]
+    assert [r.status for r in flagged] == [r.status for r in rows]
