@@ -5,6 +5,7 @@ import importlib.resources
 import math
 import tomllib
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.special
@@ -47,7 +48,7 @@ class SlipInterval:
 def slip_interval() -> SlipInterval:
     """The table that this version was calibrated with (`slip_interval.toml`)."""
     file = importlib.resources.files("srbval.signal") / "slip_interval.toml"
-    table = tomllib.loads(file.read_text(encoding="utf-8"))
+    table: dict[str, Any] = tomllib.loads(file.read_text(encoding="utf-8"))
     return SlipInterval(**{key: tuple(value) if isinstance(value, list) else value for key, value in table.items()})
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from srbval.signal.placebo import ORDERS
+from srbval.signal.false_alarm import ORDERS
 
 from srbval.reading.analyse import analyse
 from srbval.studies.placebo.study import cost_s, distance, healthy, tried_combs
