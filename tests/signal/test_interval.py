@@ -53,7 +53,3 @@ def test_a_maximum_likelihood_fit_of_one_tone_has_this_error() -> None:
     found = offsets_hz[top] + 0.5 * (left - right) / (left - 2 * middle + right) * (offsets_hz[1] - offsets_hz[0])
     information = count * amplitude**2 / 4  # peak of |X|^2 over its mean of noise: (N A / 2)^2 / N
     assert np.std(found) == pytest.approx(frequency_error_hz(information, count / fs_hz), rel=SCATTER)
-
-
-def test_without_information_nothing_is_known() -> None:
-    assert frequency_error_hz(0.0, 10.0) == math.inf

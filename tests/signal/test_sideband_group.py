@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from srbval.signal.sideband_group import strongest_group
 
 from srbval.signal import Periodogram
-from srbval.signal.comb_spectrum import CombSpectrum, neg_log_rank
+from srbval.signal.comb_spectrum import CombSpectrum, strongest_group
+from srbval.signal.false_alarm import neg_log_rank
 
 FS_HZ, SECONDS, SHAFT_HZ, CAGE_HZ, STRIKES_HZ = 2000.0, 8.0, 14.3, 6.15, 99.6
 RELATIVE = 0.01
@@ -35,8 +35,8 @@ def record(turns_lost: float, *, strength: float = 1.0, seed: int = 0) -> Period
 def test_a_group_is_found_wherever_its_lines_stand(turns_lost: float) -> None:
     group, others = strongest_group(record(turns_lost), STRIKES_HZ, CAGE_HZ, RELATIVE)
     assert group is not None
-    assert group.evidence > others.max() + 2
-    assert neg_log_rank(group.evidence, others) > -math.log(0.01)
+    assert group.score > others.max() + 2
+    assert neg_log_rank(group.score, others) > -math.log(0.01)
     assert group.spacing_hz == pytest.approx(CAGE_HZ, rel=RELATIVE)
     # One line is where the phase recurs with the cage: (whole number + strikes per passage) times the cage frequency.
     places = (group.found_hz - STRIKES_HZ) / CAGE_HZ + turns_lost
@@ -56,7 +56,7 @@ def test_noise_has_no_group_that_stands_out() -> None:
     for seed in range(40):
         group, others = strongest_group(record(0.0, strength=0.0, seed=seed), STRIKES_HZ, CAGE_HZ, RELATIVE)
         assert group is not None
-        ranks.append(math.exp(-neg_log_rank(group.evidence, others)))
+        ranks.append(math.exp(-neg_log_rank(group.score, others)))
     assert np.mean(np.array(ranks) < 0.1) < 0.3
     assert min(ranks) > 1e-3
 
