@@ -26,12 +26,6 @@ def healthy(**changes):
     return dataclasses.replace(plain, state=Fault.HEALTHY, name="healthy one", **changes)
 
 
-def test_the_same_speed_and_load_are_the_same_conditions() -> None:
-    found = baseline_of(analyse(record(shaft_hz=25.0), bearing=BEARING), healthy(radial_n=500.0))
-    assert found.conditions == ()
-    assert found.remarks == ("the load is not stated for both records: it is taken to be the same",)
-
-
 def test_what_differs_is_named() -> None:
     ours = analyse(dataclasses.replace(record(shaft_hz=25.0), radial_n=1000.0), bearing=BEARING)
     other = healthy(radial_n=500.0, unit="unknown", speed=nominal_speed(1200.0, 0.5))

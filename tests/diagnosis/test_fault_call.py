@@ -52,11 +52,6 @@ def test_the_same_line_in_the_healthy_record_is_no_fault() -> None:
     assert (call.basis, call.called) == (Basis.BASELINE, None)
 
 
-def test_declared_healthy_is_the_baseline_itself() -> None:
-    baseline = dataclasses.replace(record(shaft_hz=25.0), state=Fault.HEALTHY)
-    assert compare_with_baseline(analyse(baseline, bearing=BEARING)).basis is Basis.DECLARED_HEALTHY
-
-
 def test_scale_free_where_the_unit_is_unknown() -> None:
     quiet = healthy()
     loud = dataclasses.replace(quiet, unit="unknown", channels={"x": 1000 * quiet.channels["x"]})

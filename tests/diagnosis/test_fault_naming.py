@@ -9,8 +9,7 @@ import pytest
 
 from srbval.bearing import Fault
 from srbval.diagnosis.baseline_comparison import compare_with_baseline
-from srbval.diagnosis.diagnose import diagnose, fault_entry, known_features
-from srbval.diagnosis.fault_posterior import CLASSES, OTHER
+from srbval.diagnosis.diagnose import diagnose, fault_entry
 from srbval.diagnosis.fault_scores import fault_scores
 from srbval.reading import speed_search
 from srbval.reading.analyse import analyse
@@ -19,13 +18,6 @@ from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.studies.naming_alarms.study import SHAFT_HZ, impulsive
 from tests.diagnosis.test_fault_call import faulted_analysis
 from tests.reading.test_shaft_speed import BEARING, record
-
-
-def test_the_records_that_come_with_the_program() -> None:
-    known = known_features()
-    assert {k.state for k in known} == set(CLASSES)
-    assert len({k.rig for k in known}) >= 6
-    assert all(k.state == OTHER or np.isfinite(k.vector).all() for k in known)
 
 
 def test_an_inner_race_fault_is_named_without_a_healthy_record() -> None:

@@ -15,7 +15,6 @@ from srbval.diagnosis.diagnose import diagnose
 from srbval.errors import ConfigurationError
 from srbval.reading.analyse import Analysis, analyse, bearing_of
 from srbval.recordings.speed import stated_speed
-from tests.reading.test_identity import probability
 from tests.reading.test_shaft_speed import BEARING, record
 
 RPM, COUNT = 1500.0, 24
@@ -55,13 +54,6 @@ def test_intervals_contain_the_line_whatever_the_slip_and_no_fault_is_named_in_n
     assert covered >= COUNT - 3  # 95 % intervals: fewer with a probability of 3 %
     for seed in range(6):
         assert diagnose(read(bearing, cage_slip=0.0, seed=100 + seed, fault=False)).state in ("healthy", "undecided")
-
-
-def test_the_prior_of_the_slip_widens_with_the_window() -> None:
-    """A peak 2 % off, no stronger than by chance, may be a line that slips by up to 3 %, not one by up to 1 %."""
-    assert probability(0.02, 0.0, 0.05, half=0.03) < 0.01
-    assert probability(0.02, 0.0, 0.05, half=0.03, largest_slip=0.03) > 0.4
-    assert probability(0.001, 0.0, 1.0, largest_slip=0.002) == probability(0.001, 0.0, 1.0)
 
 
 def test_the_healthy_record_is_read_with_the_same_windows() -> None:
