@@ -39,7 +39,6 @@ from srbval.report.blocks import Figure, FigureGrid, Paragraph
 from srbval.report.findings.stored import ShownResult
 from srbval.report.sections.matrix import matrix_section
 from srbval.report.sections.other_rigs import other_rigs_section
-from srbval.storage.stored_result import DIAGNOSIS, RECORD_VERDICTS
 from tests.recordings import files
 
 LINE_PCT = 0.06  # the interval of a line read from two seconds of the impulse model
@@ -92,7 +91,7 @@ def known(defect: str, line: str) -> DefectEffects:
     )  # fmt: skip
 
 
-NO_RATES = {RECORD_VERDICTS: SimpleNamespace(content=None)}
+NO_RATES = {"record_verdicts": SimpleNamespace(content=None)}
 KNOWN = Sensitivity(defects=(known("outer", "BPFO"), known("inner", "BPFI")))
 
 
@@ -255,8 +254,8 @@ def test_other_rigs_are_read_apart_from_the_rig(folder: Path) -> None:
     (record,) = read_other_rigs(add(folder).recordings)
     assert (record.dataset, record.state, record.line.name, record.diagnosable) == ("cwru", Fault.INNER, "BPFI", True)
     assert (record.line.detected, record.shown) == (False, False)  # the made file holds noise
-    naming = ShownResult(kind=DIAGNOSIS, command="srbval bench --diagnosis", content=None, origin=None)
-    evidence = SimpleNamespace(other_rigs=(record,), datasets={"cwru": dataset("cwru")}, results={DIAGNOSIS: naming})
+    naming = ShownResult(kind="diagnosis", command="srbval bench --diagnosis", content=None, origin=None)
+    evidence = SimpleNamespace(other_rigs=(record,), datasets={"cwru": dataset("cwru")}, results={"diagnosis": naming})
     (section,) = other_rigs_section(evidence)  # type: ignore[arg-type]
     assert "0 of 1 race faults graded diagnosable (not " in section.appendix[2].text  # type: ignore[union-attr]
     said = " ".join(b.text for b in section.appendix if isinstance(b, Paragraph))

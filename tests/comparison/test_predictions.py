@@ -15,7 +15,6 @@ from srbval.recordings.registry import RegisteredRecording, add, rig_recordings,
 from srbval.report.blocks import Paragraph
 from srbval.report.findings.stored import ShownResult
 from srbval.report.table import Table
-from srbval.storage.stored_result import AMPLITUDES, PREDICTIONS, RIG_BANDS, RIG_INPUTS, WATERFALL
 from srbval.studies.rig_inputs.page import rig_scene_section
 from tests.comparison.test_matrix import BEARING, rig_file
 
@@ -80,10 +79,10 @@ def test_a_record_that_cannot_be_read_has_no_rows(registered: tuple[RegisteredRe
 
 @pytest.mark.parametrize("known", [False, True])
 def test_the_report_states_hash_and_outcome(known: bool, registered: tuple[RegisteredRecording, ...]) -> None:
-    stored = {PREDICTIONS: content() | {"made_utc": datetime.now(UTC).isoformat()}}
+    stored = {"predictions": content() | {"made_utc": datetime.now(UTC).isoformat()}}
     results = {
         kind: ShownResult(kind=kind, command="c", content=stored.get(kind), origin=ORIGIN)
-        for kind in (RIG_INPUTS, RIG_BANDS, AMPLITUDES, WATERFALL, PREDICTIONS)
+        for kind in ("rig_inputs", "rig_bands", "amplitudes", "waterfall", "predictions")
     }
     rows = rows_of_predictions(content(), registered, BEARING) if known else ()
     section = rig_scene_section(SimpleNamespace(results=results, predicted=rows))  # type: ignore[arg-type]

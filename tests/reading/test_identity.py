@@ -28,11 +28,9 @@ def probability(
     return identity_probability(reading, LINE_HZ, speed_ci95, chance, largest_slip)
 
 
-
-
 def test_probability_is_the_share_of_lines_whatever_they_slip() -> None:
     """Lines by the prior, others anywhere, equally strong: of those called p a share p are lines, far off too."""
-    rng, count = np.random.default_rng(3), 20_000
+    rng, count = np.random.default_rng(3), 2000
     slips = SLIP_SPREAD * rng.standard_t(SLIP_FREEDOM, 2 * count)
     slips = slips[np.abs(slips) < HALF][:count]
     places = np.concatenate((slips, rng.uniform(-HALF, HALF, count)))

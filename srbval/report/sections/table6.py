@@ -14,7 +14,7 @@ from srbval.report.findings.findings import Evidence
 from srbval.report.model import Section, VerdictBox
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import FETCH_COMMAND, VERDICT_TONE
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
 
 TEXTS, VERDICT = Texts("table6"), Texts("verdict")
 ANSWER_TONE = {Answer.MET: Tone.GOOD, Answer.MISSED: Tone.BAD, Answer.NOT_RESOLVED: Tone.NEUTRAL}
@@ -44,7 +44,7 @@ def table6_section(evidence: Evidence) -> Section:
     blocks: list[Block] = [
         TEXTS.table(
             "table-6-paper-speed",
-            map(json_object, published),
+            map(to_json, published),
             shaft_rpm=evidence.printed.shaft_rpm,
             computed=[evidence.paper[Fault(row.comparison.fault)].line(row.line.name) for row in published],
         ),
@@ -55,10 +55,10 @@ def table6_section(evidence: Evidence) -> Section:
         return TEXTS.section(*blocks)
     nominal_rpm = evidence.rig[Fault.OUTER].recording.nominal_rpm
     at_rig = TEXTS.table(
-        "table-6-rig-speed", map(json_object, measured), nominal_rpm=nominal_rpm, verdict_tone=VERDICT_TONE
+        "table-6-rig-speed", map(to_json, measured), nominal_rpm=nominal_rpm, verdict_tone=VERDICT_TONE
     )
     parts = TEXTS.table("uncertainty-parts", measured[0].comparison.parts, compared=[r.comparison for r in measured])
-    quantities = TEXTS.table("quantities", map(json_object, evidence.comparisons), verdict_tone=VERDICT_TONE)
+    quantities = TEXTS.table("quantities", map(to_json, evidence.comparisons), verdict_tone=VERDICT_TONE)
     return TEXTS.section(*blocks, at_rig, TEXTS.paragraph("how-to-read"), appendix=(parts, quantities))
 
 
@@ -70,7 +70,7 @@ def _by_source(evidence: Evidence) -> tuple[list[Table6Row], list[Table6Row]]:
 
 def _deviations(evidence: Evidence) -> Figure:
     """Deviations from kinematics of every source in Table 6."""
-    points = [point for row in evidence.rows for point in _points(json_object(row))]
+    points = [point for row in evidence.rows for point in _points(to_json(row))]
     return TEXTS.figure("table6-deviations", partial(deviation_plot, points=points))
 
 

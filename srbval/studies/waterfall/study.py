@@ -22,7 +22,6 @@ from srbval.comparison.compared_quantities import CAGE_RATIO
 from srbval.comparison.comparison import Comparison, QuantityValue
 from srbval.comparison.effects import INPUTS
 from srbval.comparison.predictions import values_of_record
-from srbval.config.strict import read_toml
 from srbval.errors import NumericsError
 from srbval.models.run import Run
 from srbval.models.simulate import Step, simulate
@@ -31,7 +30,8 @@ from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.recordings import Recording
 from srbval.scene import Scene, SensorPath, draws, load_scene, merge, rig_inputs
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
+from srbval.storage.tables import read_toml
 from srbval.studies.harness import Study, StudyResult
 from srbval.studies.rig_amplitudes import BEARING, OF_HEALTHY, WAVES, behind, drawn_paths, line_order, measured
 
@@ -202,7 +202,7 @@ def _run(_: Namespace, progress: Progress) -> StudyResult:
     content = {
         "seconds": SECONDS, "bias": biases_of(paper), "measures": summary, "rows": [row.to_dict() for row in found],
     }  # fmt: skip
-    return StudyResult(name="waterfall", content=content, text=text_rows([json_object(one) for one in summary]))
+    return StudyResult(name="waterfall", content=content, text=text_rows([to_json(one) for one in summary]))
 
 
 STUDY = Study(
