@@ -48,8 +48,9 @@ class SlipInterval:
 def slip_interval() -> SlipInterval:
     """The table that this version was calibrated with (`slip_interval.toml`)."""
     file = importlib.resources.files("srbval.signal") / "slip_interval.toml"
-    table: dict[str, Any] = tomllib.loads(file.read_text(encoding="utf-8"))
-    return SlipInterval(**{key: tuple(value) if isinstance(value, list) else value for key, value in table.items()})
+    table = tomllib.loads(file.read_text(encoding="utf-8"))
+    values: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}
+    return SlipInterval(**values)
 
 
 def walk_share(log_spread: float) -> float:

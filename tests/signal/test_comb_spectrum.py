@@ -41,12 +41,6 @@ def test_a_comb_is_found_where_it_is_and_ranks_high() -> None:
     assert neg_log_rank(evidence, found.placebos(away(found), LINE_HZ, RELATIVE)) > -math.log(1e-4)
 
 
-def test_one_strong_line_is_no_comb() -> None:
-    """Its power is sixteen times that of five lines together, its evidence less."""
-    one, five = combs(noise(1) + lines(1.8)), combs(noise(1) + lines(0.2, 0.2, 0.2, 0.2, 0.2))
-    assert one.highest(LINE_HZ, RELATIVE)[0] < five.highest(LINE_HZ, RELATIVE)[0]
-
-
 def test_on_noise_the_chance_holds() -> None:
     """Windows of pure noise: chances below a tenth come up about that often."""
     chances = []
