@@ -91,9 +91,28 @@ def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | No
         raise ValueError(f"bands differ: {analysis.processed.band_hz}, {healthy.processed.band_hz}.")
     lines = detected_fault_lines(analysis.lines)
     like_fault = next((x for x in lines if is_fault_like(analysis, x)), None)
-    if recording.state is Fault.HEALTHY:
-        return _declared_healthy(lines, like_fault)
-    return _alone(like_fault) if healthy is None else _compared(analysis, lines, healthy, conditions)
+    if healthy is not None and recording.state is not Fault.HEALTHY:
+        return _compared(analysis, lines, healthy, conditions)
+    state, part = _part(like_fault) if like_fault else (None, "")
+    if recording.state is not Fault.HEALTHY:
+        sentence = (
+            "no healthy record of this rig at the same speed and load is registered: "
+            "a line alone cannot tell a fault from the healthy bearing's own lines."
+        )
+        points = f"The {like_fault.name} line points to {part} fault, but " if like_fault else ""
+        sentence = points + sentence if points else sentence[0].upper() + sentence[1:]
+    elif like_fault:
+        sentence = (
+            f"Doubtful: the record is declared healthy, but its {like_fault.name} line is like {part} fault's. "
+            "Check the label before using it as a baseline."
+        )
+    else:
+        shown = f"its {lines[0].name} line is shallow or smooth" if lines else "no race or roller line shows"
+        sentence = f"No fault is called: the record is declared healthy and {shown}; it is a baseline."
+    return BaselineComparison(
+        basis=Basis.DECLARED_HEALTHY if recording.state is Fault.HEALTHY else Basis.LINE_ALONE, sentence=sentence,
+        indicated=state, line=like_fault.name if like_fault else None,
+    )  # fmt: skip
 
 
 def is_fault_like(analysis: Analysis, line: Line) -> bool:
@@ -117,40 +136,6 @@ def _part(line: Line) -> tuple[Fault, str]:
 def _short(ratio: float) -> str:
     """Three digits, never with an exponent a reader has to work out."""
     return f"{float(f'{ratio:.3g}'):,g}"
-
-
-def _declared_healthy(lines: list[Line], like_fault: Line | None) -> BaselineComparison:
-    """Its lines are the baseline; a line like a fault's calls no fault either, but puts the label in doubt."""
-    if like_fault is None:
-        shown = f"its {lines[0].name} line is shallow or smooth" if lines else "no race or roller line shows"
-        return BaselineComparison(
-            basis=Basis.DECLARED_HEALTHY,
-            sentence=f"No fault is called: the record is declared healthy and {shown}; it is a baseline.",
-        )
-    state, part = _part(like_fault)
-    return BaselineComparison(
-        basis=Basis.DECLARED_HEALTHY,
-        sentence=f"Doubtful: the record is declared healthy, but its {like_fault.name} line is like "
-        f"{part} fault's. Check the label before using it as a baseline.",
-        indicated=state,
-        line=like_fault.name,
-    )
-
-
-def _alone(like_fault: Line | None) -> BaselineComparison:
-    rest = (
-        "no healthy record of this rig at the same speed and load is registered: "
-        "a line alone cannot tell a fault from the healthy bearing's own lines."
-    )
-    if like_fault is None:
-        return BaselineComparison(basis=Basis.LINE_ALONE, sentence=rest[0].upper() + rest[1:])
-    state, part = _part(like_fault)
-    return BaselineComparison(
-        basis=Basis.LINE_ALONE,
-        sentence=f"The {like_fault.name} line points to {part} fault, but {rest}",
-        indicated=state,
-        line=like_fault.name,
-    )
 
 
 def _compared(
