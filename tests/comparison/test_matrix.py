@@ -34,7 +34,7 @@ from srbval.reading.lines import RACE_LINES
 from srbval.recordings import Origin, SpeedSource
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import add, rig_recordings
-from srbval.recordings.stand_in import vibration
+from srbval.recordings.synthetic_record import vibration
 from srbval.report.blocks import Figure, FigureGrid, Paragraph
 from srbval.report.findings.stored import ShownResult
 from srbval.report.sections.matrix import matrix_section
