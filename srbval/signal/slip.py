@@ -138,7 +138,7 @@ def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tupl
         amplitude = _amplitudes(sums, number, path_rad)
         phase, variance = _refined(sums, number, path_rad, amplitude)
         residual = modes.contrasts @ phase
-        excess, weight, log_likelihood = _excess_noise(residual / math.sqrt(variance), modes.share)
+        excess, weight, log_likelihood = _excess_noise(residual, variance, modes.share)
         path_rad = phase - modes.contrasts.T @ (modes.noise_share(weight) * residual)
     aligned = np.conj(amplitude)[:, None] * sums * np.exp(-1j * np.outer(number, phase))
     log_evidence = float(2 * aligned.real.sum() - blocks * np.sum(np.abs(amplitude) ** 2)) + log_likelihood
@@ -150,7 +150,7 @@ def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tupl
     return log_evidence, slope, error * half_width(log_spread, blocks, strongest)
 
 
-def _excess_noise(residual: FloatArray, share: FloatArray) -> tuple[float, FloatArray, float]:
+def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> tuple[float, FloatArray, float]:
     """Noise over that of the neighbourhood where residuals clearly show more, with weight and likelihood (`weigh`).
 
     Noise may be higher at a line than next to it, where skirts and sidebands leak into the blocks. It scatters phases
@@ -158,7 +158,7 @@ def _excess_noise(residual: FloatArray, share: FloatArray) -> tuple[float, Float
     """
     tried = []
     for excess in EXCESSES:
-        weight, log_likelihood = weigh(residual / math.sqrt(excess), share)
+        weight, log_likelihood = weigh(residual / math.sqrt(excess * variance), share)
         tried.append((excess, weight, log_likelihood - residual.size * math.log(excess) / 2))
     best = max(tried, key=lambda one: one[2])
     return best if best[2] - tried[0][2] > EXCESS_MARGIN else tried[0]
@@ -243,15 +243,16 @@ def _refined(
     sums: ComplexArray, number: FloatArray, path_rad: FloatArray, amplitude: ComplexArray
 ) -> tuple[FloatArray, float]:
     """Each block's phase [rad], to first order about the path `path_rad` [blocks], and the variance of each [rad2]."""
-    turned = sums * np.exp(-1j * np.outer(number, path_rad))
+    rotation = np.exp(-1j * np.outer(number, path_rad))
     parts = number**2 * np.abs(amplitude) ** 2
     # No less than what noise alone would show.
     least = float(np.min(number**2)) / sums.shape[1]
     used = max(float(parts.sum()), least)
     # Harmonics that are only noise are clipped at zero where they fall below it, but not where they exceed it.
-    raw = number**2 * (np.abs(np.mean(turned, axis=1)) ** 2)
+    raw = number**2 * (np.abs(np.mean(sums * rotation, axis=1)) ** 2)
     information = max(float(np.sum(raw - number**2 / sums.shape[1])), float(parts.max()), used / 10, least)
-    return path_rad + (number @ (np.conj(amplitude)[:, None] * turned).imag) / used, 1 / (2 * information)
+    aligned = np.conj(amplitude)[:, None] * sums * rotation
+    return path_rad + (number @ aligned.imag) / used, 1 / (2 * information)
 
 
 def _amplitudes(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> ComplexArray:
