@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from srbval.bearing.kinematics import FaultOrders
 from srbval.errors import ConfigurationError
-from srbval.storage.tables import Checked, limited, quantity
+from srbval.storage.tables import Limited, limited, quantity
 
 MOST_ROWS = 4
 
@@ -19,7 +19,7 @@ class ElementShape(enum.StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class RollingElements(Checked):
+class RollingElements(Limited):
     """Number in one row, diameters and contact angle; the others matter for contacts alone, and have usual values.
 
     `outer_groove`, `inner_groove`: radius of the groove in which a ball runs over the ball's diameter (0.515 to 0.53

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from srbval.errors import ConfigurationError
-from srbval.storage.tables import Checked, limited, quantity
+from srbval.storage.tables import Limited, limited, quantity
 
 # Axial positions of the three circles of a raceway, in units of the tilt angle (paper, below eq. 17).
 CIRCLES = (0.5, 1.0, 1.5)
@@ -15,7 +15,7 @@ SLIMMEST = 0.85  # of the printed diameter: that share less, and the play that a
 
 
 @dataclass(frozen=True, kw_only=True)
-class SphericalRollerGeometry(Checked):
+class SphericalRollerGeometry(Limited):
     """Table 1 of the paper, in SI, and what follows from it.
 
     The outer raceway is a sphere of radius `raceway_radius_m` about the bearing centre. The profile of

@@ -6,27 +6,23 @@ import math
 from dataclasses import dataclass
 
 from srbval.errors import ConfigurationError
+from srbval.storage.tables import Limited, limited
 
 MOST = 1000  # rolling elements of a row, and passages per shaft revolution
 
 
 @dataclass(frozen=True, kw_only=True)
-class FaultOrders:
+class FaultOrders(Limited):
     """Fault lines per shaft revolution, dimensionless.
 
     `bsf` is the rolling element's spin relative to the cage; a defect on it meets a race twice per
     spin, so its line is ``2xBSF``. `bpfo` + `bpfi` is the number of rolling elements of a row.
     """
 
-    bpfo: float
-    bpfi: float
-    bsf: float
-    ftf: float
-
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not 0 < value <= MOST:
-                raise ConfigurationError(f"order {name} = {value} must be a positive number, at most {MOST}.")
+    bpfo: float = limited(above=0, most=MOST)
+    bpfi: float = limited(above=0, most=MOST)
+    bsf: float = limited(above=0, most=MOST)
+    ftf: float = limited(above=0, most=MOST)
 
     @classmethod
     def from_dimensions(

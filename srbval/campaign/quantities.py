@@ -65,7 +65,7 @@ def _summary(run: Run) -> Iterator[Row]:
 
 def _statistics(run: Run) -> Iterator[Row]:
     """Of the outer ring's vertical acceleration without its mean; the largest penetration, the ring's mean position."""
-    from srbval.models.band_levels import band_rms
+    from srbval.models.sensor import band_rms
     from srbval.reading.pipeline import SIMULATED_BAND_HZ
     from srbval.signal import kurtosis
 

@@ -14,7 +14,6 @@ from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import make_parameters
 from srbval.models.precompile import load_kernels
 from srbval.models.run import Run
-from srbval.models.run_statistics import RunStatistics
 from srbval.models.simulate import static_share
 from srbval.plan.measures import measure
 from srbval.plan.timing import run_all
@@ -80,7 +79,7 @@ def balance(scene: Scene) -> dict[str, float]:
     except ConfigurationError:  # the reference scenes have one: the model is at fault
         return {"ring_um": math.nan, "roller_share": math.nan}
     ring = state[len(state) // 2 - 3 : len(state) // 2]
-    share = static_share(RunStatistics(scene=scene, bearing=bearing), model, ring)
+    share = static_share(scene, model, ring)
     return {"ring_um": float(ring[1]) * 1e6, "roller_share": share}
 
 

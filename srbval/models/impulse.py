@@ -17,19 +17,19 @@ ring does to the pulses, axial load.
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
+from srbval.models.kinematic import Prescribed, passages, prescribed_outputs, refuse_axial
 from srbval.models.outputs import Outputs
 from srbval.models.planar import ring_kernel
 from srbval.models.planar.rung import PlanarRing, make_ring
-from srbval.models.prescribed import Prescribed, passages, refuse_axial
 from srbval.models.run_statistics import RunStatistics
-from srbval.models.simulate import prescribed_outputs
-from srbval.scene import Defect, Scene
+from srbval.scene import Scene
 
 MOST_AT_ONCE = 2_000_000  # samples of pulses worked on together
 # Of a bearing of which only orders are known:
@@ -52,41 +52,35 @@ def _ring_velocity(stats: RunStatistics, samples: int) -> FloatArray:
     if stats.bearing.geometry is None and stats.bearing.elements is None:
         stiffness = scene.housing.stiffness_n_m * np.eye(2)
         return _velocity(scene, scene.housing.mass_kg, stiffness, _assumed_pulses(stats, samples))
-    ring = make_ring(stats)
+    ring = make_ring(scene, stats.bearing)
     balance = ring.balance_m()
     force = np.zeros((samples, 2))
     for number in range(len(scene.defects)):
-        force += _pulses(ring, number, balance, samples)
+        of_defect = np.zeros((samples, 2))
+        time_s, race, angle = _passages(scene, number, ring.motion, ring.kernel.rollers, samples)
+        outwards = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        for table in (i for i, owner in enumerate(ring.defect_of) if owner == number):
+            hit = race == ring.kernel.defects[table, ring_kernel.KIND] % 2
+            _add(ring, table, time_s[hit], outwards[hit], balance, of_defect)
+        force += of_defect
     return _velocity(scene, ring.kernel.mass, ring.stiffness_n_m(balance), force)
 
 
-def _pulses(ring: PlanarRing, number: int, balance_m: FloatArray, samples: int) -> FloatArray:
-    """Force of defect `number` on the ring at each sample, [samples, 2], the ring held at `balance_m`."""
-    scene, motion, rate = ring.scene, ring.motion, ring.scene.output_rate_hz
-    defect = scene.defects[number]
-    jitter = _jitter(scene, number)
-    time_s, race = passages(defect, motion, ring.kernel.rollers, scene.load.zone_rad, samples / rate, jitter)
-    angle = _defect_angle(defect, motion, ring.kernel.rollers, time_s)
-    outwards = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    force = np.zeros((samples, 2))
-    for table in (i for i, owner in enumerate(ring.defect_of) if owner == number):
-        hit = race == ring.kernel.defects[table, ring_kernel.KIND] % 2
-        _add(ring, table, time_s[hit], outwards[hit], balance_m, force)
-    return force
-
-
-def _jitter(scene: Scene, number: int) -> Callable[[int], FloatArray]:
-    """The random parts of defect `number`'s spacings, see `passages`."""
-    random = np.random.default_rng([scene.seed, number])
-    return lambda count: scene.slip_jitter * random.standard_normal(count)
-
-
-def _defect_angle(defect: Defect, motion: Prescribed, rolling_elements: int, time_s: FloatArray) -> FloatArray:
-    """Angle around the bearing at which the defect is at each time [rad]."""
+def _passages(
+    scene: Scene, number: int, motion: Prescribed, rolling_elements: int, samples: int
+) -> tuple[FloatArray, NDArray[np.int64], FloatArray]:
+    """Passages of defect `number`, [k]: times [s], race hit (0 outer, 1 inner), and angle around the bearing [rad]."""
+    defect, zone_rad, random = scene.defects[number], scene.load.zone_rad, np.random.default_rng([scene.seed, number])
+    time_s, race = passages(
+        defect, motion, rolling_elements, zone_rad, samples / scene.output_rate_hz,
+        lambda count: scene.slip_jitter * random.standard_normal(count),
+    )  # fmt: skip
     if defect.kind is Fault.ROLLER:
-        return motion.cage_rad(time_s) + (defect.roller - 1) * 2 * math.pi / rolling_elements
-    turned = motion.shaft_rad(time_s) if defect.kind is Fault.INNER else np.zeros(time_s.shape)
-    return motion.scene.load.zone_rad + defect.angle_rad + turned
+        angle = motion.cage_rad(time_s) + (defect.roller - 1) * 2 * math.pi / rolling_elements
+    else:
+        turned = motion.shaft_rad(time_s) if defect.kind is Fault.INNER else np.zeros(time_s.shape)
+        angle = zone_rad + defect.angle_rad + turned
+    return time_s, race, angle
 
 
 def _add(
@@ -124,12 +118,9 @@ def _assumed_pulses(stats: RunStatistics, samples: int) -> FloatArray:
     scene, bearing = stats.scene, stats.bearing
     refuse_axial(scene)
     motion = Prescribed(scene=scene, orders=bearing.orders)
-    seconds = samples / scene.output_rate_hz
     force = np.zeros((samples, 2))
-    for number, defect in enumerate(scene.defects):
-        jitter = _jitter(scene, number)
-        time_s, _ = passages(defect, motion, bearing.rolling_elements, scene.load.zone_rad, seconds, jitter)
-        angle = _defect_angle(defect, motion, bearing.rolling_elements, time_s)
+    for number in range(len(scene.defects)):
+        time_s, _, angle = _passages(scene, number, motion, bearing.rolling_elements, samples)
         away = np.cos(angle - scene.load.zone_rad)
         load_n = motion.radial_n(time_s) * HIGHEST_SHARE / bearing.rolling_elements
         strength = load_n * np.maximum(away, 0.0) ** LINE_CONTACT

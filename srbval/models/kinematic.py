@@ -1,21 +1,144 @@
-"""Kinematics only: a click whenever a rolling element of a purely rolling bearing passes a defect.
+"""Motion prescribed as in pure rolling, the passages of defects in it, and the least model: a click at each passage.
+
+The other models below the full one take their motion from here: drive, cage and rollers, see `Prescribed`.
 
 Answers: where the fault lines are, but for slip. Cannot answer anything about heights: its clicks are all alike, of
 one sample and no particular strength, so harmonics, sidebands, noise floor and amplitude mean nothing; nor slip, which
 it takes to be none. A healthy bearing is silent. Needs no geometry: orders are enough.
 """
 
+import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from srbval.models.outputs import Outputs
-from srbval.models.prescribed import Prescribed, passages
+from srbval.arrays import FloatArray
+from srbval.bearing import Fault, FaultOrders
+from srbval.errors import ConfigurationError
+from srbval.models import outputs as col
+from srbval.models.outputs import Outputs, chunks
 from srbval.models.run_statistics import RunStatistics
-from srbval.models.simulate import prescribed_outputs
+from srbval.scene import Defect, Scene
 
 CLICK_M_S2 = 1.0  # of no meaning
+MOST_PASSAGES = 10_000_000  # of a defect in a run that is computed at once
+GRID_S = 1e-3  # on which angles are inverted to times; between, speeds are taken as constant
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prescribed:
+    """Angles and load over the run's time, which starts `Scene.settle_s` before the recorded one.
+
+    Cage and spin from the bearing's orders (Randall 2011, sect. 2.2.3), the cage less the scene's slip.
+    """
+
+    scene: Scene
+    orders: FaultOrders
+
+    def shaft_rad(self, time_s: FloatArray) -> FloatArray:
+        """Shaft angle, zero at the run's start; speed linear between a profile's entries, constant outside."""
+        profile, settle = self.scene.speed_profile, self.scene.settle_s
+        if profile is None:
+            return self.scene.shaft_speed_rad_s * time_s
+        times, speeds = np.array(profile.time_s) + settle, np.array(profile.speed_rad_s)
+        turned = np.concatenate([[0.0], np.cumsum(np.diff(times) * (speeds[1:] + speeds[:-1]) / 2)])
+        turned += speeds[0] * times[0]
+        i = np.clip(np.searchsorted(times, time_s, side="right") - 1, 0, len(times) - 2)
+        slope = (speeds[i + 1] - speeds[i]) / (times[i + 1] - times[i])
+        since = np.clip(time_s, times[0], times[-1]) - times[i]
+        inside = turned[i] + (speeds[i] + slope * since / 2) * since
+        outside = np.minimum(time_s - times[0], 0.0) * speeds[0] + np.maximum(time_s - times[-1], 0.0) * speeds[-1]
+        angle: FloatArray = inside + outside
+        return angle
+
+    def cage_rad(self, time_s: FloatArray) -> FloatArray:
+        """Cage angle."""
+        return self.orders.ftf * (1 - self.scene.cage_slip) * self.shaft_rad(time_s)
+
+    def spun_rad(self, time_s: FloatArray) -> FloatArray:
+        """Angle of the rollers about their axes against their slots; against the shaft's sense."""
+        return -self.orders.bsf * self.shaft_rad(time_s)
+
+    def radial_n(self, time_s: FloatArray) -> FloatArray:
+        """Radial load."""
+        profile = self.scene.load_profile
+        if profile is None:
+            return np.full(time_s.shape, self.scene.load.radial_n)
+        return np.interp(time_s - self.scene.settle_s, profile.time_s, profile.radial_n)
+
+    @property
+    def direction(self) -> FloatArray:
+        """Unit vector of the radial load, [2]."""
+        angle = self.scene.load.direction_rad
+        return np.array([math.cos(angle), math.sin(angle)])
+
+
+def refuse_axial(scene: Scene) -> None:
+    """`ConfigurationError` for an axial load: the planar rungs have no axial motion."""
+    axial = [scene.load.axial_n] if scene.load_profile is None else list(scene.load_profile.axial_n)
+    if any(axial):
+        raise ConfigurationError(
+            f"axial load {max(axial, key=abs):g} N: the {scene.model} model has no axial motion: leave the axial load "
+            "out, or use --model full with a bearing that has a [geometry]."
+        )
+
+
+def passages(
+    defect: Defect,
+    motion: Prescribed,
+    rolling_elements: int,
+    zone_rad: float,
+    seconds: float,
+    jitter: Callable[[int], FloatArray] | None = None,
+) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Rising times of all passages from 0 to `seconds`, a few before and after besides [s]; race hit, 0 outer, 1 inner.
+
+    `jitter` gives k random parts of the spacings, [k], relative to the mean one, added up one after the other: a
+    process of stationary increments (Antoni & Randall 2003, J. Vib. Acoust. 125, 282), whose phase wanders off. None:
+    strictly periodic in the shaft's angle. `ConfigurationError` for more passages than memory is meant for.
+    """
+    grid = np.arange(-20 * GRID_S, seconds + 20 * GRID_S, GRID_S)
+    phase = _phase(defect, motion, rolling_elements, zone_rad, grid)
+    if phase[-1] - phase[0] > MOST_PASSAGES:
+        raise ConfigurationError(
+            f"{phase[-1] - phase[0]:.3g} passages of a defect in {seconds:g} s; the limit of the {motion.scene.model} "
+            f"model is {MOST_PASSAGES:.0e}: shorten the run, or use --model full."
+        )
+    numbers = np.arange(np.ceil(phase[0]), np.floor(phase[-1]) + 1)
+    wander = np.zeros(len(numbers)) if jitter is None else np.cumsum(jitter(len(numbers)))
+    time_s = np.interp(numbers + wander, phase, grid)
+    roller, inner = defect.kind is Fault.ROLLER, int(defect.kind is Fault.INNER)
+    race = numbers.astype(np.int64) % 2 if roller else np.full(len(numbers), inner)
+    return time_s, race
+
+
+def _phase(
+    defect: Defect, motion: Prescribed, rolling_elements: int, zone_rad: float, time_s: FloatArray
+) -> FloatArray:
+    """Number of passages so far, rising; whole at each one. A roller's defect meets the outer race at even ones."""
+    fixed = defect.angle_rad + zone_rad
+    per_turn = rolling_elements / (2 * np.pi)
+    if defect.kind is Fault.OUTER:
+        return (motion.cage_rad(time_s) - fixed) * per_turn
+    if defect.kind is Fault.INNER:
+        return (fixed + motion.shaft_rad(time_s) - motion.cage_rad(time_s)) * per_turn
+    return -(motion.spun_rad(time_s) + defect.angle_rad) / np.pi
+
+
+def prescribed_outputs(
+    stats: RunStatistics, settle: int, motion: Prescribed, acceleration: FloatArray, started: float
+) -> Iterator[tuple[int, Outputs]]:
+    """Outputs of a rung that is computed at once since `started`: `acceleration` in the plane, [whole, 2]."""
+    whole, rate = len(acceleration), stats.scene.output_rate_hz
+    out = np.full((whole, col.COUNT), np.nan)
+    out[:, [col.ACCELERATION_X, col.ACCELERATION_Y]], out[:, col.ACCELERATION_Z] = acceleration, 0.0
+    out[:, col.CAGE_SPEED] = np.diff(motion.cage_rad(np.arange(whole + 1) / rate)) * rate
+    stats.wall_s += time.perf_counter() - started
+    for first, count in chunks(settle, whole, 0, rate):
+        yield first, Outputs(out=out[first : first + count])
 
 
 def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:

@@ -3,6 +3,7 @@
 `srbval.models.simulate.signals` gives the columns their names for users.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -26,6 +27,9 @@ ACCELERATION, DISPLACEMENT = slice(0, 3), slice(3, 6)
 CAGE_TILT, RING_FORCE = slice(7, 9), slice(9, 12)
 ENERGY = slice(13, 21)  # powers and energies, in the order of `run.EnergyFlow`
 
+CHUNK_S = 0.02  # simulated time between two reports of progress
+CHUNK_STEPS = 500_000  # at most; a run can be interrupted between two chunks only
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Outputs:
@@ -39,3 +43,19 @@ class Outputs:
     spin_rad_s: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     load_n: FloatArray = field(default_factory=lambda: np.zeros((0, 2, 0, 3)))
     sensor_m_s2: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+
+def chunks(settle: int, whole: int, per_detail: int, rate_hz: float, steps: int = 1) -> Iterator[tuple[int, int]]:
+    """First interval, of so many `steps`, and length of each chunk.
+
+    One ends where settling does, details fall on a chunk's start.
+    """
+    length = max(1, min(round(CHUNK_S * rate_hz), CHUNK_STEPS // steps))
+    if per_detail:
+        length = -(-length // per_detail) * per_detail
+    first = 0
+    while first < whole:
+        end = settle if first < settle else whole
+        count = min(length, end - first)
+        yield first, count
+        first += count

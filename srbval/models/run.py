@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from srbval.models.step_error import StepError
 
-AMPLITUDES = "amplitudes and the noise floor"
-
 
 class RunStatus(enum.StrEnum):
     """How a run ended. The `usable` ones are what the scene's bearing does; the others are failures of the numerics.
@@ -59,7 +57,7 @@ class RunSummary:
     the shaft's drive puts in, `energy_imbalance` work in less stored less lost, as a share of what was lost, both NaN
     where a model has no energies. `step_error`: what the step leaves, None where it was not estimated; `check_wall_s`:
     what that, or choosing the step, took; `band_rms_m_s2`: along the sensor's axis, by the names of
-    `band_levels.BANDS_HZ`.
+    `scene.BANDS_HZ`.
     """
 
     scene: Scene
@@ -145,21 +143,21 @@ class Run(RunSummary):
 
         Notebooks show what this returns; ``savefig`` writes it.
         """
-        from srbval.models.band_levels import along_sensor
+        from srbval.models.sensor import along_sensor
         from srbval.report.figures.run import run_picture
 
         return run_picture(
             self.time_s, along_sensor(self.acceleration_m_s2), self.cage_rad_s / self.scene.shaft_speed_rad_s,
-            title=self._in_words,
+            title=self._title,
         )  # fmt: skip
 
+    def __repr__(self) -> str:
+        return f"<Run {self.status}: {self._title}, {self.seconds:.4g} s, cage {self.cage_ratio:.5f} of the shaft>"
+
     @property
-    def _in_words(self) -> str:
+    def _title(self) -> str:
         scene = self.scene
         return f"{scene.model} model, {scene.bearing}, {scene.defect.kind.label}, {60 * scene.shaft_hz:.5g} rpm"
-
-    def __repr__(self) -> str:
-        return f"<Run {self.status}: {self._in_words}, {self.seconds:.4g} s, cage {self.cage_ratio:.5f} of the shaft>"
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,7 +184,7 @@ def not_validated(scene: Scene) -> tuple[str, ...]:
 
     A bearing counts as validated that has the geometry of the paper's, whatever it is called.
     """
-    found = [AMPLITUDES]
+    found = ["amplitudes and the noise floor"]
     bearing = bearing_of_run(scene)
     if bearing is None or bearing.geometry != load_bearing(DEFAULT_BEARING).geometry:
         found.append(f"the bearing {scene.bearing}: the models were held against the {DEFAULT_BEARING} alone")

@@ -128,23 +128,18 @@ def _plain(value: object) -> str:
     return str(value.value) if isinstance(value, enum.Enum) else str(value)
 
 
-def _own_bearing(scene: Scene) -> dict[str, Any]:
-    """What a reader needs of the bearing to find its lines, wherever the bearing's own file is by then."""
-    bearing = bearing_of_run(scene)
-    if bearing is None:
-        return {}
-    said = {key: getattr(bearing, key) for key in ("name", "title", "source", "rolling_elements")}
-    return {f"bearing_{key}": value for key, value in (said | vars(bearing.orders)).items()}
-
-
 def _attributes(run: RunSummary) -> dict[str, Any]:
-    scene = run.scene
+    scene, known = run.scene, {}
+    bearing = bearing_of_run(scene)
+    if bearing is not None:  # what a reader needs of it to find its lines, wherever the bearing's own file is by then
+        known = {key: getattr(bearing, key) for key in ("name", "title", "source", "rolling_elements")}
+        known |= vars(bearing.orders)
     return {
         "srbval_kind": "run",
         "name": f"{scene.model} model, {scene.defect.kind.scene_word} defect, {scene.shaft_hz * 60:.6g} rpm",
         "unit": "m/s2",
         "bearing": scene.bearing,
-        **_own_bearing(scene),
+        **{f"bearing_{key}": value for key, value in known.items()},
         "state": scene.defect.kind.value,
         "shaft_speed_hz": scene.shaft_hz,
         "radial_n": scene.load.radial_n,

@@ -8,13 +8,12 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
 from srbval.models import outputs as col
-from srbval.models.band_levels import BandLevels, along_sensor
 from srbval.models.full.point_cloud import DEEPEST_M
 from srbval.models.health import HealthIndicators, assess
 from srbval.models.ladder import rung_of
 from srbval.models.run import RunSummary
-from srbval.models.sensor_filter import SensorFilter
-from srbval.models.step_error import StepError, with_step_error
+from srbval.models.sensor import BandLevels, SensorFilter, along_sensor
+from srbval.models.step_error import StepError
 from srbval.scene import Scene
 
 
@@ -120,7 +119,7 @@ class RunStatistics:
 
         What the sensor shows of it [m/s2], one a row.
         """
-        self.finite = self.finite and self.all_finite(out)
+        self.finite = self.finite and self._all_finite(out)
         self.samples += len(out)
         self.cage += float(out[:, col.CAGE_SPEED].sum())
         self.drive_w += float(out[:, col.DRIVE_POWER].sum())
@@ -135,51 +134,44 @@ class RunStatistics:
         self.levels.add(shown)
         return shown
 
-    def unfit(self, out: FloatArray) -> bool:
-        """Do these rows already show that the run is beyond recovery?"""
-        return not self.all_finite(out) or float(out[:, col.DEEPEST].max()) > DEEPEST_M
+    def lost(self, out: FloatArray) -> bool:
+        """Do these rows show that the run is beyond recovery, so that going on would be a waste?"""
+        return not self._all_finite(out) or float(out[:, col.DEEPEST].max()) > DEEPEST_M
 
-    @property
-    def lost(self) -> bool:
-        """Is the run beyond recovery, so that going on would be a waste?"""
-        return not self.finite or self.deepest_m > DEEPEST_M
-
-    def all_finite(self, out: FloatArray) -> bool:
-        """Is every quantity finite that the scene's model has?"""
+    def _all_finite(self, out: FloatArray) -> bool:
         return bool(np.all(np.isfinite(out[..., rung_of(self.scene.model).columns])))
 
     def summary(self) -> RunSummary:
         """Figures and status of all that was added."""
         scene, n = self.scene, max(self.samples, 1)
-        mean_shaft = scene.mean_shaft_rad_s
-        ratio = self.cage / n / mean_shaft if mean_shaft else math.nan
-        share = self.load_share(self.force_n / n, scene.mean_radial_n)
-        imbalance = self.energy.imbalance(1 / scene.output_rate_hz)
-        direction = self.direction()
+        mean_shaft, interval_s = scene.mean_shaft_rad_s or math.nan, 1 / scene.output_rate_hz
+        direction = load_direction(scene)
         with np.errstate(all="ignore"):  # of a state that is not finite
-            missing_n = self.momentum.missing_n(scene.mean_radial_n * direction, 1 / scene.output_rate_hz)
+            missing_n = self.momentum.missing_n(scene.mean_radial_n * direction, interval_s)
+        ratio, imbalance = self.cage / n / mean_shaft, self.energy.imbalance(interval_s)
+        share = load_share(scene, self.force_n / n, scene.mean_radial_n)
         indicators = HealthIndicators(
-            finite=self.finite, deepest_m=self.deepest_m, limit_m=DEEPEST_M, cage_ratio=ratio,
-            rolling_ratio=self.bearing.orders.ftf, load_share=share, balanced_share=self.balanced_share,
-            energy_imbalance=imbalance, idle_share=self.idle / n, step_s=self.step_s, step_limit_s=self.step_limit_s,
-            default_limit_s=self.default_limit_s,
-            vouched=self.step_error is not None and not (self.step_error.certain or self.step_error.open),
-            missing_n=float(missing_n @ direction),
-            cage_course=tuple(speed / (mean_shaft or math.nan) for speed in self.cage_course),
+            finite=self.finite, deepest_m=self.deepest_m, limit_m=DEEPEST_M, rolling_ratio=self.bearing.orders.ftf,
+            load_share=share, balanced_share=self.balanced_share, idle_share=self.idle / n, step_s=self.step_s,
+            step_limit_s=self.step_limit_s, default_limit_s=self.default_limit_s, step_error=self.step_error,
+            missing_n=float(missing_n @ direction), cage_course=tuple(w / mean_shaft for w in self.cage_course),
+            cage_ratio=ratio, energy_imbalance=imbalance,
         )  # fmt: skip
-        status, reason = with_step_error(*assess(scene, indicators), self.step_error)
+        status, reason = assess(scene, indicators)
         return RunSummary(
             scene=scene, rolling_elements=self.bearing.rolling_elements, status=status, reason=reason,
-            samples=self.samples, cage_ratio=ratio, roller_load_share=share, energy_imbalance=imbalance,
-            drive_power_w=self.drive_w / n, wall_s=self.wall_s, compile_s=self.compile_s,
-            check_wall_s=self.check_wall_s, step_error=self.step_error, band_rms_m_s2=self.levels.rms(),
+            samples=self.samples, roller_load_share=share, drive_power_w=self.drive_w / n, wall_s=self.wall_s,
+            compile_s=self.compile_s, check_wall_s=self.check_wall_s, step_error=self.step_error,
+            band_rms_m_s2=self.levels.rms(), cage_ratio=ratio, energy_imbalance=imbalance,
         )  # fmt: skip
 
-    def load_share(self, force_n: FloatArray, radial_n: float) -> float:
-        """Part of a radial load that a force of the rollers on the ring carries; NaN without a load."""
-        return float(-force_n @ self.direction()) / radial_n if radial_n else math.nan
 
-    def direction(self) -> FloatArray:
-        """Of the radial load, a unit vector [3]."""
-        angle = self.scene.load.direction_rad
-        return np.array([math.cos(angle), math.sin(angle), 0.0])
+def load_share(scene: Scene, force_n: FloatArray, radial_n: float) -> float:
+    """Part of a radial load that a force of the rollers on the ring, [3], carries; NaN without a load."""
+    return float(-force_n @ load_direction(scene)) / radial_n if radial_n else math.nan
+
+
+def load_direction(scene: Scene) -> FloatArray:
+    """Of the scene's radial load, a unit vector [3]."""
+    angle = scene.load.direction_rad
+    return np.array([math.cos(angle), math.sin(angle), 0.0])

@@ -21,18 +21,15 @@ from srbval.models import outputs as col
 from srbval.models.health import default_solver
 from srbval.models.kernel_cache import WITHOUT_KERNELS, precompile
 from srbval.models.ladder import rung_of
-from srbval.models.outputs import Outputs
-from srbval.models.prescribed import Prescribed
+from srbval.models.outputs import Outputs, chunks
 from srbval.models.run import EnergyFlow, Run, RunSummary
-from srbval.models.run_statistics import MomentumBalance, RunStatistics
+from srbval.models.run_statistics import MomentumBalance, RunStatistics, load_share
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
 
 if TYPE_CHECKING:
     from srbval.models.full.parameters import Parameters
 
-CHUNK_S = 0.02  # simulated time between two reports of progress
-CHUNK_STEPS = 500_000  # at most; a run can be interrupted between two chunks only
 COPIES = 3  # of the signals that are in memory at once when they are put together
 
 
@@ -166,10 +163,11 @@ def _recorded(stats: RunStatistics, progress: Progress) -> Iterator[Outputs]:
     whole = settle + scene.samples
     for first, steps in rung.run(stats, settle, whole):
         progress("Simulate", (first + len(steps.out)) / whole)
-        if first >= settle or stats.unfit(steps.out):
+        lost = stats.lost(steps.out)
+        if first >= settle or lost:
             shown = stats.add(steps.out)
             yield steps if scene.sensor_path is None else replace(steps, sensor_m_s2=shown)
-        if stats.lost:
+        if lost:
             return
 
 
@@ -184,7 +182,7 @@ def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[
     stats.compile_s += precompile(scene.model)
     run = full_run(scene, stats.bearing)
     model = run.model
-    stats.balanced_share = static_share(stats, model, run.state[layout_of(run.state).ring])
+    stats.balanced_share = static_share(scene, model, run.state[layout_of(run.state).ring])
     stats.momentum = MomentumBalance(
         mass_kg=model.ring_mass, stiffness_n_m=model.housing_stiffness, damping_ns_m=model.housing_damping,
         weight_n=-model.ring_mass * model.gravity,
@@ -204,37 +202,8 @@ def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[
         yield first, steps
 
 
-def static_share(stats: RunStatistics, model: Parameters, ring_m: FloatArray) -> float:
+def static_share(scene: Scene, model: Parameters, ring_m: FloatArray) -> float:
     """Part of the radial load that the rollers carry with the ring at rest at `ring_m`, [3]; NaN without a load."""
     load_n = float(model.drive.load[1, 0])
     push = np.array([model.drive.direction_cosine, model.drive.direction_sine, 0.0]) * load_n
-    return stats.load_share(model.housing_stiffness * ring_m - push, load_n)  # what the spring does not carry
-
-
-def prescribed_outputs(
-    stats: RunStatistics, settle: int, motion: Prescribed, acceleration: FloatArray, started: float
-) -> Iterator[tuple[int, Outputs]]:
-    """Outputs of a rung that is computed at once since `started`: `acceleration` in the plane, [whole, 2]."""
-    whole, rate = len(acceleration), stats.scene.output_rate_hz
-    out = np.full((whole, col.COUNT), np.nan)
-    out[:, [col.ACCELERATION_X, col.ACCELERATION_Y]], out[:, col.ACCELERATION_Z] = acceleration, 0.0
-    out[:, col.CAGE_SPEED] = np.diff(motion.cage_rad(np.arange(whole + 1) / rate)) * rate
-    stats.wall_s += time.perf_counter() - started
-    for first, count in chunks(settle, whole, 0, rate):
-        yield first, Outputs(out=out[first : first + count])
-
-
-def chunks(settle: int, whole: int, per_detail: int, rate_hz: float, steps: int = 1) -> Iterator[tuple[int, int]]:
-    """First interval, of so many `steps`, and length of each chunk.
-
-    One ends where settling does, details fall on a chunk's start.
-    """
-    length = max(1, min(round(CHUNK_S * rate_hz), CHUNK_STEPS // steps))
-    if per_detail:
-        length = -(-length // per_detail) * per_detail
-    first = 0
-    while first < whole:
-        end = settle if first < settle else whole
-        count = min(length, end - first)
-        yield first, count
-        first += count
+    return load_share(scene, model.housing_stiffness * ring_m - push, load_n)  # what the spring does not carry

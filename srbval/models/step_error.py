@@ -15,19 +15,16 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
 from srbval.models import outputs as col
-from srbval.models.band_levels import BANDS_HZ, along_sensor, band_squares
 from srbval.models.full_run import FullRun, full_run
-from srbval.models.health import CAUTION
 from srbval.models.ladder import rung_of
-from srbval.models.run import Run, RunStatus
+from srbval.models.sensor import along_sensor, band_squares
 from srbval.models.step_limit import elastic_limit_s
-from srbval.scene import Scene
+from srbval.scene import BANDS_HZ, Scene
 
 BlockMeans = dict[str, FloatArray]  # of samples, [BLOCKS], by what an error is in; of the bands of the squares
 CAGE, DRIVE_POWER = "mean cage speed", "drive power"  # beside the RMS in each band
 KINDS = {CAGE: "cage", DRIVE_POWER: "drive_power"}  # the others are of kind "band_rms"
 TOLERANCE = {"cage": 1e-5, "band_rms": 0.05, "drive_power": 0.05}  # relative
-SLIDING = 0.01  # in cage speed, where it slides or rattles: it is then told to a per cent, not read to five digits
 SIGNIFICANT = 1.0  # standard errors beyond a tolerance, for which a finer step is chosen
 CERTAIN = 2.0  # those for which a run is called inaccurate: one in six is beyond one of them by chance
 ORDER = 0.2  # of an estimate, by which it is unsure: second order would leave 16/15 d in place of 4/3 d
@@ -76,9 +73,9 @@ class StepError:
     estimates: tuple[Estimate, ...]
 
     @property
-    def beyond(self) -> tuple[Estimate, ...]:
-        """What is beyond its tolerance."""
-        return tuple(estimate for estimate in self.estimates if estimate.beyond)
+    def beyond(self) -> bool:
+        """Is any of them beyond its tolerance?"""
+        return any(estimate.beyond for estimate in self.estimates)
 
     @property
     def certain(self) -> tuple[Estimate, ...]:
@@ -121,12 +118,14 @@ class StepError:
 
 
 def _mean(own: Estimate, expected: Estimate | None) -> Estimate:
-    variances = own.scatter**2, math.inf if expected is None else expected.scatter**2 + (0.5 * expected.error) ** 2
-    if expected is None or not all(0 < v < math.inf for v in variances):
+    if expected is None:
         return own
-    share = variances[1] / sum(variances)
+    variance, of_expected = own.scatter**2, expected.scatter**2 + (0.5 * expected.error) ** 2
+    if not (0 < variance < math.inf and 0 < of_expected < math.inf):
+        return own
+    share = of_expected / (variance + of_expected)
     error = share * own.error + (1 - share) * expected.error
-    return replace(own, error=error, scatter=math.sqrt(share * variances[0]))
+    return replace(own, error=error, scatter=math.sqrt(share * variance))
 
 
 def step_error(scene: Scene, bearing: Bearing) -> StepError:
@@ -135,7 +134,7 @@ def step_error(scene: Scene, bearing: Bearing) -> StepError:
     With a profile of the speed or load: at its highest. Raises what a run's start raises, see `simulate`.
     """
     steady = _steady(scene)
-    return _error_of(_Piece(steady, bearing, full_run(steady, bearing)))
+    return _Piece(steady, bearing, full_run(steady, bearing)).error()
 
 
 def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
@@ -149,7 +148,7 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
     limit_s = elastic_limit_s(run.method, run.model, run.state) or math.inf
     start = run.with_finer_steps(max(1, math.ceil(run.step_s / limit_s)))
     piece = _Piece(steady, bearing, start.with_finer_steps(1))
-    steps, error = start.steps_per_output, _error_of(piece)
+    steps, error = start.steps_per_output, piece.error()
     for level in range(1, LEVELS + 1):
         for finer in (1, 2, FINER):
             if not error.with_steps(finer).beyond:
@@ -158,28 +157,8 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
             steps *= FINER
             if error.lost:
                 piece = _Piece(steady, bearing, start.with_finer_steps(FINER**level))
-                error = _error_of(piece).with_coarser(error)
-            else:
-                error = _error_of(piece, FINER**level).with_coarser(error)
+            error = piece.error(1 if error.lost else FINER**level).with_coarser(error)
     return _with_steps(scene, steps * FINER), error.with_steps(FINER)
-
-
-def with_step_error(status: RunStatus, reason: str, error: StepError | None) -> tuple[RunStatus, str]:
-    """Status and reason of a run that is otherwise of this `status`, once its step's error counts."""
-    if error is None or not status.usable:
-        return status, reason
-    slides = [e for e in error.certain if status is not RunStatus.OK and e.kind == "cage" and abs(e.error) <= SLIDING]
-    beyond = [e for e in error.certain if e not in slides]
-    if beyond:
-        return RunStatus.INACCURATE, (
-            f"{reason}; but the step of {error.step_s * 1e6:.4g} us leaves errors beyond the tolerance: "
-            f"{'; '.join(map(str, beyond))}"
-        )
-    if error.open or slides:
-        joint = "; " if CAUTION in reason else f"; {CAUTION}"
-        told = "; ".join(map(str, (*slides, *error.open)))
-        return status, f"{reason}{joint}the step's error is not established: {told}"
-    return status, reason
 
 
 def _with_steps(scene: Scene, per_output: int) -> Scene:
@@ -209,36 +188,21 @@ class _Piece:
         run.advance(0, self.settle)
         self.known: dict[int, BlockMeans] = {}
 
-    def means(self, finer: int) -> BlockMeans:
-        """Means of the piece with so many times finer steps."""
-        if finer not in self.known:
-            settling = round(SETTLED * self.length)
-            out = self.run.with_finer_steps(finer).advance(self.settle, self.length).out[settling:]
-            self.known[finer] = block_means(
-                self.rate_hz, cage_rad_s=out[:, col.CAGE_SPEED], acceleration_m_s2=out[:, col.ACCELERATION],
-                drive_w=out[:, col.DRIVE_POWER],
-            )  # fmt: skip
-        return self.known[finer]
+    def error(self, finer: int = 1) -> StepError:
+        """Errors of steps `finer` times finer than the run's."""
+        for times in (finer, FINER * finer):
+            if times not in self.known:
+                out = self.run.with_finer_steps(times).advance(self.settle, self.length).out
+                out = out[round(SETTLED * self.length) :]
+                self.known[times] = block_means(
+                    self.rate_hz, out[:, col.CAGE_SPEED], out[:, col.ACCELERATION], out[:, col.DRIVE_POWER]
+                )
+        step_s = self.run.step_s / finer
+        found = StepError(step_s=step_s, estimates=differences(self.known[finer], self.known[FINER * finer]))
+        return replace(found.with_steps((FINER - 1) / FINER), step_s=step_s)
 
 
-def _error_of(piece: _Piece, finer: int = 1) -> StepError:
-    """Errors of so many times finer steps than the piece's run has."""
-    estimates = differences(piece.means(finer), piece.means(FINER * finer))
-    error = StepError(step_s=piece.run.step_s / finer, estimates=estimates)
-    return replace(error.with_steps((FINER - 1) / FINER), step_s=error.step_s)
-
-
-def means_of(run: Run) -> BlockMeans:
-    """Means of `BLOCKS` equal parts of what a run recorded; see `block_means`."""
-    return block_means(
-        run.scene.output_rate_hz, cage_rad_s=run.cage_rad_s, acceleration_m_s2=run.acceleration_m_s2,
-        drive_w=run.energy.drive_w,
-    )  # fmt: skip
-
-
-def block_means(
-    fs_hz: float, *, cage_rad_s: FloatArray, acceleration_m_s2: FloatArray, drive_w: FloatArray
-) -> BlockMeans:
+def block_means(fs_hz: float, cage_rad_s: FloatArray, acceleration_m_s2: FloatArray, drive_w: FloatArray) -> BlockMeans:
     """Means of `BLOCKS` equal parts of a run of [n] samples; a band that does not lie below half the rate is left out.
 
     Left out too where an acceleration is not finite.
@@ -264,8 +228,7 @@ def _difference(of: str, first: FloatArray, second: FloatArray) -> Estimate:
 
     def error(means: FloatArray) -> FloatArray:
         ratio = means[0] / means[1]
-        found: FloatArray = np.sign(ratio) * np.abs(ratio) ** power - 1
-        return found
+        return np.asarray(np.sign(ratio) * np.abs(ratio) ** power - 1)
 
     def scatter(means: FloatArray) -> float:
         blocks = means.shape[1]

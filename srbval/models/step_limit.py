@@ -8,9 +8,9 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.models.full.drive_kernel import shaft_motion
+from srbval.models.full.equilibrium import rolling_speeds
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.slices_kernel import law_at_speed
-from srbval.models.full.start import rolling_speeds
 from srbval.models.full.state import layout_of
 from srbval.models.full.steps import rates
 from srbval.models.solvers import Method

@@ -21,10 +21,11 @@ from srbval.comparison.budget import VERDICT
 from srbval.comparison.compared_quantities import CAGE_RATIO
 from srbval.comparison.comparison import RIG_READING, Comparison, QuantityValue
 from srbval.errors import DataError
-from srbval.models.band_levels import BANDS_HZ, ORDER
+from srbval.models.sensor import ORDER
 from srbval.reading.pipeline import choose_tracking, one_signal, process
 from srbval.recordings import Origin, Recording
 from srbval.recordings.datasets.srbval_files import SENSOR
+from srbval.scene import BANDS_HZ
 from srbval.signal import LEAST_SNR, NORMAL_95, drop_ends, end_s, kurtosis, phase_randomised, power_density
 
 PATH, NUMERICS, SURFACES = "path to the sensor", "numerics: step, slices and starts", "waves on races and rollers"

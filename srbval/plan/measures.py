@@ -8,8 +8,8 @@ import numpy as np
 import scipy.fft
 
 from srbval.arrays import FloatArray
-from srbval.models.band_levels import band_rms, hann
 from srbval.models.run import Run
+from srbval.models.sensor import band_rms, hann
 from srbval.reading.pipeline import SIMULATED_BAND_HZ, process
 from srbval.recordings import recording_from_run
 from srbval.signal import Spectrum

@@ -4,19 +4,57 @@ A rectangular pulse of length tau, repeated at f, lacks its harmonic 1 / (f tau)
 envelope spectra the missing one is found where the heights change sign.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from srbval.bearing import load_bearing
-from srbval.models.planar.pulse import Pulse, pulse_of
+import numpy as np
+
+from srbval.bearing import RACE_DEFECTS, load_bearing
+from srbval.errors import ConfigurationError
+from srbval.models.planar import ring_kernel
+from srbval.models.planar.rung import make_ring
 from srbval.models.run import Run
 from srbval.plan.questions import line_heights
 from srbval.reading.analyse import analyse
 from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.recordings import recording_from_run
+from srbval.scene import Scene
 
 HARMONICS = 10
+FELT = 0.01  # of a pulse's height: where it begins and ends
 WIDE_BAND_HZ = (300.0, 3300.0)  # preserves a pulse's shape: more than ten times BPFO on either side of its middle
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pulse:
+    """Force pulse of a race's defect under a roller in the middle of the load zone, the ring held.
+
+    `length_m` along the race from where it is first felt to where it is last; `pitch_m` between two rollers there.
+    """
+
+    length_m: float
+    pitch_m: float
+
+    @property
+    def share(self) -> float:
+        """Pulse length over the passing period, f tau of eq. (20): the same at every speed."""
+        return self.length_m / self.pitch_m
+
+
+def pulse_of(scene: Scene) -> Pulse:
+    """The pulse of the scene's first defect, on a race; `ConfigurationError` where there is none."""
+    if scene.defect.kind not in RACE_DEFECTS:
+        raise ConfigurationError(f"defect {scene.defect.kind.scene_word}: only a race's defect has a pulse length.")
+    ring = make_ring(scene, load_bearing(scene.bearing))
+    zone = np.array([math.cos(scene.load.zone_rad), math.sin(scene.load.zone_rad)])
+    at = (-float(ring.balance_m() @ zone) - ring.kernel.bump_start) / ring.kernel.bump_step
+    pulse = ring.kernel.bumps[0, round(at)]
+    felt = np.flatnonzero(pulse > FELT * pulse.max())
+    return Pulse(
+        length_m=2 * float(felt[-1]) * float(ring.kernel.defects[0, ring_kernel.POSITION_STEP]),
+        pitch_m=2 * math.pi * float(ring.kernel.defects[0, ring_kernel.RACE_RADIUS]) / ring.kernel.rollers,
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

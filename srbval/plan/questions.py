@@ -18,8 +18,8 @@ from srbval.arrays import FloatArray
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.comparison.comparison import QuantityValue
 from srbval.errors import DataError
-from srbval.models.band_levels import along_sensor
 from srbval.models.run import Run
+from srbval.models.sensor import along_sensor
 from srbval.path import amplitudes
 from srbval.plan.measures import measure, smooth_mean
 from srbval.reading.analyse import Analysis, analyse

@@ -3,10 +3,9 @@
 from srbval.bearing import Bearing
 from srbval.errors import ConfigurationError
 from srbval.models.full.parameters import geometry_of
+from srbval.models.kinematic import refuse_axial
 from srbval.models.ladder import Rung
 from srbval.models.planar.rung import make_ring
-from srbval.models.prescribed import refuse_axial
-from srbval.models.run_statistics import RunStatistics
 from srbval.scene import Scene
 
 IN_THE_PLANE = ("impulse", "planar")
@@ -23,7 +22,7 @@ def refusal(rung: Rung, scene: Scene, bearing: Bearing) -> str | None:
         elif rung.name in IN_THE_PLANE:
             refuse_axial(scene)
             if bearing.pitch_diameter_m is not None:
-                make_ring(RunStatistics(scene=scene, bearing=bearing))
+                make_ring(scene, bearing)
     except ConfigurationError as error:
         return str(error)
     return None

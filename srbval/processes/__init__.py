@@ -1,1 +1,1 @@
-"""Child processes that answer requests and can be killed at any moment: work that may hang, crash or take too much."""
+"""Worker processes, which may hang, crash or be killed at any moment; what this process may use of the machine."""

@@ -1,6 +1,6 @@
-"""A child process that answers one request at a time: both ends of its pipes.
+"""A worker process that answers one call at a time: both ends of its pipes.
 
-The child ends when its input does, in the middle of an answer if need be, so it never outlives its parent; code that
+The worker ends when its input does, in the middle of an answer if need be, so it never outlives its parent; code that
 holds the interpreter all that time is ended with the request's limit. What libraries print there goes to standard error
 and never between the answers.
 """

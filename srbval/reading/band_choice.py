@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from srbval.bearing import Bearing, Fault
 from srbval.errors import ConfigurationError
-from srbval.models.band_levels import BANDS_HZ
 from srbval.reading.lines import Line
 from srbval.reading.pipeline import SIMULATED_BAND_HZ, one_signal
 from srbval.recordings import Origin, Recording, ShaftSpeed
+from srbval.scene import BANDS_HZ
 from srbval.scene.similar import size_of
 from srbval.signal import Kurtogram, is_improbable, kurtogram, normalise
 

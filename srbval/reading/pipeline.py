@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
 from srbval.errors import ConfigurationError
-from srbval.models.band_levels import BANDS_HZ, SENSOR_ANGLE_RAD
 from srbval.recordings import Recording, ShaftSpeed, SpeedSource
+from srbval.scene import BANDS_HZ, SENSOR_ANGLE_RAD
 from srbval.signal import (
     NORMAL_95,
     BandFilter,

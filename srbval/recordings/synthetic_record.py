@@ -15,9 +15,9 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFAULT_BEARING, Fault, FaultOrders, load_bearing
 from srbval.errors import ConfigurationError
-from srbval.models.band_levels import BANDS_HZ
 from srbval.recordings.load import load_recording
 from srbval.recordings.recording import Recording
+from srbval.scene import BANDS_HZ
 from srbval.storage.hdf5_files import Variable, write_hdf5
 
 FS_HZ = 20480.0  # the rig's

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from srbval.bearing import Fault
 from srbval.bearing.geometry import LEAST_OSCULATION
 from srbval.errors import ConfigurationError
-from srbval.storage.tables import Checked, limited, quantity
+from srbval.storage.tables import Limited, limited, quantity
 
 MOST_FRICTION = 100.0  # far above any material's; beyond it the step's arithmetic overflows
 
 
 @dataclass(frozen=True, kw_only=True)
-class Housing(Checked):
+class Housing(Limited):
     """Housing: point mass on the outer ring, spring and damper to ground in all three directions."""
 
     mass_kg: float = quantity("mass", least=0)
@@ -22,7 +22,7 @@ class Housing(Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Bodies(Checked):
+class Bodies(Limited):
     """Masses: `density_kg_m3` of rollers and outer ring, `cage_mass_kg` of all `cages` (not in the paper).
 
     Two cages, one for each row, turn independently and tilt together.
@@ -50,7 +50,7 @@ class RollerFit(enum.StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Contact(Checked):
+class Contact(Limited):
     """Contact between one raceway point and one roller (paper, eqs 18 and 19, Table 4).
 
     `stiffness_n_m` and `damping_ns_m` are per point, so `points_per_circle` is part of the stiffness.
@@ -84,7 +84,7 @@ class Traction(enum.StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class LineContact(Checked):
+class LineContact(Limited):
     """Contact of a roller and a race along the roller, for the slices model alone.
 
     It is cut into so many `slices`; `damping_s` is the time constant of its damper on the slope of its force. With
@@ -110,7 +110,7 @@ class LoadPath(enum.StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Load(Checked):
+class Load(Limited):
     """External force on the outer ring: `radial_n` along `direction_rad` in the x-y plane, `axial_n` along z.
 
     The load zone lies opposite to the direction of the force. `gravity` adds the weight of rollers, outer ring and
@@ -138,7 +138,7 @@ class DefectShape(enum.StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Defect(Checked):
+class Defect(Limited):
     """A localized defect on one circle of a raceway, or on one roller where that circle runs.
 
     Positive heights are bumps towards the other surface (the paper), negative ones pits. Without `extent_m` it is

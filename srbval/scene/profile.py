@@ -11,7 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from srbval.errors import ConfigurationError
-from srbval.storage.tables import Checked, quantity
+from srbval.storage.tables import Limited, quantity
 
 CLOSEST_S = 1e-9  # two entries; nearer, the slope between them may overflow
 
@@ -27,7 +27,7 @@ def _check_table(what: str, time_s: Sequence[float], *columns: Sequence[float]) 
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Profile(Checked):
+class _Profile(Limited):
     """A table over `time_s`, two or more entries that rise; `WHAT` names it in messages."""
 
     WHAT: ClassVar[str]

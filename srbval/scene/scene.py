@@ -13,7 +13,7 @@ from srbval.scene.parts import Bodies, Contact, Defect, Housing, LineContact, Lo
 from srbval.scene.profile import LoadProfile, SpeedProfile
 from srbval.scene.sensor_path import SensorPath
 from srbval.scene.surface import Surface
-from srbval.storage.tables import Checked, limited, quantity
+from srbval.storage.tables import Limited, limited, quantity
 
 STEP_TOLERANCE = 1e-6  # how far an output interval may be from a whole number of steps, relative
 MOST_PER_OUTPUT = 100_000  # steps; within an output interval a run cannot be interrupted
@@ -24,7 +24,7 @@ MOST_DEFECTS = 20  # each with a table of its own, which takes seconds to make
 
 
 @dataclass(frozen=True, kw_only=True)
-class SolverSettings(Checked):
+class SolverSettings(Limited):
     """Time integration: the method's name and its fixed step."""
 
     name: str
@@ -37,7 +37,7 @@ def step_text(steps_per_s: float) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Scene(Checked):
+class Scene(Limited):
     """One case: a bearing at a speed under a load, with or without a defect, and how it is simulated.
 
     `settle_s` is simulated first and not recorded. `output_rate_hz` is the rate of the recorded signals; an

@@ -20,14 +20,16 @@ from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
 from srbval.errors import ConfigurationError
-from srbval.storage.tables import Checked, limited, quantity
+from srbval.storage.tables import Limited, limited, quantity
 
+SENSOR_ANGLE_RAD = math.pi / 4  # from x to y; Giraudo et al. 2025, Sensors 25, 2419, sect. 5
+BANDS_HZ = {"500-1500": (500.0, 1500.0), "1400-2800": (1400.0, 2800.0)}  # the same: simulated and measured signals
 MOST_MODES = 3  # that 2 s of an output can tell apart
 DRAWS, SEED = 400, 5  # of the parameters, for what their uncertainty does to a level
 
 
 @dataclass(frozen=True, kw_only=True)
-class PathMode(Checked):
+class PathMode(Limited):
     """A mode: its undamped `frequency_hz`, `damping_ratio`, and `gain`, which may be negative."""
 
     frequency_hz: float = quantity("frequency", least=1, most=1e6)
@@ -36,7 +38,7 @@ class PathMode(Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SensorPath(Checked):
+class SensorPath(Limited):
     """A path: the `direct` gain d and up to three `modes`, good within `low_hz` to `high_hz`, and its `source`.
 
     `covariance` is that of ln d and, mode by mode, ln f, ln zeta, g, [1 + 3 modes, 1 + 3 modes]; empty where nothing is

@@ -22,7 +22,7 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.errors import ConfigurationError
-from srbval.storage.tables import Checked, limited, quantity, read_toml
+from srbval.storage.tables import Limited, limited, quantity, read_toml
 
 HALF = math.sqrt(math.log(2) / math.pi)  # a profile filter lets half of its cut-off's wave pass, ISO 16610-21
 RA_OVER_RQ = math.sqrt(2 / math.pi)  # of normal heights
@@ -52,7 +52,7 @@ class Roughness:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Surface(Checked):
+class Surface(Limited):
     """Waves of the races and rollers, from `shortest` to `longest`, of random phase, drawn by the scene's seed.
 
     `outer_waviness`, `inner_waviness`, `roller_waviness`: RMS height of those waves, on each row of a race and each

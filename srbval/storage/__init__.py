@@ -1,1 +1,1 @@
-"""Files: written whole or not at all, strict JSON, this program's own HDF5 layout."""
+"""Files: written whole or not at all, strict JSON and TOML, HDF5 with checksums; results with what they depend on."""

@@ -3,7 +3,7 @@
 A field declared with `quantity(dimension)` is named with its SI unit (``radial_n``). Its table may say
 ``radial_n = 124800.0`` (a number, SI) or ``radial = "124.8 kN"`` (text with a unit); a bare number
 under the unit-less key is refused, so no file can be read in the wrong unit. Fields with limits belong to a class
-`Checked`, which checks them however it is made, by `dataclasses.replace` too.
+`Limited`, which checks them however it is made, by `dataclasses.replace` too.
 """
 
 import dataclasses
@@ -39,7 +39,7 @@ LONG_KEY = re.compile(rf"(?<![\w-]){KEY_PART}(?:[ \t]*\.[ \t]*{KEY_PART}){{{LONG
 def limited(
     *, above: float | None = None, least: float | None = None, most: float | None = None, **options: Any
 ) -> Any:
-    """Declare a field of a `Checked` class with limits of its number, or of every number in its tuple."""
+    """Declare a field of a `Limited` class with limits of its number, or of every number in its tuple."""
     metadata = options.pop("metadata", {}) | {"limits": (above, least, most)}
     return dataclasses.field(metadata=metadata, **options)
 
@@ -49,7 +49,7 @@ def quantity(dimension: str, **options: Any) -> Any:
     return limited(metadata={"dimension": dimension}, **options)
 
 
-class Checked:
+class Limited:
     """Base of dataclasses with limits; a value beyond them, or that no machine has, is a `ConfigurationError`."""
 
     def __post_init__(self) -> None:
@@ -66,10 +66,15 @@ def _check(owner: object, field: dataclasses.Field[Any], number: float) -> None:
     above, least, most = field.metadata["limits"]
     if (above is None or number > above) and (least is None or number >= least) and (most is None or number <= most):
         return
-    low = "" if above is least is None else f"above {above:g}" if least is None else f"{least:g} or more"
-    words = " and ".join(filter(None, [low, "" if most is None else f"at most {most:g}"]))
+    if most is None:
+        words = "be positive" if above == 0 else "not be negative" if least == 0 else f"be {least:g} or more"
+    elif least is None:
+        words = f"be at most {most:g}" if above is None else f"be above {above:g} and at most {most:g}"
+    else:
+        words = f"be between {least:g} and {most:g}"
     table = re.sub("(?<=[a-z])(?=[A-Z])", "_", type(owner).__name__).lower()
-    raise ConfigurationError(f"{table} {field.name} = {number} must be {words}.")
+    value = f"{number:.9g}" if isinstance(number, float) else str(number)
+    raise ConfigurationError(f"{table} {field.name} = {value} must {words}.")
 
 
 def read_toml(path: Path) -> dict[str, Any]:

@@ -7,11 +7,12 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from srbval.models.band_levels import band_rms
+from srbval.models.health import SLIDING
 from srbval.models.run import RunStatus
 from srbval.models.run_file import scene_content
+from srbval.models.sensor import band_rms
 from srbval.models.simulate import Step
-from srbval.models.step_error import SLIDING, TOLERANCE, Estimate, differences, means_of
+from srbval.models.step_error import TOLERANCE, Estimate, block_means, differences
 from srbval.plan.measures import smooth_mean
 from srbval.plan.timing import Attempt, Ended, run_all
 from srbval.progress import Progress
@@ -97,7 +98,8 @@ def outcome_of(tried: Attempt, wall_s: float) -> RunOutcome:
         cage_ratio = smooth_mean(run.cage_rad_s) / scene.mean_shaft_rad_s
         measured = [cage_ratio, run.roller_load_share, band, run.energy_imbalance]
         if run.samples == scene.samples and np.all(np.isfinite(run.acceleration_m_s2)):
-            means = {name: values.tolist() for name, values in means_of(run).items()}
+            blocks = block_means(scene.output_rate_hz, run.cage_rad_s, run.acceleration_m_s2, run.energy.drive_w)
+            means = {name: values.tolist() for name, values in blocks.items()}
     return RunOutcome(
         status=tried.status, reason=tried.reason, **dict(zip(MEASURED, measured, strict=True)),
         seconds=scene.duration_s, settle_s=scene.settle_s, wall_s=wall_s, means=means,

@@ -12,9 +12,8 @@ from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.comparison.comparison import QuantityValue
 from srbval.comparison.effects import INPUTS
 from srbval.errors import DataError, NumericsError
-from srbval.models.band_levels import along_sensor
 from srbval.models.run import Run
-from srbval.models.sensor_filter import SensorFilter
+from srbval.models.sensor import SensorFilter, along_sensor
 from srbval.models.simulate import Step, simulate
 from srbval.path.amplitudes import (
     NUMERICS,

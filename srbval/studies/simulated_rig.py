@@ -9,7 +9,7 @@ import scipy.signal
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault, load_bearing
-from srbval.models.sensor_filter import SensorFilter
+from srbval.models.sensor import SensorFilter
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
 from srbval.scene import PathMode, SensorPath
 

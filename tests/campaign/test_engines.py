@@ -48,7 +48,7 @@ def reference(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "energy-open",
         "step-too-long",
     }
-    assert reasons[3] == ("refused", "radial_n = -3000.0 must not be negative.")
+    assert reasons[3] == ("refused", "load radial_n = -3000 must not be negative.")
     assert reasons[5][0] == "refused"
     assert "has no [geometry]" in reasons[5][1]
     return folder

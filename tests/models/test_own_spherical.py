@@ -21,7 +21,7 @@ LIKE = {
     "24160": (500, 200, 24, 12.5, 200.0, 46.0, 76.0),
 }
 LINE_PCT = 0.1  # of the line that the run's own cage speed gives
-RPM = (300.0, 710.0, 1500.0)
+OTHERS = (("full", 300.0), ("full", 1500.0), ("slices", 710.0))
 
 
 def bearing_file(name: str, folder: Path) -> Path:
@@ -66,11 +66,13 @@ def test_what_the_scene_leaves_open_goes_with_the_size(name: str, tmp_path: Path
     assert stated.load.radial_n == 5e3
 
 
-CASES = [(model, name, rpm) for model, rpm in [*(("full", rpm) for rpm in RPM), ("slices", 710.0)] for name in LIKE]
+# All sizes at the paper's speed; the others and the slices model with the smallest and the largest.
+ENDS = ("22212", "24160")
+CASES = [*(("full", name, 710.0) for name in LIKE), *((model, name, rpm) for name in ENDS for model, rpm in OTHERS)]
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(0)
 @pytest.mark.parametrize(("model", "name", "rpm"), CASES)
 def test_five_bearings_run_with_defaults(model: str, name: str, rpm: float, tmp_path: Path) -> None:
-    check(bearing_file(name, tmp_path), model, rpm, max(1.0, 1200 / rpm))
+    check(bearing_file(name, tmp_path), model, rpm, max(0.8, 600 / rpm))

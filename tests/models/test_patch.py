@@ -14,8 +14,7 @@ from srbval.models.full import columns as col
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters, make_parameters, roller_diameter_m
 from srbval.models.full.steps import rates
-from srbval.models.line import line_parameters
-from srbval.models.patch import Patch, Piece, patches, piece
+from srbval.models.line import Patch, Piece, line_parameters, patches, piece
 from srbval.models.simulate import simulate
 from srbval.plan.measures import measure
 from srbval.plan.questions import Question, answers
@@ -69,12 +68,6 @@ def test_force_is_the_dense_limit_of_the_points(patch: Patch, depth_m: float) ->
     assert patch.force_n(np.array([depth_m]))[0] == pytest.approx(limit, rel=LIMIT)
 
 
-def test_force_grows_with_the_power_three_halves(patch: Patch) -> None:
-    one, four = patch.force_n(np.array([1e-5, 4e-5]))
-    assert four / one == pytest.approx(8)
-    assert patch.force_n(np.array([-1e-5]))[0] == 0
-
-
 def test_damper_is_that_of_the_touching_points(patch: Patch) -> None:
     depth, count = 3e-5, MILLION
     touching = 2 * math.sqrt(2 * depth / patch.curvature_1_m) / (2 * math.pi * patch.race_radius_m / count)
@@ -82,8 +75,8 @@ def test_damper_is_that_of_the_touching_points(patch: Patch) -> None:
     assert patch.damper_ns_m(np.array([depth]))[0] == pytest.approx(touching * per_point, rel=EXACT)
 
 
-@pytest.mark.parametrize("middle_m", [0.0, 1e-3, 3e-3])
-@pytest.mark.parametrize("depth_m", [-5e-5, 0.0, 3e-5])
+@pytest.mark.parametrize("middle_m", [0.0, 3e-3])
+@pytest.mark.parametrize("depth_m", [-5e-5, 3e-5])
 @pytest.mark.parametrize("shape", ["flat", "cosine"])
 def test_a_raised_piece_adds_what_its_points_do(patch: Patch, depth_m: float, middle_m: float, shape: str) -> None:
     defect = {"kind": "outer", "height": "0.1 mm", "extent": "3 mm", "shape": shape}

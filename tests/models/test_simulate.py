@@ -9,21 +9,20 @@ import numpy as np
 import pytest
 
 from srbval.bearing import load_bearing
-from srbval.errors import ConfigurationError, DataError
+from srbval.errors import DataError
 from srbval.models.health import HealthIndicators, assess
 from srbval.models.run import Run, RunStatus
 from srbval.models.run_file import write_run
-from srbval.models.run_statistics import RunStatistics
+from srbval.models.run_statistics import RunStatistics, load_direction
 from srbval.models.simulate import Step, full_model, simulate, simulate_to_file
-from srbval.recordings import Origin, load_recording, recording_from_run
+from srbval.models.step_error import Estimate, StepError
+from srbval.recordings import load_recording
 from srbval.scene import RollerFit, paper_scene
 
 # Coulomb friction on three circles that cannot all roll: 0.4314; the band is what play and defects change.
 CAGE_RATIO = (0.4308, 0.4320)
 ROUNDING = 1e-12  # of a sum of two frequencies
 AVERAGE, AVERAGE_M_S2 = 1e-6, 1e-6  # differences of velocities over an interval, against the mean of four finer ones
-DISSIPATED_W = 1e-9  # damping takes energy out; rounding may give so much back
-SHARE_OF_METHODS = 0.1  # of the load that rattling rollers carry: a mean over half a second of impacts
 ALL = 0.01  # of the load, where the bearing alone carries it
 SLOW_CAGE = 0.005  # of a cage that slows down: 0.002 between imex2's steps, 0.02 to twice the paper's
 MOMENTUM_N = 1.0  # of 125 kN; the last displacements are no means
@@ -33,6 +32,9 @@ GOOD = {
     "cage_ratio": 0.4314, "rolling_ratio": 0.4304, "load_share": 0.05, "balanced_share": 0.06, "deepest_m": 2e-5,
     "limit_m": 1e-4, "finite": True, "energy_imbalance": -0.04,
 }  # fmt: skip
+
+
+TOO_COARSE = StepError(step_s=1e-5, estimates=(Estimate(kind="band_rms", of="RMS", error=0.2, scatter=0.0),))
 
 
 @pytest.fixture(scope="module")
@@ -66,20 +68,7 @@ def test_output_is_the_mean_of_finer_output() -> None:
     assert coarse.acceleration_m_s2 == pytest.approx(averaged, rel=AVERAGE, abs=AVERAGE_M_S2)
 
 
-def test_the_same_scene_gives_the_same_run() -> None:
-    scene = paper_scene(duration="0.02 s", settle="0.01 s")
-    first, second = simulate(scene), simulate(scene)
-    assert np.array_equal(first.acceleration_m_s2, second.acceleration_m_s2)
-
-
-def test_progress_reaches_the_end() -> None:
-    seen: list[float | None] = []
-    simulate(paper_scene(duration="0.05 s", settle="0.01 s"), progress=lambda _, fraction: seen.append(fraction))
-    assert seen[-1] == 1.0
-    assert seen == sorted(seen)
-
-
-@pytest.mark.parametrize(("solver", "factor"), [("ode1", 2), ("ode1", 4), ("ode2", 4)])
+@pytest.mark.parametrize(("solver", "factor"), [("ode1", 2), ("ode2", 4)])
 def test_silent_failures_are_caught(solver: str, factor: int) -> None:
     """Rollers thrown clear, acceleration zero, no NaN: must not look like a quiet bearing."""
     scene = paper_scene(duration="0.5 s", output_rate="15360 Hz", solver={"name": solver, "step_s": factor / 61_440})
@@ -107,69 +96,33 @@ def test_silent_failures_are_caught(solver: str, factor: int) -> None:
         ({"load_share": 0.031, "energy_imbalance": -0.09}, RunStatus.OK),
         ({"load_share": 0.029, "energy_imbalance": 0.09}, RunStatus.ROLLERS_UNLOADED),
         ({"energy_imbalance": -0.11}, RunStatus.ENERGY_OPEN),
-        ({"energy_imbalance": -0.11, "vouched": True}, RunStatus.OK),
-        ({"energy_imbalance": -0.21, "vouched": True}, RunStatus.ENERGY_OPEN),
+        ({"energy_imbalance": -0.11, "step_error": StepError(step_s=1e-5, estimates=())}, RunStatus.OK),
+        ({"energy_imbalance": -0.21, "step_error": StepError(step_s=1e-5, estimates=())}, RunStatus.ENERGY_OPEN),
         ({"energy_imbalance": math.nan}, RunStatus.OK),
         ({"step_s": 1.2e-5, "step_limit_s": 1e-5}, RunStatus.STEP_TOO_LONG),
         ({"step_s": 1.05e-5, "step_limit_s": 1e-5}, RunStatus.OK),
         ({"step_s": 1.0, "step_limit_s": math.inf}, RunStatus.OK),
         ({}, RunStatus.OK),
+        ({"step_error": TOO_COARSE}, RunStatus.INACCURATE),
+        ({"step_error": TOO_COARSE, "finite": False}, RunStatus.NOT_FINITE),
     ],
 )
 def test_health(changes: dict[str, object], status: RunStatus) -> None:
     assert assess(paper_scene(), HealthIndicators(**(GOOD | changes)))[0] is status  # type: ignore[arg-type]
 
 
-def test_without_another_path_all_of_the_load_must_be_carried() -> None:
-    """Or it went into moving the ring, which the balance of forces and of energy then shows."""
-    indicators = HealthIndicators(
-        finite=True, deepest_m=2e-5, limit_m=1e-4, cage_ratio=0.4314, rolling_ratio=0.4304, load_share=0.98,
-        balanced_share=1.0, energy_imbalance=-0.17,
-    )  # fmt: skip
-    scene = paper_scene(load={"path": "bearing"})
-    assert assess(scene, indicators)[0] is RunStatus.LOAD_LOST
-    assert assess(scene, replace(indicators, energy_imbalance=0.01))[0] is RunStatus.OK
-
-
-def test_rattling_under_a_light_load_is_no_failure() -> None:
-    """A speed and load of the paper's Table 5; methods and steps agree on what the rollers carry."""
-    light = {"load": {"radial": "62.4 kN"}, "shaft_speed": "457 rpm", "duration": "0.5 s", "defect": {"kind": "none"}}
-    runs = [simulate(paper_scene(**light, solver={"name": name}), step=Step.UNCHECKED) for name in ("imex2", "ode4")]
-    assert [run.status for run in runs] == [RunStatus.ROLLERS_UNLOADED] * 2
-    assert all("the housing spring the rest" in run.reason for run in runs)
-    assert runs[0].roller_load_share == pytest.approx(runs[1].roller_load_share, rel=SHARE_OF_METHODS)
-
-
-def test_an_open_ledger_in_a_speed_ramp_is_a_caution() -> None:
-    indicators = HealthIndicators(
-        finite=True, deepest_m=2e-5, limit_m=1e-4, cage_ratio=0.4314, rolling_ratio=0.4304, load_share=0.05,
-        balanced_share=0.06, energy_imbalance=0.95,
-    )  # fmt: skip
-    ramp = {"time_s": [0.0, 1.0], "speed_rad_s": [30.0, 60.0]}
-    status, reason = assess(paper_scene(speed_profile=ramp, duration="1 s"), indicators)
-    assert status is RunStatus.OK
-    assert "caution" in reason
-
-
-@pytest.mark.parametrize(
-    "changes", [{"model": "ful"}, {"solver": {"name": "ode5"}}, {"bearing": "skf-6205", "model": "full"}]
-)
-def test_what_cannot_be_run_is_refused(changes: dict[str, object]) -> None:
-    with pytest.raises(ConfigurationError):
-        simulate(paper_scene(**changes))
-
-
-def test_a_run_and_its_file_are_the_same_recording(run: Run, tmp_path: Path) -> None:
-    path = tmp_path / "run.h5"
-    write_run(run, path)
-    read, made = load_recording(path), recording_from_run(run)
-    assert read.origin is made.origin is Origin.SIMULATED
-    assert (read.axes, read.fs_hz, read.state, read.bearing, read.unit) == (
-        made.axes, made.fs_hz, made.state, made.bearing, made.unit,
-    )  # fmt: skip
-    assert read.speed == made.speed
-    for axis in "xyz":
-        assert np.array_equal(read.channels[axis], made.channels[axis])
+def test_health_depends_on_the_scene() -> None:
+    """Without another path all of the load must be carried; in a speed ramp an open energy balance is a caution."""
+    bearing = paper_scene(load={"path": "bearing"})
+    ramp = paper_scene(speed_profile={"time_s": [0.0, 1.0], "speed_rad_s": [30.0, 60.0]}, duration="1 s")
+    for scene, changes, status in (
+        (bearing, {"load_share": 0.98, "balanced_share": 1.0, "energy_imbalance": -0.17}, RunStatus.LOAD_LOST),
+        (bearing, {"load_share": 0.98, "balanced_share": 1.0, "energy_imbalance": 0.01}, RunStatus.OK),
+        (ramp, {"energy_imbalance": 0.95}, RunStatus.OK),
+    ):
+        found, reason = assess(scene, HealthIndicators(**(GOOD | changes)))  # type: ignore[arg-type]
+        assert found is status
+        assert ("caution" in reason) == (scene is ramp)
 
 
 def test_a_run_file_opens_in_xarray_with_units(run: Run, tmp_path: Path) -> None:
@@ -238,12 +191,6 @@ def test_energy_closes_as_the_step_shrinks(solver: str, most: float, order: int)
     assert np.log2(left[0] / left[1]) > order - 0.5
 
 
-def test_losses_are_losses(run: Run) -> None:
-    assert (run.energy.friction_w >= 0).all()
-    assert (run.energy.damping_w > -DISSIPATED_W).all()
-    assert (run.energy.housing_w >= 0).all()
-
-
 def test_details_add_up_to_the_force_on_the_ring(run: Run) -> None:
     detailed = simulate(replace(run.scene, duration_s=0.02, detail_rate_hz=1024.0))
     rollers = 38
@@ -294,14 +241,7 @@ def test_a_slow_cage_is_physics_when_it_is_converged() -> None:
     assert 'path = "bearing"' not in fine.reason
 
 
-def test_a_chosen_step_leaves_a_slow_cage_usable() -> None:
-    """Its speed is no line to be read to five digits: what the step leaves there is told, and no failure."""
-    run = simulate(paper_scene(**SLOW), step=Step.AUTO)
-    assert run.status is RunStatus.SKIDDING
-    assert "mean cage speed by" in run.reason.partition("with caution: ")[2]
-
-
-@pytest.mark.parametrize(("solver", "times"), [("imex2", 4), ("ode1", 1), ("ode2", 4)])
+@pytest.mark.parametrize(("solver", "times"), [("imex2", 4), ("ode1", 1)])
 def test_a_failed_run_of_the_same_scene_is_not_called_skidding(solver: str, times: int) -> None:
     failed = simulate(paper_scene(**SLOW, solver={"name": solver, "step_s": times / 61_440}), step=Step.UNCHECKED)
     assert not failed.status.usable
@@ -320,32 +260,8 @@ def test_the_rings_momentum_balances(path: str) -> None:
     stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
     for _, steps in full_model(stats, 0, scene.samples):
         stats.add(steps.out)
-    load_n, interval_s = scene.load.radial_n * stats.direction(), 1 / scene.output_rate_hz
+    load_n, interval_s = scene.load.radial_n * load_direction(scene), 1 / scene.output_rate_hz
     missing_n = stats.momentum.missing_n(load_n, interval_s)
     assert np.abs(missing_n).max() < MOMENTUM_N
     lighter = replace(stats.momentum, weight_n=0.0).missing_n(load_n, interval_s)
     assert lighter[1] - missing_n[1] == pytest.approx(stats.momentum.mass_kg * 9.80665)
-
-
-def test_a_caution_names_a_step_that_is_legal() -> None:
-    open_energy = HealthIndicators(**(GOOD | {"energy_imbalance": 0.09}))  # type: ignore[arg-type]
-    status, reason = assess(paper_scene(), open_energy)
-    assert status is RunStatus.OK
-    assert "with caution: 9% of the losses have no source" in reason
-    assert reason.endswith("take a step of 1/122880 s (8.1380208e-06) (--dt)")
-
-
-def test_the_default_solver_is_advised_where_it_takes_the_step() -> None:
-    for limit_s, advised in ((math.inf, True), (1 / 40_000, False)):
-        lost = GOOD | {"finite": False, "step_s": 1 / 20_480, "step_limit_s": 1 / 50_000, "default_limit_s": limit_s}
-        scene = paper_scene(solver={"name": "ode4", "step_s": 1 / 20_480})
-        reason = assess(scene, HealthIndicators(**lost))[1]  # type: ignore[arg-type]
-        assert ("take the solver imex2" in reason) is advised
-        assert "a step of 1/61440 s (" in reason
-
-
-def test_a_step_beyond_the_contacts_names_the_longest_below() -> None:
-    long = HealthIndicators(**(GOOD | {"step_s": 1 / 20_480, "step_limit_s": 1 / 50_000}))  # type: ignore[arg-type]
-    for model, per_s in (("full", 61_440), ("line", 7 * 20_480)):  # line makes three steps of the scene one
-        scene = paper_scene(model=model, solver={"step_s": 1 / 20_480})
-        assert f"1/{per_s} s (" in assess(scene, long)[1]

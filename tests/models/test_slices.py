@@ -1,4 +1,4 @@
-"""What the slices rung takes from scene and bearing, and that the other rungs leave its values alone."""
+"""What the slices model takes from scene and bearing."""
 
 from __future__ import annotations
 
@@ -11,13 +11,10 @@ import pytest
 from srbval.bearing import SphericalRollerGeometry, load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
-from srbval.models.full.parameters import Parameters, make_parameters
-from srbval.models.line import line_parameters
-from srbval.models.sliced_contact import SlicedContact
-from srbval.models.slices import slice_parameters
+from srbval.models.full.parameters import Parameters
+from srbval.models.slices import SlicedContact, slice_parameters
 from srbval.scene import Scene, paper_scene
 
-OTHERS = {"full": make_parameters, "line": line_parameters}
 STEEL = 35948.0  # N/mm^(10/9) times (L / mm)^(8/9), ISO/TS 16281
 ROUNDING = 1e-12
 
@@ -28,41 +25,8 @@ def geometry(**changes: Any) -> SphericalRollerGeometry:
     return replace(found, **changes)
 
 
-def leaves(value: Any) -> list[Any]:
-    """All numbers and arrays of nested tuples."""
-    return [leaf for part in value for leaf in leaves(part)] if isinstance(value, tuple) else [value]
-
-
-def assert_same(one: Parameters, other: Parameters) -> None:
-    first, second = leaves(one), leaves(other)
-    assert len(first) == len(second)
-    for a, b in zip(first, second, strict=True):
-        assert np.array_equal(a, b) if isinstance(a, np.ndarray) else a == b
-
-
-@pytest.mark.parametrize("model", OTHERS)
-def test_other_rungs_have_the_papers_profiles_whatever_the_osculation(model: str) -> None:
-    """Raceways and rollers of one profile radius, the bearing's osculations and the scene's line contact aside."""
-    scene = paper_scene(defect={"kind": "outer"})
-    plain = OTHERS[model](scene, geometry(outer_osculation=1.0, inner_osculation=1.0))
-    assert plain.law.profile_radius == geometry().raceway_radius_m
-    assert plain.slices is None
-    assert_same(plain, OTHERS[model](scene, geometry(outer_osculation=0.9, inner_osculation=0.95)))
-    changed = {"slices": 31, "outer_osculation": 0.97, "inner_osculation": 0.96, "traction": "lubricated"}
-    assert_same(plain, OTHERS[model](paper_scene(defect={"kind": "outer"}, line_contact=changed), geometry()))
-
-
 def sliced(**line_contact: Any) -> Parameters:
     return slice_parameters(paper_scene(line_contact=line_contact), geometry())
-
-
-def test_osculations_are_the_bearings_unless_the_scene_has_its_own() -> None:
-    bearing = slice_parameters(paper_scene(), geometry(outer_osculation=0.98, inner_osculation=0.96))
-    scene = sliced(outer_osculation=0.98, inner_osculation=0.96)
-    assert_same(bearing, scene)
-    radius = geometry().raceway_radius_m
-    assert scene.law.profile_radius == pytest.approx(0.98 * radius)
-    assert scene.race_radius == pytest.approx((radius, 0.98 / 0.96 * radius))
 
 
 @pytest.mark.parametrize("inner_osculation", [0.93, 0.97, 1.0])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,6 @@ from srbval.bearing import load_bearing
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters, geometry_of, make_parameters
 from srbval.models.ladder import rung_of
-from srbval.models.simulate import simulate
 from srbval.models.solvers import METHODS
 from srbval.models.solvers.linear_stability import longest_step
 from srbval.models.step_limit import elastic_limit_s, stiffest_roller, without_friction
@@ -52,7 +50,7 @@ def test_so_it_does_in_a_bearing_with_two_cages() -> None:
     assert found == pytest.approx(expected, rel=SINGLE_ROLLER)
 
 
-@pytest.mark.parametrize("speed", ["127 rpm", "400 rpm", "1000 rpm", "3000 rpm"])
+@pytest.mark.parametrize("speed", ["127 rpm", "3000 rpm"])
 def test_the_limit_is_that_at_rest(speed: str) -> None:
     """A turning shaft drives points past rollers that they just touch; that is no stiffness."""
     geometry = load_bearing("skf-22240").geometry
@@ -79,13 +77,3 @@ def test_euler_needs_a_step_below_damping_over_stiffness() -> None:
     roller = stiffest_roller(without_friction(model), state)
     expected = roller.damping[0, 0] / roller.stiffness[0, 0]
     assert elastic_limit_s(METHODS["ode1"], model, state) == pytest.approx(expected, rel=EULER)
-
-
-def test_a_run_beyond_its_limit_says_so() -> None:
-    """Also where nothing else has gone wrong yet: here 2 ms."""
-    short = paper_scene(
-        duration="2 ms", settle="0 s", output_rate="12288 Hz", solver={"name": "imex2", "step_s": 5 / 61440}
-    )
-    run = simulate(short)
-    assert not run.ok if hasattr(run, "ok") else run.status.value != "ok"
-    assert math.isfinite(run.cage_ratio)

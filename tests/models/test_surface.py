@@ -23,13 +23,10 @@ from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
 from srbval.models.full.parameters import Parameters, geometry_of, state_layout
 from srbval.models.full.steps import rates
-from srbval.models.full.surface import contact_half_m, felt_share
+from srbval.models.full.surface import felt_share
 from srbval.models.full.surface_kernel import SurfaceHeights
 from srbval.models.ladder import MODELS, rung_of
 from srbval.models.simulate import Step, simulate
-from srbval.plan.plan import make_plan
-from srbval.plan.questions import Question
-from srbval.plan.refusal import refusal
 from srbval.scene import load_scene
 
 ROLLERS, ROW = 38, 19
@@ -175,15 +172,6 @@ def test_a_contact_feels_a_wave_as_an_elastic_half_plane_does(reach: float, phas
     assert felt == pytest.approx(j0(reach) * math.cos(phase))
 
 
-def test_half_a_contacts_length() -> None:
-    """b of 4 P / (pi kappa E*) = 1; waves shorter than 2.6 b are not felt."""
-    modulus = 2.07e11 / (2 * (1 - 0.3**2))
-    assert contact_half_m(math.pi / 4 * modulus * 1e-3, 1e3) == pytest.approx(1e-3)
-    assert (
-        felt_share(2 * math.pi / np.array([2.7, 2.5]), 1.0)[1] == 0.0 < felt_share(np.array([2 * math.pi / 2.7]), 1.0)
-    )
-
-
 def test_a_seed_says_all() -> None:
     def made(seed: int) -> SurfaceHeights:
         scene = load_scene("rig", {"seed": seed, "surface": {"roughness_class": "N3"}})
@@ -203,13 +191,6 @@ def test_a_seed_says_all() -> None:
 def test_models_without_continuous_contacts_refuse(model: str) -> None:
     with pytest.raises(ConfigurationError, match=rf"the model {model} knows no waves .* use --model line or slices"):
         simulate(scene_of(model, roughness_class="N3"), step=Step.UNCHECKED)
-
-
-def test_the_planner_names_no_model_that_refuses() -> None:
-    scene = scene_of(roughness_class="N3")
-    refused = {name: refusal(rung_of(name), scene, load_bearing(scene.bearing)) for name in MODELS}
-    assert {name for name, why in refused.items() if why is None} == set(CONTINUOUS)
-    assert make_plan(scene, question=Question.LINES).chosen in CONTINUOUS
 
 
 @cache
@@ -258,10 +239,3 @@ def test_a_wave_of_the_inner_race_shows_beside_multiples_of_its_passage() -> Non
     expected = 2 * ROW * (shaft_hz - cage_hz) + shaft_hz
     assert strongest == pytest.approx(expected, abs=LINE_BINS / DURATION_S)
     assert share_at(frequency, spectrum, [expected]) > 0.3
-
-
-def test_small_waves_twice_as_high_move_the_ring_twice_as_far() -> None:
-    frequency, small, cage_hz = excited("outer", 2e-8, **ORDER_39_OUTER)
-    _, large, _ = excited("outer", 4e-8, **ORDER_39_OUTER)
-    at = np.argmin(np.abs(frequency - 2 * ROW * cage_hz))
-    assert large[at] / small[at] == pytest.approx(2.0, rel=0.05)

@@ -11,7 +11,7 @@ import pytest
 from srbval.bearing import Fault
 from srbval.comparison.comparison import RIG_READING, ComparisonVerdict, QuantityValue
 from srbval.errors import DataError
-from srbval.models.sensor_filter import SensorFilter
+from srbval.models.sensor import SensorFilter
 from srbval.path.amplitudes import (
     NUMERICS,
     PATH,

@@ -14,7 +14,7 @@ from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.cli import identify_command, main
 from srbval.errors import ConfigurationError
-from srbval.models.sensor_filter import SensorFilter
+from srbval.models.sensor import SensorFilter
 from srbval.path import defect_size as module
 from srbval.path.defect_size import FACTORS, LEVEL_U_DB, DefectSize, Runs, defect_size, size_runs
 from srbval.recordings import Recording

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from srbval.models.band_levels import band_rms
+from srbval.models.sensor import band_rms
 from srbval.plan.measures import Measures, errors_against, harmonic_pattern, noise_floor, scatter, smooth_mean
 from srbval.signal import amplitude_spectrum
 

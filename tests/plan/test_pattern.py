@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from srbval.models.planar.pulse import pulse_of
 from srbval.models.simulate import simulate
-from srbval.plan.pattern import WIDE_BAND_HZ, harmonic_heights, missing_harmonic, missing_of
+from srbval.plan.pattern import WIDE_BAND_HZ, harmonic_heights, missing_harmonic, missing_of, pulse_of
 from srbval.scene import Scene, paper_scene
 
 # The pulse is not rectangular: its transform passes zero a little earlier than the sinc of its whole length.

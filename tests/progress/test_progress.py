@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from srbval.progress import ProgressDisplay, display, prefixed, silent, stage
+from srbval.progress import ProgressDisplay, display, stage
 
 LONGEST_S = 30.0  # on a busy machine a thread may wait long for its turn
 FAST_S = 0.06  # instead of seconds between two lines, so that the tests are short
@@ -73,17 +73,6 @@ def test_a_failed_stage_is_not_reported_as_done() -> None:
     with pytest.raises(KeyError), stage(lambda *call: calls.append(call), "Draw"):
         raise KeyError
     assert calls == [("Draw", None)]
-
-
-def test_a_prefix_stands_before_every_task() -> None:
-    calls: list[tuple[str, float | None]] = []
-    prefixed(lambda *call: calls.append(call), "Bench")("time the solvers", 0.5)
-    assert calls == [("Bench: time the solvers", 0.5)]
-
-
-def test_silence_is_silence(capsys: pytest.CaptureFixture[str]) -> None:
-    silent("x", 1.0)
-    assert capsys.readouterr() == ("", "")
 
 
 def test_many_threads_lose_no_line() -> None:

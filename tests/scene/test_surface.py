@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-import srbval
 from srbval.arrays import FloatArray
 from srbval.cli.arguments import parser
 from srbval.cli.scene_options import scene_of
@@ -20,7 +17,7 @@ from srbval.scene import Surface, load_scene, paper_scene
 from srbval.scene.surface import RoughnessClass, roughness_of
 
 ROUND_M = 0.1  # of a body whose whole roughness is generated
-RA_TOLERANCE = 0.03  # classes are a factor of two apart; 0.017 seen over seeds
+RA_TOLERANCE = 0.03  # classes are a factor of two apart
 HALF = 0.4697  # ISO 16610-21
 
 
@@ -82,13 +79,12 @@ def test_heights_of_a_class_do_not_hang_on_the_size_of_the_body() -> None:
     ("table", "said"),
     [
         ({}, "no height: state roughness_class"),
-        ({"exponent": 1.0}, "no height"),
-        ({"outer_waviness": "-1 um"}, "between 0 and 0.0001 m"),
-        ({"outer_waviness": "1 mm"}, "between 0 and 0.0001 m"),
+        ({"outer_waviness": "-1 um"}, "between 0 and 0.0001"),
+        ({"outer_waviness": "1 mm"}, "between 0 and 0.0001"),
         ({"roughness_class": "N13"}, "'N13' is not known"),
         ({"roughness_class": "N3", "exponent": 3}, "exponent = 3 must be between 0 and 2"),
         ({"roughness_class": "N3", "shortest": "2 mm", "longest": "1 mm"}, "must be below longest"),
-        ({"roughness_class": "N3", "shortest": "1 um"}, "both between 0.0001 and 1 m"),
+        ({"roughness_class": "N3", "shortest": "1 um"}, "shortest_m = 1e-06 must be 0.0001 or more"),
         ({"race_waviness": "1 um"}, "unknown key 'race_waviness'"),
     ],
 )
@@ -114,15 +110,6 @@ def test_a_surface_is_named_as_not_validated() -> None:
     waves = "waves of races and rollers"
     assert waves in not_validated(paper_scene(surface={"roller_waviness": "20 nm"}))
     assert waves not in not_validated(paper_scene())
-
-
-def test_the_guides_surface_is_one() -> None:
-    page = (Path(srbval.__file__).parent / "docs" / "guide" / "scenes.md").read_text(encoding="utf-8")
-    table = tomllib.loads(page.split("```toml\n")[-1].split("```")[0])["surface"]
-    surface = paper_scene(surface=table).surface
-    assert surface is not None
-    assert surface.roughness_class == RoughnessClass("N2")
-    assert surface.inner_waviness_m == pytest.approx(50e-9)
 
 
 def test_options_give_a_class_or_one_height_to_all() -> None:

@@ -87,6 +87,6 @@ def disturbed(model: Parameters, seed: int, cage_angle: float) -> FloatArray:
     y[where.spin] += rng.normal(0, 1.0, where.rollers)
     y[where.cage_rate] += rng.normal(0, [0.5, 0.5, 0.05])
     y[where.ring_rate] += rng.normal(0, 0.01, 3)
-    y[where.lead] += 0.05
-    y[where.lead_rate] += 0.8
+    y[where.relative_angle] += 0.05
+    y[where.relative_rate] += 0.8
     return y

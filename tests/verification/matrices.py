@@ -50,9 +50,9 @@ def mass_matrix(world: World, y: FloatArray) -> FloatArray:
     mass += np.einsum("kja,jab,ljb->kl", p.omega, own, p.omega)
     thin_ring = b.cage_axial / 2 * (np.eye(3) + np.outer(axis, axis))
     mass[where.cage, where.cage] += thin_ring
-    mass[where.lead, where.lead] += b.cage_axial / 2
-    mass[where.cage, where.lead] += b.cage_axial / 2 * axis[:, None]
-    mass[where.lead, where.cage] += b.cage_axial / 2 * axis
+    mass[where.relative_angle, where.relative_angle] += b.cage_axial / 2
+    mass[where.cage, where.relative_angle] += b.cage_axial / 2 * axis[:, None]
+    mass[where.relative_angle, where.cage] += b.cage_axial / 2 * axis
     return mass
 
 

@@ -20,7 +20,7 @@ from tests.verification.harness import FloatArray, Parameters, Scene, geometry, 
 C_L_N_MM = 35948.0  # times L^(8/9), L in mm: N/mm^(10/9)
 PLACES = 240  # midpoints along a roller; three times as many move no load by 1e-5
 FARTHEST_SLIDE_M = 3e-4
-BISECTIONS = 48
+BISECTIONS = 40
 LEAST_SLIP = 1e-9  # m/s, so that no range of slips is empty
 RATIOS = (0.42, 0.445)  # of cage and shaft speed, pure rolling at a roller's ends
 LEAST_RING_N = 1e-2  # where the ring counts as balanced
@@ -155,7 +155,8 @@ class SlicedBearing:
         barrel_s = -out * (profile - self.roller_m)  # centre of the barrel's arc on that side
         off = np.hypot(s_m - barrel_s, x_m)
         depth = np.maximum(profile - off, 0.0)
-        per_m = C_L_N_MM * (1e3 * length) ** (8 / 9) / length * (2e3 * depth) ** (10 / 9)
+        powers = np.power(2e3 * depth, 10 / 9, out=np.zeros_like(depth), where=depth > 0)
+        per_m = C_L_N_MM * (1e3 * length) ** (8 / 9) / length * powers
         normal_s, normal_x = (s_m - barrel_s) / off, x_m / off
         return Contacts(
             force_n=per_m * length / places, s_m=s_m, x_m=x_m, normal_s=normal_s * c - normal_x * s,
@@ -198,14 +199,14 @@ class SlicedBearing:
         ring: FloatArray = 1e-6 * solved.x
         return ring, self.slides(ring)
 
-    def cage_ratio(self, load: FloatArray, shaft_rad_s: float, friction: Friction, turns: FloatArray) -> float:
-        """Cage over shaft speed at which friction has no moment about the shaft, on the mean of cage angles [rad]."""
+    def at_cage_angles(self, load: FloatArray, turns: FloatArray) -> list[tuple[Contacts, FloatArray]]:
+        """Contacts and slides in balance with a force on the ring [N], at each of these cage angles [rad]."""
         cases = []
         for turn in turns:
             turned = replace(self, angle_rad=self.angle_rad + turn)
             ring, slide = turned.balance(load)
             cases.append((turned.contacts(slide, ring), turned.pose(slide, ring)[0]))
-        return balanced_ratio(cases, shaft_rad_s, friction)
+        return cases
 
 
 def balanced_ratio(

@@ -120,7 +120,7 @@ def test_damping_matrix_is_the_jacobian_at_rest() -> None:
 def test_what_the_damping_matrix_leaves_out(case: Case) -> None:
     """The cages turning rollers about their slots, and little of that."""
     cage = layout_of(case.y).cage
-    cages = np.r_[cage, layout_of(case.y).lead]
+    cages = np.r_[cage, layout_of(case.y).relative_angle]
     whole = damping_matrix(case.world, case.time, case.y, about_slot=True)
     left_out = whole - damping_matrix(case.world, case.time, case.y)
     assert 0 < np.abs(left_out[cage, cage]).max() < ABOUT_SLOT * np.abs(whole[cage, cage]).max()

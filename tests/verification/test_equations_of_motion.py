@@ -128,7 +128,7 @@ def test_the_second_cage_turns_by_the_torque_of_its_rollers(case: Case) -> None:
     found += axis @ along_the_motion(case, lambda y: world.lead_momentum(y)[2])
     left = abs(found - torque(push[second], case.expected.torque[second]))
     # with one cage, row 1 drives row 2 or holds it back
-    assert (left <= QUOTIENTS * largest_torque(case)) == (layout_of(case.y).lead_rate.start < len(case.y))
+    assert (left <= QUOTIENTS * largest_torque(case)) == (layout_of(case.y).relative_rate.start < len(case.y))
 
 
 def largest_torque(case: Case) -> float:

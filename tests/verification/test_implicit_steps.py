@@ -86,7 +86,7 @@ def flown(y: FloatArray, seconds: float) -> FloatArray:
     where, on = layout_of(y), y.copy()
     on[where.slide] += seconds * y[where.slide_rate]
     on[where.ring] += seconds * y[where.ring_rate]
-    on[where.lead] += seconds * y[where.lead_rate]
+    on[where.relative_angle] += seconds * y[where.relative_rate]
     turned = Rotation.from_rotvec(seconds * y[where.cage_rate]) * Rotation.from_euler("XYZ", y[where.cage])
     on[where.cage] = turned.as_euler("XYZ")
     return on

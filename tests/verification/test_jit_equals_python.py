@@ -31,7 +31,7 @@ from tests.verification.harness import (
 )
 from tests.verification.slices_reference import slices_model
 
-SEEDS = (1, 2, 3)
+SEEDS = (1, 2)
 SLICED_SEEDS = (1,)  # uncompiled, slices take a second for each state
 SLICED = {
     "slices, healthy": {"kind": "none"},
@@ -112,11 +112,11 @@ def plain(tmp_path_factory: pytest.TempPathFactory) -> dict[str, FloatArray]:
         return dict(results)
 
 
-@pytest.mark.parametrize("kind", SAME)
 @pytest.mark.parametrize("defect", [*DEFECTS, *SLICED])
-def test_compiled_equals_plain(defect: str, kind: str, plain: dict[str, FloatArray]) -> None:
-    limit = (SAME | ROUGHER if defect in SLICED else SAME)[kind]
+def test_compiled_equals_plain(defect: str, plain: dict[str, FloatArray]) -> None:
     for fit in FITS:
         for seed in seeds(defect):
-            found, expected = kinds(defect, fit, seed)[kind], plain[f"{defect}/{fit}/{seed}/{kind}"]
-            assert found == pytest.approx(expected, abs=limit * float(np.abs(expected).max()))
+            for kind, found in kinds(defect, fit, seed).items():
+                expected = plain[f"{defect}/{fit}/{seed}/{kind}"]
+                limit = (SAME | ROUGHER if defect in SLICED else SAME)[kind]
+                assert found == pytest.approx(expected, abs=limit * float(np.abs(expected).max())), (fit, seed, kind)

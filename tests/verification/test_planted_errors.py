@@ -1,14 +1,15 @@
 """A wrong sign or a missing term, planted in the kernels, must make some check fail.
 
-Reason: checks that cannot fail prove nothing. Every row of `planted_errors.toml` is planted alone in a copy of the
-package; the checks named below then run on that copy in a process of its own, uncompiled, which is faster than
-compiling it. The unharmed copy must pass them, and every planted error must fail at least one.
+Reason: checks that cannot fail prove nothing. Every row of `planted_errors.toml` is planted alone, see `planted.py`;
+the checks named below then run in a process of its own, uncompiled, which is faster than compiling it. The unharmed
+kernels must pass them, and every planted error must fail at least one.
 """
 
 from __future__ import annotations
 
+import json
 import os
-import shutil
+import queue
 import subprocess
 import sys
 import tomllib
@@ -20,10 +21,10 @@ from pathlib import Path
 import pytest
 
 import srbval
+from srbval.storage.installation import child_environment
 
 HERE = Path(__file__).parent
-TABLE = HERE / "planted_errors.toml"
-KERNELS = Path("srbval/models/full")
+KERNELS = Path(srbval.__file__).parent / "models" / "full"
 CHECKS = (
     "test_equations_of_motion.py",
     "test_free_motion.py",
@@ -38,7 +39,6 @@ LIKELIEST = {  # run first
 }
 PROCESSES = 2
 FAILED = 1  # exit status of pytest when tests ran and some failed; others mean that they did not run
-LONGEST_S = 120
 
 
 @dataclass(frozen=True)
@@ -51,66 +51,62 @@ class PlantedError:
     new: str
 
 
-ERRORS = [PlantedError(**row) for row in tomllib.loads(TABLE.read_text())["error"]]
-# The short form plants every fourth, which takes some two minutes; SRBVAL_PLANTED=all plants them all.
+ERRORS = [PlantedError(**row) for row in tomllib.loads((HERE / "planted_errors.toml").read_text())["error"]]
+# The short form plants every fourth; SRBVAL_PLANTED=all plants them all.
 PLANTED = ERRORS if os.environ.get("SRBVAL_PLANTED") == "all" else ERRORS[::4]
 UNHARMED = PlantedError("nothing", "motion_kernel.py", "", "")
+Outcome = tuple[int, str]  # exit status of pytest, and what it printed
 
 
 @pytest.fixture(scope="module")
-def outcomes(
-    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[dict[str, Future[subprocess.CompletedProcess[str]]]]:
+def outcomes(request: pytest.FixtureRequest) -> Iterator[dict[str, Future[Outcome]]]:
     """The checks' outcome for each planted error that was asked for and for none, some at once."""
     asked = {item.name for item in request.session.items}
     wanted = [error for error in ERRORS if f"{test_planted_error_is_caught.__name__}[{error.what}]" in asked]
+    command = [sys.executable, "-m", "tests.verification.planted", *(str(HERE / name) for name in CHECKS)]
+    environment = os.environ | child_environment() | {"NUMBA_DISABLE_JIT": "1"}
+    idle: queue.Queue[subprocess.Popen[str]] = queue.Queue()
+    for _ in range(PROCESSES):
+        idle.put(
+            subprocess.Popen(
+                command, cwd=HERE.parents[1], env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+            )
+        )
+
+    def outcome(error: PlantedError) -> Outcome:
+        process = idle.get()
+        assert process.stdin is not None
+        assert process.stdout is not None
+        first = LIKELIEST.get(error.file, CHECKS[0])
+        row = {"file": error.file, "old": error.old, "new": error.new, "first": first}
+        process.stdin.write(json.dumps(row) + "\n")
+        process.stdin.flush()
+        code, text = json.loads(process.stdout.readline())
+        idle.put(process)
+        return code, text
+
     with ThreadPoolExecutor(PROCESSES) as pool:
-        yield {
-            error.what: pool.submit(run_checks, tmp_path_factory.mktemp("planted"), error)
-            for error in (UNHARMED, *wanted)
-        }
+        yield {error.what: pool.submit(outcome, error) for error in (UNHARMED, *wanted)}
+    for _ in range(PROCESSES):
+        idle.get().communicate()  # ends with its input
 
 
-def run_checks(folder: Path, error: PlantedError) -> subprocess.CompletedProcess[str]:
-    """Copy the package and its checks to `folder`, plant the error there, run the checks up to the first failure."""
-    skip = shutil.ignore_patterns("__pycache__")
-    shutil.copytree(Path(srbval.__file__).parent, folder / "srbval", ignore=skip)
-    shutil.copytree(HERE, folder / "tests" / "verification", ignore=skip)
-    (folder / "tests" / "__init__.py").touch()
-    (folder / "pytest.ini").write_text("[pytest]\nmarkers =\n    slow:\n    verification:\n")
-    plant(folder / KERNELS / error.file, error)
-    likeliest_first = sorted(CHECKS, key=lambda name: name != LIKELIEST.get(error.file))
-    checks = [f"tests/verification/{name}" for name in likeliest_first]
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=no", "-rf", "-p", "no:cacheprovider", *checks]
-    return subprocess.run(
-        command, cwd=folder, env=os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(folder)},
-        capture_output=True, text=True, timeout=LONGEST_S, check=False,
-    )  # fmt: skip
-
-
-def plant(path: Path, error: PlantedError) -> None:
-    source = path.read_text()
-    assert error is UNHARMED or source.count(error.old) == 1, f"{error.old!r} in {error.file}"
-    path.write_text(source if error is UNHARMED else source.replace(error.old, error.new))
-
-
-@pytest.mark.parametrize("error", ERRORS, ids=lambda error: error.what)
-def test_anchor_is_found_once(error: PlantedError) -> None:
+def test_anchors_are_found_once() -> None:
     """So that the table follows the code."""
-    source = (Path(srbval.__file__).parents[1] / KERNELS / error.file).read_text()
-    assert source.count(error.old) == 1, f"{error.old!r} in {error.file}"
+    sources = {path.name: path.read_text() for path in KERNELS.glob("*_kernel.py")}
+    assert [error.what for error in ERRORS if sources[error.file].count(error.old) != 1] == []
 
 
 @pytest.mark.slow
-def test_unharmed_copy_passes(outcomes: dict[str, Future[subprocess.CompletedProcess[str]]]) -> None:
-    outcome = outcomes[UNHARMED.what].result()
-    assert outcome.returncode == 0, outcome.stdout + outcome.stderr
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+def test_unharmed_kernels_pass(outcomes: dict[str, Future[Outcome]]) -> None:
+    code, printed = outcomes[UNHARMED.what].result()
+    assert code == 0, printed
 
 
 @pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
 @pytest.mark.parametrize("error", PLANTED, ids=lambda error: error.what)
-def test_planted_error_is_caught(
-    error: PlantedError, outcomes: dict[str, Future[subprocess.CompletedProcess[str]]]
-) -> None:
-    outcome = outcomes[error.what].result()
-    assert outcome.returncode == FAILED, f"no check noticed: {error.what}\n{outcome.stdout}{outcome.stderr}"
+def test_planted_error_is_caught(error: PlantedError, outcomes: dict[str, Future[Outcome]]) -> None:
+    code, printed = outcomes[error.what].result()
+    assert code == FAILED, f"no check noticed: {error.what}\n{printed}"

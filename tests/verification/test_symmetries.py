@@ -140,7 +140,6 @@ def shaft_turned_back() -> Symmetry:
 
 
 SYMMETRIES = {
-    "one pitch": turned_by(1),
     "seven pitches": turned_by(7),
     "rows mirrored": rows_mirrored(),
     "shaft reversed": shaft_turned_back(),

@@ -117,7 +117,7 @@ class World:
     def slots(self, y: FloatArray) -> FloatArray:
         """Slot axes as columns of rotation matrices, [N, 3, 3]: x along the slot, z along the roller."""
         cage = Rotation.from_euler("XYZ", y[layout_of(y).cage])
-        ahead = np.where(self.side < 0, y[layout_of(y).lead].sum(), 0.0)
+        ahead = np.where(self.side < 0, y[layout_of(y).relative_angle].sum(), 0.0)
         return np.array([
             (cage * Rotation.from_euler("z", angle) * Rotation.from_euler("y", -side * self.g.tilt_rad)).as_matrix()
             for angle, side in zip(self.slot_angle + ahead, self.side, strict=True)
@@ -125,7 +125,7 @@ class World:
 
     def cage_omega(self, y: FloatArray) -> FloatArray:
         """Angular velocity of the cage that each roller is in [N, 3]: row 2's own turns about the same axis."""
-        ahead = np.where(self.side < 0, y[layout_of(y).lead_rate].sum(), 0.0)
+        ahead = np.where(self.side < 0, y[layout_of(y).relative_rate].sum(), 0.0)
         omega: FloatArray = y[layout_of(y).cage_rate] + ahead[:, None] * self.cage_axis(y)
         return omega
 
@@ -163,7 +163,7 @@ class World:
         """Kinetic energy of all bodies, energy in gravity and in the housing's spring [J]."""
         where, b = layout_of(y), self.bodies
         kinetic = b.roller * (self.centre_rates(y) ** 2).sum() + (self.roller_omega(y) * self._own_momentum(y)).sum()
-        ahead, along = y[where.lead_rate].sum(), y[where.cage_rate] @ self.cage_axis(y)
+        ahead, along = y[where.relative_rate].sum(), y[where.cage_rate] @ self.cage_axis(y)
         kinetic += y[where.cage_rate] @ self._cage_momentum(y) + b.ring * (y[where.ring_rate] ** 2).sum()
         kinetic += b.cage_axial / 2 * ahead * (along + ahead)  # half of the cages' mass turns so much faster
         weight = b.roller * self.centres(y).sum(axis=0) + b.ring * y[where.ring]
@@ -179,7 +179,7 @@ class World:
     def _cage_momentum(self, y: FloatArray) -> FloatArray:
         omega, axis, b = y[layout_of(y).cage_rate], self.cage_axis(y), self.bodies
         along = (omega @ axis) * axis
-        ahead = b.cage_axial / 2 * y[layout_of(y).lead_rate].sum() * axis
+        ahead = b.cage_axial / 2 * y[layout_of(y).relative_rate].sum() * axis
         own: FloatArray = b.cage_axial / 2 * (omega - along) + b.cage_axial * along + ahead
         return own
 
@@ -188,7 +188,7 @@ class World:
         second, axial = self.side < 0, self.bodies.cage_axial / 2
         axis, where = self.cage_axis(y), layout_of(y)
         along = y[where.cage_rate] @ axis
-        cage = axial / 2 * (y[where.cage_rate] - along * axis) + axial * (along + y[where.lead_rate].sum()) * axis
+        cage = axial / 2 * (y[where.cage_rate] - along * axis) + axial * (along + y[where.relative_rate].sum()) * axis
         return self.bodies.roller * self.centre_rates(y)[second], self._own_momentum(y)[second], cage
 
     def contacts(self, t: float, y: FloatArray) -> Contacts:

@@ -10,7 +10,7 @@ from srbval.models import outputs as out_col
 from srbval.models.full import columns as col
 from srbval.models.full.frames_kernel import cage_axes, cage_tilt, slot_axes
 from srbval.models.full.motion_kernel import right_hand_side
-from srbval.models.full.second_cage_kernel import lead_energy, own_omega, own_turn, turn_of_second
+from srbval.models.full.second_cage_kernel import cage_angle, relative_energy, roller_cage_omega, turn_of_second
 from srbval.models.full.state import state_indices
 from srbval.models.full.step_kernel import clear_mean, leapfrog_of, leapfrog_step, rosenbrock_step, runge_kutta_step
 from srbval.models.jit import exactly_rounded, kernel
@@ -59,9 +59,9 @@ def advance(y, ahead, first_step, step, steps_per_output, method, model, work, r
                 recorder.spins[detail, j] = y[at.spin + j]
         v = at.ring_rate
         v0, v1, v2, turned = y[v], y[v + 1], y[v + 2], y[at.cage + 2]
-        leads = 0.0
-        for m in range(at.lead, half):
-            leads = y[m]
+        relative = 0.0
+        for m in range(at.relative_angle, half):
+            relative = y[m]
         clear_mean(mean)
         out[i, out_col.BODY_ENERGY] = mechanical_energy(y, model)
         spring = y[at.ring] ** 2 + y[at.ring + 1] ** 2 + y[at.ring + 2] ** 2
@@ -77,17 +77,15 @@ def advance(y, ahead, first_step, step, steps_per_output, method, model, work, r
         out[i, out_col.ACCELERATION_X] = (y[v] - v0) / interval
         out[i, out_col.ACCELERATION_Y] = (y[v + 1] - v1) / interval
         out[i, out_col.ACCELERATION_Z] = (y[v + 2] - v2) / interval
-        out[i, out_col.DISPLACEMENT_X] = y[at.ring]
-        out[i, out_col.DISPLACEMENT_Y] = y[at.ring + 1]
-        out[i, out_col.DISPLACEMENT_Z] = y[at.ring + 2]
-        for m in range(at.lead, half):  # the mean of two cages
-            turned -= 0.5 * (y[m] - leads)
+        for m in range(3):
+            out[i, out_col.DISPLACEMENT_X + m] = y[at.ring + m]
+        for m in range(at.relative_angle, half):  # the mean of two cages
+            turned -= 0.5 * (y[m] - relative)
         out[i, out_col.CAGE_SPEED] = (y[at.cage + 2] - turned) / interval
         out[i, out_col.CAGE_TILT_X] = y[at.cage]
         out[i, out_col.CAGE_TILT_Y] = y[at.cage + 1]
-        out[i, out_col.RING_FORCE_X] = mean[col.RING_FORCE_X] / steps_per_output
-        out[i, out_col.RING_FORCE_Y] = mean[col.RING_FORCE_Y] / steps_per_output
-        out[i, out_col.RING_FORCE_Z] = mean[col.RING_FORCE_Z] / steps_per_output
+        for m in range(3):
+            out[i, out_col.RING_FORCE_X + m] = mean[col.RING_FORCE_X + m] / steps_per_output
         out[i, out_col.DEEPEST] = mean[col.DEEPEST]
         out[i, out_col.DRIVE_POWER] = mean[col.DRIVE_POWER] / steps_per_output
         out[i, out_col.LOAD_POWER] = mean[col.LOAD_POWER] / steps_per_output
@@ -115,18 +113,18 @@ def mechanical_energy(y, model):
     square = omega_x * omega_x + omega_y * omega_y + omega_z * omega_z
     double = model.cage_transverse * square + (model.cage_axial - model.cage_transverse) * along * along
     double += model.ring_mass * (y[at.ring_rate] ** 2 + y[at.ring_rate + 1] ** 2 + y[at.ring_rate + 2] ** 2)
-    double += lead_energy(second, turned, along)
+    double += relative_energy(second, turned, along)
     height = model.ring_mass * y[at.ring + 1]
     space = model.scratch.space
     for j in range(n):
         slot = np.uint64(2 * j if j < n // 2 else 2 * j - n + 1)
         side = space[col.SIDE + slot]
-        own_cosine, own_sine = own_turn(second, ct, st, turned, side)
+        own_cosine, own_sine = cage_angle(second, ct, st, turned, side)
         c = own_cosine * space[col.SLOT_COSINE + slot] - own_sine * space[col.SLOT_SINE + slot]
         s = own_sine * space[col.SLOT_COSINE + slot] + own_cosine * space[col.SLOT_SINE + slot]
         lean = side * model.tilt_sine
         e_x, e_y, e_z, _, _, _, z_x, z_y, z_z = slot_axes(axes, c, s, model.tilt_cosine, lean)
-        w_x, w_y, w_z = own_omega(second, omega_x, omega_y, omega_z, turned, side, axes)
+        w_x, w_y, w_z = roller_cage_omega(second, omega_x, omega_y, omega_z, turned, side, axes)
         square = w_x * w_x + w_y * w_y + w_z * w_z
         across = square - (w_x * e_x + w_y * e_y + w_z * e_z) ** 2
         about = w_x * z_x + w_y * z_y + w_z * z_z

@@ -20,6 +20,7 @@ LANES = 8  # slots the processor works on together
 RACE, COMPACTED, SINGLE = 104, 208, 416  # known to the compiler, so that it sees that columns do not overlap
 INNER = np.uint64(RACE)
 CACHE_LINE = 64
+FAR_M = 1e3  # where unused points and columns lie: out of reach of every roller
 
 # Not a multiple of a power of two: rows a page apart would all fall into the same few lines of the cache.
 STRIDE = 2056
@@ -102,13 +103,13 @@ SLICE_ROWS = 13
     HOUSING_POWER,  # lost in the housing's damper [W]
     INERTIA_XX, INERTIA_YY, INERTIA_ZZ,  # of the cage with its rollers about the bearing centre [kg m2]
     INERTIA_XY, INERTIA_XZ, INERTIA_YZ,
-    LEAD_X, LEAD_Y, LEAD_Z, LEAD_AXIAL,  # of what turns with a second cage: against both cages' rates, its own
+    RELATIVE_X, RELATIVE_Y, RELATIVE_Z, RELATIVE_AXIAL,  # of what turns with a second cage: against both rates, its own
 ) = range(21)  # fmt: skip
 TOTALS = 21
-# Rows of the factors behind the border of cages and ring: that border's coupling with a second cage's lead, how it
-# follows the lead, and the inverse of what is then left of the lead's own entry; damping torque on the shaft per rate
-# of the cage and of the lead [N m s].
-LEAD_BORDER, LEAD_FOLLOWED, LEAD_OWN, SHAFT_ROW = 6, 7, 8, 9
+# Rows of the factors behind the border of cages and ring: that border's coupling with a second cage's relative rate,
+# how it follows, and the inverse of what is then left of its own entry; damping torque on the shaft per rate of the
+# cage and relative rate [N m s].
+RELATIVE_BORDER, RELATIVE_FOLLOWED, RELATIVE_OWN, SHAFT_ROW = 6, 7, 8, 9
 FACTOR_ROWS = 10
 RING_FORCE, INERTIA = slice(0, 3), slice(11, 17)
 

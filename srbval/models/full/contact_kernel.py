@@ -80,15 +80,7 @@ def contact_columns(law, candidates, space, start, stop, damping, patch):
         for j in range(begin, end):
             p_x, p_y, p_z = place_of_point(radial, tangential, axial, space, j)
             depth, n_x, n_y, n_z = penetration(point_law, p_x, p_y, p_z)
-            # velocity of the ring's point relative to the roller's material
-            w_x, w_y, w_z = space[col.W_X + j], space[col.W_Y + j], space[col.W_Z + j]
-            u_x = space[col.V_X + j] + w_y * p_z - w_z * p_y
-            u_y = space[col.V_Y + j] + w_z * p_x - w_x * p_z
-            u_z = space[col.V_Z + j] + w_x * p_y - w_y * p_x
-            u_n = u_x * n_x + u_y * n_y + u_z * n_z
-            q_x = u_x - u_n * n_x
-            q_y = u_y - u_n * n_y
-            q_z = u_z - u_n * n_z
+            u_n, q_x, q_y, q_z = approach_and_slip((p_x, p_y, p_z), (n_x, n_y, n_z), space, j)
             if patch is None:
                 spring, viscous, elastic = point_spring_and_damper(point_law, depth, u_n, share, damping)
                 normal = normal_force(spring, viscous, u_n)
@@ -101,6 +93,7 @@ def contact_columns(law, candidates, space, start, stop, damping, patch):
                 viscous = patch[race, i, col.PATCH_DAMPING] * root
                 normal = normal_force(spring, viscous, u_n)
                 spread = patch[race, i, col.PATCH_SLIP_SPREAD] * deep
+                w_x, w_y, w_z = space[col.W_X + j], space[col.W_Y + j], space[col.W_Z + j]
                 e_x = spread * (w_y * n_z - w_z * n_y)
                 e_y = spread * (w_z * n_x - w_x * n_z)
                 e_z = spread * (w_x * n_y - w_y * n_x)
@@ -108,21 +101,13 @@ def contact_columns(law, candidates, space, start, stop, damping, patch):
                 pivot *= pivot * patch[race, i, col.PATCH_LENGTH] * deep
                 drag, g_x, g_y, g_z, loss = patch_friction(law, normal, q_x, q_y, q_z, e_x, e_y, e_z, pivot)
                 elastic, twice_energy = spring, 0.8 * spring * deep
-            g_x -= normal * n_x
-            g_y -= normal * n_y
-            g_z -= normal * n_z
-            space[col.F_X + j] += g_x
-            space[col.F_Y + j] += g_y
-            space[col.F_Z + j] += g_z
-            space[col.T_X + j] += p_y * g_z - p_z * g_y
-            space[col.T_Y + j] += p_z * g_x - p_x * g_z
-            space[col.T_Z + j] += p_x * g_y - p_y * g_x
+            add_contact((p_x, p_y, p_z), (n_x, n_y, n_z), normal, (g_x, g_y, g_z), space, j)
             space[col.FRICTION_LOSS + j] += loss
             space[col.DAMPING_LOSS + j] += (elastic - normal) * u_n
             space[col.TWICE_ENERGY + j] += twice_energy
             if damping is not None:
                 viscous = viscous if normal > 0.0 else 0.0
-                add_damping(viscous, drag, p_x, p_y, p_z, n_x, n_y, n_z, space, j)
+                add_damping(viscous, drag, (p_x, p_y, p_z), (n_x, n_y, n_z), space, j)
 
 
 @kernel_part
@@ -145,6 +130,36 @@ def place_of_point(radial, tangential, axial, space, j):
         space[col.O_Y + j] + radial * space[col.A_Y + j] + tangential * space[col.B_Y + j] + axial * space[col.Z_Y + j],
         space[col.O_Z + j] + radial * space[col.A_Z + j] + tangential * space[col.B_Z + j] + axial * space[col.Z_Z + j],
     )
+
+
+@kernel_part
+def approach_and_slip(place, normal, space, j):
+    """Velocity of the ring's point at a place relative to the roller's material there: along the normal, and across."""
+    p_x, p_y, p_z = place
+    n_x, n_y, n_z = normal
+    w_x, w_y, w_z = space[col.W_X + j], space[col.W_Y + j], space[col.W_Z + j]
+    u_x = space[col.V_X + j] + w_y * p_z - w_z * p_y
+    u_y = space[col.V_Y + j] + w_z * p_x - w_x * p_z
+    u_z = space[col.V_Z + j] + w_x * p_y - w_y * p_x
+    u_n = u_x * n_x + u_y * n_y + u_z * n_z
+    return u_n, u_x - u_n * n_x, u_y - u_n * n_y, u_z - u_n * n_z
+
+
+@kernel_part
+def add_contact(place, normal, pressure, friction, space, j):
+    """Add normal force and friction at a place to the sums of force and torque of column `j`."""
+    p_x, p_y, p_z = place
+    n_x, n_y, n_z = normal
+    g_x, g_y, g_z = friction
+    g_x -= pressure * n_x
+    g_y -= pressure * n_y
+    g_z -= pressure * n_z
+    space[col.F_X + j] += g_x
+    space[col.F_Y + j] += g_y
+    space[col.F_Z + j] += g_z
+    space[col.T_X + j] += p_y * g_z - p_z * g_y
+    space[col.T_Y + j] += p_z * g_x - p_x * g_z
+    space[col.T_Z + j] += p_x * g_y - p_y * g_x
 
 
 @kernel_part
@@ -257,8 +272,10 @@ def part_friction(law, q_x, q_y, q_z, e_x, e_y, e_z, reach, pivot, mean, half, n
 
 
 @kernel_part
-def add_damping(viscous, drag, p_x, p_y, p_z, n_x, n_y, n_z, space, j):
+def add_damping(viscous, drag, place, normal, space, j):
     """Add a point's secant damping, `drag` across the normal and `viscous` along it, to the sums of column `j`."""
+    p_x, p_y, p_z = place
+    n_x, n_y, n_z = normal
     along_normal = viscous - drag
     arm = n_x * p_z - n_z * p_x
     l_x, l_y, l_z = along_normal * n_x, along_normal * n_y, along_normal * n_z

@@ -20,7 +20,7 @@ import math
 import numpy as np
 
 from srbval.models.full import columns as col
-from srbval.models.full.second_cage_kernel import lead_border, lead_load, own_rate
+from srbval.models.full.second_cage_kernel import rate_about_roller, relative_border, relative_load
 from srbval.models.full.state import state_indices
 from srbval.models.jit import kernel, kernel_part
 
@@ -130,38 +130,38 @@ def factor(weight, model, totals, factors):
     factors[4, 3], factors[4, 4] = r01, ring + r11
     factors[5, 3], factors[5, 4], factors[5, 5] = r02, r12, ring + r22
     factor_border(factors)
-    own = lead_border(model.second_cage, weight, model, totals, factors)
-    factor_lead(model.second_cage, own, factors)
+    own = relative_border(model.second_cage, weight, model, totals, factors)
+    factor_relative(model.second_cage, own, factors)
 
 
 @kernel
-def factor_lead(second, own, factors):
-    """Eliminate cage and ring from the equation of a second cage's lead, whose `own` entry this is."""
+def factor_relative(second, own, factors):
+    """Eliminate cage and ring from the equation of a second cage's relative rate, whose `own` entry this is."""
     if second is None:
         return
-    b = col.LEAD_BORDER
+    b = col.RELATIVE_BORDER
     w0, w1, w2, r0, r1, r2 = solve_border(
         factors, factors[b, 0], factors[b, 1], factors[b, 2], factors[b, 3], factors[b, 4], factors[b, 5]
     )
-    f = col.LEAD_FOLLOWED
+    f = col.RELATIVE_FOLLOWED
     factors[f, 0], factors[f, 1], factors[f, 2], factors[f, 3], factors[f, 4], factors[f, 5] = w0, w1, w2, r0, r1, r2
     for m in range(BORDER):
         own -= factors[b, m] * factors[f, m]
-    factors[col.LEAD_OWN, 0] = 1.0 / own
+    factors[col.RELATIVE_OWN, 0] = 1.0 / own
 
 
 @kernel
-def solve_lead(second, factors, load, g0, g1, g2, g3, g4, g5):
-    """Acceleration of the lead under its `load`, and of cage and ring, given those without it."""
+def solve_relative(second, factors, load, g0, g1, g2, g3, g4, g5):
+    """Acceleration of the relative angle under its `load`, and of cage and ring, given those without it."""
     if second is None:
         return 0.0, g0, g1, g2, g3, g4, g5
-    b, f = col.LEAD_BORDER, col.LEAD_FOLLOWED
+    b, f = col.RELATIVE_BORDER, col.RELATIVE_FOLLOWED
     load -= factors[b, 0] * g0 + factors[b, 1] * g1 + factors[b, 2] * g2
     load -= factors[b, 3] * g3 + factors[b, 4] * g4 + factors[b, 5] * g5
-    lead = load * factors[col.LEAD_OWN, 0]
+    relative = load * factors[col.RELATIVE_OWN, 0]
     return (
-        lead, g0 - lead * factors[f, 0], g1 - lead * factors[f, 1], g2 - lead * factors[f, 2],
-        g3 - lead * factors[f, 3], g4 - lead * factors[f, 4], g5 - lead * factors[f, 5],
+        relative, g0 - relative * factors[f, 0], g1 - relative * factors[f, 1], g2 - relative * factors[f, 2],
+        g3 - relative * factors[f, 3], g4 - relative * factors[f, 4], g5 - relative * factors[f, 5],
     )  # fmt: skip
 
 
@@ -213,14 +213,14 @@ def solve(weight, model, totals, factors, rate):
         g3 -= space[col.X_WX + p] * r_x + space[col.Y_WX + p] * r_y + space[col.Z_WX + p] * r_z
         g4 -= space[col.X_WY + p] * r_x + space[col.Y_WY + p] * r_y + space[col.Z_WY + p] * r_z
         g5 -= space[col.X_WZ + p] * r_x + space[col.Y_WZ + p] * r_y + space[col.Z_WZ + p] * r_z
-    g0, g1, g2, load = lead_load(second, weight, model, totals, rate, at, g0, g1, g2)
+    g0, g1, g2, load = relative_load(second, weight, model, totals, rate, at, g0, g1, g2)
     g0, g1, g2, g3, g4, g5 = solve_border(factors, g0, g1, g2, g3, g4, g5)
-    lead, g0, g1, g2, g3, g4, g5 = solve_lead(second, factors, load, g0, g1, g2, g3, g4, g5)
+    relative, g0, g1, g2, g3, g4, g5 = solve_relative(second, factors, load, g0, g1, g2, g3, g4, g5)
     for p in range(slots):
         u, s = space[col.SLIDE_ACCELERATION + p], space[col.SPIN_ACCELERATION + p]
         w_y = space[col.Y_WX + p] * g0 + space[col.Y_WY + p] * g1 + space[col.Y_WZ + p] * g2
         w_z = space[col.Z_WX + p] * g0 + space[col.Z_WY + p] * g1 + space[col.Z_WZ + p] * g2
-        w_z = own_rate(second, w_z, lead, space[col.SIDE + p], model.tilt_cosine)
+        w_z = rate_about_roller(second, w_z, relative, space[col.SIDE + p], model.tilt_cosine)
         r_x = space[col.X_WX + p] * g3 + space[col.X_WY + p] * g4 + space[col.X_WZ + p] * g5
         r_y = space[col.Y_WX + p] * g3 + space[col.Y_WY + p] * g4 + space[col.Y_WZ + p] * g5
         r_z = space[col.Z_WX + p] * g3 + space[col.Z_WY + p] * g4 + space[col.Z_WZ + p] * g5
@@ -243,8 +243,8 @@ def solve(weight, model, totals, factors, rate):
             slot += np.uint64(1)
     rate[at.cage_rate], rate[at.cage_rate + 1], rate[at.cage_rate + 2] = g0, g1, g2
     rate[at.ring_rate], rate[at.ring_rate + 1], rate[at.ring_rate + 2] = g3, g4, g5
-    for m in range(at.lead, at.slide_rate):  # none, or a second cage's
-        rate[at.slide_rate + m] = lead
+    for m in range(at.relative_angle, at.slide_rate):  # none, or a second cage's
+        rate[at.slide_rate + m] = relative
 
 
 @kernel_part

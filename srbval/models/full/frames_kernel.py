@@ -10,7 +10,7 @@ import numpy as np
 
 from srbval.models.full import columns as col
 from srbval.models.full.contact_kernel import LONGEST_ONSET_M
-from srbval.models.full.second_cage_kernel import own_angle, own_speed, own_turn, turn_of_second
+from srbval.models.full.second_cage_kernel import cage_angle, roller_angle, roller_cage_speed, turn_of_second
 from srbval.models.jit import kernel, kernel_part
 
 SKIP_MARGIN_M = 2e-6  # a roller further than this (and the highest bump) from a race has no candidates
@@ -137,7 +137,7 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
     inner = race_limits(races.inner, 1.0 if omega_z > shaft else -1.0)
     for p in range(slots):
         side = space[col.SIDE + p]
-        own_cosine, own_sine = own_turn(second, ct, st, turned, side)
+        own_cosine, own_sine = cage_angle(second, ct, st, turned, side)
         c = own_cosine * space[col.SLOT_COSINE + p] - own_sine * space[col.SLOT_SINE + p]
         s = own_sine * space[col.SLOT_COSINE + p] + own_cosine * space[col.SLOT_SINE + p]
         x_x, x_y, x_z, y_x, y_y, y_z, z_x, z_y, z_z = slot_axes(axes, c, s, tilt_cosine, side * tilt_sine)
@@ -146,7 +146,7 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
         w_x = omega_x * x_x + omega_y * x_y + omega_z * x_z
         w_y = omega_x * y_x + omega_y * y_y + omega_z * y_z
         w_z = omega_x * z_x + omega_y * z_y + omega_z * z_z
-        w_x, w_z = own_speed(second, w_x, w_z, turned, side, tilt_sine, tilt_cosine)
+        w_x, w_z = roller_cage_speed(second, w_x, w_z, turned, side, tilt_sine, tilt_cosine)
         space[col.X_WX + p], space[col.X_WY + p], space[col.X_WZ + p] = x_x, x_y, x_z
         space[col.Y_WX + p], space[col.Y_WY + p], space[col.Y_WZ + p] = y_x, y_y, y_z
         space[col.Z_WX + p], space[col.Z_WY + p], space[col.Z_WZ + p] = z_x, z_y, z_z
@@ -157,7 +157,7 @@ def roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second):
         space[col.N_X + p] = c * x_y - s * x_x
         space[col.N_Y + p] = c * y_y - s * y_x
         space[col.N_Z + p] = c * z_y - s * z_x
-        angle = own_angle(second, turn + space[col.SLOT_ANGLE + p], turned, side)
+        angle = roller_angle(second, turn + space[col.SLOT_ANGLE + p], turned, side)
         here, damaged = side != 0.0, space[col.DAMAGE + p] > 0.0
 
         # outer race

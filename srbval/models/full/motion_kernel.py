@@ -20,7 +20,7 @@ from srbval.models.full.search_kernel import (
     scatter_sums,
     spacing_of_windows,
 )
-from srbval.models.full.second_cage_kernel import lead_rates, second_balance, without_lead
+from srbval.models.full.second_cage_kernel import eliminate_relative_rate, fill_relative_rates, second_cage_torque
 from srbval.models.full.slices_kernel import evaluate_slices, find_openings, law_at_speed
 from srbval.models.full.state import state_indices
 from srbval.models.full.surface_kernel import add_heights
@@ -150,10 +150,10 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     # cage: symmetric 3 x 3 solve by cofactors
     totals[col.INERTIA_XX], totals[col.INERTIA_YY], totals[col.INERTIA_ZZ] = m00, m11, m22
     totals[col.INERTIA_XY], totals[col.INERTIA_XZ], totals[col.INERTIA_YZ] = m01, m02, m12
-    lead, g_x, g_y, g_z = second_balance(second, model, y, at, slots, totals, g_x, g_y, g_z, t02, t12, t22)
-    g_x, g_y, g_z, m00, m11, m22, m01, m02, m12 = without_lead(
-        second, totals, lead, g_x, g_y, g_z, m00, m11, m22, m01, m02, m12
-    )
+    relative, on_cages = second_cage_torque(second, model, y, at, slots, totals, (g_x, g_y, g_z), (t02, t12, t22))
+    on_cages, inertia = eliminate_relative_rate(second, totals, relative, on_cages, (m00, m11, m22, m01, m02, m12))
+    g_x, g_y, g_z = on_cages
+    m00, m11, m22, m01, m02, m12 = inertia
     k00 = m11 * m22 - m12 * m12
     k01 = m02 * m12 - m01 * m22
     k02 = m01 * m12 - m02 * m11
@@ -164,7 +164,7 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     rate[at.cage_rate] = (k00 * g_x + k01 * g_y + k02 * g_z) / determinant
     rate[at.cage_rate + 1] = (k01 * g_x + k11 * g_y + k12 * g_z) / determinant
     rate[at.cage_rate + 2] = (k02 * g_x + k12 * g_y + k22 * g_z) / determinant
-    lead_rates(second, y, at, totals, lead, rate)
+    fill_relative_rates(second, y, at, totals, relative, rate)
     # gimbal angles from the angular velocity: w = Rx(-a) omega = (a' + c' sin b, b', c' cos b)
     w_z, w_y = tilted_about_x(tilt, omega_y, omega_z)
     rate[at.cage] = omega_x - w_z * tilt.sin_y / tilt.cos_y

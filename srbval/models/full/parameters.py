@@ -11,10 +11,8 @@ from srbval.arrays import FloatArray
 from srbval.bearing import CIRCLES, Bearing, Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
-from srbval.models.full.bodies import outer_ring_mass_kg, roller_body
 from srbval.models.full.contact_kernel import ContactLaw
 from srbval.models.full.point_cloud import (
-    FAR_M,
     Circle,
     CirclePoints,
     candidate_windows,
@@ -33,6 +31,7 @@ from srbval.scene import Defect, DefectShape, LoadPath, RollerFit, Scene
 
 IntArray = NDArray[np.int64]
 STANDARD_GRAVITY = 9.80665  # m/s2
+GAUSS_POINTS = 32  # the profiles are smooth; 32 points integrate them to rounding
 
 
 class RaceSearch(NamedTuple):
@@ -132,7 +131,7 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
     Cages are taken as thin rings at the pitch radius; their mass is the scene's assumption.
     """
     diameter = roller_diameter_m(scene, geometry)
-    body = roller_body(geometry, diameter, scene.bodies.density_kg_m3)
+    roller_mass, roller_axial, roller_transverse = roller_body(geometry, diameter, scene.bodies.density_kg_m3)
     row = np.arange(geometry.rollers_per_row)
     angle = np.append(row, row + scene.bodies.row_stagger) * 2 * math.pi / geometry.rollers_per_row
     cage_axial = scene.bodies.cage_mass_kg * geometry.pitch_radius_m**2
@@ -145,9 +144,9 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
         inner_centre_radial=geometry.inner_centre_radial_m,
         inner_centre_axial=geometry.inner_centre_axial_m,
         slot_angle=angle,
-        roller_mass=body.mass_kg,
-        roller_axial=body.axial_kg_m2,
-        roller_transverse=body.transverse_kg_m2,
+        roller_mass=roller_mass,
+        roller_axial=roller_axial,
+        roller_transverse=roller_transverse,
         cage_axial=cage_axial,
         cage_transverse=cage_axial / 2,
         ring_mass=outer_ring_mass_kg(geometry, scene.bodies.density_kg_m3) + scene.housing.mass_kg,
@@ -174,6 +173,36 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
         surface=surface_heights(scene, geometry, diameter / 2),
         second_cage=SecondCage(cage_axial / 2) if scene.bodies.cages == 2 else None,
     )
+
+
+def roller_body(
+    geometry: SphericalRollerGeometry, diameter_m: float, density_kg_m3: float
+) -> tuple[float, float, float]:
+    """Mass [kg] and moments of inertia about its axis and across it [kg m2] of a barrel roller.
+
+    Solid of revolution of the raceway's profile arc, `diameter_m` at its middle.
+
+    Integrals over the width: m = rho pi int r^2 dz, I_a = rho pi/2 int r^4 dz,
+    I_t = I_a/2 + rho pi int r^2 z^2 dz (any text on rigid bodies). No end chamfers, no bore.
+    """
+    half = geometry.roller_width_m / 2
+    nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+    z, dz = half * nodes, half * weights
+    radius = diameter_m / 2 - geometry.raceway_radius_m + np.sqrt(geometry.raceway_radius_m**2 - z**2)
+    axial = density_kg_m3 * math.pi / 2 * float(np.sum(radius**4 * dz))
+    mass = density_kg_m3 * math.pi * float(np.sum(radius**2 * dz))
+    return mass, axial, axial / 2 + density_kg_m3 * math.pi * float(np.sum(radius**2 * z**2 * dz))
+
+
+def outer_ring_mass_kg(geometry: SphericalRollerGeometry, density_kg_m3: float) -> float:
+    """Mass of the outer ring: a cylinder of the outer diameter less the sphere of the raceway [kg].
+
+    V = pi int (R_o^2 - (R_x^2 - z^2)) dz over the width; the lubrication groove is ignored.
+    """
+    half = geometry.width_m / 2
+    outer, sphere = geometry.outer_diameter_m / 2, geometry.raceway_radius_m
+    volume = 2 * math.pi * ((outer**2 - sphere**2) * half + half**3 / 3)
+    return density_kg_m3 * volume
 
 
 def state_layout(model: Parameters) -> StateLayout:
@@ -215,7 +244,7 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
     ]
     windows = max(len(race.highest) for race in both) + int(np.count_nonzero(_damaged(scene, geometry)))
     width = max(race.points.shape[2] for race in both)
-    points = np.full((2, windows, col.POINT_ROWS, width), FAR_M)
+    points = np.full((2, windows, col.POINT_ROWS, width), col.FAR_M)
     highest = np.zeros((2, windows))
     starts = np.zeros((2, windows, 4), dtype=np.int64)
     for i, race in enumerate(both):
@@ -330,7 +359,7 @@ def _scratch(geometry: SphericalRollerGeometry, slot_angle: FloatArray, damage: 
             f"rollers_per_row = {geometry.rollers_per_row}: the full model has room for 48 rollers a row."
         )
     space = col.aligned_zeros(col.ROWS * col.STRIDE)
-    space[int(col.O_X) : int(col.O_X) + col.STRIDE] = FAR_M
+    space[int(col.O_X) : int(col.O_X) + col.STRIDE] = col.FAR_M
     both_rows = {
         col.SIDE: np.repeat([1.0, -1.0], count // 2),
         col.SLOT_ANGLE: slot_angle, col.SLOT_COSINE: np.cos(slot_angle), col.SLOT_SINE: np.sin(slot_angle),

@@ -16,7 +16,6 @@ from srbval.scene import Defect, DefectShape
 IntArray = NDArray[np.int64]
 
 DEEPEST_M = 2e-4  # penetration within which every touching point is among the candidates; checked in each run
-FAR_M = 1e3  # where unused points and columns lie: out of reach of every roller
 MOST_POINTS = 500_000  # of a circle
 MOST_BYTES = 2e8  # of candidate points of both races; a scene of the paper's has 200 kB
 SAGITTA_SHARE = 0.98  # of what a point stands clear by its circle's curvature: circles are not quite parallel-axis
@@ -230,6 +229,6 @@ def _window(
 
 def _with_padding(window: FloatArray, candidates: int) -> FloatArray:
     full = np.zeros((window.shape[0], candidates))
-    full[0] = FAR_M
+    full[0] = col.FAR_M
     full[:, : window.shape[1]] = window
     return full

@@ -24,7 +24,7 @@ def shaft_row(model, factors):
     parts of the slot's axes along the shaft. See `damping_kernel`, of the same state.
     """
     space, second = model.scratch.space, model.second_cage
-    w0 = w1 = w2 = lead = 0.0
+    w0 = w1 = w2 = relative = 0.0
     for p in range(np.uint64(model.scratch.slots)):
         q = p + col.INNER
         reach, y, z = model.centre_distance + space[col.SLIDE + p], space[col.Y_WZ + p], space[col.Z_WZ + p]
@@ -40,9 +40,9 @@ def shaft_row(model, factors):
         w1 += about_y * space[col.Y_WY + p] + about_z * space[col.Z_WY + p]
         w2 += about_y * y + about_z * z
         if second is not None:
-            lead += about_z * model.tilt_cosine if space[col.SIDE + p] < 0.0 else 0.0
+            relative += about_z * model.tilt_cosine if space[col.SIDE + p] < 0.0 else 0.0
     r = col.SHAFT_ROW
-    factors[r, 0], factors[r, 1], factors[r, 2], factors[r, 3] = w0, w1, w2, lead
+    factors[r, 0], factors[r, 1], factors[r, 2], factors[r, 3] = w0, w1, w2, relative
 
 
 @kernel
@@ -78,10 +78,10 @@ def add_implicit_powers(speeds, beyond, braked, shaft, model, inertia, factors, 
     t0 = inertia[col.INERTIA_XX] * b0 + inertia[col.INERTIA_XY] * b1 + inertia[col.INERTIA_XZ] * b2
     t1 = inertia[col.INERTIA_XY] * b0 + inertia[col.INERTIA_YY] * b1 + inertia[col.INERTIA_YZ] * b2
     t2 = inertia[col.INERTIA_XZ] * b0 + inertia[col.INERTIA_YZ] * b1 + inertia[col.INERTIA_ZZ] * b2
-    for m in range(at.lead_rate, speeds.shape[0]):  # none, or a second cage's
+    for m in range(at.relative_rate, speeds.shape[0]):  # none, or a second cage's
         torque += factors[col.SHAFT_ROW, 3] * beyond[m]
-        a_x, a_y, a_z, ahead = inertia[col.LEAD_X], inertia[col.LEAD_Y], inertia[col.LEAD_Z], braked[m]
-        own = a_x * b0 + a_y * b1 + a_z * b2 + inertia[col.LEAD_AXIAL] * ahead
+        a_x, a_y, a_z, ahead = inertia[col.RELATIVE_X], inertia[col.RELATIVE_Y], inertia[col.RELATIVE_Z], braked[m]
+        own = a_x * b0 + a_y * b1 + a_z * b2 + inertia[col.RELATIVE_AXIAL] * ahead
         lost += (2.0 * speeds[m] + beyond[m]) * own
         t0, t1, t2 = t0 + a_x * ahead, t1 + a_y * ahead, t2 + a_z * ahead
     lost += (2.0 * speeds[c] + beyond[c]) * t0 + (2.0 * speeds[c + 1] + beyond[c + 1]) * t1

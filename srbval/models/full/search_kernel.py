@@ -13,7 +13,6 @@ import numpy as np
 
 from srbval.models.full import columns as col
 from srbval.models.full.frames_kernel import OWN_POINTS, SKIP_MARGIN_M, candidate_code
-from srbval.models.full.point_cloud import FAR_M
 from srbval.models.jit import kernel
 
 # Of a column, in units of a lane group's meeting one point of each circle: at 0.2 interference costs 8 % more.
@@ -95,7 +94,7 @@ def plan_compacted_groups(race, first_copy, end_copy, groups, space, plan):
         plan_group(plan, groups, race, most - 1, to)
         groups += 1
         for at in range(to + end - begin, to + col.LANES):
-            space[col.O_X + np.uint64(at)] = FAR_M
+            space[col.O_X + np.uint64(at)] = col.FAR_M
     return groups
 
 
@@ -232,7 +231,7 @@ def copy_column(original, copy, space, damping):
         space[start + copy] = space[start + original]
     for row in range(col.FIRST_SUM, col.LAST_SUM if damping is None else col.LAST_DAMPING_SUM):
         space[np.uint64(row * col.STRIDE) + copy] = 0.0
-    space[col.O_X + original] = FAR_M
+    space[col.O_X + original] = col.FAR_M
 
 
 @kernel

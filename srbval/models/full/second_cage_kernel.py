@@ -1,9 +1,10 @@
 """Kernels: a cage of its own for row 2, which turns about the same axis as row 1's but tilts with it.
 
-The window cages of both rows ride on one guide ring. `lead` is the angle by which row 2's is ahead, one more coordinate
-beside the cage's three: with t the cage's axis, the rollers of row 2 and their cage move at omega_2 = omega + lead' t,
-so that their angular acceleration is omega' + lead'' t + lead' omega x t. Its equation is Kane's with the partial
-angular velocity t. Every function leaves what it is given unchanged where there is no second cage (`second` is None).
+The window cages of both rows ride on one guide ring. The relative angle a, by which row 2's is ahead, is one more
+coordinate beside the cage's three: with t the cage's axis, the rollers of row 2 and their cage move at
+omega_2 = omega + a' t, so that their angular acceleration is omega' + a'' t + a' omega x t. Its equation is Kane's with
+the partial angular velocity t. Every function leaves what it is given unchanged where there is no second cage (`second`
+is None).
 """
 
 import math
@@ -23,15 +24,15 @@ class SecondCage(NamedTuple):
 
 @kernel
 def turn_of_second(y, at, second):
-    """Cosine and sine of the angle of row 2's cage, its lead [rad] and the lead's rate [rad/s]; zeros without one."""
+    """Cosine and sine of the angle of row 2's cage, its relative angle [rad] and rate [rad/s]; zeros without one."""
     if second is None:
         return 0.0, 0.0, 0.0, 0.0
-    turn = y[at.cage + 2] + y[at.lead]
-    return math.cos(turn), math.sin(turn), y[at.lead], y[at.lead_rate]
+    turn = y[at.cage + 2] + y[at.relative_angle]
+    return math.cos(turn), math.sin(turn), y[at.relative_angle], y[at.relative_rate]
 
 
 @kernel
-def own_turn(second, cosine, sine, turned, side):
+def cage_angle(second, cosine, sine, turned, side):
     """Cosine and sine of the angle of the cage that a roller on this `side` is in."""
     if second is None:
         return cosine, sine
@@ -39,7 +40,7 @@ def own_turn(second, cosine, sine, turned, side):
 
 
 @kernel
-def own_angle(second, angle, turned, side):
+def roller_angle(second, angle, turned, side):
     """The angle of a roller on this `side`, given that in row 1's cage [rad]."""
     if second is None:
         return angle
@@ -47,7 +48,7 @@ def own_angle(second, angle, turned, side):
 
 
 @kernel
-def own_speed(second, w_x, w_z, turned, side, tilt_sine, tilt_cosine):
+def roller_cage_speed(second, w_x, w_z, turned, side, tilt_sine, tilt_cosine):
     """Components x and z in slot axes of a roller's cage's angular velocity, given those of row 1's [rad/s]."""
     if second is None:
         return w_x, w_z
@@ -55,18 +56,20 @@ def own_speed(second, w_x, w_z, turned, side, tilt_sine, tilt_cosine):
 
 
 @kernel
-def second_balance(second, model, y, at, slots, totals, g_x, g_y, g_z, t_x, t_y, t_z):
-    """Torque on the lead [N m], and those on both cages less what the lead's rate takes; fills the lead's inertia.
+def second_cage_torque(second, model, y, at, slots, totals, torque_on_cages, axis):
+    """Torque on the relative angle [N m], and those on both cages less what its rate takes; fills its inertia.
 
-    `g_x` to `g_z`: torque on the cages; `t_x` to `t_z`: their axis; world axes.
+    `torque_on_cages` and their `axis`: x, y, z, world axes.
     """
     if second is None:
-        return 0.0, g_x, g_y, g_z
+        return 0.0, torque_on_cages
+    g_x, g_y, g_z = torque_on_cages
+    t_x, t_y, t_z = axis
     space = model.scratch.space
     s, c = -model.tilt_sine, model.tilt_cosine  # parts of the axis along a slot and along its roller, row 2
     omega_x, omega_y, omega_z = y[at.cage_rate], y[at.cage_rate + 1], y[at.cage_rate + 2]
-    rate = y[at.lead_rate]
-    # lead' omega x t
+    rate = y[at.relative_rate]
+    # a' omega x t
     b_x = rate * (omega_y * t_z - omega_z * t_y)
     b_y = rate * (omega_z * t_x - omega_x * t_z)
     b_z = rate * (omega_x * t_y - omega_y * t_x)
@@ -99,48 +102,59 @@ def second_balance(second, model, y, at, slots, totals, g_x, g_y, g_z, t_x, t_y,
         h_z = (arm + cross) * b_z - along * x_z - about * z_z
         g_x, g_y, g_z = g_x - h_x, g_y - h_y, g_z - h_z
         torque -= h_x * t_x + h_y * t_y + h_z * t_z
-    totals[col.LEAD_X], totals[col.LEAD_Y], totals[col.LEAD_Z], totals[col.LEAD_AXIAL] = a_x, a_y, a_z, axial
-    return torque, g_x, g_y, g_z
+    totals[col.RELATIVE_X], totals[col.RELATIVE_Y], totals[col.RELATIVE_Z], totals[col.RELATIVE_AXIAL] = (
+        a_x,
+        a_y,
+        a_z,
+        axial,
+    )
+    return torque, (g_x, g_y, g_z)
 
 
 @kernel
-def without_lead(second, totals, torque, g_x, g_y, g_z, m00, m11, m22, m01, m02, m12):
-    """Torque and inertia of the cages once the lead follows: its own equation eliminated."""
+def eliminate_relative_rate(second, totals, torque, on_cages, inertia):
+    """Torque on the cages and their inertia (xx, yy, zz, xy, xz, yz), the relative rate's equation eliminated."""
     if second is None:
-        return g_x, g_y, g_z, m00, m11, m22, m01, m02, m12
-    a_x, a_y, a_z, per = totals[col.LEAD_X], totals[col.LEAD_Y], totals[col.LEAD_Z], 1.0 / totals[col.LEAD_AXIAL]
+        return on_cages, inertia
+    g_x, g_y, g_z = on_cages
+    m00, m11, m22, m01, m02, m12 = inertia
+    a_x, a_y, a_z, per = (
+        totals[col.RELATIVE_X],
+        totals[col.RELATIVE_Y],
+        totals[col.RELATIVE_Z],
+        1.0 / totals[col.RELATIVE_AXIAL],
+    )
     f = per * torque
-    return (
-        g_x - f * a_x, g_y - f * a_y, g_z - f * a_z,
+    return (g_x - f * a_x, g_y - f * a_y, g_z - f * a_z), (
         m00 - per * a_x * a_x, m11 - per * a_y * a_y, m22 - per * a_z * a_z,
         m01 - per * a_x * a_y, m02 - per * a_x * a_z, m12 - per * a_y * a_z,
     )  # fmt: skip
 
 
 @kernel
-def lead_rates(second, y, at, totals, torque, rate):
-    """Fill the rates of the lead, those of the cages being known."""
+def fill_relative_rates(second, y, at, totals, torque, rate):
+    """Fill the rates of the relative angle, those of the cages being known."""
     if second is None:
         return
-    taken = totals[col.LEAD_X] * rate[at.cage_rate] + totals[col.LEAD_Y] * rate[at.cage_rate + 1]
-    taken += totals[col.LEAD_Z] * rate[at.cage_rate + 2]
-    rate[at.lead] = y[at.lead_rate]
-    rate[at.lead_rate] = (torque - taken) / totals[col.LEAD_AXIAL]
+    taken = totals[col.RELATIVE_X] * rate[at.cage_rate] + totals[col.RELATIVE_Y] * rate[at.cage_rate + 1]
+    taken += totals[col.RELATIVE_Z] * rate[at.cage_rate + 2]
+    rate[at.relative_angle] = y[at.relative_rate]
+    rate[at.relative_rate] = (torque - taken) / totals[col.RELATIVE_AXIAL]
 
 
 @kernel
-def lead_border(second, weight, model, totals, factors):
-    """Fill the row `LEAD_BORDER` of the factors with the lead's part of M / `weight` + D; its own entry is returned.
+def relative_border(second, weight, model, totals, factors):
+    """Fill the row `RELATIVE_BORDER` of the factors with the relative rate's part of M / `weight` + D; its own entry.
 
-    The lead turns a roller of row 2 as its cage's rate along the roller's axis does, `tilt_cosine` times.
+    It turns a roller of row 2 as its cage's rate along the roller's axis does, `tilt_cosine` times.
     """
     if second is None:
         return 0.0
     space, c = model.scratch.space, model.tilt_cosine
     per = 1.0 / weight
-    w0, w1, w2 = per * totals[col.LEAD_X], per * totals[col.LEAD_Y], per * totals[col.LEAD_Z]
+    w0, w1, w2 = per * totals[col.RELATIVE_X], per * totals[col.RELATIVE_Y], per * totals[col.RELATIVE_Z]
     r0 = r1 = r2 = 0.0
-    own = per * totals[col.LEAD_AXIAL]
+    own = per * totals[col.RELATIVE_AXIAL]
     for p in range(np.uint64(model.scratch.slots)):
         if not space[col.SIDE + p] < 0.0:
             continue
@@ -165,21 +179,21 @@ def lead_border(second, weight, model, totals, factors):
         r0 += x * space[col.X_WX + p] + y * space[col.Y_WX + p] + z * space[col.Z_WX + p]
         r1 += x * space[col.X_WY + p] + y * space[col.Y_WY + p] + z * space[col.Z_WY + p]
         r2 += x * space[col.X_WZ + p] + y * space[col.Y_WZ + p] + z * space[col.Z_WZ + p]
-    factors[col.LEAD_BORDER, 0], factors[col.LEAD_BORDER, 1], factors[col.LEAD_BORDER, 2] = w0, w1, w2
-    factors[col.LEAD_BORDER, 3], factors[col.LEAD_BORDER, 4], factors[col.LEAD_BORDER, 5] = r0, r1, r2
+    factors[col.RELATIVE_BORDER, 0], factors[col.RELATIVE_BORDER, 1], factors[col.RELATIVE_BORDER, 2] = w0, w1, w2
+    factors[col.RELATIVE_BORDER, 3], factors[col.RELATIVE_BORDER, 4], factors[col.RELATIVE_BORDER, 5] = r0, r1, r2
     return own
 
 
 @kernel
-def lead_load(second, weight, model, totals, rate, at, g0, g1, g2):
-    """Right-hand side of the cages and of the lead with the lead's accelerations and what the rollers took."""
+def relative_load(second, weight, model, totals, rate, at, g0, g1, g2):
+    """Right-hand side of the cages and of the relative rate, with its accelerations and what the rollers took."""
     if second is None:
         return g0, g1, g2, 0.0
     space, per = model.scratch.space, 1.0 / weight
-    a_x, a_y, a_z = per * totals[col.LEAD_X], per * totals[col.LEAD_Y], per * totals[col.LEAD_Z]
-    ahead = rate[at.lead_rate]
+    a_x, a_y, a_z = per * totals[col.RELATIVE_X], per * totals[col.RELATIVE_Y], per * totals[col.RELATIVE_Z]
+    ahead = rate[at.relative_rate]
     g = a_x * rate[at.cage_rate] + a_y * rate[at.cage_rate + 1] + a_z * rate[at.cage_rate + 2]
-    g += per * totals[col.LEAD_AXIAL] * ahead
+    g += per * totals[col.RELATIVE_AXIAL] * ahead
     for p in range(np.uint64(model.scratch.slots)):
         if space[col.SIDE + p] < 0.0:
             u, s = space[col.SLIDE_ACCELERATION + p], space[col.SPIN_ACCELERATION + p]
@@ -188,15 +202,15 @@ def lead_load(second, weight, model, totals, rate, at, g0, g1, g2):
 
 
 @kernel
-def own_rate(second, w_z, lead, side, tilt_cosine):
+def rate_about_roller(second, w_z, relative, side, tilt_cosine):
     """A roller's cage's rate about the roller's axis, given that of row 1's cage."""
     if second is None:
         return w_z
-    return w_z + tilt_cosine * lead if side < 0.0 else w_z
+    return w_z + tilt_cosine * relative if side < 0.0 else w_z
 
 
 @kernel
-def own_omega(second, omega_x, omega_y, omega_z, turned, side, axes):
+def roller_cage_omega(second, omega_x, omega_y, omega_z, turned, side, axes):
     """Angular velocity of the cage of a roller on this `side`, given that of row 1's, world axes [rad/s]."""
     if second is None:
         return omega_x, omega_y, omega_z
@@ -205,8 +219,8 @@ def own_omega(second, omega_x, omega_y, omega_z, turned, side, axes):
 
 
 @kernel
-def lead_energy(second, turned, along):
-    """Twice what the lead's rate adds to the kinetic energy of row 2's cage [J]; `along`: both cages' rate [rad/s]."""
+def relative_energy(second, turned, along):
+    """Twice what the relative rate adds to the kinetic energy of row 2's cage [J]; `along`: both's rate [rad/s]."""
     if second is None:
         return 0.0
     return second.axial * turned[3] * (2.0 * along + turned[3])

@@ -19,7 +19,9 @@ import numpy as np
 from srbval.models.full import columns as col
 from srbval.models.full.contact_kernel import (
     ContactLaw,
+    add_contact,
     add_damping,
+    approach_and_slip,
     law_of_point,
     normal_force,
     penetration,
@@ -295,35 +297,19 @@ def slice_columns(law, slices, race, window, first, last, space, start, stop, da
             p_x -= off * along_x
             p_z -= off * along_z
             viscous = slices.damping_s * slope
-            # velocity of the ring's point relative to the roller's material
-            w_x, w_y, w_z = space[col.W_X + j], space[col.W_Y + j], space[col.W_Z + j]
-            u_x = space[col.V_X + j] + w_y * p_z - w_z * p_y
-            u_y = space[col.V_Y + j] + w_z * p_x - w_x * p_z
-            u_z = space[col.V_Z + j] + w_x * p_y - w_y * p_x
-            u_n = u_x * n_x + u_y * n_y + u_z * n_z
+            u_n, q_x, q_y, q_z = approach_and_slip((p_x, p_y, p_z), (n_x, n_y, n_z), space, j)
             normal = normal_force(spring, viscous, u_n)
-            q_x, q_y, q_z = u_x - u_n * n_x, u_y - u_n * n_y, u_z - u_n * n_z
             # by how much the slip differs from a slice's middle to its ends
-            more = 0.5 * touched * width * abs(w_z * along_x - w_x * along_z)
+            more = 0.5 * touched * width * abs(space[col.W_Z + j] * along_x - space[col.W_X + j] * along_z)
             square = q_x * q_x + q_y * q_y + q_z * q_z
             drag = normal * friction_of_slice(point_law, math.sqrt(square + LEAST_SLIP * LEAST_SLIP), more + LEAST_SLIP)
-            g_x, g_y, g_z = drag * q_x, drag * q_y, drag * q_z
-            loss = drag * square
-            g_x -= normal * n_x
-            g_y -= normal * n_y
-            g_z -= normal * n_z
-            space[col.F_X + j] += g_x
-            space[col.F_Y + j] += g_y
-            space[col.F_Z + j] += g_z
-            space[col.T_X + j] += p_y * g_z - p_z * g_y
-            space[col.T_Y + j] += p_z * g_x - p_x * g_z
-            space[col.T_Z + j] += p_x * g_y - p_y * g_x
-            space[col.FRICTION_LOSS + j] += loss
+            add_contact((p_x, p_y, p_z), (n_x, n_y, n_z), normal, (drag * q_x, drag * q_y, drag * q_z), space, j)
+            space[col.FRICTION_LOSS + j] += drag * square
             space[col.DAMPING_LOSS + j] += (spring - normal) * u_n
             space[col.TWICE_ENERGY + j] += twice_energy
             if damping is not None:
                 viscous = viscous if normal > 0.0 else 0.0
-                add_damping(viscous, drag, p_x, p_y, p_z, n_x, n_y, n_z, space, j)
+                add_damping(viscous, drag, (p_x, p_y, p_z), (n_x, n_y, n_z), space, j)
 
 
 @kernel_part

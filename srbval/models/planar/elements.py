@@ -11,25 +11,30 @@ edge, at t, by kappa t^2 / 2 lower than the race, kappa the curvature of the gap
 raised piece is met in the same way from beside it. The contact angle is taken to stay what it is.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import ElementShape, RollingElements
 from srbval.errors import ConfigurationError
-from srbval.models.planar.hertz import ellipse
-from srbval.models.planar.statics import OnRace
-from srbval.models.sliced_contact import LINE_STIFFNESS
+from srbval.models.full.surface import POISSON, YOUNG_N_M2
+from srbval.models.planar.statics import bisected
+from srbval.models.slices import LINE_STIFFNESS
 from srbval.scene import Defect, DefectShape, Scene
 
 STRIPS = 24  # across a defect
 LINE = 10 / 9
-HALVINGS = 40  # of the range in which the element is looked for, see `statics`
 FULLEST = 4.0  # times the load of the most loaded element, without clearance, up to which forces are tabulated
 HIGHEST_SHARE = {ElementShape.BALL: 4.37, ElementShape.ROLLER: 4.08}  # Stribeck: times load over number, no clearance
 LEAST_DEPTH_M = 1e-6
+FLATTEST = 1e4  # ratio of an ellipse's axes up to which is searched; grooves of 0.502 give some 40
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,7 +65,7 @@ class Race:
         depth = np.maximum(depth_m, LEAST_DEPTH_M)
         return np.where(depth_m > 0, power * self.force_n(depth) / depth, 0.0)
 
-    def added_n(self, depth_m: FloatArray, opening: "Opening") -> FloatArray:
+    def added_n(self, depth_m: FloatArray, opening: Opening) -> FloatArray:
         """What a defect adds to the force, less than nothing for an opening; shapes broadcast."""
         added = np.zeros(np.broadcast_shapes(depth_m.shape, opening.middle_m.shape))
         for x, half in zip(opening.across_m, opening.half_m, strict=True):
@@ -70,8 +75,7 @@ class Race:
         return self.stiffness * opening.strip_m * added
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Opening:
+class Opening(NamedTuple):
     """A defect of one race (0 outer, 1 inner): half length `half_m` of each strip at `across_m`, `strip_m` wide.
 
     `middle_m`: where its middle is along the race from the element, any shape.
@@ -112,12 +116,11 @@ class ElementSlot:
         shape = approach_m.shape if raised is None else np.broadcast_shapes(approach_m.shape, raised.middle_m.shape)
         whole = np.broadcast_to(approach_m * self.cosine - self.play_m, shape)
         reach = float(np.abs(whole).max()) + (abs(raised.height_m) if raised is not None else 0.0)
-        low, high = np.full(shape, -reach), np.full(shape, reach)
-        for _ in range(HALVINGS):
-            outer = (low + high) / 2
-            too_far = self._force(0, outer, raised) > self._force(1, whole - outer, raised)
-            low, high = np.where(too_far, low, outer), np.where(too_far, outer, high)
-        outer = (low + high) / 2
+        outer = bisected(
+            lambda depth: self._force(0, depth, raised) > self._force(1, whole - depth, raised),
+            np.full(shape, -reach),
+            np.full(shape, reach),
+        )
         slopes = [race.slope_n_m(depth) for race, depth in zip(self.races, (outer, whole - outer), strict=True)]
         series = slopes[0] * slopes[1] / np.maximum(slopes[0] + slopes[1], 1.0)
         force = self._force(1, whole - outer, raised)
@@ -128,17 +131,17 @@ class ElementSlot:
         force = self.races[race].force_n(depth)
         return force if raised is None or raised.race != race else force + self.races[race].added_n(depth, raised)
 
-    def on_race(self, defect: Defect, race: int, deepest_m: float) -> OnRace:
-        """A defect against one race; `ConfigurationError` for a shape that strips do not know."""
+    def on_race(
+        self, defect: Defect, race: int, deepest_m: float
+    ) -> tuple[Callable[[FloatArray], Opening], float, float]:
+        """See `ElementContact`; `ConfigurationError` for a shape that strips do not know."""
         across, half, strip = _strips(defect, self.races[race], deepest_m)
         bump = math.sqrt(2 * max(0.0, defect.height_m) / self.races[race].along_1_m)
-        return OnRace(
-            raised=lambda middle: Opening(
-                race=race, height_m=defect.height_m, across_m=across, half_m=half, strip_m=strip, middle_m=middle
-            ),
-            reach_m=float(half.max()) + bump,
-            race_radius_m=self.races[race].radius_m,
-        )
+
+        def raised(middle_m: FloatArray) -> Opening:
+            return Opening(race, defect.height_m, across, half, strip, middle_m)
+
+        return raised, float(half.max()) + bump, self.races[race].radius_m
 
     def deepest_m(self, load_n: float) -> float:
         """Approach at which one element carries `load_n`, or touches at all."""
@@ -197,3 +200,45 @@ def fullest_n(scene: Scene, elements: RollingElements) -> float:
     load = scene.load.radial_n if profile is None else max(profile.radial_n)
     carried = elements.rows * elements.rolling_elements * math.cos(elements.contact_angle_rad)
     return FULLEST * HIGHEST_SHARE[elements.shape] * max(load, 1.0) / carried
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ellipse:
+    """A contact under 1 N: approach of the bodies [m], half axes across and along the race [m].
+
+    The approach grows with the load to the 2/3, the axes with its cube root.
+    """
+
+    approach_m: float
+    across_m: float
+    along_m: float
+
+
+@cache
+def ellipse(along_1_m: float, across_1_m: float) -> Ellipse:
+    """Hertz's contact of two bodies of steel; curvatures of the gap, both bodies', along and across the race.
+
+    After Harris & Kotzalas, Essential Concepts of Bearing Technology (2006), chapter 6 (quoted from memory; held
+    against the displacement of a half-space under the pressure found, in ``tests/models/test_elements.py``). With the
+    principal curvatures A along and B across, B the smaller, the ratio k of the ellipse's axes follows from
+
+        (A - B) / (A + B) = ((k^2 + 1) E - 2 K) / ((k^2 - 1) E),    K, E complete elliptic integrals of 1 - 1 / k^2.
+    """
+    from scipy.optimize import brentq
+    from scipy.special import ellipe, ellipk
+
+    total = along_1_m + across_1_m
+
+    def missing(k: float) -> float:
+        m = 1 - 1 / k**2
+        return float(((k**2 + 1) * ellipe(m) - 2 * ellipk(m)) / ((k**2 - 1) * ellipe(m)))
+
+    share = (along_1_m - across_1_m) / total
+    k = float(brentq(lambda k: missing(k) - share, 1 + 1e-6, FLATTEST)) if share > 1e-9 else 1.0
+    first, second = float(ellipk(1 - 1 / k**2)), float(ellipe(1 - 1 / k**2))
+    size = (3 / total * (1 - POISSON**2) / YOUNG_N_M2) ** (1 / 3)  # of two equal materials, under 1 N
+    return Ellipse(
+        across_m=size * (2 * k**2 * second / math.pi) ** (1 / 3),
+        along_m=size * (2 * second / (math.pi * k)) ** (1 / 3),
+        approach_m=size**2 * total / math.pi * first * (math.pi / (2 * k**2 * second)) ** (1 / 3),
+    )

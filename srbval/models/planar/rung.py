@@ -4,23 +4,22 @@ import math
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.bearing import Fault
+from srbval.bearing import Bearing, Fault
 from srbval.models import outputs as col
-from srbval.models.full.bodies import outer_ring_mass_kg
-from srbval.models.full.parameters import STANDARD_GRAVITY, geometry_of
+from srbval.models.full.parameters import STANDARD_GRAVITY, geometry_of, outer_ring_mass_kg
 from srbval.models.kernel_cache import precompile
-from srbval.models.outputs import Outputs
+from srbval.models.kinematic import Prescribed, refuse_axial
+from srbval.models.outputs import Outputs, chunks
 from srbval.models.planar import ring_kernel
 from srbval.models.planar.elements import element_slot, fullest_n
 from srbval.models.planar.ring_kernel import STATE, Motion, Ring, advance_ring
-from srbval.models.planar.statics import Plain, Pressed, bump_table, make_slot, plain_table
-from srbval.models.prescribed import Prescribed, refuse_axial
-from srbval.models.run_statistics import RunStatistics
-from srbval.models.simulate import chunks
+from srbval.models.planar.statics import ElementContact, ForceTable, bump_table, make_slot, plain_table
+from srbval.models.run_statistics import RunStatistics, load_share
 from srbval.scene import LoadPath, Scene
 
 LONGEST_STEP_S = 1 / 40_000  # a fifth of a radian of the ring's highest mode, 40 steps over the shortest bump
@@ -48,7 +47,7 @@ class PlanarRing:
 
     scene: Scene
     motion: Prescribed
-    plain: Plain
+    plain: ForceTable
     defect_of: tuple[int, ...]
     own_step: bool
     kernel: Ring
@@ -98,56 +97,50 @@ class PlanarRing:
         return ring
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Inside:
-    """What the ring stands on: an element in its slot, how many of how thick, and the mass of the ring itself."""
+class _ElementSet(NamedTuple):
+    """What the ring stands on: an element between the races, how many of how thick, and the mass of the ring itself."""
 
-    slot: Pressed
-    plain: Plain
+    contact: ElementContact
+    plain: ForceTable
     rollers: int
     rows: int
     element_radius_m: float
     ring_kg: float
 
 
-def _inside(stats: RunStatistics) -> _Inside:
+def _element_set(scene: Scene, bearing: Bearing) -> _ElementSet:
     """Of a spherical roller bearing, or of any other whose dimensions are known; `ConfigurationError` for the rest."""
-    scene, elements = stats.scene, stats.bearing.elements
-    if stats.bearing.geometry is None and elements is not None:
-        made = element_slot(scene, elements)
+    elements = bearing.elements
+    if bearing.geometry is None and elements is not None:
+        element = element_slot(scene, elements)
         highest = sum(max(0.0, d.height_m) for d in scene.defects)
-        return _Inside(
-            slot=made, plain=plain_table(made, highest, made.deepest_m(fullest_n(scene, elements))),
-            rollers=elements.rolling_elements, rows=elements.rows, element_radius_m=elements.element_diameter_m / 2,
-            ring_kg=0.0,
-        )  # fmt: skip
-    geometry = geometry_of(stats.bearing, scene.model)
+        plain = plain_table(element, highest, element.deepest_m(fullest_n(scene, elements)))
+        return _ElementSet(
+            element, plain, elements.rolling_elements, elements.rows, elements.element_diameter_m / 2, ring_kg=0.0
+        )
+    geometry = geometry_of(bearing, scene.model)
     slot = make_slot(scene, geometry)
-    return _Inside(
-        slot=slot, plain=plain_table(slot, sum(abs(d.height_m) for d in scene.defects)),
-        rollers=geometry.rollers_per_row, rows=2,
-        element_radius_m=slot.excess_m[0] + geometry.raceway_radius_m - geometry.roller_centre_distance_m,
-        ring_kg=outer_ring_mass_kg(geometry, scene.bodies.density_kg_m3),
-    )  # fmt: skip
+    plain = plain_table(slot, sum(abs(d.height_m) for d in scene.defects))
+    radius = slot.excess_m[0] + geometry.raceway_radius_m - geometry.roller_centre_distance_m
+    ring_kg = outer_ring_mass_kg(geometry, scene.bodies.density_kg_m3)
+    return _ElementSet(slot, plain, geometry.rollers_per_row, 2, radius, ring_kg)
 
 
-def make_ring(stats: RunStatistics) -> PlanarRing:
+def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
     """The scene's planar ring; `ConfigurationError` for an axial load or a bearing without dimensions."""
-    scene = stats.scene
     refuse_axial(scene)
-    inside = _inside(stats)
+    inside = _element_set(scene, bearing)
     plain = inside.plain
     rows, bumps, owners = [], [], []
     for number, defect in enumerate(scene.defects):
         for race in [race for kind, race in KINDS if kind is defect.kind]:
-            on = inside.slot.on_race(defect, race, plain.deepest_m)
-            bump, position_step_m = bump_table(inside.slot, plain, on)
+            bump, race_radius_m, position_step_m = bump_table(inside.contact, plain, defect, race)
             fixed = defect.angle_rad + (0.0 if defect.kind is Fault.ROLLER else scene.load.zone_rad)
-            rows.append([KINDS[defect.kind, race], fixed, defect.roller - 1, on.race_radius_m, position_step_m,
+            rows.append([KINDS[defect.kind, race], fixed, defect.roller - 1, race_radius_m, position_step_m,
                          inside.element_radius_m])  # fmt: skip
             bumps.append(bump)
             owners.append(number)
-    motion = Prescribed(scene=scene, orders=stats.bearing.orders)
+    motion = Prescribed(scene=scene, orders=bearing.orders)
     mass = inside.ring_kg + scene.housing.mass_kg
     kernel = Ring(
         mass=mass,
@@ -161,13 +154,9 @@ def make_ring(stats: RunStatistics) -> PlanarRing:
         bumps=np.array(bumps) if bumps else np.zeros((0, 2, 2)), bump_start=plain.start_m, bump_step=plain.bump_step_m,
     )  # fmt: skip
     return PlanarRing(
-        scene=scene,
-        motion=motion,
-        plain=plain,
-        defect_of=tuple(owners),
-        own_step=stats.bearing.geometry is None,
+        scene=scene, motion=motion, plain=plain, defect_of=tuple(owners), own_step=bearing.geometry is None,
         kernel=kernel,
-    )
+    )  # fmt: skip
 
 
 def _longest_step_s(ring: PlanarRing, balance_m: FloatArray) -> float:
@@ -187,14 +176,14 @@ def _longest_step_s(ring: PlanarRing, balance_m: FloatArray) -> float:
 
 def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
     """The rung, see `srbval.models.ladder`."""
-    scene, ring = stats.scene, make_ring(stats)
+    scene, ring = stats.scene, make_ring(stats.scene, stats.bearing)
     stats.compile_s = precompile(scene.model)
     started = time.perf_counter()
     y, rate, trial = np.zeros(STATE), np.zeros((4, STATE)), np.zeros(STATE)
     y[:2] = ring.balance_m()
     load = float(ring.motion.radial_n(np.zeros(1))[0])
     push = np.array([*(ring.kernel.stiffness * y[:2] - load * ring.motion.direction), 0.0])
-    stats.balanced_share = stats.load_share(push, load)
+    stats.balanced_share = load_share(scene, push, load)
     stats.wall_s += time.perf_counter() - started
     per_output = math.ceil(1 / (scene.output_rate_hz * _longest_step_s(ring, y[:2])))
     step = 1 / (scene.output_rate_hz * per_output)

@@ -16,9 +16,8 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.errors import NumericsError
-from srbval.models.band_levels import along_sensor
 from srbval.models.run import Run
-from srbval.models.sensor_filter import SensorFilter
+from srbval.models.sensor import SensorFilter, along_sensor
 from srbval.models.simulate import Step, simulate
 from srbval.path.defect_size import LEVEL_U_DB, DefectSize, Runs, defect_size, size_runs
 from srbval.path.identify import identify

@@ -19,8 +19,7 @@ from scipy.special import stdtrit
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
-from srbval.models.band_levels import along_sensor
-from srbval.models.sensor_filter import SensorFilter
+from srbval.models.sensor import SensorFilter, along_sensor
 from srbval.models.simulate import Step, simulate
 from srbval.path.amplitudes import THIRD_OCTAVES, levels
 from srbval.path.identify import BAND_HZ, band_powers, identify

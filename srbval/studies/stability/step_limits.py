@@ -48,7 +48,7 @@ def linearise(model: Parameters, state: FloatArray) -> Linear:
     """Linearise `model` about `state`, of shape [4 M + 12], at time zero."""
     layout = layout_of(state)
     whole = np.column_stack([_difference(model, state, i, size) for i, size in enumerate(_sizes(layout))])
-    half, q = layout.half, np.r_[layout.slide, layout.cage, layout.ring, layout.lead]
+    half, q = layout.half, np.r_[layout.slide, layout.cage, layout.ring, layout.relative_angle]
     return Linear(motion=whole[q, half:], stiffness=whole[half:][:, q], damping=whole[half:, half:])
 
 

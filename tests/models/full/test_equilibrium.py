@@ -10,9 +10,8 @@ import pytest
 from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
-from srbval.models.full.equilibrium import Equilibrium, _check_carried, equilibrium_state
+from srbval.models.full.equilibrium import Equilibrium, balance_friction, equilibrium_state
 from srbval.models.full.parameters import Parameters, make_parameters
-from srbval.models.full.start import balance_friction
 from srbval.models.full.steps import rates, take_steps
 from srbval.models.solvers import METHODS
 from srbval.scene import paper_scene
@@ -27,7 +26,7 @@ RING_M = 2e-7  # a run's mean: all phases of the points, contact damping and fri
 CAGE_RATIO = 2e-4  # the same; rattling rollers drag: 1.2e-4 seen with play 0
 BAND = 0.05  # of the range of the later values, which the first ones may exceed
 SAG_M = 2.3e-5  # a roller sinks between two points 2.03 mm apart: (1.015 mm)^2 / 2 x (1/20 mm - 1/164 mm) = 22.6 um
-CAGE_ANGLES = (0.0, 0.05, 0.09, 0.2)  # at 0.09 rad a roller of row 1 stands in the middle of the load zone, on a defect
+CAGE_ANGLES = (0.0, 0.09)  # at 0.09 rad a roller of row 1 stands in the middle of the load zone, on a defect
 
 SCENES: dict[str, dict[str, Any]] = {
     "play 0": {},
@@ -85,25 +84,6 @@ def test_rows_mirror_each_other_under_radial_load() -> None:
     slides, ring = slides_and_ring(equilibrium_state(model_of(load={"path": "bearing"})))
     assert slides[:19] == pytest.approx(slides[19:], abs=MIRRORED_M)
     assert ring[2] == pytest.approx(0.0, abs=MIRRORED_M)
-
-
-def test_mirrored_axial_load_swaps_the_rows() -> None:
-    plus, ring = slides_and_ring(equilibrium_state(model_of(load={"axial": "49 kN"})))
-    minus, mirrored = slides_and_ring(equilibrium_state(model_of(load={"axial": "-49 kN"})))
-    assert plus == pytest.approx(np.roll(minus, 19), abs=MIRRORED_M)
-    assert ring == pytest.approx(mirrored * [1, 1, -1], abs=MIRRORED_M)
-
-
-def test_turning_the_load_by_two_rollers_turns_the_slides() -> None:
-    """570 points per circle are 30 per roller: a turn by two rollers maps the bearing onto itself."""
-    contact, turn = {"points_per_circle": 570}, 2 * 2 * np.pi / 19
-    slides, ring = slides_and_ring(equilibrium_state(model_of(contact=contact, load={"path": "bearing"})))
-    load = {"path": "bearing", "direction_rad": -np.pi / 2 + turn}
-    turned, turned_ring = slides_and_ring(equilibrium_state(model_of(contact=contact, load=load)))
-    assert turned[:19] == pytest.approx(np.roll(slides[:19], 2), abs=MIRRORED_M)
-    assert turned_ring[0] + 1j * turned_ring[1] == pytest.approx(
-        (ring[0] + 1j * ring[1]) * np.exp(1j * turn), abs=MIRRORED_M
-    )
 
 
 def test_unloaded_rollers_rest_on_the_outer_race() -> None:
@@ -186,11 +166,3 @@ def test_a_run_is_settled_from_its_first_sample(fit: str) -> None:
 def test_a_crushed_contact_is_refused(load: dict[str, Any], contact: dict[str, Any]) -> None:
     with pytest.raises(ConfigurationError, match=r"overload the contact.* um; .*limit is 200 um"):
         equilibrium_state(model_of(load=load, contact=contact))
-
-
-def test_a_load_that_nothing_carries_is_refused() -> None:
-    """One per cent of the load, and 1 N, may be left over."""
-    model = model_of(load={"path": "bearing"})
-    _check_carried(model, 1248.0)
-    with pytest.raises(ConfigurationError, match=r"1250 N of the load remain uncarried, the limit is 1249 N"):
-        _check_carried(model, 1250.0)

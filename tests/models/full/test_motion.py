@@ -16,7 +16,6 @@ from srbval.models.full.state import layout_of
 from srbval.models.full.steps import rates, take_steps
 from srbval.models.solvers import METHODS
 from srbval.scene import paper_scene
-from tests.verification.cases import disturbed
 from tests.verification.harness import geometry, rolling_state
 from tests.verification.world import GRAVITY, World
 
@@ -24,19 +23,6 @@ ROUNDING = 1e-9  # of two formulations that subtract lengths of 0.16 m to find m
 GROWN_ROUNDING = 1e-8  # the same for the net force of a run's state, in which forces on the ring nearly cancel
 WHOLE_POINTS = 0.02  # share of a point's extra force by which the roller's curvature changes it
 UNCHANGED = 1e-6  # of the largest load: what leans from the slope of the bump on neighbouring circles
-LEAST_FORCE_N = 100.0  # the state must press some rollers, or nothing is tested
-
-
-@pytest.mark.parametrize("kind", ["none", "outer", "inner"])
-@pytest.mark.parametrize("fit", ["play", "printed"])
-def test_contact_forces_agree_with_the_independent_formulation(kind: str, fit: str) -> None:
-    scene = paper_scene(contact={"roller_fit": fit}, defect={"kind": kind})
-    model = make_parameters(scene, geometry())
-    y, t = disturbed(model, seed=7, cage_angle=1.0), 0.0123
-    found, expected = rates(model, t, y), World(scene, geometry()).contacts(t, y)
-    assert np.abs(expected.force).max() > LEAST_FORCE_N
-    assert found.load_n == pytest.approx(expected.load, abs=ROUNDING * expected.load.max())
-    assert found.totals[col.RING_FORCE] == pytest.approx(expected.on_ring, abs=ROUNDING * np.abs(expected.force).max())
 
 
 def test_evaluating_only_near_rollers_loses_nothing() -> None:

@@ -6,27 +6,24 @@ import numpy as np
 import pytest
 
 from srbval.bearing import CIRCLES, load_bearing
-from srbval.models.full.bodies import outer_ring_mass_kg, roller_body
-from srbval.models.full.parameters import make_parameters
+from srbval.models.full.parameters import make_parameters, outer_ring_mass_kg, roller_body
 from srbval.models.full.point_cloud import (
     DEEPEST_M,
     candidate_windows,
     circle_points,
     clearance_aside_m,
-    cross_section,
     inner_circle,
     outer_circle,
     window_half_count,
     wrapped,
 )
-from srbval.scene import Defect, DefectShape, paper_scene
+from srbval.scene import Defect, paper_scene
 
 GEOMETRY = load_bearing("skf-22240").geometry
 assert GEOMETRY is not None
 LEAST_CLEARANCE = 0.97  # of the true one: the rest is the circles' own curvature
 ROUNDED_TABLE_1_M = 2e-5  # Table 1 gives hundredths of a millimetre
 ROUNDING = 1e-12  # of a length
-ANGLE_ROUNDING = 1e-9  # of an angle in points
 SLICES = 1e-6  # of a volume, from 20 000 slices
 MASS_KG = 0.01  # of a roller, estimated to hundredths
 BARREL = 0.05  # of a cylinder's inertia: the barrel is thinner at its ends
@@ -85,13 +82,7 @@ def test_a_pit_as_drilled_on_the_rig() -> None:
     assert np.count_nonzero(pit.lift) == pytest.approx(8, abs=1)
 
 
-def test_shapes_of_a_defect() -> None:
-    across = np.array([-0.6, -0.5, -0.25, 0.0, 0.25, 0.5, 0.6])
-    assert cross_section(across, DefectShape.FLAT) == pytest.approx([0, 1, 1, 1, 1, 1, 0])
-    assert cross_section(across, DefectShape.COSINE) == pytest.approx([0, 0, 0.5, 1, 0.5, 0, 0])
-
-
-@pytest.mark.parametrize("points", [500, 1000, 4000])
+@pytest.mark.parametrize("points", [500, 4000])
 @pytest.mark.parametrize("sign", [-1, 1])
 def test_a_point_aside_stands_clear_by_no_less_than_said(points: int, sign: int) -> None:
     """Against circles that meet: exact, and no more than what the circles' curvature leaves out below it."""
@@ -105,19 +96,7 @@ def test_a_point_aside_stands_clear_by_no_less_than_said(points: int, sign: int)
         assert LEAST_CLEARANCE <= said * spacings**2 / clear <= 1.0
 
 
-def test_windows_of_undisplaced_points_lie_about_the_roller() -> None:
-    """The c nearest points of each circle: about the nearest one for odd c, about the one before for even c."""
-    assert GEOMETRY is not None
-    circles = [outer_circle(GEOMETRY, p) for p in CIRCLES]
-    plain = [circle_points(500, c.radius_m, (), 0.0) for c in circles]
-    windows = candidate_windows(circles, [plain, plain], 500, 2)
-    for c, offsets in enumerate(([0], [0, 1], [-1, 0, 1], [-1, 0, 1, 2], [-2, -1, 0, 1, 2]), start=1):
-        assert windows.starts[c - 1].tolist() == [0, c, 2 * c, 3 * c]
-        angle = np.arctan2(windows.points[c - 1, 1, :c], windows.points[c - 1, 0, :c])
-        assert angle * 500 / (2 * math.pi) == pytest.approx(offsets, abs=ANGLE_ROUNDING)
-
-
-@pytest.mark.parametrize("points", [500, 1000, 4000])
+@pytest.mark.parametrize("points", [500, 4000])
 def test_no_point_beyond_the_window_can_touch(points: int) -> None:
     """Brute force: a roller at every phase between two points, pressed in as deep as the search allows."""
     assert GEOMETRY is not None
@@ -140,10 +119,10 @@ def test_no_point_beyond_the_window_can_touch(points: int) -> None:
 def test_roller_mass_and_inertia() -> None:
     """About 0.36 kg of steel; a cylinder's inertia within the barrel's few per cent."""
     assert GEOMETRY is not None
-    body = roller_body(GEOMETRY, 0.04, 7850.0)
-    assert body.mass_kg == pytest.approx(0.36, abs=MASS_KG)
-    assert body.axial_kg_m2 == pytest.approx(body.mass_kg * 0.02**2 / 2, rel=BARREL)
-    assert body.transverse_kg_m2 == pytest.approx(body.mass_kg * (3 * 0.02**2 + 0.037**2) / 12, rel=BARREL)
+    mass, axial, transverse = roller_body(GEOMETRY, 0.04, 7850.0)
+    assert mass == pytest.approx(0.36, abs=MASS_KG)
+    assert axial == pytest.approx(mass * 0.02**2 / 2, rel=BARREL)
+    assert transverse == pytest.approx(mass * (3 * 0.02**2 + 0.037**2) / 12, rel=BARREL)
 
 
 def test_outer_ring_mass() -> None:
