@@ -34,7 +34,7 @@ def test_an_analysis_is_a_table_a_picture_and_a_line_of_text() -> None:
     frame = analysis().to_frame()
     inner = frame[(frame["name"] == "BPFI") & (frame["harmonic"] == 1)].iloc[0]
     assert inner["found_hz"] == analysis().line("BPFI").found_hz
-    labels = [text.get_text() for axes in analysis().plot().axes for text in axes.texts]
+    labels = [text.get_text() for axes in srbval.plot_analysis(analysis()).axes for text in axes.texts]
     assert any(text.startswith("BPFI  135.4 Hz") for text in labels)
     assert repr(analysis()).endswith("BPFI detected>")
     assert repr(analysis().recording) == "<Recording made for the test: measured, inner race, x, 3 s at 12000 Hz>"

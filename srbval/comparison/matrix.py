@@ -17,7 +17,7 @@ from srbval.comparison.comparison import Comparison, ComparisonVerdict
 from srbval.comparison.counterpart import AnalysedRun
 from srbval.comparison.effects import Sensitivity
 from srbval.comparison.record_verdict import FREQUENCIES, RecordVerdict, holm, judge
-from srbval.diagnosis.fault_call import FaultCall, call_fault
+from srbval.diagnosis.baseline_comparison import BaselineComparison, compare_with_baseline
 from srbval.errors import SrbvalError
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.lines import Line, line_entry
@@ -57,7 +57,7 @@ class MatrixCell:
     speed: ShaftSpeed
     line: Line
     model_hz: float | None
-    call: FaultCall
+    call: BaselineComparison
     comparisons: tuple[Comparison, ...] = ()
     judged: RecordVerdict | None = None
     remark: str = ""
@@ -278,7 +278,7 @@ def _cell(
         speed=analysis.speed,
         line=line,
         model_hz=analysis.speed.value_hz * model_order if model_order else None,
-        call=call_fault(analysis, None if state is Fault.HEALTHY else healthy),
+        call=compare_with_baseline(analysis, None if state is Fault.HEALTHY else healthy),
         comparisons=rows,
         judged=judge(rows, sensitivity.of(state)),
         remark=model if isinstance(model, str) else "",

@@ -10,7 +10,7 @@ from typing import Any
 
 from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
 from srbval.comparison.speed_and_slip import cage_factor
-from srbval.diagnosis.fault_call import FaultCall, call_fault, is_fault_like
+from srbval.diagnosis.baseline_comparison import BaselineComparison, compare_with_baseline, is_fault_like
 from srbval.errors import SrbvalError
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.lines import RACE_LINES, Line, line_entry
@@ -51,7 +51,7 @@ class OtherRecord:
     radial_n: float | None = None
     cage_pct: float | None = None
     cage_ci95_pct: float | None = None
-    call: FaultCall | None = None
+    call: BaselineComparison | None = None
     caution: str = ""
     cautions: tuple[str, ...] = ()
     refused: str = ""
@@ -128,7 +128,7 @@ def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...],
         speed=analysis.speed,
         line=line,
         shown=_shown(analysis, line, record.state),
-        call=call_fault(analysis, healthy),
+        call=compare_with_baseline(analysis, healthy),
         caution="; ".join(n for n in recording.notes if n in special),
         cautions=recording.cautions,
     )

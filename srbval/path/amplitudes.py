@@ -26,8 +26,7 @@ from srbval.reading.pipeline import choose_tracking, one_signal, process
 from srbval.recordings import Origin, Recording
 from srbval.recordings.datasets.srbval_files import SENSOR
 from srbval.scene import BANDS_HZ
-from srbval.signal import LEAST_SNR, NORMAL_95, drop_ends, end_s
-from srbval.signal.prewhitening import phase_randomised
+from srbval.signal import LEAST_SNR, NORMAL_95, drop_ends, end_s, kurtosis, phase_randomised, power_density
 
 PATH, NUMERICS, SURFACES = "path to the sensor", "numerics: step, slices and starts", "waves on races and rollers"
 ENVELOPE_HZ, WHOLE_HZ = BANDS_HZ["1400-2800"], (400.0, 3150.0)
@@ -47,7 +46,7 @@ BACKGROUND_SEED = 11
 def band_power(recording: Recording, band_hz: tuple[float, float]) -> float:
     """Power in a band [(m/s2)^2], Welch's method; a run's is freed of its mean over output intervals."""
     fs_hz = recording.fs_hz
-    own_hz, density = scipy.signal.welch(one_signal(recording), fs_hz, nperseg=round(SEGMENT_S * fs_hz))
+    own_hz, density = power_density(one_signal(recording), fs_hz, SEGMENT_S)
     if recording.origin is Origin.SIMULATED:
         density = density / np.sinc(own_hz / fs_hz) ** 2
     inside = own_hz[(own_hz > band_hz[0]) & (own_hz < band_hz[1])]
@@ -109,7 +108,7 @@ def kurtoses(recording: Recording) -> dict[str, QuantityValue]:
     for name, band in KURTOSIS_BANDS.items():
         sections = scipy.signal.butter(ORDER, band, "bandpass", fs=recording.fs_hz, output="sos")
         passed = drop_ends(scipy.signal.sosfiltfilt(sections, one_signal(recording)), recording.fs_hz, end_s(WHOLE_HZ))
-        found[name] = _jackknifed(np.array_split(passed, BLOCKS), _kurtosis)
+        found[name] = _jackknifed(np.array_split(passed, BLOCKS), kurtosis)
     return found
 
 
@@ -197,10 +196,6 @@ def _line(square: FloatArray, rate: float, line_hz: float) -> tuple[float, float
     noise = float(np.median(around)) / math.log(2)
     peak = float(near.max())
     return peak, max(peak / noise, 0.5)
-
-
-def _kurtosis(samples: FloatArray) -> float:
-    return float(np.mean(samples**4) / np.mean(samples**2) ** 2)
 
 
 def _jackknifed(parts: Sequence[FloatArray], read: Callable[[FloatArray], float]) -> QuantityValue:

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import scipy.signal
 from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
@@ -32,6 +31,7 @@ from srbval.progress import Progress, silent
 from srbval.reading.pipeline import one_signal
 from srbval.recordings import Origin, Recording, recording_from_run
 from srbval.scene import Scene, SensorPath
+from srbval.signal import power_density
 
 # Drives tone near 4 and 8 kHz on the paper's rig, whatever the speed; below 400 Hz its frame answers.
 BAND_HZ = (400.0, 3150.0)
@@ -171,7 +171,7 @@ def _power(record: Recording, frequency_hz: FloatArray) -> FloatArray:
     length = round(SEGMENT_S * record.fs_hz)
     if record.samples < 4 * length:
         raise DataError(f"{record.name}: {record.seconds:.3g} s; a path needs at least {4 * SEGMENT_S:g} s.")
-    own_hz, density = scipy.signal.welch(one_signal(record), record.fs_hz, nperseg=length, detrend="constant")
+    own_hz, density = power_density(one_signal(record), record.fs_hz, SEGMENT_S)
     if record.origin is Origin.SIMULATED:
         density = density / np.sinc(own_hz / record.fs_hz) ** 2
     return np.asarray(np.interp(frequency_hz, own_hz, density))

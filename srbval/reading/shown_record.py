@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from srbval.arrays import FloatArray
-
-if TYPE_CHECKING:
-    from srbval.reading.analyse import Analysis
+from srbval.reading.analyse import Analysis
+from srbval.signal import power_density
 
 WINDOW_S = (0.3, 0.5)  # shown in Figures 11 and 14: two to three shaft turns, clear of the filter's ends
 SEGMENT_HZ = 20.0  # resolution of the Welch spectra: fine enough for resonances, coarse enough to smooth the rest
@@ -40,33 +38,24 @@ def shown_record(
     analysis: Analysis, *, window_s: tuple[float, float] = WINDOW_S, own_unit: bool = False
 ) -> ShownRecord:
     """The arrays of one record; with `own_unit` in the recording's unit instead of standard deviations."""
-    from scipy.signal import welch
-
     shown = analysis.processed
     spread = 1 / shown.scale if own_unit else float(np.std(shown.filtered))
     time = np.arange(len(shown.filtered)) / shown.fs_hz
     inside = (time >= window_s[0]) & (time <= window_s[1])
-    envelope = shown.envelope[inside] / spread
-    frequency, amplitude = shown.spectrum.frequency_hz, shown.spectrum.amplitude / spread
-    segment = min(round(shown.fs_hz / SEGMENT_HZ), shown.samples.size)
-    power_hz, power = welch(shown.samples * (shown.scale if own_unit else 1.0), shown.fs_hz, nperseg=segment)
+    scale = shown.scale if own_unit else 1.0
+    power_hz, power = power_density(shown.samples * scale, shown.fs_hz, 1 / SEGMENT_HZ)
     return ShownRecord(
         analysis=analysis,
         time_s=time[inside],
         acceleration=shown.filtered[inside] / spread,
-        envelope=envelope,
-        frequency_hz=frequency,
-        amplitude=amplitude,
+        envelope=shown.envelope[inside] / spread,
+        frequency_hz=shown.spectrum.frequency_hz,
+        amplitude=shown.spectrum.amplitude / spread,
         peaks=tuple(
-            (line.name, line.found_hz, height_at(line.found_hz, frequency, amplitude))
+            (line.name, line.found_hz, shown.spectrum.height_at(line.found_hz) / spread)
             for line in analysis.lines
             if line.detected and line.found_hz is not None
         ),
         power_hz=power_hz[1:],
         power_db=10 * np.log10(np.maximum(power[1:], np.finfo(float).tiny)),
     )
-
-
-def height_at(line_hz: float, frequency: FloatArray, amplitude: FloatArray) -> float:
-    """Height of a line: the larger of the two bins it lies between."""
-    return float(amplitude[np.argsort(np.abs(frequency - line_hz))[:2]].max())

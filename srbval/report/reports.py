@@ -5,13 +5,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from srbval.diagnosis.baseline import Baseline
-from srbval.diagnosis.fault_naming import Naming
+from srbval.diagnosis.baseline_comparison import Baseline
+from srbval.diagnosis.diagnose import Diagnosis
 from srbval.errors import ConfigurationError
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis
 from srbval.recordings import Recording
 from srbval.report import FORMATS, Report, write_report
+from srbval.report.figures.analysis import analysis_picture
 from srbval.report.figures.files import picture_bytes
 from srbval.report.figures.style import figure_style
 from srbval.report.findings.findings import Evidence
@@ -117,10 +118,10 @@ def check_plot(path: Path) -> None:
 
 
 def write_plot(
-    analysis: Analysis, path: Path, *, baseline: Baseline | None = None, naming: Naming | None = None,
+    analysis: Analysis, path: Path, *, baseline: Baseline | None = None, naming: Diagnosis | None = None,
     command: str = "srbval analyse",
 ) -> None:  # fmt: skip
-    """One picture of an analysis as PNG or SVG (`Analysis.plot`), or with its table of lines as a page of its own."""
+    """A picture of an analysis as PNG or SVG (`analysis_picture`), or with its table of lines as a page of its own."""
     check_plot(path)
     with atomic_write(path) as part, figure_style():
         if path.suffix.lower() == ".html":
@@ -131,7 +132,7 @@ def write_plot(
                 draw_figures(page, Path(figures), (Document.MAIN,))
                 part.write_text(render_html(page, Path(figures)), encoding="utf-8")
         else:
-            figure = analysis.plot(healthy=None if baseline is None else baseline.analysis)
+            figure = analysis_picture(analysis, None if baseline is None else baseline.analysis)
             part.write_bytes(picture_bytes(figure, path.suffix.lower()))
 
 

@@ -28,7 +28,7 @@ from srbval.comparison.counterpart import AnalysedRun
 from srbval.comparison.effects import NO_SENSITIVITY, DefectEffects, QuantityEffects, Sensitivity
 from srbval.comparison.matrix import BASELINE, NOT_DETECTED, Matrix, build_matrix
 from srbval.comparison.other_rigs import read_other_rigs
-from srbval.diagnosis.fault_call import Basis
+from srbval.diagnosis.baseline_comparison import Basis
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.lines import RACE_LINES
 from srbval.recordings import Origin, SpeedSource

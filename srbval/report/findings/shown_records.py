@@ -3,13 +3,13 @@
 from dataclasses import dataclass
 
 from srbval.reading.analyse import Analysis
-from srbval.reading.shown_record import ShownRecord, height_at
+from srbval.reading.shown_record import ShownRecord
 from srbval.signal import Scalogram, morlet_scalogram
 from srbval.signal.scalogram import COLUMNS, ROWS
 
 SCALOGRAM_HZ = (40.0, 1000.0)  # shown in Figure 14
-# What draws it, of the transforms that `srbval/studies/reading_accuracy/scalogram_check.py` tries; the largest error allowed there.
-SCALOGRAM_TRANSFORM, SCALOGRAM_ERROR = "closed-form Morlet", 0.005
+# What draws it, of the transforms that `studies/reading_accuracy/scalogram_check.py` tries; the largest error allowed.
+SCALOGRAM_TRANSFORM, SCALOGRAM_ERROR = "pywt.cwt, symmetric wavelets", 0.005
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +32,5 @@ def sideband_shares(analysis: Analysis) -> SidebandShares | None:
     if line_hz is None:
         return None
     spectrum = analysis.processed.spectrum
-    line, *sides = (
-        height_at(line_hz + times * shaft_hz, spectrum.frequency_hz, spectrum.amplitude) for times in (0, -1, 1, -2, 2)
-    )
+    line, *sides = (spectrum.height_at(line_hz + times * shaft_hz) for times in (0, -1, 1, -2, 2))
     return SidebandShares(at_one=(sides[0] + sides[1]) / 2 / line, at_two=(sides[2] + sides[3]) / 2 / line)

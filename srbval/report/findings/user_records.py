@@ -13,9 +13,9 @@ import numpy as np
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
 from srbval.comparison.cage_inputs import CageInputs, cage_inputs
 from srbval.comparison.simulation_cases import SimulationCase, run_cases
-from srbval.diagnosis.baseline import Baseline, against, baseline_of, registered_baseline
-from srbval.diagnosis.fault_call import FaultCall, is_fault_like
-from srbval.diagnosis.fault_naming import Naming, name_fault
+from srbval.diagnosis.baseline import baseline_of, registered_baseline
+from srbval.diagnosis.baseline_comparison import Baseline, BaselineComparison, compare_with_baseline, is_fault_like
+from srbval.diagnosis.diagnose import Diagnosis, diagnose
 from srbval.errors import ConfigurationError, SrbvalError
 from srbval.models.run import Run
 from srbval.progress import Progress, silent, stage
@@ -108,8 +108,8 @@ class OwnRecord:
     """
 
     analysis: Analysis
-    call: FaultCall
-    naming: Naming | None
+    call: BaselineComparison
+    naming: Diagnosis | None
     baseline: Baseline | None
     unit: str
     shown: ShownRecord
@@ -180,7 +180,7 @@ def gather_own(
     `bearing` is a known name or a file, without it that of the recordings' data set. Where neither `band_hz` [Hz] nor
     the data set says which band to demodulate, one is chosen on each record, with its trials counted. The
     model is compared with a measured record where the bearing's dimensions are known and `model` is left True.
-    `all_channels`: see `name_fault`; `largest_slip_pct`: see `bearing_of`. Raises what reading a record raises; a
+    `all_channels`: see `diagnose`; `largest_slip_pct`: see `bearing_of`. Raises what reading a record raises; a
     model's run that fails is only said.
     """
     if not recordings:
@@ -194,9 +194,9 @@ def gather_own(
             other = healthy if healthy is not None else registered_baseline(analysis)
             baseline = None if other is None else baseline_of(analysis, other)
         name = bearing or recording.bearing
-        compared = _model_result(analysis, against(analysis, baseline), name, progress) if model else None
+        compared = _model_result(analysis, compare_with_baseline(analysis, baseline), name, progress) if model else None
         measured = recording.origin is Origin.MEASURED
-        naming = name_fault(analysis, all_channels=all_channels) if measured else None
+        naming = diagnose(analysis, all_channels=all_channels) if measured else None
         records.append(own_record(analysis, baseline, compared, naming))
     runs = [record.model.run for record in records if isinstance(record.model, ModelResult)]
     used = [*recordings, *(r.baseline.analysis.recording for r in records if r.baseline is not None)]
@@ -233,10 +233,13 @@ def _band_is_declared(recording: Recording) -> bool:
 
 
 def own_record(
-    analysis: Analysis, baseline: Baseline | None, model: ModelResult | str | None = None, naming: Naming | None = None
+    analysis: Analysis,
+    baseline: Baseline | None,
+    model: ModelResult | str | None = None,
+    naming: Diagnosis | None = None,
 ) -> OwnRecord:
     """What the report says of one analysis, compared with a healthy record and a model where there are any."""
-    call = against(analysis, baseline)
+    call = compare_with_baseline(analysis, baseline)
     compared = [analysis] if baseline is None else [analysis, baseline.analysis]
     own_unit, window_s = in_own_unit(compared), middle_window(compared)
     marked = marked_line(analysis) if call.line is None else analysis.line(call.line)
@@ -268,7 +271,7 @@ def _on_axis_of(shown: ShownRecord, other: ShownRecord) -> ShownRecord:
 
 
 def _model_result(
-    analysis: Analysis, call: FaultCall, bearing: str | None, progress: Progress
+    analysis: Analysis, call: BaselineComparison, bearing: str | None, progress: Progress
 ) -> ModelResult | str | None:
     """The model at the record's speed with the defect declared or indicated; None where the bearing has no model."""
     recording, geometry, elements = analysis.recording, analysis.bearing.geometry, analysis.bearing.elements

@@ -15,7 +15,7 @@ from srbval.comparison.counterpart import CONVERGED_POINTS, STARTS, TURNS
 from srbval.comparison.effects import QuantityEffects
 from srbval.comparison.matrix import Matrix, MatrixCell
 from srbval.comparison.record_verdict import RecordVerdict
-from srbval.diagnosis.fault_call import Basis
+from srbval.diagnosis.baseline_comparison import Basis
 from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Figure, FigureGrid, Listing
 from srbval.report.figures.deviation import agreement_plot
