@@ -136,7 +136,7 @@ def rows(
         widths = {RIG_READING: value.ci95 or 0.0} | {part: of[name] for part, of in parts.items() if name in of}
         found.append(
             Comparison(
-                kind=kind, fault=fault, quantity=name, unit="1" if relative else "dB", error_unit=unit, record=record,
+                kind=kind, state=fault, quantity=name, unit="1" if relative else "dB", error_unit=unit, record=record,
                 scene=scene, margin=CAGE_RATIO.margin if name == CAGE_RATIO.name else MARGIN[unit], used_for=used_for,
                 parts={part: scale * width for part, width in widths.items()}, rig=value, model=model[name],
                 error=scale * (model[name].value - value.value),

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from srbval.bearing import Fault
-from srbval.comparison.predictions import digest, rows_of_predictions
+from srbval.path.predictions import digest, rows_of_predictions
 from srbval.recordings.registry import RegisteredRecording, add, rig_recordings, unopened
 from srbval.report.blocks import Paragraph
 from srbval.report.findings.stored import ShownResult

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from srbval.bearing import Fault, load_bearing
-from srbval.comparison.simulation_cases import paper_cases, run_cases
+from srbval.comparison.counterpart import paper_cases, run_cases
 from srbval.comparison.table6 import published_rows, sum_rules, table6
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis, analyse

@@ -11,7 +11,7 @@ import numpy as np
 
 from srbval.bearing import Fault, load_bearing
 from srbval.comparison.counterpart import analyse_run
-from srbval.comparison.simulation_cases import SimulationCase
+from srbval.comparison.counterpart import SimulationCase
 from srbval.models.simulate import simulate
 from srbval.scene import paper_scene
 from srbval.signal import Periodogram, read_comb

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import Bearing, Fault
-from srbval.comparison.bias import Bias, Pair, biases_of
+from srbval.comparison.bias import Bias, biases
 from srbval.comparison.comparison import Comparison
 from srbval.comparison.cross_band import CrossBand
 from srbval.comparison.effects import Sensitivity
@@ -14,7 +14,7 @@ from srbval.comparison.headline import Headline, headline
 from srbval.comparison.matrix import Matrix
 from srbval.comparison.other_rigs import OtherRecord
 from srbval.comparison.speed_and_slip import SpeedAndSlip
-from srbval.comparison.table6 import Table6, Table6Row
+from srbval.comparison.table6 import Table6
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
 from srbval.reading.shown_record import ShownRecord
@@ -56,7 +56,7 @@ READING_KEYS = ("accuracy", "false_alarms", "timings", "chains", "transforms")
 class Evidence:
     """What the report is made of.
 
-    `matrix`, `pairs`, `bias`, `other_rigs` and `slips` take in every registered recording; the rest shows the model and
+    `matrix`, `bias`, `other_rigs` and `slips` take in every registered recording; the rest shows the model and
     the rig at one of the matrix's speeds: `paper` are the model's analyses at 710 rpm; `rig` those of the rig's
     recordings, or of stand-ins where a state has none; `model_at_rig` those of the model at each rig recording's own
     speed (at 710 rpm for a stand-in). `runs`, with `run_facts`, are those shown, by the id of their case, not those of
@@ -90,13 +90,12 @@ class Evidence:
     fits: Mapping[RollerFit, tuple[ShownRecord, Scalogram]]
     kurtograms: tuple[RecordKurtogram, ...]
     crossed: tuple[CrossBand, ...]
-    rows: tuple[Table6Row, ...]
+    rows: tuple[dict[str, Any], ...]
     sums: tuple[SumRule, ...]
     known: Sensitivity
     registered: tuple[RegisteredRecording, ...]
     register: RegisterListing
     matrix: Matrix
-    pairs: tuple[Pair, ...]
     bias: tuple[Bias, ...]
     predicted: tuple[Comparison, ...]
     other_rigs: tuple[OtherRecord, ...]
@@ -155,7 +154,7 @@ class Evidence:
             "bias": [
                 *self.bias,
                 *(row for kind in (AMPLITUDES, WATERFALL) for row in content[kind].get("bias", [])),
-                *biases_of(self.predicted),
+                *biases(self.predicted),
             ],
             "sensitivity": self.known.defects,
             "analyses": {

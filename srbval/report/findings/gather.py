@@ -5,20 +5,26 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Bearing, Fault, load_bearing
-from srbval.comparison.bias import biases, pairs
-from srbval.comparison.counterpart import AnalysedRun, run_counterpart
+from srbval.comparison.bias import biases
+from srbval.comparison.counterpart import (
+    PAPER_STATES,
+    AnalysedRun,
+    SimulationCase,
+    paper_cases,
+    run_cases,
+    run_counterpart,
+)
 from srbval.comparison.cross_band import cross_bands
 from srbval.comparison.effects import Sensitivity
 from srbval.comparison.matrix import Matrix, Point, build_matrix, point_of
 from srbval.comparison.other_rigs import OtherRecord
-from srbval.comparison.predictions import rows_of_predictions
-from srbval.comparison.simulation_cases import PAPER_STATES, SimulationCase, paper_cases, run_cases
 from srbval.comparison.speed_and_slip import matrix_rows, published_speeds, table6_rows
 from srbval.comparison.table6 import Table6, measured_rows, published_rows, sum_rules, table6
 from srbval.errors import ConfigurationError, NumericsError
 from srbval.models.kernel_cache import is_compiled, precompile
 from srbval.models.run import Run
 from srbval.models.run_file import scene_dict
+from srbval.path.predictions import rows_of_predictions
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.shown_record import shown_record
@@ -111,7 +117,6 @@ class _Gathering:
             other_rigs = others.records()
         scene, geometry = runs["paper-outer"].scene, self.bearing.geometry
         assert geometry is not None, "the report's bearing is one the model can run"
-        found_pairs = pairs(matrix.cells)
         trains, fits = impulse_trains(runs, self.bearing)
         return Evidence(
             bearing=self.bearing,
@@ -146,8 +151,7 @@ class _Gathering:
             registered=rig.registered,
             register=register,
             matrix=matrix,
-            pairs=found_pairs,
-            bias=biases(found_pairs),
+            bias=biases(matrix.comparisons, used_for="withheld"),
             predicted=rows_of_predictions(results[PREDICTIONS].content, register.recordings, self.bearing),
             other_rigs=other_rigs,
             slips=(*matrix_rows(matrix.cells, self.bearing), *table6_rows(self.printed, self.bearing)),
@@ -195,7 +199,7 @@ class _Gathering:
     def _rig_side(self, chosen: Mapping[Fault, RegisteredRecording], matrix: Matrix, folder: Path) -> _RigSide:
         points = {state: point_of(entry) for state, entry in chosen.items()}
         sides = {state: matrix.sides[p] for state, p in points.items() if p is not None and p in matrix.sides}
-        measured = {state: side.rig for state, side in sides.items()}
+        measured = {state: rig for state, (rig, _) in sides.items()}
         with stage(self.progress, "Read the stand-ins"):
             stand_ins = _stand_ins(set(PAPER_STATES) - set(measured), self.printed, folder)
             made = {state: analyse(recording, bearing=self.bearing) for state, recording in stand_ins.items()}
@@ -203,7 +207,7 @@ class _Gathering:
             registered=tuple(chosen[state] for state in sides),
             measured=measured,
             rig={state: (measured | made)[state] for state in PAPER_STATES},
-            models={state: _model_of(state, side.model) for state, side in sides.items()},
+            models={state: _model_of(state, model) for state, (_, model) in sides.items()},
         )
 
     def _kurtograms(

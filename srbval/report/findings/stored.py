@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from srbval.comparison.effects import NO_SENSITIVITY, Sensitivity, sensitivity_of
+from srbval.comparison.effects import Sensitivity, sensitivity_of
 from srbval.models.ladder import RUNGS
 from srbval.plan.calibrated import shipped_calibration
 from srbval.plan.table import summary
@@ -81,8 +81,7 @@ def shown_result(kind: str, found: StoredResult | None) -> ShownResult:
 
 def known_sensitivity(results: Mapping[str, ShownResult]) -> Sensitivity:
     """What numerics and inputs do to the compared quantities, as last measured; empty where it never was."""
-    content = results[SENSITIVITY].content
-    return sensitivity_of(content) if content else NO_SENSITIVITY
+    return sensitivity_of(results[SENSITIVITY].content or {})
 
 
 def shown_ladder(base: str = "paper") -> ShownLadder:

@@ -25,7 +25,7 @@ import scipy.fft
 
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.cli.measured import this_machine
-from srbval.comparison.bias import biases_of
+from srbval.comparison.bias import biases
 from srbval.comparison.budget import VERDICT
 from srbval.comparison.comparison import DATA_PARTS, Comparison, QuantityValue
 from srbval.comparison.effects import INPUTS
@@ -380,11 +380,11 @@ def main() -> None:
     ])  # fmt: skip
     print_rows([json_object(one) for one in shares])
     counted = [
-        replace(row, kind=OF_HEALTHY) if row.fault is Fault.HEALTHY and row.kind == "band level" else row
+        replace(row, kind=OF_HEALTHY) if row.state is Fault.HEALTHY and row.kind == "band level" else row
         for row in found if row.kind != "band level" or row.quantity in THIRD_OCTAVES  # each band once
     ]  # fmt: skip
     content = {"machine": this_machine(), "comparisons": [row.to_dict() for row in found], "shares": shares,
-               "bias": biases_of(counted), "over_angle": over_angle(measured(Fault.OUTER, FAST))}  # fmt: skip
+               "bias": biases(counted), "over_angle": over_angle(measured(Fault.OUTER, FAST))}  # fmt: skip
     path = store_result(stamped(AMPLITUDES, content, command=COMMAND[AMPLITUDES], revision=revision), options.output)
     print(f"stored: {path}")
 

@@ -21,6 +21,7 @@ from srbval.comparison.budget import SCAN, TOLERANCE, Answer
 from srbval.comparison.compared_quantities import cage_of, cage_ratio
 from srbval.comparison.comparison import QuantityValue, deviation_pct
 from srbval.comparison.counterpart import TURNS, AnalysedRun, converged, with_points
+from srbval.comparison.effects import NOMINAL_RPM
 from srbval.comparison.speed_and_slip import published_speeds
 from srbval.comparison.table6 import table6
 from srbval.errors import DataError, NumericsError
@@ -30,7 +31,7 @@ from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings.registry import find_recording, load_entry
 from srbval.scene import Scene
 from srbval.studies.sensitivity.open_inputs import BAND, OpenInput, drawn, open_inputs
-from srbval.studies.sensitivity.study import NOMINAL_RPM, paper_scenes, run_unchecked
+from srbval.studies.sensitivity.study import paper_scenes, run_unchecked
 
 NOMINAL = "all nominal"
 HARMONICS = range(1, 6)

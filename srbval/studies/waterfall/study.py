@@ -20,16 +20,16 @@ from typing import Any
 
 from srbval.bearing import RACE_DEFECTS, Fault
 from srbval.cli.measured import this_machine
-from srbval.comparison.bias import biases_of
+from srbval.comparison.bias import biases
 from srbval.comparison.compared_quantities import CAGE_RATIO
 from srbval.comparison.comparison import Comparison, QuantityValue
 from srbval.comparison.effects import INPUTS
-from srbval.comparison.predictions import values_of_record
 from srbval.config.strict import read_toml
 from srbval.errors import NumericsError
 from srbval.models.run import Run
 from srbval.models.simulate import Step, simulate
 from srbval.path.amplitudes import NUMERICS, PATH, half_widths, levels, pattern, rows
+from srbval.path.predictions import values_of_record
 from srbval.recordings import Recording
 from srbval.scene import Scene, SensorPath, draws, load_scene, merge, rig_inputs
 from srbval.storage.own_package import git_revision
@@ -207,7 +207,7 @@ def main() -> None:
         replace(row, scene="paper") for row in first.values()
     ]  # fmt: skip
     content = {
-        "machine": this_machine(), "seconds": SECONDS, "bias": biases_of(paper),
+        "machine": this_machine(), "seconds": SECONDS, "bias": biases(paper),
         "measures": summary, "rows": [row.to_dict() for row in found],
     }  # fmt: skip
     path = store_result(stamped(WATERFALL, content, command=COMMAND[WATERFALL], revision=revision), options.output)
