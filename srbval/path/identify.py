@@ -21,8 +21,7 @@ from srbval.models.simulate import Step, simulate
 from srbval.path.amplitudes import SEGMENT_S, power_density
 from srbval.path.path_fit import LEAST_SPARE, BandPowers, MeasuredResponse, PathFit, best_of, fit_path, inflated, refit
 from srbval.progress import Progress, silent
-from srbval.reading.pipeline import one_signal
-from srbval.recordings import Origin, Recording, recording_from_run
+from srbval.recordings import Recording, recording_from_run
 from srbval.scene import Scene, SensorPath
 
 # Drives tone near 4 and 8 kHz on the paper's rig, whatever the speed; below 400 Hz its frame answers.

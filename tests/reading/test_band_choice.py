@@ -5,7 +5,7 @@ import pytest
 
 from srbval.bearing import Fault, load_bearing
 from srbval.cli import main
-from srbval.comparison.cross_band import cross_bands
+from srbval.report.findings.bands import cross_bands
 from srbval.errors import ConfigurationError
 from srbval.reading.analyse import analyse
 from srbval.reading.band_choice import WHOLE_BAND, BandChoice, band_kurtogram, declared_band, sidak_corrected

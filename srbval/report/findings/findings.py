@@ -8,7 +8,6 @@ from typing import Any
 from srbval.bearing import Bearing, Fault
 from srbval.comparison.bias import Bias, biases
 from srbval.comparison.comparison import Comparison
-from srbval.comparison.cross_band import CrossBand
 from srbval.comparison.effects import Sensitivity
 from srbval.comparison.headline import Headline, headline
 from srbval.comparison.matrix import Matrix
@@ -22,7 +21,7 @@ from srbval.reading.sum_rule import SumRule
 from srbval.recordings import Origin
 from srbval.recordings.datasets.description import DatasetDescription, PublishedSpeeds
 from srbval.recordings.registry import RegisteredRecording, RegisterListing
-from srbval.report.findings.bands import RecordKurtogram
+from srbval.report.findings.bands import CrossBand, RecordKurtogram
 from srbval.report.findings.bearing_views import BearingViews, LoadSharing, PointPassing
 from srbval.report.findings.harmonics import HarmonicPatterns
 from srbval.report.findings.impulse_trains import ImpulseTrain

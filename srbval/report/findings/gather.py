@@ -14,7 +14,6 @@ from srbval.comparison.counterpart import (
     run_cases,
     run_counterpart,
 )
-from srbval.comparison.cross_band import cross_bands
 from srbval.comparison.effects import Sensitivity
 from srbval.comparison.matrix import Matrix, Point, build_matrix, point_of
 from srbval.comparison.other_rigs import OtherRecord
@@ -31,7 +30,7 @@ from srbval.reading.shown_record import shown_record
 from srbval.recordings import Recording, recording_from_run, write_stand_in
 from srbval.recordings.datasets.description import DatasetDescription, dataset
 from srbval.recordings.registry import RegisteredRecording, listing, rig_recordings
-from srbval.report.findings.bands import RecordKurtogram, record_kurtogram
+from srbval.report.findings.bands import RecordKurtogram, cross_bands, record_kurtogram
 from srbval.report.findings.bearing_views import bearing_views, load_path, load_zone_case, point_passing
 from srbval.report.findings.findings import Evidence
 from srbval.report.findings.harmonics import harmonic_patterns, pattern_cases
