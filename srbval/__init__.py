@@ -27,14 +27,13 @@ _NAMES = {
         "verify as verify_recordings",
     ),
     "signal": ("Spectrum", "amplitude_spectrum", "bandpass", "envelope", "envelope_spectrum", "kurtogram"),
-    "validation.analyse": ("Analysis", "analyse"),
-    "validation.baseline": ("against", "baseline_of"),
-    "validation.fault_call": ("FaultCall", "call_fault"),
-    "validation.identify": ("identify as identify_path",),
-    "evidence.evidence": ("Evidence",),
-    "evidence.gather": ("gather",),
-    "bench.bench": ("run_bench",),
-    "stability.stability": ("run_stability",),
+    "reading.analyse": ("Analysis", "analyse"),
+    "diagnosis.baseline": ("against", "baseline_of"),
+    "diagnosis.fault_call": ("FaultCall", "call_fault"),
+    "path.identify": ("identify as identify_path",),
+    "report.findings.findings": ("Evidence",),
+    "report.findings.gather": ("gather",),
+    "studies.harness": ("run_study",),
     "plan.plan": ("make_plan",),
     "campaign.settings": ("load_campaign",),
     "campaign.run": ("run_campaign",),
@@ -42,7 +41,7 @@ _NAMES = {
     "campaign.verify": ("verify_campaign",),
     "campaign.export": ("export_campaign",),
     "check.check": ("run_check",),
-    "main_job": ("make_report", "report_recordings", "write_plot"),
+    "report.reports": ("make_report", "report_recordings", "write_plot"),
     "cli.docs_command": ("build_docs",),
     "cli.doctor_command": ("doctor",),
     "errors": ("ConfigurationError", "DataError", "NumericsError", "SrbvalError"),
@@ -60,7 +59,7 @@ __all__ = ["Analysis", "Bearing", "ConfigurationError", "DataError", "Evidence",
            "export_campaign", "fault_frequencies", "fetch_recordings", "find_bearings", "gather", "identify_path",
            "known_bearings", "kurtogram", "list_recordings", "load_bearing", "load_campaign", "load_recording",
            "load_scene", "make_plan", "make_report", "paper_scene", "recording_from_run", "report_recordings",
-           "run_bench", "run_campaign", "run_check", "run_stability", "simulate", "verify_campaign",
+           "run_campaign", "run_check", "run_study", "simulate", "verify_campaign",
            "verify_recordings", "write_plot", "write_run"]  # fmt: skip
 
 if TYPE_CHECKING:
@@ -92,8 +91,7 @@ if TYPE_CHECKING:
     from srbval.report.reports import make_report, report_recordings, write_plot
     from srbval.scene import Scene, load_scene, paper_scene
     from srbval.signal import Spectrum, amplitude_spectrum, bandpass, envelope, envelope_spectrum, kurtogram
-    from srbval.studies.speed_accuracy.study import run_bench
-    from srbval.studies.stability.study import run_stability
+    from srbval.studies.harness import run_study
 
 
 def __getattr__(name: str) -> Any:

@@ -10,10 +10,10 @@ from typing import Any
 
 from srbval.campaign.quantities import Output
 from srbval.models.run import USABLE
+from srbval.models.run_file import scene_content
 from srbval.scene import Scene
 from srbval.storage.content_store import content_key
 from srbval.storage.content_version import content_version
-from srbval.studies.scenes import scene_content
 
 COMPUTED_BY = "srbval.campaign.work"
 KEY = re.compile("[0-9a-f]{32}")  # of a result

@@ -60,7 +60,8 @@ def _run(given: list[str]) -> int:
         parser().print_help(sys.stderr)
         raise ConfigurationError("name a command, for example: srbval report")
     # The module of a command is imported only when it runs: `srbval --help` answers at once.
-    code: int = importlib.import_module(f"srbval.cli.{options.command}_command").run(options)
+    module = "study" if options.command in ("bench", "stability") else options.command
+    code: int = importlib.import_module(f"srbval.cli.{module}_command").run(options)
     sys.stdout.flush()
     return code
 

@@ -24,9 +24,17 @@ class Parser(argparse.ArgumentParser):
     A command, option or choice that is not known is answered with the one that it resembles.
     """
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
-        self.options: list[str] = ["--help"]
+    def __init__(self, *args: Any, takes_rest: bool = False, **kwargs: Any) -> None:
+        self.options: list[str] = []
+        self.takes_rest = takes_rest
+        super().__init__(*args, add_help=not takes_rest, **kwargs)
+        for name, type_ in TYPES.items():
+            self.register("type", name, type_)
+
+    def add_argument(self, *names: Any, **settings: Any) -> argparse.Action:
+        """As usual; what options there are is known to the answer to a wrong one."""
+        self.options += [name for name in names if name.startswith("-")]
+        return super().add_argument(*names, **settings)
 
     def error(self, message: str) -> NoReturn:
         """Raise instead of exiting."""
@@ -35,8 +43,10 @@ class Parser(argparse.ArgumentParser):
         raise ConfigurationError(f"{message}.{hint} See: {self.prog} --help")
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Refuse here what is not known, where the command's own options are."""
+        """Refuse here what is not known, where the command's own options are; or leave it to who knows more."""
         found, unknown = super().parse_known_args(args, namespace)
+        if self.takes_rest:
+            found.rest, unknown = unknown, []
         if unknown:
             hints = dict.fromkeys(_resembling(w.split("=")[0], self.options) for w in unknown if w.startswith("-"))
             raise ConfigurationError(f"unknown: {' '.join(unknown)}.{''.join(hints)} See: {self.prog} --help")
@@ -44,15 +54,15 @@ class Parser(argparse.ArgumentParser):
 
     def add_command(self, commands: Any, name: str, table: Table, groups: Table) -> None:
         """Add a command or an action below this parser, with its own actions; each of them takes ``--json``."""
-        added: Parser = commands.add_parser(name, help=table["help"], description=table["help"])
+        added: Parser = commands.add_parser(
+            name, help=table["help"], description=table["help"], takes_rest=table.get("rest", False)
+        )
         # A command's own default must not replace the value given before its action: `srbval data --json list`.
         default = argparse.SUPPRESS if self.prog.count(" ") else False
-        added.options.append("--json")
         added.add_argument("--json", action="store_true", default=default, help="print one JSON document")
         for arguments in (*(groups[group] for group in table.get("groups", ())), table.get("arguments", {})):
             for names, settings in arguments.items():
                 added.add_argument(*names.split(), **_settings(settings))
-                added.options += [name for name in names.split() if name.startswith("-")]
         if "actions" in table:
             actions = added.add_subparsers(dest="action", metavar="ACTION", required=True, parser_class=Parser)
             for action, about in table["actions"].items():
@@ -79,11 +89,9 @@ def _resembling(word: str, known: Sequence[str]) -> str:
 
 
 def _settings(settings: Table) -> dict[str, Any]:
-    """The settings of an argument with its type by name, and the names of several values as a tuple."""
-    changed: dict[str, Any] = {"type": TYPES[settings["type"]]} if "type" in settings else {}
-    if isinstance(settings.get("metavar"), list):
-        changed["metavar"] = tuple(settings["metavar"])
-    return {**settings, **changed}
+    """The settings of an argument, with the names of several values as a tuple."""
+    several = isinstance(settings.get("metavar"), list)
+    return {**settings, **({"metavar": tuple(settings["metavar"])} if several else {})}
 
 
 def _between(kind: type, low: float, high: float) -> Callable[[str], float]:

@@ -1,15 +1,12 @@
 """What the commands print: data on standard output, messages on standard error."""
 
-import math
 import shlex
 import sys
-import tomllib
 from collections.abc import Mapping, Sequence
-from functools import cache
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from srbval.progress.tables import text_table
 from srbval.storage.strict_json import strict_json
 
 SCHEMA_VERSION = 1
@@ -31,37 +28,7 @@ def print_failure(message: str, code: int, *, as_json: bool) -> None:
 
 def print_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
     """Print aligned columns; numbers to the right."""
-    texts = [[_text(value) for value in row] for row in rows]
-    widths = [max(len(title), *(len(row[i]) for row in texts)) if texts else len(title)
-              for i, title in enumerate(columns)]  # fmt: skip
-    right = [bool(rows) and all(isinstance(row[i], int | float | None) for row in rows) for i in range(len(columns))]
-    for line in [list(columns), *texts]:
-        cells = (t.rjust(w) if r else t.ljust(w) for t, w, r in zip(line, widths, right, strict=True))
-        print("  ".join(cells).rstrip())
-
-
-def print_columns(table: str, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Print an empty line and the columns of `table`, as ``columns.toml`` names them, of the rows; four digits."""
-    columns = _columns()[table]
-    print()
-    print_table(tuple(columns), [[_rounded(row[key]) for key in columns.values()] for row in rows])
-
-
-@cache
-def _columns() -> dict[str, dict[str, str]]:
-    return tomllib.loads((files("srbval.cli") / "columns.toml").read_text(encoding="utf-8"))
-
-
-def _rounded(value: Any) -> Any:
-    return float(f"{value:.4g}") if isinstance(value, float) else value
-
-
-def _text(value: object) -> str:
-    if value is None:
-        return "-"
-    if isinstance(value, float):
-        return "-" if math.isnan(value) else f"{value:.6g}"
-    return "".join(c if c.isprintable() else "?" for c in str(value))
+    print(text_table(columns, rows))
 
 
 def own_command() -> str:

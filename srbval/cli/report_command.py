@@ -38,9 +38,10 @@ def _formats(options: argparse.Namespace) -> tuple[str, ...]:
 def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple[dict[str, Path], dict[str, Any]]:
     with stage(progress, "Load the program"):
         from srbval.report.reports import make_report
+        from srbval.studies.harness import pages
     made = make_report(
         folder, seconds=options.seconds, jobs=options.jobs, formats=_formats(options), appendix=options.appendix,
-        command=own_command(), progress=progress,
+        pages=pages(), command=own_command(), progress=progress,
     )  # fmt: skip
     return made.files, {"headline": json_object(made.evidence.headline), "table6": made.evidence.rows}
 

@@ -12,7 +12,6 @@ from srbval.bearing import Fault
 from srbval.comparison.spectrum_shape import excess, with_noise
 
 INPUTS, GRID = "inputs: all together", "numerics: points and step"
-NOMINAL_RPM = 877.0  # the rig's speed that recordings of all faults are open for: the study's
 REPEATS, SEED = 20, 4  # of a draw's spectrum in noise
 
 

@@ -104,8 +104,8 @@ def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...],
         dataset=about.name,
         file="/".join(path.parts[-2:]),
         state=entry.state,
-        grade=grades and grades.of(path.name),
-        plain_grade=grades and grades.of(path.name, plain=True),
+        grade=None if grades is None else grades.of(path.name),
+        plain_grade=None if grades is None else grades.of(path.name, plain=True),
     )
     try:
         recording = load_entry(entry)

@@ -9,6 +9,7 @@ import enum
 import json
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from srbval.arrays import FloatArray
+from srbval.bearing import load_bearing
 from srbval.models.run import Run, RunSummary, bearing_of_run
 from srbval.scene import Scene
 from srbval.storage.own_hdf5 import CHECKED, own_hdf5
@@ -157,3 +159,17 @@ def _attributes(run: RunSummary) -> dict[str, Any]:
         "not_validated": "; ".join(run.not_validated),
         "wall_s": run.wall_s,
     }
+
+
+def scene_content(scene: Scene) -> str:
+    """A scene and its bearing's data as text: the key of results that are computed from the scene.
+
+    Where a bearing's file lies does not matter.
+    """
+    bearing = {"bearing": load_bearing(scene.bearing).name}
+    return json.dumps(scene_dict(scene) | bearing, sort_keys=True) + _bearing_content(scene.bearing)
+
+
+@cache
+def _bearing_content(name: str) -> str:
+    return repr(load_bearing(name))

@@ -144,7 +144,7 @@ def summary(table: LadderCalibration) -> list[dict[str, Any]]:
 
 
 def _row(table: LadderCalibration, question: Question, model: str, cost: dict[str, float | None]) -> dict[str, Any]:
-    from srbval.studies.diagnosis.study import wilson  # it takes a while to load, and plans need no summary
+    from scipy.stats import binomtest  # takes a while to load, and plans need no summary
 
     asked = [e.rungs[model] for e in table.entries if question in e.rungs[model].error_pct]
     errors = [e for e in (rung.error_pct[question] for rung in asked) if e is not None]
@@ -166,7 +166,7 @@ def _row(table: LadderCalibration, question: Question, model: str, cost: dict[st
         "margin": meaning.margin_pct and meaning.shown(meaning.margin_pct),
         "near": near,
         "near_of": of,
-        "near_ci95": None if near is None else wilson(near, of),
+        "near_ci95": None if near is None else tuple(binomtest(near, of).proportion_ci(method="wilson")),
         "wall_per_simulated_s": own,
         "cheaper_than_full": full / own if own and full else None,
     }

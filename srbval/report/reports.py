@@ -1,7 +1,7 @@
 """The reports as one call each: gather the evidence, draw the report, write it."""
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,6 +19,7 @@ from srbval.report.findings.gather import gather
 from srbval.report.findings.user_records import OwnEvidence, gather_own, own_record
 from srbval.report.html import render_html
 from srbval.report.model import Document
+from srbval.report.pages import Page
 from srbval.report.pdf import require_typst
 from srbval.report.sections.assemble import assemble
 from srbval.report.sections.own_report import assemble_own
@@ -41,13 +42,14 @@ def make_report(
     jobs: int | None = None,
     formats: tuple[str, ...] = FORMATS,
     appendix: bool = False,
+    pages: Iterable[Page] = (),
     command: str = "srbval report",
     progress: Progress = silent,
 ) -> MadeReport:
     """Simulate, analyse, compare, and write ``report.*`` and ``figures/`` into `folder`, `appendix` too if wanted.
 
     `seconds` is the recorded duration of the paper's three runs, `jobs` the runs at a time (default: one per core),
-    `command` what the report names to make it again.
+    `pages` what studies add, `command` what the report names to make it again.
 
     Raises `ConfigurationError` for a duration too short or a missing typst, `NumericsError` for a failed run,
     `DataError` for a folder that cannot be written.
@@ -58,8 +60,9 @@ def make_report(
 
     # Cases and records run at the same time; threads of the libraries would only wait for each other.
     with tempfile.TemporaryDirectory(prefix="srbval-") as scratch, threadpool_limits(1):
-        evidence = gather(seconds=seconds, stand_in_folder=Path(scratch), jobs=jobs, progress=progress)
-        files = _written(assemble(evidence, command=command), folder, formats, progress, appendix=appendix)
+        pages = tuple(pages)
+        evidence = gather(seconds=seconds, stand_in_folder=Path(scratch), pages=pages, jobs=jobs, progress=progress)
+        files = _written(assemble(evidence, command=command, pages=pages), folder, formats, progress, appendix=appendix)
     return MadeReport(evidence=evidence, files=files)
 
 

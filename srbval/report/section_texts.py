@@ -13,7 +13,7 @@ import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache, cached_property, lru_cache
 from importlib import resources
-from typing import Any
+from typing import Any, Self
 
 from srbval.bearing import Fault
 from srbval.models.run import USABLE
@@ -28,18 +28,24 @@ Entry = Mapping[str, Any]
 
 
 class Texts:
-    """Prose, tables and figure captions of the section whose file is ``texts/<name>.toml``.
+    """Prose, tables and figure captions of the section whose file is ``texts/<name>.toml``, or of a study's page.
 
+    `Texts.of_study` takes the name of the study's folder, which holds the page's ``texts.toml``.
     Every method takes the values that its templates name; a name that a template asks for and nobody gives is an error.
     """
 
-    def __init__(self, name: str) -> None:
-        self._name = name
+    def __init__(self, name: str, package: str = "srbval.report", folder: str = "texts") -> None:
+        self._place = (package, folder, f"{name}.toml")
+
+    @classmethod
+    def of_study(cls, package: str) -> Self:
+        """Those of a study's page, beside the module of that page; `package` is the module's ``__package__``."""
+        return cls("texts", package, "")
 
     @cached_property
     def _content(self) -> Entry:
-        file = resources.files("srbval.report") / "texts" / f"{self._name}.toml"
-        return tomllib.loads(file.read_text(encoding="utf-8"))
+        package, folder, name = self._place
+        return tomllib.loads((resources.files(package) / folder / name).read_text(encoding="utf-8"))
 
     def section(self, *blocks: Block, appendix: Iterable[Block] = (), **values: Any) -> Section:
         """The section with these blocks in the main document, and those in the appendix."""

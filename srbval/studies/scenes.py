@@ -1,18 +1,17 @@
 """The scenes that solvers are compared on, with play and with the printed roller diameter; durations, repetitions."""
 
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
-from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
+from srbval.bearing import RACE_DEFECTS, Fault
 from srbval.errors import ConfigurationError
-from srbval.models.run_file import scene_dict
+from srbval.models.solvers import SOLVERS
 from srbval.scene import Scene, load_scene
 
 PAPER_STEP_S = 1 / 61440  # Table 4
+RPM = 2 * math.pi / 60  # rad/s
 OUTPUT_RATE_HZ = 20480.0  # the rig's sampling rate, section 3.2
 CONTACTS: dict[str, dict[str, Any]] = {"play0": {}, "interference": {"roller_fit": "printed"}}
 STATES = (Fault.HEALTHY, *RACE_DEFECTS)
@@ -84,20 +83,6 @@ def bench_scene(
     return load_scene(base_of(name), changes)
 
 
-def scene_content(scene: Scene) -> str:
-    """A scene and its bearing's data as text: the key of results that are computed from the scene.
-
-    Where a bearing's file lies does not matter.
-    """
-    bearing = {"bearing": load_bearing(scene.bearing).name}
-    return json.dumps(scene_dict(scene) | bearing, sort_keys=True) + _bearing_content(scene.bearing)
-
-
-@cache
-def _bearing_content(name: str) -> str:
-    return repr(load_bearing(name))
-
-
 def output_rate_hz(step_s: float) -> float:
     """The rig's sampling rate where the step divides its interval; else the largest step rate at or below it."""
     per_output = 1 / (OUTPUT_RATE_HZ * step_s)
@@ -111,3 +96,10 @@ def check_scenes(names: Sequence[str]) -> None:
     for name in names:
         if name not in SCENES + RIG_SCENES:
             raise ConfigurationError(f"scene {name!r} is not known to bench. Known: {', '.join(SCENES + RIG_SCENES)}.")
+
+
+def check_solvers(names: Sequence[str]) -> None:
+    """Raise `ConfigurationError` for a name that is no solver."""
+    for name in names:
+        if name not in SOLVERS:
+            raise ConfigurationError(f"solver {name!r} is not known. Known: {', '.join(SOLVERS)}.")

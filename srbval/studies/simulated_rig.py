@@ -74,6 +74,7 @@ def background(random: np.random.Generator, noise: float) -> FloatArray:
 
 
 def record(name: str, state: Fault, samples: FloatArray) -> Recording:
+    """A record of one channel."""
     return Recording(
         name=name, origin=Origin.STAND_IN, channels={"a": samples}, channel="a", fs_hz=FS_HZ, unit="m/s2", state=state,
         speed=ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.001, source=SpeedSource.TACHOMETER),

@@ -10,7 +10,8 @@ from srbval.comparison.comparison import QuantityValue
 from srbval.path.amplitudes import levels, rows
 from srbval.recordings import Origin, Recording
 from srbval.scene import PathMode, SensorPath, load_scene
-from srbval.studies.amplitudes.study import PATH_DRAWS, _shares, drawn_paths, moved_path, turned
+from srbval.studies.amplitudes.study import _shares
+from srbval.studies.rig_amplitudes import PATH_DRAWS, drawn_paths, moved_path, turned
 
 
 def test_only_what_the_record_shows_is_counted() -> None:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.optimize import check_grad
 
-from srbval.studies.sensitivity.emulator import STARTS, _cost, _fit, _kernel, fit_emulator
+from srbval.studies.emulator import STARTS, _cost, _fit, _kernel, fit_emulator
 
 GRADIENT = 1e-4  # relative to its size, of finite differences
 CLOSED_FORM = 1e-6  # relative: the same algebra in another order

@@ -10,6 +10,7 @@ from srbval.plan.calibrated import shipped_calibration
 from srbval.plan.cases import BASES, FITS, KINDS, between, grid
 from srbval.plan.questions import Question
 from srbval.storage.stored_result import COMMAND, HELD_OUT, newest_result
+from srbval.studies.calibration_runs import answer_store
 from srbval.studies.held_out.study import (
     TOLERANCES_PCT,
     PredictionCheck,
@@ -19,7 +20,6 @@ from srbval.studies.held_out.study import (
     held_out,
     tallies,
 )
-from srbval.studies.model_hierarchy.study import answer_store
 
 SCENES = 12
 GOOD_SHARE = 11 / 12

@@ -14,7 +14,7 @@ from srbval.plan.cases import quick_grid
 from srbval.plan.questions import MEANING, Question, answers, error_pct
 from srbval.recordings import recording_from_run
 from srbval.scene import paper_scene
-from srbval.studies.model_hierarchy.study import answer_store, measure_cases
+from srbval.studies.calibration_runs import answer_store, measure_cases
 
 SECONDS = 0.5
 SLIP_PCT = 1.0  # slip, which the kinematic rung lacks, is less than one per cent

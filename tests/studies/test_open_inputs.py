@@ -5,7 +5,7 @@ import pytest
 from srbval.comparison.budget import PRIOR, STUDY
 from srbval.errors import ConfigurationError
 from srbval.scene import paper_scene
-from srbval.studies.sensitivity.open_inputs import OpenInput, drawn, open_inputs
+from srbval.studies.open_inputs import OpenInput, drawn, open_inputs
 
 SCENE = paper_scene(defect={"kind": "outer"})
 

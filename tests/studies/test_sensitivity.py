@@ -12,9 +12,9 @@ from srbval.comparison.effects import sensitivity_of
 from srbval.errors import ConfigurationError, NumericsError
 from srbval.scene import paper_scene
 from srbval.storage.strict_json import json_object
-from srbval.studies.sensitivity import study as sensitivity
-from srbval.studies.sensitivity.emulator import Emulator
-from srbval.studies.sensitivity.study import grid_ci95, measure
+from srbval.studies import input_effects as sensitivity
+from srbval.studies.emulator import Emulator
+from srbval.studies.input_effects import grid_ci95, measure
 
 SCENE = paper_scene(defect={"kind": "outer"})
 UNIFORM = 1 / np.sqrt(12)  # standard deviation of a uniform variable over one

@@ -9,13 +9,12 @@ from typing import Any
 
 import pytest
 
-from srbval.cli.stability_command import RIG
 from srbval.models.step_error import KINDS, TOLERANCE
 from srbval.scene import load_scene, paper_scene
 from srbval.storage.strict_json import json_value
 from srbval.studies.run_verdicts.study import MOST_FALSE, drawn_cases, fixed_cases
 from srbval.studies.stability.cell import CAGE_LIMIT, LOAD_RANGE
-from srbval.studies.stability.grid import FULL
+from srbval.studies.stability.grid import FULL, RIG
 
 STORED = Path(__file__).parents[2] / "reports" / "stability.json"
 
@@ -46,7 +45,7 @@ def test_no_ok_cell_is_unlike_its_converged_run(stored: dict[str, Any]) -> None:
 
 @pytest.fixture(scope="module")
 def verdicts() -> dict[str, Any]:
-    content: dict[str, Any] = json.loads((STORED.parent / "own_verdicts.json").read_text(encoding="utf-8"))
+    content: dict[str, Any] = json.loads((STORED.parent / "run_verdicts.json").read_text(encoding="utf-8"))
     return content
 
 

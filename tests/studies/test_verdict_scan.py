@@ -10,7 +10,7 @@ from srbval.comparison.budget import SCAN, Answer
 from srbval.comparison.comparison import QuantityValue, deviation_pct
 from srbval.reading.analyse import analyse
 from srbval.storage.stored_result import RIG_INPUTS, newest_result
-from srbval.studies.sensitivity.open_inputs import open_inputs
+from srbval.studies.open_inputs import open_inputs
 from srbval.studies.verdict_scan import study as verdict_scan
 from srbval.studies.verdict_scan.study import scan
 

@@ -1,14 +1,13 @@
-"""Comparisons as pictures: Table 6's deviations, predicted against measured quantities, errors from scene to scene."""
+"""Comparisons as pictures: Table 6's deviations, predicted against measured quantities."""
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from srbval.comparison.comparison import Comparison, deviation_pct
 from srbval.report.figures.files import PanelFiles, save_panel
-from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, figure_style, new_axes, new_figure
+from srbval.report.figures.style import BLUE, INK, VERMILION, figure_style, new_axes
 
 # kind: (marker, face colour, edge colour); shape and filling tell them apart without colour.
 MARKS = {
@@ -16,10 +15,6 @@ MARKS = {
     "simulated": ("o", BLUE, BLUE),
     "measured": ("s", VERMILION, VERMILION),
 }
-RECORD_MARKS = (("o", BLUE), ("s", VERMILION))  # of a waterfall's records
-MARGIN = {"%": 0.1, "dB": 3.0}  # of the cage ratio and of levels: within which a model agrees
-PANELS_ACROSS, WATERFALL_INCHES = 3, (7.6, 5.6)
-APART = 0.16  # of a row, between the records
 ROW_INCHES, FRAME_INCHES, WIDTH_INCHES = 0.21, 0.75, 7.6
 
 
@@ -107,40 +102,3 @@ def agreement_plot(folder: Path, name: str, *, rows: Sequence[Comparison], label
 
 def _from_kinematics(row: Comparison, value: float) -> float:
     return deviation_pct(value, row.rig.kinematic) if row.rig.kinematic else value
-
-
-def waterfall_plot(folder: Path, name: str, *, rows: Sequence[Mapping[str, Any]]) -> PanelFiles:
-    """Draw error and uncertainty over the steps, top to bottom; write picture and CSV."""
-    steps, measures = (list(dict.fromkeys(row[key] for row in rows)) for key in ("step", "measure"))
-    with figure_style():
-        figure = new_figure(WATERFALL_INCHES)
-        grid = figure.subplots(math.ceil(len(measures) / PANELS_ACROSS), PANELS_ACROSS, squeeze=False, sharey=True)
-        for axes, measure in zip(grid.flat, measures, strict=False):
-            _waterfall_panel(axes, [row for row in rows if row["measure"] == measure], steps)
-            axes.set_title(measure)
-        for axes in grid[:, 0]:
-            axes.set_yticks(range(len(steps)), labels=steps)
-        grid[0, 0].set_ylim(len(steps) - 0.5, -0.5)
-        return save_panel(figure, folder, name, _waterfall_columns(rows))
-
-
-def _waterfall_panel(axes: Any, rows: Sequence[Mapping[str, Any]], steps: Sequence[str]) -> None:
-    unit = rows[0]["unit"]
-    axes.axvspan(-MARGIN[unit], MARGIN[unit], color=GREEN, alpha=0.16, lw=0, zorder=0)
-    axes.axvline(0, color=INK, lw=0.9)
-    for place, record in enumerate(dict.fromkeys(row["record"] for row in rows)):
-        marker, colour = RECORD_MARKS["IR" in record]
-        for row in (row for row in rows if row["record"] == record and row["error"] is not None):
-            at = steps.index(row["step"]) + APART * (2 * place - 1)
-            face = "white" if row["used_for"] == "fit" else colour
-            axes.errorbar(
-                row["error"], at, xerr=row["uncertainty"], marker=marker, ms=4.5, mec=colour, mfc=face, ecolor=colour,
-                elinewidth=1.0, capsize=2.0, zorder=5,
-            )  # fmt: skip
-    axes.set_xlabel(f"Error, {unit}")
-
-
-def _waterfall_columns(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Any]]:
-    texts = {key: [row[key] for row in rows] for key in ("step", "record", "used_for", "measure", "unit")}
-    numbers = {key: [math.nan if row[key] is None else row[key] for row in rows] for key in ("error", "uncertainty")}
-    return texts | numbers

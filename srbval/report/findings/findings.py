@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import Bearing, Fault
-from srbval.comparison.bias import Bias, biases
+from srbval.comparison.bias import Bias
 from srbval.comparison.comparison import Comparison
 from srbval.comparison.effects import Sensitivity
 from srbval.comparison.headline import Headline, headline
@@ -28,27 +28,12 @@ from srbval.report.findings.impulse_trains import ImpulseTrain
 from srbval.report.findings.provenance import RunFacts
 from srbval.report.findings.shown_records import SidebandShares
 from srbval.report.findings.speeds import PublishedSpeedRow, SingleSpeed
-from srbval.report.findings.stored import ShownLadder, ShownResult
+from srbval.report.findings.stored import ShownLadder
+from srbval.report.pages import StoredResults
 from srbval.scene import RollerFit
 from srbval.signal import Scalogram
-from srbval.storage.stored_result import (
-    AMPLITUDES,
-    CAMPAIGN_SCALE,
-    NOISE_STUDY,
-    PREDICTIONS,
-    READING,
-    RIG_BANDS,
-    RIG_INPUTS,
-    RIG_SPEED_ACCURACY,
-    RIG_STABILITY,
-    SPEED_ACCURACY,
-    STABILITY,
-    VERDICT_SCAN,
-    WATERFALL,
-)
 
 SCHEMA_VERSION = 1
-READING_KEYS = ("accuracy", "false_alarms", "timings", "chains", "transforms")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -65,8 +50,8 @@ class Evidence:
     ``model`` and ``rig``, `fits` both of the model's outer-race defect with either roller fit; `sidebands` of the
     inner-race line, None where it was not read.
     `scene_values` are all values of the paper's outer-race scene and the bearing's geometry. `datasets` describes, by
-    name, every data set a recording was read from; `predicted` are the rows of predictions stored before their records
-    were compared, as far as these are registered; `results` are the stored results by kind. `register` is all that is
+    name, every data set a recording was read from; `results` are the stored results by
+    name. `register` is all that is
     registered, usable or not.
     """
 
@@ -96,14 +81,13 @@ class Evidence:
     register: RegisterListing
     matrix: Matrix
     bias: tuple[Bias, ...]
-    predicted: tuple[Comparison, ...]
     other_rigs: tuple[OtherRecord, ...]
     slips: tuple[SpeedAndSlip, ...]
     single_speed: SingleSpeed
     published_speeds: tuple[PublishedSpeedRow, ...]
     speed_source: PublishedSpeeds
     datasets: Mapping[str, DatasetDescription]
-    results: Mapping[str, ShownResult]
+    results: StoredResults
     ladder: ShownLadder
     rig_ladder: ShownLadder
     provenance: Mapping[str, Any]
@@ -116,7 +100,7 @@ class Evidence:
     @property
     def headline(self) -> Headline:
         """How far the model is from the recordings that stand in the figures."""
-        return headline(self.comparisons, self.results[RIG_INPUTS].content, self.results[VERDICT_SCAN].content)
+        return headline(self.comparisons, self.results.content("rig_inputs"), self.results.content("verdict_scan"))
 
     @property
     def measured_states(self) -> tuple[Fault, ...]:
@@ -138,7 +122,6 @@ class Evidence:
 
     def to_dict(self) -> dict[str, Any]:
         """The content of ``report.json``: all numbers; arrays that figures draw lie in the figures' data files."""
-        content = {kind: result.content or {} for kind, result in self.results.items()}
         sides = {"paper": self.paper, "beside-rig": self.model_at_rig, "rig": self.rig}
         return {
             "schema_version": SCHEMA_VERSION,
@@ -146,15 +129,8 @@ class Evidence:
             "headline": self.headline,
             "table6": self.rows,
             "closure": self.sums,
-            "comparisons": [*self.comparisons, *content[AMPLITUDES].get("comparisons", []), *self.predicted],
-            "predictions": {key: content[PREDICTIONS].get(key) for key in ("predictions_sha256", "predictions")},
-            "amplitudes": content[AMPLITUDES].get("shares", []),
-            "waterfall": content[WATERFALL].get("measures", []),
-            "bias": [
-                *self.bias,
-                *(row for kind in (AMPLITUDES, WATERFALL) for row in content[kind].get("bias", [])),
-                *biases(self.predicted),
-            ],
+            "comparisons": list(self.comparisons),
+            "bias": list(self.bias),
             "sensitivity": self.known.defects,
             "analyses": {
                 f"{name}-{state}": analysis for name, side in sides.items() for state, analysis in side.items()
@@ -166,19 +142,9 @@ class Evidence:
             "harmonic_patterns": self.patterns,
             "impulse_trains": self.trains,
             "kurtograms": [_kurtogram(record) for record in self.kurtograms],
-            "speed_accuracy": [
-                run for kind in (SPEED_ACCURACY, RIG_SPEED_ACCURACY) for run in content[kind].get("runs", [])
-            ],
-            "stability": [cell for kind in (STABILITY, RIG_STABILITY) for cell in content[kind].get("cells", [])],
-            "kept_results": {kind: result.origin for kind, result in self.results.items() if result.origin},
+            "kept_results": {name: result.origin for name, result in self.results.items()},
             "ladder": self.ladder.rows,
             "rig_ladder": self.rig_ladder.rows,
-            "rig_scene": content[RIG_INPUTS].get("studies", []),
-            "rig_bands": content[RIG_BANDS].get("rows", []),
-            "detection_under_noise": content[NOISE_STUDY].get("rows", []),
-            "reading": {key: content[READING].get(key, []) for key in READING_KEYS},
-            "campaign_scale": content[CAMPAIGN_SCALE].get("extrapolated", []),
-            "verdict_scan": content[VERDICT_SCAN].get("rows", []),
             "matrix": self.matrix.cells,
             "crossed_bands": self.crossed,
             "other_rigs": self.other_rigs,

@@ -14,7 +14,7 @@ from srbval.comparison.counterpart import (
     run_cases,
     run_counterpart,
 )
-from srbval.comparison.effects import Sensitivity
+from srbval.comparison.effects import Sensitivity, sensitivity_of
 from srbval.comparison.matrix import Matrix, Point, build_matrix, point_of
 from srbval.comparison.other_rigs import OtherRecord
 from srbval.comparison.speed_and_slip import matrix_rows, published_speeds, table6_rows
@@ -23,7 +23,6 @@ from srbval.errors import ConfigurationError, NumericsError
 from srbval.models.kernel_cache import is_compiled, precompile
 from srbval.models.run import Run
 from srbval.models.run_file import scene_dict
-from srbval.path.predictions import rows_of_predictions
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.shown_record import shown_record
@@ -39,18 +38,27 @@ from srbval.report.findings.other_rigs_in_background import BackgroundReading
 from srbval.report.findings.provenance import provenance, run_facts
 from srbval.report.findings.shown_records import envelope_scalogram, sideband_shares
 from srbval.report.findings.speeds import published_speed_rows, single_speed
-from srbval.report.findings.stored import known_sensitivity, shown_ladder, shown_results
-from srbval.storage.stored_result import PREDICTIONS
+from srbval.report.findings.stored import shown_ladder
+from srbval.report.pages import Page, results_of
 
 SHORTEST_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
 STAND_IN_SECONDS = 2.0
+RESULTS = ("sensitivity", "verdict_scan", "rig_inputs")  # stored ones that uncertainties and headline are made of
 
 
-def gather(*, seconds: float, stand_in_folder: Path, jobs: int | None = None, progress: Progress = silent) -> Evidence:
+def gather(
+    *,
+    seconds: float,
+    stand_in_folder: Path,
+    pages: Iterable[Page] = (),
+    jobs: int | None = None,
+    progress: Progress = silent,
+) -> Evidence:
     """Run the cases and analyse everything; the rig's recordings are those registered.
 
     `seconds` is the recorded duration of the paper's three runs, `jobs` the runs and records at a time (default: one
-    per core); `stand_in_folder` receives the stand-ins' files, where any are needed. Raises what simulating and loading
+    per core), `pages` what the report shows of stored results; `stand_in_folder` receives the stand-ins' files, where
+    any are needed. Raises what simulating and loading
     raise; a failed run is a `NumericsError` that names it.
     """
     if seconds < SHORTEST_S:
@@ -59,7 +67,7 @@ def gather(*, seconds: float, stand_in_folder: Path, jobs: int | None = None, pr
             "or more."
         )
     gathering = _Gathering(load_bearing(DEFAULT_BEARING), table6(), jobs, progress)
-    return gathering.evidence(seconds, stand_in_folder)
+    return gathering.evidence(seconds, stand_in_folder, pages)
 
 
 @dataclass(frozen=True)
@@ -90,16 +98,16 @@ class _Gathering:
     jobs: int | None
     progress: Progress
 
-    def evidence(self, seconds: float, stand_in_folder: Path) -> Evidence:
+    def evidence(self, seconds: float, stand_in_folder: Path, pages: Iterable[Page]) -> Evidence:
         """All of it, in the order in which one thing needs another."""
-        results = shown_results()
+        results = results_of(pages, *RESULTS)
         with stage(self.progress, "Look up the registered recordings"):
             register = listing(or_none=True)
             of_rig = rig_recordings(register.recordings)
             chosen = choose_rig_recordings(self.printed, of_rig)
             others = BackgroundReading(register.recordings, jobs=self.jobs)
         simulated = self._simulate(seconds)
-        known = known_sensitivity(results)
+        known = sensitivity_of(results.content("sensitivity"))
         keep = {point for entry in chosen.values() if (point := point_of(entry)) is not None}
         matrix = self._matrix(of_rig, keep, known)
         rig = self._rig_side(chosen, matrix, stand_in_folder)
@@ -151,7 +159,6 @@ class _Gathering:
             register=register,
             matrix=matrix,
             bias=biases(matrix.comparisons, used_for="withheld"),
-            predicted=rows_of_predictions(results[PREDICTIONS].content, register.recordings, self.bearing),
             other_rigs=other_rigs,
             slips=(*matrix_rows(matrix.cells, self.bearing), *table6_rows(self.printed, self.bearing)),
             single_speed=single_speed(self.printed, self.bearing),

@@ -11,7 +11,6 @@ from srbval.report.findings.findings import Evidence
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
 from srbval.report.table import Value
-from srbval.storage.stored_result import RIG_INPUTS, RIG_SPEED_ACCURACY, RIG_STABILITY, SPEED_ACCURACY, STABILITY
 
 ASSUMPTIONS, LIMITS, FAILURES, RUNS = Texts("assumptions"), Texts("limits"), Texts("failures"), Texts("runs")
 SCENE, PROVENANCE, REFERENCES = Texts("scene"), Texts("provenance"), Texts("references")
@@ -32,7 +31,7 @@ def assumptions_section(evidence: Evidence) -> Section:
 
 def limits_section(evidence: Evidence) -> Section:
     """What nothing in this report says anything about."""
-    studies = (evidence.results[RIG_INPUTS].content or {}).get("studies", ())
+    studies = evidence.results.content("rig_inputs").get("studies", ())
     second = [record.analysis.recording for record in evidence.kurtograms if record.second_comb]
     items = LIMITS.listing("limits", passing=evidence.point_passing, second=second, studies=studies)
     return LIMITS.section(items)
@@ -45,7 +44,6 @@ def glossary_section() -> Section:
 
 def failures_section(evidence: Evidence) -> Section:
     """One line per failure; those of stored results by their number, since their sections name each."""
-    stored = {kind: result.content or {} for kind, result in evidence.results.items()}
     failed = [run for run in evidence.run_facts if run.status not in USABLE]
     unusable = [(Path(file).name, why) for file, why in evidence.matrix.unusable]
     cells = evidence.matrix.cells
@@ -57,8 +55,6 @@ def failures_section(evidence: Evidence) -> Section:
         cells=len(cells),
         refused=sum(bool(record.refused) for record in evidence.other_rigs),
         other_rigs=len(evidence.other_rigs),
-        bench=[run for kind in (SPEED_ACCURACY, RIG_SPEED_ACCURACY) for run in stored[kind].get("runs", [])],
-        maps=[stored[kind]["counts"] for kind in (STABILITY, RIG_STABILITY) if stored[kind]],
     )
     items = (
         *(item for run in failed for item in FAILURES.listing("run", run=run).items),

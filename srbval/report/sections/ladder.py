@@ -9,12 +9,10 @@ from srbval.report.blocks import Block, Listing
 from srbval.report.figures.ladder import ladder_plot
 from srbval.report.findings.findings import Evidence
 from srbval.report.findings.harmonics import HarmonicPattern, HarmonicPatterns
-from srbval.report.findings.stored import ShownLadder, ShownResult
+from srbval.report.findings.stored import ShownLadder
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
-from srbval.report.sections.names import missing, origin_of
 from srbval.report.table import Table
-from srbval.storage.stored_result import HELD_OUT
 
 TEXTS = Texts("ladder")
 
@@ -34,7 +32,6 @@ def ladder_section(evidence: Evidence) -> Section:
             TEXTS.paragraph("rig", ladder=evidence.rig_ladder),
             _table(evidence.rig_ladder, "rig-ladder-table"),
             TEXTS.table("amplitude-ladder-table", least, models=list(least[0]["cells"]), lines=least),
-            *_held_out(evidence.results[HELD_OUT]),
             *_patterns(evidence.patterns),
         ),
     )
@@ -73,17 +70,6 @@ def _cell(row: Mapping[str, Any]) -> str:
         return "cannot"
     error = "none" if row["median_error"] is None else f"{row['median_error']:.2g} [{row['worst_error']:.2g}]"
     return f"{error}; {row['near']}/{row['near_of']}"
-
-
-def _held_out(result: ShownResult) -> Iterator[Block]:
-    """Predicted against measured errors on drawn scenes, as last stored."""
-    if result.content is None:
-        yield missing(result)
-        return
-    tallies = result.content["tallies"]
-    yield TEXTS.paragraph("held-out", total=tallies[-1])
-    yield origin_of(result)
-    yield TEXTS.table("held-out-table", tallies, seconds=result.content["seconds"])
 
 
 def _patterns(patterns: HarmonicPatterns) -> Iterator[Block]:

@@ -12,7 +12,7 @@ from srbval.comparison.budget import PRIOR
 from srbval.comparison.compared_quantities import COMPARED, PRESENCE, ComparedQuantity
 from srbval.comparison.comparison import Comparison, ComparisonVerdict
 from srbval.comparison.counterpart import CONVERGED_POINTS, STARTS, TURNS
-from srbval.comparison.effects import NOMINAL_RPM, QuantityEffects
+from srbval.comparison.effects import QuantityEffects
 from srbval.comparison.matrix import Matrix, MatrixCell, Point
 from srbval.comparison.record_verdict import RecordVerdict
 from srbval.diagnosis.fault_call import Basis
@@ -24,7 +24,6 @@ from srbval.report.findings.findings import Evidence
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import FETCH_COMMAND, VERDICT_TONE
-from srbval.storage.stored_result import RECORD_VERDICTS
 
 TEXTS = Texts("matrix")
 DEVIATION_LIMIT_PCT = 0.5
@@ -149,11 +148,8 @@ def _bias_blocks(evidence: Evidence) -> Iterator[Block]:
             "record-verdicts", judged, point=_point, errors=_errors, verdict_tone=VERDICT_TONE, prior=PRIOR,
         )  # fmt: skip
         yield TEXTS.paragraph("verdicts", prior=PRIOR)
-    rates = evidence.results[RECORD_VERDICTS].content
-    if rates is not None:
-        yield TEXTS.table("verdict-rates", rates["rows"], truths=rates["truths"])
     yield TEXTS.table("matrix-quantities", compared, kinds=COMPARED, point=_point, entry=_entry)
-    yield TEXTS.paragraph("carried", nominal_rpm=NOMINAL_RPM, turns=TURNS, starts=STARTS, points=CONVERGED_POINTS)
+    yield TEXTS.paragraph("carried", turns=TURNS, starts=STARTS, points=CONVERGED_POINTS)
     if evidence.known.defects:
         rows = [row for defect in evidence.known.defects for row in defect.quantities]
         yield TEXTS.table("inputs", rows, most_by=_most_by)

@@ -7,8 +7,8 @@ from srbval.reading.analyse import Analysis
 from srbval.recordings import Origin
 from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Callout, Paragraph
-from srbval.report.findings.stored import ShownResult
 from srbval.report.section_texts import Texts
+from srbval.storage.stored_result import StoredResult
 
 STORED = Texts("stored")
 SIDE_NAME = {
@@ -40,11 +40,11 @@ def synthetic_states(side: Mapping[Fault, Analysis]) -> list[str]:
     return [state.label for state, analysis in side.items() if analysis.recording.origin is Origin.STAND_IN]
 
 
-def origin_of(result: ShownResult) -> Paragraph:
+def origin_of(result: StoredResult) -> Paragraph:
     """Machine, date, revision and command of a stored result."""
     return STORED.paragraph("origin", origin=result.origin)
 
 
-def missing(result: ShownResult) -> Callout:
+def missing(name: str) -> Callout:
     """What stands in place of a result that is not there."""
-    return STORED.callout("missing", tone=Tone.WARNING, command=result.command)
+    return STORED.callout("missing", tone=Tone.WARNING, command=f"srbval study run {name}")

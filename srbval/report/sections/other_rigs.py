@@ -1,7 +1,6 @@
 """What the one pipeline finds in recordings of other rigs, whose faults are known."""
 
 from collections.abc import Iterator, Sequence
-from functools import partial
 from typing import Any
 
 from srbval.bearing import DEFECTS
@@ -11,14 +10,9 @@ from srbval.reading.lines import RACE_LINES
 from srbval.recordings import SpeedSource
 from srbval.report.badges import Tone
 from srbval.report.blocks import Block, Paragraph
-from srbval.report.figures.reliability import reliability_plot
 from srbval.report.findings.findings import Evidence
-from srbval.report.findings.stored import ShownResult
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
-from srbval.report.sections.names import missing, origin_of
-from srbval.storage.stored_result import DIAGNOSIS
-from srbval.studies.diagnosis.study import ALL
 
 TEXTS = Texts("other_rigs")
 NEAR_PCT = 0.5
@@ -38,22 +32,7 @@ def other_rigs_section(evidence: Evidence) -> tuple[Section, ...]:
         blocks += [TEXTS.table("other-rigs-table", read, tone=_tone), *_summary(read, evidence)]
     if refused:
         blocks.append(TEXTS.table("other-rigs-refused", refused))
-    blocks += _naming(evidence.results[DIAGNOSIS])
     return (TEXTS.section(appendix=blocks),)
-
-
-def _naming(result: ShownResult) -> list[Block]:
-    """How often faults were named rightly, by every method, as last measured, and whether the probabilities hold."""
-    if result.content is None:
-        return [missing(result)]
-    rows = [row for row in result.content["confusions"] if row["dataset"] == ALL]
-    blocks: list[Block] = [TEXTS.paragraph("naming", rows=rows), origin_of(result), TEXTS.table("fault-naming", rows)]
-    if found := result.content.get("naming"):  # an earlier version did not measure it
-        plot = partial(reliability_plot, rows=found["reliability"])
-        blocks += [
-            TEXTS.paragraph("probabilities", found=found), TEXTS.figure("naming-reliability", plot, found=found)
-        ]  # fmt: skip
-    return blocks
 
 
 def _tone(record: OtherRecord) -> Tone:

@@ -26,7 +26,6 @@ from srbval.report.section_texts import Texts
 from srbval.report.sections.names import badge_of, side_of, synthetic_states
 from srbval.report.table import Table
 from srbval.signal import Scalogram
-from srbval.storage.stored_result import READING
 
 TEXTS, PAPER_SPEED = Texts("figures"), Texts("paper_speed")
 
@@ -276,10 +275,10 @@ def _readings(evidence: Evidence) -> FigureGrid:
 
 
 def _scalogram_checks(evidence: Evidence) -> Iterator[Block]:
-    result = evidence.results[READING]
-    if result.content and result.content.get("transforms"):
+    transforms = evidence.results.content("reading_accuracy").get("transforms")
+    if transforms:
         yield TEXTS.table(
-            "scalogram-checks", result.content["transforms"], command=result.command, allowed=SCALOGRAM_ERROR,
+            "scalogram-checks", transforms, command="srbval study run reading_accuracy", allowed=SCALOGRAM_ERROR,
             drawn_by=SCALOGRAM_TRANSFORM,
         )  # fmt: skip
 

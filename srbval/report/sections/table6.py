@@ -10,13 +10,12 @@ from srbval.report.badges import Tone
 from srbval.report.blocks import Block, Figure
 from srbval.report.figures.deviation import Deviation, deviation_plot
 from srbval.report.findings.findings import Evidence
-from srbval.report.findings.stored import ShownResult
 from srbval.report.model import Section, VerdictBox
 from srbval.report.section_texts import Texts
-from srbval.report.sections.names import FETCH_COMMAND, VERDICT_TONE, missing, origin_of
+from srbval.report.sections.names import FETCH_COMMAND, VERDICT_TONE
 from srbval.storage.strict_json import json_object, json_value
 
-TEXTS, VERDICT, SCAN = Texts("table6"), Texts("verdict"), Texts("verdict_scan")
+TEXTS, VERDICT = Texts("table6"), Texts("verdict")
 ANSWER_TONE = {Answer.MET: Tone.GOOD, Answer.MISSED: Tone.BAD, Answer.NOT_RESOLVED: Tone.NEUTRAL}
 
 
@@ -36,15 +35,6 @@ def verdict_box(evidence: Evidence) -> VerdictBox:
         headline=VERDICT.text("headline", found=found),
         points=points.items,
     )
-
-
-def verdict_scan_section(result: ShownResult) -> Section:
-    """One row for each input, reading and numerics of each record."""
-    if not result.content:
-        return SCAN.section(appendix=(SCAN.paragraph("intro"), missing(result)))
-    rows = result.content["rows"]
-    table = SCAN.table("verdict-scan-table", rows)
-    return SCAN.section(appendix=(SCAN.paragraph("intro"), origin_of(result), table))
 
 
 def table6_section(evidence: Evidence) -> Section:

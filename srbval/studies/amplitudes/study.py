@@ -1,40 +1,28 @@
-"""The rig scene's amplitudes against the rig's, in m/s2: ``python -m srbval.studies.amplitudes.study [-o FILE]``.
+"""The rig scene's amplitudes against the rig's, in m/s2.
 
 The scene behind the path to the sensor that H 877 and OR 877 give, at each record's own speed; those two are `fit`,
 IR 877, Roller 877 and H 353 `withheld`: not used, but seen. The inputs' ranges are drawn together, with where each
-record's hole may lie drawn for itself, and for every draw, and for the finer run, the path is identified anew from the
+record's hole may lie drawn for itself, and for every draw, and for the finer run, the path is identified again from the
 outer-race run, so that what both share cancels as it does in use. Beside it four ways of guessing: a path that also
-turns the phases at random, which powers do not tell; no path; the planar rung behind a path of its own; and the
+turns the phases at random, which powers do not tell; no path; the planar model behind a path of its own; and the
 outer-race record's own increment. And how far each record repeats from one half of it to the other. Waves on races and
 rollers that would give H 877's level are a further part of the uncertainty.
 """
 
-from __future__ import annotations
-
-import argparse
 import math
 import statistics
+from argparse import Namespace
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
-import numpy as np
-import scipy.fft
-
-from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
-from srbval.cli.measured import this_machine
+from srbval.bearing import Fault
 from srbval.comparison.bias import biases
 from srbval.comparison.budget import VERDICT
 from srbval.comparison.comparison import DATA_PARTS, Comparison, QuantityValue
 from srbval.comparison.effects import INPUTS
-from srbval.config.strict import read_toml
-from srbval.errors import DataError, NumericsError
-from srbval.models.band_levels import along_sensor
 from srbval.models.run import Run
-from srbval.models.sensor_filter import SensorFilter
-from srbval.models.simulate import Step, simulate
 from srbval.path.amplitudes import (
     NUMERICS,
     PATH,
@@ -43,39 +31,39 @@ from srbval.path.amplitudes import (
     THIRD_OCTAVES,
     crps,
     half_widths,
-    kind_of,
     levels,
     pattern,
     rows,
     scaling,
-    with_background,
 )
-from srbval.path.identify import BAND_HZ, band_powers, identify
-from srbval.path.path_fit import best_of, fit_path, refit
+from srbval.progress import Progress
+from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
-from srbval.recordings import Recording, recording_from_run
-from srbval.recordings.datasets.srbval_files import SENSOR
-from srbval.recordings.registry import find_recording, load_entry
-from srbval.scene import SensorPath, draws, load_scene, merge, rig_inputs
+from srbval.recordings import Recording
+from srbval.scene import SensorPath, draws, merge, rig_inputs
 from srbval.signal import NORMAL_95
-from srbval.storage.own_package import git_revision
-from srbval.storage.stored_result import AMPLITUDES, COMMAND, stamped, store_result
 from srbval.storage.strict_json import json_object
-from srbval.studies.rows import print_rows
-
-BEARING = load_bearing(DEFAULT_BEARING)
-POWER, HEALTHY_DRAWS = 4, 4  # of two: draws of all inputs; how many of them the healthy bearing is run with
-SECONDS = 2.0  # of a run, as of the records: 28 turns of the shaft, 200 or more passages
-STEP_S = 1 / 61_440  # with the longest contacts the scene's own is beyond the stiffest roller's limit
-FINER = {"solver": {"step_s": STEP_S / 2}, "line_contact": {"slices": 31}}
-PATH_DRAWS, SEED = 24, 23
-WAVE_DRAWS = 6  # seeds of the waves
-WAVES = read_toml(Path(__file__).parent.parent / "waterfall" / "steps.toml")["step"][-1][
-    "changes"
-]  # those of H 877's level
-FAULTS = {Fault.OUTER: "fit", Fault.INNER: "withheld", Fault.ROLLER: "withheld"}
-FAST, SLOW = 877.0, 353.0  # nominal rpm; only the healthy bearing is at hand at both
-OF_HEALTHY = "band level, healthy bearing"  # no increment: its bias stands apart
+from srbval.studies.harness import Study, StudyResult
+from srbval.studies.rig_amplitudes import (
+    BEARING,
+    FAST,
+    FAULTS,
+    FINER,
+    HEALTHY_DRAWS,
+    OF_HEALTHY,
+    PATH_DRAWS,
+    POWER,
+    SLOW,
+    behind,
+    identified_paths,
+    measured,
+    of_waves,
+    predicted,
+    rough_runs,
+    run_of,
+    shown_by,
+    values,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,94 +83,6 @@ class Share:
     scatter: float | None
     crps: float
     unit: str
-
-
-def measured(state: Fault, nominal_rpm: float) -> Recording:
-    """A registered record of the rig."""
-    entry = find_recording(state=state, nominal_rpm=nominal_rpm)
-    if entry is None:
-        raise DataError(f"{state} {nominal_rpm:g} rpm: not registered; srbval data fetch torino-excerpts.")
-    return load_entry(entry)
-
-
-def run_of(record: Recording, state: Fault, changes: Mapping[str, Any]) -> Run:
-    """The rig scene at the record's speed."""
-    assert record.speed is not None
-    own = {
-        "defect": {"kind": state}, "shaft_speed_rad_s": 2 * math.pi * record.speed.value_hz,
-        "duration_s": SECONDS, "solver": {"step_s": STEP_S},
-    }  # fmt: skip
-    run = simulate(load_scene("rig", merge(own, changes)), step=Step.UNCHECKED)
-    print(f"{record.name}: {run.cage_ratio:.6f}", flush=True)
-    if not run.status.usable:
-        raise NumericsError(f"amplitudes: the run with {changes} failed ({run.status}): {run.reason}")
-    return run
-
-
-def behind(run: Run, path: SensorPath | None) -> Recording:
-    """What the sensor shows of it."""
-    shown = SensorFilter(path, run.scene.output_rate_hz).add(along_sensor(run.acceleration_m_s2))
-    return recording_from_run(replace(run, sensor_m_s2=shown))
-
-
-def line_order(run: Run, state: Fault) -> float:
-    """The order of the fault's line by the run's cage; a roller's by pure rolling."""
-    return state.passing_order(BEARING.rolling_elements, run.cage_ratio) or state.line_order(BEARING.orders)
-
-
-def shown_by(
-    run: Run, state: Fault, path: SensorPath | None, healthy: Recording, seed: int | None = None
-) -> dict[str, QuantityValue]:
-    """Every quantity of a run behind a path; depth and kurtosis in the healthy record's background.
-
-    With a `seed` the path also turns each harmonic of the line at random, see `turned`.
-    """
-    shown = behind(run, path)
-    if seed is not None:
-        shown = turned(shown, line_order(run, state) * run.scene.shaft_hz, seed)
-    found = levels(shown, None)
-    if state is Fault.HEALTHY:
-        return found
-    order = line_order(run, state)
-    noisy = pattern(with_background(shown, healthy), BEARING, state, order)
-    of_noise = {name: value for name, value in noisy.items() if depends_on_noise(name)}
-    return found | pattern(shown, BEARING, state, order) | of_noise
-
-
-def turned(shown: Recording, line_hz: float, seed: int) -> Recording:
-    """The same powers with random phases from one harmonic of the line to the next, as a structure draws pulses out."""
-    lines = scipy.fft.rfft(shown.channels[SENSOR])
-    near = np.round(np.arange(lines.size) * shown.fs_hz / shown.samples / line_hz).astype(int)
-    turns = np.exp(2j * math.pi * np.random.default_rng(seed).random(near[-1] + 1))
-    return replace(
-        shown, channels={SENSOR: scipy.fft.irfft(lines * turns[near], n=shown.samples)}, channel=SENSOR, axes=None
-    )
-
-
-def depends_on_noise(name: str) -> bool:
-    """Does a quantity depend on the background noise?"""
-    return kind_of(name) in ("modulation depth", "kurtosis")
-
-
-def values(read: Mapping[str, QuantityValue]) -> dict[str, float]:
-    """The plain numbers."""
-    return {name: value.value for name, value in read.items()}
-
-
-def drawn_paths(path: SensorPath) -> list[SensorPath]:
-    """Paths with parameters drawn from the covariance, those that are none left out."""
-    drawn = np.random.default_rng(SEED).multivariate_normal(path.parameters, np.array(path.covariance), PATH_DRAWS)
-    return [moved for one in drawn if (moved := moved_path(path, one)) is not None]
-
-
-def moved_path(path: SensorPath, parameters: np.ndarray) -> SensorPath | None:
-    """The path with other parameters; None for what is no path."""
-    modes = tuple(
-        replace(mode, frequency_hz=math.exp(f), damping_ratio=min(math.exp(z), 0.9), gain=g)
-        for mode, (f, z, g) in zip(path.modes, parameters[1:].reshape(-1, 3).tolist(), strict=True)
-    )
-    usable = all(100 < mode.frequency_hz < 6000 and mode.damping_ratio > 1e-3 for mode in modes)
-    return replace(path, direct=math.exp(parameters[0]), modes=modes) if usable else None
 
 
 def over_angle(record: Recording) -> list[dict[str, Any]]:
@@ -236,37 +136,6 @@ def study() -> tuple[list[Comparison], list[Share]]:
     shares += [share for used in dict.fromkeys(row.record for row in at_rest)
                for share in _shares([row for row in at_rest if row.record == used], "path")]  # fmt: skip
     return found + at_rest, shares
-
-
-def predicted(
-    runs: Sequence[Run], state: Fault, paths: Sequence[SensorPath], healthy: Recording
-) -> tuple[dict[str, QuantityValue], dict[str, dict[str, float]]]:
-    """What the model shows, and the parts of its uncertainty; `runs`: nominal, finer, draws, each with its path."""
-    model, finer, *drawn = (shown_by(run, state, path, healthy) for run, path in zip(runs, paths, strict=False))
-    moved = [shown_by(runs[0], state, path, healthy) for path in drawn_paths(paths[0])]
-    return model, {
-        NUMERICS: {name: abs(finer[name].value - value.value) for name, value in model.items()},
-        INPUTS: half_widths([values(one) for one in drawn]),
-        PATH: half_widths([values(one) for one in moved]),
-    }
-
-
-def rough_runs(record: Recording, state: Fault) -> list[Run]:
-    """The nominal scene with waves, others on each bearing."""
-    place = 1 + (Fault.HEALTHY, *FAULTS).index(state)
-    return [run_of(record, state, WAVES | {"seed": 10 * i + place}) for i in range(WAVE_DRAWS)]
-
-
-def of_waves(
-    faulty: Sequence[Run], healthy: Sequence[Run], state: Fault, path: SensorPath
-) -> dict[str, float]:  # fmt: skip
-    """What waves do to increments and pattern, others on the faulty bearing than on the healthy one."""
-    found = []
-    for one, beside in zip(faulty, healthy, strict=True):
-        shown = behind(one, path)
-        read = levels(shown, behind(beside, path)) | pattern(shown, BEARING, state, line_order(one, state))
-        found.append({name: value for name, value in values(read).items() if not depends_on_noise(name)})
-    return half_widths(found)
 
 
 def other_half(
@@ -327,20 +196,6 @@ def _healthy(
     )  # fmt: skip
 
 
-def identified_paths(fault: Recording, healthy: Recording, runs: Sequence[Run]) -> Iterator[SensorPath]:
-    """The path of each outer-race run: that of the nominal inputs in full, the others with as many modes."""
-    best = None
-    for run in runs:
-        excitation = recording_from_run(run)
-        if best is None:
-            yield identify(fault, healthy, excitation, bearing=BEARING).path
-        evidence = band_powers(fault, healthy, excitation, bearing=BEARING, band_hz=BAND_HZ)
-        if best is None:
-            best = best_of(fit_path(evidence))
-        else:
-            yield refit(evidence, best).path(evidence, source="a draw of the inputs")
-
-
 def _shares(compared: Sequence[Comparison], predictor: str) -> Iterator[Share]:
     third_octaves = [row for row in compared if row.quantity in THIRD_OCTAVES]
     groups = {"third octaves": third_octaves}
@@ -365,29 +220,24 @@ def model_u(row: Comparison) -> float:
     return math.hypot(*(width for part, width in row.parts.items() if part not in DATA_PARTS)) / NORMAL_95
 
 
-def main() -> None:
-    """Run the study, print and store it."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("-o", "--output", type=Path)
-    options = parser.parse_args()
-    revision = git_revision()
+def _run(_: Namespace, __: Progress) -> StudyResult:
     found, shares = study()
-    print_rows([
+    rows = [
         {"record": row.record, "used_for": row.used_for, "quantity": row.quantity, "rig": row.rig.value,
          "model": row.model.value, "error": row.error, "U": row.uncertainty, "unit": row.error_unit,
          "resolved by the rig": "yes" if row.rig.present else "no", "verdict": row.verdict.value}
         for row in found
-    ])  # fmt: skip
-    print_rows([json_object(one) for one in shares])
+    ]  # fmt: skip
     counted = [
         replace(row, kind=OF_HEALTHY) if row.state is Fault.HEALTHY and row.kind == "band level" else row
         for row in found if row.kind != "band level" or row.quantity in THIRD_OCTAVES  # each band once
     ]  # fmt: skip
-    content = {"machine": this_machine(), "comparisons": [row.to_dict() for row in found], "shares": shares,
-               "bias": biases(counted), "over_angle": over_angle(measured(Fault.OUTER, FAST))}  # fmt: skip
-    path = store_result(stamped(AMPLITUDES, content, command=COMMAND[AMPLITUDES], revision=revision), options.output)
-    print(f"stored: {path}")
+    content = {"comparisons": [row.to_dict() for row in found], "shares": shares, "bias": biases(counted),
+               "over_angle": over_angle(measured(Fault.OUTER, FAST))}  # fmt: skip
+    text = f"{text_rows(rows)}\n\n{text_rows([json_object(one) for one in shares])}"
+    return StudyResult(name="amplitudes", content=content, text=text)
 
 
-if __name__ == "__main__":
-    main()
+STUDY = Study(
+    question="How near are the rig scene's amplitudes to the rig's, fitted and withheld?", minutes=5, run=_run
+)

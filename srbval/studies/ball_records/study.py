@@ -1,22 +1,20 @@
-"""The ball bearing model beside the records of CWRU, MFPT and HIT-SM: ``python -m srbval.studies.ball_records.study``.
+"""The ball bearing model beside the records of CWRU, MFPT and HIT-SM.
 
 Each registered record of a race's defect whose bearing has [elements] is read as `srbval analyse` reads it, and so are
 runs of the planar model at its speed, in its band. Errors are model less record; the model's value is the mean over
 what is open, drawn together, and its part of the uncertainty what that scatters. Levels: `DRAWS` runs with the inputs
-of `ball_inputs.toml`, a Latin hypercube. Cage ratio: `srbval.comparison.cage_inputs`, since the model turns its cage by
+of `inputs.toml`, a Latin hypercube. Cage ratio: `srbval.comparison.cage_inputs`, since the model turns its cage by
 the bearing's dimensions. The defect is CWRU's where the file's name says it (a hole of so many
 thousandths of an inch across, 0.011 in deep: quoted from memory, not checked), else as large as its default. Nothing is
 fitted. One record is one unit: bias is the mean error of a set, with Student's 95 % interval from five records on,
 scatter its standard deviation.
 """
 
-from __future__ import annotations
-
-import argparse
 import math
 import re
 import statistics
 import sys
+from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -27,11 +25,12 @@ from scipy.stats import t
 from scipy.stats.qmc import LatinHypercube
 
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
-from srbval.cli.output import print_table
 from srbval.comparison.cage_inputs import cage_inputs
 from srbval.comparison.compared_quantities import cage_ratio, harmonic_level, sideband_level
 from srbval.comparison.other_rigs import usable
 from srbval.models.simulate import Step, simulate
+from srbval.progress import Progress
+from srbval.progress.tables import text_rows, text_table
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Recording
 from srbval.recordings.load import recording_from_run
@@ -40,10 +39,8 @@ from srbval.recordings.registry.lookup import load_entry
 from srbval.scene import Scene, paper_scene
 from srbval.scene.sensor_path import PathMode, SensorPath
 from srbval.signal import NORMAL_95
-from srbval.storage.own_package import git_revision
-from srbval.storage.stored_result import BALL_RECORDS, COMMAND, stamped
-from srbval.storage.strict_json import write_json
-from srbval.studies.sensitivity.open_inputs import drawn, open_inputs
+from srbval.studies.harness import Study, StudyResult
+from srbval.studies.open_inputs import drawn, open_inputs
 
 SETS = ("cwru", "mfpt", "hit-sm")
 RATE_HZ = 51_200.0  # covers the sets' band up to 10 kHz
@@ -191,24 +188,23 @@ def summary_of(rows: list[Row]) -> list[dict[str, Any]]:
     return found
 
 
-def main() -> None:
-    """Print errors, then bias and scatter by set, then the lines' strengths with the defect's size."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--only", default="", help="part of the files' names")
-    parser.add_argument("-o", "--output", type=Path, help="store the result as JSON")
-    options = parser.parse_args()
-    revision = git_revision()
+def _options(parser: ArgumentParser) -> None:
+    parser.add_argument("--only", metavar="TEXT", default="", help="part of the files' names")
+
+
+def _run(options: Namespace, _: Progress) -> StudyResult:
     rows, trend = compare(options.only)
     summary = summary_of(rows)
-    if options.output:
-        content = {"rows": [vars(r) | {"uncertainty": r.uncertainty} for r in rows], "summary": summary, "trend": trend}
-        write_json(options.output, stamped(BALL_RECORDS, content, command=COMMAND[BALL_RECORDS], revision=revision))
     values = [(r.dataset, r.file, r.quantity, r.model, r.record, r.error, r.uncertainty, r.inputs) for r in rows]
-    print_table(("set", "file", "quantity", "model", "record", "error", "± 95 %", "of inputs"), values)
-    for table in (summary, trend):
-        print()
-        print_table(tuple(table[0]) if table else (), [tuple(one.values()) for one in table])
+    text = text_table(("set", "file", "quantity", "model", "record", "error", "± 95 %", "of inputs"), values)
+    content = {"rows": [vars(r) | {"uncertainty": r.uncertainty} for r in rows], "summary": summary, "trend": trend}
+    return StudyResult(
+        name=None if options.only else "ball_records", content=content,
+        text="\n\n".join([text, *(text_rows(table) for table in (summary, trend) if table)]),
+    )  # fmt: skip
 
 
-if __name__ == "__main__":
-    main()
+STUDY = Study(
+    question="How near is the ball bearing model to the records of CWRU, MFPT and HIT-SM?", minutes=5, run=_run,
+    options=_options,
+)  # fmt: skip

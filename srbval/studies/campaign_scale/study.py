@@ -1,13 +1,8 @@
-"""Overhead of a campaign of very many cases besides the simulations: measured with tiny cases, extrapolated.
+"""Overhead of a campaign of very many cases besides the simulations: measured with tiny cases, extrapolated."""
 
-``python -m srbval.studies.campaign_scale.study`` stores the result in the user's cache, where the report finds it.
-"""
-
-from __future__ import annotations
-
-import argparse
 import tempfile
 import time
+from argparse import ArgumentParser, Namespace
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,12 +13,12 @@ from srbval.campaign.engines.engine import Engine
 from srbval.campaign.planning import plan_cases
 from srbval.campaign.run import run_campaign
 from srbval.campaign.settings import Campaign
-from srbval.cli.measured import this_machine
 from srbval.config.strict import build
-from srbval.progress import Progress, ProgressDisplay, silent
-from srbval.storage.own_package import git_revision
-from srbval.storage.stored_result import CAMPAIGN_SCALE, COMMAND, stamped, store_result
-from srbval.studies.speed_accuracy.child import peak_bytes
+from srbval.processes.machine import peak_bytes
+from srbval.progress import Progress, silent
+from srbval.progress.tables import text_rows
+from srbval.storage.strict_json import json_object
+from srbval.studies.harness import Study, StudyResult
 
 CASE_S = 5.0  # assumed wall time of a real case on one core: 10 s of the full model
 EXTRAPOLATED = ((10_000, 64), (1_000_000, 2000))
@@ -116,20 +111,20 @@ def tiny(cases: int) -> Campaign:
     )
 
 
-def main() -> None:
-    """Measure and store."""
-    parser = argparse.ArgumentParser(description="The overhead of very many cases, measured with tiny ones.")
-    parser.add_argument("--cases", metavar="N", type=int, default=10_000, help="number of cases (default: 10000)")
-    parser.add_argument("--engine", choices=NAMES, default="auto", help="as for `srbval campaign run`")
-    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="default: the user's cache")
-    options = parser.parse_args()
-    revision = git_revision()  # at the beginning: measuring may take long
-    with ProgressDisplay() as progress:
-        found = measure_scale(options.cases, choose_engine(options.engine), progress=progress)
-    result = {"machine": this_machine(), "measured": vars(found), "extrapolated": extrapolations(found)}
-    command = f"{COMMAND[CAMPAIGN_SCALE]} --cases {options.cases} --engine {options.engine}"
-    print(store_result(stamped(CAMPAIGN_SCALE, result, command=command, revision=revision), options.output))
+def _options(parser: ArgumentParser) -> None:
+    parser.add_argument("--cases", metavar="N", type="count", default=10_000, help="number of cases (default: 10000)")
+    parser.add_argument("--engine", choices=NAMES, default="auto", help="as for srbval campaign run")
 
 
-if __name__ == "__main__":
-    main()
+def _run(options: Namespace, progress: Progress) -> StudyResult:
+    found = measure_scale(options.cases, choose_engine(options.engine), progress=progress)
+    rows = [json_object(row) for row in extrapolations(found)]
+    return StudyResult(
+        name="campaign_scale", content={"measured": vars(found), "extrapolated": rows}, text=text_rows(rows)
+    )
+
+
+STUDY = Study(
+    question="What does a campaign of very many cases cost besides its simulations?", minutes=3, run=_run,
+    options=_options,
+)  # fmt: skip

@@ -1,14 +1,12 @@
-"""Sizes of defects from simulated records: ``python -m srbval.studies.defect_size.study [--truths N]``.
+"""Sizes of defects from simulated records.
 
 Truth is the rig scene with another size, other inputs, behind a known path and over a background; what is found is held
 against it, with the path known, and known to within the covariance of an identified one. Counted as resolved are sizes
 whose interval is within the sizes that were simulated.
 """
 
-from __future__ import annotations
-
-import argparse
 import math
+from argparse import ArgumentParser, Namespace
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -17,16 +15,19 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
+from srbval.errors import NumericsError
 from srbval.models.band_levels import along_sensor
 from srbval.models.run import Run
 from srbval.models.sensor_filter import SensorFilter
 from srbval.models.simulate import Step, simulate
 from srbval.path.defect_size import LEVEL_U_DB, DefectSize, Runs, defect_size, size_runs
 from srbval.path.identify import identify
+from srbval.progress import Progress
+from srbval.progress.tables import text_rows
 from srbval.recordings import Recording, ShaftSpeed, SpeedSource
 from srbval.scene import Scene, SensorPath, draws, load_scene, merge, rig_inputs
-from srbval.studies.amplitudes.study import STEP_S, moved_path
-from srbval.studies.rows import print_rows
+from srbval.studies.harness import Study, StudyResult
+from srbval.studies.rig_amplitudes import STEP_S, moved_path
 from srbval.studies.simulated_rig import BEARING, TRUE, background, record, simulated_rig
 
 CASES = ((Fault.OUTER, 859.0), (Fault.INNER, 600.0))
@@ -39,7 +40,7 @@ NEAR = 0.2  # share of the size within which it was to be found
 
 
 @dataclass(frozen=True, kw_only=True)
-class Found:
+class FoundSize:
     """A truth, and what was found."""
 
     state: Fault
@@ -70,7 +71,7 @@ def runs_at(own: dict[str, Any]) -> tuple[Runs, Runs]:
     return size_runs(asked, scene, [load_scene("rig", merge(own, one)) for one in draws(rig_inputs(), POWER)])
 
 
-def trial(run: Run, runs: tuple[Runs, Runs], seed: int, path_off: bool) -> Found:
+def trial(run: Run, runs: tuple[Runs, Runs], seed: int, path_off: bool) -> FoundSize:
     """One truth, behind the known path or, where that is off, one drawn about an identified one."""
     known = true = TRUE
     if path_off:
@@ -78,7 +79,7 @@ def trial(run: Run, runs: tuple[Runs, Runs], seed: int, path_off: bool) -> Found
         drawn = random.multivariate_normal(known.parameters, np.array(known.covariance))
         true = moved_path(known, drawn) or known
     size = defect_size(*records(run, seed, true), runs, known, bearing=BEARING, ways=WAYS)
-    return Found(state=run.scene.defect.kind, extent_m=run.scene.defect.extent_m or 0.0, size=size)
+    return FoundSize(state=run.scene.defect.kind, extent_m=run.scene.defect.extent_m or 0.0, size=size)
 
 
 @cache
@@ -88,7 +89,7 @@ def identified() -> SensorPath:
     return identify(rig.fault, rig.healthy, rig.excitation, bearing=BEARING).path
 
 
-def rows(found: list[Found], name: str) -> dict[str, object]:
+def rows(found: list[FoundSize], name: str) -> dict[str, object]:
     """Counts for one of the ways of finding."""
     sizes = [(one.extent_m, one.size.sizes[name]) for one in found]
     whole = [(true, size) for true, size in sizes if size.low_m and size.high_m]
@@ -104,33 +105,32 @@ def rows(found: list[Found], name: str) -> dict[str, object]:
     }  # fmt: skip
 
 
-def main() -> None:
-    """Simulate, find, count and print."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--truths", type=int, default=8, help="of each fault, a power of two")
-    options = parser.parse_args()
+def _options(parser: ArgumentParser) -> None:
+    parser.add_argument("--truths", metavar="N", type="count", default=8, help="of each fault, a power of two")
+
+
+def _run(options: Namespace, progress: Progress) -> StudyResult:
     random = np.random.default_rng(TRUTH_SEED)
     changes = draws(rig_inputs(), round(math.log2(options.truths)), seed=TRUTH_SEED)
-    found: dict[str, list[Found]] = {"known": [], "within its covariance": []}
-    for state, rpm in CASES:
+    found: dict[str, list[FoundSize]] = {"known": [], "within its covariance": []}
+    for number, (state, rpm) in enumerate(CASES):
         own = {"defect": {"kind": state}, "shaft_speed": f"{rpm} rpm", "duration_s": SECONDS}
         runs = runs_at(own)
-        for one in changes:
+        for place, one in enumerate(changes):
+            progress(f"{state}, {rpm} rpm", (number + place / len(changes)) / len(CASES))
             extent_m = math.exp(random.uniform(*np.log(EXTENTS_M)))
             changed = merge(own, merge(one, {"defect": {"extent_m": extent_m}, "solver": {"step_s": STEP_S}}))
             run = simulate(load_scene("rig", changed), step=Step.UNCHECKED)
-            assert run.status.usable, run.reason
+            if not run.status.usable:
+                raise NumericsError(f"defect size: the run of the {state} fault failed ({run.status}): {run.reason}")
             for path, members in found.items():
                 members.append(trial(run, runs, len(members), path != "known"))
-                sizes = members[-1].size.sizes.values()
-                print(state, rpm, path, f"{1e3 * extent_m:.3g}", *(
-                        v and f"{1e3 * v:.3g}" for size in sizes for v in (size.extent_m, size.low_m, size.high_m)
-                    ), flush=True)  # fmt: skip
-    for path, members in found.items():
-        for of in (*(state for state, _ in CASES), None):
-            print(f"path {path}, {of or 'all'}")
-            print_rows([rows([one for one in members if of in (one.state, None)], name) for name in WAYS])
+    progress("sizes", 1.0)
+    counted = [
+        {"path": path, "fault": of or "all"} | rows([one for one in members if of in (one.state, None)], name)
+        for path, members in found.items() for of in (*(state for state, _ in CASES), None) for name in WAYS
+    ]  # fmt: skip
+    return StudyResult(name="defect_size", content={"truths": options.truths, "rows": counted}, text=text_rows(counted))
 
 
-if __name__ == "__main__":
-    main()
+STUDY = Study(question="How well are sizes of defects found?", minutes=10, run=_run, options=_options)

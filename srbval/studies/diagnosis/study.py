@@ -3,87 +3,37 @@
 No method sees the state that a record's name or data set declares.
 """
 
-import dataclasses
 import itertools
-import re
 import time
-import tomllib
+from argparse import Namespace
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
-from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
+from scipy.stats import binomtest
+
+from srbval.bearing import DEFECTS, Bearing, Fault
 from srbval.comparison.other_rigs import Baselines, healthy_analysis
 from srbval.diagnosis.fault_call import call_fault
 from srbval.diagnosis.fault_naming import name_fault
-from srbval.errors import SrbvalError
+from srbval.errors import DataError, SrbvalError
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import analyse
 from srbval.reading.band_choice import band_kurtogram, declared_band
 from srbval.reading.lines import detected_fault_lines
-from srbval.recordings import Origin, Recording, RecordingSettings
-from srbval.recordings.registry import FileStatus, RegisteredRecording, load_entry, rig_of, without_copies
-from srbval.signal import NORMAL_95
+from srbval.recordings import Recording
+from srbval.recordings.registry import RegisteredRecording, listing
+from srbval.storage.strict_json import json_value
 from srbval.studies.diagnosis.simple_diagnosis import strongest_line
+from srbval.studies.harness import Study, StudyResult, printed_columns
+from srbval.studies.known_state import KnownRecord, known_records
+from srbval.studies.naming_scores import naming_scores
 
 ALL = "all"
 NAMED, CALLED = "first named", "called"
 NOTHING = "nothing"
-
-
-@dataclass(frozen=True, kw_only=True)
-class KnownRecord:
-    """A registered record of known `state`, to be read with the settings of `entry`; `bearing` None: its set's own."""
-
-    entry: RegisteredRecording
-    state: Fault
-    bearing: str | None = None
-
-    def load(self) -> tuple[Recording, Bearing]:
-        """The record without its state, and its bearing; raises what loading raises.
-
-        Without the other channels where the entry asks for one: those are other bearings'.
-        """
-        recording = dataclasses.replace(load_entry(self.entry), state=None)
-        asked = self.entry.settings and self.entry.settings.channel
-        if asked:
-            recording = dataclasses.replace(recording, channels={asked: recording.channels[asked]})
-        return recording, load_bearing(self.bearing or recording.bearing or "")
-
-    @property
-    def rig(self) -> str:
-        """The machine: data set and, where that holds several, folder."""
-        dataset, folder = rig_of(self.entry.dataset, self.entry.file)
-        return " ".join(filter(None, (dataset, Path(folder).name)))
-
-
-def known_records(registered: Iterable[RegisteredRecording]) -> list[KnownRecord]:
-    """Those of `registered` that are measured, whole and of known state, in the order of rig and file."""
-    assumed = tomllib.loads((resources.files("srbval.studies.diagnosis") / "assumed.toml").read_text(encoding="utf-8"))
-    found = []
-    for entry in without_copies(r for r in registered if r.dataset and r.origin is Origin.MEASURED):
-        if entry.status is not FileStatus.OK:
-            continue
-        bearing, dataset = assumed["bearing"].get(entry.dataset), entry.dataset
-        if entry.state is not None:
-            found.append(KnownRecord(entry=entry, state=entry.state, bearing=bearing))
-        for rule in assumed["healthy"]:
-            if entry.state is None and rule["dataset"] == dataset and re.search(rule["file"], Path(entry.file).name):
-                settings = entry.settings or RecordingSettings()
-                found += [
-                    KnownRecord(
-                        entry=dataclasses.replace(
-                            entry, channel=name, settings=dataclasses.replace(settings, channel=name)
-                        ),
-                        state=Fault.HEALTHY,
-                        bearing=bearing,
-                    )
-                    for name in rule["channels"]
-                ]
-    return sorted(found, key=lambda r: (r.rig, r.entry.file, r.entry.channel or ""))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -172,14 +122,9 @@ def judge(records: Sequence[KnownRecord], ways: Mapping[str, Method], *, progres
     return found
 
 
-def wilson(count: int, of: int) -> tuple[float, float] | None:
+def _wilson(count: int, of: int) -> tuple[float, float] | None:
     """95 % interval of a share, `count` of `of` (Wilson 1927, J. Am. Stat. Assoc. 22, 209); None of nothing."""
-    if not of:
-        return None
-    share, z2 = count / of, NORMAL_95**2
-    centre = (share + z2 / 2 / of) / (1 + z2 / of)
-    half = NORMAL_95 * ((share * (1 - share) + z2 / 4 / of) / of) ** 0.5 / (1 + z2 / of)
-    return max(0.0, centre - half), min(1.0, centre + half)
+    return tuple(binomtest(count, of).proportion_ci(method="wilson")) if of else None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -236,17 +181,17 @@ class Confusion:
     @property
     def right_ci95(self) -> tuple[float, float] | None:
         """Interval of the share of faults named correctly."""
-        return wilson(self.right, self.faulty)
+        return _wilson(self.right, self.faulty)
 
     @property
     def wrong_ci95(self) -> tuple[float, float] | None:
         """Interval of the share of faults named wrongly."""
-        return wilson(self.wrong, self.faulty)
+        return _wilson(self.wrong, self.faulty)
 
     @property
     def alarms_ci95(self) -> tuple[float, float] | None:
         """Interval of the share of healthy records for which a fault was named."""
-        return wilson(self.alarms, self.healthy)
+        return _wilson(self.alarms, self.healthy)
 
 
 def confusions(judged: Sequence[Judged]) -> Iterator[Confusion]:
@@ -258,3 +203,43 @@ def confusions(judged: Sequence[Judged]) -> Iterator[Confusion]:
         said = (NOTHING, *(fault.value for fault in DEFECTS))
         counts = {state.value: {one: pairs[state.value, one] for one in said} for state in Fault}
         yield Confusion(method=method, answer=answer, dataset=name, rigs=len({j.rig for j in own}), counts=counts)
+
+
+def _text(confusions_: Sequence[Mapping[str, Any]], naming: Mapping[str, Any]) -> str:
+    parts = []
+    for row in confusions_:
+        if row["dataset"] == ALL:
+            counts = [{"state": state} | said for state, said in row["counts"].items()]
+            parts.append(f"{row['method']}, {row['answer']}:\n{printed_columns(__package__, 'counts', counts)}")
+    for row in (naming["scores"], naming["wrongly_read"]):
+        parts.append(", ".join(f"{name.replace('_', ' ')} {value:.4g}" for name, value in row.items()))
+    methods_ = [row | _per_cent(row) for row in confusions_ if row["healthy"] + row["faulty"]]
+    return "\n\n".join([*parts, printed_columns(__package__, "methods", methods_)])
+
+
+def _per_cent(row: Mapping[str, Any]) -> dict[str, str]:
+    """The intervals of a row in words."""
+    shares = {"right_range": row["right_ci95"], "wrong_range": row["wrong_ci95"], "alarm_range": row["alarms_ci95"]}
+    return {name: f"{100 * v[0]:.0f} to {100 * v[1]:.0f}" if v else "" for name, v in shares.items()}
+
+
+def _run(_: Namespace, progress: Progress) -> StudyResult:
+    """How often faults are diagnosed correctly; `DataError` where no record of known state is registered."""
+    registered = listing().recordings
+    records = known_records(registered)
+    if not records:
+        raise DataError(
+            "no measured recording of known state is registered; register some with srbval data add DIR, or name their "
+            "folder in SRBVAL_RECORDINGS."
+        )
+    judged = judge(records, methods(registered), progress=progress)
+    content: dict[str, Any] = json_value(
+        {"confusions": list(confusions(judged)), "naming": naming_scores(), "records": judged}
+    )
+    return StudyResult(name="diagnosis", content=content, text=_text(content["confusions"], content["naming"]))
+
+
+STUDY = Study(
+    question="How often are faults in the registered recordings diagnosed correctly, against two simple methods?",
+    minutes=2, run=_run,
+)  # fmt: skip

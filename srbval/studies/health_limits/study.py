@@ -1,18 +1,16 @@
-"""What a run's health says where the truth is known: ``python -m srbval.studies.health_limits.study [N] [SEED]``.
+"""What a run's health says where the truth is known.
 
-N scenes are drawn (100), each is run by several methods and steps and compared with imex2 at an eighth of the paper's
+Scenes are drawn, each is run by several methods and steps and compared with imex2 at an eighth of the paper's
 step. A run is like it within 1e-3 in cage speed and 20 % in 500-1500 Hz RMS and drive power; a quantity counts only
 where imex2 at a quarter of the step has it within half of that, as rattling does not converge in a short run. Counted
 by status and caution; one JSON line a run goes to the file that SRBVAL_HEALTH names. With SRBVAL_STEP=checked the
 estimate of the step's error takes part in the status.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import random
-import sys
+from argparse import ArgumentParser, Namespace
 from collections import Counter
 from dataclasses import dataclass
 from typing import Any
@@ -22,8 +20,11 @@ from srbval.models.run import USABLE, RunStatus
 from srbval.models.simulate import Step
 from srbval.plan.measures import band_rms
 from srbval.plan.timing import attempt
+from srbval.progress import Progress
+from srbval.progress.tables import text_rows
 from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.scene import Scene, load_scene, merge, paper_scene
+from srbval.studies.harness import Study, StudyResult
 
 RATE_HZ, SECONDS = 15_360, 0.5
 LIMITS = {"cage": 1e-3, "band": 0.2, "drive": 0.2}
@@ -45,7 +46,7 @@ RIG_SLOWER = 1.5  # the rig scene's own step over the paper's
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tried:
+class RunMeasures:
     """A run: status, is there a caution, cage ratio, band RMS [m/s2], drive power [W]; None where it was refused."""
 
     status: str
@@ -54,7 +55,7 @@ class Tried:
     band: float | None
     drive: float | None
 
-    def unlike(self, truth: Tried, unsure: Tried) -> str:
+    def unlike(self, truth: "RunMeasures", unsure: "RunMeasures") -> str:
         """What of it is off: ``cage``, ``band``, nothing; ``unsure`` where the truth is in all."""
         pairs = tuple(
             (name, vars(self)[name], vars(truth)[name], vars(unsure)[name], limit) for name, limit in LIMITS.items()
@@ -87,11 +88,11 @@ def scene_of(point: dict[str, Any], solver: str, times: float) -> Scene:
     return paper_scene(**merge({}, changes))
 
 
-def tried(scene: Scene) -> tuple[Tried, str]:
+def tried(scene: Scene) -> tuple[RunMeasures, str]:
     """Run a scene; its reason too."""
     ran = attempt(scene, step=Step(os.environ.get("SRBVAL_STEP", Step.UNCHECKED)))
     run, has = ran.run, ran.run is not None and ran.run.samples > RATE_HZ // 10
-    return Tried(
+    return RunMeasures(
         status=ran.status,
         caution="with caution" in ran.reason or ran.status == RunStatus.INACCURATE,
         drive=float(run.energy.drive_w.mean()) if run is not None and run.samples else None,
@@ -124,18 +125,24 @@ def count(scenes: int, seed: int) -> Counter[tuple[str, str, str]]:
     return found
 
 
-def main() -> None:
-    """Count and print."""
-    scenes, seed = (int(given) for given in (sys.argv[1:] + ["100", "1"][len(sys.argv) - 1 :]))
-    found = count(scenes, seed)
-    for key, number in sorted(found.items()):
-        print(*(part or "-" for part in key), number)
+def _options(parser: ArgumentParser) -> None:
+    parser.add_argument("--scenes", metavar="N", type="count", default=100, help="scenes drawn (default: 100)")
+    parser.add_argument("--seed", metavar="N", type="seed", default=1, help="of the draw (default: 1)")
+
+
+def _run(options: Namespace, _: Progress) -> StudyResult:
+    found = count(options.scenes, options.seed)
     runs = sum(n for key, n in found.items() if key[0] != "truth")
     failed = sum(n for (status, _, off), n in found.items() if status not in (*USABLE, "truth") and not off)
-    silent = sum(n for (status, caution, off), n in found.items() if status in USABLE and not caution and off)
+    quiet = sum(n for (status, caution, off), n in found.items() if status in USABLE and not caution and off)
     plain = sum(n for (status, caution, _), n in found.items() if status in USABLE and not caution)
-    print(f"{runs} runs, {failed} failed though like the truth; {silent} of {plain} without caution are unlike it")
+    rows = [{"status": s, "caution": c, "off": off, "runs": n} for (s, c, off), n in sorted(found.items())]
+    text = (
+        f"{text_rows(rows)}\n{runs} runs, {failed} failed though like the truth; {quiet} of {plain} without caution "
+        "are unlike it"
+    )
+    content = {"scenes": options.scenes, "seed": options.seed, "rows": rows}
+    return StudyResult(name="health_limits", content=content, text=text)
 
 
-if __name__ == "__main__":
-    main()
+STUDY = Study(question="What does a run's health say where the truth is known?", minutes=20, run=_run, options=_options)

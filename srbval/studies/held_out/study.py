@@ -1,34 +1,29 @@
-"""The planner's predicted errors against measured ones on new scenes: ``python -m srbval.studies.held_out.study``.
+"""The planner's predicted errors against measured ones on new scenes.
 
-The scenes were used neither for the calibration nor for its margins. The result is stored in the user's cache, where
-the report finds it.
+The scenes were used neither for the calibration nor for its margins.
 """
 
-from __future__ import annotations
-
-import argparse
+from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
 from srbval.bearing import Fault
-from srbval.cli.measured import this_machine
 from srbval.models.ladder import rung_of
 from srbval.plan.calibrated import shipped_calibration
 from srbval.plan.cases import CalibrationScene, drawn
 from srbval.plan.plan import VACUOUS_PCT, make_plan
 from srbval.plan.questions import MEANING, Question, asked_of
 from srbval.plan.table import Entry, LadderCalibration
-from srbval.progress import Progress, ProgressDisplay, silent
+from srbval.progress import Progress, silent
+from srbval.progress.tables import text_rows
 from srbval.storage.content_store import ContentStore
-from srbval.storage.own_package import git_revision
-from srbval.storage.stored_result import COMMAND, HELD_OUT, newest_result, stamped, store_result
+from srbval.storage.stored_result import newest_result
 from srbval.storage.strict_json import json_object
-from srbval.studies.model_hierarchy.study import answer_store, measure_cases
-from srbval.studies.rows import print_rows
+from srbval.studies.calibration_runs import answer_store, measure_cases
+from srbval.studies.harness import Study, StudyResult
 
 SEED = 5  # of the scenes, not that of those between the calibration's
 # Tolerances at which each prediction is put to the test.
@@ -189,31 +184,23 @@ def _tally(question: Question | None, checks: Sequence[PredictionCheck]) -> Tall
     )
 
 
-def main() -> None:
-    """Measure, store and print."""
-    parser = argparse.ArgumentParser(description="The planner's predictions on scenes that it was not calibrated with.")
-    parser.add_argument("--jobs", metavar="N", type=int, help="runs at a time (default: one per core)")
-    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="default: the user's cache")
-    parser.add_argument("--judge-again", action="store_true", help="predict anew, keep the stored measured errors")
-    options = parser.parse_args()
-    revision, calibration, kept = git_revision(), shipped_calibration(), newest_result(HELD_OUT)
-    command, ran = COMMAND[HELD_OUT], {}
+def _options(parser: ArgumentParser) -> None:
+    parser.add_argument("--judge-again", action="store_true", help="predict again, keep the stored measured errors")
+
+
+def _run(options: Namespace, progress: Progress) -> StudyResult:
+    calibration, kept, ran = shipped_calibration(), newest_result("held_out"), dict[str, Any]()
     if options.judge_again and kept is not None:
         checks = checks_again(kept.content["checks"], calibration)
-        command, ran = f"{command} --judge-again", {"runs_of": kept.content.get("runs_of", kept.origin)}
+        ran = {"runs_of": kept.content.get("runs_of", kept.origin)}
     else:
-        with ProgressDisplay() as progress:
-            checks = check_cases(held_out(), calibration, jobs=options.jobs, store=answer_store(), progress=progress)
+        checks = check_cases(held_out(), calibration, jobs=options.jobs, store=answer_store(), progress=progress)
     counted = [json_object(tally) for tally in tallies(checks)]
-    print_rows(counted)
-    content: dict[str, Any] = ran | {
-        "machine": this_machine(),
-        "seconds": calibration.seconds,
-        "reference": calibration.reference,
-    }
-    content |= {"reference": calibration.reference, "tallies": counted, "checks": checks}
-    print(store_result(stamped(HELD_OUT, content, command=command, revision=revision), options.output))
+    content = {"seconds": calibration.seconds, "reference": calibration.reference, "tallies": counted, "checks": checks}
+    return StudyResult(name="held_out", content=ran | content, text=text_rows(counted))
 
 
-if __name__ == "__main__":
-    main()
+STUDY = Study(
+    question="Do the planner's predicted errors hold on scenes that it was not calibrated with?",
+    minutes=30, run=_run, options=_options,
+)  # fmt: skip

@@ -1,10 +1,8 @@
-"""Calibration of the interval of a slipping line: ``python -m srbval.studies.line_intervals.slip`` prints the table.
+"""Calibration of the interval of a slipping line.
 
 Drawn are the residuals and the slope that noise and a random walk of every ratio leave; the table's factors are
 moved until no ratio's coverage lies further from the middle of what is asked for than need be.
 """
-
-from __future__ import annotations
 
 import dataclasses
 import math
@@ -70,10 +68,13 @@ def calibrate(seed: int = 0) -> SlipInterval:
     return table(found.x)
 
 
-if __name__ == "__main__":
+def table() -> str:
+    """The table anew, as TOML, with its coverage of fresh draws."""
     new = calibrate()
     fresh = np.random.default_rng(1)
     shares = [coverage(new, *drawn(float(ratio), fresh)) for ratio in TRIED]
-    print(f"# coverage of fresh draws: {min(shares):.3f} to {max(shares):.3f}")
-    print(f"floor = {new.floor}\nstart = {new.start}")
-    print(f"log_spread = {list(new.log_spread)}\nfactor = {[round(f, 2) for f in new.factor]}")
+    return (
+        f"# coverage of fresh draws: {min(shares):.3f} to {max(shares):.3f}\n"
+        f"floor = {new.floor}\nstart = {new.start}\n"
+        f"log_spread = {list(new.log_spread)}\nfactor = {[round(f, 2) for f in new.factor]}"
+    )

@@ -1,13 +1,10 @@
-"""Calibration of a weak line's interval: ``python -m srbval.studies.line_intervals.weak`` prints the table.
+"""Calibration of a weak line's interval.
 
 Records of weak combs with and without slip are read; the factors of the credible interval are moved until the lines
-detected are covered as nearly alike as can be, whatever they slip. ``--check`` changes nothing: it prints how the table
-in use covers on cells that it was not made from, of other durations, combs and jitters, and of two seconds.
+detected are covered as nearly alike as can be, whatever they slip. `check` changes nothing: how the table in use covers
+on cells that it was not made from, of other durations, combs and jitters, and of two seconds.
 """
 
-from __future__ import annotations
-
-import argparse
 import itertools
 import math
 import multiprocessing
@@ -22,7 +19,7 @@ from srbval.signal import NORMAL_95, Phasors
 from srbval.signal.interval import slip_interval
 from srbval.signal.phase_posterior import posterior
 from srbval.signal.slip import noise_error_hz, weak_sums
-from srbval.studies.reading_accuracy.trials import (
+from srbval.studies.reading_trials import (
     BLOCK_S,
     HALF_SHARE,
     LINE_HZ,
@@ -98,7 +95,6 @@ def calibrate(draws: list[FloatArray]) -> FloatArray:
     size = first + len(slip_interval().wide) - 1
     beginnings = [0.5 * np.random.default_rng(seed).standard_normal(size) for seed in range(BEGINNINGS)]
     tried = [scipy.optimize.minimize(cost, beginning, method="L-BFGS-B") for beginning in beginnings]
-    print("# costs from several beginnings:", " ".join(f"{result.fun:.3g}" for result in sorted(tried, key=_cost)))
     return whole(min(tried, key=_cost).x)
 
 
@@ -115,39 +111,30 @@ def coverage(logs: FloatArray, draw: FloatArray, soft: float) -> float:
     return float(np.mean(0.5 * (1 + np.tanh((stretch - np.log(np.maximum(draw[0], 1e-9))) / soft))))
 
 
-def check(count: int) -> None:
-    """Print the coverage of the table in use on other cells, `count` records each, and over all of a duration."""
-    table = slip_interval()
-    logs = np.log(np.concatenate((table.weak_factor, table.wide_factor)))
+def check(count: int) -> list[dict[str, Any]]:
+    """Coverage of the table in use on other cells, `count` records each, by the record's duration."""
+    known = slip_interval()
+    logs = np.log(np.concatenate((known.weak_factor, known.wide_factor)))
+    rows = []
     for seconds in OTHER_SECONDS:
-        cells = list(itertools.product((seconds,), OTHER_COMBS, OTHER_JITTERS))
-        draws = [drawn(cell, count) for cell in cells]
-        for (_, (amplitudes, snr_db), jitter), draw in zip(cells, draws, strict=True):
-            share = f"coverage {coverage(logs, draw, 1e-6):.3f}" if draw.shape[1] else "nothing to cover"
-            lines = f"{len(amplitudes)} lines, {snr_db:g} dB, jitter {jitter:g}"
-            print(f"# {seconds:g} s, {lines}: {draw.shape[1]} detected and weak, {share}")
-        whole = np.concatenate(draws, axis=1)
-        print(f"{seconds:g} s: {whole.shape[1]} lines, coverage {coverage(logs, whole, 1e-6):.3f}")
+        cells = itertools.product((seconds,), OTHER_COMBS, OTHER_JITTERS)
+        whole = np.concatenate([drawn(cell, count) for cell in cells], axis=1)
+        rows.append({"seconds": seconds, "lines": whole.shape[1], "coverage": coverage(logs, whole, 1e-6)})
+    return rows
 
 
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description="Calibrate, or check, the interval of a weak line.")
-    parser.add_argument("--check", action="store_true", help="coverage on cells that the table was not made from")
-    parser.add_argument("-n", type=int, default=RECORDS, help="records per cell of the check")
-    options = parser.parse_args()
-    if options.check:
-        check(options.n)
-        raise SystemExit
+def table(jobs: int | None) -> str:
+    """The table anew, as TOML, with its coverage of the records that it was made from."""
     cells = list(itertools.product(SECONDS, COMBS, JITTERS))
-    with ProcessPoolExecutor(usable_cores(), mp_context=multiprocessing.get_context("spawn")) as pool:
+    with ProcessPoolExecutor(jobs or usable_cores(), mp_context=multiprocessing.get_context("spawn")) as pool:
         all_draws = list(pool.map(drawn, cells))
     found_logs = calibrate(all_draws)
     shares = [coverage(found_logs, draw, 1e-6) for draw in all_draws]
-    for (seconds, (amplitudes, snr_db), jitter), draw, share in zip(cells, all_draws, shares, strict=True):
-        lines = f"{len(amplitudes)} lines from {amplitudes[0]:g} to {amplitudes[-1]:g}, {snr_db:g} dB"
-        print(f"# {seconds:g} s, {lines}, jitter {jitter:g}: {draw.shape[1]} detected, coverage {share:.3f}")
-    print(f"# coverage {min(shares):.3f} to {max(shares):.3f}, standard deviation {math.sqrt(np.var(shares)):.3f}")
     factors = [round(float(f), 2) for f in np.exp(found_logs)]
     knots = slip_interval()
-    print(f"steady = {list(knots.weak_steady)}\nsteady_factor = {factors[: len(knots.weak_steady)]}")
-    print(f"wide = {list(knots.wide)}\nwide_factor = {factors[len(knots.weak_steady) :]}")
+    first = len(knots.weak_steady)
+    return (
+        f"# coverage {min(shares):.3f} to {max(shares):.3f}, standard deviation {math.sqrt(np.var(shares)):.3f}\n"
+        f"steady = {list(knots.weak_steady)}\nsteady_factor = {factors[:first]}\n"
+        f"wide = {list(knots.wide)}\nwide_factor = {factors[first:]}"
+    )

@@ -1,13 +1,11 @@
-"""False alarms of naming a fault, on records that hold none: ``python -m srbval.studies.naming_alarms.study``.
+"""False alarms of naming a fault, on records that hold none.
 
 Backgrounds are white, pink and impulsive noise, random tones, gear families with sidebands, tones and noise modulated
-by shafts. Printed are how often a fault's chance falls below 0.01, over 0.01, and what is called; and in how many
+by shafts. Counted are how often a fault's chance falls below 0.01, over 0.01, and what is called; and in how many
 records a race or roller line is detected, in the declared band and in one chosen on the record.
 """
 
-from __future__ import annotations
-
-import argparse
+from argparse import ArgumentParser, Namespace
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
@@ -20,11 +18,13 @@ import scipy.signal
 from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
 from srbval.diagnosis.fault_naming import name_fault
+from srbval.progress import Progress
+from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
 from srbval.reading.lines import detected_fault_lines
 from srbval.reading.pipeline import process
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
-from srbval.studies.rows import print_rows
+from srbval.studies.harness import Study, StudyResult
 
 FS_HZ, SECONDS, SHAFT_HZ, LEVEL = 12000.0, 5.0, 29.95, 0.01
 BAND_HZ = 500.0, 5500.0
@@ -113,14 +113,20 @@ def alarms(background: Callable[[Rng], FloatArray], count: int, seed: int = 1) -
     }  # fmt: skip
 
 
-def main() -> None:
-    """Measure and print."""
-    parser = argparse.ArgumentParser(description="False alarms of naming a fault.")
-    parser.add_argument("-n", type=int, default=334, help="records of each background, three chances each")
-    options = parser.parse_args()
-    with ProcessPoolExecutor() as pool:
-        print_rows(list(pool.map(partial(alarms, count=options.n), BACKGROUNDS)))
+def _options(parser: ArgumentParser) -> None:
+    parser.add_argument(
+        "--records",
+        metavar="N",
+        type="count",
+        default=334,
+        help="of each background (default: 334)",
+    )
 
 
-if __name__ == "__main__":
-    main()
+def _run(options: Namespace, _: Progress) -> StudyResult:
+    with ProcessPoolExecutor(options.jobs) as pool:
+        rows = list(pool.map(partial(alarms, count=options.records), BACKGROUNDS))
+    return StudyResult(name="naming_alarms", content={"records": options.records, "rows": rows}, text=text_rows(rows))
+
+
+STUDY = Study(question="How often is a fault named on records that hold none?", minutes=4, run=_run, options=_options)

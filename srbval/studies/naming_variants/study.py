@@ -1,13 +1,11 @@
-"""Other evidence for naming a fault, on all registered records: ``python -m srbval.studies.naming_variants.study``.
+"""Other spectra for naming a fault, on all registered records.
 
-Each variant takes the place of the spectrum that combs are read from; everything that is learnt is learnt anew, with
-one rig left out in turn. Printed are the answers of `name_fault` and the calibration error of its probabilities.
+Each variant takes the place of the spectrum that combs are read from; everything that is learnt is learnt again, with
+one rig left out in turn. Counted are the answers of `name_fault` and the calibration error of its probabilities.
 """
 
-from __future__ import annotations
-
-import argparse
 import dataclasses
+from argparse import Namespace
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -20,6 +18,8 @@ from srbval.bearing import DEFECTS
 from srbval.diagnosis import fault_evidence
 from srbval.diagnosis.fault_naming import channels_of
 from srbval.diagnosis.fault_posterior import KnownFeatures, decide, fit_posterior
+from srbval.progress import Progress
+from srbval.progress.tables import text_rows
 from srbval.reading import speed_search
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.pipeline import tracked
@@ -28,11 +28,10 @@ from srbval.recordings.registry import listing
 from srbval.signal import Periodogram
 from srbval.signal.comb_spectrum import CombSpectrum
 from srbval.signal.prewhitening import prewhitened
-from srbval.studies.diagnosis.naming_scores import held_out, scores
-from srbval.studies.diagnosis.study import KnownRecord, known_records
-from srbval.studies.known_records.study import readings, specimen
+from srbval.studies.harness import Study, StudyResult
+from srbval.studies.known_state import KnownRecord, known_records, readings, specimen
+from srbval.studies.naming_scores import held_out, scores
 from srbval.studies.naming_variants.cyclic_coherence import cyclic_coherence, exponential_ratio
-from srbval.studies.rows import print_rows
 
 # Shares of the carriers: the whole band, its halves, its quarters.
 BANDS = [(n / parts, (n + 1) / parts) for parts in (1, 2, 4) for n in range(parts)]
@@ -129,9 +128,7 @@ def judged(records: Sequence[tuple[KnownRecord, Analysis]], spectrum: Spectrum) 
     return answers | {"calibration error": scores(held_out(taught))["calibration_error"]}
 
 
-def main() -> None:
-    """Judge every variant."""
-    argparse.ArgumentParser(description="Other evidence for naming a fault, on all registered records.").parse_args()
+def _run(_: Namespace, progress: Progress) -> StudyResult:
     records = []
     for record in known_records(listing().recordings):
         recording, bearing = record.load()
@@ -149,8 +146,12 @@ def main() -> None:
         "cyclic coherence, best of 7 bands": coherent(white=False, bands=len(BANDS)),
         "cyclic coherence, prewhitened, best of 7 bands": coherent(white=True, bands=len(BANDS)),
     }
-    print_rows([{"evidence": name} | judged(records, spectrum) for name, spectrum in variants.items()])
+    rows = []
+    for number, (name, spectrum) in enumerate(variants.items()):
+        progress(name, number / len(variants))
+        rows.append({"spectrum": name} | judged(records, spectrum))
+    progress("variants", 1.0)
+    return StudyResult(name="naming_variants", content={"rows": rows}, text=text_rows(rows))
 
 
-if __name__ == "__main__":
-    main()
+STUDY = Study(question="Would other spectra name faults better?", minutes=5, run=_run)

@@ -1,30 +1,26 @@
-"""Detection under noise, and what a campaign costs, from the stored studies."""
+"""Detection under noise, from the stored study."""
 
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from srbval.report.blocks import Block
-from srbval.report.findings.stored import ShownResult
 from srbval.report.model import Section
+from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
+from srbval.storage.stored_result import StoredResult
 
-TEXTS = Texts("campaigns")
-WORKERS = "workers_before_the_coordinator_is_full"
-
-
-def campaign_section(noise: ShownResult, scale: ShownResult) -> Section:
-    """The study of noise and the table of scale; what is missing is said."""
-    return TEXTS.section(
-        appendix=(
-            *(_noise(noise, noise.content["rows"]) if noise.content else (missing(noise),)),
-            *(_scale(scale, scale.content) if scale.content else (missing(scale),)),
-        )
-    )
+TEXTS = Texts.of_study(__package__)
 
 
-def _noise(result: ShownResult, rows: list[dict[str, Any]]) -> Iterator[Block]:
+def section(results: StoredResults) -> Section:
+    """Down to which ratio of signal to noise the lines are found."""
+    result = results.get("noise")
+    return TEXTS.section(appendix=(missing("noise"),) if result is None else _blocks(result, result.content["rows"]))
+
+
+def _blocks(result: StoredResult, rows: list[dict[str, Any]]) -> Iterator[Block]:
     ratios = sorted({row["snr_db"] for row in rows}, key=lambda ratio: -math.inf if ratio is None else -ratio)
     clean = {row["state"]: row for row in rows if row["snr_db"] is None}
     studies: dict[tuple[str, str], dict[Any, Any]] = {}
@@ -48,8 +44,7 @@ def _lowest_db(found: Mapping[float | None, Mapping[str, Any]]) -> float | None:
     return min((ratio for ratio in found if ratio is not None and ratio > lost), default=None)
 
 
-def _scale(result: ShownResult, content: Mapping[str, Any]) -> Iterator[Block]:
-    rows = content["extrapolated"]
-    yield origin_of(result)
-    yield TEXTS.paragraph("scale", measured=content["measured"], workers=rows[0][WORKERS])
-    yield TEXTS.table("scale-table", rows)
+PAGE = Page(
+    name="noise", place=125, results=("noise",), section=section,
+    data=lambda results: {"detection_under_noise": results.content("noise").get("rows", [])},
+)  # fmt: skip

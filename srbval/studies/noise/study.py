@@ -1,33 +1,27 @@
-"""How detection degrades with added noise: ``python -m srbval.studies.noise.study``.
+"""How detection degrades with added noise.
 
-Reads the fault lines of simulated bearings under added noise of stated ratios and spectra and stores the result in the
-user's cache, where the report finds it.
+The fault lines of simulated bearings are read under added noise of stated ratios and spectra.
 """
-
-from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from statistics import median
 
 import numpy as np
 
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
 from srbval.campaign.noise import WHITE, NoiseSpectrum, add_noise, noise_spectrum
-from srbval.cli.measured import this_machine
 from srbval.errors import NumericsError
 from srbval.models.simulate import simulate
-from srbval.progress import Progress, ProgressDisplay, silent
+from srbval.progress import Progress, silent
+from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
 from srbval.reading.lines import Line
 from srbval.recordings import Recording, recording_from_run
 from srbval.scene import paper_scene
-from srbval.storage.own_package import git_revision
-from srbval.storage.stored_result import COMMAND, NOISE_STUDY, stamped, store_result
 from srbval.storage.strict_json import json_object
-from srbval.studies.rows import print_rows
+from srbval.studies.harness import Study, StudyResult
 
 RATIOS_DB = (20.0, 15.0, 10.0, 5.0, 0.0, -5.0, -10.0)
 SECONDS = 2.0
@@ -120,22 +114,16 @@ def _row(fault: Fault, clean: Line, lines: Sequence[Line], colour: str, snr_db: 
     )
 
 
-def main() -> None:
-    """Measure, store and print."""
-    parser = argparse.ArgumentParser(description="How detection degrades with added noise.")
+def _options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--noise", metavar="white|RECORDING", nargs="+", default=[WHITE], help="colours of the noise")
-    parser.add_argument("--seconds", metavar="S", type=float, default=SECONDS, help="duration of the runs (default: 2)")
-    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="default: the user's cache")
-    options = parser.parse_args()
-    revision = git_revision()  # at the beginning: measuring may take long
-    with ProgressDisplay() as progress:
-        found = noise_study(noises=options.noise, seconds=options.seconds, progress=progress)
-    rows = [json_object(row) for row in found]
-    print_rows(rows)
-    content = {"machine": this_machine(), "rows": rows, "seconds": options.seconds}
-    command = f"{COMMAND[NOISE_STUDY]} --noise {' '.join(options.noise)}"
-    print(store_result(stamped(NOISE_STUDY, content, command=command, revision=revision), options.output))
+    parser.add_argument("--seconds", metavar="S", type="positive", default=SECONDS, help="duration of the runs")
 
 
-if __name__ == "__main__":
-    main()
+def _run(options: argparse.Namespace, progress: Progress) -> StudyResult:
+    rows = [json_object(row) for row in noise_study(noises=options.noise, seconds=options.seconds, progress=progress)]
+    return StudyResult(name="noise", content={"rows": rows, "seconds": options.seconds}, text=text_rows(rows))
+
+
+STUDY = Study(
+    question="How does the detection of fault lines degrade with added noise?", minutes=1, run=_run, options=_options
+)

@@ -1,4 +1,4 @@
-"""Bias and coverage of identified paths on simulated truth: ``python -m srbval.studies.path_coverage.study [--rigs N]``.
+"""Bias and coverage of identified paths on simulated truth.
 
 Rigs of one known path, each with pulses, slip and noise of its own, through `identify`; the path's level in third
 octaves against the true one and its 95 % interval, by Student's factor for what the bands leave over. A rig's third
@@ -10,9 +10,7 @@ How far surfaces scatter it, half of the rigs tell; judged are the others, and h
 one with its modes a tenth off, one without modes, and a hole 1.5 times as small or large, at one in a hundred.
 """
 
-from __future__ import annotations
-
-import argparse
+from argparse import ArgumentParser, Namespace
 from dataclasses import replace
 
 import numpy as np
@@ -26,9 +24,11 @@ from srbval.models.sensor_filter import SensorFilter
 from srbval.models.simulate import Step, simulate
 from srbval.path.amplitudes import THIRD_OCTAVES, levels
 from srbval.path.identify import BAND_HZ, band_powers, identify
+from srbval.progress import Progress
+from srbval.progress.tables import text_rows
 from srbval.recordings import Recording
 from srbval.scene import load_scene
-from srbval.studies.rows import print_rows
+from srbval.studies.harness import Study, StudyResult
 from srbval.studies.simulated_rig import BEARING, FS_HZ, SECONDS, SHAFT_HZ, TRUE, background, record, simulated_rig
 
 MOVED = replace(TRUE, modes=tuple(replace(mode, frequency_hz=1.1 * mode.frequency_hz) for mode in TRUE.modes))
@@ -47,8 +47,8 @@ def ring(state: Fault, nm: float = 0.0, seed: int = 0, size: float = 1.0) -> Flo
     return along_sensor(run.acceleration_m_s2)
 
 
-def rough(rigs: int, first_seed: int, nm: float, noise: float) -> None:
-    """Print what rough rigs say of the increments of the smooth scene behind the known path."""
+def rough(rigs: int, first_seed: int, nm: float, noise: float) -> StudyResult:
+    """What rough rigs say of the increments of the smooth scene behind the known path."""
     smooth = {size: record("smooth", Fault.OUTER, ring(Fault.OUTER, size=size)) for size in SIZES}
     model = levels(behind(smooth[1.0], np.random.default_rng(0), 0.0), None)
     errors, reading, evidence = [], [], []
@@ -68,22 +68,28 @@ def rough(rigs: int, first_seed: int, nm: float, noise: float) -> None:
     own = np.array(reading[rigs // 2 :])
     inside = {"reading": np.abs(off) <= own, "with surfaces": np.abs(off) <= np.hypot(own, scatter)}
     columns = zip(THIRD_OCTAVES, np.isfinite(off).sum(axis=0), np.nanmean(off, axis=0), scatter, strict=True)
-    print_rows(
-        [{"third octave": name, "shown": n, "bias_db": bias, "U_surfaces_db": u} for name, n, bias, u in columns]
-    )
+    rows = [{"third octave": name, "shown": n, "bias_db": bias, "U_surfaces_db": u} for name, n, bias, u in columns]
     bias = np.nanmean(off[:, often], axis=1)
-    print(f"shown by {OFTEN:.0%} of rigs: bias {bias.mean():+.2f} +- {bias.std() / np.sqrt(bias.size - 1):.2f} dB")
-    for how, of in inside.items():
-        print(f"covered, {how}: {of[:, often][np.isfinite(off[:, often])].mean():.3f}")
+    shown_off = np.isfinite(off[:, often])
+    covered = {how: float(of[:, often][shown_off].mean()) for how, of in inside.items()}
     first = [one[1.0] for one in evidence[: rigs // 2]]
     tau = brentq(lambda db: np.median([one.chance(TRUE, db) for one in first]) - 0.5, 0.1, 20)
     asked = {"true": (1.0, TRUE), "modes 10 % off": (1.0, MOVED), "no modes": (1.0, replace(TRUE, modes=()))}
     asked |= {f"hole times {size:.2g}": (size, TRUE) for size in SIZES[1:]}
-    for name, (size, path) in asked.items():
-        chances = [one[size].chance(path, tau) for one in evidence[rigs // 2 :]]
-        print(
-            f"{name}: {sum(chance < REJECTED for chance in chances)} of {len(chances)} rejected, scatter {tau:.1f} dB"
-        )
+    rejected = [
+        {"path": name, "rejected": sum(one[size].chance(path, tau) < REJECTED for one in evidence[rigs // 2 :]),
+         "of": len(evidence) - rigs // 2}
+        for name, (size, path) in asked.items()
+    ]  # fmt: skip
+    content = {
+        "waviness_nm": nm, "rigs": rigs, "bias_db": float(bias.mean()), "covered": covered, "scatter_db": float(tau),
+        "bias_u_db": float(bias.std() / np.sqrt(bias.size - 1)), "rows": rows, "rejected": rejected,
+    }  # fmt: skip
+    text = (
+        f"{text_rows(rows)}\nshown by {OFTEN:.0%} of rigs: bias {content['bias_db']:+.2f} +- {content['bias_u_db']:.2f}"
+        f" dB, covered {covered}, scatter {tau:.1f} dB\n{text_rows(rejected)}"
+    )
+    return StudyResult(name="path_coverage_rough", content=content, text=text)
 
 
 def behind(run: Recording, random: np.random.Generator, noise: float) -> Recording:
@@ -92,21 +98,21 @@ def behind(run: Recording, random: np.random.Generator, noise: float) -> Recordi
     return replace(run, channels={"a": shown + background(random, noise)})
 
 
-def main() -> None:
-    """Run them and print a row per third octave."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--rigs", type=int, default=100)
-    parser.add_argument("--first-seed", type=int, default=3000)
-    parser.add_argument("--noise", type=float, default=0.05)
-    parser.add_argument("--missed-db", type=float, default=1.5)
-    parser.add_argument("--waviness-nm", type=float, default=0.0)
-    options = parser.parse_args()
+def _options(parser: ArgumentParser) -> None:
+    parser.add_argument("--rigs", metavar="N", type="count", default=100, help="simulated rigs (default: 100)")
+    parser.add_argument("--first-seed", metavar="N", type="seed", default=3000, help="of the first rig (default: 3000)")
+    parser.add_argument("--noise", metavar="X", type="positive", default=0.05, help="background [m/s2] (default: 0.05)")
+    parser.add_argument("--missed-db", metavar="DB", type="positive", default=1.5, help="what the model misses")
+    parser.add_argument("--waviness-nm", metavar="NM", type="positive", help="rigs are runs with waves of this height")
+
+
+def _run(options: Namespace, progress: Progress) -> StudyResult:
     if options.waviness_nm:
-        rough(options.rigs, options.first_seed, options.waviness_nm, options.noise)
-        return
+        return rough(options.rigs, options.first_seed, options.waviness_nm, options.noise)
     errors, inside, modes = [], [], []
     truth, _ = TRUE.level_db(THIRD_OCTAVES_HZ)
     for seed in range(options.first_seed, options.first_seed + options.rigs):
+        progress("identify the paths of simulated rigs", (seed - options.first_seed) / options.rigs)
         rig = simulated_rig(seed, noise=options.noise, missed_db=options.missed_db)
         found = identify(rig.fault, rig.healthy, rig.excitation, bearing=BEARING)
         level, u = found.path.level_db(THIRD_OCTAVES_HZ)
@@ -115,15 +121,21 @@ def main() -> None:
         errors.append(level - truth)
         inside.append(np.abs(level - truth) <= stdtrit(spare, 0.975) * u)
         modes.append(len(found.path.modes))
+    progress("identify the paths of simulated rigs", 1.0)
     columns = zip(
         THIRD_OCTAVES_HZ, np.mean(errors, axis=0), np.std(errors, axis=0), np.mean(inside, axis=0), strict=True
     )
-    print_rows([{"hz": hz, "bias_db": b, "scatter_db": s, "covered": c} for hz, b, s, c in columns])
+    rows = [{"hz": hz, "bias_db": b, "scatter_db": s, "covered": c} for hz, b, s, c in columns]
     share = np.mean(inside, axis=1)
-    u = np.std(share, ddof=1) / np.sqrt(len(share))
-    print(f"all: bias {np.mean(errors):+.2f} dB, covered {share.mean():.3f} +- {u:.3f}; "
-          f"modes {np.bincount(modes).tolist()}")  # fmt: skip
+    content = {
+        "rigs": options.rigs, "rows": rows, "bias_db": float(np.mean(errors)), "covered": float(share.mean()),
+        "covered_u": float(np.std(share, ddof=1) / np.sqrt(len(share))), "modes": np.bincount(modes).tolist(),
+    }  # fmt: skip
+    whole = "all: bias {bias_db:+.2f} dB, covered {covered:.3f} +- {covered_u:.3f}; modes {modes}".format(**content)
+    return StudyResult(name="path_coverage", content=content, text=f"{text_rows(rows)}\n{whole}")
 
 
-if __name__ == "__main__":
-    main()
+STUDY = Study(
+    question="How biased are identified paths, and do their intervals cover the truth?", minutes=6, run=_run,
+    options=_options,
+)  # fmt: skip

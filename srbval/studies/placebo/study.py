@@ -1,40 +1,36 @@
-"""Placebo probabilities on real records: ``SRBVAL_RECORDINGS=... python -m srbval.studies.placebo.study``.
+"""Placebo probabilities on real records.
 
 Combs at meaningless orders of healthy records are ranked as a family would be: their ranks must be uniform. Whatever
 was chosen in the design, that is from how many fundamentals a placebo's lines come, is chosen again for each rig on the
-others alone. Then every record is read with and without the placebos' part in what counts as detected.
+others alone.
 
 The combs of one rig are not independent: a record holds some tens whose windows do not overlap. So beside a rig's
 distance from uniform stands what the same number of combs give by chance: ``--noise N`` prints it, from N white noises
 in the place of each record.
 """
 
-from __future__ import annotations
-
-import argparse
 import dataclasses
 import math
 import os
-import time
+from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-from unittest import mock
 
 import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
-from srbval.errors import SrbvalError
-from srbval.reading import families as families_module
+from srbval.errors import DataError
+from srbval.progress import Progress
+from srbval.progress.tables import text_rows
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.families import Family, families_of, half_window_hz, meaningless_hz
 from srbval.reading.speed_search import periodogram_of
 from srbval.recordings import Recording, load_recording
-from srbval.signal import Periodogram, comb, read_comb
-from srbval.signal.placebo import APART, GRID, ORDERS, PlaceboRank, rank_among_placebos
-from srbval.studies.rows import print_rows
+from srbval.signal import Periodogram, read_comb
+from srbval.signal.placebo import APART, GRID, ORDERS, rank_among_placebos
+from srbval.studies.harness import Study, StudyResult
 
 IMS = ("2003.10.22.12.06.24", "2003.10.22.12.09.13", "2003.10.22.12.14.13")
 # Rig, file, channel and bearing of every healthy record; IMS: the first hours of a run to failure, four bearings.
@@ -47,10 +43,8 @@ HEALTHY: tuple[tuple[str, str, str | None, str], ...] = (
     ("torino", "torino/H_353rpm_sample.mat", None, "skf-22240"),
     ("torino", "torino/H_877rpm_sample.mat", None, "skf-22240"),
 )
-FAULTY = ("cwru", "hit_sm", "mfpt", "torino")
 COMBS_PER_FAMILY, SEED = 40, 1
 LEVELS = (0.005, 0.01, 0.02, 0.05)
-_KEYS = ("declared before", "declared after", "other before", "other after")
 
 
 # Fundamentals that a placebo's lines come from, the design's own first. One: a whole comb; five: each line by itself.
@@ -58,7 +52,7 @@ DESIGNS = (ORDERS, 1, 3, 5)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Tried:
+class RankedComb:
     """A comb at a meaningless order: `placebo` [designs] and `noise`-only probability; is it detected by the latter?"""
 
     rig: str
@@ -68,7 +62,7 @@ class Tried:
     share: float  # of an independent comb: windows that do not overlap, over combs drawn
 
 
-def tried_combs(rig: str, analysis: Analysis, designs: Sequence[int], count: int) -> Iterator[Tried]:
+def tried_combs(rig: str, analysis: Analysis, designs: Sequence[int], count: int) -> Iterator[RankedComb]:
     """`count` combs about each race and roller family of a healthy record, each read as a family would be."""
     bearing, speed = analysis.bearing, analysis.speed
     record = periodogram_of(analysis.processed, bearing, speed)
@@ -89,7 +83,7 @@ def tried_combs(rig: str, analysis: Analysis, designs: Sequence[int], count: int
             )
             if reading is None or math.isnan(placebo[0]):
                 continue
-            yield Tried(
+            yield RankedComb(
                 rig=rig, placebo=placebo, noise=reading.noise_false_alarm, detected_before=reading.detected,
                 share=min(1.0, pool.size / (2 * GRID * count)),
             )  # fmt: skip
@@ -133,7 +127,7 @@ def _row(name: str, chances: Sequence[float]) -> dict[str, object]:
     return {"of": name, "combs": values.size, "distance": distance(values)} | rates
 
 
-def left_out(tried: Sequence[Tried]) -> list[tuple[str, int, list[float]]]:
+def left_out(tried: Sequence[RankedComb]) -> list[tuple[str, int, list[float]]]:
     """Per rig the design whose rate below 0.01 is nearest to that on all other rigs, and the ranks it gives here."""
     chosen = []
     for rig in dict.fromkeys(t.rig for t in tried):
@@ -152,97 +146,43 @@ def healthy(folder: Path) -> Iterator[tuple[str, Recording, Bearing]]:
             yield rig, dataclasses.replace(recording, state=Fault.HEALTHY), load_bearing(bearing)
 
 
-def confusion(folder: Path) -> list[dict[str, object]]:
-    """Per state: records, and how often the declared line and other race and roller lines are detected."""
-    records = [(recording, bearing) for _, recording, bearing in healthy(folder)]
-    for path in sorted(p for name in FAULTY for p in (folder / name).rglob("*.mat")):
-        recording = load_recording(path)
-        if recording.state in DEFECTS and recording.bearing is not None:
-            records.append((recording, load_bearing(recording.bearing)))
-    counts: dict[str, dict[str, int]] = {}
-    for recording, bearing in records:
-        assert recording.state is not None
-        row = counts.setdefault(recording.state.value, dict.fromkeys(("records", *_KEYS), 0))
-        row["records"] += 1
-        for when, level in (("before", math.inf), ("after", comb.PLACEBO_FALSE_ALARM)):
-            with mock.patch.object(comb, "PLACEBO_FALSE_ALARM", level):
-                try:
-                    result = analyse(dataclasses.replace(recording, state=None), bearing=bearing)
-                except SrbvalError:
-                    continue
-            for fault in DEFECTS:
-                which = "declared" if fault is recording.state else "other"
-                row[f"{which} {when}"] += result.line_of(fault).detected
-    return [{"state": state, **row} for state, row in counts.items()]
+def _options(parser: ArgumentParser) -> None:
+    parser.add_argument("--combs", metavar="N", type="count", default=COMBS_PER_FAMILY, help="per family and record")
+    parser.add_argument("--noise", metavar="N", type="count", help="only what N noises per record give by chance")
 
 
-def cost_s(recording: Recording, bearing: Bearing) -> tuple[float, float]:
-    """Best of three processor times of an analysis, and what of it the placebos took [s]."""
-    measured = []
-    for _ in range(3):
-        spent = []
-
-        def timed(*given: Any, taken: list[float] = spent) -> PlaceboRank | None:
-            start = time.thread_time()
-            elsewhere = meaningless_hz(*given[1])
-            found = rank_among_placebos(*given[0], elsewhere)
-            taken.append(time.thread_time() - start)
-            return found
-
-        # Both steps are timed as one: the first is put off until the second asks for it.
-        with (
-            mock.patch.object(families_module, "meaningless_hz", lambda *given: given),
-            mock.patch.object(families_module, "rank_among_placebos", lambda *given: timed(given[:-1], given[-1])),
-        ):
-            start = time.thread_time()
-            analyse(recording, bearing=bearing)
-            measured.append((time.thread_time() - start, sum(spent)))
-    return min(measured)
-
-
-def main() -> None:
-    """Measure and print."""
-    parser = argparse.ArgumentParser(description="Are placebo probabilities uniform on healthy records?")
-    parser.add_argument("-n", type=int, default=COMBS_PER_FAMILY, help="combs per family of each record")
-    parser.add_argument("--noise", metavar="N", type=int, help="print only what N noises per record give by chance")
-    options = parser.parse_args()
-    folder = Path(os.environ["SRBVAL_RECORDINGS"])
-    analyses = [(rig, analyse(recording, bearing=bearing)) for rig, recording, bearing in healthy(folder)]
+def _run(options: Namespace, progress: Progress) -> StudyResult:
+    folder = os.environ.get("SRBVAL_RECORDINGS")
+    if not folder:
+        raise DataError("SRBVAL_RECORDINGS names no folder of recordings; this study reads those of known data sets.")
+    analyses = [(rig, analyse(recording, bearing=bearing)) for rig, recording, bearing in healthy(Path(folder))]
     if options.noise:
-        print_rows(list(by_chance(analyses, options.noise, options.n)))
-        return
-    tried = [one for rig, analysis in analyses for one in tried_combs(rig, analysis, DESIGNS, options.n)]
-    print("# Probabilities of combs at meaningless orders")
+        rows = list(by_chance(analyses, options.noise, options.combs))
+        return StudyResult(content={"by_chance": rows}, text=text_rows(rows))
+    tried = list[RankedComb]()
+    for number, (rig, analysis) in enumerate(analyses):
+        progress("combs at meaningless orders", number / len(analyses))
+        tried += tried_combs(rig, analysis, DESIGNS, options.combs)
+    progress("combs at meaningless orders", 1.0)
     designs = [_row(f"{design} fundamentals", [t.placebo[n] for t in tried]) for n, design in enumerate(DESIGNS)]
-    rigs = dict.fromkeys(t.rig for t in tried)
-    own = [
+    by_rig = [
         _row(rig, [t.placebo[0] for t in tried if t.rig == rig])
-        | {"independent": round(sum(t.share for t in tried if t.rig == rig))}
-        for rig in rigs
+        | {"independent": round(independent := sum(t.share for t in tried if t.rig == rig))}
+        | {"distance by chance": 1.36 / math.sqrt(independent)}
+        for rig in dict.fromkeys(t.rig for t in tried)
     ]
-    print_rows([_row("noise only", [t.noise for t in tried]), *designs])
-    print("# By rig: combs that do not overlap, and 1.36 over their root, which chance exceeds one time in twenty")
-    print_rows([row | {"by chance": 1.36 / math.sqrt(float(str(row["independent"])))} for row in own])
-    print("# Every rig by the design chosen on the others")
     folds = left_out(tried)
-    print_rows(
-        [
-            *(_row(f"{rig}: {DESIGNS[n]} fundamentals", p) for rig, n, p in folds),
-            _row("all", [x for *_, p in folds for x in p]),
-        ]
-    )
-    print("# Share of these combs that is detected")
-    by_noise = np.array([t.detected_before for t in tried])
-    ranks = np.array([t.placebo[0] for t in tried])
+    left = [_row(f"{rig}: {DESIGNS[n]} fundamentals", p) for rig, n, p in folds]
+    by_noise, ranks = np.array([t.detected_before for t in tried]), np.array([t.placebo[0] for t in tried])
     shares = {f"ranks below {level}": float(np.mean(by_noise & (ranks < level))) for level in LEVELS}
-    print_rows([{"noise only": float(np.mean(by_noise))} | shares])
-    print("# Processor seconds of an analysis, and of the placebos in it")
-    longest = {rig: (recording, bearing) for rig, recording, bearing in healthy(folder)}
-    times = {rig: cost_s(*record) for rig, record in longest.items()}
-    print_rows([{"rig": rig, "analysis": whole, "placebos": part} for rig, (whole, part) in times.items()])
-    print("# Detected race and roller lines, by declared state")
-    print_rows(confusion(folder))
+    content = {
+        "combs": [_row("noise only", [t.noise for t in tried]), *designs],
+        "by_rig": by_rig,  # "distance by chance": what one time in twenty exceeds
+        "design_chosen_on_the_others": [*left, _row("all", [x for *_, p in folds for x in p])],
+        "detected": [{"noise only": float(np.mean(by_noise))} | shares],
+    }
+    text = "\n\n".join(f"{name.replace('_', ' ')}\n{text_rows(rows)}" for name, rows in content.items())
+    return StudyResult(name="placebo", content=content, text=text)
 
 
-if __name__ == "__main__":
-    main()
+STUDY = Study(question="Are placebo probabilities uniform on healthy records?", minutes=3, run=_run, options=_options)

@@ -1,36 +1,32 @@
-"""Predictions of rig records before they are compared: ``python -m srbval.studies.predictions.study [-o FILE]``.
+"""Predictions of rig records before they are compared.
 
-The scene `rig` at each record's shaft speed, behind the path to the sensor that H 877 and OR 877 give, run as
-`srbval.studies.amplitudes.study` runs it: the ranges of all inputs drawn together with the position of the hole, the path
-identified for each draw, waves on races and rollers as a further part. The records are OR, IR and Roller at 353 rpm,
+The scene `rig` at each record's shaft speed, behind the path to the sensor that H 877 and OR 877 give, run as the study
+of amplitudes runs it: the ranges of all inputs drawn together with the position of the hole, the path identified for
+each draw, waves on races and rollers as a further part. The records are OR, IR and Roller at 353 rpm,
 of which the project knew no more than the orders of lines, and every registered record at the same load that the
 project has never opened (`unopened`). Of such a record nothing is read but its operating point and mean speed as
 registered. The predictions are stored with their SHA-256; ``srbval report`` compares them with the records that are
 registered.
 """
 
-from __future__ import annotations
-
-import argparse
+from argparse import Namespace
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from srbval.bearing import DEFECTS, Fault
-from srbval.cli.measured import this_machine
 from srbval.comparison.compared_quantities import CAGE_RATIO
 from srbval.comparison.effects import INPUTS
 from srbval.comparison.speed_and_slip import published_rpm
 from srbval.models.run import Run
 from srbval.path.amplitudes import NUMERICS, SURFACES, half_widths
 from srbval.path.predictions import digest
+from srbval.progress import Progress
 from srbval.recordings import Recording, ShaftSpeed, SpeedSource
 from srbval.recordings.registry import rig_recordings, unopened
 from srbval.scene import SensorPath, draws, load_scene, merge, rig_inputs
-from srbval.storage.own_package import git_revision
-from srbval.storage.stored_result import COMMAND, PREDICTIONS, stamped, store_result
-from srbval.studies.amplitudes.study import (
+from srbval.studies.harness import Study, StudyResult
+from srbval.studies.rig_amplitudes import (
     FAST,
     FAULTS,
     FINER,
@@ -125,17 +121,11 @@ def _rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
-def main() -> None:
-    """Predict, print the hash and store."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("-o", "--output", type=Path)
-    options = parser.parse_args()
-    revision, found = git_revision(), list(predictions())
-    content = {"machine": this_machine(), "predictions": found, "predictions_sha256": digest(found)}
-    print(f"SHA-256 of {len(found)} predictions: {content['predictions_sha256']}")
-    path = store_result(stamped(PREDICTIONS, content, command=COMMAND[PREDICTIONS], revision=revision), options.output)
-    print(f"stored: {path}")
+def _run(_: Namespace, __: Progress) -> StudyResult:
+    found = list(predictions())
+    sha256 = digest(found)
+    content = {"predictions": found, "predictions_sha256": sha256}
+    return StudyResult(name="predictions", content=content, text=f"SHA-256 of {len(found)} predictions: {sha256}")
 
 
-if __name__ == "__main__":
-    main()
+STUDY = Study(question="What does the rig scene predict of rig records before they are compared?", minutes=10, run=_run)

@@ -1,38 +1,33 @@
 """How well a frequency is read: accuracy against the Cramer-Rao bound, false alarms, the signal chain, timings.
 
-``python -m srbval.studies.reading_accuracy.study`` stores the result in the user's cache, where the report finds it. Every piece
-of it is kept there too, so that an interrupted run goes on where it was, and one with more records adds to it. On a
-machine with other work to do ``--rest-of reports/reading.json`` measures the accuracy only, takes the wall times and
-all else from an earlier result, and says so.
+Every piece of it is kept in the user's cache, so that an interrupted run goes on where it was, and one with more
+records adds to it. On a machine with other work to do ``--rest-of reports/reading_accuracy.json`` measures the accuracy
+only, takes the wall times and all else from an earlier result, and says so.
 """
 
-from __future__ import annotations
-
-import argparse
 import contextlib
 import functools
 import multiprocessing
 import operator
 import re
-import sys
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from srbval.cli.measured import this_machine
 from srbval.processes.machine import usable_cores
 from srbval.processes.threads import one_thread
-from srbval.progress import Progress, ProgressDisplay, silent
+from srbval.progress import Progress, silent
+from srbval.progress.tables import text_rows
 from srbval.storage.content_store import ContentStore
-from srbval.storage.own_package import git_revision
-from srbval.storage.stored_result import COMMAND, READING, stamped, store_result
 from srbval.storage.strict_json import json_object, parse_json
-from srbval.studies.reading_accuracy import trials as reading_trials
+from srbval.studies import reading_trials
+from srbval.studies.harness import Study, StudyResult
 from srbval.studies.reading_accuracy.scalogram_check import TRANSFORMS, ScalogramCheck, check_scalogram
 from srbval.studies.reading_accuracy.signal_chain import ChainError, ChainTiming, chain_errors, timings
-from srbval.studies.reading_accuracy.trials import (
+from srbval.studies.reading_trials import (
     NOISES,
     Accuracy,
     FalseAlarms,
@@ -42,7 +37,6 @@ from srbval.studies.reading_accuracy.trials import (
     summary,
     trials_of,
 )
-from srbval.studies.rows import print_rows
 
 # Records a task is made of; each has a seed of its own, so that results do not depend on who does it.
 _TASK = 50
@@ -165,39 +159,30 @@ def _kept(
     return found  # type: ignore[return-value]
 
 
-def main() -> None:
-    """Measure, store and print."""
-    parser = argparse.ArgumentParser(description="How well frequencies are read, by simulation, and the run time.")
+def _options(parser: ArgumentParser) -> None:
     parser.add_argument("--quick", action="store_true", help="few records: a first impression, not for publication")
-    parser.add_argument("--jobs", metavar="N", type=int, default=usable_cores(), help="processes (default: every core)")
-    parser.add_argument("-n", type=int, help="records per cell")
-    parser.add_argument("--rest-of", metavar="FILE", type=Path, help="take all but the accuracy from this result")
-    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="default: the user's cache, for a full run")
-    options = parser.parse_args()
-    revision = git_revision()  # at the beginning: measuring may take long
-    settings, rest = QUICK_READING if options.quick else ReadingSettings(), {}
-    settings = replace(settings, trials=options.n or settings.trials)
+    parser.add_argument("--records", metavar="N", type="count", help="per cell")
+    parser.add_argument("--rest-of", metavar="FILE", help="take all but the accuracy from this result")
+
+
+def _run(options: Namespace, progress: Progress) -> StudyResult:
+    settings, rest = QUICK_READING if options.quick else ReadingSettings(), dict[str, Any]()
+    settings = replace(settings, trials=options.records or settings.trials)
     if options.rest_of:
-        earlier = parse_json(options.rest_of.read_bytes())
+        earlier = parse_json(Path(options.rest_of).read_bytes())
         rest = {key: earlier[key] for key in ("false_alarms", "timings", "chains", "transforms")}
         made = {key: earlier[key] for key in ("made_utc", "git_revision", "command", "machine")}
         rest["rest_of"] = earlier.get("rest_of", made)  # that may have taken it from another itself
         settings = replace(settings, timed=False, noise_records=0)
-    with ProgressDisplay() as progress:
-        result = run_reading_bench(settings, jobs=options.jobs, store=STORE, progress=progress)
-    show(result)
-    if options.output or not options.quick:
-        content = {"machine": this_machine()} | json_object(result) | rest
-        command = " ".join([COMMAND[READING], *sys.argv[1:]])
-        print(store_result(stamped(READING, content, command=command, revision=revision), options.output))
+    result = run_reading_bench(settings, jobs=options.jobs or usable_cores(), store=STORE, progress=progress)
+    parts = (result.accuracy, result.false_alarms, result.timings, result.chains, result.transforms)
+    return StudyResult(
+        name=None if options.quick else "reading_accuracy",
+        content=json_object(result) | rest,
+        text="\n\n".join(text_rows([json_object(row) for row in rows]) for rows in parts if rows),
+    )
 
 
-def show(result: ReadingBench) -> None:
-    """Print every part that was measured."""
-    for rows in (result.accuracy, result.false_alarms, result.timings, result.chains, result.transforms):
-        if rows:
-            print_rows([json_object(row) for row in rows])
-
-
-if __name__ == "__main__":
-    main()
+STUDY = Study(
+    question="How well are frequencies read, against the Cramer-Rao bound?", minutes=25, run=_run, options=_options
+)

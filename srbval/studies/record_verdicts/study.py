@@ -1,4 +1,4 @@
-"""How often is the verdict by record wrong? ``python -m srbval.studies.record_verdicts.study``, on simulated rigs.
+"""How often is the verdict by record wrong? Simulated rigs whose truth is known.
 
 A rig is two records, outer and inner race. Its truth is what the model shows at inputs drawn from their ranges, plus
 a known discrepancy, plus a mounting (size half-normal; levels normal with that size). "Full model": runs at draws that
@@ -17,10 +17,8 @@ Discrepancies: none (how often is a right model called resolved?), at the margin
 is it said to agree?), drawn from the prior (do the intervals hold the error?). The result is stored.
 """
 
-from __future__ import annotations
-
-import argparse
 import math
+from argparse import ArgumentParser, Namespace
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -32,7 +30,6 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Fault, load_bearing
-from srbval.cli.measured import this_machine
 from srbval.comparison.budget import PRIOR, VERDICT
 from srbval.comparison.compared_quantities import CAGE_RATIO, COMPARED, SHAPE, compare, shape_angle
 from srbval.comparison.comparison import MOUNTING, Comparison, QuantityValue
@@ -40,25 +37,21 @@ from srbval.comparison.counterpart import STARTS
 from srbval.comparison.effects import DefectEffects, Sensitivity, sensitivity_of
 from srbval.comparison.record_verdict import holm, record_verdict
 from srbval.comparison.spectrum_shape import angle_within, noise_about, with_noise
+from srbval.errors import DataError
+from srbval.progress import Progress
+from srbval.progress.tables import text_rows
 from srbval.reading.lines import Line
 from srbval.signal import LEAST_SNR, NORMAL_95
 from srbval.storage.cache import cache_folder
-from srbval.storage.own_package import git_revision
 from srbval.storage.stored_result import (
-    COMMAND,
-    RECORD_VERDICTS,
     RESULTS,
-    SENSITIVITY,
     newest_result,
-    stamped,
-    store_result,
 )
-from srbval.storage.strict_json import json_object
+from srbval.studies.emulator import Emulator, fit_emulator
+from srbval.studies.harness import Study, StudyResult
+from srbval.studies.input_effects import coordinates, groups_of, predict
+from srbval.studies.open_inputs import open_inputs
 from srbval.studies.record_verdicts.truths import Truth, make_truths, read_truths
-from srbval.studies.rows import print_rows
-from srbval.studies.sensitivity.emulator import Emulator, fit_emulator
-from srbval.studies.sensitivity.open_inputs import open_inputs
-from srbval.studies.sensitivity.study import coordinates, groups_of, predict
 
 RIGS, SEED = 500, 20
 KNOWN, KNOWN_MOUNTING_DB = 0.1, 0.3
@@ -85,7 +78,7 @@ class Setting:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rates:
+class VerdictRates:
     """Of one setting, duration and discrepancy: shares of the rigs, and of the errors that their 95 % intervals hold.
 
     `resolved` counts rigs with any record resolved, `single` records whose own p is below 0.05, `beyond_prior` those
@@ -262,7 +255,7 @@ def rig(setting: Setting, truth: Truth, kind: str, seconds: float, rng: np.rando
     return found
 
 
-def rates(setting: Setting, kind: str, seconds: float, rigs: int = RIGS) -> Rates:
+def rates(setting: Setting, kind: str, seconds: float, rigs: int = RIGS) -> VerdictRates:
     """Of so many rigs, each truth as often as the others."""
     rng = np.random.default_rng([SEED, int(seconds), DISCREPANCIES.index(kind)])
     resolved, single, beyond, agree, cage_agrees, shapes = [], [], [], [], [], []
@@ -288,7 +281,7 @@ def rates(setting: Setting, kind: str, seconds: float, rigs: int = RIGS) -> Rate
                 held[row.kind].append(abs(row.error + share * given[row.quantity]) <= row.uncertainty)
                 if row.kind == CAGE_RATIO.name:
                     cage_agrees.append(row.within_margin)
-    return Rates(
+    return VerdictRates(
         truth=setting.name, truths=len(setting.truths), seconds=seconds, discrepancy=kind, rigs=rigs,
         resolved=float(np.mean(resolved)), single=float(np.mean(single)), beyond_prior=float(np.mean(beyond)),
         agree=float(np.mean(agree)), cage_agrees=float(np.mean(cage_agrees)),
@@ -297,35 +290,31 @@ def rates(setting: Setting, kind: str, seconds: float, rigs: int = RIGS) -> Rate
     )  # fmt: skip
 
 
-def main() -> None:
-    """Run, count, print and store."""
-    parser = argparse.ArgumentParser(description="Error rates of the verdict by record on simulated rigs.")
-    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="default: the user's cache")
-    parser.add_argument("--truths", metavar="FILE", type=Path, help="runs made so far, and to be (default: the cache)")
-    parser.add_argument("--count", type=int, default=200, help="how many runs there are to be, half of them counted")
-    options = parser.parse_args()
-    revision, study = git_revision(), newest_result(SENSITIVITY)
-    if study is None:
-        raise SystemExit(f"no stored sensitivity study; {COMMAND[SENSITIVITY]} makes one.")
-    file = options.truths or cache_folder(RESULTS) / "record_truths.jsonl"
-    make_truths(file, options.count)
-    sensitivity = sensitivity_of(study.content)
+def _options(parser: ArgumentParser) -> None:
+    parser.add_argument("--truths", metavar="FILE", help="runs made so far, and to be (default: the user's cache)")
+    parser.add_argument(
+        "--count", metavar="N", type="count", default=200, help="how many runs there are to be, half of them counted"
+    )
+
+
+def _run(options: Namespace, progress: Progress) -> StudyResult:
+    stored = newest_result("sensitivity")
+    if stored is None:
+        raise DataError("no stored sensitivity study; srbval study run sensitivity makes one.")
+    file = Path(options.truths) if options.truths else cache_folder(RESULTS) / "record_truths.jsonl"
+    make_truths(file, options.count, progress)
+    sensitivity = sensitivity_of(stored.content)
     full = Setting(name="full model", truths=read_truths(file), study=sensitivity)
     settings = (full, emulated(sensitivity, RIGS), known_inputs(sensitivity, RIGS))
     rows = [
         rates(setting, kind, seconds) for setting in settings for seconds in SECONDS for kind in setting.discrepancies
     ]  # fmt: skip
-    print_rows([
+    text = text_rows([
         {k: v for k, v in vars(row).items() if k != "coverage"} | {k: f"{v:.3f}" for k, v in row.coverage.items()}
         for row in rows
     ])  # fmt: skip
-    content: dict[str, Any] = {
-        "machine": this_machine(), "truths": len(full.truths), "study_made_utc": study.made_utc,
-        "rows": [json_object(row) for row in rows],
-    }  # fmt: skip
-    made = stamped(RECORD_VERDICTS, content, command=COMMAND[RECORD_VERDICTS], revision=revision)
-    print(store_result(made, options.output))
+    content = {"truths": len(full.truths), "study_made_utc": stored.made_utc, "rows": rows}
+    return StudyResult(name="record_verdicts", content=content, text=text)
 
 
-if __name__ == "__main__":
-    main()
+STUDY = Study(question="How often is the verdict by record wrong?", minutes=30, run=_run, options=_options)

@@ -1,13 +1,9 @@
 """Truths for `record_verdicts`: the full model at drawn inputs, one a line of a file to which more are added.
 
-``python -m srbval.studies.record_verdicts.truths FILE --count N`` goes on where the file ends; about seven seconds each. Draw
-number i is the same whenever it is made. Those with odd numbers may be used to mend the rule, error rates are counted
-on the even ones alone.
+Made where the file ends; about seven seconds each. Draw number i is the same whenever it is made. Those with odd
+numbers may be used to mend the rule, error rates are counted on the even ones alone.
 """
 
-from __future__ import annotations
-
-import argparse
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,10 +17,10 @@ from srbval.bearing import RACE_DEFECTS, Fault
 from srbval.comparison.counterpart import TURNS, converged
 from srbval.comparison.spectrum_shape import halves_of
 from srbval.errors import SrbvalError
-from srbval.progress import ProgressDisplay
+from srbval.progress import Progress, silent
 from srbval.scene import Scene
-from srbval.studies.sensitivity.open_inputs import drawn, open_inputs
-from srbval.studies.sensitivity.study import _values, paper_scenes, run_unchecked
+from srbval.studies.input_effects import _values, paper_scenes, run_unchecked
+from srbval.studies.open_inputs import drawn, open_inputs
 
 SEED = 20
 
@@ -37,11 +33,11 @@ class Truth:
     halves: Mapping[Fault, FloatArray]
 
 
-def make_truths(file: Path, count: int) -> None:
+def make_truths(file: Path, count: int, progress: Progress = silent) -> None:
     """Add draws to `file` until it has `count`, those that failed with the reason."""
     scenes = {scene.defect.kind: converged(scene) for scene in paper_scenes(TURNS)}
     made = len(file.read_text(encoding="utf-8").splitlines()) if file.exists() else 0
-    with ProgressDisplay() as progress, file.open("a", encoding="utf-8") as out:
+    with file.open("a", encoding="utf-8") as out:
         for number in range(made, count):
             progress("Simulate truths", number / count)
             print(json.dumps(_truth(number, scenes)), file=out, flush=True)
@@ -73,16 +69,3 @@ def read_truths(file: Path, *, odd: bool = False) -> list[Truth]:
         for row in rows
         if row["number"] % 2 == odd and "values" in row
     ]
-
-
-def main() -> None:
-    """Make them."""
-    parser = argparse.ArgumentParser(description="Full-model truths for the error rates of the verdict by record.")
-    parser.add_argument("file", metavar="FILE", type=Path, help="where they are kept; made where it does not exist")
-    parser.add_argument("--count", type=int, default=160, help="how many the file is to hold (default: 160)")
-    options = parser.parse_args()
-    make_truths(options.file, options.count)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,37 +1,31 @@
-"""Does one band serve model and rig? ``python -m srbval.studies.rig_bands.study``; needs the rig's 877 rpm recordings.
+"""Does one band serve model and rig? Needs the rig's 877 rpm recordings.
 
 The scene `rig`, the paper's scene and the rig's recordings at the recordings' speeds, each demodulated from the paper's
-band for simulated signals and from its band for the rig, by the one pipeline. The result is stored in the user's cache.
+band for simulated signals and from its band for the rig, by the one pipeline.
 """
 
-from __future__ import annotations
-
-import argparse
 import math
+from argparse import Namespace
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Fault, load_bearing
 from srbval.check.quantities import RIG_RPM
-from srbval.cli.measured import this_machine
 from srbval.comparison.compared_quantities import harmonic_level
 from srbval.comparison.speed_and_slip import published_speeds
 from srbval.errors import DataError, NumericsError
 from srbval.models.run import Run
 from srbval.models.simulate import Step, simulate
+from srbval.progress import Progress
+from srbval.progress.tables import text_rows
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.recordings import Recording, recording_from_run
 from srbval.recordings.registry import find_recording, load_entry
 from srbval.scene import load_scene
-from srbval.storage.own_package import git_revision
-from srbval.storage.stored_result import COMMAND, RIG_BANDS, stamped, store_result
-from srbval.storage.strict_json import json_object
-from srbval.studies.rows import print_rows
+from srbval.studies.harness import Study, StudyResult
 
 RIG_BAND_HZ = (1400.0, 2800.0)  # the paper's for the rig, section 5
 BANDS = (SIMULATED_BAND_HZ, RIG_BAND_HZ)
@@ -126,28 +120,21 @@ def served(rows: Sequence[BandReading], side: str) -> bool:
     return all(same(state) for state in RACE_DEFECTS)
 
 
-def main() -> None:
-    """Run, read, store and print."""
-    parser = argparse.ArgumentParser(description="Scene rig, paper's scene and rig in the paper's two bands.")
-    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="default: the user's cache")
-    options = parser.parse_args()
-    revision, rows, power_w = git_revision(), list[BandReading](), dict[str, float]()
-    for state in STATES:
+def _run(_: Namespace, progress: Progress) -> StudyResult:
+    rows, power_w = list[BandReading](), dict[str, float]()
+    for number, state in enumerate(STATES):
+        progress("run and read", number / len(STATES))
         rows += in_both_bands(RIG, state, recorded(state))
         for scene, side in SCENES.items():
             run = simulated(scene, state)
             rows += in_both_bands(side, state, recording_from_run(run))
             if state is Fault.HEALTHY:
                 power_w[side] = float(run.energy.drive_w.mean())
-    print_rows([asdict(row) for row in rows])
-    content: dict[str, Any] = {
-        "machine": this_machine(), "seconds": SECONDS, "drive_w": power_w, "band_hz": RIG_BAND_HZ,
-        "served": {side: served(rows, side) for side in (RIG, *SCENES.values())},
-        "rows": [json_object(row) for row in rows],
-    }  # fmt: skip
-    print(power_w, content["served"])
-    print(store_result(stamped(RIG_BANDS, content, command=COMMAND[RIG_BANDS], revision=revision), options.output))
+    progress("run and read", 1.0)
+    sides = {side: served(rows, side) for side in (RIG, *SCENES.values())}
+    content = {"seconds": SECONDS, "drive_w": power_w, "band_hz": RIG_BAND_HZ, "served": sides, "rows": rows}
+    text = f"{text_rows([asdict(row) for row in rows])}\n{power_w} {sides}"
+    return StudyResult(name="rig_bands", content=content, text=text)
 
 
-if __name__ == "__main__":
-    main()
+STUDY = Study(question="Does one band serve model and rig?", minutes=2, run=_run)

@@ -1,38 +1,33 @@
-"""The rig scene's cage speed over its inputs' ranges, against the rig's: ``python -m srbval.studies.rig_inputs.study``.
+"""The rig scene's cage speed over its inputs' ranges, against the rig's.
 
 Each input alone from its lowest to its highest value, then all of them together, drawn from their ranges. Ratios of
 cage and shaft are compared after ASME V&V 20: error E = S - D against the uncertainty U of inputs, numerics and data.
-The result is stored in the user's cache. The rig's ratios are read from its registered recordings; `--read-again` reads
-only these anew and keeps the stored runs.
+The rig's ratios are read from its registered recordings; `--read-again` reads only these again and keeps the stored
+runs.
 """
 
-from __future__ import annotations
-
-import argparse
 import math
+from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.check.quantities import RIG_RPM
-from srbval.cli.measured import this_machine
 from srbval.comparison.budget import TOLERANCE
 from srbval.comparison.comparison import deviation_pct
 from srbval.comparison.speed_and_slip import published_speeds
 from srbval.errors import DataError, NumericsError
 from srbval.models.simulate import Step, simulate
-from srbval.progress import Progress, ProgressDisplay, silent
+from srbval.progress import Progress, silent
+from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
 from srbval.recordings.registry import find_recording, load_entry
 from srbval.scene import RigInput, draws, load_scene, merge, rig_inputs
-from srbval.storage.own_package import git_revision
-from srbval.storage.stored_result import COMMAND, RIG_INPUTS, newest_result, stamped, store_result
-from srbval.storage.strict_json import json_object
-from srbval.studies.rows import print_rows
+from srbval.storage.stored_result import RIG_INPUTS, newest_result
+from srbval.studies.harness import Study, StudyResult
 
 SETTLE_S, SECONDS = 0.05, 0.1  # twelve passages; the cage ratio differs from that of two seconds by less than 1e-6
 STEP_S = 1 / 61_440  # the scene's own is beyond the stiffest roller's limit where contacts are longest
@@ -271,28 +266,22 @@ def summary_row(study: InputStudy) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def main() -> None:
-    """Measure, store and print."""
-    parser = argparse.ArgumentParser(description="The rig scene's cage speed over the ranges of its inputs.")
-    parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="default: the user's cache")
-    parser.add_argument("--read-again", action="store_true", help="read the rig's lines anew, keep the stored runs")
-    options = parser.parse_args()
-    revision, kept, command = git_revision(), newest_result(RIG_INPUTS), COMMAND[RIG_INPUTS]
+def _options(parser: ArgumentParser) -> None:
+    parser.add_argument("--read-again", action="store_true", help="read the rig's lines again, keep the stored runs")
+
+
+def _run(options: Namespace, progress: Progress) -> StudyResult:
+    kept, ran = newest_result("rig_inputs"), {}
     if options.read_again and kept is not None:
         studies = [read_again(study) for study in kept.content["studies"]]
-        ran, command = {"runs_of": kept.content.get("runs_of", kept.origin)}, f"{command} --read-again"
+        ran = {"runs_of": kept.content.get("runs_of", kept.origin)}
     else:
-        with ProgressDisplay() as progress:
-            studies = [study_inputs(rig_line(record), rig_inputs(), progress=progress) for record in RECORDS]
-        ran = {}
-    for study in studies:
-        print_rows(effect_rows(study))
-    print_rows([summary_row(study) for study in studies])
-    content = ran | {
-        "machine": this_machine(), "seconds": SECONDS, "studies": [json_object(study) for study in studies]
-    }  # fmt: skip
-    print(store_result(stamped(RIG_INPUTS, content, command=command, revision=revision), options.output))
+        studies = [study_inputs(rig_line(record), rig_inputs(), progress=progress) for record in RECORDS]
+    text = "\n\n".join(text_rows(rows) for rows in (*map(effect_rows, studies), [*map(summary_row, studies)]))
+    return StudyResult(name="rig_inputs", content=ran | {"seconds": SECONDS, "studies": studies}, text=text)
 
 
-if __name__ == "__main__":
-    main()
+STUDY = Study(
+    question="Where does the rig scene's cage speed lie over the ranges of its inputs, and where does the rig's?",
+    minutes=40, run=_run, options=_options,
+)  # fmt: skip

@@ -3,13 +3,12 @@
 Half of the conditions are the same every time, half are drawn from a seed that is not.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 import random
 import tempfile
 import time
+from argparse import ArgumentParser, Namespace
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -21,14 +20,16 @@ from srbval.models.run import USABLE, RunStatus
 from srbval.models.simulate import Step
 from srbval.models.solvers import SOLVERS
 from srbval.models.step_error import TOLERANCE
-from srbval.processes.machine import Machine, calibrate, describe_machine, load_average
+from srbval.processes.machine import load_average
 from srbval.progress import Progress, silent
+from srbval.progress.tables import text_table
 from srbval.scene import Scene
 from srbval.storage.content_store import ContentStore
+from srbval.studies.harness import Study, StudyResult
+from srbval.studies.machine import Machine, calibrate, describe_machine
+from srbval.studies.outcomes import RunOutcome, outcome_store, outcomes
 from srbval.studies.run_verdicts.similar_bearing import similar
-from srbval.studies.scenes import PAPER_STEP_S, bench_scene
-from srbval.studies.stability.grid import RPM
-from srbval.studies.stability.outcome import StabilityOutcome, outcome_store, outcomes
+from srbval.studies.scenes import PAPER_STEP_S, RPM, bench_scene
 
 CONVERGING, JUDGING = "converged runs", "runs that judge themselves"
 SCENES = ("play0-outer", "interference-healthy", "interference-inner", "rig-outer", "rig-healthy")
@@ -42,6 +43,7 @@ FRICTION = (0.02, 1.0)  # range of the coefficient
 PLAY_M = 200e-6  # at most
 HEIGHTS_M = (-5e-4, 5e-5, 2e-4)  # of defects: pits and bumps
 SIZES = (0.25, 0.5, 1.5)  # of bearings, in the scene's
+QUICK_SHARE = 1 / 40
 MOST_FALSE = 0.005  # of the runs that say ok without caution
 REFUSED = "refused"
 DYNAMIC = 5 / 7  # Table 4: dynamic over static friction
@@ -97,8 +99,8 @@ class JudgedRun:
     """A run with its verdict on itself, and the converged run of the same condition."""
 
     case: Case
-    own: StabilityOutcome
-    right: StabilityOutcome
+    own: RunOutcome
+    right: RunOutcome
 
     @property
     def off(self) -> bool:
@@ -164,7 +166,7 @@ def _range(value: float | None, ends: Sequence[float]) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class OwnVerdicts:
+class RunVerdicts:
     """All runs, what they were drawn from, and how often their verdict was wrong."""
 
     machine: Machine
@@ -235,14 +237,14 @@ def drawn_cases(seed: int) -> Iterator[Case]:
             yield Case(condition, solver, times, drawn=True)
 
 
-def judge_own_verdicts(
+def judge_runs(
     *,
     seed: int | None = None,
     share: float = 1.0,
     store: ContentStore | None = None,
     jobs: int | None = None,
     progress: Progress = silent,
-) -> OwnVerdicts:
+) -> RunVerdicts:
     """Run all conditions, or a `share` of them, and compare; `seed` of the half that is drawn: None for the clock.
 
     Each run that has ended is in the `store`, so that with its seed interrupted work continues where it was.
@@ -261,8 +263,47 @@ def judge_own_verdicts(
         right = outcomes(references, task=CONVERGING, store=store, jobs=jobs, progress=progress)
         runs = {case: case.condition.at(case.solver, case.times, folder) for case in cases}
         own = outcomes(runs, task=JUDGING, store=store, step=Step.CHECKED, jobs=jobs, progress=progress)
-    return OwnVerdicts(
+    return RunVerdicts(
         machine=describe_machine(calibration, calibrate(), load),
         seed=seed,
         runs=tuple(JudgedRun(case=case, own=own[case], right=right[case.condition]) for case in cases),
     )
+
+
+def _text(result: RunVerdicts) -> str:
+    """The counts, and every run whose verdict is wrong."""
+    statuses = Counter(run.own.status for run in result.runs)
+    counts = result.counts
+    rows = [
+        (run.case.condition.scene, f"{run.case.condition.rpm:g}", f"{run.case.condition.load:g}", run.case.solver,
+         f"{1 / (PAPER_STEP_S * run.case.times):.0f}", run.own.status, "; ".join(map(str, run.own.beyond(run.right))))
+        for run in result.runs
+        if run.falsely_ok or run.falsely_failed
+    ]  # fmt: skip
+    text = (
+        f"{', '.join(f'{count} {status}' for status, count in statuses.most_common())}\n\n{counts['runs']} runs, seed "
+        f"{result.seed}: {counts['says_ok']} report ok without caution, {counts['falsely_ok']} of them are wrong; "
+        f"{counts['falsely_failed']} report failure but agree with the converged run"
+    )
+    columns = ("scene", "rpm", "load", "solver", "1/dt [Hz]", "status", "beyond tolerance")
+    return f"{text}\n{text_table(columns, rows)}" if rows else text
+
+
+def _options(parser: ArgumentParser) -> None:
+    parser.add_argument("--quick", action="store_true", help="one run in forty")
+    parser.add_argument(
+        "--seed", metavar="N", type="seed", help="seed of the half that is drawn (default: from the clock)"
+    )
+
+
+def _run(options: Namespace, progress: Progress) -> StudyResult:
+    share = QUICK_SHARE if options.quick else 1.0
+    result = judge_runs(seed=options.seed, share=share, jobs=options.jobs, progress=progress)
+    name = None if options.quick else "run_verdicts"
+    return StudyResult(name=name, content=result, text=_text(result), sound=result.sound)
+
+
+STUDY = Study(
+    question="How often are runs that report ok wrong? 2,090 runs, half of them drawn, against converged ones",
+    minutes=26, run=_run, options=_options,
+)  # fmt: skip

@@ -5,32 +5,14 @@
 
 import json
 import sys
-from pathlib import Path
 from typing import Any
 
 from srbval.models.simulate import Step, simulate
 from srbval.models.solvers import SOLVERS
+from srbval.processes.machine import peak_bytes
 from srbval.studies.scenes import bench_scene
 
 SHORTEST_S = 0.001  # simulated, to compile what a run needs
-
-
-def peak_bytes() -> int | None:
-    """Peak resident memory of this process so far; None where the system does not tell.
-
-    On Linux the high-water mark of its own memory: `ru_maxrss` of a new process begins with its parent's.
-    """
-    status = Path("/proc/self/status")
-    if status.is_file():
-        marks = [line.split() for line in status.read_text(encoding="utf-8").splitlines() if line.startswith("VmHWM:")]
-        if marks:
-            return int(marks[0][1]) * 1024
-    try:
-        import resource
-    except ImportError:  # Windows has no such count
-        return None
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak if sys.platform == "darwin" else peak * 1024
 
 
 def compile_all() -> dict[str, Any]:

@@ -9,17 +9,18 @@ from typing import Any
 from srbval.models.run import USABLE
 from srbval.report.badges import Badge
 from srbval.report.blocks import Block, Figure
-from srbval.report.findings.stored import ShownResult
 from srbval.report.inline import literal
 from srbval.report.model import Section
+from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
-from srbval.scene import SolverSettings
+from srbval.scene import SolverSettings, paper_scene
 from srbval.studies.scenes import PAPER_STEP_S
 from srbval.studies.speed_accuracy.figure import speed_accuracy_plot
 
-TEXTS = Texts("speed_accuracy")
+TEXTS = Texts.of_study(__package__)
 Row = Mapping[str, Any]
+NAMES = ("speed_accuracy", "rig_speed_accuracy")  # the results, of the paper's scenes and of the rig's
 PANELS = {
     "cage_error": "Cage speed's error",
     "band_rms_error": "500-1500 Hz RMS error",
@@ -31,13 +32,14 @@ MOST_ROWS = 10  # of that table
 CONVERGED = 0.1  # relative error of a path at twice the converged run's step, below which it has an order
 
 
-def speed_accuracy_section(result: ShownResult, rig: ShownResult, default: SolverSettings) -> Section:
+def section(results: StoredResults) -> Section:
     """One chart and the rows that matter most; in the appendix the other charts, all such rows, orders and targets.
 
-    A remark where nothing is stored. `default`: the default solver; `rig` is the bench of the rig's scene.
+    A remark where nothing is stored. The bench of the rig's scene is shown beside the paper's where there is one.
     """
-    if result.content is None:
-        return TEXTS.section(missing(result))
+    result, rig, default = results.get(NAMES[0]), results.get(NAMES[1]), paper_scene().solver
+    if result is None:
+        return TEXTS.section(missing(NAMES[0]))
     content = result.content
     rows = [_marked(row, default) for row in content["runs"]]
     known = [r["own_cage_error"] for r in content["reference"].values() if r["own_cage_error"] is not None]
@@ -50,7 +52,7 @@ def speed_accuracy_section(result: ShownResult, rig: ShownResult, default: Solve
     charts, shown = [*_charts(content, rows)], _shown(rows)
     chart = next((chart for chart in charts if chart.id.endswith(MAIN_SCENES[0])), charts[0])
     blocks: list[Block] = [one for one in charts if one is not chart]
-    if rig.content is not None:
+    if rig is not None:
         own_steps = rig.content.get("default_step_s", {})
         of_rig = [
             _marked(row, replace(default, step_s=own_steps.get(row["scene"], default.step_s)))
@@ -60,7 +62,7 @@ def speed_accuracy_section(result: ShownResult, rig: ShownResult, default: Solve
         shown += _shown(of_rig)
     table = TEXTS.table("speed-accuracy-table", shown, further_notes=list(_reasons(shown)))
     targets = TEXTS.table("speed-accuracy-targets", content["targets"])
-    paths = [path for one in (content, rig.content or {}) for path in one.get("trajectories", ())]
+    paths = [path for one in (content, results.content(NAMES[1])) for path in one.get("trajectories", ())]
     few = TEXTS.table("speed-accuracy-few", _few(shown))
     return TEXTS.section(intro, chart, few, appendix=(origin_of(result), *blocks, table, *_orders(paths), targets))
 
@@ -134,3 +136,9 @@ def _reasons(rows: Sequence[Row]) -> Iterator[str]:
         if row["status"] not in USABLE:
             first.setdefault(row["status"], row["reason"])
     yield from (f"**{status}**, for instance: {literal(reason)}." for status, reason in first.items())
+
+
+PAGE = Page(
+    name="speed_accuracy", place=46, results=NAMES, section=section,
+    data=lambda results: {"speed_accuracy": [run for name in NAMES for run in results.content(name).get("runs", [])]},
+)  # fmt: skip

@@ -6,12 +6,13 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from srbval.models.health import default_solver
+from srbval.models.run_file import scene_content
 from srbval.plan.measures import MeasureErrors, Measures, errors_against, plain_or_nulls
 from srbval.plan.timing import Measured, measure_all, time_scene
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
 from srbval.storage.content_store import ContentStore
-from srbval.studies.scenes import PAPER_STEP_S, BenchSettings, bench_scene, scene_content
+from srbval.studies.scenes import PAPER_STEP_S, BenchSettings, bench_scene
 
 FINEST, COARSEST = 6, 1  # powers of two below the paper's step
 SHARE_OF_CHECK = 1.5  # the run at twice the step costs half as much again

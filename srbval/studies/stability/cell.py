@@ -8,9 +8,10 @@ from typing import Any, ClassVar
 from srbval.models.health import LEAST_SHARE
 from srbval.models.run import USABLE, RunStatus
 from srbval.models.step_error import Estimate
+from srbval.studies.outcomes import RunOutcome
 from srbval.studies.scenes import PAPER_STEP_S
 from srbval.studies.stability.grid import StabilityCase, StabilityGroup
-from srbval.studies.stability.outcome import StabilityOutcome, StabilityReference, relative
+from srbval.studies.stability.reference import StabilityReference, relative
 from srbval.studies.stability.step_limits import StepLimits
 
 CAGE_LIMIT = 0.01  # relative, from the converged run
@@ -30,7 +31,7 @@ class StabilityCell:
 
     case: StabilityCase
     model: str
-    outcome: StabilityOutcome
+    outcome: RunOutcome
     reference: StabilityReference
     limits: StepLimits
     points_per_step: float

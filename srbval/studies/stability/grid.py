@@ -11,10 +11,8 @@ from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models.solvers import SOLVERS
 from srbval.scene import Scene
-from srbval.studies.scenes import bench_scene, check_scenes
-from srbval.studies.speed_accuracy.study import check_solvers
+from srbval.studies.scenes import RIG_SHOWN, RPM, bench_scene, check_scenes, check_solvers
 
-RPM = 2 * math.pi / 60  # rad/s
 WHOLE_HZ = 256.0  # durations are multiples of 1/256 s, and so of every output interval in use
 
 
@@ -113,3 +111,9 @@ QUICK = replace(
     FULL, scenes=("play0-outer",), steps_per_s=(61440, 30720, 7680), rpm=(710.0, 3000.0), seconds=0.05,
     reference_steps_per_s=245760,
 )  # fmt: skip
+RIG = replace(  # its default step among them; oil has its own critical velocity: no run reads this one
+    FULL,
+    scenes=RIG_SHOWN,
+    critical_velocity_m_s=(0.1,),
+    steps_per_s=tuple(sorted({*FULL.steps_per_s, 40960}, reverse=True)),
+)

@@ -8,38 +8,37 @@ from typing import Any
 from srbval.models.run import USABLE, RunStatus
 from srbval.report.badges import Badge, Tone
 from srbval.report.blocks import Block, Figure, Listing
-from srbval.report.findings.stored import ShownResult
 from srbval.report.inline import literal
 from srbval.report.model import Section
+from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
-from srbval.scene import SolverSettings
+from srbval.scene import SolverSettings, paper_scene
+from srbval.storage.stored_result import StoredResult
 from srbval.studies.scenes import RIG_SCENES
 from srbval.studies.stability.figure import MapBlock, stability_map
 
-TEXTS = Texts("stability")
+TEXTS = Texts.of_study(__package__)
 MAIN_SCENE = "interference-outer"  # of the one map in the main document
 BLOCKS_ABREAST = 4  # in it
 CLAIM_TONE = {True: Tone.GOOD, False: Tone.BAD, None: Tone.NEUTRAL}
 WITHIN = tuple(status for status in USABLE if status != RunStatus.INACCURATE)  # the tolerances
 Row = Mapping[str, Any]
+NAMES = ("stability", "rig_stability")  # the results, of the paper's scenes and of the rig's
 
 
-def stability_section(result: ShownResult, rig: ShownResult, verdicts: ShownResult, default: SolverSettings) -> Section:
-    """The paper's claims and one map; in the appendix all maps, limits and what the runs did not notice.
-
-    `default`: the default solver and its step.
-    `rig` is the map of the rig's scene, `verdicts` what runs say of themselves against converged ones.
-    """
-    if result.content is None:
-        return TEXTS.section(missing(result))
+def section(results: StoredResults) -> Section:
+    """The paper's claims and one map; in the appendix all maps, limits and what the runs did not notice."""
+    result, rig = results.get(NAMES[0]), results.get(NAMES[1])
+    if result is None:
+        return TEXTS.section(missing(NAMES[0]))
     content = result.content
     cells, grid, references = content["cells"], content["grid"], content["references"]
     scenes = list(dict.fromkeys(c["scene"] for c in cells))
     main_scene = MAIN_SCENE if MAIN_SCENE in grid["scenes"] else grid["scenes"][0]
     outcomes = TEXTS.listing(
         "outcomes",
-        default=_default(cells, default),
+        default=_default(cells, paper_scene().solver),
         counts=content["counts"],
         planted=content["planted"],
         references=references,
@@ -57,34 +56,18 @@ def stability_section(result: ShownResult, rig: ShownResult, verdicts: ShownResu
             *(_map(content, scene) for scene in grid["scenes"]),
             TEXTS.table("stability-limits", _limits(cells, scenes), scenes=scenes),
             outcomes,
-            *_rig(rig),
-            *_verdicts(verdicts),
+            *(_rig(rig) if rig else ()),
         ),
     )
 
 
-def _rig(result: ShownResult) -> Iterator[Block]:
-    """Map and limits of the rig's scene, where there is one."""
-    if result.content is None:
-        return
+def _rig(result: StoredResult) -> Iterator[Block]:
+    """Map and limits of the rig's scene."""
     cells, scenes = result.content["cells"], result.content["grid"]["scenes"]
     yield TEXTS.paragraph("rig", counts=result.content["counts"])
     yield origin_of(result)
     yield from (_map(result.content, scene) for scene in scenes)
     yield TEXTS.table("rig-stability-limits", _limits(cells, scenes), scenes=scenes)
-
-
-def _verdicts(result: ShownResult) -> Iterator[Block]:
-    """How often runs are right about themselves, where it was tried."""
-    if result.content is None:
-        yield missing(result)
-        return
-    content = result.content
-    wrong = [run for run in content["runs"] if run["falsely_ok"] or run["falsely_failed"]]
-    yield TEXTS.paragraph("verdicts", **{name: content[name] for name in ("counts", "seed", "tolerance")})
-    yield origin_of(result)
-    yield TEXTS.table("own-verdicts", content["parts"])
-    yield TEXTS.listing("wrong-verdicts", wrong=wrong)
 
 
 def _claim(claim: Row) -> Iterator[Block]:
@@ -182,3 +165,9 @@ def _default(cells: Sequence[Row], solver: SolverSettings) -> str:
     return TEXTS.text(
         "default", solver=solver, own=own, good=len(own) - len(failed), failed=failed, velocity=_velocity
     )  # fmt: skip
+
+
+PAGE = Page(
+    name="stability", place=48, results=NAMES, section=section,
+    data=lambda results: {"stability": [cell for name in NAMES for cell in results.content(name).get("cells", [])]},
+)  # fmt: skip

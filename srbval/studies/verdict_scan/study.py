@@ -9,6 +9,7 @@ digits. Record: band, comb, kinematics, reading, speed. The scene ``rig`` is tak
 import dataclasses
 import math
 import tempfile
+from argparse import Namespace
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,7 +22,6 @@ from srbval.comparison.budget import SCAN, TOLERANCE, Answer
 from srbval.comparison.compared_quantities import cage_of, cage_ratio
 from srbval.comparison.comparison import QuantityValue, deviation_pct
 from srbval.comparison.counterpart import TURNS, AnalysedRun, converged, with_points
-from srbval.comparison.effects import NOMINAL_RPM
 from srbval.comparison.speed_and_slip import published_speeds
 from srbval.comparison.table6 import table6
 from srbval.errors import DataError, NumericsError
@@ -30,8 +30,11 @@ from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings.registry import find_recording, load_entry
 from srbval.scene import Scene
-from srbval.studies.sensitivity.open_inputs import BAND, OpenInput, drawn, open_inputs
-from srbval.studies.sensitivity.study import paper_scenes, run_unchecked
+from srbval.storage.stored_result import newest_result
+from srbval.storage.strict_json import json_object
+from srbval.studies.harness import Study, StudyResult, printed_columns
+from srbval.studies.input_effects import NOMINAL_RPM, paper_scenes, run_unchecked
+from srbval.studies.open_inputs import BAND, OpenInput, drawn, open_inputs
 
 NOMINAL = "all nominal"
 HARMONICS = range(1, 6)
@@ -252,3 +255,23 @@ def _by_frequency(record: _Record, hz: float, ci95_hz: float, *, shaft_hz: float
     per_order = ci95_hz / own.value_hz
     value = cage_of(record.state, order, rollers)
     return QuantityValue(value=value, ci95=per_order / rollers, speed_ci95=order * own.ci95_hz / own.value_hz / rollers)
+
+
+def _run(_: Namespace, progress: Progress) -> StudyResult:
+    rig = newest_result("rig_inputs")
+    rows = [json_object(row) for row in scan(rig.content if rig else None, progress=progress)]
+    shown = [
+        row | {
+            "first": row["values"][0], "last": row["values"][-1], "least_pct": min(row["errors_pct"]),
+            "largest_pct": max(row["errors_pct"]), "would_state": ", ".join(dict.fromkeys(row["answers"])),
+        }
+        for row in rows
+    ]  # fmt: skip
+    content = {"rig_scene": rig and rig.origin, "rows": rows}
+    return StudyResult(name="verdict_scan", content=content, text=printed_columns(__package__, "scan", shown))
+
+
+STUDY = Study(
+    question="What would be stated of the cage ratio with each uncertain input alone over its range?", minutes=2,
+    run=_run,
+)  # fmt: skip

@@ -5,20 +5,21 @@ from functools import partial
 from typing import Any
 
 from srbval.report.badges import Badge
-from srbval.report.figures.deviation import waterfall_plot
-from srbval.report.findings.stored import ShownResult
 from srbval.report.model import Section
+from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
+from srbval.studies.waterfall.figure import waterfall_plot
 
-TEXTS = Texts("waterfall")
+TEXTS = Texts.of_study(__package__)
 FORMAT = {"%": "+.3f", "dB": "+.1f"}
 
 
-def waterfall_section(result: ShownResult) -> Section:
+def section(results: StoredResults) -> Section:
     """Chart and table of every step; only a remark where nothing is stored."""
-    if not result.content:
-        return TEXTS.section(missing(result))
+    result = results.get("waterfall")
+    if result is None:
+        return TEXTS.section(missing("waterfall"))
     rows: Sequence[Mapping[str, Any]] = result.content["measures"]
     steps, measures = (list(dict.fromkeys(row[key] for row in rows)) for key in ("step", "measure"))
     ends = {measure: [_text(found[0]), _text(found[-1])] for measure in measures
@@ -50,3 +51,12 @@ def _text(row: Mapping[str, Any]) -> str:
         return "not shown"
     of = f", {row['shown']} of {row['compared']}" if row["shown"] < row["compared"] else ""
     return f"{row['error']:{FORMAT[row['unit']]}} [{row['uncertainty']:{FORMAT[row['unit']][1:]}}]{of}"
+
+
+PAGE = Page(
+    name="waterfall", place=42, results=("waterfall",), section=section,
+    data=lambda results: {
+        "waterfall": results.content("waterfall").get("measures", []),
+        "bias": results.content("waterfall").get("bias", []),
+    },
+)  # fmt: skip

@@ -1,17 +1,15 @@
-"""From the paper's scene to the rig's, one change at a time: ``python -m srbval.studies.waterfall.study [-o FILE]``.
+"""From the paper's scene to the rig's, one change at a time.
 
-Every step of `waterfall.toml` against OR 877 and IR 877: cage ratio, level of the healthy bearing, the increment that
+Every step of `steps.toml` against OR 877 and IR 877: cage ratio, level of the healthy bearing, the increment that
 the fault adds, harmonics and sidebands. Uncertainty: the record's reading; half the step, more slices and other starts;
 those inputs of `rig_inputs.toml` whose nominal value the step's scene has; and the path's covariance. The path was
 identified from H 877 and OR 877, and the height of the waves of the last step is the one that gives H 877's level: from
 there on these records are `fit`. Every bearing has waves of its own, and each start other ones.
 """
 
-from __future__ import annotations
-
-import argparse
 import math
 import statistics
+from argparse import Namespace
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -19,7 +17,6 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import RACE_DEFECTS, Fault
-from srbval.cli.measured import this_machine
 from srbval.comparison.bias import biases
 from srbval.comparison.compared_quantities import CAGE_RATIO
 from srbval.comparison.comparison import Comparison, QuantityValue
@@ -30,13 +27,13 @@ from srbval.models.run import Run
 from srbval.models.simulate import Step, simulate
 from srbval.path.amplitudes import NUMERICS, PATH, half_widths, levels, pattern, rows
 from srbval.path.predictions import values_of_record
+from srbval.progress import Progress
+from srbval.progress.tables import text_rows
 from srbval.recordings import Recording
 from srbval.scene import Scene, SensorPath, draws, load_scene, merge, rig_inputs
-from srbval.storage.own_package import git_revision
-from srbval.storage.stored_result import COMMAND, WATERFALL, stamped, store_result
 from srbval.storage.strict_json import json_object
-from srbval.studies.amplitudes.study import BEARING, OF_HEALTHY, behind, drawn_paths, line_order, measured
-from srbval.studies.rows import print_rows
+from srbval.studies.harness import Study, StudyResult
+from srbval.studies.rig_amplitudes import BEARING, OF_HEALTHY, WAVES, behind, drawn_paths, line_order, measured
 
 SECONDS, STEP_S = 1.0, 1 / 81_920  # the model of continuous races takes two of its steps in one
 FINER = {"solver": {"step_s": STEP_S / 2}, "line_contact": {"slices": 31}}
@@ -81,7 +78,7 @@ def steps() -> tuple[WaterfallStep, ...]:
     """All of them, in their order."""
     found, so_far = [], dict[str, Any]()
     for one in read_toml(Path(__file__).with_name("steps.toml"))["step"]:
-        so_far = merge(so_far, one.get("changes", {}))
+        so_far = merge(so_far, WAVES if one.get("waves") else one.get("changes", {}))
         found.append(WaterfallStep(name=one["name"], changes=so_far))
     return tuple(found)
 
@@ -185,20 +182,16 @@ def _rms(values: Sequence[float]) -> float | None:
     return math.sqrt(statistics.fmean(value * value for value in values)) if values else None
 
 
-def main() -> None:
-    """Run, print and store."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("-o", "--output", type=Path, help="default: the user's cache")
-    options = parser.parse_args()
-    revision, healthy = git_revision(), measured(Fault.HEALTHY, 877.0)
+def _run(_: Namespace, progress: Progress) -> StudyResult:
+    healthy = measured(Fault.HEALTHY, 877.0)
     rig = {state: of_rig(state, healthy) for state in RACE_DEFECTS}
     found, summary = list[Comparison](), list[Measure]()
-    for step in steps():
+    for number, step in enumerate(steps()):
+        progress(f"step {step.name}", number / len(steps()))
         own = list(compared(step, rig))
         found += own
         summary += measures(own)
-        print(f"{step.name}: done", flush=True)
-    print_rows([json_object(one) for one in summary])
+    progress("steps", 1.0)
     first = {
         row.quantity + row.record * (row.quantity != HEALTHY): row for row in found if row.scene == steps()[0].name
     }
@@ -207,12 +200,12 @@ def main() -> None:
         replace(row, scene="paper") for row in first.values()
     ]  # fmt: skip
     content = {
-        "machine": this_machine(), "seconds": SECONDS, "bias": biases(paper),
-        "measures": summary, "rows": [row.to_dict() for row in found],
+        "seconds": SECONDS, "bias": biases(paper), "measures": summary, "rows": [row.to_dict() for row in found],
     }  # fmt: skip
-    path = store_result(stamped(WATERFALL, content, command=COMMAND[WATERFALL], revision=revision), options.output)
-    print(f"stored: {path}")
+    return StudyResult(name="waterfall", content=content, text=text_rows([json_object(one) for one in summary]))
 
 
-if __name__ == "__main__":
-    main()
+STUDY = Study(
+    question="What does each change from the paper's scene to the rig's buy in frequency, level and pattern?",
+    minutes=12, run=_run,
+)  # fmt: skip

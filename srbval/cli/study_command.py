@@ -1,0 +1,90 @@
+"""``srbval study``: list and run the studies, or write the page of one; ``bench`` and ``stability`` are two of them."""
+
+import argparse
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from srbval.cli.arguments import Parser
+from srbval.cli.output import own_command, print_json, print_table
+from srbval.errors import ConfigurationError
+from srbval.progress import ProgressDisplay, prefixed
+from srbval.report.badges import Tone
+from srbval.report.model import Report, VerdictBox
+from srbval.report.pages import results_of
+from srbval.report.write import write_report
+from srbval.storage.stored_result import newest_result
+from srbval.studies.harness import load_study, make_result, pages, study_names
+
+UNSOUND = 1
+VERBS = {"bench": "speed_accuracy", "stability": "stability"}
+
+
+def run(options: argparse.Namespace) -> int:
+    """Do what is asked; exit code 1 where a study finds that what it tests does not hold."""
+    if options.command in VERBS:
+        return _run(VERBS[options.command], f"srbval {options.command}", options)
+    if options.action == "run":
+        if options.name is None:
+            raise ConfigurationError("name a study, for example: srbval study run noise. See: srbval study list")
+        return _run(options.name, f"srbval study run {options.name}", options)
+    return _page(options) if options.action == "page" else _list(options)
+
+
+def _run(name: str, command: str, options: argparse.Namespace) -> int:
+    study = load_study(name)
+    parser = Parser(prog=command, description=study.question)
+    study.options(parser)
+    parser.add_argument("--jobs", metavar="N", type="jobs", help="runs at a time (default: one per core)")
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="store it here (default: a complete result is stored for the report)",
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON document")
+    given = parser.parse_args(options.rest, argparse.Namespace(json=options.json))
+    with ProgressDisplay() as progress:
+        found, stored = make_result(name, given, prefixed(progress, name.capitalize()), command=own_command())
+    if given.json or options.json:
+        print_json(stored)
+    else:
+        print(found.text)
+    return 0 if found.sound else UNSOUND
+
+
+def _list(options: argparse.Namespace) -> int:
+    of_page = {page.name: page for page in pages()}
+    rows = [_about(name, of_page[name].results if name in of_page else (name,)) for name in study_names()]
+    if options.json:
+        print_json({"studies": rows})
+    else:
+        shown = ("name", "question", "minutes", "made_utc", "stale")
+        print_table(("study", "question", "minutes", "stored", "stale"), [[row[key] for key in shown] for row in rows])
+    return 0
+
+
+def _about(name: str, results: tuple[str, ...]) -> dict[str, Any]:
+    study, result = load_study(name), newest_result(results[0])
+    return {
+        "name": name, "question": study.question, "minutes": study.minutes, "results": results,
+        "made_utc": result and result.made_utc, "stale": None,
+    }  # fmt: skip
+
+
+def _page(options: argparse.Namespace) -> int:
+    page = next((page for page in pages() if page.name == options.name), None)
+    if page is None:
+        raise ConfigurationError(f"{options.name!r} has no page. These have: {', '.join(one.name for one in pages())}.")
+    results = results_of([page])
+    section = page.section(results)
+    report = Report(
+        title=section.title, generated_utc=datetime.now(UTC), sections=(section,), data=dict(page.data(results)),
+        verdict=VerdictBox(tone=Tone.NEUTRAL, headline=load_study(options.name).question),
+    )  # fmt: skip
+    files = write_report(report, Path(options.output), ("html", "json"), appendix=True)
+    if options.json:
+        print_json({kind: str(path) for kind, path in files.items()})
+    else:
+        print("\n".join(map(str, files.values())))
+    return 0

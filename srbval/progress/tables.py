@@ -1,0 +1,35 @@
+"""Aligned tables of plain text, for a terminal."""
+
+import math
+from collections.abc import Mapping, Sequence
+
+
+def text_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
+    """Lines of aligned columns; numbers to the right, six digits."""
+    texts = [[_text(value) for value in row] for row in rows]
+    widths = [max(len(title), *(len(row[i]) for row in texts)) if texts else len(title)
+              for i, title in enumerate(columns)]  # fmt: skip
+    right = [bool(rows) and all(isinstance(row[i], int | float | None) for row in rows) for i in range(len(columns))]
+    lines = (
+        "  ".join(t.rjust(w) if r else t.ljust(w) for t, w, r in zip(line, widths, right, strict=True)).rstrip()
+        for line in (list(columns), *texts)
+    )
+    return "\n".join(lines)
+
+
+def text_rows(rows: Sequence[Mapping[str, object]], columns: Mapping[str, str] | None = None) -> str:
+    """`columns` (title: key) of the rows, by default all under their keys; four digits."""
+    shown = columns or {key: key for key in rows[0]} if rows else {}
+    return text_table(tuple(shown), [[_four_digits(row[key]) for key in shown.values()] for row in rows])
+
+
+def _four_digits(value: object) -> object:
+    return float(f"{value:.4g}") if isinstance(value, float) else value
+
+
+def _text(value: object) -> str:
+    if value is None:
+        return "-"
+    if isinstance(value, float):
+        return "-" if math.isnan(value) else f"{value:.6g}"
+    return "".join(c if c.isprintable() else "?" for c in str(value))

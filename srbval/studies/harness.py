@@ -1,0 +1,121 @@
+"""One harness for all studies: what a study is, and how it is found, run, stamped with its origin, and stored."""
+
+import argparse
+import importlib
+import pkgutil
+import sys
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from srbval.errors import ConfigurationError
+from srbval.processes.machine import this_machine
+from srbval.progress import Progress, silent
+from srbval.progress.tables import text_rows
+from srbval.report.pages import Page
+from srbval.storage.own_package import git_revision
+from srbval.storage.stored_result import stamped, store_result
+from srbval.storage.strict_json import json_value
+
+FOLDER = Path(__file__).parent
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyResult:
+    """What a study found.
+
+    `content` (a mapping or a dataclass) is stored as the result `name`; without a name it is a part or a first
+    impression, stored only where a file is named for it. `text` is what is printed, `inputs` the SHA-256 of the data
+    read, by file name. Where `sound` is False the command ends with exit code 1.
+    """
+
+    content: Any
+    text: str
+    name: str | None = None
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    sound: bool = True
+
+
+def _no_options(_: argparse.ArgumentParser) -> None:
+    """A study without options of its own."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """A question that takes minutes or hours to answer, and whose answer is stored.
+
+    `minutes` is about what it takes on two cores. `options` adds the study's own options to a parser, with the types
+    that `srbval.cli.arguments.TYPES` names; ``--jobs``, ``--json`` and ``-o`` are there already.
+    """
+
+    question: str
+    minutes: float
+    run: Callable[[argparse.Namespace, Progress], StudyResult]
+    options: Callable[[argparse.ArgumentParser], None] = _no_options
+
+
+def study_names() -> tuple[str, ...]:
+    """Names of all studies: those of their folders."""
+    found = (one.name for one in pkgutil.iter_modules([str(FOLDER)]) if one.ispkg)
+    return tuple(sorted(name for name in found if (FOLDER / name / "study.py").is_file()))
+
+
+def load_study(name: str) -> Study:
+    """The study of this name; `ConfigurationError` where there is none."""
+    if name not in study_names():
+        raise ConfigurationError(f"no study is called {name!r}. There are: {', '.join(study_names())}.")
+    study: Study = importlib.import_module(f"srbval.studies.{name}.study").STUDY
+    return study
+
+
+def pages() -> tuple[Page, ...]:
+    """The pages of all studies that have one, in the order of the report."""
+    names = (name for name in study_names() if (FOLDER / name / "page.py").is_file())
+    found: list[Page] = [importlib.import_module(f"srbval.studies.{name}.page").PAGE for name in names]
+    return tuple(sorted(found, key=lambda page: page.place))
+
+
+def run_study(
+    name: str, *, output: str | Path | None = None, jobs: int | None = None, progress: Progress = silent, **options: Any
+) -> dict[str, Any]:
+    """Run a study with `options` of its own by the names of its command's, and store its result; returns the content.
+
+    `output` names a file to store to in place of the user's cache, `jobs` the runs at a time (default: one per core).
+    Raises `ConfigurationError` for an unknown study or option, and what the study raises.
+    """
+    study, parser = load_study(name), argparse.ArgumentParser()
+    study.options(parser)
+    known = vars(parser.parse_args([]))
+    unknown = [option for option in options if option not in known]
+    if unknown:
+        raise ConfigurationError(f"study {name} has no option {unknown[0]!r}. It has: {', '.join(known) or 'none'}.")
+    given = argparse.Namespace(**known | options, jobs=jobs, output=output)
+    return make_result(name, given, progress, command=f"srbval study run {name}")[1]
+
+
+def make_result(
+    name: str, options: argparse.Namespace, progress: Progress, *, command: str
+) -> tuple[StudyResult, dict[str, Any]]:
+    """Run a study and store its result; returns it, and what was stored or would have been.
+
+    The revision of the program is the one at the beginning: a study may take hours. `options.output` names a file to
+    store to in place of the user's cache.
+    """
+    revision = git_revision()
+    found = load_study(name).run(options, progress)
+    document: dict[str, Any] = {"machine": this_machine()} | json_value(found.content)
+    content = stamped(found.name or name, document, command=command, revision=revision)
+    if options.output or found.name:
+        path = store_result(content, Path(options.output) if options.output else None)
+        print(f"stored: {path}", file=sys.stderr)
+        content |= {"file": path}
+    return found, content
+
+
+def printed_columns(package: str, table: str, rows: Sequence[Mapping[str, Any]]) -> str:
+    """`rows` as text in the columns that ``columns.toml`` of a study's `package` names for a `table`."""
+    columns = tomllib.loads((files(package) / "columns.toml").read_text(encoding="utf-8"))
+    return text_rows(rows, columns[table])

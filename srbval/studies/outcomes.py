@@ -1,0 +1,109 @@
+"""Outcomes of runs that studies compare, stored so that interrupted work continues."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any, TypeVar
+
+import numpy as np
+
+from srbval.models.band_levels import band_rms
+from srbval.models.run import RunStatus
+from srbval.models.run_file import scene_content
+from srbval.models.simulate import Step
+from srbval.models.step_error import SLIDING, TOLERANCE, Estimate, differences, means_of
+from srbval.plan.measures import smooth_mean
+from srbval.plan.timing import Attempt, Ended, run_all
+from srbval.progress import Progress
+from srbval.reading.pipeline import SIMULATED_BAND_HZ
+from srbval.scene import Scene
+from srbval.storage.content_store import ContentStore
+
+Key = TypeVar("Key")
+CHANCE = 2.0  # standard errors of a comparison, its runs being short, by which an error may be beyond its tolerance
+MEASURED = ("cage_ratio", "load_share", "band_rms_m_s2", "energy_imbalance")  # of a run: fields of its outcome
+SLIDING_STATUSES = (RunStatus.SKIDDING.value, RunStatus.ROLLERS_UNLOADED.value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunOutcome(Ended):
+    """How a run ended by its own checks, and its measures; NaN where there are none.
+
+    `cage_ratio` is weighted as in `plan.measures`; `load_share` the part of the radial load on the rollers;
+    `band_rms_m_s2` the ring's vertical acceleration, 500-1500 Hz; `energy_imbalance` as in the run's summary.
+    `wall_s` is disturbed by parallel runs. `means`: see `step_error.block_means`; empty where a run ended early.
+    """
+
+    cage_ratio: float
+    load_share: float
+    band_rms_m_s2: float
+    energy_imbalance: float
+    seconds: float
+    settle_s: float
+    wall_s: float
+    means: Mapping[str, list[float]] = field(default_factory=dict)
+
+    def errors_against(self, right: "RunOutcome") -> tuple[Estimate, ...]:
+        """Errors in cage speed, band levels and drive power against another run of the same scene."""
+        own, theirs = ({name: np.array(m) for name, m in outcome.means.items()} for outcome in (self, right))
+        return differences(own, theirs)
+
+    def beyond(self, right: "RunOutcome") -> tuple[Estimate, ...]:
+        """Those of the errors that are beyond their tolerance by more than chance.
+
+        A cage that both say to slide or to rattle is told to a per cent, as a run's own estimate is.
+        """
+        slides = all(outcome.status in SLIDING_STATUSES for outcome in (self, right))
+        return tuple(
+            e for e in self.errors_against(right)
+            if abs(e.error) > (SLIDING if slides and e.kind == "cage" else TOLERANCE[e.kind]) + CHANCE * e.scatter
+        )  # fmt: skip
+
+
+def outcome_store() -> ContentStore:
+    """Where outcomes are stored: the user's cache."""
+    return ContentStore(kind="stability", computed_by=__name__)
+
+
+def outcomes(
+    scenes: Mapping[Key, Scene],
+    *,
+    task: str,
+    store: ContentStore,
+    step: Step = Step.UNCHECKED,
+    jobs: int | None,
+    progress: Progress,
+) -> dict[Key, RunOutcome]:
+    """The outcome of every scene: from `store`, or run now and stored as soon as the run has ended."""
+    content = {key: f"{scene_content(scene)} {step}" for key, scene in scenes.items()}
+    found = {key: store.load(text, _from_stored) for key, text in content.items()}
+
+    def read(key: Key, tried: Attempt, wall_s: float) -> RunOutcome:
+        outcome = outcome_of(tried, wall_s)
+        store.save(content[key], asdict(outcome))
+        return outcome
+
+    missing = {key: scene for key, scene in scenes.items() if found[key] is None}
+    fresh = run_all(missing, read, task=task, step=step, jobs=jobs, progress=progress) if missing else {}
+    return {key: found[key] or fresh[key] for key in scenes}
+
+
+def outcome_of(tried: Attempt, wall_s: float) -> RunOutcome:
+    """What is stored of an attempt."""
+    scene, run = tried.scene, tried.run
+    measured, means = [math.nan] * len(MEASURED), {}
+    if run is not None and run.samples > 0:
+        band = band_rms(run.acceleration_m_s2[:, 1], scene.output_rate_hz, SIMULATED_BAND_HZ)
+        cage_ratio = smooth_mean(run.cage_rad_s) / scene.mean_shaft_rad_s
+        measured = [cage_ratio, run.roller_load_share, band, run.energy_imbalance]
+        if run.samples == scene.samples and np.all(np.isfinite(run.acceleration_m_s2)):
+            means = {name: values.tolist() for name, values in means_of(run).items()}
+    return RunOutcome(
+        status=tried.status, reason=tried.reason, **dict(zip(MEASURED, measured, strict=True)),
+        seconds=scene.duration_s, settle_s=scene.settle_s, wall_s=wall_s, means=means,
+    )  # fmt: skip
+
+
+def _from_stored(table: dict[str, Any]) -> RunOutcome:
+    values: dict[str, Any] = {name: math.nan if value is None else value for name, value in table.items()}
+    return RunOutcome(**values)

@@ -1,0 +1,202 @@
+"""The study of the reading in short: the same code, fewer records, no wall time asserted."""
+
+import dataclasses
+import functools
+
+import numpy as np
+import pytest
+
+from srbval.errors import ConfigurationError
+from srbval.signal import analytic_signal, bandpass, envelope, morlet_scalogram
+from srbval.signal.scalogram import BANDWIDTH
+from srbval.studies.reading_accuracy.scalogram_check import TRANSFORMS, check_scalogram, pywt_scalogram
+from srbval.studies.reading_accuracy.signal_chain import AGREEMENT, BANDS_HZ, FS_HZ, chain_errors
+from srbval.studies.reading_accuracy.study import ReadingSettings, run_reading_bench
+from srbval.studies.reading_trials import COLOUR_POLE, comb_record, cramer_rao_hz, noise_record
+
+# 60 records: a root mean square scatters by 9 %; three of these above the bound's own 1.15.
+TRIALS, RMSE_FACTOR = 60, 1.45
+LEAST_RMSE_FACTOR = 0.6  # below: the bound or the records are wrong
+RMSE_SCATTER = 3 / np.sqrt(2 * TRIALS)  # three standard errors of a root mean square
+INFORMED_FACTOR = 1.25  # what not knowing the noise and the harmonics' strengths may cost
+SLIP_FACTOR = 10  # jitter of 1 % makes errors ten times those of noise and more
+CORRELATION_SCATTER, VARIANCE_SCATTER = 0.02, 0.05  # of 40 000 and 20 000 samples, with a wide margin
+THREE_DIGITS = 1e-3  # of the constant sqrt(6) / (2 pi) = 0.390
+# What a 95 % interval should cover, and two standard errors of 60 records below it.
+LEAST_COVERAGE = 0.92 - 0.07
+# Mean over all cells: a thousand records, four standard errors about what is asked for.
+MEAN_COVERAGE = (0.92 - 0.03, 0.98 + 0.01)
+
+
+@pytest.fixture(scope="module")
+def result():
+    settings = ReadingSettings(
+        trials=TRIALS, noise_records=20, seconds=(10.0,), snr_db=(16.0, 25.0), jitter=(0.0, 0.003, 0.01), slip=(0.03,),
+        timed=False,
+    )  # fmt: skip
+    return run_reading_bench(settings, seed=5)
+
+
+def test_without_slip_the_error_is_the_cramer_rao_bound(result):
+    steady = [a for a in result.accuracy if a.jitter == 0]
+    assert len(steady) == 4
+    assert max(a.rmse_over_bound for a in steady) < RMSE_FACTOR
+    assert min(a.rmse_over_bound for a in steady) > LEAST_RMSE_FACTOR
+
+
+def test_interval_covers_with_and_without_slip(result):
+    cells = {(a.snr_db, a.profile, a.jitter, a.slip): a.coverage for a in result.accuracy}
+    assert {slip for *_, slip in cells} == {0.0, 0.03}
+    assert min(cells.values()) > LEAST_COVERAGE - 1e-9
+    assert MEAN_COVERAGE[0] < np.mean(list(cells.values())) < MEAN_COVERAGE[1]
+
+
+def test_no_fit_reaches_the_bound_where_most_harmonics_drown(result):
+    """A fit told all but the frequency is the yardstick: at 16 dB in the first of falling harmonics above the bound."""
+    informed = {(a.snr_db, a.profile): a.informed_over_bound for a in result.accuracy if a.jitter == 0}
+    assert informed[25.0, "equal"] == pytest.approx(1.0, abs=RMSE_SCATTER)
+    assert all(a.rmse_over_bound < INFORMED_FACTOR * a.informed_over_bound for a in result.accuracy if a.jitter == 0)
+    assert all(a.informed_over_bound is None for a in result.accuracy if a.jitter > 0)
+
+
+def test_slip_and_not_noise_rules_a_slipping_line(result):
+    slipping = [a for a in result.accuracy if a.jitter == 0.01]
+    assert min(a.rmse_over_bound for a in slipping) > SLIP_FACTOR
+    assert all(a.detected == 1 for a in result.accuracy if a.profile == "equal" or a.snr_db > 16)
+
+
+def test_records_are_what_they_say():
+    noise = noise_record(np.random.default_rng(1), 20.0, coloured=True) - 3
+    assert np.corrcoef(noise[1:], noise[:-1])[0, 1] == pytest.approx(COLOUR_POLE, abs=CORRELATION_SCATTER)
+    record = comb_record(np.random.default_rng(2), 10.0, snr_db=40.0, jitter=0.0, amplitudes=(1.0,))
+    assert np.var(record) == pytest.approx(0.5 + record.size / 4 / 1e4, rel=VARIANCE_SCATTER)
+    assert cramer_rao_hz(10.0, 16.0, (1.0,)) == pytest.approx(0.390 / (10 * np.sqrt(10**1.6)), rel=THREE_DIGITS)
+
+
+LARGEST = 1e-4  # of the largest squared envelope
+SAMPLES = 102_400
+
+
+@pytest.fixture(scope="module")
+def rows():
+    return chain_errors(SAMPLES, records=2)
+
+
+def test_one_pass_is_the_truth_and_the_papers_chain_where_that_is_too(rows):
+    assert [(row.low_hz, row.high_hz) for row in rows] == list(BANDS_HZ)
+    for row in rows:
+        assert row.one_pass < LARGEST
+        assert row.papers_chain_faded < LARGEST
+        assert row.one_pass_less_faded < LARGEST
+        # What the chain as it stands differs by is its own error.
+        assert row.papers_chain > row.one_pass
+        assert row.one_pass_less_chain <= row.papers_chain + row.one_pass
+
+
+def test_the_worst_of_several_records_is_told(rows):
+    for row, one in zip(rows, chain_errors(SAMPLES, records=1), strict=True):
+        assert row.records == 2
+        assert row.one_pass_less_chain >= one.one_pass_less_chain
+        assert row.agree_beyond_s >= one.agree_beyond_s
+
+
+def test_further_from_the_ends_than_told_the_two_agree():
+    (row, _) = chain_errors(SAMPLES, records=1)
+    record = np.random.default_rng(0).standard_normal(3 * SAMPLES)[SAMPLES : 2 * SAMPLES]
+    chain = envelope(bandpass(record, FS_HZ, BANDS_HZ[0]))
+    apart = np.abs(np.abs(analytic_signal(record, FS_HZ, BANDS_HZ[0])) - chain)
+    far = round(row.agree_beyond_s * FS_HZ) + 1
+    largest = chain[1024:-1024].max()  # 50 ms
+    assert apart[far:-far].max() <= AGREEMENT * largest < apart[far - 1 : SAMPLES - far + 1].max()
+
+
+def test_what_is_taken_from_it_differs_less_than_the_envelope_itself_does(rows):
+    for row in rows:
+        assert row.envelope_rms_less_chain < row.envelope_less_chain < row.one_pass_less_chain * 10
+        assert 0 < row.lines_less_chain < row.one_pass_less_chain
+        assert 0 < row.fault_line_less_chain < LARGEST
+
+
+SHORT = 10_240
+# A tone in its own row, once pywt's differencing is divided out: limited by the wavelet's finite support.
+TONE = 1e-5
+# pywt's nearest-point sampling of the wavelet, as a share of the row's peak (half a sample aside).
+IMPULSE_BELOW_015, IMPULSE_ABOVE = 0.025, 0.065
+FEW = {"rows": 8, "places": (0.4137,)}
+# The closed form is exact but for the instants that its columns are averaged over.
+CLOSED_FORM_ERROR = 1e-3
+# pywt's own settings: its lowest rows miss an impulse by more than a seventh of their peak, tones by half a per cent.
+PYWT_IMPULSE_ERROR, PYWT_TONE_ERROR = 0.14, 0.005
+
+
+@pytest.mark.parametrize("tone_hz", [60.0, 250.0, 1000.0, 3000.0, 6000.0])
+def test_a_tone_reads_its_amplitude_at_its_frequency(tone_hz):
+    tone = 3.0 * np.cos(2 * np.pi * tone_hz * np.arange(SHORT) / FS_HZ)
+    result = pywt_scalogram(tone, FS_HZ, range_hz=(tone_hz, 1.1 * tone_hz), rows=2, columns=50)
+    np.testing.assert_allclose(result.amplitude[0, 15:35], 3.0, rtol=TONE)
+
+
+def test_an_impulse_draws_the_wavelet_in_every_row():
+    impulse = np.zeros(SHORT)
+    impulse[SHORT // 2] = 1.0
+    result = pywt_scalogram(impulse, FS_HZ, range_hz=(50.0, 7000.0), rows=30, columns=SHORT)
+    for frequency_hz, row in zip(result.frequency_hz, result.amplitude, strict=True):
+        error = min(relative_error(row, frequency_hz, shift) for shift in (-0.5, 0.0, 0.5))
+        assert error < (IMPULSE_BELOW_015 if frequency_hz < 0.15 * FS_HZ else IMPULSE_ABOVE)
+
+
+def relative_error(row, frequency_hz, shift):
+    periods = (np.arange(SHORT) - SHORT / 2 + shift) / FS_HZ * frequency_hz
+    peak = 2 * frequency_hz / FS_HZ / np.sqrt(np.pi * BANDWIDTH)
+    return np.abs(row / peak - np.exp(-(periods**2) / BANDWIDTH)).max()
+
+
+def test_columns_are_means_and_times_are_their_middles():
+    samples = np.random.default_rng(1).standard_normal(SHORT)
+    fine = pywt_scalogram(samples, FS_HZ, range_hz=(500.0, 2000.0), rows=3, columns=SHORT)
+    coarse = pywt_scalogram(samples, FS_HZ, range_hz=(500.0, 2000.0), rows=3, columns=64)
+    np.testing.assert_allclose(coarse.amplitude, fine.amplitude.reshape(3, 64, -1).mean(axis=2))
+    np.testing.assert_allclose(coarse.time_s, fine.time_s.reshape(64, -1).mean(axis=1))
+
+
+def test_rows_are_log_spaced_and_edges_shrink_with_frequency():
+    result = pywt_scalogram(np.random.default_rng(2).standard_normal(SHORT), FS_HZ, range_hz=(100.0, 1600.0), rows=5)
+    np.testing.assert_allclose(result.frequency_hz, [100.0, 200.0, 400.0, 800.0, 1600.0])
+    np.testing.assert_allclose(result.edge_s * result.frequency_hz, np.sqrt(BANDWIDTH))
+
+
+@pytest.mark.parametrize("range_hz", [(1.0, 1000.0), (100.0, 9000.0), (500.0, 500.0)])
+def test_range_beyond_the_record_names_what_it_allows(range_hz):
+    with pytest.raises(ConfigurationError, match=r"allows 4\.9 to 7168 Hz"):
+        pywt_scalogram(np.zeros(SHORT), FS_HZ, range_hz=range_hz)
+
+
+def test_the_closed_form_passes_at_every_row_of_the_figure():
+    check = check_scalogram("closed-form Morlet")
+    assert check.passed
+    assert check.impulse_error < CLOSED_FORM_ERROR
+    assert check.tone_error < CLOSED_FORM_ERROR
+
+
+def test_pywt_as_it_comes_does_not():
+    """The mistake of drawing impulses with an integer-indexed wavelet: the lowest rows are wrong by their own size."""
+    check = check_scalogram("pywt.cwt as it comes", **FEW)
+    assert not check.passed
+    assert check.impulse_error > PYWT_IMPULSE_ERROR
+    assert check.tone_error > PYWT_TONE_ERROR
+
+
+@pytest.mark.parametrize("kind", ["late", "low", "stepped"])
+def test_a_planted_error_is_caught(kind, monkeypatch):
+    monkeypatch.setitem(TRANSFORMS, kind, functools.partial(planted, kind=kind))
+    assert not check_scalogram(kind).passed
+
+
+def planted(samples, fs_hz, *, kind, **options):
+    picture = morlet_scalogram(samples, fs_hz, **options)
+    image = {
+        "late": lambda a: np.roll(a, 1, axis=1),
+        "low": lambda a: 0.99 * a,
+        "stepped": lambda a: np.repeat(a[:, ::2], 2, axis=1)[:, : a.shape[1]],
+    }[kind](picture.amplitude)
+    return dataclasses.replace(picture, amplitude=image)

@@ -1,0 +1,97 @@
+"""Wrong verdicts are found, of either kind; the random part differs from run to run."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from srbval.bearing import load_bearing
+from srbval.models.full.state import layout_of
+from srbval.models.full_run import full_run
+from srbval.models.health import CAUTION
+from srbval.models.step_error import BLOCKS
+from srbval.models.step_limit import elastic_limit_s
+from srbval.studies.outcomes import RunOutcome, outcome_store
+from srbval.studies.run_verdicts.similar_bearing import similar
+from srbval.studies.run_verdicts.study import (
+    MOST_FALSE,
+    Case,
+    Condition,
+    JudgedRun,
+    drawn_cases,
+    fixed_cases,
+    judge_runs,
+)
+from srbval.studies.scenes import bench_scene
+
+RMS = "RMS in 500-1500 Hz"
+
+
+def outcome(status: str = "ok", reason: str = "fine", rms: float | None = 1.0) -> RunOutcome:
+    return RunOutcome(
+        status=status, reason=reason, cage_ratio=0.43, load_share=1.0, band_rms_m_s2=1.0, energy_imbalance=0.0,
+        seconds=0.5, settle_s=0.1, wall_s=0.1, means={} if rms is None else {RMS: [rms**2] * BLOCKS},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("own", "reference", "falsely_ok", "falsely_failed"),
+    [
+        ({"rms": 1.04}, "ok", False, False),
+        ({"rms": 1.3}, "ok", True, False),
+        ({"rms": 1.3, "reason": f"fine; {CAUTION}who knows"}, "ok", False, False),
+        ({"rms": 1.3, "status": "inaccurate"}, "ok", False, False),
+        ({"status": "energy-open"}, "ok", False, True),
+        ({"rms": 1.3, "status": "energy-open"}, "ok", False, False),
+        ({"rms": None, "status": "energy-open"}, "ok", False, False),
+        ({"status": "energy-open"}, "energy-open", False, False),
+        ({"rms": None, "status": "refused"}, "ok", False, False),
+    ],
+)
+def test_wrong_verdicts(own: dict[str, Any], reference: str, falsely_ok: bool, falsely_failed: bool) -> None:
+    case = Case(Condition(scene="rig-outer", rpm=859.0), "imex2", 1.0, drawn=False)
+    run = JudgedRun(case=case, own=outcome(**own), right=outcome(reference))
+    assert (run.falsely_ok, run.falsely_failed) == (falsely_ok, falsely_failed)
+
+
+def test_two_thousand_runs_half_of_them_drawn() -> None:
+    fixed, drawn = list(fixed_cases()), list(drawn_cases(1))
+    assert len(fixed) + len(drawn) >= 2000
+    assert len(drawn) == pytest.approx(len(fixed), rel=0.05)
+    assert drawn == list(drawn_cases(1)) != list(drawn_cases(2))
+    assert len(set(fixed)) == len(fixed)
+
+
+def test_every_condition_is_a_scene(tmp_path: Path) -> None:
+    for case in drawn_cases(3):
+        scene = case.condition.at(case.solver, case.times, tmp_path)
+        assert scene.solver.name == case.solver
+        assert scene.load.radial_n == pytest.approx(case.condition.load * 124.8e3 * case.condition.size**2)
+        assert case.condition.friction in (None, scene.contact.static_friction)
+
+
+def test_a_similar_bearing_is_as_fast_as_it_is_small(tmp_path: Path) -> None:
+    """Half the size: the same orders, and half the longest stable step; a sign or a power wrong would show."""
+    scene = bench_scene("interference-outer", solver="imex2", seconds=0.1, settle_s=0.0)
+    half = similar(scene, 0.5, tmp_path)
+    bearings = [load_bearing(one.bearing) for one in (scene, half)]
+    assert bearings[1].orders.bpfo == pytest.approx(bearings[0].orders.bpfo)
+    runs = [full_run(one, bearing) for one, bearing in zip((scene, half), bearings, strict=True)]
+    limits = [elastic_limit_s(run.method, run.model, run.state) for run in runs]
+    assert limits[1] == pytest.approx(limits[0] / 2, rel=1e-3)
+    ring = [run.state[layout_of(run.state).ring] for run in runs]
+    assert ring[1] == pytest.approx(ring[0] / 2, rel=0.01)  # rounding of the equilibrium
+
+
+@pytest.mark.slow
+def test_a_few_judged_for_real(tmp_path: Path) -> None:
+    store = replace(outcome_store(), folder=tmp_path)
+    result = judge_runs(seed=5, share=0.005, store=store, jobs=2)
+    assert result.counts["runs"] == len(result.runs) >= 10
+    assert result.counts["falsely_ok"] <= max(1, MOST_FALSE * len(result.runs))
+    assert result.to_dict()["seed"] == 5
+    of_size = sum(run.case.condition.size != 1 for run in result.runs)
+    assert len(list(tmp_path.glob("*.json"))) >= len(result.runs) - of_size
