@@ -52,7 +52,7 @@ def test_a_record_at_an_opened_operating_point_is_not_unopened(registered: tuple
 def test_rows_are_blind_and_those_of_changed_predictions_are_not(registered: tuple[RegisteredRecording, ...]) -> None:
     rows = rows_of_predictions(content(), registered, BEARING)
     assert {row.quantity for row in rows} == set(PREDICTION["values"])
-    assert {(row.fault, row.used_for) for row in rows} == {(Fault.INNER, "blind")}
+    assert {(row.state, row.used_for) for row in rows} == {(Fault.INNER, "blind")}
     cage = next(row for row in rows if row.quantity == "cage ratio")
     assert cage.rig.value == pytest.approx(BEARING.orders.ftf, abs=1.5 * (cage.rig.ci95 or 0.0))
     assert cage.error == pytest.approx(100 * (0.4312 / cage.rig.value - 1))
