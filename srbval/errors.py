@@ -4,6 +4,8 @@ Every expected failure raises one of these; the command line prints its text and
 `exit_code`. Anything else that is raised is a bug.
 """
 
+from collections.abc import Collection
+
 
 class SrbvalError(Exception):
     """Base of all expected failures; `exit_code` is what the command line returns.
@@ -39,3 +41,16 @@ class NumericsError(SrbvalError):
     """The simulation failed: the status and its advice are the message (exit code 4)."""
 
     exit_code = 4
+
+
+def nearest(word: str, known: Collection[str]) -> str | None:
+    """The known word that `word` may have been meant for, None where none is alike."""
+    import difflib
+
+    return next(iter(difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)), None)
+
+
+def did_you_mean(word: str, known: Collection[str]) -> str:
+    """What to add to the refusal of `word`: the nearest of those `known`, else all of them."""
+    close = nearest(word, known)
+    return f"; did you mean {close!r}?" if close else f"; known: {', '.join(sorted(known))}"

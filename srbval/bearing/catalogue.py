@@ -9,7 +9,6 @@ known by name are files in `known` and rows of `catalogue.csv`, whose columns ar
 
 import csv
 import dataclasses
-import difflib
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -21,8 +20,8 @@ from typing import Any
 from srbval.bearing.elements import RollingElements
 from srbval.bearing.geometry import SphericalRollerGeometry
 from srbval.bearing.kinematics import FaultFrequencies, FaultOrders
-from srbval.config.strict import build, read_toml
-from srbval.errors import ConfigurationError
+from srbval.errors import ConfigurationError, nearest
+from srbval.storage.tables import build, read_toml
 
 DEFAULT_BEARING = "skf-22240"
 # Cages under load slip by less than this; a light load or much grease lets one slip by several per cent.
@@ -113,8 +112,8 @@ def load_bearing(name_or_path: str | Path) -> Bearing:
     if known or text.endswith(".toml"):
         path = Path(str(_folder() / f"{text}.toml")) if known else Path(text)
         return _assemble(build(_BearingFile, read_toml(path), text if known else str(path)), path.stem)
-    close = difflib.get_close_matches(text, known_bearings(), n=1, cutoff=0.4)
-    hint = f" Did you mean {close[0]!r}?" if close else ""
+    close = nearest(text, known_bearings())
+    hint = f" Did you mean {close!r}?" if close else ""
     raise ConfigurationError(
         f"bearing {text!r} is not known.{hint} `srbval bearing list` shows the known ones; or give a .toml file."
     )

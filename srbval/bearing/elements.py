@@ -5,8 +5,8 @@ import math
 from dataclasses import dataclass
 
 from srbval.bearing.kinematics import FaultOrders
-from srbval.config.strict import check_ranges, quantity
 from srbval.errors import ConfigurationError
+from srbval.storage.tables import Checked, limited, quantity
 
 MOST_ROWS = 4
 
@@ -19,7 +19,7 @@ class ElementShape(enum.StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class RollingElements:
+class RollingElements(Checked):
     """Number in one row, diameters and contact angle; the others matter for contacts alone, and have usual values.
 
     `outer_groove`, `inner_groove`: radius of the groove in which a ball runs over the ball's diameter (0.515 to 0.53
@@ -32,22 +32,17 @@ class RollingElements:
     pitch_diameter_m: float = quantity("length")
     contact_angle_rad: float = quantity("angle")
     shape: ElementShape = ElementShape.BALL
-    rows: int = 1
-    outer_groove: float = 0.52
-    inner_groove: float = 0.52
-    length_m: float | None = quantity("length", default=None)
+    rows: int = limited(least=1, most=MOST_ROWS, default=1)
+    outer_groove: float = limited(least=0.502, most=0.6, default=0.52)
+    inner_groove: float = limited(least=0.502, most=0.6, default=0.52)
+    length_m: float | None = quantity("length", above=0, default=None)
 
     def __post_init__(self) -> None:
         assert self.orders.ftf > 0, "impossible dimensions are refused by the orders"
-        check_ranges(self)
-        limits = (("rows", 1, MOST_ROWS), ("outer_groove", 0.502, 0.6), ("inner_groove", 0.502, 0.6))
-        for name, low, high in limits:
-            if not low <= getattr(self, name) <= high:
-                raise ConfigurationError(f"elements {name} = {getattr(self, name)} must be between {low} and {high}.")
-        if self.length_m is not None and not 0 < self.length_m < self.pitch_diameter_m:
+        super().__post_init__()
+        if self.length_m is not None and self.length_m >= self.pitch_diameter_m:
             raise ConfigurationError(
-                f"elements length_m = {self.length_m} must be above 0 and below the pitch diameter, "
-                f"{self.pitch_diameter_m:g} m."
+                f"elements length_m = {self.length_m} must be below the pitch diameter, {self.pitch_diameter_m:g} m."
             )
         chord = self.pitch_diameter_m * math.sin(math.pi / max(self.rolling_elements, 2))
         if self.element_diameter_m > chord:

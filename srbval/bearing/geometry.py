@@ -1,10 +1,10 @@
 """Geometry of a double-row spherical roller bearing, after the paper's Table 1 and Figure 1."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from srbval.config.strict import check_ranges, quantity
 from srbval.errors import ConfigurationError
+from srbval.storage.tables import Checked, limited, quantity
 
 # Axial positions of the three circles of a raceway, in units of the tilt angle (paper, below eq. 17).
 CIRCLES = (0.5, 1.0, 1.5)
@@ -15,7 +15,7 @@ SLIMMEST = 0.85  # of the printed diameter: that share less, and the play that a
 
 
 @dataclass(frozen=True, kw_only=True)
-class SphericalRollerGeometry:
+class SphericalRollerGeometry(Checked):
     """Table 1 of the paper, in SI, and what follows from it.
 
     The outer raceway is a sphere of radius `raceway_radius_m` about the bearing centre. The profile of
@@ -28,30 +28,21 @@ class SphericalRollerGeometry:
     of the same Table 1 are equal.
     """
 
-    raceway_radius_m: float = quantity("length")
-    tilt_rad: float = quantity("angle")
-    pitch_radius_m: float = quantity("length")
-    roller_width_m: float = quantity("length")
-    roller_diameter_m: float = quantity("length")
-    inner_centre_radial_m: float = quantity("length")
-    inner_centre_axial_m: float = quantity("length")
-    rollers_per_row: int = 0
-    outer_diameter_m: float = quantity("length")
-    width_m: float = quantity("length")
-    outer_osculation: float = field(default=1.0, compare=False)
-    inner_osculation: float = field(default=1.0, compare=False)
+    raceway_radius_m: float = quantity("length", above=0)
+    tilt_rad: float = quantity("angle", above=0)
+    pitch_radius_m: float = quantity("length", above=0)
+    roller_width_m: float = quantity("length", above=0)
+    roller_diameter_m: float = quantity("length", above=0)
+    inner_centre_radial_m: float = quantity("length", above=0)
+    inner_centre_axial_m: float = quantity("length", above=0)
+    rollers_per_row: int = limited(least=1, default=0)
+    outer_diameter_m: float = quantity("length", above=0)
+    width_m: float = quantity("length", above=0)
+    outer_osculation: float = limited(least=LEAST_OSCULATION, most=1, default=1.0, compare=False)
+    inner_osculation: float = limited(least=LEAST_OSCULATION, most=1, default=1.0, compare=False)
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not (math.isfinite(value) and value > 0):
-                raise ConfigurationError(f"geometry {name} = {value} must be a positive number.")
-        check_ranges(self)
-        for name in ("outer_osculation", "inner_osculation"):
-            if not LEAST_OSCULATION <= getattr(self, name) <= 1:
-                raise ConfigurationError(
-                    f"geometry {name} = {getattr(self, name)} must be between {LEAST_OSCULATION} and 1: the rollers' "
-                    "profile radius over the raceway's."
-                )
+        super().__post_init__()
         if self.tilt_rad >= math.pi / 4:
             raise ConfigurationError(f"geometry tilt_rad = {self.tilt_rad} must be below pi/4.")
         chord = 2 * self.pitch_radius_m * math.sin(math.pi / self.rollers_per_row)

@@ -1,7 +1,7 @@
 """A campaign's folder: its plan, one result file per case, a journal of how each ended.
 
 The result files are what counts; the journal says when and at what cost. Every line carries a check value, every result
-a checksum (`storage.checked_json`, `storage.checksum`), so that what is read is what was written.
+a checksum (`storage.json_files`, `storage.hdf5_files`), so that what is read is what was written.
 """
 
 import os
@@ -18,8 +18,8 @@ from srbval.campaign.case import KEY, CampaignCase, CaseOutcome, version
 from srbval.campaign.lock import HOLDER
 from srbval.campaign.settings import Campaign
 from srbval.errors import ConfigurationError, DataError
-from srbval.storage.checked_json import checked_line, from_json, read_checked_line
-from srbval.storage.whole_file import remove_unfinished, whole_file
+from srbval.storage.files import atomic_write, remove_unfinished
+from srbval.storage.json_files import checked_line, from_json, read_checked_line
 
 ABOUT, PLAN, JOURNAL, TABLE, CASES = "campaign.json", "plan.jsonl", "journal.jsonl", "results.csv", "cases"
 RESULT = re.compile(KEY.pattern + r"\.h5")
@@ -90,7 +90,7 @@ class CampaignFolder:
         files: dict[str, list[Any]] = {PLAN: [about, *cases], ABOUT: [about], JOURNAL: [*self.journal()]}
         try:
             for name, lines in files.items():
-                with whole_file(self.path / name) as part:
+                with atomic_write(self.path / name) as part:
                     part.write_bytes(b"".join(map(checked_line, lines)))
         except OSError as error:
             raise DataError(f"{self.path}: the plan cannot be written ({error.strerror}).") from None

@@ -12,8 +12,8 @@ from srbval.campaign.quantities import Output
 from srbval.models.run import USABLE
 from srbval.models.run_file import scene_content
 from srbval.scene import Scene
-from srbval.storage.content_store import content_key
-from srbval.storage.content_version import content_version
+from srbval.storage.sources import content_version
+from srbval.storage.stored_result import content_key
 
 COMPUTED_BY = "srbval.campaign.work"
 KEY = re.compile("[0-9a-f]{32}")  # of a result

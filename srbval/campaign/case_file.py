@@ -20,10 +20,9 @@ from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.models.run_file import RunWriter, scene_dict
 from srbval.scene import Scene
-from srbval.storage.checked_json import checked_line, from_json, read_checked_line
-from srbval.storage.checksum import append_checksum, checked_summary
-from srbval.storage.own_hdf5 import CHECKED, OWN
-from srbval.storage.whole_file import whole_file
+from srbval.storage.files import atomic_write
+from srbval.storage.hdf5_files import ATTRIBUTES, CHECKED, append_checksum, checked_summary
+from srbval.storage.json_files import checked_line, from_json, read_checked_line
 
 KIND = "campaign-case"
 ACCELERATION_SIGNALS = ("acceleration_m_s2", "spin_rad_s", "load_n")  # of output `acceleration`; the last two bare
@@ -48,7 +47,7 @@ def write_result(path: Path, run: Run, quantities: Sequence[CaseQuantity], outpu
     if {Output.SIGNALS, Output.ACCELERATION} & set(outputs):
         signals = run if Output.SIGNALS in outputs else _acceleration_only(run)
         with h5py.File(image, "w", track_order=True) as file:
-            file.attrs.update(OWN)
+            file.attrs.update(ATTRIBUTES)
             writer = _ImageWriter(file, run.scene)
             writer.append({f.name: getattr(signals, f.name) for f in fields(signals)})
             writer.finish(
@@ -107,7 +106,7 @@ def _write_numbers(
 
     content = {} if scene is None else scene_dict(scene)
     with h5py.File(image, "w", track_order=True) as file:
-        file.attrs.update({**OWN, "srbval_kind": KIND, "scene": json.dumps(content)})
+        file.attrs.update({**ATTRIBUTES, "srbval_kind": KIND, "scene": json.dumps(content)})
         file.attrs.update({"ending": ending.value, "reason": reason})
         _add_quantities(file, quantities)
 
@@ -125,7 +124,7 @@ def _add_quantities(file: Any, quantities: Sequence[CaseQuantity]) -> None:
 
 def _write(path: Path, image: io.BytesIO, ending: Ending, reason: str, quantities: Sequence[CaseQuantity]) -> None:
     summary = CaseResult(key=path.stem, ending=ending, reason=reason, quantities=tuple(quantities))
-    with whole_file(path) as part:
+    with atomic_write(path) as part:
         part.write_bytes(image.getbuffer())
         append_checksum(part, checked_line(summary))
 

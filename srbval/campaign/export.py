@@ -18,7 +18,7 @@ from srbval.campaign.noise import WHITE, NoiseSpectrum, add_noise, noise_spectru
 from srbval.campaign.results import result_state
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.loaders import detect_format
-from srbval.storage.own_hdf5 import CHECKED, own_hdf5
+from srbval.storage.hdf5_files import CHECKED, new_hdf5
 
 # Labels of a segment: unit and what they are. Without a defect, height is 0 and so is extent; without added noise the
 # ratio is infinite.
@@ -77,7 +77,7 @@ def export_campaign(path: Path, file: Path, settings: ExportSettings) -> Exporte
     spectrum = noise_spectrum(settings.noise)
     left_out, fs_hz, count = 0, None, 0
     try:
-        with own_hdf5(file) as out:
+        with new_hdf5(file) as out:
             for case in cases:
                 found = _signal(folder, case, settings.axis)
                 if found is None:

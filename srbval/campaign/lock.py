@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from srbval.errors import ConfigurationError, DataError
-from srbval.storage.strict_json import parse_json, write_json
+from srbval.storage.json_files import parse_json, write_json
 
 LOCK, HOLDER = "lock", "lock-holder.json"
 LONGEST = 1000  # bytes about a holder

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from srbval.campaign.settings import Axes, Campaign, Sampling
-from srbval.config.units import LONGEST_TEXT, NUMBER_AND_UNIT, shown
 from srbval.errors import ConfigurationError
+from srbval.storage.units import LONGEST_TEXT, NUMBER_AND_UNIT, shown
 
 Point = dict[str, Any]  # by dotted key of a scene file
 MOST_CASES = 2_000_000  # planned in memory, each with a file of its own

@@ -7,10 +7,10 @@ from importlib import resources
 from pathlib import Path
 
 from srbval.campaign.quantities import ALL_OUTPUTS, Output
-from srbval.config.strict import build, quantity, read_toml
 from srbval.errors import ConfigurationError
 from srbval.plan.questions import Question
 from srbval.scene import merge, scene_table
+from srbval.storage.tables import build, quantity, read_toml
 
 
 class Sampling(enum.StrEnum):

@@ -12,7 +12,7 @@ from srbval.campaign.case import FINAL, CampaignCase, CaseOutcome, Ending
 from srbval.campaign.lock import holder
 from srbval.campaign.results import Results
 from srbval.errors import DataError
-from srbval.storage.whole_file import whole_file
+from srbval.storage.files import atomic_write
 
 LAST_COLUMNS = ("model", "status", "reason", "quantity", "value", "unit")
 
@@ -77,7 +77,7 @@ def write_table(folder: CampaignFolder, cases: Sequence[CampaignCase], results: 
     """Write `table_text` and return its path; `DataError` where that fails."""
     path = folder.path / TABLE
     try:
-        with whole_file(path) as part:
+        with atomic_write(path) as part:
             part.write_bytes(table_text(cases, results).encode())
     except OSError as error:
         raise DataError(f"{path}: the table cannot be written ({error.strerror}). Free some space.") from None

@@ -12,7 +12,7 @@ from srbval.check.reference import ReferenceQuantity, read_reference, reference_
 from srbval.errors import ConfigurationError
 from srbval.progress import Progress, silent
 from srbval.scene import Scene, paper_scene
-from srbval.storage.whole_file import whole_file
+from srbval.storage.files import atomic_write
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,7 +116,7 @@ def write_junit(path: Path, result: CheckResult, *, seconds: float) -> None:
     suites = ElementTree.Element("testsuites")
     suites.append(suite)
     ElementTree.indent(suites)
-    with whole_file(path) as part:
+    with atomic_write(path) as part:
         ElementTree.ElementTree(suites).write(part, encoding="utf-8", xml_declaration=True)
 
 

@@ -11,12 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from srbval import __version__
-from srbval.config.small_file import read_small_file
-from srbval.config.strict import build
 from srbval.errors import ConfigurationError, DataError
-from srbval.storage.own_package import git_revision, shipped_folder
-from srbval.storage.strict_json import parse_json, write_json
-from srbval.storage.whole_file import whole_file
+from srbval.storage.files import atomic_write, read_limited
+from srbval.storage.installation import git_revision, shipped_folder
+from srbval.storage.json_files import parse_json, write_json
+from srbval.storage.tables import build
 
 FILE = "reference.json"
 KIND, SCHEMA_VERSION = "reference", 1
@@ -54,7 +53,7 @@ def reference_path() -> Path:
 def read_reference(path: Path) -> dict[str, ReferenceQuantity]:
     """The quantities of a reference file by name; `DataError` where it cannot be read or understood."""
     try:
-        content = parse_json(read_small_file(path))
+        content = parse_json(read_limited(path))
     except ValueError as error:
         raise DataError(f"{path}: not JSON ({error}).") from None
     if not isinstance(content, dict) or (content.get("kind"), content.get("schema_version")) != (KIND, SCHEMA_VERSION):
@@ -82,5 +81,5 @@ def write_reference(path: Path, quantities: Mapping[str, ReferenceQuantity]) -> 
     table.writerows(rows)
     origin: dict[str, Any] = {"srbval": __version__, "git_revision": git_revision()}
     write_json(path, {"schema_version": SCHEMA_VERSION, "kind": KIND, **origin, "quantities": rows})
-    with whole_file(path.with_suffix(".csv")) as part:
+    with atomic_write(path.with_suffix(".csv")) as part:
         part.write_text(text.getvalue(), encoding="utf-8")

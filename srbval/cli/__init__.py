@@ -102,7 +102,7 @@ def _ended_by_signals() -> Iterator[None]:
             signal.signal(number, action)
 
     def end(number: int, frame: Any) -> None:
-        hdf5 = sys.modules.get("srbval.storage.own_hdf5")
+        hdf5 = sys.modules.get("srbval.storage.hdf5_files")
         if hdf5 is not None and frame.f_code in hdf5.CALLED_BY_HDF5:  # a moment later
             return send_again(number)
         handle(signal.SIG_IGN)  # the clean-up is not to be interrupted

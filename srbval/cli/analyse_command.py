@@ -15,7 +15,7 @@ from srbval.reading.pipeline import SQUARED_UNIT
 from srbval.recordings import Origin, Recording
 from srbval.recordings.registry import load_registered
 from srbval.signal import BandFilter
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
 
 COLUMNS = ("line", "harmonic", "kinematic Hz", "found Hz", "± 95 %", "deviation %", "line/noise", "false alarm",
            "identity", "detected")  # fmt: skip
@@ -50,7 +50,7 @@ def run(options: argparse.Namespace) -> int:
     if options.plot:
         write_plot(result, Path(options.plot), baseline=baseline, naming=naming, command=own_command())
     if options.json:
-        fault = json_object(call) | fault_entry(call, naming)
+        fault = to_json(call) | fault_entry(call, naming)
         print_json(_selected(result, options.defect) | {"fault": fault})
     else:
         _print(result, options.defect)
@@ -92,7 +92,7 @@ def _baseline(result: Analysis, given: Recording | None) -> Baseline | None:
 
 
 def _selected(result: Analysis, defect: str | None) -> dict[str, object]:
-    document = json_object(result)
+    document = to_json(result)
     if defect is not None:
         document["lines"] = [line for line in document["lines"] if line["name"].startswith(LINE_OF_PART[defect])]
     return document

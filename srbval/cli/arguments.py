@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import difflib
 import math
 import re
 import tomllib
@@ -12,7 +11,7 @@ from importlib.resources import files
 from typing import Any, NoReturn
 
 from srbval import __version__
-from srbval.errors import ConfigurationError
+from srbval.errors import ConfigurationError, nearest
 
 Table = Mapping[str, Any]
 INVALID_CHOICE = re.compile(r"invalid choice: '(.*?)' \(choose from (.*)\)")  # as argparse says it
@@ -84,8 +83,8 @@ def parser() -> Parser:
 
 
 def _resembling(word: str, known: Sequence[str]) -> str:
-    close = difflib.get_close_matches(word, known, n=1)
-    return f" Did you mean {close[0]}?" if close else ""
+    close = nearest(word, known)
+    return f" Did you mean {close}?" if close else ""
 
 
 def _settings(settings: Table) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from srbval.cli.output import print_json, print_table
 from srbval.errors import DataError
 from srbval.progress import ProgressDisplay
 from srbval.recordings.raw import printable
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
 
 DONE, WITH_FAILURES, DAMAGED = 0, 1, DataError.exit_code
 SHOWN_FAILURES, LONGEST_REASON = 10, 1200
@@ -43,7 +43,7 @@ def _run(options: argparse.Namespace) -> int:
     with ProgressDisplay() as progress:
         done = run_campaign(campaign, folder, engine=engine, progress=progress, message=progress.message)
     if options.json:
-        print_json(json_object(done) | {"folder": folder})
+        print_json(to_json(done) | {"folder": folder})
     else:
         print(f"{done.done} of {done.cases} cases have a result, {done.ran} of them new, in {done.wall_s:.1f} s "
               f"({done.engine}); {len(done.failed)} failed. Results: {done.table}")  # fmt: skip
@@ -55,7 +55,7 @@ def _dry_run(campaign: Campaign, engine: str, options: argparse.Namespace) -> in
     cases = plan_cases(campaign)
     found = totals(cases)
     if options.json:
-        print_json({"name": campaign.name, "engine": engine, **json_object(found), "planned": cases})
+        print_json({"name": campaign.name, "engine": engine, **to_json(found), "planned": cases})
         return DONE
     rows = [(c.index, c.model or "refused", c.expected_s, c.refused or _point(c.point)) for c in cases]
     print_table(("case", "model", "expected [s]", "values"), rows)
@@ -73,7 +73,7 @@ def _point(point: Mapping[str, Any]) -> str:
 def _status(options: argparse.Namespace) -> int:
     found = campaign_status(Path(options.folder))
     if options.json:
-        print_json(json_object(found))
+        print_json(to_json(found))
         return DAMAGED if found.damaged else DONE
     running = f"running{found.running}" if found.running else "not running"
     print(f"{found.name}: {found.done} of {found.cases} cases have a result, {len(found.failed)} failed; {running}. "
@@ -85,7 +85,7 @@ def _status(options: argparse.Namespace) -> int:
 def _verify(options: argparse.Namespace) -> int:
     found = verify_campaign(Path(options.folder))
     if options.json:
-        print_json(json_object(found), status="ok" if found.ok else "damaged")
+        print_json(to_json(found), status="ok" if found.ok else "damaged")
         return DONE if found.ok else DAMAGED
     print(f"{found.results} results, plan, journal and table read, {len(found.damaged)} damaged")
     return _show_damaged(found.damaged)
@@ -115,7 +115,7 @@ def _export(options: argparse.Namespace) -> int:
     )
     made = export_campaign(Path(options.folder), Path(options.output), settings)
     if options.json:
-        print_json(json_object(made))
+        print_json(to_json(made))
     else:
         print(f"{made.segments} segments of {made.samples} samples in {made.file}; {made.left_out} cases left out")
     return DONE

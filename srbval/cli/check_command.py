@@ -11,7 +11,7 @@ from srbval.check.check import CheckResult, Difference, differences, renewed, ru
 from srbval.check.reference import ReferenceQuantity, read_reference, reference_path, write_reference
 from srbval.cli.output import print_json, print_table
 from srbval.progress import ProgressDisplay, prefixed
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
 
 WITHIN, DRIFTED = 0, 1
 
@@ -28,7 +28,7 @@ def run(options: argparse.Namespace) -> int:
     if options.update:
         return _update(options, path, reference, result)
     if options.json:
-        print_json(json_object(result), status="ok" if result.ok else "drifted")
+        print_json(to_json(result), status="ok" if result.ok else "drifted")
     else:
         _show(result)
     return WITHIN if result.ok else DRIFTED
@@ -59,7 +59,7 @@ def _update(
     if replaced:
         write_reference(path, new)
     if options.json:
-        print_json(json_object(result) | {"reference": path, "replaced": replaced, "differences": changed})
+        print_json(to_json(result) | {"reference": path, "replaced": replaced, "differences": changed})
     elif changed:
         print(f"{path}: replaced" if replaced else f"{path}: left as it was; give --yes to replace it")
     return WITHIN if replaced or result.ok else DRIFTED

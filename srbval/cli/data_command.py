@@ -22,7 +22,7 @@ from srbval.recordings.registry import (
     verify,
     without_copies,
 )
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
 
 CHANGED = 1
 DAMAGED = (FileStatus.CHANGED, FileStatus.MISSING, FileStatus.TRUNCATED)
@@ -45,7 +45,7 @@ def run(options: argparse.Namespace) -> int:
     """Run one of the actions; `verify` leaves with 1 where a file is changed, missing or truncated."""
     result = _act(options)
     if options.json:
-        document = json_object(result)
+        document = to_json(result)
         print_json(document, status=document["status"])
     else:
         _print(result)

@@ -7,7 +7,7 @@ from pathlib import Path
 from srbval.cli.output import print_json
 from srbval.errors import ConfigurationError, DataError
 from srbval.progress import ProgressDisplay, stage
-from srbval.storage.own_package import package_folder
+from srbval.storage.installation import package_folder
 
 
 def run(options: argparse.Namespace) -> int:

@@ -10,7 +10,7 @@ from typing import Any
 from srbval import __version__
 from srbval.cli.output import print_json, print_table
 from srbval.storage.cache import KERNELS, cache_folder, cache_use, clear_cache
-from srbval.storage.own_package import shipped_folder
+from srbval.storage.installation import shipped_folder
 
 REQUIRED = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib", "jinja2", "rich", "pooch",
             "filelock", "platformdirs", "threadpoolctl")  # fmt: skip

@@ -15,8 +15,8 @@ from srbval.recordings import Recording
 from srbval.recordings.frf import read_frf
 from srbval.recordings.registry import healthy_baseline, load_registered
 from srbval.scene import draws, load_scene, load_sensor_path, merge, rig_inputs
-from srbval.storage.strict_json import json_object
-from srbval.storage.whole_file import whole_file
+from srbval.storage.files import atomic_write
+from srbval.storage.json_files import to_json
 
 COLUMNS = ("mode", "frequency Hz", "u Hz", "damping ratio", "u", "gain", "u", "healthy record differs by, u")
 
@@ -38,10 +38,10 @@ def run(options: argparse.Namespace) -> int:
     else:
         found = _from_records(options, band_hz)
     if options.output:
-        with whole_file(Path(options.output)) as part:
+        with atomic_write(Path(options.output)) as part:
             part.write_text(path_toml(found.path), encoding="utf-8")
     if options.json:
-        print_json(json_object(found) | {"file": options.output})
+        print_json(to_json(found) | {"file": options.output})
     else:
         _print(found)
     return 0
@@ -89,7 +89,7 @@ def _size(options: argparse.Namespace, band_hz: tuple[float, float]) -> int:
         runs = size_runs(fault, load_scene(options.scene, own), drawn, progress=progress)
     found = defect_size(fault, healthy, runs, path, bearing=load_bearing(bearing), band_hz=band_hz)
     if options.json:
-        print_json(json_object(found) | {"file": options.file, "healthy": healthy.name, "path": path.source})
+        print_json(to_json(found) | {"file": options.file, "healthy": healthy.name, "path": path.source})
         return 0
     low, *_, high = map(_mm, found.simulated_m)
     print(f"{fault.name} over {healthy.name}; path {path.source}\nsimulated {low} to {high} mm; {len(drawn)} draws\n")

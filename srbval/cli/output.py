@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.progress.tables import text_table
-from srbval.storage.strict_json import strict_json
+from srbval.storage.json_files import json_text
 
 SCHEMA_VERSION = 1
 
@@ -16,7 +16,7 @@ def print_json(document: Mapping[str, Any], *, status: str = "ok") -> None:
     """Print one JSON document with `schema_version` and `status`; NaN and infinities become null."""
     whole = {"schema_version": SCHEMA_VERSION, "status": status} | dict(document)
     ascii_only = not str(sys.stdout.encoding).lower().startswith("utf")  # an escape of Python's is none of JSON's
-    print(strict_json(whole, ascii_only=ascii_only), end="")
+    print(json_text(whole, ascii_only=ascii_only), end="")
 
 
 def print_failure(message: str, code: int, *, as_json: bool) -> None:

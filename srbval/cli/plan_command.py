@@ -11,7 +11,7 @@ from srbval.plan.coarser_output import Reduction, find_reductions
 from srbval.plan.plan import Plan, make_plan
 from srbval.plan.questions import MEANING, Question
 from srbval.plan.table import load_calibration
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
 
 MET, NOT_MET = 0, 1
 
@@ -29,7 +29,7 @@ def run(options: argparse.Namespace) -> int:
     if options.reductions:
         found = find_reductions(scene, question=plan.question, tolerance_pct=plan.tolerance_pct)
     if options.json:
-        print_json(json_object(plan) | {"reductions": found})
+        print_json(to_json(plan) | {"reductions": found})
     else:
         show(plan)
         if found:

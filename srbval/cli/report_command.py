@@ -9,7 +9,7 @@ from srbval.cli.data_command import recording_settings
 from srbval.cli.output import own_command, print_json
 from srbval.errors import ConfigurationError
 from srbval.progress import Progress, ProgressDisplay, stage
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
 
 
 def run(options: argparse.Namespace) -> int:
@@ -43,7 +43,7 @@ def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tupl
         folder, seconds=options.seconds, jobs=options.jobs, formats=_formats(options), appendix=options.appendix,
         pages=pages(), command=own_command(), progress=progress,
     )  # fmt: skip
-    return made.files, {"headline": json_object(made.evidence.headline), "table6": made.evidence.rows}
+    return made.files, {"headline": to_json(made.evidence.headline), "table6": made.evidence.rows}
 
 
 def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple[dict[str, Path], dict[str, Any]]:

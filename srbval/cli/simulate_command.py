@@ -16,7 +16,7 @@ from srbval.models.simulate import Step, simulate, simulate_to_file
 from srbval.progress import ProgressDisplay
 from srbval.scene import Scene, scene_table
 from srbval.scene.read import BUNDLED
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
 
 # Attributes of a run that are printed under their own names.
 OF_RUN = ("seconds", "wall_s", "compile_s", "wall_per_simulated_s", "cage_ratio", "bpfo_hz", "bpfi_hz",
@@ -69,7 +69,7 @@ def _planned(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dict[str
         print(f"outside the calibration: {outside}", file=sys.stderr)
     chosen, reduction = with_coarser_output(replace(scene, model=plan.chosen), plan)
     print(f"{reduction.name}: {'taken' if reduction.taken else 'not taken'}: {reduction.why}", file=sys.stderr)
-    return chosen, {"plan": json_object(plan), "reductions": [reduction]}
+    return chosen, {"plan": to_json(plan), "reductions": [reduction]}
 
 
 def _step(options: argparse.Namespace) -> Step:

@@ -45,7 +45,9 @@ def _run(name: str, command: str, options: argparse.Namespace) -> int:
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     given = parser.parse_args(options.rest, argparse.Namespace(json=options.json))
     with ProgressDisplay() as progress:
-        found, stored = make_result(name, given, prefixed(progress, name.capitalize()), command=own_command())
+        found, stored = make_result(
+            name, given, prefixed(progress, name.replace("_", " ").capitalize()), command=own_command()
+        )
     if given.json or options.json:
         print_json(stored)
     else:
@@ -68,7 +70,7 @@ def _about(name: str, results: tuple[str, ...]) -> dict[str, Any]:
     study, result = load_study(name), newest_result(results[0])
     return {
         "name": name, "question": study.question, "minutes": study.minutes, "results": results,
-        "made_utc": result and result.made_utc, "stale": None,
+        "made_utc": result and result.made_utc, "stale": result and result.stale,
     }  # fmt: skip
 
 

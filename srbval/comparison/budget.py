@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
-from srbval.config.strict import build, read_toml
+from srbval.storage.tables import build, read_toml
 
 BUDGET = Path(str(resources.files("srbval.comparison") / "budget.toml"))
 

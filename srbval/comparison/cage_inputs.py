@@ -17,9 +17,9 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import ElementShape, RollingElements
-from srbval.config.strict import read_toml
 from srbval.reading.identity import SLIP_FREEDOM, SLIP_SPREAD
 from srbval.signal import NORMAL_95
+from srbval.storage.tables import read_toml
 
 
 @dataclass(frozen=True, kw_only=True)

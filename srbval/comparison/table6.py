@@ -10,12 +10,12 @@ from typing import Any
 from srbval.bearing import RACE_DEFECTS, Fault
 from srbval.comparison.compared_quantities import CAGE_RATIO
 from srbval.comparison.comparison import Comparison, QuantityValue, deviation_pct
-from srbval.config.strict import build, read_toml
 from srbval.errors import DataError
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
 from srbval.reading.sum_rule import SumRule
+from srbval.storage.tables import build, read_toml
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,7 +14,7 @@ from srbval.bearing import DEFECTS, Fault
 from srbval.diagnosis.fault_call import Basis, FaultCall
 from srbval.diagnosis.fault_evidence import FaultEvidence, fault_evidence
 from srbval.diagnosis.fault_posterior import FaultPosterior, KnownFeatures, decide, fit_posterior, most_probable
-from srbval.processes.threads import one_thread
+from srbval.processes.machine import one_thread
 from srbval.reading.analyse import Analysis
 from srbval.reading.pipeline import process
 

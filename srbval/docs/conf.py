@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 import srbval
-from srbval.storage.own_package import shipped_folder
+from srbval.storage.installation import shipped_folder
 
 project = "srbval"
 version = release = srbval.__version__
@@ -164,7 +164,7 @@ def scene_keys() -> str:
 
 
 def _keys_of(kind: type, name: str, values: Any) -> Iterator[str]:
-    from srbval.config.units import SI_SUFFIX, UNITS
+    from srbval.storage.units import SI_SUFFIX, UNITS
 
     rows: list[tuple[str, ...]] = []
     below: list[tuple[Any, str, Any]] = []

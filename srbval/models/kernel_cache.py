@@ -18,8 +18,8 @@ from functools import cache
 from pathlib import Path
 
 from srbval.storage.cache import KERNELS, cache_folder
-from srbval.storage.content_version import content_version
-from srbval.storage.own_package import child_environment, package_folder
+from srbval.storage.installation import child_environment, package_folder
+from srbval.storage.sources import content_version
 
 WITHOUT_KERNELS = ("kinematic", "impulse")
 

@@ -5,14 +5,13 @@ the number of their first; the first `settle` of the `whole` are not recorded. I
 `compile_s`.
 """
 
-import difflib
 import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from srbval.bearing import Bearing
-from srbval.errors import ConfigurationError
+from srbval.errors import ConfigurationError, nearest
 from srbval.models import outputs as col
 from srbval.scene import Scene
 
@@ -171,6 +170,6 @@ def models_of(bearing: Bearing) -> tuple[str, ...]:
 def check_known(what: str, name: str, known: tuple[str, ...]) -> None:
     """Raise `ConfigurationError` for a name that is none of the `known`."""
     if name not in known:
-        close = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
-        hint = f" Did you mean {close[0]!r}?" if close else ""
+        close = nearest(name, known)
+        hint = f" Did you mean {close!r}?" if close else ""
         raise ConfigurationError(f"{what} {name!r} is not known.{hint} Known: {', '.join(known)}.")

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from srbval.errors import SrbvalError
 from srbval.models.kernel_cache import WITHOUT_KERNELS, compile_in_this_process, precompile
 from srbval.models.simulate import Step, simulate
-from srbval.processes.answering import end_with_input
+from srbval.processes.worker import end_with_input
 from srbval.scene import paper_scene
 
 SHORTEST_S = 0.001  # simulated, to compile what a run needs

@@ -20,7 +20,7 @@ from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
 from srbval.models.run import Run, RunSummary, bearing_of_run
 from srbval.scene import Scene
-from srbval.storage.own_hdf5 import CHECKED, own_hdf5
+from srbval.storage.hdf5_files import CHECKED, new_hdf5
 
 ROWS = 4096  # of a chunk on disk
 SENSOR = "acceleration_sensor_m_s2"
@@ -95,7 +95,7 @@ def run_writer(path: Path, scene: Scene) -> Iterator[RunWriter]:
 
     Raises `DataError` where the place cannot be written.
     """
-    with contextlib.suppress(_UnfinishedError), own_hdf5(path) as file:
+    with contextlib.suppress(_UnfinishedError), new_hdf5(path) as file:
         writer = RunWriter(file, scene, check_written=file.check_written)
         yield writer
         if not writer.finished:

@@ -12,7 +12,7 @@ from srbval.plan.cases import BASES, CalibrationScene
 from srbval.plan.questions import Question
 from srbval.plan.table import Entry, LadderCalibration, load_calibration
 from srbval.scene import Scene
-from srbval.storage.own_package import package_folder
+from srbval.storage.installation import package_folder
 
 # What a calibration scene has in common with its base's: everything but these, which are the table's axes or do not
 # change an answer but through its length.

@@ -17,7 +17,6 @@ import scipy.fft
 from srbval.arrays import FloatArray
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
 from srbval.comparison.comparison import QuantityValue
-from srbval.config.strict import read_toml
 from srbval.errors import DataError
 from srbval.models.band_levels import along_sensor
 from srbval.models.run import Run
@@ -25,6 +24,7 @@ from srbval.path import amplitudes
 from srbval.plan.measures import measure, smooth_mean
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Recording, recording_from_run
+from srbval.storage.tables import read_toml
 
 Answer = tuple[float | None, ...]  # None: it does not stand out
 

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from srbval.config.small_file import read_small_file
 from srbval.errors import DataError
 from srbval.models.ladder import rung_of
 from srbval.plan.cases import BASES, CalibrationScene
 from srbval.plan.questions import MEANING, Answer, Question
-from srbval.storage.strict_json import parse_json
+from srbval.storage.files import read_limited
+from srbval.storage.json_files import parse_json
 
 SCHEMA_VERSION = 3
 MOST_BYTES = 2**26
@@ -87,7 +87,7 @@ class LadderCalibration:
 def load_calibration(path: Path) -> LadderCalibration:
     """Read a table; `DataError` naming the file where it is missing or is none."""
     try:
-        table = parse_json(read_small_file(path, MOST_BYTES))
+        table = parse_json(read_limited(path, MOST_BYTES))
         found = LadderCalibration(
             **{name: table[name] for name in ("base", "reference", "solver", "step_s", "seconds", "machine")},
             entries=tuple(_entry(e) for e in table["entries"]),

@@ -1,10 +1,17 @@
-"""The machine: its processor, the cores that this process may use, its load."""
+"""The machine: its processor, its load, the cores, memory and threads that this process may use or uses."""
 
+import contextlib
+import functools
 import os
 import platform
 import sys
+import threading
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+
+_lock = threading.Lock()
+_limits: list[Any] = []  # one for each that is within; the first restores what was before
 
 
 def this_machine() -> dict[str, Any]:
@@ -48,3 +55,28 @@ def peak_bytes() -> int | None:
         return None
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return peak if sys.platform == "darwin" else peak * 1024
+
+
+@contextlib.contextmanager
+def one_thread() -> Iterator[None]:
+    """Within, or in a function decorated with it, the libraries that are loaded use one thread.
+
+    Small products are quicker so: threads on a busy machine wait for each other, several times as long as they work.
+    The limit is the process's: where several threads are within, the last one to leave restores what was before.
+    """
+    with _lock:
+        _limits.append(_loaded().limit(limits=1))
+    try:
+        yield
+    finally:
+        with _lock:
+            limit = _limits.pop()
+            if not _limits:
+                limit.restore_original_limits()
+
+
+@functools.cache
+def _loaded() -> Any:
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()  # takes 8 ms to find them, and then 10 us a limit

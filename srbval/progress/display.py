@@ -23,7 +23,7 @@ class ProgressDisplay:
 
     def __init__(self, stream: TextIO | None = None) -> None:
         stream = stream or sys.stderr
-        self._display: Bars | Lines = Bars(stream) if stream.isatty() else Lines(stream)
+        self._display: _Bars | _Lines = _Bars(stream) if stream.isatty() else _Lines(stream)
 
     def __enter__(self) -> Self:
         self._display.start()
@@ -43,8 +43,8 @@ class ProgressDisplay:
         self._display.message(text)
 
 
-class Bars:
-    """Bars drawn by rich, one per task."""
+class _Bars:
+    """_Bars drawn by rich, one per task."""
 
     def __init__(self, stream: TextIO) -> None:
         from rich.console import Console
@@ -71,15 +71,12 @@ class Bars:
         self._lock = threading.Lock()
 
     def start(self) -> None:
-        """Begin to draw."""
         self._bars.start()
 
     def stop(self) -> None:
-        """Leave the bars as they are and give the terminal back."""
         self._bars.stop()
 
     def show(self, task: str, fraction: float | None) -> None:
-        """Draw the bar of `task`; one of unknown extent moves to and fro until it is done."""
         total = None if fraction is None else 1.0
         with self._lock:
             if task not in self._running:
@@ -89,7 +86,6 @@ class Bars:
                 del self._running[task]
 
     def message(self, text: str) -> None:
-        """Print a line above the bars."""
         self._bars.console.print(text, markup=False, highlight=False)
 
 
@@ -102,7 +98,7 @@ class _Running:
     reported_at: float
 
 
-class Lines:
+class _Lines:
     """Plain lines: when a task begins, at least every `LINE_EVERY_S` until it ends, and when it ends."""
 
     def __init__(self, stream: TextIO) -> None:
@@ -114,16 +110,13 @@ class Lines:
         self._heartbeat = threading.Thread(target=self._report_regularly, name="srbval-progress", daemon=True)
 
     def start(self) -> None:
-        """Begin to report on tasks that do not call for a long time."""
         self._heartbeat.start()
 
     def stop(self) -> None:
-        """End the regular reports."""
         self._stopped.set()
         self._heartbeat.join()
 
     def show(self, task: str, fraction: float | None) -> None:
-        """Write that `task` begins or is done; between the two a line only when it is due."""
         now = time.monotonic()
         with self._lock:
             if task not in self._running:
@@ -136,7 +129,6 @@ class Lines:
                 self._report_if_due(task)
 
     def message(self, text: str) -> None:
-        """Write one line."""
         with self._lock:
             self._write(text)
 

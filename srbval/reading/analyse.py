@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from srbval.bearing import Bearing, Fault, load_bearing, with_slip
 from srbval.errors import ConfigurationError, DataError
-from srbval.processes.threads import one_thread
+from srbval.processes.machine import one_thread
 from srbval.reading.band_choice import BandChoice, bands_of_record, clearness, declared_band, sidak_corrected
 from srbval.reading.lines import Line
 from srbval.reading.pipeline import SQUARED_UNIT, Processed, choose_tracking, process, speed_of_record

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
-from srbval.config.small_file import read_small_file
 from srbval.errors import DataError
+from srbval.storage.files import read_limited
 
 COLUMNS = ("frequency_hz", "real_m_s2_n", "imag_m_s2_n")
 MOST_BYTES = 2**26
@@ -19,7 +19,7 @@ UFF_MARK = b"    -1"
 
 def read_frf(path: Path) -> tuple[FloatArray, NDArray[np.complex128]]:
     """Frequencies [Hz], rising, and the response [m/s2/N], complex; `DataError` for anything else."""
-    content = read_small_file(path, MOST_BYTES)
+    content = read_limited(path, MOST_BYTES)
     frequency_hz, values = _uff(path) if content.startswith(UFF_MARK) else _table(path, content)
     if frequency_hz.size < 2 or not (np.isfinite(frequency_hz).all() and np.isfinite(values).all()):
         raise DataError(f"{path}: {frequency_hz.size} lines of a response; two or more finite ones are needed.")

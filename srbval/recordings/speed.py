@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.config.strict import build, read_toml
 from srbval.errors import DataError
 from srbval.recordings.recording import ShaftSpeed, SpeedSignal, SpeedSource
+from srbval.storage.tables import build, read_toml
 
 RPM_PER_HZ = 60.0
 Z95 = 1.96

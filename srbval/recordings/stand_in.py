@@ -18,7 +18,7 @@ from srbval.errors import ConfigurationError
 from srbval.models.band_levels import BANDS_HZ
 from srbval.recordings.load import load_recording
 from srbval.recordings.recording import Recording
-from srbval.storage.own_hdf5 import Variable, write_own_hdf5
+from srbval.storage.hdf5_files import Variable, write_hdf5
 
 FS_HZ = 20480.0  # the rig's
 BAND_HZ = BANDS_HZ["1400-2800"]
@@ -68,7 +68,7 @@ def write_stand_in(
         "note": "SYNTHETIC STAND-IN: seeded stochastic impulse model, not a measurement",
     }
     measured = Variable(values=signal, units="m s-2", long_name="synthetic stand-in acceleration")
-    write_own_hdf5(Path(path), fs_hz=FS_HZ, variables={"acceleration_m_s2": measured}, attributes=attributes)
+    write_hdf5(Path(path), fs_hz=FS_HZ, variables={"acceleration_m_s2": measured}, attributes=attributes)
     return load_recording(path)
 
 

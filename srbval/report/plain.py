@@ -10,7 +10,7 @@ from srbval.report import blocks
 from srbval.report.inline import printable, spans
 from srbval.report.model import Document, Report
 from srbval.report.table import Cell, Column, Table, format_value
-from srbval.storage.strict_json import strict_json
+from srbval.storage.json_files import json_text
 
 Plain = dict[str, Any]
 
@@ -98,7 +98,7 @@ def _plain_figure(block: blocks.Figure) -> Plain:
         "synthetic": block.synthetic,
         "badge": block.badge.value if block.badge else None,
         "wide": block.wide,
-        "explore": None if block.explore is None else strict_json(dataclasses.asdict(block.explore)),
+        "explore": None if block.explore is None else json_text(dataclasses.asdict(block.explore)),
     }
 
 

@@ -24,7 +24,7 @@ from srbval.report.pdf import require_typst
 from srbval.report.sections.assemble import assemble
 from srbval.report.sections.own_report import assemble_own
 from srbval.report.write import draw_figures
-from srbval.storage.whole_file import whole_file
+from srbval.storage.files import atomic_write
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,7 +122,7 @@ def write_plot(
 ) -> None:  # fmt: skip
     """One picture of an analysis as PNG or SVG (`Analysis.plot`), or with its table of lines as a page of its own."""
     check_plot(path)
-    with whole_file(path) as part, figure_style():
+    with atomic_write(path) as part, figure_style():
         if path.suffix.lower() == ".html":
             record = own_record(analysis, baseline, naming=naming)
             evidence = OwnEvidence(bearing=analysis.bearing, records=(record,), provenance={})

@@ -12,7 +12,7 @@ from srbval.report.html import render_html
 from srbval.report.model import Document, Report
 from srbval.report.pdf import render_pdf, require_typst
 from srbval.report.table import Cell, Column, Table
-from srbval.storage.strict_json import write_json
+from srbval.storage.json_files import write_json
 
 FORMATS = ("html", "pdf", "json")
 

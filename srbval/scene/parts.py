@@ -6,44 +6,23 @@ from dataclasses import dataclass
 
 from srbval.bearing import Fault
 from srbval.bearing.geometry import LEAST_OSCULATION
-from srbval.config.strict import check_ranges, quantity
 from srbval.errors import ConfigurationError
+from srbval.storage.tables import Checked, limited, quantity
 
 MOST_FRICTION = 100.0  # far above any material's; beyond it the step's arithmetic overflows
 
 
-def positive(owner: object, *names: str) -> None:
-    """Refuse fields of `owner` that are not above zero, and quantities that no machine has."""
-    check_ranges(owner)
-    for name in names:
-        value = getattr(owner, name)
-        if not value > 0:
-            raise ConfigurationError(f"{name} = {value} must be positive.")
-
-
-def not_negative(owner: object, *names: str) -> None:
-    """Refuse fields of `owner` that are below zero, and quantities that no machine has."""
-    check_ranges(owner)
-    for name in names:
-        value = getattr(owner, name)
-        if value < 0:
-            raise ConfigurationError(f"{name} = {value} must not be negative.")
-
-
 @dataclass(frozen=True, kw_only=True)
-class Housing:
+class Housing(Checked):
     """Housing: point mass on the outer ring, spring and damper to ground in all three directions."""
 
-    mass_kg: float = quantity("mass")
-    stiffness_n_m: float = quantity("stiffness")
-    damping_ns_m: float = quantity("damping")
-
-    def __post_init__(self) -> None:
-        not_negative(self, "mass_kg", "stiffness_n_m", "damping_ns_m")
+    mass_kg: float = quantity("mass", least=0)
+    stiffness_n_m: float = quantity("stiffness", least=0)
+    damping_ns_m: float = quantity("damping", least=0)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Bodies:
+class Bodies(Checked):
     """Masses: `density_kg_m3` of rollers and outer ring, `cage_mass_kg` of all `cages` (not in the paper).
 
     Two cages, one for each row, turn independently and tilt together.
@@ -52,15 +31,13 @@ class Bodies:
     models that tell rows apart know it, and the number of cages (full, line, slices).
     """
 
-    density_kg_m3: float = quantity("density")
-    cage_mass_kg: float = quantity("mass")
-    cages: int
+    density_kg_m3: float = quantity("density", above=0)
+    cage_mass_kg: float = quantity("mass", above=0)
+    cages: int = limited(least=1, most=2)
     row_stagger: float
 
     def __post_init__(self) -> None:
-        positive(self, "density_kg_m3", "cage_mass_kg")
-        if self.cages not in (1, 2):
-            raise ConfigurationError(f"cages = {self.cages} must be 1, or 2 for one in each row.")
+        super().__post_init__()
         if not 0 <= self.row_stagger < 1:
             raise ConfigurationError(f"row_stagger = {self.row_stagger} must be a share of a pitch, 0 to below 1.")
 
@@ -73,33 +50,30 @@ class RollerFit(enum.StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Contact:
+class Contact(Checked):
     """Contact between one raceway point and one roller (paper, eqs 18 and 19, Table 4).
 
     `stiffness_n_m` and `damping_ns_m` are per point, so `points_per_circle` is part of the stiffness.
     `radial_play_m` is the gap between the raceways at a roller less the roller's diameter.
     """
 
-    stiffness_n_m: float = quantity("stiffness")
-    damping_ns_m: float = quantity("damping")
-    smoothing_width_m: float = quantity("length")
-    static_friction: float
-    dynamic_friction: float
-    critical_velocity_m_s: float = quantity("velocity")
-    points_per_circle: int
+    stiffness_n_m: float = quantity("stiffness", above=0)
+    damping_ns_m: float = quantity("damping", least=0)
+    smoothing_width_m: float = quantity("length", above=0)
+    static_friction: float = limited(most=MOST_FRICTION)
+    dynamic_friction: float = limited(least=0)
+    critical_velocity_m_s: float = quantity("velocity", above=0)
+    points_per_circle: int = limited(least=60, most=100_000)
     radial_play_m: float = quantity("length")
     roller_fit: RollerFit
 
     def __post_init__(self) -> None:
-        positive(self, "stiffness_n_m", "smoothing_width_m", "critical_velocity_m_s")
-        not_negative(self, "damping_ns_m", "dynamic_friction")
-        if not self.dynamic_friction <= self.static_friction <= MOST_FRICTION:
+        super().__post_init__()
+        if self.static_friction < self.dynamic_friction:
             raise ConfigurationError(
-                f"static_friction = {self.static_friction} must not be below dynamic_friction = "
-                f"{self.dynamic_friction}, nor above {MOST_FRICTION:g}."
+                f"contact static_friction = {self.static_friction} must not be below dynamic_friction = "
+                f"{self.dynamic_friction}."
             )
-        if not 60 <= self.points_per_circle <= 100_000:
-            raise ConfigurationError(f"points_per_circle = {self.points_per_circle} must be between 60 and 100000.")
 
 
 class Traction(enum.StrEnum):
@@ -110,7 +84,7 @@ class Traction(enum.StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class LineContact:
+class LineContact(Checked):
     """Contact of a roller and a race along the roller, for the slices model alone.
 
     It is cut into so many `slices`; `damping_s` is the time constant of its damper on the slope of its force. With
@@ -119,22 +93,13 @@ class LineContact:
     `outer_osculation` and `inner_osculation`: see `SphericalRollerGeometry`; without them, the bearing's.
     """
 
-    slices: int
-    damping_s: float = quantity("time")
+    slices: int = limited(least=3, most=201)
+    damping_s: float = quantity("time", least=0)
     traction: Traction
-    traction_slope: float
-    traction_limit: float
-    outer_osculation: float | None = None
-    inner_osculation: float | None = None
-
-    def __post_init__(self) -> None:
-        not_negative(self, "damping_s")
-        limits = (("slices", 3, 201), ("traction_slope", 1e-3, 1e3), ("traction_limit", 1e-4, 1.0),
-                  ("outer_osculation", LEAST_OSCULATION, 1), ("inner_osculation", LEAST_OSCULATION, 1))  # fmt: skip
-        for name, low, high in limits:
-            value = getattr(self, name)
-            if value is not None and not low <= value <= high:
-                raise ConfigurationError(f"line_contact {name} = {value} must be between {low:g} and {high:g}.")
+    traction_slope: float = limited(least=1e-3, most=1e3)
+    traction_limit: float = limited(least=1e-4, most=1)
+    outer_osculation: float | None = limited(least=LEAST_OSCULATION, most=1, default=None)
+    inner_osculation: float | None = limited(least=LEAST_OSCULATION, most=1, default=None)
 
 
 class LoadPath(enum.StrEnum):
@@ -145,21 +110,18 @@ class LoadPath(enum.StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Load:
+class Load(Checked):
     """External force on the outer ring: `radial_n` along `direction_rad` in the x-y plane, `axial_n` along z.
 
     The load zone lies opposite to the direction of the force. `gravity` adds the weight of rollers, outer ring and
     housing mass, along -y; the paper does not mention it.
     """
 
-    radial_n: float = quantity("force")
+    radial_n: float = quantity("force", least=0)
     axial_n: float = quantity("force")
     direction_rad: float = quantity("angle")
     path: LoadPath
     gravity: bool
-
-    def __post_init__(self) -> None:
-        not_negative(self, "radial_n")
 
     @property
     def zone_rad(self) -> float:
@@ -176,7 +138,7 @@ class DefectShape(enum.StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Defect:
+class Defect(Checked):
     """A localized defect on one circle of a raceway, or on one roller where that circle runs.
 
     Positive heights are bumps towards the other surface (the paper), negative ones pits. Without `extent_m` it is
@@ -193,32 +155,21 @@ class Defect:
     """
 
     kind: Fault
-    points: int
-    height_m: float = quantity("length")
+    points: int = limited(least=1, most=50)
+    height_m: float = quantity("length", least=-1e-3, most=1e-3)
     angle_rad: float = quantity("angle")
-    row: int
-    circle: int
-    roller: int
+    row: int = limited(least=1, most=2)
+    circle: int = limited(least=1, most=3)
+    roller: int = limited(least=1, most=1000)
     shape: DefectShape
-    refinement: int
-    extent_m: float | None = quantity("length", default=None)
-    width_m: float | None = quantity("length", default=None)
+    refinement: int = limited(least=1, most=50)
+    extent_m: float | None = quantity("length", above=0, most=0.05, default=None)
+    width_m: float | None = quantity("length", above=0, most=0.2, default=None)
     axial_m: float | None = quantity("length", default=None)
     ramp_m: float = quantity("length", default=0.0)
 
     def __post_init__(self) -> None:
-        check_ranges(self)
-        limits = (("points", 1, 50), ("row", 1, 2), ("circle", 1, 3), ("refinement", 1, 50), ("roller", 1, 1000))
-        for name, low, high in limits:
-            value = getattr(self, name)
-            if not low <= value <= high:
-                raise ConfigurationError(f"defect {name} = {value} must be between {low} and {high}.")
-        if not abs(self.height_m) <= 1e-3:
-            raise ConfigurationError(f"defect height_m = {self.height_m} must lie within -1 mm and 1 mm.")
-        if self.extent_m is not None and not 0 < self.extent_m <= 0.05:
-            raise ConfigurationError(f"defect extent_m = {self.extent_m} must be above 0 and at most 50 mm.")
-        if self.width_m is not None and not 0 < self.width_m <= 0.2:
-            raise ConfigurationError(f"defect width_m = {self.width_m} must be above 0 and at most 200 mm.")
+        super().__post_init__()
         if not 0 <= self.ramp_m <= (self.extent_m or 0.0) / 2 or (self.ramp_m and self.shape is not DefectShape.FLAT):
             raise ConfigurationError(
                 f"defect ramp_m = {self.ramp_m} must lie between 0 and half the extent_m = {self.extent_m}, and needs "

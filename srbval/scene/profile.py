@@ -10,8 +10,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from srbval.config.strict import check_ranges, quantity
 from srbval.errors import ConfigurationError
+from srbval.storage.tables import Checked, quantity
 
 CLOSEST_S = 1e-9  # two entries; nearer, the slope between them may overflow
 
@@ -27,7 +27,7 @@ def _check_table(what: str, time_s: Sequence[float], *columns: Sequence[float]) 
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Profile:
+class _Profile(Checked):
     """A table over `time_s`, two or more entries that rise; `WHAT` names it in messages."""
 
     WHAT: ClassVar[str]
@@ -55,13 +55,11 @@ class SpeedProfile(_Profile):
 
     WHAT = "speed"
 
-    speed_rad_s: tuple[float, ...] = quantity("speed")
+    speed_rad_s: tuple[float, ...] = quantity("speed", least=0)
 
     def __post_init__(self) -> None:
         _check_table("speed", self.time_s, self.speed_rad_s)
-        check_ranges(self)
-        if min(self.speed_rad_s) < 0:
-            raise ConfigurationError(f"speed profile: {min(self.speed_rad_s)} rad/s must not be negative.")
+        super().__post_init__()
 
     @classmethod
     def sampled(cls, function: Callable[[float], float], duration_s: float, step_s: float = 1e-3) -> SpeedProfile:
@@ -80,14 +78,12 @@ class LoadProfile(_Profile):
 
     WHAT = "load"
 
-    radial_n: tuple[float, ...] = quantity("force")
+    radial_n: tuple[float, ...] = quantity("force", least=0)
     axial_n: tuple[float, ...] = quantity("force")
 
     def __post_init__(self) -> None:
         _check_table("load", self.time_s, self.radial_n, self.axial_n)
-        check_ranges(self)
-        if min(self.radial_n) < 0:
-            raise ConfigurationError(f"load profile: radial load {min(self.radial_n)} N must not be negative.")
+        super().__post_init__()
 
     def mean_radial_n(self, duration_s: float) -> float:
         """Mean radial load from 0 to `duration_s` [N]."""

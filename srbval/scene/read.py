@@ -1,6 +1,5 @@
 """Scenes from TOML: the paper's scene, with the rig's, a user's file or options laid over it."""
 
-import difflib
 from collections.abc import Mapping
 from functools import cache
 from importlib import resources
@@ -8,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import load_bearing
-from srbval.config.strict import build, read_toml
-from srbval.config.units import SI_SUFFIX
-from srbval.errors import ConfigurationError
+from srbval.errors import ConfigurationError, nearest
 from srbval.scene.scene import MOST_DEFECTS, Scene
 from srbval.scene.sensor_path import SensorPath
 from srbval.scene.similar import IN_ITS_MACHINE, NOT_SPHERICAL, WITHOUT_DIMENSIONS, for_size, size_of
+from srbval.storage.tables import build, read_toml
+from srbval.storage.units import SI_SUFFIX
 
 PAPER = "paper"
 BUNDLED = (PAPER, "rig")  # the scenes that come with the package, each a file beside this one
@@ -49,8 +48,8 @@ def scene_table(scene: str | Path, folder: str | Path = "") -> Mapping[str, Any]
     if name in BUNDLED:
         return bundled_table(name)
     if not Path(name).suffix and name == Path(name).name:
-        close = difflib.get_close_matches(name, BUNDLED, n=1, cutoff=0.5)
-        meant = f"; did you mean {close[0]!r}? Known" if close else ". Known"
+        close = nearest(name, BUNDLED)
+        meant = f"; did you mean {close!r}? Known" if close else ". Known"
         raise ConfigurationError(
             f"scene {name!r} is not known{meant}: {', '.join(BUNDLED)}. For a file write {name}.toml or ./{name}."
         )

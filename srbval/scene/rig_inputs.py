@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from srbval.config.strict import build
 from srbval.errors import ConfigurationError
 from srbval.scene.read import bundled_table, merge
+from srbval.storage.tables import build
 
 DRAWS_SEED = 17
 

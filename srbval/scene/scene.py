@@ -8,12 +8,12 @@ import math
 from dataclasses import dataclass
 
 from srbval.bearing import Fault
-from srbval.config.strict import quantity
 from srbval.errors import ConfigurationError
-from srbval.scene.parts import Bodies, Contact, Defect, Housing, LineContact, Load, not_negative, positive
+from srbval.scene.parts import Bodies, Contact, Defect, Housing, LineContact, Load
 from srbval.scene.profile import LoadProfile, SpeedProfile
 from srbval.scene.sensor_path import SensorPath
 from srbval.scene.surface import Surface
+from srbval.storage.tables import Checked, limited, quantity
 
 STEP_TOLERANCE = 1e-6  # how far an output interval may be from a whole number of steps, relative
 MOST_PER_OUTPUT = 100_000  # steps; within an output interval a run cannot be interrupted
@@ -24,14 +24,11 @@ MOST_DEFECTS = 20  # each with a table of its own, which takes seconds to make
 
 
 @dataclass(frozen=True, kw_only=True)
-class SolverSettings:
+class SolverSettings(Checked):
     """Time integration: the method's name and its fixed step."""
 
     name: str
-    step_s: float = quantity("time")
-
-    def __post_init__(self) -> None:
-        positive(self, "step_s")
+    step_s: float = quantity("time", above=0)
 
 
 def step_text(steps_per_s: float) -> str:
@@ -40,7 +37,7 @@ def step_text(steps_per_s: float) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Scene:
+class Scene(Checked):
     """One case: a bearing at a speed under a load, with or without a defect, and how it is simulated.
 
     `settle_s` is simulated first and not recorded. `output_rate_hz` is the rate of the recorded signals; an
@@ -54,13 +51,13 @@ class Scene:
 
     bearing: str
     model: str
-    shaft_speed_rad_s: float = quantity("speed")
-    duration_s: float = quantity("time")
-    settle_s: float = quantity("time")
-    output_rate_hz: float = quantity("frequency")
-    detail_rate_hz: float = quantity("frequency")
-    seed: int
-    slip_jitter: float
+    shaft_speed_rad_s: float = quantity("speed", above=0)
+    duration_s: float = quantity("time", above=0)
+    settle_s: float = quantity("time", least=0)
+    output_rate_hz: float = quantity("frequency", above=0)
+    detail_rate_hz: float = quantity("frequency", least=0)
+    seed: int = limited(least=0, most=2**63 - 1)
+    slip_jitter: float = limited(least=0, most=MOST_JITTER)
     load: Load
     contact: Contact
     line_contact: LineContact
@@ -68,7 +65,7 @@ class Scene:
     bodies: Bodies
     defect: Defect
     solver: SolverSettings
-    cage_slip: float = 0.0
+    cage_slip: float = limited(least=0, most=MOST_CAGE_SLIP, default=0.0)
     further_defects: tuple[Defect, ...] = ()
     speed_profile: SpeedProfile | None = None
     load_profile: LoadProfile | None = None
@@ -76,17 +73,9 @@ class Scene:
     surface: Surface | None = None
 
     def __post_init__(self) -> None:
-        positive(self, "shaft_speed_rad_s", "duration_s", "output_rate_hz")
-        not_negative(self, "settle_s", "detail_rate_hz", "slip_jitter")
-        if not 0 <= self.seed < 2**63:
-            raise ConfigurationError(f"seed = {self.seed} must be zero or above, and below 2^63.")
-        if not (self.slip_jitter <= MOST_JITTER and len(self.further_defects) < MOST_DEFECTS):
-            raise ConfigurationError(
-                f"slip_jitter = {self.slip_jitter:g}, {1 + len(self.further_defects)} defects: "
-                f"the limits are {MOST_JITTER:g} and {MOST_DEFECTS}."
-            )
-        if not 0 <= self.cage_slip <= MOST_CAGE_SLIP:
-            raise ConfigurationError(f"cage_slip = {self.cage_slip:g} must be between 0 and {MOST_CAGE_SLIP:g}.")
+        super().__post_init__()
+        if len(self.further_defects) >= MOST_DEFECTS:
+            raise ConfigurationError(f"scene: {1 + len(self.further_defects)} defects; the limit is {MOST_DEFECTS}.")
         for profile in (self.speed_profile, self.load_profile):
             if profile is not None:
                 profile.check_covers(self.duration_s)

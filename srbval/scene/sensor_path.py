@@ -19,32 +19,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
-from srbval.config.strict import check_ranges, quantity
 from srbval.errors import ConfigurationError
+from srbval.storage.tables import Checked, limited, quantity
 
 MOST_MODES = 3  # that 2 s of an output can tell apart
 DRAWS, SEED = 400, 5  # of the parameters, for what their uncertainty does to a level
 
 
 @dataclass(frozen=True, kw_only=True)
-class PathMode:
+class PathMode(Checked):
     """A mode: its undamped `frequency_hz`, `damping_ratio`, and `gain`, which may be negative."""
 
-    frequency_hz: float = quantity("frequency")
-    damping_ratio: float
-    gain: float
-
-    def __post_init__(self) -> None:
-        check_ranges(self)
-        for name, low, high in (("frequency_hz", 1.0, 1e6), ("damping_ratio", 1e-4, 0.99), ("gain", -1e6, 1e6)):
-            if not low <= getattr(self, name) <= high:
-                raise ConfigurationError(
-                    f"sensor_path mode {name} = {getattr(self, name):g} must be between {low:g} and {high:g}."
-                )
+    frequency_hz: float = quantity("frequency", least=1, most=1e6)
+    damping_ratio: float = limited(least=1e-4, most=0.99)
+    gain: float = limited(least=-1e6, most=1e6)
 
 
 @dataclass(frozen=True, kw_only=True)
-class SensorPath:
+class SensorPath(Checked):
     """A path: the `direct` gain d and up to three `modes`, good within `low_hz` to `high_hz`, and its `source`.
 
     `covariance` is that of ln d and, mode by mode, ln f, ln zeta, g, [1 + 3 modes, 1 + 3 modes]; empty where nothing is
@@ -52,23 +44,20 @@ class SensorPath:
     was identified from: they are fitted, and no verdict may rest on them.
     """
 
-    direct: float
+    direct: float = limited(above=0, most=1e6)
     modes: tuple[PathMode, ...] = ()
     low_hz: float = quantity("frequency")
     high_hz: float = quantity("frequency")
-    scatter_db: float = 0.0
+    scatter_db: float = limited(least=0, most=100, default=0.0)
     source: str
     used: tuple[str, ...] = ()
     covariance: tuple[tuple[float, ...], ...] = ()
 
     def __post_init__(self) -> None:
-        check_ranges(self)
+        super().__post_init__()
         size = 1 + 3 * len(self.modes)
-        if not (0 < self.direct <= 1e6 and self.low_hz < self.high_hz and 0 <= self.scatter_db <= 100):
-            raise ConfigurationError(
-                f"sensor_path direct = {self.direct:g} must be above 0, low_hz = {self.low_hz:g} below high_hz = "
-                f"{self.high_hz:g}, and scatter_db = {self.scatter_db:g} between 0 and 100."
-            )
+        if self.low_hz >= self.high_hz:
+            raise ConfigurationError(f"sensor_path low_hz = {self.low_hz:g} must be below high_hz = {self.high_hz:g}.")
         if len(self.modes) > MOST_MODES:
             raise ConfigurationError(f"sensor_path has {len(self.modes)} modes; the limit is {MOST_MODES}.")
         if self.covariance and [len(row) for row in self.covariance] != [size] * size:

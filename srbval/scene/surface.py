@@ -21,8 +21,8 @@ from pathlib import Path
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.config.strict import check_ranges, quantity, read_toml
 from srbval.errors import ConfigurationError
+from srbval.storage.tables import Checked, limited, quantity, read_toml
 
 HALF = math.sqrt(math.log(2) / math.pi)  # a profile filter lets half of its cut-off's wave pass, ISO 16610-21
 RA_OVER_RQ = math.sqrt(2 / math.pi)  # of normal heights
@@ -52,7 +52,7 @@ class Roughness:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Surface:
+class Surface(Checked):
     """Waves of the races and rollers, from `shortest` to `longest`, of random phase, drawn by the scene's seed.
 
     `outer_waviness`, `inner_waviness`, `roller_waviness`: RMS height of those waves, on each row of a race and each
@@ -61,29 +61,23 @@ class Surface:
     Without these keys: 1 mm, 50 mm, 1.
     """
 
-    outer_waviness_m: float | None = quantity("length", default=None)
-    inner_waviness_m: float | None = quantity("length", default=None)
-    roller_waviness_m: float | None = quantity("length", default=None)
+    outer_waviness_m: float | None = quantity("length", least=0, most=MOST_HEIGHT_M, default=None)
+    inner_waviness_m: float | None = quantity("length", least=0, most=MOST_HEIGHT_M, default=None)
+    roller_waviness_m: float | None = quantity("length", least=0, most=MOST_HEIGHT_M, default=None)
     roughness_class: RoughnessClass | None = None
-    exponent: float = 1.0
-    shortest_m: float = quantity("length", default=1e-3)
-    longest_m: float = quantity("length", default=50e-3)
+    exponent: float = limited(least=0, most=2, default=1.0)
+    shortest_m: float = quantity("length", least=SHORTEST_M, default=1e-3)
+    longest_m: float = quantity("length", most=LONGEST_M, default=50e-3)
 
     def __post_init__(self) -> None:
-        check_ranges(self)
+        super().__post_init__()
         if self.roughness_class is None and not any(self.given_m):
             raise ConfigurationError(
                 "surface: no height: state roughness_class, or one of outer_waviness, inner_waviness, roller_waviness."
             )
-        for value in self.given_m:
-            if value is not None and not 0 <= value <= MOST_HEIGHT_M:
-                raise ConfigurationError(f"surface waviness = {value:g} m must be between 0 and {MOST_HEIGHT_M:g} m.")
-        if not 0 <= self.exponent <= 2:
-            raise ConfigurationError(f"surface exponent = {self.exponent:g} must be between 0 and 2.")
-        if not SHORTEST_M <= self.shortest_m < self.longest_m <= LONGEST_M:
+        if self.shortest_m >= self.longest_m:
             raise ConfigurationError(
-                f"surface shortest = {self.shortest_m:g} m must be below longest = {self.longest_m:g} m, both between "
-                f"{SHORTEST_M:g} and {LONGEST_M:g} m."
+                f"surface shortest_m = {self.shortest_m:g} must be below longest_m = {self.longest_m:g}."
             )
 
     @property

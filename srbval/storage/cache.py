@@ -11,17 +11,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from srbval.errors import ConfigurationError, DataError
-from srbval.storage.whole_file import UNFINISHED
+from srbval.storage.files import UNFINISHED
 
-KERNELS = "kernels"
+KERNELS, RESULTS, SCENE_RESULTS = "kernels", "results", "scene-results"  # kinds of content
 KERNEL_VARIABLE = "NUMBA_CACHE_DIR"
 # Names of the files that this program and its compiler write there; whatever else lies there is not ours to delete.
 KERNEL_FILES = re.compile(r".+\.nb[ic](\.tmp\.[0-9a-f]+)?|compiled-[a-z]+-[0-9a-f]{12}")
-RESULT_FILES = re.compile(
-    r"((rig_)?(speed_accuracy|stability)|noise_study|campaign_scale|reading|sensitivity|held_out|rig_inputs|rig_bands"
-    r"|amplitudes|diagnosis|own_verdicts|record_verdicts|verdict_scan|ball_records|waterfall|predictions|.+-[0-9a-f]{32})\.json|"
-    + UNFINISHED.pattern
-)
+RESULT_FILES = re.compile(r".+-[0-9a-f]{32}\.json|" + UNFINISHED.pattern)
+NAMED_RESULT = re.compile(r"[a-z_]+\.json")  # ours where it begins with our schema and its own name
+RESULT_START = re.compile(rb'\{\s*"schema_version": \d+,\s*"kind": "([a-z_]+)"')
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,16 +81,26 @@ def _use(kind: str) -> CacheUse:
 
 def _files(kind: str) -> tuple[dict[Path, int], int]:
     """This program's files of a kind with their sizes [bytes], and how many others; links are not followed."""
-    own, left, names_of = {}, 0, KERNEL_FILES if kind == KERNELS else RESULT_FILES
+    own, left = {}, 0
     for folder, inner, names in os.walk(cache_folder(kind)):
         left += sum(Path(folder, name).is_symlink() for name in inner)
         for path in (Path(folder, name) for name in names):
-            if names_of.fullmatch(path.name) and path.is_file() and not path.is_symlink():
-                with contextlib.suppress(OSError):  # deleted meanwhile
+            try:
+                if path.is_symlink() or not path.is_file() or not _is_ours(path, kind):
+                    left += 1
+                else:
                     own[path] = path.stat().st_size
-            else:
-                left += 1
+            except OSError:  # deleted meanwhile, or not readable
+                left += path.exists()
     return own, left
+
+
+def _is_ours(path: Path, kind: str) -> bool:
+    if kind == KERNELS or not NAMED_RESULT.fullmatch(path.name):
+        return (KERNEL_FILES if kind == KERNELS else RESULT_FILES).fullmatch(path.name) is not None
+    with path.open("rb") as stream:
+        start = RESULT_START.match(stream.read(200))
+    return start is not None and start[1].decode() == path.stem
 
 
 def _root() -> Path:

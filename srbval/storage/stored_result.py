@@ -1,53 +1,30 @@
-"""Results of long commands, stored as JSON files for the report: in the repository, newer ones in the user's cache.
+"""Results of studies, which take minutes or hours, and of single scenes: JSON files that say what they depend on.
 
-A file says on which machine it was made, when, from which revision and by which command.
+A study's result is the file ``NAME.json``, in the repository's ``reports`` or, newer, in the user's cache. It says on
+which machine it was made, when, from which revision, by which command, and by which sources from which data.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+import hashlib
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from srbval.config.small_file import read_small_file
 from srbval.errors import DataError
-from srbval.storage.cache import cache_folder
-from srbval.storage.own_package import shipped_folder
-from srbval.storage.strict_json import parse_json, write_json
+from srbval.storage.cache import RESULTS, SCENE_RESULTS, cache_folder
+from srbval.storage.installation import shipped_folder
+from srbval.storage.json_files import read_json, write_json
+from srbval.storage.sources import content_version, sources_sha256
 
-SPEED_ACCURACY, STABILITY = "speed_accuracy", "stability"
-NOISE_STUDY, CAMPAIGN_SCALE = "noise_study", "campaign_scale"
-READING, SENSITIVITY = "reading", "sensitivity"
-HELD_OUT, RIG_INPUTS, RIG_BANDS = "held_out", "rig_inputs", "rig_bands"
-AMPLITUDES, WATERFALL, PREDICTIONS = "amplitudes", "waterfall", "predictions"
-RIG_SPEED_ACCURACY, RIG_STABILITY = "rig_speed_accuracy", "rig_stability"
-OWN_VERDICTS, RECORD_VERDICTS, DIAGNOSIS = "own_verdicts", "record_verdicts", "diagnosis"
-VERDICT_SCAN = "verdict_scan"
-BALL_RECORDS = "ball_records"
-COMMAND = {
-    SPEED_ACCURACY: "srbval bench",
-    STABILITY: "srbval stability",
-    NOISE_STUDY: "python -m srbval.studies.noise.study",
-    CAMPAIGN_SCALE: "python -m srbval.studies.campaign_scale.study",
-    READING: "python -m srbval.studies.reading_accuracy.study",
-    SENSITIVITY: "srbval bench --sensitivity",
-    VERDICT_SCAN: "srbval bench --sensitivity --scan",
-    RECORD_VERDICTS: "python -m srbval.studies.record_verdicts.study",
-    DIAGNOSIS: "srbval bench --diagnosis",
-    HELD_OUT: "python -m srbval.studies.held_out.study",
-    RIG_INPUTS: "python -m srbval.studies.rig_inputs.study",
-    BALL_RECORDS: "python -m srbval.studies.ball_records.study -o reports/ball_records.json",
-    AMPLITUDES: "python -m srbval.studies.amplitudes.study",
-    WATERFALL: "python -m srbval.studies.waterfall.study",
-    PREDICTIONS: "python -m srbval.studies.predictions.study",
-    RIG_BANDS: "python -m srbval.studies.rig_bands.study",
-    RIG_SPEED_ACCURACY: "srbval bench --scenes rig-outer",
-    OWN_VERDICTS: "srbval stability --verdicts",
-    RIG_STABILITY: "srbval stability --scenes rig-outer",
-}
+T = TypeVar("T")
 SCHEMA_VERSION = 2
 MOST_BYTES = 2**26  # the longest there are have some megabytes
-RESULTS = "results"  # kind of content of the cache
+REPORTS = "reports"  # folder of the results that come with the program
+DIRTY = "-dirty"  # end of the revision of a changed working tree
+SHIPPED_INPUT = re.compile(r"(reports|data_manifest)/[\w./-]+")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,6 +52,73 @@ class StoredResult:
             "file": self.path.name,
         }
 
+    @cached_property
+    def stale(self) -> str | None:
+        """Why the result no longer holds, as far as the program alone can tell; see `staleness`."""
+        return staleness(self)
+
+
+def staleness(result: StoredResult, inputs: Mapping[str, str] | None = None) -> str | None:
+    """Why a result no longer holds, None where it does.
+
+    Its inputs are compared with `inputs`, the SHA-256 of data by name, and those that come with the program
+    (``reports/...``, ``data_manifest/...``) with the files; other inputs are taken for unchanged.
+    """
+    content = result.content
+    revision, module, known = content.get("git_revision"), content.get("computed_by"), content.get("inputs_sha256")
+    if not (isinstance(module, str) and isinstance(known, dict) and isinstance(content.get("sources_sha256"), str)):
+        return "it does not say by which sources it was computed"
+    if isinstance(revision, str) and revision.endswith(DIRTY):
+        return f"it was computed from a changed working tree, {revision}"
+    try:
+        if sources_sha256(module) != content["sources_sha256"]:
+            return f"the sources of {module} have changed since"
+    except ModuleNotFoundError:
+        return f"the module that computed it, {module}, is no more"
+    now = dict(inputs or {}) | {name: _shipped_sha256(name) for name in known if SHIPPED_INPUT.fullmatch(name)}
+    changed = [name for name, sha256 in known.items() if now.get(name, sha256) != sha256]
+    return f"its input {changed[0]} has changed since" if changed else None
+
+
+def newest_result(name: str) -> StoredResult | None:
+    """The newest result of this name in the user's cache, the repository or the installed package."""
+    folders = (cache_folder(RESULTS), shipped_folder(REPORTS))
+    found = [result for folder in folders if (result := _read(folder / f"{name}.json", name)) is not None]
+    return max(found, key=lambda result: result.made_utc, default=None)
+
+
+def store_result(
+    name: str,
+    content: Mapping[str, Any],
+    *,
+    computed_by: str,
+    inputs: Mapping[str, str] | None = None,
+    command: str,
+    revision: str | None,
+    path: Path | None = None,
+) -> StoredResult:
+    """Write `content` with its origin to `path`, by default to the user's cache.
+
+    `computed_by`: the module whose sources it depends on; `inputs`: SHA-256 of the data that were read, by name;
+    `command`: what computed it; `revision`: that of the program when that began. Raises `DataError` where the file
+    cannot be written, and for a `path` in the repository's ``reports`` where the working tree was changed: the result
+    is kept in the cache then, and does not come with the program.
+    """
+    stamped_content = stamped(name, {
+        "computed_by": computed_by, "sources_sha256": sources_sha256(computed_by), "inputs_sha256": dict(inputs or {}),
+        **content,
+    }, command=command, revision=revision)  # fmt: skip
+    cached = cache_folder(RESULTS) / f"{name}.json"
+    refused = path is not None and (revision or "").endswith(DIRTY) and _is_shipped(path)
+    stored = StoredResult(path=cached if path is None or refused else path, content=stamped_content)
+    write_json(stored.path, stored.content)
+    if refused:
+        raise DataError(
+            f"{path}: the working tree has changes that no revision holds ({revision}), so that nobody could compute "
+            f"this result again. It is kept as {cached}; commit the changes and compute it again."
+        )
+    return stored
+
 
 def stamped(kind: str, result: Mapping[str, Any], *, command: str, revision: str | None) -> dict[str, Any]:
     """`result` with its kind, the date, the `command` that made it and the `revision` read when that began."""
@@ -88,26 +132,62 @@ def stamped(kind: str, result: Mapping[str, Any], *, command: str, revision: str
     }
 
 
-def store_result(content: Mapping[str, Any], path: Path | None = None) -> Path:
-    """Write a stamped result to `path`, by default to the user's cache; `DataError` where that cannot be written."""
-    path = path or cache_folder(RESULTS) / f"{content['kind']}.json"
-    write_json(path, content)
-    return path
+def file_sha256(path: Path) -> str:
+    """SHA-256 of a file, 64 hexadecimal digits; `OSError` where it cannot be read."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
-def newest_result(kind: str) -> StoredResult | None:
-    """The newest result of this kind in the user's cache, the repository or the installed package."""
-    folders = (cache_folder(RESULTS), shipped_folder("reports"))
-    found = [result for folder in folders if (result := _read(folder / f"{kind}.json", kind)) is not None]
-    return max(found, key=lambda result: result.made_utc, default=None)
+def _is_shipped(path: Path) -> bool:
+    return path.resolve().parent == shipped_folder(REPORTS).resolve()
 
 
-def _read(path: Path, kind: str) -> StoredResult | None:
+def _shipped_sha256(name: str) -> str:
+    folder, _, rest = name.partition("/")
+    try:
+        return file_sha256(shipped_folder(folder) / rest)
+    except (OSError, DataError):
+        return ""
+
+
+def _read(path: Path, name: str) -> StoredResult | None:
     """A result file; None where there is none, or none that this version can read."""
     try:
-        content = parse_json(read_small_file(path, MOST_BYTES))
-    except (DataError, ValueError):
+        content = read_json(path, MOST_BYTES)
+    except DataError:
         return None
-    fits = isinstance(content, dict) and content.get("kind") == kind and content.get("schema_version") == SCHEMA_VERSION
+    fits = isinstance(content, dict) and content.get("kind") == name and content.get("schema_version") == SCHEMA_VERSION
     fits = fits and isinstance(content.get("made_utc"), str) and isinstance(content.get("machine", {}), dict)
     return StoredResult(path=path, content=content) if fits else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContentStore:
+    """Results of single scenes of one `kind`, which the module `computed_by` computes, a small file each.
+
+    A result's file is named by what it was computed from, as text, and by the version of the code that computes it:
+    what is found is what would be computed now. They lie in `folder`, by default in the user's cache.
+    """
+
+    kind: str
+    computed_by: str
+    folder: Path = field(default_factory=lambda: cache_folder(SCENE_RESULTS))
+
+    def load(self, content: str, read: Callable[[dict[str, Any]], T]) -> T | None:
+        """What `read` makes of the result computed from `content`; None where there is none or it makes nothing."""
+        try:
+            return read(read_json(self._path(content)))
+        except (DataError, ArithmeticError, LookupError, TypeError, ValueError, AttributeError):
+            return None
+
+    def save(self, content: str, table: Any) -> None:
+        """Store the result computed from `content`; `DataError` where the folder cannot be written."""
+        write_json(self._path(content), table)
+
+    def _path(self, content: str) -> Path:
+        return self.folder / f"{self.kind}-{content_key(content, computed_by=self.computed_by)}.json"
+
+
+def content_key(content: str, *, computed_by: str) -> str:
+    """Hash of `content` and of all code behind the module `computed_by`, 32 hexadecimal digits."""
+    return hashlib.sha256(f"{content_version(computed_by)} {content}".encode()).hexdigest()[:32]

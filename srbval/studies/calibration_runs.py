@@ -20,7 +20,7 @@ from srbval.processes.machine import usable_cores
 from srbval.progress import Progress, silent
 from srbval.recordings import Recording, recording_from_run
 from srbval.scene import Scene
-from srbval.storage.content_store import ContentStore
+from srbval.storage.stored_result import ContentStore
 
 SECONDS = 2.0  # eleven revolutions at the slowest speed
 

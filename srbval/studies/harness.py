@@ -1,5 +1,7 @@
 """One harness for all studies: what a study is, and how it is found, run, stamped with its origin, and stored."""
 
+from __future__ import annotations
+
 import argparse
 import importlib
 import pkgutil
@@ -9,16 +11,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from srbval.errors import ConfigurationError
 from srbval.processes.machine import this_machine
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
-from srbval.report.pages import Page
-from srbval.storage.own_package import git_revision
+from srbval.storage.installation import git_revision
+from srbval.storage.json_files import to_json
 from srbval.storage.stored_result import stamped, store_result
-from srbval.storage.strict_json import json_value
+
+if TYPE_CHECKING:  # what computes a result does not depend on how it is shown
+    from srbval.report.pages import Page
 
 FOLDER = Path(__file__).parent
 
@@ -106,13 +110,15 @@ def make_result(
     """
     revision = git_revision()
     found = load_study(name).run(options, progress)
-    document: dict[str, Any] = {"machine": this_machine()} | json_value(found.content)
-    content = stamped(found.name or name, document, command=command, revision=revision)
+    content: dict[str, Any] = {"machine": this_machine()} | to_json(found.content)
     if options.output or found.name:
-        path = store_result(content, Path(options.output) if options.output else None)
-        print(f"stored: {path}", file=sys.stderr)
-        content |= {"file": path}
-    return found, content
+        stored = store_result(
+            found.name or name, content, computed_by=f"srbval.studies.{name}.study", inputs=found.inputs,
+            command=command, revision=revision, path=Path(options.output) if options.output else None,
+        )  # fmt: skip
+        print(f"stored: {stored.path}", file=sys.stderr)
+        return found, stored.content | {"file": stored.path}
+    return found, stamped(found.name or name, content, command=command, revision=revision)
 
 
 def printed_columns(package: str, table: str, rows: Sequence[Mapping[str, Any]]) -> str:

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from srbval.comparison.budget import BUDGET
-from srbval.config.strict import build, read_toml
 from srbval.errors import ConfigurationError
 from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.scene import Scene
+from srbval.storage.tables import build, read_toml
 
 BAND = "band"
 

@@ -17,7 +17,7 @@ from srbval.plan.timing import Attempt, Ended, run_all
 from srbval.progress import Progress
 from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.scene import Scene
-from srbval.storage.content_store import ContentStore
+from srbval.storage.stored_result import ContentStore
 
 Key = TypeVar("Key")
 CHANCE = 2.0  # standard errors of a comparison, its runs being short, by which an error may be beyond its tolerance

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.campaign.settings import Campaign
-from srbval.config.strict import build
+from srbval.storage.tables import build
 
 BAD_STEP = 4 / 61440  # far beyond what explicit Euler survives
 RATE = 15360.0

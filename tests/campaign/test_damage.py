@@ -24,7 +24,7 @@ from srbval.campaign.status import campaign_status
 from srbval.campaign.verify import verify_campaign
 from srbval.cli import main
 from srbval.errors import DataError
-from srbval.storage.checked_json import checked_line
+from srbval.storage.json_files import checked_line
 from tests.campaign.mixed_folder import add_zeros, cut, damaged_names, empty, files_of, flip, good_results, resume
 from tests.campaign.small import content
 

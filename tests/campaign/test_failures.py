@@ -95,7 +95,7 @@ def test_processes_that_the_system_refuses(tmp_path: Path, monkeypatch: pytest.M
     def refuse(*_: Any, **__: Any) -> None:
         raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN))
 
-    monkeypatch.setattr(case_process, "AnsweringProcess", refuse)
+    monkeypatch.setattr(case_process, "WorkerProcess", refuse)
     with pytest.raises(DataError, match=r"refused to start a process .*unavailable.* --jobs"):
         run_campaign(small(), tmp_path, engine=LocalProcesses(2))
 

@@ -10,8 +10,8 @@ import pytest
 from srbval.campaign.planning import plan_cases, scene_of, totals
 from srbval.campaign.sampling import points
 from srbval.campaign.settings import Campaign, load_campaign, presets
-from srbval.config.strict import build
 from srbval.errors import ConfigurationError, DataError
+from srbval.storage.tables import build
 from tests.campaign.small import small
 
 

@@ -126,7 +126,7 @@ def test_an_error_in_the_cleaning_up_does_not_hide_the_signal(number: signal.Sig
 def test_a_signal_while_hdf5_writes_comes_a_moment_later() -> None:
     """An exception in what HDF5 calls crashes the process, now and then: a test of chance would not do."""
     from srbval.cli import _ended_by_signals
-    from srbval.storage.own_hdf5 import CALLED_BY_HDF5
+    from srbval.storage.hdf5_files import CALLED_BY_HDF5
 
     before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:

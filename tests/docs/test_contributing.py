@@ -11,8 +11,8 @@ import pytest
 
 import srbval
 from srbval.bearing import load_bearing
-from srbval.config.strict import build, read_toml
 from srbval.recordings.datasets.description import DatasetDescription
+from srbval.storage.tables import build, read_toml
 
 PACKAGE = Path(srbval.__file__).parent
 PAGE = (PACKAGE / "docs" / "contributing.md").read_text(encoding="utf-8")

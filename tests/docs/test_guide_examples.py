@@ -18,7 +18,7 @@ from srbval.bearing import fault_frequencies, load_bearing
 from srbval.cli import main
 from srbval.cli.arguments import parser
 from srbval.scene import load_scene
-from srbval.storage.own_package import shipped_folder
+from srbval.storage.installation import shipped_folder
 from tests.campaign.command import cluster
 
 GUIDE = Path(srbval.__file__).parent / "docs" / "guide"

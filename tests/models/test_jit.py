@@ -14,7 +14,7 @@ import pytest
 from srbval import paper_scene, simulate
 from srbval.models.kernel_cache import kernel_cache_folder
 from srbval.models.precompile import SHORTEST_S
-from srbval.storage.own_package import child_environment
+from srbval.storage.installation import child_environment
 
 ELF, FUNCTION, WEAK = b"\x7fELF\x02\x01", 2, 2
 COMPILED_HERE = """

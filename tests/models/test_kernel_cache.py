@@ -16,7 +16,7 @@ import pytest
 
 import srbval
 from srbval.models import kernel_cache
-from srbval.storage.own_package import child_environment
+from srbval.storage.installation import child_environment
 from tests.marked import marked, until
 
 SHORT_PLANAR = "srbval.paper_scene(model='planar', duration='5 ms', settle='0 s', defect={'kind': 'outer'})"

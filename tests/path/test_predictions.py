@@ -19,7 +19,6 @@ PREDICTION: dict[str, Any] = {
 }  # fmt: skip
 
 
-
 def content(**changes: Any) -> dict[str, Any]:
     return {"predictions": [PREDICTION], "predictions_sha256": digest([PREDICTION])} | changes
 

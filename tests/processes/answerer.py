@@ -5,7 +5,7 @@ import signal
 import time
 from typing import Any
 
-from srbval.processes.answering import answer_requests
+from srbval.processes.worker import serve_calls
 
 
 def _answer(request: Any) -> Any:
@@ -27,4 +27,4 @@ def _answer(request: Any) -> Any:
 
 
 if __name__ == "__main__":
-    answer_requests(lambda: _answer)
+    serve_calls(lambda: _answer)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from srbval.processes.threads import one_thread
+from srbval.processes.machine import one_thread
 
 
 def threads() -> set[int]:

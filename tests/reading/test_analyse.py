@@ -8,7 +8,7 @@ from srbval.bearing import Fault, load_bearing
 from srbval.errors import ConfigurationError, DataError
 from srbval.reading.analyse import analyse
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
 
 SIDEBAND_HZ = 0.05  # a fifth of a bin of four seconds: sidebands are read one by one
 HARMONIC_RELATIVE = 1e-3  # harmonics are read one by one, by a quarter of a bin at the first
@@ -130,7 +130,7 @@ def test_noise_shows_no_line_and_the_verdict_excludes_nothing():
 
 
 def test_json_has_the_public_keys_and_only_finite_numbers(outer):
-    data = json_object(outer)
+    data = to_json(outer)
     assert {"file", "fs_hz", "seconds", "band_hz", "shaft_hz", "lines", "closure", "verdict"} <= data.keys()
     assert {"value", "ci95", "source"} <= data["shaft_hz"].keys()
     assert all(line.keys() >= LINE_KEYS for line in data["lines"])
@@ -139,7 +139,7 @@ def test_json_has_the_public_keys_and_only_finite_numbers(outer):
 
 def test_json_of_a_closed_sum_and_of_noise_is_plain_too():
     noise = recording(np.random.default_rng(4).standard_normal(round(SECONDS * FS_HZ)))
-    for data in (json_object(both_races()), json_object(analyse(noise, bearing=BEARING))):
+    for data in (to_json(both_races()), to_json(analyse(noise, bearing=BEARING))):
         assert json.loads(json.dumps(data, allow_nan=False)) == data
         assert {type(line["detected"]) for line in data["lines"]} == {bool}
 

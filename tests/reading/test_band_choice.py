@@ -13,7 +13,7 @@ from srbval.reading.lines import Line
 from srbval.recordings import Origin
 from srbval.signal import BandFilter
 from srbval.signal.comb import FALSE_ALARM
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
 from tests.reading.test_analyse import BEARING, SHAFT_HZ, impulses, recording
 
 ROUNDING, ROUNDING_PROBABILITY = 1e-6, 1e-12  # of two ways to compute one probability
@@ -156,7 +156,7 @@ def test_each_side_is_read_in_the_other_s_band():
 
 def test_the_filter_is_named_in_the_output_and_the_brick_wall_finds_the_same_line():
     sharp = analyse(OUTER, bearing=BEARING, band_filter=BandFilter.BRICK_WALL)
-    chain = json_object(sharp)["chain"]
+    chain = to_json(sharp)["chain"]
     assert (chain["filter"], chain["read_from"]) == ("brick-wall", "squared envelope")
     assert chain["unit"] == "squared standard deviations"
     smooth = analyse(OUTER, bearing=BEARING).line("BPFO").found_hz

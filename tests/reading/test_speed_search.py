@@ -13,7 +13,7 @@ from srbval.reading import speed_search
 from srbval.reading.analyse import analyse
 from srbval.recordings import SpeedSource
 from srbval.recordings.speed import nominal_speed
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
 from tests.reading.test_shaft_speed import BEARING, FS_HZ, SECONDS, record
 
 LINE_PCT = 0.03  # the interval of the outer-race line in three seconds
@@ -82,7 +82,7 @@ def test_family_just_outside_is_named_and_not_read() -> None:
     assert 60 * result.outside.shaft_hz == pytest.approx(1536, abs=1)
     assert "1536." in result.verdict
     assert not result.line("BPFO").detected
-    document = json_object(result)
+    document = to_json(result)
     assert document["outside"]["name"] == "BPFO"
     line = next(x for x in document["lines"] if (x["name"], x["harmonic"]) == ("BPFO", 1))
     assert (line["found_hz"], line["ci95_hz"], line["deviation_pct"], line["detected"]) == (None, None, None, False)

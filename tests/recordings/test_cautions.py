@@ -99,7 +99,7 @@ def test_only_measured_samples_are_judged(tmp_path: Path) -> None:
     write_stand_in(tmp_path / "s.h5", state=Fault.INNER, shaft_hz=14.3, seconds=0.2, seed=1)
     import h5py
 
-    from srbval.storage.checksum import CHECKSUM
+    from srbval.storage.hdf5_files import CHECKSUM
 
     with h5py.File(tmp_path / "s.h5", "r+") as file:
         file["acceleration_m_s2"][:100] = 0.0

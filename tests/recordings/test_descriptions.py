@@ -8,7 +8,7 @@ import pytest
 
 from srbval.bearing import Fault, known_bearings, load_bearing
 from srbval.recordings.datasets.description import dataset, known_datasets
-from srbval.storage.own_package import shipped_folder
+from srbval.storage.installation import shipped_folder
 
 ORDER_TOLERANCE = 2e-3  # published orders are rounded, and some come from slightly other dimensions
 # Upper band edges are stated as round numbers.

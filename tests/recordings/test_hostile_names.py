@@ -23,7 +23,6 @@ from srbval.report.findings.stored import ShownResult
 from srbval.report.html import render_html
 from srbval.report.model import Document
 from srbval.report.sections.other_rigs import other_rigs_section
-from srbval.storage.stored_result import DIAGNOSIS
 
 from . import files
 
@@ -107,8 +106,8 @@ def test_reported_as_plain_text(tmp_path: Path) -> None:
     name = "105 **b** `c` <marquee onload=alert(1)> 'q' \"r\" & \x1b[2J.mat"
     savemat(tmp_path / name, {"X105_DE_time": files.vibration(6000)[:, None], "X105RPM": np.array([[1797]])})
     records = read_other_rigs(add(tmp_path).recordings)
-    naming = ShownResult(kind=DIAGNOSIS, command="srbval bench --diagnosis", content=None, origin=None)
-    evidence = SimpleNamespace(other_rigs=records, datasets={"cwru": dataset("cwru")}, results={DIAGNOSIS: naming})
+    naming = ShownResult(kind="diagnosis", command="srbval bench --diagnosis", content=None, origin=None)
+    evidence = SimpleNamespace(other_rigs=records, datasets={"cwru": dataset("cwru")}, results={"diagnosis": naming})
     sections = other_rigs_section(evidence)  # type: ignore[arg-type]
     verdict = VerdictBox(tone=Tone.NEUTRAL, headline="made for the test")
     report = Report(title="t", generated_utc=datetime.now(UTC), verdict=verdict, sections=tuple(sections))

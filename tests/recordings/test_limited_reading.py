@@ -21,7 +21,7 @@ from srbval.recordings.loaders.limited import end_readers, read_limited
 from srbval.recordings.raw import FileFormat
 from srbval.recordings.registry import FileStatus, add
 from srbval.recordings.registry.manifest import read_manifest
-from srbval.storage.own_package import child_environment
+from srbval.storage.installation import child_environment
 
 from . import files
 

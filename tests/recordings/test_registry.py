@@ -28,8 +28,8 @@ from srbval.recordings.registry import (
     verify,
 )
 from srbval.recordings.registry.manifest import inspected_path, manifest_path, read_manifest, update_manifest
-from srbval.storage.strict_json import strict_json
-from srbval.storage.whole_file import whole_file
+from srbval.storage.files import atomic_write
+from srbval.storage.json_files import json_text
 
 from . import files
 
@@ -85,7 +85,7 @@ def test_what_a_file_leaves_open_is_said_with_the_option_that_settles_it(tmp_pat
 
 
 def test_json_has_the_interfaces_keys(folder: Path) -> None:
-    document = json.loads(strict_json(add(folder)))
+    document = json.loads(json_text(add(folder)))
     assert {"schema_version", "status", "recordings", "manifest"} <= set(document)
     assert all(set(r) >= INTERFACE_KEYS for r in document["recordings"])
 
@@ -307,7 +307,7 @@ def test_interrupted_write_leaves_the_manifest_as_it_was(folder: Path) -> None:
         update_manifest(interrupt)
 
     def half_written() -> None:
-        with whole_file(manifest_path()) as part:
+        with atomic_write(manifest_path()) as part:
             part.write_text('{"half":')
             raise KeyboardInterrupt
 

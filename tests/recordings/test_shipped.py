@@ -18,7 +18,7 @@ from srbval.recordings.registry import add, healthy_baseline, lookup, rig_record
 from srbval.recordings.registry.register import shipped_recordings
 from srbval.report.findings.gather import choose_rig_recordings
 from srbval.report.findings.provenance import provenance
-from srbval.storage.own_package import shipped_folder
+from srbval.storage.installation import shipped_folder
 
 from . import files
 

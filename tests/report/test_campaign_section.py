@@ -8,7 +8,7 @@ from typing import Any
 from srbval.report.blocks import Callout
 from srbval.report.findings.stored import ShownResult, shown_result
 from srbval.report.table import Table
-from srbval.storage.stored_result import CAMPAIGN_SCALE, NOISE_STUDY, StoredResult, stamped
+from srbval.storage.stored_result import StoredResult, stamped
 from srbval.studies.noise.page import campaign_section
 
 MACHINE = {"processor": "none", "usable_cores": 1}
@@ -32,14 +32,15 @@ def noise_row(snr_db: float | None, found: int) -> dict[str, Any]:
 
 def test_the_lowest_ratio_at_which_every_draw_finds_the_line_is_stated() -> None:
     rows = [noise_row(None, 2), noise_row(20.0, 2), noise_row(10.0, 2), noise_row(0.0, 1)]
-    section = campaign_section(stored(NOISE_STUDY, {"rows": rows}), shown_result(CAMPAIGN_SCALE, None))
+    section = campaign_section(stored("noise_study", {"rows": rows}), shown_result("campaign_scale", None))
     assert "outer race in white noise: down to **10 dB**" in str(section.all_blocks[1])
     assert sum(isinstance(block, Callout) for block in section.all_blocks) == 1  # the scale is missing
 
 
 def test_the_overhead_is_a_table() -> None:
     section = campaign_section(
-        shown_result(NOISE_STUDY, None), stored(CAMPAIGN_SCALE, {"measured": MEASURED, "extrapolated": [EXTRAPOLATED]})
+        shown_result("noise_study", None),
+        stored("campaign_scale", {"measured": MEASURED, "extrapolated": [EXTRAPOLATED]}),
     )
     tables = [block for block in section.all_blocks if isinstance(block, Table)]
     assert [(table.id, len(table.rows)) for table in tables] == [("scale-table", 1)]

@@ -12,7 +12,7 @@ from srbval.report.findings.findings import Evidence
 from srbval.report.reports import MadeReport
 from srbval.report.section_texts import Texts
 from srbval.report.sections.records import MOST_NAMED, records_section
-from srbval.storage.strict_json import json_value
+from srbval.storage.json_files import to_json
 
 
 def missing(number: int) -> RegisteredRecording:
@@ -47,7 +47,7 @@ def test_what_vanished_is_named_and_counted(alone: tuple[MadeReport, Path]) -> N
     assert items[0] == "**0.mat**: missing; the file is no longer there"
     assert len(items) == MOST_NAMED + 1
     assert items[-1].startswith("3 more")
-    said = json_value(evidence.to_dict())["recordings_not_used"]
+    said = to_json(evidence.to_dict())["recordings_not_used"]
     assert len(said) == MOST_NAMED + 3
     assert said[1] == {"file": "1.mat", "status": "missing", "reason": "the file is no longer there"}
 
@@ -56,7 +56,7 @@ def test_an_unreadable_register_is_said(alone: tuple[MadeReport, Path]) -> None:
     register = dataclasses.replace(alone[0].evidence.register, unreadable="manifest.json: not a manifest of srbval")
     evidence = dataclasses.replace(alone[0].evidence, register=register)
     assert shown(evidence) == (["The register of recordings cannot be read"], [])
-    assert json_value(evidence.to_dict())["register_unreadable"] == register.unreadable
+    assert to_json(evidence.to_dict())["register_unreadable"] == register.unreadable
 
 
 def test_cautioned_recordings_are_named(alone: tuple[MadeReport, Path]) -> None:
@@ -66,7 +66,7 @@ def test_cautioned_recordings_are_named(alone: tuple[MadeReport, Path]) -> None:
     titles, items = shown(evidence)
     assert titles == ["Recordings used with a caution: 1"]
     assert items == ["**a.mat**: clipped: 3 of 9", "**a.mat**: held: 5"]
-    assert json_value(evidence.to_dict())["cautions"] == [
+    assert to_json(evidence.to_dict())["cautions"] == [
         {"file": "a.mat", "caution": "clipped: 3 of 9"}, {"file": "a.mat", "caution": "held: 5"}
     ]  # fmt: skip
 

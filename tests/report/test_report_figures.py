@@ -5,13 +5,13 @@ import sys
 
 import numpy as np
 import pytest
+from srbval.report.figures.reliability import reliability_plot
 
 from srbval.bearing import load_bearing
 from srbval.report.figures.acceleration import acceleration_panel
 from srbval.report.figures.deviation import Deviation, deviation_plot
 from srbval.report.figures.files import extreme_indices
 from srbval.report.figures.ladder import ladder_plot
-from srbval.report.figures.reliability import reliability_plot
 from srbval.report.figures.scalogram import block_means, scalogram_panel
 from srbval.report.figures.scene import bearing_scene
 from srbval.report.figures.spectrum import envelope_spectrum_panel, fault_cursors, tall_peaks

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from srbval.report.reports import MadeReport
-from srbval.storage.own_package import child_environment
+from srbval.storage.installation import child_environment
 
 from .whole import OPTIONS
 

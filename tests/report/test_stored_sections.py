@@ -14,22 +14,15 @@ from srbval.report.blocks import Callout, Figure, Listing, Paragraph
 from srbval.report.findings.stored import ShownResult, shown_result
 from srbval.report.table import Table
 from srbval.scene import paper_scene
-from srbval.storage.stored_result import (
-    OWN_VERDICTS,
-    RIG_SPEED_ACCURACY,
-    RIG_STABILITY,
-    SPEED_ACCURACY,
-    STABILITY,
-    StoredResult,
-)
+from srbval.storage.stored_result import StoredResult
 from srbval.studies.reading_accuracy.page import TEXTS as READING_TEXTS
 from srbval.studies.scenes import PAPER_STEP_S
 from srbval.studies.speed_accuracy.page import speed_accuracy_section
 from srbval.studies.stability.page import stability_section
 
 DEFAULT = paper_scene().solver
-NO_BENCH, NO_MAP = shown_result(RIG_SPEED_ACCURACY, None), shown_result(RIG_STABILITY, None)
-NO_VERDICTS = shown_result(OWN_VERDICTS, None)
+NO_BENCH, NO_MAP = shown_result("rig_speed_accuracy", None), shown_result("rig_stability", None)
+NO_VERDICTS = shown_result("own_verdicts", None)
 STEPS, RPM = (61440, 30720, 7680), (127.0, 3000.0)
 ORIGIN = {"made_utc": "2026-01-01T00:00:00+00:00", "git_revision": "abc", "command": "srbval stability",
           "machine": {"processor": "A & <B>", "usable_cores": 2}}  # fmt: skip
@@ -62,7 +55,7 @@ def stability() -> ShownResult:
         "planted": [{"caught": True}, {"caught": False}],
         "references": [{"own_cage_error": 1e-6, "own_load_error": 1e-2, "status": "ok"}],
     }  # fmt: skip
-    return shown_result(STABILITY, StoredResult(path=Path("stability.json"), content=content))
+    return shown_result("stability", StoredResult(path=Path("stability.json"), content=content))
 
 
 def run(solver: str, steps: int, status: str, **changes: Any) -> dict[str, Any]:
@@ -94,14 +87,14 @@ def speed_accuracy() -> ShownResult:
         "targets": [{"name": "cage", "value": 1.0, "limit": 2.0, "unit": "1", "met": True},
                     {"name": "floor", "value": None, "limit": 2.0, "unit": "1", "met": None}],
     }  # fmt: skip
-    return shown_result(SPEED_ACCURACY, StoredResult(path=Path("speed_accuracy.json"), content=content))
+    return shown_result("speed_accuracy", StoredResult(path=Path("speed_accuracy.json"), content=content))
 
 
 @pytest.mark.parametrize(
     ("section", "kind", "others", "command"),
     [
-        (stability_section, STABILITY, (NO_MAP, NO_VERDICTS), "srbval stability"),
-        (speed_accuracy_section, SPEED_ACCURACY, (NO_BENCH,), "srbval bench"),
+        (stability_section, "stability", (NO_MAP, NO_VERDICTS), "srbval stability"),
+        (speed_accuracy_section, "speed_accuracy", (NO_BENCH,), "srbval bench"),
     ],
 )
 def test_without_a_result_the_section_says_how_to_make_one(
@@ -159,7 +152,7 @@ def test_wrong_verdicts_are_counted_and_listed(stability: ShownResult) -> None:
         "counts": counts, "seed": 7, "tolerance": {}, "parts": [{"part": "solver", "value": "ode3"} | counts],
         "runs": [run, run | {"solver": "ode2", "falsely_ok": False}],
     }  # fmt: skip
-    verdicts = shown_result(OWN_VERDICTS, StoredResult(path=Path("own_verdicts.json"), content=content))
+    verdicts = shown_result("own_verdicts", StoredResult(path=Path("own_verdicts.json"), content=content))
     blocks = stability_section(stability, NO_MAP, verdicts, DEFAULT).all_blocks
     (said,) = [b.text for b in blocks if isinstance(b, Paragraph) and "right about itself" in b.text]
     assert "5 called themselves ok without caution; **1 of these are off**" in said

@@ -12,7 +12,7 @@ import pytest
 from srbval.report.blocks import Callout, Figure
 from srbval.report.findings.stored import ShownResult, shown_result
 from srbval.report.table import Table
-from srbval.storage.stored_result import WATERFALL, StoredResult
+from srbval.storage.stored_result import StoredResult
 from srbval.studies.waterfall.page import waterfall_section
 
 ORIGIN = {"made_utc": "2026-01-01T00:00:00+00:00", "git_revision": "abc", "command": "waterfall",
@@ -33,7 +33,7 @@ def stored() -> ShownResult:
         measure("last", "OR", "cage ratio", -0.01, used_for="fit"),
         measure("last", "OR", "increment", 7.25, used_for="fit", shown=2, compared=4),
     ]  # fmt: skip
-    return shown_result(WATERFALL, StoredResult(path=Path("waterfall.json"), content=ORIGIN | {"measures": rows}))
+    return shown_result("waterfall", StoredResult(path=Path("waterfall.json"), content=ORIGIN | {"measures": rows}))
 
 
 def test_every_step_has_its_errors(stored: ShownResult, tmp_path: Path) -> None:

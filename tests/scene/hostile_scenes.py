@@ -27,13 +27,13 @@ from srbval.bearing.catalogue import catalogue_rows, known_bearings
 from srbval.campaign.planning import final_scene, plan_cases
 from srbval.campaign.sampling import MOST_CASES, points_in
 from srbval.campaign.settings import Sampling, load_campaign
-from srbval.config.units import RANGES, SI_SUFFIX, UNITS
 from srbval.errors import SrbvalError
 from srbval.models.ladder import RUNGS
 from srbval.models.simulate import simulate
 from srbval.models.solvers import METHODS
 from srbval.processes.machine import peak_bytes
 from srbval.scene import Scene, load_scene, scene_table
+from srbval.storage.units import RANGES, SI_SUFFIX, UNITS
 
 SPECIAL = (0.0, -0.0, 1.0, -1.0, math.inf, -math.inf, math.nan, 5e-324, 1.7e308, 2**63 - 1, -(2**63), 10**400, True, [],
            {}, "", "x", "1e400 kN", "nan m")  # fmt: skip

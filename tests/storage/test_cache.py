@@ -8,8 +8,8 @@ import platformdirs
 import pytest
 
 from srbval.errors import ConfigurationError
-from srbval.storage.cache import KERNEL_VARIABLE, RESULT_FILES, cache_folder, cache_use, clear_cache
-from srbval.storage.stored_result import COMMAND
+from srbval.storage.cache import KERNEL_VARIABLE, cache_folder, cache_use, clear_cache
+from srbval.storage.stored_result import store_result
 
 
 @pytest.fixture(autouse=True)
@@ -107,6 +107,8 @@ def test_what_is_not_ours_stays(root: Path, tmp_path: Path, monkeypatch: pytest.
     assert not (root / "results/version").exists(), "an empty folder of ours goes"
 
 
-@pytest.mark.parametrize("kind", COMMAND)
-def test_every_kind_of_stored_result_is_ours(kind: str) -> None:
-    assert RESULT_FILES.fullmatch(f"{kind}.json")
+def test_named_results_with_our_schema_are_ours(root: Path) -> None:
+    stored = store_result("waves", {}, computed_by="srbval.errors", command="srbval study run waves", revision="abc")
+    (stored.path.parent / "copy.json").write_bytes(stored.path.read_bytes())
+    assert stored.path.parent == root / "results"
+    assert [(use.kind, use.files, use.left) for use in cache_use()] == [("results", 1, 1)]

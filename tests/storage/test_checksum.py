@@ -13,7 +13,7 @@ import xarray
 from srbval.bearing import Fault
 from srbval.errors import DataError
 from srbval.recordings import load_recording, write_stand_in
-from srbval.storage.checksum import END_BYTES, append_checksum, checked_summary
+from srbval.storage.hdf5_files import END_BYTES, append_checksum, checked_summary
 
 STEP = 397  # bytes between flipped bits
 

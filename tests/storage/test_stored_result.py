@@ -1,53 +1,108 @@
-"""Stored results: the newest one that can be read, wherever it lies."""
+"""Stored results: the newest one that can be read, wherever it lies; why one no longer holds."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from srbval.errors import DataError
 from srbval.storage import stored_result
-from srbval.storage.stored_result import STABILITY, StoredResult, newest_result, stamped, store_result
+from srbval.storage.stored_result import ContentStore, StoredResult, file_sha256, newest_result, staleness, store_result
+
+ORIGIN: dict[str, Any] = {"computed_by": "srbval.errors", "command": "srbval study run waves", "revision": "abc"}
 
 
-@pytest.fixture
-def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The user's cache, and no repository beside the package."""
+@pytest.fixture(autouse=True)
+def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The user's cache, and a repository with an input."""
     monkeypatch.setattr(stored_result, "cache_folder", lambda kind: tmp_path / "cache" / kind)
     monkeypatch.setattr(stored_result, "shipped_folder", lambda name: tmp_path / "repository" / name)
+    for name in ("reports", "data_manifest"):
+        (tmp_path / "repository" / name).mkdir(parents=True)
+    (tmp_path / "repository/data_manifest/a.csv").write_text("1")
     return tmp_path
 
 
-def result(made_utc: str, value: int) -> dict[str, object]:
-    content = stamped(STABILITY, {"cells": [value], "machine": {}}, command="srbval stability", revision="abc")
-    return content | {"made_utc": made_utc}
+def stored(**changes: Any) -> StoredResult:
+    origin = {key: changes.pop(key, value) for key, value in ORIGIN.items()}
+    path, inputs = changes.pop("path", None), changes.pop("inputs", {})
+    return store_result("waves", {"cells": [1]} | changes, inputs=inputs, path=path, **origin)
 
 
-def test_a_result_says_where_it_comes_from() -> None:
-    content = stamped(STABILITY, {"machine": {"processor": "P", "usable_cores": 2}}, command="c", revision="abc")
-    origin = StoredResult(path=Path("s.json"), content=content).origin
-    assert origin == {
-        "made_utc": content["made_utc"], "git_revision": "abc", "command": "c", "processor": "P", "usable_cores": 2,
-        "file": "s.json",
+def test_the_newest_is_found_with_its_origin(root: Path) -> None:
+    assert newest_result("waves") is None
+    machine = {"processor": "P", "usable_cores": 2}
+    assert stored(made_utc="2026-01-01T00:00:00+00:00", machine=machine).path == root / "cache/results/waves.json"
+    found = newest_result("waves")
+    assert found is not None
+    assert found.content["cells"] == [1]
+    assert found.origin == {
+        "made_utc": "2026-01-01T00:00:00+00:00", "git_revision": "abc", "command": "srbval study run waves",
+        "processor": "P", "usable_cores": 2, "file": "waves.json",
     }  # fmt: skip
+    stored(made_utc="2026-01-02T00:00:00+00:00", cells=[2], path=root / "repository/reports/waves.json")
+    assert newest_result("waves").content["cells"] == [2]  # type: ignore[union-attr]
 
 
-@pytest.mark.usefixtures("cache")
-def test_nothing_is_there_at_first() -> None:
-    assert newest_result(STABILITY) is None
-
-
-def test_the_newest_is_found(cache: Path) -> None:
-    path = store_result(result("2026-01-01T00:00:00+00:00", 1))
-    assert path == cache / "cache" / "results" / "stability.json"
-    assert newest_result(STABILITY).content["cells"] == [1]  # type: ignore[union-attr]
-    store_result(result("2026-01-02T00:00:00+00:00", 2), cache / "repository" / "reports" / "stability.json")
-    assert newest_result(STABILITY).content["cells"] == [2]  # type: ignore[union-attr]
-
-
-@pytest.mark.parametrize("text", ["", "{", "[]", "{}", '{"kind": "stability", "schema_version": 99, "made_utc": "x"}'])
-def test_what_cannot_be_read_is_none(text: str, cache: Path) -> None:
-    path = cache / "cache" / "results" / "stability.json"
+@pytest.mark.parametrize("text", ["", "{", "[]", "{}", '{"kind": "waves", "schema_version": 99, "made_utc": "x"}'])
+def test_what_cannot_be_read_is_none(text: str, root: Path) -> None:
+    path = root / "cache/results/waves.json"
     path.parent.mkdir(parents=True)
     path.write_text(text, encoding="utf-8")
-    assert newest_result(STABILITY) is None
+    assert newest_result("waves") is None
+
+
+def test_a_result_holds_until_its_sources_or_inputs_change(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shipped = root / "repository/data_manifest/a.csv"
+    stored(inputs={"data_manifest/a.csv": file_sha256(shipped), "X_709rpm": "f00"})
+    result = newest_result("waves")
+    assert result is not None
+    assert result.stale is None
+    assert staleness(result, {"X_709rpm": "f00", "other": "1"}) is None
+    assert "X_709rpm" in (staleness(result, {"X_709rpm": "bad"}) or "")
+    shipped.write_text("2")
+    assert "data_manifest/a.csv" in (staleness(result) or "")
+    monkeypatch.setattr(stored_result, "sources_sha256", lambda _: "other")
+    assert "sources of srbval.errors" in (staleness(result) or "")
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ({"sources_sha256": None}, "by which sources"), ({"inputs_sha256": []}, "by which sources"),
+        ({"git_revision": "abc-dirty"}, "changed working tree"), ({"computed_by": "srbval.nowhere"}, "no more"),
+    ],
+)  # fmt: skip
+def test_a_result_of_unknown_origin_does_not_hold(change: dict[str, Any], why: str) -> None:
+    result = stored()
+    assert why in (staleness(StoredResult(path=result.path, content=result.content | change)) or "")
+
+
+def test_a_changed_working_tree_keeps_its_results_to_itself(root: Path) -> None:
+    path = root / "repository/reports/waves.json"
+    with pytest.raises(DataError, match=r"reports/waves\.json.*abc-dirty.*cache/results/waves\.json"):
+        stored(revision="abc-dirty", path=path)
+    assert not path.exists()
+    assert newest_result("waves").path == root / "cache/results/waves.json"  # type: ignore[union-attr]
+    assert stored(revision="abc-dirty", path=root / "elsewhere.json").path.exists()
+
+
+def test_what_was_saved_is_loaded_until_the_code_changes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    store = ContentStore(kind="scene", computed_by="srbval.errors", folder=tmp_path / "store")
+    assert store.load("a scene", dict) is None
+    store.save("a scene", {"x": 1.5})
+    assert store.load("a scene", dict) == {"x": 1.5}
+    assert store.load("another", dict) is None
+    assert store.load("a scene", lambda table: table["missing"]) is None
+    monkeypatch.setattr(stored_result, "content_version", lambda _: "newer")
+    assert store.load("a scene", dict) is None
+
+
+@pytest.mark.parametrize("text", ["", "{", "[1]", "5", "[" * 100_000, "1" * 5000, '{"x": NaN}', "\xff"])
+def test_a_damaged_store_file_is_as_good_as_none(text: str, tmp_path: Path) -> None:
+    store = ContentStore(kind="scene", computed_by="srbval.errors", folder=tmp_path)
+    store.save("a scene", {"x": 1.5})
+    next(tmp_path.glob("scene-*.json")).write_bytes(text.encode("latin-1"))
+    assert store.load("a scene", lambda table: table["x"]) is None

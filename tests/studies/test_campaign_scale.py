@@ -12,7 +12,6 @@ import pytest
 
 from srbval.campaign.engines.local import LocalProcesses
 from srbval.campaign.planning import plan_cases
-from srbval.storage.stored_result import CAMPAIGN_SCALE
 from srbval.studies.campaign_scale.study import CampaignScale, extrapolations, measure_scale, tiny
 
 ROOT = Path(__file__).parents[2]
@@ -59,7 +58,7 @@ def test_ten_thousand_cases_stay_within_the_memory(tmp_path: Path) -> None:
     ]
     subprocess.run([*command, "-o", str(stored)], cwd=ROOT, capture_output=True, check=True)
     content = json.loads(stored.read_text(encoding="utf-8"))
-    assert content["kind"] == CAMPAIGN_SCALE
+    assert content["kind"] == "campaign_scale"
     assert content["extrapolated"][0]["cases"] == MANY
     measured = CampaignScale(**content["measured"])
     assert measured.cases == MEASURED

@@ -13,9 +13,8 @@ from srbval.errors import DataError
 from srbval.recordings import Recording
 from srbval.recordings.registry import FileStatus, RegisteredRecording, listing
 from srbval.studies.diagnosis.simple_diagnosis import THRESHOLD, strongest_line
-from srbval.studies.diagnosis.study import CALLED, NAMED, Judged, Named, confusions, judge, wilson
+from srbval.studies.diagnosis.study import CALLED, NAMED, Judged, Named, confusions, judge
 from srbval.studies.known_state import KnownRecord, known_records
-from srbval.studies.naming_alarms.study import alarms, white
 from srbval.studies.naming_scores import HeldOut, calls, held_out, reliability, scores, wrongly_read
 from tests.reading.test_shaft_speed import BEARING, record
 
@@ -42,13 +41,6 @@ def test_the_threshold_is_over_the_neighbourhood_s_median() -> None:
     drowned = shown.channels["x"] + 30 * shown.channels["x"].std() * rng.standard_normal(shown.samples)
     assert THRESHOLD == 5
     assert plain(dataclasses.replace(shown, channels={"x": 1000 * drowned})) is None
-
-
-@pytest.mark.parametrize(("count", "of", "low", "high"), [(8, 10, 0.490, 0.943), (0, 9, 0.0, 0.299), (9, 9, 0.701, 1)])
-def test_wilson_s_interval(count: int, of: int, low: float, high: float) -> None:
-    """By the printed formula, worked out by hand."""
-    assert wilson(count, of) == pytest.approx((low, high), abs=5e-4)
-    assert wilson(0, 0) is None
 
 
 def judged(dataset: str, state: Fault, named: Fault | None, called: Fault | None = None) -> Judged:
@@ -155,8 +147,3 @@ def test_wrong_readings_are_counted_where_the_right_one_shows_the_fault() -> Non
     said = [{"outer": 0.9}, {OTHER: 0.5, "outer": 0.4}, {"outer": 0.8, OTHER: 0.2}, {"outer": 1.0}, {OTHER: 1.0}]
     of = [HeldOut(record=r, probabilities=p, weight=0.2) for r, p in zip(records, said, strict=True)]
     assert wrongly_read(of) == {"records": 2, "called_other": 0, "most_probably_other": 1, "fault_called": 1}
-
-
-def test_alarms_on_noise_are_counted() -> None:
-    found = alarms(white, 2)
-    assert (found["records"], found["chances"], found["fault called"]) == (2, 6, 0)

@@ -9,7 +9,7 @@ import pytest
 from srbval.plan.calibrated import shipped_calibration
 from srbval.plan.cases import BASES, FITS, KINDS, between, grid
 from srbval.plan.questions import Question
-from srbval.storage.stored_result import COMMAND, HELD_OUT, newest_result
+from srbval.storage.stored_result import newest_result
 from srbval.studies.calibration_runs import answer_store
 from srbval.studies.held_out.study import (
     TOLERANCES_PCT,
@@ -79,9 +79,9 @@ def test_what_is_counted() -> None:
 
 def test_the_stored_result_keeps_what_is_asked_for() -> None:
     """The whole draw, run by ``python -m srbval.studies.held_out.study``."""
-    kept = newest_result(HELD_OUT)
+    kept = newest_result("held_out")
     if kept is None:
-        pytest.skip(f"no stored result; {COMMAND[HELD_OUT]} makes one")
+        pytest.skip("no stored result; srbval study run held_out makes one")
     assert {c["scene"] for c in kept.content["checks"]} <= {case.name for case in held_out()}
     by_question = {row["question"]: row for row in kept.content["tallies"]}
     total = by_question[None]
@@ -94,9 +94,9 @@ def test_the_stored_result_keeps_what_is_asked_for() -> None:
 
 
 def test_the_stored_predictions_are_the_planner_s_of_now() -> None:
-    kept = newest_result(HELD_OUT)
+    kept = newest_result("held_out")
     if kept is None:
-        pytest.skip(f"no stored result; {COMMAND[HELD_OUT]} makes one")
+        pytest.skip("no stored result; srbval study run held_out makes one")
     scenes = sorted({c["scene"] for c in kept.content["checks"]})[::EVERY]
     some = [c for c in kept.content["checks"] if c["scene"] in scenes]
     stored = {(c["scene"], c["question"], c["model"]): c["predicted_pct"] for c in some}

@@ -9,7 +9,7 @@ from scipy.stats import binom
 from srbval.bearing import RACE_DEFECTS, Fault
 from srbval.comparison.budget import VERDICT
 from srbval.comparison.compared_quantities import COMPARED
-from srbval.storage.stored_result import COMMAND, RECORD_VERDICTS, newest_result
+from srbval.storage.stored_result import newest_result
 from srbval.studies.record_verdicts.study import DISCREPANCIES, DRAWN, MARGIN, NONE, ONE, SECONDS, discrepancies, record
 
 VALUES = {"cage ratio": 0.431, "2xBPFI": -3.0, "3xBPFI": -6.0, "BPFI sidebands": -4.0}
@@ -54,9 +54,9 @@ def test_discrepancies_are_the_stated_ones() -> None:
 
 def test_the_stored_rates_are_those_that_the_verdict_promises() -> None:
     """False "resolved" no more often than 5 % allows, false "agree" at the margin neither; "agree" is said at all."""
-    kept = newest_result(RECORD_VERDICTS)
+    kept = newest_result("record_verdicts")
     if kept is None:
-        pytest.skip(f"no stored result; {COMMAND[RECORD_VERDICTS]} makes one")
+        pytest.skip("no stored result; srbval study run record_verdicts makes one")
     rows = kept.content["rows"]
     made = {(row["truth"], row["seconds"], row["discrepancy"]) for row in rows}
     assert {(t, s, NONE) for t in ("full model", "emulated", "known inputs") for s in SECONDS} <= made

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from srbval.bearing import RACE_DEFECTS
-from srbval.storage.stored_result import COMMAND, RIG_BANDS, newest_result
+from srbval.storage.stored_result import newest_result
 from srbval.studies.rig_bands.study import BANDS, RIG, RIG_BAND_HZ, SCENES, STATES, BandReading, served
 
 ROWS = [
@@ -31,9 +31,9 @@ def test_a_band_serves_where_it_has_every_line_in_its_place(change: dict[str, ob
 
 
 def test_the_stored_result() -> None:
-    kept = newest_result(RIG_BANDS)
+    kept = newest_result("rig_bands")
     if kept is None:
-        pytest.skip(f"no stored result; {COMMAND[RIG_BANDS]} makes one")
+        pytest.skip("no stored result; srbval study run rig_bands makes one")
     rows = kept.content["rows"]
     assert len(rows) == len(STATES) * len(BANDS) * (1 + len(SCENES))
     assert kept.content["served"] == {RIG: True, "rig scene": True, "paper's scene": False}

@@ -14,7 +14,7 @@ from srbval.errors import NumericsError
 from srbval.models.run import RunStatus
 from srbval.models.simulate import Step
 from srbval.scene import draws, load_scene, rig_inputs
-from srbval.storage.stored_result import COMMAND, RIG_INPUTS, newest_result
+from srbval.storage.stored_result import newest_result
 from srbval.studies.rig_inputs import study as calibrator
 from srbval.studies.rig_inputs.study import (
     AGREE,
@@ -151,9 +151,9 @@ def test_a_failed_run_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_the_stored_result_is_of_the_scene_and_keeps_what_is_asked_for() -> None:
     """The whole study, run by ``python -m srbval.studies.rig_inputs.study``."""
-    kept = newest_result(RIG_INPUTS)
+    kept = newest_result("rig_inputs")
     if kept is None:
-        pytest.skip(f"no stored result; {COMMAND[RIG_INPUTS]} makes one")
+        pytest.skip("no stored result; srbval study run rig_inputs makes one")
     studies = kept.content["studies"]
     assert [each["of"]["record"] for each in studies] == list(RECORDS)
     for each in studies:
@@ -166,8 +166,8 @@ def test_the_stored_result_is_of_the_scene_and_keeps_what_is_asked_for() -> None
 @pytest.mark.parametrize("record", RECORDS)
 def test_the_stored_lines_are_those_of_the_reference(record: str) -> None:
     """As ``srbval check`` reads them, or those published."""
-    if newest_result(RIG_INPUTS) is None:
-        pytest.skip(f"no stored result; {COMMAND[RIG_INPUTS]} makes one")
+    if newest_result("rig_inputs") is None:
+        pytest.skip("no stored result; srbval study run rig_inputs makes one")
     kept, (_, kind, published) = stored_line(record), RECORDS[record]
     assert kept == rig_line(record), "without recordings"
     if published is None:
@@ -179,8 +179,8 @@ def test_the_stored_lines_are_those_of_the_reference(record: str) -> None:
 def test_the_stored_lines_are_the_recordings(
     record: str, recordings_dir: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    if newest_result(RIG_INPUTS) is None:
-        pytest.skip(f"no stored result; {COMMAND[RIG_INPUTS]} makes one")
+    if newest_result("rig_inputs") is None:
+        pytest.skip("no stored result; srbval study run rig_inputs makes one")
     monkeypatch.setenv("SRBVAL_RECORDINGS", str(recordings_dir))
     kept, read = stored_line(record), rig_line(record)
     assert kept.rpm == read.rpm
@@ -189,9 +189,9 @@ def test_the_stored_lines_are_the_recordings(
 
 
 def test_reading_again_keeps_the_runs() -> None:
-    kept = newest_result(RIG_INPUTS)
+    kept = newest_result("rig_inputs")
     if kept is None:
-        pytest.skip(f"no stored result; {COMMAND[RIG_INPUTS]} makes one")
+        pytest.skip("no stored result; srbval study run rig_inputs makes one")
     for each in kept.content["studies"]:
         found = read_again(each)
         assert (found.nominal, list(found.drawn)) == (each["nominal"], each["drawn"])
@@ -200,9 +200,9 @@ def test_reading_again_keeps_the_runs() -> None:
 
 @pytest.mark.slow
 def test_some_of_it_measured_anew() -> None:
-    kept = newest_result(RIG_INPUTS)
+    kept = newest_result("rig_inputs")
     if kept is None:
-        pytest.skip(f"no stored result; {COMMAND[RIG_INPUTS]} makes one")
+        pytest.skip("no stored result; srbval study run rig_inputs makes one")
     for each in kept.content["studies"][1:3]:  # one of either race, at either speed
         assert cage_ratio(stored_line(each["of"]["record"]), {}) == pytest.approx(each["nominal"], abs=SAME_RATIO)
     outer = kept.content["studies"][0]["effects"][0]

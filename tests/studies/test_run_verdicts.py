@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -95,3 +96,30 @@ def test_a_few_judged_for_real(tmp_path: Path) -> None:
     assert result.to_dict()["seed"] == 5
     of_size = sum(run.case.condition.size != 1 for run in result.runs)
     assert len(list(tmp_path.glob("*.json"))) >= len(result.runs) - of_size
+
+
+STORED = Path(__file__).parents[2] / "reports" / "run_verdicts.json"
+
+
+@pytest.fixture(scope="module")
+def verdicts() -> dict[str, Any]:
+    content: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
+    return content
+
+
+def test_two_thousand_runs_judged_themselves_and_those_that_were_wrong_are_listed(verdicts: dict[str, Any]) -> None:
+    runs, counts = verdicts["runs"], verdicts["counts"]
+    assert len(runs) == counts["runs"] == len([*fixed_cases(), *drawn_cases(verdicts["seed"])]) >= 2000
+    assert 0.4 < sum(run["drawn"] for run in runs) / len(runs) < 0.6
+    for kind in ("falsely_ok", "falsely_failed"):
+        wrong = [run for run in runs if run[kind]]
+        assert len(wrong) == counts[kind]
+        assert all(run["reason"] for run in wrong)
+    for part in {entry["part"] for entry in verdicts["parts"]}:
+        assert sum(entry["runs"] for entry in verdicts["parts"] if entry["part"] == part) == len(runs)
+
+
+def test_runs_that_say_ok_are_right(verdicts: dict[str, Any]) -> None:
+    counts = verdicts["counts"]
+    assert counts["falsely_ok"] <= MOST_FALSE * counts["says_ok"]
+    assert counts["falsely_failed"] == 0

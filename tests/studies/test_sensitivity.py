@@ -10,7 +10,7 @@ from srbval.comparison.counterpart import CONVERGED_POINTS, STARTS, converged, s
 from srbval.comparison.effects import INPUTS, sensitivity_of
 from srbval.errors import ConfigurationError, NumericsError
 from srbval.scene import paper_scene
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
 from srbval.studies import input_effects as sensitivity
 from srbval.studies.input_effects import grid_ci95, measure
 
@@ -101,7 +101,7 @@ def test_draws_that_fail_are_counted_and_too_many_are_an_error(study, monkeypatc
 
 def test_stored_and_read_again_it_is_the_same(study):
     found = study()
-    again = sensitivity_of({"defects": [json_object(found)]}).of(Fault.OUTER)
+    again = sensitivity_of({"defects": [to_json(found)]}).of(Fault.OUTER)
     assert again.quantities == found.quantities
     names = ["2xBPFO", "cage ratio"]
     assert again.deviations(names) == pytest.approx(found.deviations(names))

@@ -10,15 +10,14 @@ from typing import Any
 import pytest
 
 from srbval.bearing import Fault
-from srbval.cli import bench_command, main
+from srbval.cli import main
 from srbval.errors import ConfigurationError
 from srbval.models.health import default_solver
 from srbval.plan.measures import MeasureErrors, Measures
 from srbval.plan.timing import RunTiming, time_scene
 from srbval.scene import RollerFit
-from srbval.storage.content_store import ContentStore
-from srbval.storage.stored_result import SCHEMA_VERSION
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
+from srbval.storage.stored_result import SCHEMA_VERSION, ContentStore
 from srbval.studies.scenes import QUICK, SCENES, BenchSettings, bench_scene, output_rate_hz
 from srbval.studies.speed_accuracy import processes
 from srbval.studies.speed_accuracy import study as bench
@@ -82,7 +81,7 @@ def test_output_rate_suits_the_step(per_second: int, rate: float) -> None:
 
 
 def test_document(result: BenchResult) -> None:
-    document = json_object(result)
+    document = to_json(result)
     assert {"machine", "reference", "runs", "trajectories", "processes", "targets"} <= set(document)
     assert {"processor", "cores", "versions", "load_before", "calibration"} <= set(document["machine"])
     assert [r["solver"] for r in document["runs"]] == ["ode4", "imex2"]
@@ -159,7 +158,7 @@ def test_targets_are_shown_met_or_not() -> None:
     assert targets["full model, ode4 at 1/61440 s, play0-outer"].met is None
     failed = Target(name="x", value=None, limit=1.0, unit="s", attempted=True)
     assert failed.met is False, "a failed run does not meet its target"
-    assert json_object(Target(name="x", value=1.0, limit=1.0, unit="s"))["met"] is True
+    assert to_json(Target(name="x", value=1.0, limit=1.0, unit="s"))["met"] is True
 
 
 def test_observed_order() -> None:
@@ -209,13 +208,13 @@ def test_child_prints_one_document() -> None:
 def test_command(
     extra: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(bench_command, "QUICK", TINY)
+    monkeypatch.setattr(bench, "QUICK", TINY)
     monkeypatch.setattr(bench, "measure_processes", lambda *_: APART)
-    monkeypatch.setattr("srbval.storage.content_store.cache_folder", lambda kind: tmp_path / kind)
+    monkeypatch.setattr("srbval.storage.stored_result.cache_folder", lambda kind: tmp_path / kind)
     code = main(["bench", "--quick", "--scenes", "play0-healthy", "--solvers", "ode4", *extra])
     said = capsys.readouterr()
     assert code == 0
-    assert "Bench: time the solvers" in said.err
+    assert "Speed accuracy: time the solvers" in said.err
     if "--json" not in extra:
         assert "NOT MET" not in said.out  # a first impression is no verdict
         assert "verdict" not in said.out

@@ -9,7 +9,7 @@ from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.comparison.budget import SCAN, Answer
 from srbval.comparison.comparison import QuantityValue, deviation_pct
 from srbval.reading.analyse import analyse
-from srbval.storage.stored_result import RIG_INPUTS, newest_result
+from srbval.storage.stored_result import newest_result
 from srbval.studies.open_inputs import open_inputs
 from srbval.studies.verdict_scan import study as verdict_scan
 from srbval.studies.verdict_scan.study import scan
@@ -43,7 +43,7 @@ def rows(recordings_dir):
         patch.setattr(verdict_scan, "run_unchecked", run)
         patch.setattr(verdict_scan, "simulate", simulated)
         patch.setattr(verdict_scan, "analyse", analysed)
-        found = scan(newest_result(RIG_INPUTS).content)
+        found = scan(newest_result("rig_inputs").content)
     return {(row.scene, row.defect, row.name): row for row in found}
 
 
@@ -90,7 +90,7 @@ def test_how_the_record_is_read_moves_less_than_its_interval(rows, fault):
 
 
 def test_the_rig_scene_comes_from_its_own_study(rows):
-    study = newest_result(RIG_INPUTS).content["studies"][0]
+    study = newest_result("rig_inputs").content["studies"][0]
     for effect in study["effects"]:
         row = rows["rig", Fault.OUTER, effect["key"]]
         own = [deviation_pct(ratio, study["of"]["cage_ratio"]) for ratio in effect["cage_ratios"]]

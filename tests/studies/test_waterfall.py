@@ -11,7 +11,7 @@ from srbval.bearing import Fault
 from srbval.comparison.comparison import QuantityValue
 from srbval.path.amplitudes import NUMERICS, rows
 from srbval.scene import load_scene
-from srbval.storage.stored_result import COMMAND, WATERFALL, newest_result
+from srbval.storage.stored_result import newest_result
 from srbval.studies.waterfall.study import MEASURES, SECONDS, STEP_S, measures, steps, variants
 
 NUMERIC: dict[str, Any] = {
@@ -55,9 +55,9 @@ def test_measures_are_root_mean_squares_of_what_both_sides_show() -> None:
 
 
 def test_the_stored_result() -> None:
-    kept = newest_result(WATERFALL)
+    kept = newest_result("waterfall")
     if kept is None:
-        pytest.skip(f"no stored result; {COMMAND[WATERFALL]} makes one")
+        pytest.skip("no stored result; srbval study run waterfall makes one")
     found = kept.content["measures"]
     assert list(dict.fromkeys(row["step"] for row in found)) == [step.name for step in steps()]
     assert {row["measure"] for row in found} == set(MEASURES)

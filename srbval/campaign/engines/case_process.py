@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from srbval.campaign.case import CaseOutcome, CaseTask
 from srbval.campaign.engines.engine import ATTEMPTS, crashed, timed_out
 from srbval.errors import NumericsError
-from srbval.processes.answering import AnsweringProcess, DiedError, OverLimitError
+from srbval.processes.worker import DiedError, OverLimitError, WorkerProcess
 from srbval.scene import Scene
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -26,7 +26,7 @@ class CaseProcess:
     def __init__(self, scenes: Sequence[Scene]) -> None:
         self.scenes = tuple(scenes)
         self._lock = threading.Lock()
-        self._process: AnsweringProcess | None = None
+        self._process: WorkerProcess | None = None
         self._version = ""  # of the code that the process runs
         self._stopped = False
 
@@ -43,7 +43,7 @@ class CaseProcess:
         """Run a case, up to `ATTEMPTS` times if its process dies."""
         for _ in range(ATTEMPTS):
             try:
-                outcome: CaseOutcome = self._prepared()[0].ask(("run", task), limit_s=task.limit_s)
+                outcome: CaseOutcome = self._prepared()[0].call(("run", task), limit_s=task.limit_s)
                 return outcome
             except DiedError as error:
                 how = self._end()
@@ -65,17 +65,17 @@ class CaseProcess:
             self._process.close()
             self._process = None
 
-    def _prepared(self) -> tuple[AnsweringProcess, str]:
+    def _prepared(self) -> tuple[WorkerProcess, str]:
         with self._lock:
             if self._stopped:
                 raise StoppedError
             if self._process is not None:
                 return self._process, self._version
-            process = self._process = AnsweringProcess(
+            process = self._process = WorkerProcess(
                 "srbval.campaign.engines.worker", environment=dict.fromkeys(THREADS, "1")
             )
         try:
-            self._version = process.ask(("prepare", self.scenes), limit_s=PREPARE_LIMIT_S)
+            self._version = process.call(("prepare", self.scenes), limit_s=PREPARE_LIMIT_S)
         except OverLimitError:
             raise NumericsError(
                 f"a worker process did not compile what it needs within {PREPARE_LIMIT_S:g} s. See: srbval doctor"

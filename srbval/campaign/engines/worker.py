@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from srbval.processes.answering import answer_requests
+from srbval.processes.worker import serve_calls
 
 IDLE_S = 60.0  # without a case: a Dask worker outlives campaigns
 
@@ -16,4 +16,4 @@ def load() -> Callable[[tuple[str, Any]], Any]:
 
 
 if __name__ == "__main__":
-    answer_requests(load, idle_s=IDLE_S)
+    serve_calls(load, idle_s=IDLE_S)

@@ -5,13 +5,13 @@ import re
 from dataclasses import dataclass
 
 from srbval.bearing import Fault
-from srbval.config.strict import build, read_toml
 from srbval.errors import ConfigurationError
 from srbval.recordings.raw import TEXT, RawFile
 from srbval.recordings.reading import Channel
 from srbval.recordings.recording import ShaftSpeed
 from srbval.recordings.speed import nominal_speed, stated_speed
-from srbval.storage.own_package import shipped_folder
+from srbval.storage.installation import shipped_folder
+from srbval.storage.tables import build, read_toml
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,8 +11,8 @@ from srbval.recordings.raw import RawFile, printable
 from srbval.recordings.reading import Channel, Reading
 from srbval.recordings.recording import Origin, SpeedSignal
 from srbval.recordings.speed import prescribed_speed, profile_signal
-from srbval.storage.checksum import CHECKSUM
-from srbval.storage.strict_json import parse_json
+from srbval.storage.hdf5_files import CHECKSUM
+from srbval.storage.json_files import parse_json
 
 KIND_ATTRIBUTE = "srbval_kind"
 PREFIX = "acceleration"

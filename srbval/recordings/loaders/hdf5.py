@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from srbval.errors import DataError
 from srbval.recordings.loaders.limited import read_limited
 from srbval.recordings.raw import RATE_NAME, FileFormat, RawFile, Value, check_claim, first_line
-from srbval.storage.checksum import CHECKSUM, checked_summary
+from srbval.storage.hdf5_files import CHECKSUM, checked_summary
 
 MAX_DEPTH = 12
 MAX_ITEMS = 4096  # links of all groups, references followed, root attributes

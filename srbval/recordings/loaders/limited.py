@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from srbval.errors import DataError
-from srbval.processes.answering import AnsweringProcess
+from srbval.processes.worker import WorkerProcess
 from srbval.recordings.raw import EXPANSION, RawFile, largest_claim
 
 COMPUTING_S = 3.0  # for any file; a good one of 10 MB takes 0.1 s
@@ -23,8 +23,8 @@ WORKSPACE_BYTES = 128 * 2**20  # beside the contents: chunks being decompressed
 CRASHES = ("SIGSEGV", "SIGBUS", "SIGABRT", "SIGFPE", "SIGILL")
 
 # Several threads take from them and give back, each in one atomic step.
-_idle: list[AnsweringProcess] = []
-_running: set[AnsweringProcess] = set()
+_idle: list[WorkerProcess] = []
+_running: set[WorkerProcess] = set()
 
 
 class Library(NamedTuple):
@@ -51,7 +51,7 @@ def read_limited(
     request = (load, path, folder, computing_s, memory, library)
     for fresh in (False, True):
         try:
-            reader = AnsweringProcess("srbval.recordings.loaders.reader_process") if fresh else _idle.pop()
+            reader = WorkerProcess("srbval.recordings.loaders.reader_process") if fresh else _idle.pop()
         except IndexError:
             continue
         except OSError as error:
@@ -59,7 +59,7 @@ def read_limited(
         _running.add(reader)
         start = time.monotonic()
         try:
-            answer: RawFile | DataError = reader.ask(request, limit_s=WAITING * computing_s)
+            answer: RawFile | DataError = reader.call(request, limit_s=WAITING * computing_s)
         except BaseException as error:
             reader.kill()
             how, waited = reader.death(), time.monotonic() - start >= WAITING * computing_s

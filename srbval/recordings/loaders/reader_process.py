@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from srbval.errors import DataError
-from srbval.processes.answering import answer_requests
+from srbval.processes.worker import serve_calls
 from srbval.recordings.loaders.limited import Library
 from srbval.recordings.raw import RawFile, first_line
 
@@ -66,4 +66,4 @@ def _limit(name: str, most: int) -> None:
 
 
 if __name__ == "__main__":
-    answer_requests(load)
+    serve_calls(load)

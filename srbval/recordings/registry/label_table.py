@@ -7,10 +7,10 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from srbval.config.small_file import read_small_file
-from srbval.config.strict import build, nearest
-from srbval.errors import ConfigurationError
+from srbval.errors import ConfigurationError, did_you_mean
 from srbval.recordings.settings import RecordingSettings
+from srbval.storage.files import read_limited
+from srbval.storage.tables import build
 
 FILE = "file"
 COLUMNS = (FILE, *(field.name for field in fields(RecordingSettings)))
@@ -24,12 +24,12 @@ def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping
     Separated by commas, semicolons or tabs; with the latter two, decimals may have a comma. Paths are below `folder`.
     Raises `ConfigurationError` that lists everything that is wrong with the table.
     """
-    lines = read_small_file(table).decode("utf-8-sig", "replace").splitlines()
+    lines = read_limited(table).decode("utf-8-sig", "replace").splitlines()
     rows = [line for line in lines if line.strip() and not line.startswith("#")]
     separator = next((mark for mark in (";", "\t") if rows and mark in rows[0]), ",")
     header, *body = list(csv.reader(rows, delimiter=separator, skipinitialspace=True)) or [[]]
     names = [ALIASES.get(name.strip().lower(), name.strip().lower()) for name in header]
-    wrong = [f"unknown column {name!r}{nearest(name, COLUMNS)}" for name in names if name not in COLUMNS]
+    wrong = [f"unknown column {name!r}{did_you_mean(name, COLUMNS)}" for name in names if name not in COLUMNS]
     if FILE not in names or len(set(names)) < len(names):
         wrong.append(f"each of its columns must be there once, {FILE!r} among them")
     if wrong or not body:

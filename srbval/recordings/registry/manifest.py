@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from srbval.config.strict import build
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.registry.entry import SCHEMA_VERSION, RegisteredRecording
-from srbval.storage.strict_json import json_value, parse_json
-from srbval.storage.whole_file import remove_unfinished, whole_file
+from srbval.storage.files import atomic_write, remove_unfinished
+from srbval.storage.json_files import parse_json, to_json
+from srbval.storage.tables import build
 
 HOME_VARIABLE = "SRBVAL_HOME"
 LOCK_SECONDS = 30.0
@@ -76,8 +76,8 @@ def update_manifest(change: Callable[[Entries], None], path: Path | None = None)
         entries = read_manifest(path)
         change(entries)
         document = {"schema_version": SCHEMA_VERSION, "recordings": [entries[key] for key in sorted(entries)]}
-        with whole_file(path) as part:
-            part.write_text(json.dumps(json_value(document), indent=1, allow_nan=False), encoding="utf-8")
+        with atomic_write(path) as part:
+            part.write_text(json.dumps(to_json(document), indent=1, allow_nan=False), encoding="utf-8")
     return entries
 
 

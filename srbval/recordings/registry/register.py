@@ -17,7 +17,7 @@ from srbval.recordings.registry.inspect import inspect_file
 from srbval.recordings.registry.label_table import label_table
 from srbval.recordings.registry.manifest import Entries, inspected_path, manifest_path, read_manifest, update_manifest
 from srbval.recordings.settings import RecordingSettings
-from srbval.storage.own_package import shipped_folder
+from srbval.storage.installation import shipped_folder
 
 MAX_WORKERS = 4
 RECORDINGS_VARIABLE = "SRBVAL_RECORDINGS"

@@ -1,4 +1,4 @@
-"""Which bands of the shown records are impulsive, what the most impulsive one reads, and each side's band on the other."""
+"""Which bands of the shown records are impulsive, and what lines read in other bands than their own."""
 
 import math
 from collections.abc import Mapping

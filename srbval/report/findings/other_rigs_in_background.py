@@ -16,7 +16,7 @@ from collections.abc import Sequence
 
 from srbval.comparison.other_rigs import OtherRecord, read_other_rigs, usable
 from srbval.recordings.registry import RegisteredRecording
-from srbval.storage.own_package import child_environment
+from srbval.storage.installation import child_environment
 
 
 class BackgroundReading:

@@ -14,7 +14,7 @@ from srbval.models.ladder import rung_of
 from srbval.models.run import Run
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import RIG_EXCERPTS, RegisteredRecording
-from srbval.storage.own_package import git_revision, shipped_folder
+from srbval.storage.installation import git_revision, shipped_folder
 
 PACKAGES = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib")
 

@@ -25,7 +25,7 @@ from srbval.report.sections.other_rigs import other_rigs_section
 from srbval.report.sections.panels import figures_section, paper_speed_section
 from srbval.report.sections.records import records_section
 from srbval.report.sections.table6 import table6_section, verdict_box
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
 
 
 def assemble(evidence: Evidence, *, command: str, pages: Iterable[Page] = ()) -> Report:
@@ -33,7 +33,7 @@ def assemble(evidence: Evidence, *, command: str, pages: Iterable[Page] = ()) ->
     pages = tuple(pages)
     origin = {"command": command, **evidence.provenance}
     verdict = verdict_box(evidence)
-    headline = {"text": verdict.headline} | json_object(evidence.headline)
+    headline = {"text": verdict.headline} | to_json(evidence.headline)
     placed = (
         (10, records_section(evidence)),
         (20, table6_section(evidence)),

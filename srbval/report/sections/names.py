@@ -41,8 +41,8 @@ def synthetic_states(side: Mapping[Fault, Analysis]) -> list[str]:
 
 
 def origin_of(result: StoredResult) -> Paragraph:
-    """Machine, date, revision and command of a stored result."""
-    return STORED.paragraph("origin", origin=result.origin)
+    """Machine, date, revision and command of a stored result, and whether it is stale."""
+    return STORED.paragraph("origin", origin=result.origin, stale=result.stale)
 
 
 def missing(name: str) -> Callout:

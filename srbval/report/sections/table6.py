@@ -13,7 +13,7 @@ from srbval.report.findings.findings import Evidence
 from srbval.report.model import Section, VerdictBox
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import FETCH_COMMAND, VERDICT_TONE
-from srbval.storage.strict_json import json_object, json_value
+from srbval.storage.json_files import to_json
 
 TEXTS, VERDICT = Texts("table6"), Texts("verdict")
 ANSWER_TONE = {Answer.MET: Tone.GOOD, Answer.MISSED: Tone.BAD, Answer.NOT_RESOLVED: Tone.NEUTRAL}
@@ -45,7 +45,7 @@ def table6_section(evidence: Evidence) -> Section:
     blocks: list[Block] = [
         TEXTS.table(
             "table-6-paper-speed",
-            map(json_value, published),
+            map(to_json, published),
             shaft_rpm=evidence.printed.shaft_rpm,
             computed=[evidence.paper[row["defect"]].line(row["line"]) for row in published],
         ),
@@ -56,10 +56,10 @@ def table6_section(evidence: Evidence) -> Section:
         return TEXTS.section(*blocks)
     nominal_rpm = evidence.rig[Fault.OUTER].recording.nominal_rpm
     at_rig = TEXTS.table(
-        "table-6-rig-speed", map(json_value, measured), nominal_rpm=nominal_rpm, verdict_tone=VERDICT_TONE
+        "table-6-rig-speed", map(to_json, measured), nominal_rpm=nominal_rpm, verdict_tone=VERDICT_TONE
     )
     parts = TEXTS.table("uncertainty-parts", measured[0]["uncertainty_parts_pct"], compared=measured)
-    quantities = TEXTS.table("quantities", map(json_object, evidence.comparisons), verdict_tone=VERDICT_TONE)
+    quantities = TEXTS.table("quantities", map(to_json, evidence.comparisons), verdict_tone=VERDICT_TONE)
     return TEXTS.section(*blocks, at_rig, TEXTS.paragraph("how-to-read"), appendix=(parts, quantities))
 
 

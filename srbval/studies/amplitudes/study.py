@@ -42,7 +42,7 @@ from srbval.reading.analyse import analyse
 from srbval.recordings import Recording
 from srbval.scene import SensorPath, draws, merge, rig_inputs
 from srbval.signal import NORMAL_95
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
 from srbval.studies.harness import Study, StudyResult
 from srbval.studies.rig_amplitudes import (
     BEARING,
@@ -234,7 +234,7 @@ def _run(_: Namespace, __: Progress) -> StudyResult:
     ]  # fmt: skip
     content = {"comparisons": [row.to_dict() for row in found], "shares": shares, "bias": biases(counted),
                "over_angle": over_angle(measured(Fault.OUTER, FAST))}  # fmt: skip
-    text = f"{text_rows(rows)}\n\n{text_rows([json_object(one) for one in shares])}"
+    text = f"{text_rows(rows)}\n\n{text_rows([to_json(one) for one in shares])}"
     return StudyResult(name="amplitudes", content=content, text=text)
 
 

@@ -13,11 +13,11 @@ from srbval.campaign.engines.engine import Engine
 from srbval.campaign.planning import plan_cases
 from srbval.campaign.run import run_campaign
 from srbval.campaign.settings import Campaign
-from srbval.config.strict import build
 from srbval.processes.machine import peak_bytes
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
+from srbval.storage.tables import build
 from srbval.studies.harness import Study, StudyResult
 
 CASE_S = 5.0  # assumed wall time of a real case on one core: 10 s of the full model
@@ -118,7 +118,7 @@ def _options(parser: ArgumentParser) -> None:
 
 def _run(options: Namespace, progress: Progress) -> StudyResult:
     found = measure_scale(options.cases, choose_engine(options.engine), progress=progress)
-    rows = [json_object(row) for row in extrapolations(found)]
+    rows = [to_json(row) for row in extrapolations(found)]
     return StudyResult(
         name="campaign_scale", content={"measured": vars(found), "extrapolated": rows}, text=text_rows(rows)
     )

@@ -25,7 +25,7 @@ from srbval.reading.band_choice import band_kurtogram, declared_band
 from srbval.reading.lines import detected_fault_lines
 from srbval.recordings import Recording
 from srbval.recordings.registry import RegisteredRecording, listing
-from srbval.storage.strict_json import json_value
+from srbval.storage.json_files import to_json
 from srbval.studies.diagnosis.simple_diagnosis import strongest_line
 from srbval.studies.harness import Study, StudyResult, printed_columns
 from srbval.studies.known_state import KnownRecord, known_records
@@ -233,7 +233,7 @@ def _run(_: Namespace, progress: Progress) -> StudyResult:
             "folder in SRBVAL_RECORDINGS."
         )
     judged = judge(records, methods(registered), progress=progress)
-    content: dict[str, Any] = json_value(
+    content: dict[str, Any] = to_json(
         {"confusions": list(confusions(judged)), "naming": naming_scores(), "records": judged}
     )
     return StudyResult(name="diagnosis", content=content, text=_text(content["confusions"], content["naming"]))

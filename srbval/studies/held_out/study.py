@@ -19,9 +19,8 @@ from srbval.plan.questions import MEANING, Question, asked_of
 from srbval.plan.table import Entry, LadderCalibration
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
-from srbval.storage.content_store import ContentStore
-from srbval.storage.stored_result import newest_result
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
+from srbval.storage.stored_result import ContentStore, newest_result
 from srbval.studies.calibration_runs import answer_store, measure_cases
 from srbval.studies.harness import Study, StudyResult
 
@@ -195,7 +194,7 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
         ran = {"runs_of": kept.content.get("runs_of", kept.origin)}
     else:
         checks = check_cases(held_out(), calibration, jobs=options.jobs, store=answer_store(), progress=progress)
-    counted = [json_object(tally) for tally in tallies(checks)]
+    counted = [to_json(tally) for tally in tallies(checks)]
     content = {"seconds": calibration.seconds, "reference": calibration.reference, "tallies": counted, "checks": checks}
     return StudyResult(name="held_out", content=ran | content, text=text_rows(counted))
 

@@ -8,8 +8,8 @@ from srbval.plan.cases import BASES, CalibrationScene, between, grid, quick_grid
 from srbval.plan.table import LadderCalibration, summary
 from srbval.processes.machine import load_average
 from srbval.progress import Progress, silent
-from srbval.storage.content_store import ContentStore
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
+from srbval.storage.stored_result import ContentStore
 from srbval.studies.calibration_runs import REFINEMENT, SECONDS, answer_store, measure_cases
 from srbval.studies.harness import Study, StudyResult, printed_columns
 from srbval.studies.machine import calibrate, describe_machine
@@ -42,7 +42,7 @@ def measure_ladder(
         solver=default.name,
         step_s=default.step_s,
         seconds=seconds,
-        machine=json_object(describe_machine(machine, calibrate(), load)),
+        machine=to_json(describe_machine(machine, calibrate(), load)),
         entries=tuple(entries[: len(cases)]),
         between=tuple(entries[len(cases) :]),
     )
@@ -68,7 +68,7 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
     rows = summary(table)
     text = f"reference: {table.reference}; {len(table.entries)} scenes of {table.seconds:g} s"
     printed = printed_columns(__package__, "summary", rows)
-    return StudyResult(content=json_object(table) | {"ladder": rows}, text=f"{text}\n{printed}")
+    return StudyResult(content=to_json(table) | {"ladder": rows}, text=f"{text}\n{printed}")
 
 
 STUDY = Study(

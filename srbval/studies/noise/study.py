@@ -20,7 +20,7 @@ from srbval.reading.analyse import analyse
 from srbval.reading.lines import Line
 from srbval.recordings import Recording, recording_from_run
 from srbval.scene import paper_scene
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
 from srbval.studies.harness import Study, StudyResult
 
 RATIOS_DB = (20.0, 15.0, 10.0, 5.0, 0.0, -5.0, -10.0)
@@ -120,7 +120,7 @@ def _options(parser: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace, progress: Progress) -> StudyResult:
-    rows = [json_object(row) for row in noise_study(noises=options.noise, seconds=options.seconds, progress=progress)]
+    rows = [to_json(row) for row in noise_study(noises=options.noise, seconds=options.seconds, progress=progress)]
     return StudyResult(name="noise", content={"rows": rows, "seconds": options.seconds}, text=text_rows(rows))
 
 

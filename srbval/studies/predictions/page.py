@@ -16,7 +16,7 @@ from srbval.report.model import Section
 from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
 
 TEXTS = Texts.of_study(__package__)
 MOST_LISTED = 4  # records side by side in the table of predictions
@@ -52,7 +52,7 @@ def section(results: StoredResults) -> Section:
         command="srbval study run predictions", made_utc=result.content["made_utc"], rows=rows, octaves=octaves,
         near=near, limit_db=VERDICT.near_db, cages=[row for row in on_both if row.quantity == CAGE_RATIO.name],
     )  # fmt: skip
-    tables = [TEXTS.table("predicted-rows", map(json_object, rows))] if rows else []
+    tables = [TEXTS.table("predicted-rows", map(to_json, rows))] if rows else []
     listed = TEXTS.table("predictions", quantities, records=records[:MOST_LISTED], more=len(records) - MOST_LISTED)
     return TEXTS.section(intro, appendix=(origin_of(result), listed, *tables))
 

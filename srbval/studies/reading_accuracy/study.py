@@ -17,12 +17,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from srbval.processes.machine import usable_cores
-from srbval.processes.threads import one_thread
+from srbval.processes.machine import one_thread, usable_cores
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
-from srbval.storage.content_store import ContentStore
-from srbval.storage.strict_json import json_object, parse_json
+from srbval.storage.json_files import parse_json, to_json
+from srbval.storage.stored_result import ContentStore
 from srbval.studies import reading_trials
 from srbval.studies.harness import Study, StudyResult
 from srbval.studies.reading_accuracy.scalogram_check import TRANSFORMS, ScalogramCheck, check_scalogram
@@ -178,8 +177,8 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
     parts = (result.accuracy, result.false_alarms, result.timings, result.chains, result.transforms)
     return StudyResult(
         name=None if options.quick else "reading_accuracy",
-        content=json_object(result) | rest,
-        text="\n\n".join(text_rows([json_object(row) for row in rows]) for rows in parts if rows),
+        content=to_json(result) | rest,
+        text="\n\n".join(text_rows([to_json(row) for row in rows]) for rows in parts if rows),
     )
 
 

@@ -42,9 +42,8 @@ from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.lines import Line
 from srbval.signal import LEAST_SNR, NORMAL_95
-from srbval.storage.cache import cache_folder
+from srbval.storage.cache import RESULTS, cache_folder
 from srbval.storage.stored_result import (
-    RESULTS,
     newest_result,
 )
 from srbval.studies.emulator import Emulator, fit_emulator

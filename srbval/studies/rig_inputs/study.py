@@ -26,7 +26,7 @@ from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
 from srbval.recordings.registry import find_recording, load_entry
 from srbval.scene import RigInput, draws, load_scene, merge, rig_inputs
-from srbval.storage.stored_result import RIG_INPUTS, newest_result
+from srbval.storage.stored_result import newest_result
 from srbval.studies.harness import Study, StudyResult
 
 SETTLE_S, SECONDS = 0.05, 0.1  # twelve passages; the cage ratio differs from that of two seconds by less than 1e-6
@@ -102,7 +102,7 @@ def rig_line(record: str) -> RigLine:
 
 def stored_line(record: str) -> RigLine:
     """A record as the stored study has it."""
-    kept = newest_result(RIG_INPUTS)
+    kept = newest_result("rig_inputs")
     if kept is None:
         raise DataError(f"{record}: neither registered nor in a stored study; srbval data fetch torino-excerpts.")
     table = next(study["of"] for study in kept.content["studies"] if study["of"]["record"] == record)

@@ -7,7 +7,7 @@ from pathlib import Path
 from srbval.comparison.budget import STUDY as SIZE
 from srbval.progress import Progress
 from srbval.scene import load_scene
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
 from srbval.studies.harness import Study, StudyResult, printed_columns
 from srbval.studies.input_effects import measure
 
@@ -29,7 +29,7 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
         draws=FEW_DRAWS if options.quick else SIZE.draws,
         progress=progress,
     )
-    content, parts = json_object(found), []
+    content, parts = to_json(found), []
     for defect in content["defects"]:
         extra = ", in more than one round, since the emulator missed too many" if defect["refined"] else ""
         rows = [row | {"most_by": _most_by(row["shares"])} for row in defect["quantities"]]

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from srbval.errors import NumericsError
 from srbval.progress import Progress, silent
-from srbval.storage.own_package import child_environment
+from srbval.storage.installation import child_environment
 from srbval.studies.scenes import BenchSettings
 
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")

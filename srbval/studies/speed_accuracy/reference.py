@@ -11,7 +11,7 @@ from srbval.plan.measures import MeasureErrors, Measures, errors_against, plain_
 from srbval.plan.timing import Measured, measure_all, time_scene
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
-from srbval.storage.content_store import ContentStore
+from srbval.storage.stored_result import ContentStore
 from srbval.studies.scenes import PAPER_STEP_S, BenchSettings, bench_scene
 
 FINEST, COARSEST = 6, 1  # powers of two below the paper's step

@@ -11,8 +11,8 @@ from srbval.models.solvers import SOLVERS
 from srbval.processes.machine import load_average
 from srbval.progress import Progress, silent
 from srbval.scene import load_scene
-from srbval.storage.content_store import ContentStore
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
+from srbval.storage.stored_result import ContentStore
 from srbval.studies.harness import Study, StudyResult, printed_columns
 from srbval.studies.machine import Machine, calibrate, describe_machine
 from srbval.studies.scenes import (
@@ -159,7 +159,7 @@ def _text(result: BenchResult) -> str:
     if result.references:
         when = {True: "earlier, stored", False: "now"}
         references = [_with_steps(reference) for reference in result.references.values()]
-        paths = [json_object(path) for path in result.trajectories]
+        paths = [to_json(path) for path in result.trajectories]
         steps = ("coarse", "middle", "fine")
         parts += [
             columns("references", [table | {"when": when[table["cached"]]} for table in references]),
@@ -167,7 +167,7 @@ def _text(result: BenchResult) -> str:
             columns("trajectories", [path | dict(zip(steps, path["errors"], strict=True)) for path in paths]),
         ]
     if result.targets:
-        parts.append(columns("targets", [json_object(t) | {"verdict": VERDICT[t.met]} for t in result.targets]))
+        parts.append(columns("targets", [to_json(t) | {"verdict": VERDICT[t.met]} for t in result.targets]))
     return "\n\n".join(parts)
 
 
@@ -176,7 +176,7 @@ def _front(row: Mapping[str, Any]) -> str:
 
 
 def _with_steps(measured: object) -> dict[str, Any]:
-    table = json_object(measured)
+    table = to_json(measured)
     return table | {"steps_per_s": round(1 / table["dt_s"])}
 
 

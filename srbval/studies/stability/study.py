@@ -12,7 +12,7 @@ from srbval.processes.machine import load_average
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_table
 from srbval.scene import Scene
-from srbval.storage.content_store import ContentStore
+from srbval.storage.stored_result import ContentStore
 from srbval.studies.harness import Study, StudyResult
 from srbval.studies.machine import Machine, calibrate, describe_machine
 from srbval.studies.outcomes import outcome_store, outcomes

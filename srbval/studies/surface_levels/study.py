@@ -17,7 +17,7 @@ from srbval.progress.tables import text_rows
 from srbval.recordings import RecordingSettings, recording_from_run
 from srbval.recordings.registry import load_registered
 from srbval.scene import load_scene
-from srbval.storage.own_package import shipped_folder
+from srbval.storage.installation import shipped_folder
 from srbval.studies.harness import Study, StudyResult
 
 HEALTHY = "rig_excerpts/H_877rpm_sample.h5"

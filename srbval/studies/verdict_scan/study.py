@@ -30,8 +30,8 @@ from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings.registry import find_recording, load_entry
 from srbval.scene import Scene
+from srbval.storage.json_files import to_json
 from srbval.storage.stored_result import newest_result
-from srbval.storage.strict_json import json_object
 from srbval.studies.harness import Study, StudyResult, printed_columns
 from srbval.studies.input_effects import NOMINAL_RPM, paper_scenes, run_unchecked
 from srbval.studies.open_inputs import BAND, OpenInput, drawn, open_inputs
@@ -259,7 +259,7 @@ def _by_frequency(record: _Record, hz: float, ci95_hz: float, *, shaft_hz: float
 
 def _run(_: Namespace, progress: Progress) -> StudyResult:
     rig = newest_result("rig_inputs")
-    rows = [json_object(row) for row in scan(rig.content if rig else None, progress=progress)]
+    rows = [to_json(row) for row in scan(rig.content if rig else None, progress=progress)]
     shown = [
         row | {
             "first": row["values"][0], "last": row["values"][-1], "least_pct": min(row["errors_pct"]),

@@ -21,7 +21,6 @@ from srbval.comparison.bias import biases
 from srbval.comparison.compared_quantities import CAGE_RATIO
 from srbval.comparison.comparison import Comparison, QuantityValue
 from srbval.comparison.effects import INPUTS
-from srbval.config.strict import read_toml
 from srbval.errors import NumericsError
 from srbval.models.run import Run
 from srbval.models.simulate import Step, simulate
@@ -31,7 +30,8 @@ from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.recordings import Recording
 from srbval.scene import Scene, SensorPath, draws, load_scene, merge, rig_inputs
-from srbval.storage.strict_json import json_object
+from srbval.storage.json_files import to_json
+from srbval.storage.tables import read_toml
 from srbval.studies.harness import Study, StudyResult
 from srbval.studies.rig_amplitudes import BEARING, OF_HEALTHY, WAVES, behind, drawn_paths, line_order, measured
 
@@ -104,7 +104,7 @@ def scene_of(step: WaterfallStep, state: Fault, changes: Mapping[str, Any]) -> S
 
 
 @cache
-def _run(scene: Scene) -> Run:
+def _run_scene(scene: Scene) -> Run:
     run = simulate(scene, step=Step.UNCHECKED)
     if not run.status.usable:  # the stiffest of the drawn contacts
         run = simulate(
@@ -134,7 +134,7 @@ def compared(step: WaterfallStep, rig: Mapping[Fault, Mapping[str, QuantityValue
     """The rows of one step."""
     path = load_scene("paper", step.changes).sensor_path
     numerics, inputs = variants(step)
-    runs = [{state: _run(scene_of(step, state, one)) for state in STATES} for one in ({}, *numerics, *inputs)]
+    runs = [{state: _run_scene(scene_of(step, state, one)) for state in STATES} for one in ({}, *numerics, *inputs)]
     for state in RACE_DEFECTS:
         model, finer, *others = (read(one, state, path) for one in runs)
         values = [{name: value.value for name, value in one.items()} for one in (model, *others)]
@@ -202,7 +202,7 @@ def _run(_: Namespace, progress: Progress) -> StudyResult:
     content = {
         "seconds": SECONDS, "bias": biases(paper), "measures": summary, "rows": [row.to_dict() for row in found],
     }  # fmt: skip
-    return StudyResult(name="waterfall", content=content, text=text_rows([json_object(one) for one in summary]))
+    return StudyResult(name="waterfall", content=content, text=text_rows([to_json(one) for one in summary]))
 
 
 STUDY = Study(

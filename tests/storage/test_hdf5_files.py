@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray
 
-from srbval.storage.own_hdf5 import SCHEMA_VERSION, Variable, write_own_hdf5
+from srbval.storage.hdf5_files import SCHEMA_VERSION, Variable, write_hdf5
 
 RATE_HZ = 100.0
 
@@ -18,7 +18,7 @@ RATE_HZ = 100.0
 def test_xarray_reads_values_units_and_attributes(tmp_path: Path) -> None:
     path = tmp_path / "run.h5"
     values = np.array([1.0, 2.0, 4.0])
-    write_own_hdf5(
+    write_hdf5(
         path,
         fs_hz=RATE_HZ,
         variables={"acceleration": Variable(values=values, units="m/s2", long_name="radial acceleration")},

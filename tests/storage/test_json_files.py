@@ -14,7 +14,9 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import pytest
 
-from srbval.storage.strict_json import json_object, json_value, parse_json, strict_json, write_json
+from srbval.arrays import FloatArray
+from srbval.errors import DataError
+from srbval.storage.json_files import from_json, json_text, parse_json, read_json, to_json, write_json
 
 
 class Side(enum.StrEnum):
@@ -76,7 +78,7 @@ def read(value: Any) -> Any:
     def refuse(name: str) -> None:
         raise AssertionError(name)
 
-    return json.loads(strict_json(value), parse_constant=refuse)
+    return json.loads(json_text(value), parse_constant=refuse)
 
 
 PART = {"value": 1.5, "side": "left", "doubled": 3.0}
@@ -106,7 +108,7 @@ PART = {"value": 1.5, "side": "left", "doubled": 3.0}
 )
 def test_values_become_plain_json(value: Any, expected: Any) -> None:
     assert read(value) == expected
-    assert type(json_value(value)) in (str, int, float, bool, list, dict, type(None))
+    assert type(to_json(value)) in (str, int, float, bool, list, dict, type(None))
 
 
 def test_a_dataclass_is_written_with_its_fields_and_named_properties() -> None:
@@ -121,13 +123,13 @@ def test_a_dataclass_is_written_with_its_fields_and_named_properties() -> None:
 
 
 def test_keys_keep_the_order_of_fields_then_properties() -> None:
-    assert list(json_object(Part(value=0.0))) == ["value", "side", "doubled"]
-    assert list(json_value({"z": 1, "a": 2})) == ["z", "a"]
+    assert list(to_json(Part(value=0.0))) == ["value", "side", "doubled"]
+    assert list(to_json({"z": 1, "a": 2})) == ["z", "a"]
 
 
 def test_a_class_with_a_shape_of_its_own_says_so() -> None:
     assert read([OwnShape(Part(value=1.5))]) == [{"inner": PART, "n": 3}]
-    assert json_object(OwnShape(Part(value=1.5))) == {"inner": PART, "n": 3}
+    assert to_json(OwnShape(Part(value=1.5))) == {"inner": PART, "n": 3}
 
 
 UNWRITABLE = {"number key": {1: 2}, "enum key": {Code.ONE: 2}, "object": object(), "set": {"a": {1, 2}}, "class": Part}
@@ -137,11 +139,11 @@ UNWRITABLE |= {"complex": 1j, "bytes": b"x"}
 @pytest.mark.parametrize("value", UNWRITABLE.values(), ids=UNWRITABLE)
 def test_what_json_does_not_know_is_refused(value: Any) -> None:
     with pytest.raises(TypeError):
-        strict_json(value)
+        json_text(value)
 
 
 def test_a_document_ends_with_a_newline_and_keeps_its_letters() -> None:
-    assert strict_json({"unit": "µm"}) == '{\n  "unit": "µm"\n}\n'
+    assert json_text({"unit": "µm"}) == '{\n  "unit": "µm"\n}\n'
 
 
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
@@ -168,3 +170,57 @@ def test_a_damaged_document_is_a_value_error(text: str | bytes) -> None:
 
 def test_a_document_is_parsed() -> None:
     assert parse_json(b'{"a": [1, 2.5, null]}') == {"a": [1, 2.5, None]}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Record:
+    JSON_OMITTED: ClassVar = ("cached",)
+
+    part: Part
+    file: Path
+    values: FloatArray
+    rows: tuple[tuple[float, ...], ...]
+    pair: tuple[str, int]
+    by_side: Mapping[Side, Part | None]
+    either: float | int | str
+    error: float
+    limit: float | None = None
+    cached: bool = False
+
+
+RECORD = Record(
+    part=Part(value=1.5), file=Path("a/b"), values=np.array([1.0, np.nan]), rows=((1.0, 2.0), ()), pair=("a", 3),
+    by_side={Side.LEFT: None}, either=3, error=float("nan"),
+)  # fmt: skip
+
+
+def test_what_was_written_is_read_again() -> None:
+    again = from_json(Record, json.loads(json_text(RECORD)))
+    assert json_text(again) == json_text(RECORD)
+    assert (again.part, again.file, again.rows, again.pair) == (RECORD.part, RECORD.file, RECORD.rows, RECORD.pair)
+    assert (again.by_side, type(again.either), again.limit) == (RECORD.by_side, int, None)
+    np.testing.assert_array_equal(again.values, RECORD.values)
+    assert np.isnan(again.error)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"pair": ["a"]}, {"pair": "ab"}, {"pair": ["a", 1.5]}, {"rows": [["1"]]}, {"by_side": {"up": None}},
+        {"part": {"value": 1.5}}, {"part": 3}, {"error": "1"}, {"error": True}, {"limit": 1e999}, {"limit": 10**400},
+        {"file": 3}, {"either": []}, {"other": 1},
+    ],
+    ids=repr,
+)  # fmt: skip
+def test_another_table_is_a_value_error(change: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match=r"\S"):
+        from_json(Record, to_json(RECORD) | change)
+
+
+def test_a_file_that_is_none_is_a_data_error(tmp_path: Path) -> None:
+    write_json(tmp_path / "a.json", RECORD)
+    assert from_json(Record, read_json(tmp_path / "a.json")).part == RECORD.part
+    (tmp_path / "a.json").write_text("{")
+    for name in ("a.json", "b.json"):
+        with pytest.raises(DataError, match=name):
+            read_json(tmp_path / name)

@@ -11,7 +11,7 @@ import pytest
 
 import srbval
 from srbval.errors import DataError
-from srbval.storage.own_package import child_environment, git_revision, package_folder, shipped_folder
+from srbval.storage.installation import child_environment, git_revision, package_folder, shipped_folder
 
 HERE = Path(srbval.__file__).parent
 
@@ -46,5 +46,5 @@ def test_the_revision_of_a_checkout() -> None:
 
 
 def test_an_installed_copy_has_no_revision(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("srbval.storage.own_package.package_folder", lambda: tmp_path / "srbval")
+    monkeypatch.setattr("srbval.storage.installation.package_folder", lambda: tmp_path / "srbval")
     assert git_revision() is None

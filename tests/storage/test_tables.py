@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from srbval.config.strict import build, quantity, read_toml
-from srbval.config.units import parse_quantity
 from srbval.errors import ConfigurationError, DataError
+from srbval.storage.tables import build, quantity, read_toml
+from srbval.storage.units import parse_quantity
 
 ROUNDING = 1e-15  # relative; a product of two floating-point numbers
 

@@ -13,12 +13,12 @@ import pytest
 from srbval.bearing import load_bearing
 from srbval.campaign.planning import plan_cases
 from srbval.campaign.settings import load_campaign
-from srbval.config.strict import read_toml
-from srbval.config.units import parse_quantity
 from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.models.run import RunStatus
 from srbval.models.simulate import simulate, simulate_to_file
 from srbval.scene import SpeedProfile, load_scene, paper_scene
+from srbval.storage.tables import read_toml
+from srbval.storage.units import parse_quantity
 
 LONGEST = SrbvalError.longest + 20
 READERS: list[Callable[[str], object]] = [load_scene, load_bearing, load_campaign]

@@ -1,4 +1,4 @@
-"""The version of a result follows from the imports of the code that computes it."""
+"""What a result was computed by follows from the imports of the code that computes it."""
 
 from __future__ import annotations
 
@@ -7,14 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from srbval.storage import content_version as module
-from srbval.storage.content_version import content_version, sources_of
-from srbval.storage.own_package import package_folder
+from srbval.storage import sources as module
+from srbval.storage.installation import package_folder
+from srbval.storage.sources import content_version, sources_of, sources_sha256
 
 SOURCES = {
     "__init__.py": "from made.unrelated import nothing",
     "entry.py": "from made.near import one\ndef late():\n    from made.room import (\n        late,  # a module\n    )",
-    "near.py": '"""Text.\n\nfrom here on prose, not code.\n"""\nimport made.far\nWHERE = "named.toml"',
+    "near.py": '"""Text.\n\nfrom here on prose, not code.\n"""\nimport made.far\n'
+    'if TYPE_CHECKING:\n    import made.unrelated\nWHERE = "named.toml"',
     "far.py": 'PLACE = "made.named:function"',
     "named.py": "",
     "named.toml": "a = 1",
@@ -41,12 +42,32 @@ def test_sources_are_followed_from_import_to_import(made: Path) -> None:
     assert {path.relative_to(made).as_posix() for path in sources_of("made.entry", package=made)} == USED
 
 
-@pytest.mark.parametrize("name", SOURCES)
-def test_the_version_changes_with_what_is_used_and_with_nothing_else(name: str, made: Path) -> None:
-    before = content_version("made.entry", package=made)
-    (made / name).write_text(SOURCES[name] + "\n# changed", encoding="utf-8")
+def hashes(made: Path) -> tuple[str, str]:
     content_version.cache_clear()
-    assert (content_version("made.entry", package=made) != before) == (name in USED)
+    sources_sha256.cache_clear()
+    module._statements.cache_clear()
+    return content_version("made.entry", package=made), sources_sha256("made.entry", made)
+
+
+@pytest.mark.parametrize("name", SOURCES)
+def test_the_hashes_change_with_what_is_used_and_with_nothing_else(name: str, made: Path) -> None:
+    before = hashes(made)
+    (made / name).write_text(SOURCES[name] + "\nadded = 1", encoding="utf-8")
+    assert [a != b for a, b in zip(hashes(made), before, strict=True)] == [name in USED] * 2
+
+
+def test_comments_docstrings_formatting_and_moves_leave_the_hash_of_what_sources_do(made: Path) -> None:
+    far, named, moved = made / "far.py", made / "named.py", made / "room/moved.py"
+    far.write_text('PLACE = "made.named:function"\ndef f(x):\n    """Text."""\n    return 2*x  # why')
+    before = hashes(made)
+    far.write_text('"""Words."""\n\nPLACE = "made.room.moved:function"')
+    named.unlink()
+    moved.write_text("def f(\n    x,\n):\n    return 2 * x")
+    (made / "named.toml").write_text("# noted\na = 1")
+    after = hashes(made)
+    assert (after[0] == before[0], after[1] == before[1]) == (False, True)
+    moved.write_text("def f(x):\n    return 3 * x")
+    assert hashes(made)[1] != before[1]
 
 
 def test_an_unknown_module_is_an_error(made: Path) -> None:
@@ -57,8 +78,9 @@ def test_an_unknown_module_is_an_error(made: Path) -> None:
 def test_no_import_of_this_package_is_overlooked() -> None:
     for source in package_folder().rglob("*.py"):
         text = source.read_text(encoding="utf-8")
-        names = set()
-        for node in ast.walk(ast.parse(text)):
+        names, tree = set(), ast.parse(text)
+        tree.body = [n for n in tree.body if not (isinstance(n, ast.If) and ast.unparse(n.test) == "TYPE_CHECKING")]
+        for node in ast.walk(tree):
             if isinstance(node, ast.ImportFrom):
                 assert node.level == 0, f"{source}: relative imports are not followed"
                 names |= {f"{node.module}.{alias.name}" for alias in node.names}
@@ -70,14 +92,14 @@ def test_no_import_of_this_package_is_overlooked() -> None:
 def test_lazily_imported_rungs_belong_to_a_run() -> None:
     names = {path.relative_to(package_folder()).as_posix() for path in sources_of("srbval.models.simulate")}
     assert {"models/full/contact_kernel.py", "models/planar/rung.py", "bearing/geometry.py"} <= names
-    assert not any(name.startswith(("bench/", "report/")) for name in names)
+    assert not any(name.startswith(("studies/", "cli/", "report/findings/")) for name in names)
 
 
 def test_stored_ladder_answers_depend_on_what_reads_the_lines() -> None:
     names = {
         path.relative_to(package_folder()).as_posix() for path in sources_of("srbval.studies.model_hierarchy.study")
     }
-    assert {"validation/lines.py", "signal/slip_interval.toml"} <= names
+    assert {"reading/lines.py", "signal/slip_interval.toml"} <= names
 
 
 def test_every_kernel_of_the_models_is_behind_the_version_of_the_kernel_cache() -> None:

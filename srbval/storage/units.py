@@ -11,7 +11,7 @@ from importlib.resources import files
 
 from srbval.errors import ConfigurationError
 
-_TABLE = tomllib.loads((files("srbval.config") / "units.toml").read_text(encoding="utf-8"))
+_TABLE = tomllib.loads((files("srbval.storage") / "units.toml").read_text(encoding="utf-8"))
 UNITS: dict[str, dict[str, float]] = {name: table["units"] for name, table in _TABLE.items()}
 SI_SUFFIX: dict[str, str] = {name: table["suffix"] for name, table in _TABLE.items() if "suffix" in table}
 RANGES: dict[str, list[float]] = {name: table["range"] for name, table in _TABLE.items() if "range" in table}

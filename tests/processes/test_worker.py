@@ -10,8 +10,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from srbval.processes import answering
-from srbval.processes.answering import AnsweringProcess, DiedError, OverLimitError
+from srbval.processes import worker
+from srbval.processes.worker import DiedError, OverLimitError, WorkerProcess
 from tests.marked import marked, until
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
@@ -19,44 +19,44 @@ ANSWERER = "tests.processes.answerer"
 
 
 @pytest.fixture
-def process() -> Iterator[AnsweringProcess]:
-    started = AnsweringProcess(ANSWERER)
+def process() -> Iterator[WorkerProcess]:
+    started = WorkerProcess(ANSWERER)
     yield started
     started.close()
     started.close()  # more than once does no harm
 
 
-def test_it_answers(process: AnsweringProcess) -> None:
+def test_it_answers(process: WorkerProcess) -> None:
     large = bytes(10_000_000)
-    assert [process.ask(request, limit_s=60.0) for request in (1, "print", large)] == [1, "print", large]
+    assert [process.call(request, limit_s=60.0) for request in (1, "print", large)] == [1, "print", large]
 
 
 @pytest.mark.parametrize(
     ("request_", "how"),
     [("die", "signal SIGKILL"), ("leave", "exit code 7"), ("raise", "exit code 1"), ("cannot be pickled", "exit code")],
 )
-def test_it_dies(request_: str, how: str, process: AnsweringProcess, capfd: pytest.CaptureFixture[str]) -> None:
+def test_it_dies(request_: str, how: str, process: WorkerProcess, capfd: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(DiedError) as caught:
-        process.ask(request_)
+        process.call(request_)
     assert not isinstance(caught.value, OverLimitError)
     assert process.death().startswith(how)
     assert "Traceback" not in capfd.readouterr().err
     with pytest.raises(DiedError):
-        process.ask(1)
+        process.call(1)
 
 
 @pytest.mark.parametrize("request_", ["sleep", "hold the interpreter"])
-def test_it_takes_too_long(request_: str, process: AnsweringProcess) -> None:
-    assert process.ask(1) == 1
+def test_it_takes_too_long(request_: str, process: WorkerProcess) -> None:
+    assert process.call(1) == 1
     with pytest.raises(OverLimitError):
-        process.ask(request_, limit_s=0.2)
+        process.call(request_, limit_s=0.2)
     assert process.death() == "signal SIGKILL"
 
 
 PARENT = f"""
 import sys
-from srbval.processes import answering
-answering.AnsweringProcess({ANSWERER!r}).ask(sys.argv[1], limit_s=float(sys.argv[2]))
+from srbval.processes import worker
+worker.WorkerProcess({ANSWERER!r}).call(sys.argv[1], limit_s=float(sys.argv[2]))
 """
 
 
@@ -68,14 +68,14 @@ def test_it_does_not_outlive_its_parent(request_: str) -> None:
     until(lambda: len(marked(mark)) == 2)
     parent.kill()
     parent.wait()
-    until(lambda: not marked(mark), within_s=4 + 4 * answering.GRACE_S)
+    until(lambda: not marked(mark), within_s=4 + 4 * worker.GRACE_S)
     assert parent.returncode == -signal.SIGKILL
 
 
 def test_ctrl_c_does_not_reach_it_even_while_it_starts(capfd: pytest.CaptureFixture[str]) -> None:
     for _ in range(5):
-        process = AnsweringProcess(ANSWERER)
+        process = WorkerProcess(ANSWERER)
         os.kill(process.pid, signal.SIGINT)
-        assert process.ask(1, limit_s=60.0) == 1
+        assert process.call(1, limit_s=60.0) == 1
         process.close()
     assert "KeyboardInterrupt" not in capfd.readouterr().err

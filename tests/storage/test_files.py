@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 from srbval.errors import DataError
-from srbval.storage.whole_file import remove_unfinished, whole_file
+from srbval.storage.files import atomic_write, remove_unfinished
 
 
 def test_the_old_file_is_there_until_the_new_one_is_whole(tmp_path: Path) -> None:
     path = tmp_path / "a.txt"
     path.write_text("old")
-    with whole_file(path) as part:
+    with atomic_write(path) as part:
         part.write_text("new")
         assert path.read_text() == "old"
         assert part.parent == path.parent  # the same file system, so that renaming is atomic
@@ -25,14 +25,14 @@ def test_the_old_file_is_there_until_the_new_one_is_whole(tmp_path: Path) -> Non
 
 def test_missing_folders_are_made(tmp_path: Path) -> None:
     path = tmp_path / "x" / "y" / "a.txt"
-    with whole_file(path) as part:
+    with atomic_write(path) as part:
         part.write_text("new")
     assert path.read_text() == "new"
 
 
 def test_an_interruption_leaves_nothing(tmp_path: Path) -> None:
     def interrupted() -> None:
-        with whole_file(tmp_path / "a.txt") as part:
+        with atomic_write(tmp_path / "a.txt") as part:
             part.write_text("half")
             raise KeyboardInterrupt
 
@@ -43,7 +43,7 @@ def test_an_interruption_leaves_nothing(tmp_path: Path) -> None:
 
 def test_permissions_are_those_of_any_new_file(tmp_path: Path) -> None:
     (tmp_path / "plain.txt").touch()
-    with whole_file(tmp_path / "a.txt") as part:
+    with atomic_write(tmp_path / "a.txt") as part:
         part.touch()
     modes = {stat.S_IMODE(path.stat().st_mode) for path in tmp_path.iterdir()}
     assert len(modes) == 1
@@ -53,7 +53,7 @@ def test_permissions_are_those_of_any_new_file(tmp_path: Path) -> None:
 def test_a_folder_that_cannot_be_written_is_a_data_error(tmp_path: Path) -> None:
     tmp_path.chmod(0o500)
     try:
-        with pytest.raises(DataError, match="cannot be written"), whole_file(tmp_path / "a.txt"):
+        with pytest.raises(DataError, match="cannot be written"), atomic_write(tmp_path / "a.txt"):
             pass
     finally:
         tmp_path.chmod(0o700)
@@ -61,7 +61,7 @@ def test_a_folder_that_cannot_be_written_is_a_data_error(tmp_path: Path) -> None
 
 def test_a_file_in_place_of_the_folder_is_a_data_error(tmp_path: Path) -> None:
     (tmp_path / "a").touch()
-    with pytest.raises(DataError, match="cannot be written"), whole_file(tmp_path / "a" / "b.txt"):
+    with pytest.raises(DataError, match="cannot be written"), atomic_write(tmp_path / "a" / "b.txt"):
         pass
 
 

@@ -1,10 +1,14 @@
-"""This program's own HDF5 layout: runs, stand-ins and data sets, readable by xarray with names and units.
+"""HDF5 files of runs and data sets, readable by xarray with names and units, and the checksum at their ends.
 
-Every file ends with its checksum, see `checksum`; every data set has one of HDF5's own, for other readers.
+A file ends with the SHA-256 of its content, behind a summary for those who need no more of it; HDF5 readers ignore what
+follows the end that an HDF5 file states. Every data set has a checksum of HDF5's own, for other readers.
 """
 
 import contextlib
+import hashlib
 import io
+import os
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,11 +18,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from srbval.errors import DataError
-from srbval.storage.checksum import CHECKSUM, append_checksum
-from srbval.storage.whole_file import whole_file
+from srbval.storage.files import atomic_write
 
+CHECKSUM = "srbval_checksum"  # attribute of the HDF5 files that have one
+MARK = b"\nsrbval summary %07d sha256 "  # after the summary, with its length [bytes]; then the digest and a line end
+END = re.compile(rb"\nsrbval summary ([0-9]{7}) sha256 ([0-9a-f]{64})\n")
+END_BYTES = len(MARK % 0) + 65
+BLOCK_BYTES = 2**20
 SCHEMA_VERSION = 1
-OWN: dict[str, Any] = {"schema_version": SCHEMA_VERSION, CHECKSUM: "sha256 of the file, after the end of its HDF5 part"}
+ATTRIBUTES: dict[str, Any] = {
+    "schema_version": SCHEMA_VERSION,
+    CHECKSUM: "sha256 of the file, after the end of its HDF5 part",
+}
 CHECKED: dict[str, Any] = {"fletcher32": True}  # option of data sets
 
 
@@ -59,8 +70,8 @@ CALLED_BY_HDF5 = {_PatientFile.write.__code__, _PatientFile.truncate.__code__}  
 
 
 @contextlib.contextmanager
-def own_hdf5(path: Path) -> Iterator[Any]:
-    """An open HDF5 file that becomes `path`, whole and with its checksum, or nothing; `OWN` is among its attributes.
+def new_hdf5(path: Path) -> Iterator[Any]:
+    """An open HDF5 file that becomes `path`, whole and with its checksum, or nothing; it has `ATTRIBUTES`.
 
     Raises `DataError` where the place cannot be written; its `check_written` does so as soon as that is known.
     """
@@ -72,17 +83,17 @@ def own_hdf5(path: Path) -> Iterator[Any]:
         if error is not None:
             raise error
 
-    with whole_file(path) as part:
+    with atomic_write(path) as part:
         with _PatientFile(part, "w+") as raw:
             with h5py.File(raw, "w", track_order=True) as file:
-                file.attrs.update(OWN)
+                file.attrs.update(ATTRIBUTES)
                 file.check_written = check
                 yield file
             check()
         append_checksum(part)
 
 
-def write_own_hdf5(
+def write_hdf5(
     path: Path,
     *,
     fs_hz: float,
@@ -97,7 +108,7 @@ def write_own_hdf5(
     at `start_s`. Raises `DataError` where the place cannot be written.
     """
     length = len(next(iter(variables.values())).values)
-    with own_hdf5(path) as file:
+    with new_hdf5(path) as file:
         file.attrs.update({"fs_hz": fs_hz, **attributes})
         time = file.create_dataset("time_s", data=start_s + np.arange(length) / fs_hz, **CHECKED)
         time.attrs.update({"units": "s", "long_name": "time"})
@@ -106,3 +117,39 @@ def write_own_hdf5(
             dataset = file.create_dataset(name, data=variable.values, **CHECKED)
             dataset.dims[0].attach_scale(time)
             dataset.attrs.update({"units": variable.units, "long_name": variable.long_name})
+
+
+def append_checksum(path: Path, summary: bytes = b"") -> None:
+    """Append `summary` and the checksum of all before it to a file that is being written."""
+    with path.open("r+b") as stream:
+        digest = hashlib.file_digest(stream, "sha256")
+        last = summary + MARK % len(summary)
+        digest.update(last)
+        stream.seek(0, os.SEEK_END)
+        stream.write(last + digest.hexdigest().encode() + b"\n")
+
+
+def checked_summary(path: Path) -> bytes | None:
+    """The summary of a file that is as it was written; None for a file without a checksum, which is not read further.
+
+    Raises `DataError` for a file that is not as it was written, `OSError` where it cannot be read.
+    """
+    with path.open("rb") as stream:
+        size = stream.seek(0, os.SEEK_END)
+        stream.seek(max(0, size - END_BYTES))
+        found = END.fullmatch(stream.read(END_BYTES))
+        if found is None:
+            return None
+        stream.seek(0)
+        digest, left = hashlib.sha256(), size - 65
+        while left and (block := stream.read(min(left, BLOCK_BYTES))):
+            digest.update(block)
+            left -= len(block)
+        if left or digest.hexdigest().encode() != found[2]:
+            raise DataError(
+                f"{path}: damaged: its content does not fit the checksum that was written with it. Copy it again from "
+                "where it is whole, or make it again."
+            )
+        length = int(found[1])
+        stream.seek(max(0, size - END_BYTES - length))
+        return stream.read(length)

@@ -1,8 +1,9 @@
-"""Writing a file as a whole or not at all."""
+"""Files written as a whole or not at all, and files that someone named read within limits."""
 
 import contextlib
 import os
 import re
+import stat
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -11,10 +12,11 @@ from srbval.errors import DataError
 
 SUFFIX = ".srbval-part"
 UNFINISHED = re.compile(r"\.(.+)\.[a-z0-9_]{8}" + re.escape(SUFFIX))  # the name of the file that was to be written
+MOST_BYTES = 2**21  # a speed profile of 100,000 entries fits; reading more than that as TOML would take seconds
 
 
 @contextlib.contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
+def atomic_write(path: Path) -> Iterator[Path]:
     """Yield a path beside `path` to write to; it replaces `path` on success and is removed on failure.
 
     Data reach the disk before the name changes, so an interruption leaves the old file or none, never
@@ -29,15 +31,17 @@ def whole_file(path: Path) -> Iterator[Path]:
     part = Path(name)
     try:
         yield part
-        _sync(part)
-        part.chmod(0o666 & ~_umask())
+        with part.open("rb") as stream:
+            os.fsync(stream.fileno())
+        os.umask(mask := os.umask(0))
+        part.chmod(0o666 & ~mask)
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
 
 
 def remove_unfinished(folder: Path, belongs: Callable[[str], bool]) -> None:
-    """Remove what killed processes left in `folder` of `whole_file`, for names of files that `belongs` accepts.
+    """Remove what killed processes left in `folder` of `atomic_write`, for names of files that `belongs` accepts.
 
     Nothing else: neither files of other names nor folders nor links. Call it where no other process writes.
     """
@@ -47,12 +51,17 @@ def remove_unfinished(folder: Path, belongs: Callable[[str], bool]) -> None:
             path.unlink(missing_ok=True)
 
 
-def _sync(path: Path) -> None:
-    with path.open("rb") as stream:
-        os.fsync(stream.fileno())
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+def read_limited(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
+    """The content of a regular file of at most `most_bytes`; `DataError` for a pipe, a folder, or whatever else."""
+    try:
+        if not stat.S_ISREG(path.stat().st_mode):
+            raise DataError(f"{path}: not a regular file. Check the path.")
+        with path.open("rb") as file:
+            content = file.read(most_bytes + 1)
+    except (FileNotFoundError, NotADirectoryError):
+        raise DataError(f"{path}: no such file. Check the path.") from None
+    except (OSError, ValueError) as error:  # a path with a NUL or a lone surrogate is a ValueError
+        raise DataError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error}).") from None
+    if len(content) > most_bytes:
+        raise DataError(f"{path}: more than {most_bytes} bytes, which is the limit for a file of this kind.")
+    return content

@@ -1,34 +1,58 @@
-"""The version of a result: a hash of every source file that the code which computes it depends on.
+"""What a result was computed by: a hash of every source file that the code which computes it depends on.
 
 The files follow from the imports, from module to module within the package, those within functions included. So
 nobody keeps a list of them, and a result is out of date exactly when something changed that may have changed it.
+Imports for type checkers alone do not count.
 """
 
 import ast
+import gc
 import hashlib
 import itertools
 import re
+import tomllib
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+from typing import Any
 
-from srbval.storage.own_package import package_folder
+from srbval.storage.installation import package_folder
 
 PACKAGE = package_folder()
 
 # Import statements are found by their first word and parsed alone: parsing whole files would take ten times as long.
 STATEMENT = re.compile(r"^[ \t]*(?:from|import)[ \t][^\n(]*(?:\([^)]*\))?", re.MULTILINE)
+FOR_TYPES = re.compile(r"^if TYPE_CHECKING:.*\n(?:[ \t]+.*\n|\n)*", re.MULTILINE)
 PLACE = re.compile(r"""["']([\w.]+):\w+["']""")  # "module:name", of what is imported when it is first used
+_NOT_RUN = ("if TYPE_CHECKING:", "__all__ = ")
 DATA_FILE = re.compile(r"""["']([\w-]+\.(?:toml|json|csv))["']""")
 
 
 @cache
 def content_version(*modules: str, package: Path = PACKAGE) -> str:
-    """Hash of all sources that `modules` depend on, 16 hexadecimal digits; names are dotted, the package's first."""
+    """Hash of all sources that `modules` depend on, byte by byte, 16 hexadecimal digits; names are dotted."""
     digest = hashlib.sha256()
     for source in sorted(sources_of(*modules, package=package)):
         digest.update(source.relative_to(package).as_posix().encode() + b"\0" + source.read_bytes())
     return digest.hexdigest()[:16]
+
+
+@cache
+def sources_sha256(module: str, package: Path = PACKAGE) -> str:
+    """Hash of what the sources that `module` depends on do, 64 hexadecimal digits.
+
+    Other than `content_version` it stays the same where docstrings, comments or the formatting change and where code
+    moves to another file: it is that of all top-level statements, in no order, with the names that they import but not
+    with the modules that these come from.
+    """
+    collects = gc.isenabled()
+    gc.disable()  # syntax trees are millions of objects without a cycle
+    try:
+        statements = [one for source in sources_of(module, package=package) for one in _statements(source, package)]
+    finally:
+        if collects:
+            gc.enable()
+    return hashlib.sha256(b"".join(sorted(statements))).hexdigest()
 
 
 def sources_of(*modules: str, package: Path = PACKAGE) -> set[Path]:
@@ -75,7 +99,7 @@ def _used_by(source: Path, known: dict[str, Path]) -> list[Path]:
 
 def _imported(text: str) -> Iterator[str]:
     """Dotted names that the import statements of a source name; a line of prose that begins alike names nothing."""
-    for statement in STATEMENT.findall(text):
+    for statement in STATEMENT.findall(FOR_TYPES.sub("", text)):
         try:
             node = ast.parse(statement.strip()).body[0]
         except SyntaxError:
@@ -84,3 +108,44 @@ def _imported(text: str) -> Iterator[str]:
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
         elif isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
+
+
+@cache
+def _statements(source: Path, package: Path) -> list[bytes]:
+    """Hash of every top-level statement of a module, imports and ``__all__`` apart; of a data file, of its content."""
+    if source.suffix != ".py":
+        content = source.read_bytes()
+        if source.suffix == ".toml":
+            content = repr(tomllib.loads(content.decode())).encode()
+        return [hashlib.sha256(content).digest()]
+    text, found = source.read_text(encoding="utf-8"), []
+    lines = text.split("\n")
+    for node in ast.parse(text).body:
+        words: list[str] = []
+        if not (isinstance(node, ast.Import | ast.ImportFrom) or lines[node.lineno - 1].startswith(_NOT_RUN)):
+            _describe(node, f"{package.name}.", words)
+        if words:
+            found.append(hashlib.sha256("\n".join(words).encode()).digest())
+    return found
+
+
+def _describe(node: ast.AST, inner: str, words: list[str]) -> None:
+    """Add what a syntax tree says, alike for every version of Python; nothing for a statement that is text alone."""
+    if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
+        return
+    words.append(type(node).__name__)
+    for name in node._fields:
+        value: Any = getattr(node, name, None)
+        if isinstance(value, ast.AST):
+            _describe(value, inner, words)
+        elif isinstance(value, list):
+            for item in value:
+                if isinstance(item, ast.AST):
+                    _describe(item, inner, words)
+                else:
+                    words.append(repr(item))
+            words.append(f"end of {name}" if value else "")
+        elif isinstance(value, str) and value.startswith(inner):  # a module that may move
+            words.append(value.partition(":")[2])
+        elif value is not None:
+            words.append(repr(value))

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from srbval.processes.ctrl_c import without_ctrl_c
-from srbval.storage.own_package import child_environment
+from srbval.storage.installation import child_environment
 
 GRACE_S = 5.0  # after the limit, for the parent to kill the child before that ends itself
 END_S = 10.0  # for a killed process to end; one that waits for a dead disk does not
@@ -33,8 +33,8 @@ class OverLimitError(DiedError):
     """The process was killed because it took longer than its limit."""
 
 
-class AnsweringProcess:
-    """A process that runs ``python -m module``, which calls `answer_requests`.
+class WorkerProcess:
+    """A process that runs ``python -m module``, which calls `serve_calls`.
 
     `environment` is added to this process's own. Requests and answers are whatever `pickle` knows; not for code that
     is not trusted.
@@ -103,7 +103,7 @@ class AnsweringProcess:
             self._process.wait(END_S)
 
 
-def answer_requests(load: Callable[[], Callable[[Any], Any]], *, idle_s: float | None = None) -> None:
+def serve_calls(load: Callable[[], Callable[[Any], Any]], *, idle_s: float | None = None) -> None:
     """What the child does: answer with the function that `load` returns, until the input ends, or is idle for `idle_s`.
 
     `load` imports what is needed; requests may be waiting meanwhile. Ctrl-C is left to the parent. An exception ends

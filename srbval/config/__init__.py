@@ -1,1 +1,0 @@
-"""Reading configuration: units at the border, strict TOML into frozen dataclasses."""

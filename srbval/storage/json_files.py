@@ -1,0 +1,154 @@
+"""Objects to strict JSON and back: numbers as numbers, null instead of NaN or Infinity, whole files or none.
+
+A dataclass is written as an object of its fields, in their order, and read again by `from_json`, without any method of
+its own. Two class attributes change what is written of it::
+
+    @dataclass(frozen=True)
+    class Check:
+        JSON_PROPERTIES: ClassVar = ("ok",)  # computed properties, written after the fields
+        JSON_OMITTED: ClassVar = ("run",)  # fields that are not written
+        ...
+
+A class whose JSON object has another shape than its fields has a method ``to_dict()`` that returns a mapping; its
+values may be anything that can be written, other dataclasses included.
+"""
+
+import dataclasses
+import enum
+import hashlib
+import json
+import math
+import re
+from collections.abc import Mapping
+from datetime import datetime
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from srbval.errors import ConfigurationError, DataError
+from srbval.storage.files import MOST_BYTES, atomic_write, read_limited
+from srbval.storage.tables import build
+
+T = TypeVar("T")
+LINE = re.compile(rb'(\{.+), "check": "([0-9a-f]{32})"\}')
+STRING = re.compile(rb'"(?:[^"\\]|\\.)*+"')
+SURROGATE = re.compile("[\ud800-\udfff]")  # half a character: no file can hold one
+MOST_BRACKETS = 500  # of a line, so that nothing is nested deeper than Python follows
+
+
+def to_json(value: Any) -> Any:
+    """Turn `value` into what JSON knows; a dataclass or mapping becomes a dictionary.
+
+    Dataclasses, mappings, NumPy scalars and arrays, enums, paths, dates and tuples are converted; a number that is
+    not finite becomes None. Raises TypeError for anything else, so that no object is ever written as its repr.
+    """
+    if isinstance(value, enum.Enum):
+        return to_json(value.value)
+    if isinstance(value, np.ndarray | np.generic):
+        return to_json(value.tolist())
+    if value is None or isinstance(value, str | bool | int):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Path):
+        return value.as_posix()
+    if isinstance(value, datetime):
+        return value.isoformat()
+    if isinstance(value, Mapping):
+        return {_key(key): to_json(item) for key, item in value.items()}
+    if isinstance(value, tuple | list):
+        return [to_json(item) for item in value]
+    if hasattr(value, "to_dict"):
+        return to_json(value.to_dict())
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        omitted = getattr(value, "JSON_OMITTED", ())
+        fields = [field.name for field in dataclasses.fields(value) if field.name not in omitted]
+        names = (*fields, *getattr(value, "JSON_PROPERTIES", ()))
+        return {name: to_json(getattr(value, name)) for name in names}
+    raise TypeError(f"{type(value).__name__} cannot be written as JSON.")
+
+
+def from_json(cls: type[T], table: Any) -> T:
+    """The `cls` that `to_json` made `table` of; `ValueError` for a missing or strange key, a wrong type or value.
+
+    Fields may be plain values, enums, paths, dataclasses, tuples and mappings of these, arrays [n], or None. A null is
+    NaN where a float alone is expected. Classes with ``to_dict`` are not read.
+    """
+    try:
+        return build(cls, table, cls.__name__, stored=True)
+    except ConfigurationError as error:
+        raise ValueError(str(error)) from None
+
+
+def json_text(value: Any, *, ascii_only: bool = False) -> str:
+    """One JSON document, indented by two spaces, keys in the order given, a newline at the end."""
+    return json.dumps(to_json(value), indent=2, ensure_ascii=ascii_only, allow_nan=False) + "\n"
+
+
+def parse_json(text: str | bytes) -> Any:
+    """The value of a JSON document from a file that may be damaged: `ValueError` whatever is wrong with it.
+
+    NaN and infinities are refused, as are values nested so deep, or integers so long, that Python's own reader gives
+    up.
+    """
+    try:
+        return json.loads(text, parse_constant=_refuse)
+    except RecursionError:
+        raise ValueError("nested too deep") from None
+
+
+def write_json(path: Path, value: Any) -> None:
+    """Write `value` to `path` at once: readers see the old file or the new one, never a half."""
+    # A lone surrogate of a damaged file name becomes its own JSON escape.
+    content = json_text(value).encode("utf-8", errors="backslashreplace")
+    with atomic_write(path) as part:
+        part.write_bytes(content)
+
+
+def read_json(path: Path, most_bytes: int = MOST_BYTES) -> Any:
+    """The value of a JSON file of at most `most_bytes`; `DataError` for a file that cannot be read or is none."""
+    content = read_limited(path, most_bytes)
+    try:
+        return parse_json(content)
+    except ValueError as error:
+        raise DataError(f"{path}: not JSON ({error}).") from None
+
+
+def checked_line(value: Any) -> bytes:
+    """A mapping or dataclass as one line of JSON, UTF-8, that ends with the hash of the text before it."""
+    text = json.dumps(to_json(value), ensure_ascii=False)
+    content = SURROGATE.sub("?", text).removesuffix("}").encode()
+    return content + b', "check": "%s"}\n' % _check(content)
+
+
+def read_checked_line(line: bytes) -> dict[str, Any]:
+    """The object of a line, without its check value; `ValueError` where that does not fit, or for a hostile value.
+
+    Nothing is parsed whose check value does not fit.
+    """
+    found = LINE.fullmatch(line.removesuffix(b"\n"))
+    if found is None or _check(found[1]) != found[2]:
+        raise ValueError("it does not fit its check value")
+    structure = STRING.sub(b"", found[1])
+    if structure.count(b"[") + structure.count(b"{") > MOST_BRACKETS:
+        raise ValueError("too much is nested in it")
+    table: dict[str, Any] = parse_json(found[1] + b"}")
+    json.dumps(table, ensure_ascii=False).encode()  # no half characters
+    return table
+
+
+def _check(content: bytes) -> bytes:
+    return hashlib.sha256(content).hexdigest()[:32].encode()
+
+
+def _refuse(constant: str) -> Any:
+    raise ValueError(f"{constant} is not JSON")
+
+
+def _key(key: Any) -> str:
+    """The text of a key: a string, or an enum member whose value is one."""
+    text = key.value if isinstance(key, enum.Enum) else key
+    if not isinstance(text, str):
+        raise TypeError(f"JSON key {key!r} must be text.")
+    return str(text)

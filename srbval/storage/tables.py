@@ -1,0 +1,218 @@
+"""Tables of TOML and JSON files to frozen dataclasses, or a clear error; limits of their fields.
+
+A field declared with `quantity(dimension)` is named with its SI unit (``radial_n``). Its table may say
+``radial_n = 124800.0`` (a number, SI) or ``radial = "124.8 kN"`` (text with a unit); a bare number
+under the unit-less key is refused, so no file can be read in the wrong unit. Fields with limits belong to a class
+`Checked`, which checks them however it is made, by `dataclasses.replace` too.
+"""
+
+import dataclasses
+import enum
+import itertools
+import math
+import re
+import sys
+import tomllib
+import types
+import typing
+from collections.abc import Callable, Mapping
+from datetime import date, time
+from functools import cache, partial
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from srbval.errors import ConfigurationError, did_you_mean
+from srbval.storage.files import read_limited
+from srbval.storage.units import SI_SUFFIX, check_range, parse_quantity, shown
+
+T = TypeVar("T")
+Number = Callable[[object, str], float]  # reads the value at a place of a table as a number
+
+DEEPEST = 16  # levels of a TOML file; none of ours has more than five
+LONGEST_KEY = 64  # parts of a dotted key; the reader's time grows with their square
+KEY_PART = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
+LONG_KEY = re.compile(rf"(?<![\w-]){KEY_PART}(?:[ \t]*\.[ \t]*{KEY_PART}){{{LONGEST_KEY}}}")
+
+
+def limited(
+    *, above: float | None = None, least: float | None = None, most: float | None = None, **options: Any
+) -> Any:
+    """Declare a field of a `Checked` class with limits of its number, or of every number in its tuple."""
+    metadata = options.pop("metadata", {}) | {"limits": (above, least, most)}
+    return dataclasses.field(metadata=metadata, **options)
+
+
+def quantity(dimension: str, **options: Any) -> Any:
+    """Declare a field that holds a physical quantity in SI, with limits as `limited` takes them."""
+    return limited(metadata={"dimension": dimension}, **options)
+
+
+class Checked:
+    """Base of dataclasses with limits; a value beyond them, or that no machine has, is a `ConfigurationError`."""
+
+    def __post_init__(self) -> None:
+        """Check all fields with limits."""
+        for field in dataclasses.fields(typing.cast(Any, self)):
+            if field.metadata and (value := getattr(self, field.name)) is not None:
+                for number in value if isinstance(value, tuple) else (value,):
+                    _check(self, field, number)
+
+
+def _check(owner: object, field: dataclasses.Field[Any], number: float) -> None:
+    if "dimension" in field.metadata:
+        check_range(number, field.metadata["dimension"], field.name)
+    above, least, most = field.metadata["limits"]
+    if (above is None or number > above) and (least is None or number >= least) and (most is None or number <= most):
+        return
+    low = "" if above is least is None else f"above {above:g}" if least is None else f"{least:g} or more"
+    words = " and ".join(filter(None, [low, "" if most is None else f"at most {most:g}"]))
+    table = re.sub("(?<=[a-z])(?=[A-Z])", "_", type(owner).__name__).lower()
+    raise ConfigurationError(f"{table} {field.name} = {number} must be {words}.")
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Read a TOML file; a missing or unreadable file is a `DataError`, a malformed one a `ConfigurationError`."""
+    content = read_limited(path)
+    try:
+        text = content.decode("utf-8")
+        if LONG_KEY.search(text):
+            raise ValueError(f"a key of more than {LONGEST_KEY} parts")
+        document = tomllib.loads(text)
+        _check_values(document)
+    except (ValueError, RecursionError) as error:
+        why = f"nested deeper than {DEEPEST} levels" if isinstance(error, RecursionError) else str(error)
+        why = "an integer beyond 64 bits" if why.startswith("Exceeds the limit") else why  # Python's own, of its digits
+        raise ConfigurationError(f"{path}: not a valid TOML file: {why}.") from None
+    return document
+
+
+def _check_values(document: object) -> None:
+    """`RecursionError` for values nested too deep, `ValueError` for integers beyond TOML's own 64 bits, and dates."""
+    level: list[Any] = [document]
+    for _ in range(DEEPEST):
+        nested = [outer.values() if isinstance(outer, dict) else outer for outer in level]
+        level = []
+        for value in itertools.chain.from_iterable(nested):
+            if isinstance(value, dict | list):
+                level.append(value)
+            elif isinstance(value, int) and not -(2**63) <= value < 2**63:
+                raise ValueError("an integer beyond 64 bits")
+            elif isinstance(value, date | time):
+                raise ValueError(f"{value} is a date or time, which no key accepts")
+    if level:
+        raise RecursionError
+
+
+def build(cls: type[T], table: object, where: str, *, stored: bool = False) -> T:
+    """Make a `cls` (frozen dataclass) from `table`; `where` names the table in error messages.
+
+    Unknown keys are refused with the nearest known one; a missing required key, a value of the wrong
+    type or unit likewise (`ConfigurationError`). Values are checked further by the class itself. A `stored` table is
+    what `to_json` wrote: all keys are there, numbers have no units, and null stands for NaN.
+    """
+    if not isinstance(table, Mapping):
+        raise ConfigurationError(f"{where}: expected a table, found {shown(table)}.")
+    hints, fields, spelling = _declared(cls, stored)  # type: ignore[arg-type]
+    values: dict[str, Any] = {}
+    for key, raw in table.items():
+        if stored and key in getattr(cls, "JSON_PROPERTIES", ()):
+            continue
+        if key not in spelling:
+            raise ConfigurationError(f"{where}: unknown key {key!r}{did_you_mean(key, spelling)}.")
+        name = spelling[key]
+        if name in values:
+            raise ConfigurationError(f"{where}: {key!r} is given twice, as {name!r} and without its unit.")
+        number: Number = _stored_number if stored else partial(_number, fields[name], key)
+        values[name] = _value(raw, hints[name], f"{where}.{key}", number)
+    required = (n for n, f in fields.items() if stored or f.default is f.default_factory is dataclasses.MISSING)
+    missing = [n for n in required if n not in values]
+    if missing:
+        raise ConfigurationError(f"{where}: missing key {missing[0]!r}.")
+    return cls(**values)
+
+
+@cache
+def _declared(cls: type, stored: bool) -> tuple[dict[str, Any], dict[str, dataclasses.Field[Any]], dict[str, str]]:
+    """Types and fields of a dataclass by name, and the names by the keys that spell them."""
+    omitted = getattr(cls, "JSON_OMITTED", ()) if stored else ()
+    fields = {f.name: f for f in dataclasses.fields(cls) if f.init and f.name not in omitted}
+    spelling = {name: name for name in fields}
+    if not stored:
+        spelling |= {_without_unit(field): name for name, field in fields.items()}
+    return typing.get_type_hints(cls), fields, spelling
+
+
+def _without_unit(field: dataclasses.Field[Any]) -> str:
+    return field.name.removesuffix(SI_SUFFIX.get(field.metadata.get("dimension", ""), ""))
+
+
+def _value(raw: object, hint: Any, where: str, number: Number) -> Any:
+    kind, inner = typing.get_origin(hint) or hint, typing.get_args(hint)
+    if kind in (types.UnionType, typing.Union):
+        return _either(raw, inner, where, number)
+    if kind is float:
+        return number(raw, where)
+    if kind is tuple:
+        if not isinstance(raw, list) or (inner[1:] != (...,) and len(raw) != len(inner)):
+            raise ConfigurationError(f"{where}: expected a list, found {shown(raw)}.")
+        hints = [inner[0]] * len(raw) if inner[1:] == (...,) else inner
+        items = enumerate(zip(raw, hints, strict=True))
+        return tuple(_value(item, one, f"{where}[{i}]", number) for i, (item, one) in items)
+    if kind in (dict, Mapping) and isinstance(raw, dict) and inner:
+        return {_value(k, inner[0], where, number): _value(v, inner[1], f"{where}.{k}", number) for k, v in raw.items()}
+    if dataclasses.is_dataclass(kind):
+        return build(typing.cast(Any, kind), raw, where, stored=number is _stored_number)
+    if isinstance(kind, type) and issubclass(kind, enum.Enum):
+        return _member(raw, kind, where)
+    if kind is Path and isinstance(raw, str):
+        return Path(raw)
+    if kind is np.ndarray and isinstance(raw, list):
+        return np.array(_value(raw, tuple[float, ...], where, number))
+    if kind is not Any and (not isinstance(raw, kind) or (isinstance(raw, bool) and kind is not bool)):
+        raise ConfigurationError(f"{where}: expected {kind.__name__}, found {shown(raw)}.")
+    return raw
+
+
+def _either(raw: object, hints: tuple[Any, ...], where: str, number: Number) -> Any:
+    """Of the type that it has already, or else of the first that fits; the error of the last."""
+    if raw is None and types.NoneType in hints:
+        return None
+    *others, last = sorted((h for h in hints if h is not types.NoneType), key=lambda hint: hint is not type(raw))
+    for hint in others:
+        try:
+            return _value(raw, hint, where, number)
+        except ConfigurationError:
+            continue
+    return _value(raw, last, where, number)
+
+
+def _member(raw: object, kind: type[enum.Enum], where: str) -> enum.Enum:
+    try:
+        return kind(raw)
+    except ValueError:
+        known = [str(member.value) for member in kind]
+        raise ConfigurationError(f"{where}: {shown(raw)} is not known{did_you_mean(shown(raw), known)}.") from None
+
+
+def _number(field: dataclasses.Field[Any], key: str, raw: object, where: str) -> float:
+    """A number of a configuration: in SI under the field's own name, else with its unit."""
+    dimension = field.metadata.get("dimension")
+    if dimension and key == field.name and isinstance(raw, str):
+        raise ConfigurationError(
+            f"{where}: a number in SI is expected; for {shown(raw)} write {_without_unit(field)!r}."
+        )
+    if dimension and key != field.name and not isinstance(raw, str):
+        raise ConfigurationError(
+            f"{where}: {shown(raw)} has no unit; write text with a unit, or the SI number as {field.name!r}."
+        )
+    return parse_quantity(raw, dimension or "one", where)
+
+
+def _stored_number(raw: object, where: str) -> float:
+    if raw is None:
+        return math.nan
+    if not isinstance(raw, int | float) or isinstance(raw, bool) or not abs(raw) <= sys.float_info.max:
+        raise ConfigurationError(f"{where}: expected a finite number, found {shown(raw)}.")
+    return float(raw)

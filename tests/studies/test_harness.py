@@ -1,0 +1,100 @@
+"""Studies stand on their own: each says what it asks, and the rest does without any of them."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from srbval.cli.arguments import Parser
+from srbval.errors import ConfigurationError
+from srbval.progress import silent
+from srbval.report.pages import StoredResults, results_of
+from srbval.studies import harness
+from srbval.studies.harness import FOLDER, Study, StudyResult, load_study, make_result, pages, run_study, study_names
+
+ROOT = FOLDER.parents[1]
+
+
+@pytest.mark.parametrize("name", study_names())
+def test_every_study_says_what_it_asks_and_has_options_that_parse(name: str) -> None:
+    study = load_study(name)
+    assert study.question.endswith("?") or "?" in study.question
+    assert study.minutes > 0
+    parser = Parser(prog=name)
+    study.options(parser)
+    required = [action.option_strings[0] for action in parser._actions if action.required]
+    parser.parse_args([word for option in required for word in (option, "x")])
+
+
+def test_pages_have_places_and_names_of_their_own() -> None:
+    found = pages()
+    assert len({page.place for page in found}) == len({page.name for page in found}) == len(found)
+    assert [page.place for page in found] == sorted(page.place for page in found)
+
+
+def fake(text: str, **changes: object) -> Study:
+    given = {"name": "fake", "content": {"rows": [1]}, "text": text} | changes
+    return Study(question="?", minutes=1, run=lambda *_: StudyResult(**given))  # type: ignore[arg-type]
+
+
+def test_what_is_complete_is_stored_and_what_is_not_only_where_a_file_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    options = argparse.Namespace(output=None)
+    for name, stored in (("fake", True), (None, False)):
+        monkeypatch.setattr("srbval.studies.harness.load_study", lambda _, n=name: fake("", name=n))
+        _, content = make_result("fake", options, silent, command="srbval study run fake")
+        assert ("file" in content) is stored
+        assert (content["kind"], content["command"], content["rows"]) == ("fake", "srbval study run fake", [1])
+    named = argparse.Namespace(output=str(tmp_path / "own.json"))
+    assert make_result("fake", named, silent, command="")[1]["file"].is_file()
+
+
+def test_unknown_studies_and_options_are_refused() -> None:
+    with pytest.raises(ConfigurationError, match="no study is called 'nothing'"):
+        run_study("nothing")
+    with pytest.raises(ConfigurationError, match="has no option 'colour'"):
+        run_study("noise", colour="white")
+
+
+@pytest.mark.parametrize("name", study_names())
+def test_the_report_is_without_the_page_of_a_study_that_is_not_there(
+    name: str, monkeypatch: pytest.MonkeyPatch, everything: StoredResults
+) -> None:
+    """That no file outside of a study's folder imports it, `tests/test_layers.py` says of all files."""
+    of_all = {page.name: page for page in pages()}
+    monkeypatch.setattr(harness, "study_names", lambda: tuple(one for one in study_names() if one != name))
+    left = harness.pages()
+    assert [page.name for page in left] == [one for one in of_all if one != name]
+    for page in left:
+        own = everything.without(*(of_all[name].results if name in of_all else ()))
+        assert page.section(own).title
+
+
+@pytest.fixture(scope="module")
+def everything() -> StoredResults:
+    return results_of(pages())
+
+
+@pytest.mark.slow
+def test_without_a_folder_the_tests_of_the_rest_pass(tmp_path: Path) -> None:
+    """In a copy of the source tree: what the layers and the harness promise, and what else is collected."""
+    left_out = shutil.ignore_patterns("__pycache__", ".*", "notebooks")
+    shutil.copytree(ROOT, tmp_path / "tree", ignore=left_out)
+    shutil.rmtree(tmp_path / "tree" / "srbval" / "studies" / "waterfall")
+    ran = ["tests/test_layers.py", "tests/studies/test_harness.py", "tests/test_api.py", "-k", "not tests_of_the_rest"]
+    for arguments in (["--collect-only", "-q", "tests/studies", "tests/report"], ["-q", *ran]):
+        done = subprocess.run(
+            [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *arguments],
+            cwd=tmp_path / "tree", env=os.environ | {"PYTHONPATH": str(tmp_path / "tree")}, capture_output=True,
+            text=True, check=False,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stdout[-2000:]
+        assert "test_waterfall.py" not in done.stdout
