@@ -107,7 +107,7 @@ def _print_grid(covered: Coverage) -> None:
     for point in covered.points:
         row = rows.setdefault((point.state.value, point.radial_kn, point.axial_kn), [])
         row.append(str(len(point.files)) if point.files else ".")
-    points, missing = len(covered.points), len(covered.missing)
+    points, missing = len(covered.points), covered.missing
     print(f"\n{covered.dataset}: {points - missing} of {points} operating points present, {missing} missing")
     print_table(
         ("state", "radial kN", "axial kN", *(f"{rpm:g} rpm" for rpm in speeds)),

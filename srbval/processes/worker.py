@@ -55,7 +55,7 @@ class WorkerProcess:
         """The process's number."""
         return self._process.pid
 
-    def ask(self, request: Any, *, limit_s: float | None = None) -> Any:
+    def call(self, request: Any, *, limit_s: float | None = None) -> Any:
         """The answer to a request; `DiedError` if the process died, `OverLimitError` if it took over `limit_s` [s]."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None

@@ -7,7 +7,6 @@ from its module.
 from srbval.recordings.load import load_recording, recording_from_run
 from srbval.recordings.recording import Origin, Recording, ShaftSpeed, SpeedSignal, SpeedSource
 from srbval.recordings.settings import RecordingSettings
-from srbval.recordings.stand_in import write_stand_in
 
 __all__ = [
     "Origin",
@@ -18,5 +17,4 @@ __all__ = [
     "SpeedSource",
     "load_recording",
     "recording_from_run",
-    "write_stand_in",
 ]

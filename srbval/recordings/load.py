@@ -46,9 +46,9 @@ def load_recording(
     register (`registry.load_registered` does).
     """
     given = RecordingSettings(channel=channel, fs_hz=fs_hz, unit=unit, rpm=rpm, rpm_tolerance_pct=rpm_tolerance_pct)
-    given = given.over(settings or RecordingSettings())
     file = Path(path)
-    return _assemble(file, apply_settings(file, read_file(file), given), sha256_of(file))
+    reading = apply_settings(file, read_file(file), given.over(settings or RecordingSettings()))
+    return _assemble(file, reading, sha256_of(file))
 
 
 def recording_from_run(run: Run) -> Recording:
@@ -97,31 +97,24 @@ def sha256_of(path: Path) -> str:
 
 
 def _assemble(path: Path, reading: Reading, sha256: str) -> Recording:
-    questions = open_questions(reading)
-    if questions or reading.fs_hz is None:
+    if (questions := open_questions(reading)) or reading.fs_hz is None:
         asked = "; ".join((*questions, *open_for_analysis(reading)))
         raise DataError(
             f"{path} leaves open: {asked}. Give the option to `srbval analyse`, or permanently to "
             "`srbval data add` (in Python: channel=, fs_hz=, unit=, rpm=, the others by settings=)."
         )
     main = reading.channels[reading.channel or reading.axes[0]]  # type: ignore[index]
-    same = {
-        key: c
-        for key, c in reading.channels.items()
-        if (len(c.samples), c.fs_hz, c.recording_unit) == (len(main.samples), main.fs_hz, main.recording_unit)
-    }
-    stated = {f.name: getattr(reading, f.name) for f in dataclasses.fields(SourceFacts)}
-    stated["cautions"] = reading.all_cautions()
-    if left := [printable(key) for key in reading.channels if key not in same]:
-        stated["notes"] = (
-            *reading.notes,
-            f"left out, of another length, rate or unit: {', '.join(left[:NAMED_CHANNELS])}",
-        )
-    stated["axes"] = None if reading.channel is not None else reading.axes
+    kind = len(main.samples), main.fs_hz, main.recording_unit
+    same = {key: c for key, c in reading.channels.items() if (len(c.samples), c.fs_hz, c.recording_unit) == kind}
+    left = [printable(key) for key in reading.channels if key not in same][:NAMED_CHANNELS]
+    notes = (f"left out, of another length, rate or unit: {', '.join(left)}",) if left else ()
     band_hz = main.band_hz
     if band_hz is None and reading.dataset is not None:
         band_hz = dataset(reading.dataset).band_hz(reading.fs_hz, reading.channel)
+    facts = {f.name: getattr(reading, f.name) for f in dataclasses.fields(SourceFacts)}
+    facts |= {"cautions": reading.all_cautions(), "notes": reading.notes + notes}
     return Recording(
+        **facts | {"axes": None if reading.channel is not None else reading.axes},
         name=reading.name or path.stem,
         channels={key: c.converted() for key, c in same.items()},
         fs_hz=reading.fs_hz,
@@ -131,5 +124,4 @@ def _assemble(path: Path, reading: Reading, sha256: str) -> Recording:
         band_hz=band_hz,
         file=str(path),
         sha256=sha256,
-        **stated,
     )

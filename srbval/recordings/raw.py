@@ -100,7 +100,7 @@ def as_signal(values: Value, what: str) -> NDArray[np.float64]:
         kind = "text" if isinstance(values, str) else values.dtype
         raise DataError(f"{what}: {kind} values are not a vibration signal; real numbers are needed.")
     if values.size and not _within_limits(values):
-        wrong = ~(np.abs(values.ravel()) < LARGEST)
+        wrong = ~(np.abs(values.ravel(), dtype=np.float64) < LARGEST)  # single precision does not know the limit
         bad = int(np.flatnonzero(wrong)[0])
         raise DataError(
             f"{what}: sample {bad} of {values.size} is {values.ravel()[bad]}; every sample must be finite and below "

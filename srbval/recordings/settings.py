@@ -21,6 +21,15 @@ MOST_TOLERANCE_PCT = 10.0  # a record is searched no wider
 NAMED_CHANNELS = 16
 VOLTAGES = ("V", "mV")
 MV_PER_V = 1e3
+NOTED = (
+    ("unit", "unit"),
+    ("scale", "scale"),
+    ("sensitivity_mv_per_g", "sensitivity [mV/g]"),
+    ("state", "state"),
+    ("bearing", "bearing"),
+    ("radial_kn", "radial load [kN]"),
+    ("axial_kn", "axial load [kN]"),
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,92 +85,77 @@ class RecordingSettings:
 
 def apply_settings(path: Path, reading: Reading, settings: RecordingSettings) -> Reading:
     """`reading` with the user's settings; `DataError` where the file has no such channel."""
-    notes = list(reading.notes)
+    channel, axes, fs_hz, speed_signal = reading.channel, reading.axes, reading.fs_hz, reading.speed_signal
+    speed, speed_problem, notes = reading.speed, reading.speed_problem, []
     if settings.channel is not None:
         notes.append(f"channel {printable(settings.channel)} chosen by the user")
-        reading = dataclasses.replace(reading, channel=_find_channel(path, reading, settings.channel), axes=None)
+        channel, axes = _find_channel(path, reading, settings.channel), None
     tacho = None if settings.tacho is None else _find_channel(path, reading, settings.tacho)
-    if tacho is not None and reading.channel is None and reading.axes is None:
+    if tacho is not None and channel is None and axes is None:
         others = [name for name in reading.vibrations if name != tacho]
-        reading = dataclasses.replace(reading, channel=others[0] if len(others) == 1 else None)
+        channel = others[0] if len(others) == 1 else None
     if settings.fs_hz is not None:
         notes.append(f"sampling rate {settings.fs_hz:g} Hz given by the user")
         # the time base of the file's own speed signal is discarded with its rate
-        reading = dataclasses.replace(reading, fs_hz=settings.fs_hz, speed_signal=None)
-    elif reading.fs_hz is None and reading.channel is not None:
-        reading = dataclasses.replace(reading, fs_hz=reading.channels[reading.channel].fs_hz)
-    pulses = None if tacho is None else reading.channels[tacho]
-    reading, said = _with_facts(_in_unit(path, reading, settings), settings)
+        fs_hz, speed_signal = settings.fs_hz, None
+    elif fs_hz is None and channel is not None:
+        fs_hz = reading.channels[channel].fs_hz
+    notes += [f"{name} {v} given by the user" for key, name in NOTED if (v := getattr(settings, key)) is not None]
     if settings.rpm is not None:
-        speed, how = _given_speed(settings.rpm, settings.rpm_tolerance_pct, reading)
-        said.append(f"shaft speed {settings.rpm:g} rpm given by the user{how}")
-        reading = dataclasses.replace(reading, speed=speed, speed_signal=None, speed_problem=None)
-    reading = dataclasses.replace(reading, notes=(*notes, *said))
-    if pulses is not None:
-        reading = with_tachometer(reading, pulses, pulses_per_rev=settings.pulses_per_rev, rpm=settings.rpm)
-    against = reading.time.against(reading.fs_hz) if reading.time and reading.fs_hz else None
-    return dataclasses.replace(reading, cautions=(*reading.cautions, *filter(None, (against,))))
-
-
-def _in_unit(path: Path, reading: Reading, settings: RecordingSettings) -> Reading:
-    """Unit, scale and sensitivity, for all channels that they fit."""
-    channels = {
-        name: dataclasses.replace(c, unit=settings.unit or c.unit, factor=settings.scale or c.factor)
-        for name, c in reading.channels.items()
-    }
-    if settings.sensitivity_mv_per_g is not None:
-        per_g = settings.sensitivity_mv_per_g
-        in_volt = {name for name, c in channels.items() if c.unit in VOLTAGES}
-        if not in_volt and all(c.unit is not None for c in channels.values()):
-            stated = ", ".join(sorted({c.unit or "" for c in channels.values()}))
-            raise DataError(
-                f"{path}: a sensitivity of {per_g:g} mV/g needs samples in V or mV; they are in {stated}. "
-                "Leave it out, or state --unit V or mV."
-            )
-        for name in in_volt:
-            c = channels[name]
-            factor = c.factor * UNITS[c.unit or ""][1] * MV_PER_V / per_g
-            channels[name] = dataclasses.replace(c, unit="g", factor=factor)
-    return dataclasses.replace(reading, channels=channels)
-
-
-def _with_facts(reading: Reading, settings: RecordingSettings) -> tuple[Reading, list[str]]:
-    """State, bearing and loads, and what is to be noted of all that was given."""
-    said = [
-        f"{name} {value} given by the user"
-        for name, value in (
-            ("unit", settings.unit),
-            ("scale", settings.scale),
-            ("sensitivity [mV/g]", settings.sensitivity_mv_per_g),
-            ("state", settings.state),
-            ("bearing", settings.bearing),
-            ("radial load [kN]", settings.radial_kn),
-            ("axial load [kN]", settings.axial_kn),
-        )
-        if value is not None
-    ]
-    cautions = tuple(
-        f"the file or its data set says {stated}, the user {given}: the user's is used"
-        for stated, given in {(c.state, settings.state) for c in reading.channels.values()}
-        if stated is not None and given not in (None, stated)
-    )
-    channels = {
-        name: dataclasses.replace(c, state=settings.state or c.state, bearing=settings.bearing or c.bearing)
-        for name, c in reading.channels.items()
-    }
+        speed, how = _given_speed(settings.rpm, settings.rpm_tolerance_pct, reading.speed)
+        notes.append(f"shaft speed {settings.rpm:g} rpm given by the user{how}")
+        speed_signal = speed_problem = None
+    stated = {c.state for c in reading.channels.values()} - {None, settings.state} if settings.state else ()
+    cautions = [f"the file or its data set says {s}, the user {settings.state}: the user's is used" for s in stated]
     changed = dataclasses.replace(
         reading,
-        channels=channels,
+        channel=channel,
+        axes=axes,
+        channels=_changed_channels(path, reading, settings),
+        fs_hz=fs_hz,
+        speed=speed,
+        speed_signal=speed_signal,
+        speed_problem=speed_problem,
         radial_n=reading.radial_n if settings.radial_kn is None else settings.radial_kn * N_PER_KN,
         axial_n=reading.axial_n if settings.axial_kn is None else settings.axial_kn * N_PER_KN,
-        cautions=(*reading.cautions, *cautions),
+        notes=(*reading.notes, *notes),
     )
-    return changed, said
+    if tacho is not None:
+        pulses = reading.channels[tacho]
+        changed = with_tachometer(changed, pulses, pulses_per_rev=settings.pulses_per_rev, rpm=settings.rpm)
+    against = reading.time.against(fs_hz) if reading.time and fs_hz else None
+    return dataclasses.replace(changed, cautions=(*reading.cautions, *cautions, *filter(None, (against,))))
 
 
-def _given_speed(rpm: float, tolerance_pct: float | None, reading: Reading) -> tuple[ShaftSpeed, str]:
+def _changed_channels(path: Path, reading: Reading, settings: RecordingSettings) -> dict[str, Channel]:
+    """All channels, with unit, scale and sensitivity where they fit, state and bearing."""
+    channels = {
+        name: dataclasses.replace(
+            c,
+            unit=settings.unit or c.unit,
+            factor=settings.scale or c.factor,
+            state=settings.state or c.state,
+            bearing=settings.bearing or c.bearing,
+        )
+        for name, c in reading.channels.items()
+    }
+    if (per_g := settings.sensitivity_mv_per_g) is None:
+        return channels
+    in_volt = {name: c for name, c in channels.items() if c.unit in VOLTAGES}
+    if not in_volt and all(c.unit is not None for c in channels.values()):
+        stated = ", ".join(sorted({c.unit or "" for c in channels.values()}))
+        raise DataError(
+            f"{path}: a sensitivity of {per_g:g} mV/g needs samples in V or mV; they are in {stated}. "
+            "Leave it out, or state --unit V or mV."
+        )
+    for name, c in in_volt.items():
+        factor = c.factor * UNITS[c.unit or ""][1] * MV_PER_V / per_g
+        channels[name] = dataclasses.replace(c, unit="g", factor=factor)
+    return channels
+
+
+def _given_speed(rpm: float, tolerance_pct: float | None, own: ShaftSpeed | None) -> tuple[ShaftSpeed, str]:
     """The user's speed: a set point where a tolerance is given or it repeats the file's own, else a measured one."""
-    own = reading.speed
     if tolerance_pct is not None:
         return nominal_speed(rpm, tolerance_pct), f", a set point kept within {tolerance_pct:g} %"
     if own is not None and own.source is SpeedSource.NOMINAL and abs(rpm - 60 * own.value_hz) < USER_RPM_CI95:

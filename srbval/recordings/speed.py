@@ -1,34 +1,21 @@
 """Shaft speed from a tachometer signal, from a stated value or from a set point."""
 
 import math
-from dataclasses import dataclass
-from importlib import resources
-from pathlib import Path
 
 import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.errors import DataError
 from srbval.recordings.recording import ShaftSpeed, SpeedSignal, SpeedSource
-from srbval.storage.tables import build, read_toml
 
 RPM_PER_HZ = 60.0
 Z95 = 1.96
 MIN_TACHOMETER_SAMPLES = 8
 PROFILE_STEP_S = 1e-3
 LIMIT_HZ = 2000.0  # above the speed of any rolling bearing
-
-
-@dataclass(frozen=True, kw_only=True)
-class Tachometer:
-    """What is assumed of tachometers, see `tachometer.toml`: share that a speed may be off by its scale (95 %)."""
-
-    scale_ci95: float
-
-
-SCALE_CI95 = build(
-    Tachometer, read_toml(Path(str(resources.files("srbval.recordings") / "tachometer.toml"))), "tachometer.toml"
-).scale_ci95
+# Share that a counting tachometer's speed may be off by its scale (95 %): its own quartz clock and the recorder's, 50
+# parts in a million each and a little more for warmth and age. Stated, not measured; an analogue one may be worse.
+SCALE_CI95 = 1e-4
 
 
 def tachometer_speed(speed_hz: FloatArray) -> ShaftSpeed:

@@ -22,7 +22,7 @@ from srbval.diagnosis.fault_call import Basis
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Origin, SpeedSource
 from srbval.recordings.registry import add, rig_recordings
-from srbval.recordings.stand_in import vibration
+from srbval.recordings.synthetic_record import vibration
 from srbval.report.blocks import Figure, FigureGrid
 from srbval.report.sections.matrix import matrix_section
 from tests.recordings import files

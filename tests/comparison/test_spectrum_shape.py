@@ -24,7 +24,7 @@ from srbval.comparison.spectrum_shape import (
 )
 from srbval.reading.lines import Line
 from srbval.reading.pipeline import process
-from srbval.recordings.stand_in import vibration
+from srbval.recordings.synthetic_record import vibration
 from tests.reading.test_shaft_speed import record
 
 GAIN_DEGREES = 1e-3  # a gain falls out but for rounding

@@ -58,11 +58,6 @@ def test_rig_grid_is_the_papers_table_5() -> None:
     assert tuple(zip(grid.radial_kn, grid.axial_kn, strict=True))[-1] == (124.8, 49.0)
 
 
-def test_restricted_set_has_nothing_to_download() -> None:
-    full = dataset("torino-full")
-    assert (full.access, full.files) == ("restricted", ())
-
-
 @pytest.mark.parametrize(
     ("file", "grade"),
     [

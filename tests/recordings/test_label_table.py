@@ -105,15 +105,6 @@ def test_every_open_question_in_one_message(tmp_path: Path, capsys: pytest.Captu
     assert "name a folder or a file" in capsys.readouterr().err
 
 
-def test_a_bearing_of_ones_own_is_found_from_any_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    folder = folder_of(tmp_path, "a.npy")
-    text = 'title = "x"\nsource = "x"\n[orders]\nrolling_elements = 9\nbpfo = 3.6\nbpfi = 5.4\nbsf = 2.3\nftf = 0.4\n'
-    (tmp_path / "mine.toml").write_text(text)
-    monkeypatch.chdir(tmp_path)
-    (entry,) = add(folder, settings=RecordingSettings(bearing="mine.toml")).recordings
-    assert entry.bearing == str(tmp_path / "mine.toml")
-
-
 def test_sensitivity_and_scale(tmp_path: Path) -> None:
     folder = folder_of(tmp_path, "a.npy")
     common = {"channel": "data[1]", "fs_hz": 1e4}

@@ -11,8 +11,8 @@ import xarray as xr
 
 from srbval.bearing import Fault, load_bearing
 from srbval.errors import ConfigurationError, DataError
-from srbval.recordings import Origin, SpeedSource, load_recording, write_stand_in
-from srbval.recordings.stand_in import FS_HZ
+from srbval.recordings import Origin, SpeedSource, load_recording
+from srbval.recordings.synthetic_record import write_synthetic_record
 
 from . import files
 
@@ -62,17 +62,9 @@ def test_run_that_cannot_be_read(tmp_path: Path, attributes: dict[str, object], 
         load_recording(run_file(tmp_path / "run.h5", **attributes))
 
 
-def test_stand_in_is_stamped_and_never_measured(tmp_path: Path) -> None:
-    r = write_stand_in(tmp_path / "s.h5", state=Fault.OUTER, shaft_hz=SHAFT_HZ, seconds=1, seed=1)
-    assert (r.origin, r.state, r.fs_hz, r.samples) == (Origin.STAND_IN, Fault.OUTER, FS_HZ, 20480)
-    assert "SYNTHETIC STAND-IN" in r.name
-    assert r.speed is not None
-    assert r.speed.value_hz == pytest.approx(SHAFT_HZ, rel=FLUCTUATION)
-
-
 def test_stand_in_repeats_with_its_seed_only(tmp_path: Path) -> None:
     first, again, other = (
-        write_stand_in(tmp_path / f"{i}.h5", state=Fault.INNER, shaft_hz=SHAFT_HZ, seconds=0.5, seed=seed)
+        write_synthetic_record(tmp_path / f"{i}.h5", state=Fault.INNER, shaft_hz=SHAFT_HZ, seconds=0.5, seed=seed)
         for i, seed in enumerate((5, 5, 6))
     )
     np.testing.assert_array_equal(first.channels["acceleration"], again.channels["acceleration"])
@@ -85,7 +77,7 @@ def test_stand_in_shows_its_fault_line_and_no_other(tmp_path: Path, state: Fault
     """Highest line near each kinematic line of the squared envelope, over the local median."""
     from scipy.signal import butter, hilbert, sosfiltfilt
 
-    r = write_stand_in(tmp_path / "s.h5", state=state, shaft_hz=SHAFT_HZ, seconds=10, seed=3)
+    r = write_synthetic_record(tmp_path / "s.h5", state=state, shaft_hz=SHAFT_HZ, seconds=10, seed=3)
     band = butter(4, (1400, 2800), "bandpass", fs=r.fs_hz, output="sos")
     envelope = np.abs(hilbert(sosfiltfilt(band, r.channels["acceleration"]))) ** 2
     spectrum = np.abs(np.fft.rfft(envelope - envelope.mean()))
@@ -105,7 +97,7 @@ def test_stand_in_shows_its_fault_line_and_no_other(tmp_path: Path, state: Fault
 
 
 def test_stand_in_opens_in_xarray_with_names_and_units(tmp_path: Path) -> None:
-    write_stand_in(tmp_path / "s.h5", state=Fault.HEALTHY, shaft_hz=SHAFT_HZ, seconds=0.5, seed=1)
+    write_synthetic_record(tmp_path / "s.h5", state=Fault.HEALTHY, shaft_hz=SHAFT_HZ, seconds=0.5, seed=1)
     with xr.open_dataset(tmp_path / "s.h5", engine="h5netcdf") as data:
         variable = data["acceleration_m_s2"]
         assert variable.dims == ("time_s",)
@@ -116,7 +108,7 @@ def test_stand_in_opens_in_xarray_with_names_and_units(tmp_path: Path) -> None:
 def test_impossible_stand_in_leaves_nothing(tmp_path: Path) -> None:
     for wrong in ({"shaft_hz": -1.0}, {"seconds": 0.0}):
         with pytest.raises(ConfigurationError):
-            write_stand_in(
+            write_synthetic_record(
                 tmp_path / "s.h5",
                 **{"state": Fault.OUTER, "shaft_hz": 10.0, "seconds": 1.0, "seed": 1} | wrong,
             )

@@ -31,15 +31,6 @@ def test_csv_with_time_column_and_settings(tmp_path: Path) -> None:
     assert (r.speed.source, r.speed.value_hz) == (SpeedSource.STATED, pytest.approx(20.0))
 
 
-@pytest.mark.parametrize("separator", [",", ";", "\t", "   "])
-def test_text_separators(tmp_path: Path, separator: str) -> None:
-    path = tmp_path / "table.txt"
-    rows = zip(files.vibration(500), files.vibration(500, 1), strict=True)
-    path.write_text("\n".join(f"{a:.9e}{separator}{b:.9e}" for a, b in rows))
-    r = load_recording(path, channel="col_2", fs_hz=1000, unit="m/s2")
-    np.testing.assert_allclose(r.channels["col_2"], files.vibration(500, 1), rtol=SAMPLE_DIGITS)
-
-
 def test_npy_needs_a_rate(tmp_path: Path) -> None:
     np.save(tmp_path / "x.npy", files.vibration().astype(np.float32))
     with pytest.raises(DataError, match=r"no sampling rate: --fs HZ; no unit: --unit m/s2 \| .*unknown.*fs_hz="):
@@ -81,10 +72,3 @@ def test_impossible_options(tmp_path: Path, option: dict[str, object]) -> None:
     np.save(tmp_path / "x.npy", files.vibration())
     with pytest.raises(ConfigurationError):
         load_recording(tmp_path / "x.npy", **option)  # type: ignore[arg-type]
-
-
-def test_uneven_time_is_no_sampling_rate(tmp_path: Path) -> None:
-    time = np.cumsum(np.random.default_rng(0).uniform(0.5, 1.5, 4096)) / 1000
-    savemat(tmp_path / "a.mat", {"time": time, "x": files.vibration()})
-    with pytest.raises(DataError, match="no sampling rate"):
-        load_recording(tmp_path / "a.mat")

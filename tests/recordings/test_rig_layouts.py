@@ -52,35 +52,17 @@ def test_renamed_excerpt_is_recognised_by_its_content(tmp_path: Path) -> None:
 
 @both_formats
 def test_full_layout_needs_no_option(tmp_path: Path, write: Writer) -> None:
-    r = load_recording(write(tmp_path / FULL_NAME, files.rig_signals()))
+    """Signals are found by their quantity, and the speed is the record's, not its name's."""
+    first, second, third = files.rig_signals(speed_rpm=700.0).values()
+    r = load_recording(write(tmp_path / FULL_NAME, {"Signal_1": third, "Signal_7": first, "Signal_2": second}))
+    assert r.speed is not None
+    assert r.speed.source is SpeedSource.TACHOMETER
+    assert r.speed.value_hz * 60 == pytest.approx(np.mean(700.0 + 0.3 * files.vibration(20, 9)), rel=MEAN_ROUNDING)
     assert (r.dataset, r.channel, r.unit, r.fs_hz) == ("torino-full", "sensor_4", "m/s2", 20480.0)
     assert (r.state, r.bearing, r.nominal_rpm) == (Fault.INNER, "skf-22240", 727.0)
     assert (r.radial_n, r.axial_n) == (124800.0, 49000.0)
     np.testing.assert_allclose(r.channels["sensor_4"], 4 * files.vibration(seed=3), rtol=ROUNDING)
     assert list(r.channels) == ["sensor_1", "sensor_2", "sensor_3", "sensor_4"]
-
-
-@both_formats
-def test_speed_is_the_records_not_its_names(tmp_path: Path, write: Writer) -> None:
-    r = load_recording(write(tmp_path / FULL_NAME, files.rig_signals(speed_rpm=700.0)))
-    expected_rpm = np.mean(700.0 + 0.3 * files.vibration(20, 9))
-    assert r.speed is not None
-    assert r.speed.source is SpeedSource.TACHOMETER
-    assert r.speed.value_hz * 60 == pytest.approx(expected_rpm, rel=MEAN_ROUNDING)
-
-
-@both_formats
-def test_signals_are_found_whatever_their_number(tmp_path: Path, write: Writer) -> None:
-    signals = files.rig_signals()
-    shuffled = {
-        "Signal_1": signals["Signal_3"],
-        "Signal_7": signals["Signal_1"],
-        "Signal_2": signals["Signal_2"],
-    }
-    r = load_recording(write(tmp_path / FULL_NAME, shuffled))
-    np.testing.assert_allclose(r.channels["sensor_4"], 4 * files.vibration(seed=3), rtol=ROUNDING)
-    assert r.speed is not None
-    assert r.speed.value_hz * 60 == pytest.approx(700, abs=WITHIN_RPM)
 
 
 def test_v73_without_matlabs_attributes(tmp_path: Path) -> None:
@@ -103,16 +85,14 @@ def test_sensors_across_instead_of_down(tmp_path: Path) -> None:
     np.testing.assert_allclose(r.channels["sensor_4"], 4 * files.vibration(seed=3), rtol=ROUNDING)
 
 
-def test_values_stored_in_g_are_converted(tmp_path: Path) -> None:
+def test_unit_factor(tmp_path: Path) -> None:
+    """Values stored in g are converted; a factor that leads nowhere is refused."""
     signals = files.rig_signals()
-    signals["Signal_3"]["y_values"]["quantity"]["unit_transformation"]["factor"] = 1.0
+    transformation = signals["Signal_3"]["y_values"]["quantity"]["unit_transformation"]
+    transformation["factor"] = 1.0
     r = load_recording(files.rig_v5(tmp_path / FULL_NAME, signals))
     np.testing.assert_allclose(r.channels["sensor_4"], 4 * 9.80665 * files.vibration(seed=3), rtol=UNIT_ROUNDING)
-
-
-def test_unknown_unit_factor_is_refused(tmp_path: Path) -> None:
-    signals = files.rig_signals()
-    signals["Signal_3"]["y_values"]["quantity"]["unit_transformation"]["factor"] = 0.5
+    transformation["factor"] = 0.5
     with pytest.raises(DataError, match=r"Signal_3 leads to 'g' by 0\.5"):
         load_recording(files.rig_v5(tmp_path / FULL_NAME, signals))
 

@@ -73,11 +73,6 @@ def test_option_that_one_file_of_a_folder_has_no_use_for(tmp_path: Path) -> None
     assert "no channel 'data[2]'; it has data" in (one.reason or "")
 
 
-def test_impossible_settings_register_nothing(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match="furlong"):
-        add(two_columns(tmp_path / "two.npy"), settings=RecordingSettings(unit="furlong"))
-
-
 def test_rig_layout_that_differs_is_mapped_once(tmp_path: Path) -> None:
     path = split_sensors(tmp_path / "IR_727rpm_124.8kN_0kN.mat")
     with pytest.raises(DataError, match=r"which of 4 channels: --channel Signal_3\[1\] \| Signal_4\[1\]"):
@@ -106,15 +101,6 @@ def test_commands_share_the_options(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert stated == {"channel": "right", "fs_hz": 8000.0, "unit": "g", "rpm": 1500.0}
     assert main(analyse) == 0
     assert json.loads(capsys.readouterr().out)["lines"] == at_once["lines"]
-
-
-def test_add_prints_how_to_settle(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for i in range(3):
-        two_columns(tmp_path / f"{i}.npy")
-    assert main(["data", "add", str(tmp_path)]) == 0
-    out = capsys.readouterr().out
-    assert "0.npy and 2 more: not stated: which of 2 channels: --channel data[1] | data[2]" in out
-    assert "`srbval data add FILE|DIR OPTIONS`" in out
 
 
 def test_a_set_point_is_not_a_measured_speed(tmp_path: Path) -> None:

@@ -88,7 +88,10 @@ def read_signal_structs(raw: RawFile, description: DatasetDescription) -> Readin
 
 
 def _signal(raw: RawFile, name: str, labels: dict[str, dict[float, float]]) -> StructSignal | None:
-    """The struct as a signal if its label is one of `labels`; sizes and factor are checked."""
+    """The struct as a signal if its label is one of `labels`; sizes and factor are checked.
+
+    Without a stated factor the layout's rule holds: stored is SI.
+    """
     label = (raw.text(f"{name}.y_values.quantity.label") or "").strip()
     if label not in labels:
         return None
@@ -104,21 +107,13 @@ def _signal(raw: RawFile, name: str, labels: dict[str, dict[float, float]]) -> S
     if count is not None and int(count) != len(matrix):
         raise DataError(f"{raw.path}: {name} announces {count:.0f} values, holds {len(matrix)}: truncated.")
     columns = [as_signal(column, f"{raw.path}: {name}[{i}]") for i, column in enumerate(matrix.T, 1)]
-    factor = raw.number(f"{name}.y_values.quantity.unit_transformation.factor")
-    to_si = _to_si(raw, name, label, factor, labels[label])
-    in_si = tuple(columns) if to_si == 1 else tuple(column * to_si for column in columns)
+    factor, known = raw.number(f"{name}.y_values.quantity.unit_transformation.factor"), labels[label]
+    fitting = [known[f] for f in known if factor is None or abs(factor / f - 1) < FACTOR_TOLERANCE]
+    if not fitting:
+        expected = " or ".join(f"{f:.4f}" for f in known)
+        raise DataError(f"{raw.path}: {name} leads to {label!r} by {factor}; {expected} is understood.")
+    in_si = tuple(columns) if fitting[0] == 1 else tuple(column * fitting[0] for column in columns)
     return StructSignal(name=name, columns=in_si, fs_hz=round(1 / increment, 6))
-
-
-def _to_si(raw: RawFile, name: str, label: str, factor: float | None, known: dict[float, float]) -> float:
-    """Factor from the stored values to SI; without a stated factor the layout's rule holds: stored is SI."""
-    if factor is None:
-        return next(iter(known.values()))
-    for stated, to_si in known.items():
-        if abs(factor / stated - 1) < FACTOR_TOLERANCE:
-            return to_si
-    expected = " or ".join(f"{f:.4f}" for f in known)
-    raise DataError(f"{raw.path}: {name} leads to {label!r} by {factor}; {expected} is understood.")
 
 
 def _sensors(

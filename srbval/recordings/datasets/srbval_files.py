@@ -67,16 +67,16 @@ def read_srbval_file(raw: RawFile) -> Reading:
 
 def _own_bearing(raw: RawFile) -> Bearing | None:
     """The bearing that a run carries, as far as its lines need it; None in runs of versions that wrote none."""
-    numbers = {name: raw.number(f"bearing_{name}") for name in ("rolling_elements", *ORDERS)}
-    count = numbers.pop("rolling_elements")
-    if count is None or None in numbers.values():
+    numbers = [raw.number(f"bearing_{name}") for name in (*ORDERS, "rolling_elements")]
+    known = [number for number in numbers if number is not None]
+    if len(known) < len(numbers):
         return None
     try:
-        orders = FaultOrders(**{name: value or 0.0 for name, value in numbers.items()})
+        orders = FaultOrders(**dict(zip(ORDERS, known, strict=False)))
     except ConfigurationError as error:
         raise DataError(f"{raw.path}: the bearing stored with the run: {error}") from None
     name, title, source = (printable(raw.text(f"bearing_{key}") or "?") for key in ("name", "title", "source"))
-    return Bearing(name=name, title=title, source=source, rolling_elements=round(count), orders=orders)
+    return Bearing(name=name, title=title, source=source, rolling_elements=round(known[-1]), orders=orders)
 
 
 def ended(status: str, reason: str) -> tuple[str, ...]:

@@ -1,14 +1,13 @@
 """Tables in columns, Parquet and Feather (an Arrow file), by the library pyarrow."""
 
-import functools
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from srbval.errors import DataError
-from srbval.recordings.loaders.limited import Library, read_limited
-from srbval.recordings.raw import FileFormat, RawFile, Value, check_claim, first_line
+from srbval.recordings.loaders.limited import Library, limited_format
+from srbval.recordings.raw import RawFile, Value, check_claim
 
 EXPANSION = 16  # both are compressed, values that repeat are stored once
 MAX_COLUMNS = 256
@@ -25,30 +24,23 @@ def load_arrow(path: Path) -> RawFile:
     import pyarrow
     from pyarrow import parquet
 
-    try:
-        with path.open("rb") as stream:
-            is_parquet = stream.read(len(PARQUET)) == PARQUET
-        if is_parquet:
-            with parquet.ParquetFile(path, page_checksum_verification=True) as file:
-                wanted = _numeric(path, file.schema_arrow)
-                check_claim(path, 8 * file.metadata.num_rows * len(wanted), "its table", EXPANSION)
-                table = file.read(columns=wanted, use_threads=False)
-        else:
-            options = pyarrow.ipc.IpcReadOptions(use_threads=False)
-            with pyarrow.OSFile(str(path)) as source, pyarrow.ipc.open_file(source, options=options) as file:
-                table = file.read_all()
-                table = table.select(_numeric(path, table.schema))
-        table.validate(full=True)
-        variables = {name: _column(table.column(name)) for name in table.column_names}
-        stamps = [f.name for f in table.schema if pyarrow.types.is_timestamp(f.type)]
-        metadata = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
-        units = {
-            f.name: (f.metadata or {})[k].decode() for f in table.schema for k in UNIT_KEYS if k in (f.metadata or {})
-        }
-    except (DataError, MemoryError):
-        raise
-    except Exception as error:  # the one border where a hostile file meets foreign code
-        raise DataError(f"{path}: truncated or damaged table ({first_line(error)}). Copy it again.") from None
+    with path.open("rb") as stream:
+        is_parquet = stream.read(len(PARQUET)) == PARQUET
+    if is_parquet:
+        with parquet.ParquetFile(path, page_checksum_verification=True) as file:
+            wanted = _numeric(path, file.schema_arrow)
+            check_claim(path, 8 * file.metadata.num_rows * len(wanted), "its table", EXPANSION)
+            table = file.read(columns=wanted, use_threads=False)
+    else:
+        options = pyarrow.ipc.IpcReadOptions(use_threads=False)
+        with pyarrow.OSFile(str(path)) as source, pyarrow.ipc.open_file(source, options=options) as file:
+            table = file.read_all()
+            table = table.select(_numeric(path, table.schema))
+    table.validate(full=True)
+    variables = {name: _column(table.column(name)) for name in table.column_names}
+    stamps = [f.name for f in table.schema if pyarrow.types.is_timestamp(f.type)]
+    metadata = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
+    units = {f.name: (f.metadata or {})[k].decode() for f in table.schema for k in UNIT_KEYS if k in (f.metadata or {})}
     return RawFile(
         path=path,
         format="Parquet" if is_parquet else "Feather",
@@ -76,11 +68,12 @@ def _column(column: Any) -> Value:
     return (values - values[0]) / np.timedelta64(1, "s") if values.size else np.zeros(0)
 
 
-FORMAT = FileFormat(
+FORMAT = limited_format(
     name="table in columns",
     description="Parquet, Feather",
     matches=lambda head: head.startswith((PARQUET, ARROW)),
-    load=functools.partial(
-        read_limited, load_arrow, library=Library("pyarrow.parquet", "pyarrow", "tables"), expansion=EXPANSION
-    ),
+    load=load_arrow,
+    kind="table",
+    library=Library("pyarrow.parquet", "pyarrow", "srbval[tables]"),
+    expansion=EXPANSION,
 )

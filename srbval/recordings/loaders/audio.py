@@ -1,6 +1,5 @@
 """Sound files, WAV and FLAC, by the library libsndfile."""
 
-import functools
 import hashlib
 import re
 from pathlib import Path
@@ -9,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from srbval.errors import DataError
-from srbval.recordings.loaders.limited import Library, read_limited
-from srbval.recordings.raw import FileFormat, RawFile, check_claim, first_line
+from srbval.recordings.loaders.limited import Library, limited_format
+from srbval.recordings.raw import RawFile, check_claim
 
 EXPANSION = 8  # bits packed without loss or 8-bit samples become 32 or 64-bit ones
 BITS = {"PCM_S8": 8, "PCM_U8": 8, "PCM_16": 16, "PCM_24": 24, "PCM_32": 32}
@@ -28,22 +27,17 @@ def load_audio(path: Path) -> RawFile:
     """
     import soundfile
 
-    try:
-        with soundfile.SoundFile(path) as file:
-            bits, frames = BITS.get(file.subtype), file.frames
-            kind = "float32" if file.subtype == "FLOAT" or (bits and bits <= 24) else "float64"
-            check_claim(path, frames * file.channels * np.dtype(kind).itemsize, "its header", EXPANSION)
-            cautions = _sizes(path, file.extra_info)
-            samples = file.read(dtype=kind, always_2d=True)
-            if len(samples) != frames:
-                raise DataError(f"{path}: truncated: {len(samples)} of {frames} samples. Copy it again.")
-            if file.format == "FLAC" and bits:
-                _check_md5(path, file, bits)
-            rate = float(file.samplerate)
-    except (DataError, MemoryError):
-        raise
-    except Exception as error:  # the one border where a hostile file meets foreign code
-        raise DataError(f"{path}: truncated or damaged sound file ({first_line(error)}). Copy it again.") from None
+    with soundfile.SoundFile(path) as file:
+        bits, frames = BITS.get(file.subtype), file.frames
+        kind = "float32" if file.subtype == "FLOAT" or (bits and bits <= 24) else "float64"
+        check_claim(path, frames * file.channels * np.dtype(kind).itemsize, "its header", EXPANSION)
+        cautions = _sizes(path, file.extra_info)
+        samples = file.read(dtype=kind, always_2d=True)
+        if len(samples) != frames:
+            raise DataError(f"{path}: truncated: {len(samples)} of {frames} samples. Copy it again.")
+        if file.format == "FLAC" and bits:
+            _check_md5(path, file, bits)
+        rate = float(file.samplerate)
     note = f"{bits}-bit samples read as shares of full scale; --scale states what that is"
     return RawFile(
         path=path,
@@ -80,11 +74,11 @@ def _is_audio(head: bytes) -> bool:
     return head.startswith(FLAC) or (head[:4] in (b"RIFF", b"RIFX", b"RF64") and head[8:12] == b"WAVE")
 
 
-FORMAT = FileFormat(
+FORMAT = limited_format(
     name="sound",
     description="WAV, FLAC",
     matches=_is_audio,
-    load=functools.partial(
-        read_limited, load_audio, library=Library("soundfile", "soundfile", "formats"), expansion=EXPANSION
-    ),
+    load=load_audio,
+    library=Library("soundfile", "soundfile", "srbval[formats]"),
+    expansion=EXPANSION,
 )

@@ -1,16 +1,14 @@
 """HDF5 files: MATLAB v7.3, this program's runs and stand-ins, and plain ones."""
 
-import functools
 import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from srbval.errors import DataError
-from srbval.recordings.loaders.limited import read_limited
-from srbval.recordings.raw import RATE_NAME, FileFormat, RawFile, Value, check_claim, first_line
+from srbval.recordings.loaders.limited import limited_format
+from srbval.recordings.raw import RATE_NAME, RawFile, Value, check_claim
 from srbval.storage.hdf5_files import CHECKSUM, checked_summary
 
 MAX_DEPTH = 12
@@ -29,24 +27,15 @@ def load_hdf5(path: Path) -> RawFile:
 
     A MATLAB v7.3 struct is a group, a cell a dataset of references, a text an array of 16-bit codes;
     arrays are transposed back to MATLAB's own shape. Arrays whose samples are not in the file, or packed by a filter
-    that is not installed, are `unusable`. What the file claims is checked before it is read, and an exception becomes
-    a `DataError`; but the library may hang or crash, so `FORMAT` reads in a process that has limits (`read_limited`).
+    that is not installed, are `unusable`. What the file claims is checked before it is read.
     """
     import h5py
 
-    try:
-        checked = checked_summary(path) is not None
-        with h5py.File(path, "r") as file:
-            reader = _Hdf5Reader(path, file)
-            reader.read()
-        if CHECKSUM in reader.attributes and not checked:
-            raise DataError(
-                f"{path}: damaged, or changed by another program: its checksum is gone. Copy or make it again."
-            )
-    except (DataError, MemoryError):
-        raise
-    except Exception as error:  # the one border where a hostile file meets foreign code
-        raise DataError(f"{path}: truncated or damaged HDF5 file ({first_line(error)}). Copy it again.") from None
+    checked = checked_summary(path) is not None
+    with h5py.File(path, "r") as file:
+        reader = _Hdf5Reader(path, file)
+    if CHECKSUM in reader.attributes and not checked:
+        raise DataError(f"{path}: damaged, or changed by another program: its checksum is gone. Copy or make it again.")
     return RawFile(
         path=path,
         format="MATLAB v7.3" if reader.matlab else FORMAT.name,
@@ -62,24 +51,20 @@ class _Hdf5Reader:
     """Walks an open HDF5 file and collects `variables` under dotted names."""
 
     def __init__(self, path: Path, file: Any) -> None:
-        self.path = path
-        self.file = file
-        self.matlab = False
+        self.path, self.file = path, file
         self.claimed = self.items = 0
         self.variables: dict[str, Value] = {}
         self.attributes: dict[str, float | str] = {}
         self.unusable: dict[str, str] = {}
         self.units: dict[str, str] = {}
         self.rates_hz: dict[str, float] = {}
-
-    def read(self) -> None:
-        members = self._members(self.file)
+        members = self._members(file)
         self.matlab = any("MATLAB_class" in item.attrs for _, item in members)
         for name, item in members:
             self._visit(name, item, 1)
-        self._count(len(self.file.attrs))
-        for name in self.file.attrs:
-            if (value := self._attribute(self.file, name)) is not None:
+        self._count(len(file.attrs))
+        for name in file.attrs:
+            if (value := self._attribute(file, name)) is not None:
                 self.attributes[name] = value
 
     def _count(self, items: int) -> None:
@@ -127,26 +112,26 @@ class _Hdf5Reader:
                 self.units[name] = value
             elif RATE_NAME.fullmatch(key.lower()) and isinstance(value := self._attribute(dataset, key), float):
                 self.rates_hz[name] = value
+        values: Value = ""
         if reason := _not_there(name, dataset, size):
             if dataset.is_scale:  # a dimension without values, as netCDF-4 writes it, is no variable
                 return
             self.unusable[name] = reason
-            self._store(name, np.full(dataset.shape, np.nan, np.float16))
+            values = np.full(dataset.shape, np.nan, np.float16)
         elif references:
             held = [r for r in np.ravel(dataset[()]) if r][:MAX_CELLS]
             self._count(len(held))
-            for i, reference in enumerate(held):
-                self._visit(name if len(held) == 1 else f"{name}({i + 1})", self.file[reference], depth + 1)
+            for i, reference in enumerate(held, 1):
+                self._visit(name if len(held) == 1 else f"{name}({i})", self.file[reference], depth + 1)
+            return
         elif text:
-            self.variables[name] = str(_plain(dataset.asstr()[()]))
-            self._claim(len(self.variables[name]), f"text {name!r}")
+            values = str(_plain(dataset.asstr()[()]))
+            self._claim(len(values), f"text {name!r}")
         elif "MATLAB_class" in dataset.attrs and self._attribute(dataset, "MATLAB_class") == "char":
-            self.variables[name] = "".join(map(chr, dataset[()].ravel()[:MAX_TEXT]))
+            values = "".join(map(chr, dataset[()].ravel()[:MAX_TEXT]))
         else:
-            self._store(name, np.zeros((0, 0)) if "MATLAB_empty" in dataset.attrs else np.asarray(dataset[()]))
-
-    def _store(self, name: str, values: NDArray[Any]) -> None:
-        self.variables[name] = values.T if self.matlab else values
+            values = np.zeros((0, 0)) if "MATLAB_empty" in dataset.attrs else np.asarray(dataset[()])
+        self.variables[name] = values.T if self.matlab and isinstance(values, np.ndarray) else values
 
     def _attribute(self, item: Any, name: str) -> float | str | None:
         """A single number or text; None without reading it for anything else (dimension scales, arrays)."""
@@ -187,16 +172,14 @@ def _plain(value: Any) -> float | str | None:
     """A number or text of one element; None for anything else."""
     if isinstance(value, np.ndarray) and value.size == 1:
         value = value.flat[0]
-    if isinstance(value, bytes):
-        return value.decode("utf-8", "replace")
-    if isinstance(value, str):
-        return value
+    if isinstance(value, bytes | str):
+        return value.decode("utf-8", "replace") if isinstance(value, bytes) else value
     return float(value) if isinstance(value, int | float | np.integer | np.floating) else None
 
 
-FORMAT = FileFormat(
+FORMAT = limited_format(
     name="HDF5",
     description="HDF5 (MATLAB v7.3 included)",
     matches=lambda head: any(head.startswith(SIGNATURE, at) for at in SIGNATURE_OFFSETS),
-    load=functools.partial(read_limited, load_hdf5),
+    load=load_hdf5,
 )

@@ -5,6 +5,7 @@ busy machine refuses nothing. Where the system lacks a limit (Windows, macOS for
 """
 
 import atexit
+import functools
 import math
 import os
 import time
@@ -13,8 +14,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from srbval.errors import DataError
-from srbval.processes.worker import WorkerProcess
-from srbval.recordings.raw import EXPANSION, RawFile, largest_claim
+from srbval.processes.worker import DiedError, WorkerProcess
+from srbval.recordings.raw import EXPANSION, FileFormat, RawFile, largest_claim
 
 COMPUTING_S = 3.0  # for any file; a good one of 10 MB takes 0.1 s
 BYTES_PER_S = 20e6  # and more for a large one; decompression manages ten times that
@@ -28,27 +29,47 @@ _running: set[WorkerProcess] = set()
 
 
 class Library(NamedTuple):
-    """A library that reads a format: the module to import, its name, and the extra of this package that brings it."""
+    """A library that reads a format: the module to import, its name, and what to install where it is missing."""
 
     module: str
     name: str
-    extra: str
+    source: str
+
+
+def limited_format(
+    *,
+    name: str,
+    description: str,
+    matches: Callable[[bytes], bool],
+    load: Callable[[Path], RawFile],
+    kind: str | None = None,
+    library: Library | None = None,
+    expansion: int = EXPANSION,
+) -> FileFormat:
+    """A format whose `load` may raise anything, hang or crash: it runs by `read_limited`, where the options are."""
+    read = functools.partial(read_limited, load, kind=kind or f"{name} file", library=library, expansion=expansion)
+    return FileFormat(name=name, description=description, matches=matches, load=read)
 
 
 def read_limited(
-    load: Callable[[Path], RawFile], path: Path, *, library: Library | None = None, expansion: int = EXPANSION
+    load: Callable[[Path], RawFile],
+    path: Path,
+    *,
+    kind: str = "file",
+    library: Library | None = None,
+    expansion: int = EXPANSION,
 ) -> RawFile:
-    """What `load`, a function of a module, makes of the file at `path`; `DataError` where it takes too much.
+    """What `load`, a function of a module, makes of the file at `path`; `DataError` where it fails or takes too much.
 
-    `library` is imported before the limits hold; `expansion` is how many times the file's size its contents may take.
-
+    `kind` is what messages call the file. `library` is imported before the limits hold; `expansion` is how many times
+    the file's size its contents may take.
     Any exception here, Ctrl-C included, ends the process that reads. Where one dies that has read other files before,
     a new one tries again: one of those may be to blame.
     """
     computing_s = math.ceil(COMPUTING_S + path.stat().st_size / BYTES_PER_S)
     folder = None if path.is_absolute() else os.getcwd()
     memory = largest_claim(path, expansion) + WORKSPACE_BYTES
-    request = (load, path, folder, computing_s, memory, library)
+    request = (load, path, folder, computing_s, memory, library, kind)
     for fresh in (False, True):
         try:
             reader = WorkerProcess("srbval.recordings.loaders.reader_process") if fresh else _idle.pop()
@@ -66,7 +87,7 @@ def read_limited(
             reader.close()
             interrupted = reader not in _running
             _running.discard(reader)
-            if not isinstance(error, Exception):
+            if not isinstance(error, DiedError):
                 raise
             if interrupted:
                 raise DataError(f"{path}: not read, as the program was interrupted.") from None

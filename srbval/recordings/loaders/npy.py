@@ -1,6 +1,5 @@
 """NumPy files, one array (.npy) or an archive of some (.npz); pickled objects are never opened."""
 
-import functools
 import math
 import zipfile
 from pathlib import Path
@@ -8,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from srbval.errors import DataError
-from srbval.recordings.loaders.limited import read_limited
+from srbval.recordings.loaders.limited import limited_format
 from srbval.recordings.raw import LONGEST_NAME, FileFormat, RawFile, Value, check_claim, first_line
 
 SIGNATURE, ZIP = b"\x93NUMPY", b"PK\x03\x04"
@@ -44,27 +43,22 @@ def load_npy(path: Path) -> RawFile:
 
 def load_npz(path: Path) -> RawFile:
     """Read every array of an .npz archive under its own name; texts of one element stay texts, objects are left out."""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            check_claim(path, sum(member.file_size for member in archive.infolist()), "its contents")
-            names = [member.removesuffix(".npy") for member in archive.namelist() if member.endswith(".npy")]
-        if not names:
-            raise DataError(f"{path}: a ZIP archive without NumPy arrays. Export a workbook as CSV, unpack an archive.")
-        variables: dict[str, Value] = {}
-        left = []
-        with np.load(path, allow_pickle=False) as arrays:
-            for name in names:
-                try:
-                    array = arrays[name]
-                    variables[name] = str(array.flat[0]) if array.dtype.kind == "U" and array.size == 1 else array
-                except ValueError as error:  # objects, which only unpickling would bring
-                    if "allow_pickle" not in str(error):
-                        raise
-                    left.append(name)
-    except (DataError, MemoryError):
-        raise
-    except Exception as error:  # the one border where a hostile file meets foreign code
-        raise DataError(f"{path}: truncated or damaged .npz file ({first_line(error)}). Copy it again.") from None
+    with zipfile.ZipFile(path) as archive:
+        check_claim(path, sum(member.file_size for member in archive.infolist()), "its contents")
+        names = [member.removesuffix(".npy") for member in archive.namelist() if member.endswith(".npy")]
+    if not names:
+        raise DataError(f"{path}: a ZIP archive without NumPy arrays. Export a workbook as CSV, unpack an archive.")
+    variables: dict[str, Value] = {}
+    left = []
+    with np.load(path, allow_pickle=False) as arrays:
+        for name in names:
+            try:
+                array = arrays[name]
+                variables[name] = str(array.flat[0]) if array.dtype.kind == "U" and array.size == 1 else array
+            except ValueError as error:  # objects, which only unpickling would bring
+                if "allow_pickle" not in str(error):
+                    raise
+                left.append(name)
     notes = (f"left out, no plain numbers: {', '.join(left)[:LONGEST_NAME]}",) if left else ()
     return RawFile(path=path, format=ARCHIVE.name, variables=variables, notes=notes)
 
@@ -75,9 +69,10 @@ FORMAT = FileFormat(
     matches=lambda head: head.startswith(SIGNATURE),
     load=load_npy,
 )
-ARCHIVE = FileFormat(
+ARCHIVE = limited_format(
     name="NumPy archive",
     description="NumPy .npz",
     matches=lambda head: head.startswith(ZIP),
-    load=functools.partial(read_limited, load_npz),
+    load=load_npz,
+    kind=".npz file",
 )

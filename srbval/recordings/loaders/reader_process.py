@@ -12,7 +12,7 @@ from srbval.processes.worker import serve_calls
 from srbval.recordings.loaders.limited import Library
 from srbval.recordings.raw import RawFile, first_line
 
-Request = tuple[Callable[[Path], RawFile], Path, str | None, int, int, Library | None]
+Request = tuple[Callable[[Path], RawFile], Path, str | None, int, int, Library | None, str]
 
 
 def load() -> Callable[[Request], RawFile | DataError]:
@@ -31,14 +31,14 @@ def _read(request: Request) -> RawFile | DataError:
 
     Beyond its computing time the system ends this process (SIGXCPU), wherever it is.
     """
-    load_file, path, folder, computing_s, memory, library = request
+    load_file, path, folder, computing_s, memory, library, kind = request
     if library is not None:
         try:
             importlib.import_module(library.module)
         except (ImportError, OSError) as error:
             return DataError(
                 f"{path}: reading it needs the library {library.name}, which cannot be imported ({first_line(error)}). "
-                f'Install it: pip install "srbval[{library.extra}]"'
+                f'Install it: pip install "{library.source}"'
             )
     _limit("RLIMIT_CPU", int(time.process_time()) + 1 + computing_s)
     with contextlib.suppress(OSError, IndexError):  # known on Linux only
@@ -52,8 +52,10 @@ def _read(request: Request) -> RawFile | DataError:
         return error
     except MemoryError:
         return DataError(f"{path}: reading it took more than {memory} bytes of memory. It is damaged; copy it again.")
-    except OSError as error:
-        return DataError(f"{path}: cannot be read ({error.strerror}).")
+    except (FileNotFoundError, PermissionError) as error:
+        return DataError(f"{path}: cannot be read ({error.strerror or error}).")
+    except Exception as error:  # the one border where a hostile file meets foreign code
+        return DataError(f"{path}: truncated or damaged {kind} ({first_line(error)}). Copy it again.")
 
 
 def _limit(name: str, most: int) -> None:

@@ -1,12 +1,11 @@
 """TDMS files of LabVIEW and its relatives, by the library npTDMS."""
 
-import functools
 from pathlib import Path
 from typing import Any
 
 from srbval.errors import DataError
-from srbval.recordings.loaders.limited import Library, read_limited
-from srbval.recordings.raw import FileFormat, RawFile, Value, check_claim, first_line
+from srbval.recordings.loaders.limited import Library, limited_format
+from srbval.recordings.raw import RawFile, Value, check_claim
 
 EXPANSION = 8  # 8 and 16-bit samples with a scaling become 64-bit ones
 MAX_CHANNELS = 256
@@ -22,22 +21,17 @@ def load_tdms(path: Path) -> RawFile:
     """
     from nptdms import TdmsFile
 
-    try:
-        with TdmsFile.open(path) as file:
-            _check_whole(path, file)
-            channels = {_name(c, len(file.groups())): c for group in file.groups() for c in group.channels()}
-            numeric = {name: c for name, c in channels.items() if c.dtype.kind in "fiu" and len(c)}
-            if len(numeric) > MAX_CHANNELS:
-                raise DataError(f"{path}: {len(numeric)} channels; {MAX_CHANNELS} are read at most.")
-            check_claim(path, sum(c.dtype.itemsize * len(c) for c in numeric.values()), "its channels", EXPANSION)
-            variables: dict[str, Value] = {name: c[:] for name, c in numeric.items()}
-            steps = {name: c.properties.get(INCREMENT) for name, c in numeric.items()}
-            attributes = {k: v for k, v in file.properties.items() if isinstance(v, int | float | str)}
-            units = {name: str(c.properties[u]) for name, c in numeric.items() for u in UNITS if u in c.properties}
-    except (DataError, MemoryError):
-        raise
-    except Exception as error:  # the one border where a hostile file meets foreign code
-        raise DataError(f"{path}: truncated or damaged TDMS file ({first_line(error)}). Copy it again.") from None
+    with TdmsFile.open(path) as file:
+        _check_whole(path, file)
+        channels = {_name(c, len(file.groups())): c for group in file.groups() for c in group.channels()}
+        numeric = {name: c for name, c in channels.items() if c.dtype.kind in "fiu" and len(c)}
+        if len(numeric) > MAX_CHANNELS:
+            raise DataError(f"{path}: {len(numeric)} channels; {MAX_CHANNELS} are read at most.")
+        check_claim(path, sum(c.dtype.itemsize * len(c) for c in numeric.values()), "its channels", EXPANSION)
+        variables: dict[str, Value] = {name: c[:] for name, c in numeric.items()}
+        steps = {name: c.properties.get(INCREMENT) for name, c in numeric.items()}
+        attributes = {k: v for k, v in file.properties.items() if isinstance(v, int | float | str)}
+        units = {name: str(c.properties[u]) for name, c in numeric.items() for u in UNITS if u in c.properties}
     rates = {name: 1 / step for name, step in steps.items() if isinstance(step, float) and step > 0}
     return RawFile(
         path=path, format=FORMAT.name, variables=variables, attributes=attributes, units=units, rates_hz=rates
@@ -57,11 +51,11 @@ def _name(channel: Any, groups: int) -> str:
     return channel.name if groups == 1 else f"{channel.group_name}.{channel.name}"
 
 
-FORMAT = FileFormat(
+FORMAT = limited_format(
     name="TDMS",
     description="TDMS",
     matches=lambda head: head.startswith(b"TDSm"),
-    load=functools.partial(
-        read_limited, load_tdms, library=Library("nptdms", "npTDMS", "formats"), expansion=EXPANSION
-    ),
+    load=load_tdms,
+    library=Library("nptdms", "npTDMS", "srbval[formats]"),
+    expansion=EXPANSION,
 )

@@ -1,6 +1,5 @@
 """Universal files, data set 58 (function at a degree of freedom, text or binary), by the library pyuff."""
 
-import functools
 import re
 from pathlib import Path
 from typing import Any
@@ -8,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from srbval.errors import DataError
-from srbval.recordings.loaders.limited import Library, read_limited
-from srbval.recordings.raw import FileFormat, RawFile, Value, first_line
+from srbval.recordings.loaders.limited import Library, limited_format
+from srbval.recordings.raw import RawFile, Value
 
 EXPANSION = 16  # the library holds a text's numbers as Python's own before it makes an array of them
 FUNCTION = 58
@@ -30,17 +29,12 @@ def load_uff(path: Path) -> RawFile:
     """
     import pyuff
 
-    try:
-        if len(_MARK.findall(path.read_bytes())) % 2:
-            raise DataError(f"{path}: truncated: its last data set does not end. Copy it again.")
-        file = pyuff.UFF(str(path))
-        types = [int(kind) for kind in file.get_set_types()]
-        functions = [file.read_sets(i) for i, kind in enumerate(types) if kind == FUNCTION]
-        systems = {int(file.read_sets(i)["units_code"]) for i, kind in enumerate(types) if kind == UNITS}
-    except (DataError, MemoryError):
-        raise
-    except Exception as error:  # the one border where a hostile file meets foreign code
-        raise DataError(f"{path}: truncated or damaged universal file ({first_line(error)}). Copy it again.") from None
+    if len(_MARK.findall(path.read_bytes())) % 2:
+        raise DataError(f"{path}: truncated: its last data set does not end. Copy it again.")
+    file = pyuff.UFF(str(path))
+    types = [int(kind) for kind in file.get_set_types()]
+    functions = [file.read_sets(i) for i, kind in enumerate(types) if kind == FUNCTION]
+    systems = {int(file.read_sets(i)["units_code"]) for i, kind in enumerate(types) if kind == UNITS}
     variables: dict[str, Value] = {}
     units: dict[str, str] = {}
     rates: dict[str, float] = {}
@@ -76,9 +70,12 @@ def _samples(path: Path, name: str, function: dict[str, Any]) -> np.ndarray[Any,
     return samples
 
 
-FORMAT = FileFormat(
+FORMAT = limited_format(
     name="UFF58",
     description="universal file (UFF, data set 58)",
     matches=lambda head: _HEAD.match(head) is not None,
-    load=functools.partial(read_limited, load_uff, library=Library("pyuff", "pyuff", "formats"), expansion=EXPANSION),
+    load=load_uff,
+    kind="universal file",
+    library=Library("pyuff", "pyuff", "srbval[formats]"),
+    expansion=EXPANSION,
 )

@@ -61,7 +61,7 @@ class RegisteredRecording:
     settings: RecordingSettings | None = None
     cautions: tuple[str, ...] | None = None
 
-    def with_status(self, status: FileStatus, reason: str | None = None) -> RegisteredRecording:
+    def with_status(self, status: FileStatus, reason: str) -> RegisteredRecording:
         """The same file with another status."""
         return dataclasses.replace(self, status=status, reason=reason)
 
@@ -80,7 +80,7 @@ def without_copies(recordings: Iterable[RegisteredRecording]) -> list[Registered
 
 @dataclass(frozen=True)
 class GridPoint:
-    """One operating point [kN, rpm] of a grid (for the rig: of the paper's Table 5) and its registered files."""
+    """One operating point [kN, rpm] of a grid (for the rig: of the paper's Table 5) and its usable files."""
 
     state: Fault
     radial_kn: float
@@ -91,19 +91,11 @@ class GridPoint:
 
 @dataclass(frozen=True, kw_only=True)
 class Coverage:
-    """All points of one data set's grid."""
+    """All points of one data set's grid, and how many of them have no usable file."""
 
     dataset: str
     points: tuple[GridPoint, ...]
-
-    @property
-    def missing(self) -> tuple[GridPoint, ...]:
-        """Points without a usable file."""
-        return tuple(p for p in self.points if not p.files)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Its JSON object counts the missing points."""
-        return {"dataset": self.dataset, "points": self.points, "missing": len(self.missing)}
+    missing: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,12 +110,9 @@ class RegisterListing:
     @property
     def problems(self) -> tuple[RegisteredRecording, ...]:
         """Recordings that are not ok; texts that never were one (a licence, a readme) do not count."""
-        return tuple(
-            r
-            for r in self.recordings
-            if r.status is not FileStatus.OK
-            and not (r.status is FileStatus.UNREADABLE and r.format == TEXT and NO_TABLE in (r.reason or ""))
-        )
+        wrong = [r for r in self.recordings if r.status is not FileStatus.OK]
+        unread = FileStatus.UNREADABLE, TEXT
+        return tuple(r for r in wrong if (r.status, r.format) != unread or NO_TABLE not in (r.reason or ""))
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON document of `srbval data`."""
@@ -138,15 +127,16 @@ class RegisterListing:
 
 def coverage_of(recordings: Sequence[RegisteredRecording]) -> tuple[Coverage, ...]:
     """Grids of the data sets that have a registered file; files that are not ok do not cover a point."""
-    files: dict[tuple[object, ...], list[str]] = {}
+    files: dict[tuple[object, ...], tuple[str, ...]] = {}
     for r in recordings:
         if r.status is FileStatus.OK:
-            files.setdefault((r.dataset, r.state, r.radial_kn, r.axial_kn, r.nominal_rpm), []).append(r.file)
-    covered = []
-    for name, grid in ((d.name, d.grid) for d in known_datasets()):
-        if grid is not None and name in {r.dataset for r in recordings}:
+            key = (r.dataset, r.state, r.radial_kn, r.axial_kn, r.nominal_rpm)
+            files[key] = (*files.get(key, ()), r.file)
+    covered, present = [], {r.dataset for r in recordings}
+    for name, grid in ((d.name, d.grid) for d in known_datasets() if d.name in present):
+        if grid is not None:
             loads = zip(grid.radial_kn, grid.axial_kn, strict=True)
-            points = [(s, *load, rpm) for s, load, rpm in itertools.product(grid.states, loads, grid.nominal_rpm)]
-            found = [(*p, tuple(files.get((name, *p), ()))) for p in points]
-            covered.append(Coverage(dataset=name, points=tuple(GridPoint(*point) for point in found)))
+            places = [(s, *load, rpm) for s, load, rpm in itertools.product(grid.states, loads, grid.nominal_rpm)]
+            points = tuple(GridPoint(*place, files.get((name, *place), ())) for place in places)
+            covered.append(Coverage(dataset=name, points=points, missing=sum(not p.files for p in points)))
     return tuple(covered)

@@ -8,7 +8,7 @@ from srbval.errors import DataError, SrbvalError
 from srbval.recordings.datasets.description import known_datasets
 from srbval.recordings.load import read_file, sha256_of
 from srbval.recordings.loaders import detect_format
-from srbval.recordings.reading import N_PER_KN, Reading
+from srbval.recordings.reading import N_PER_KN
 from srbval.recordings.registry.entry import FileStatus, RegisteredRecording
 from srbval.recordings.settings import RecordingSettings, apply_settings, open_for_analysis, open_questions
 from srbval.recordings.speed import RPM_PER_HZ
@@ -28,24 +28,40 @@ def inspect_file(path: Path, settings: RecordingSettings | None = None) -> Regis
         sha256 = sha256_of(path)
         entry = replace(entry, size_bytes=found.st_size, mtime_ns=found.st_mtime_ns, sha256=sha256)
         entry = replace(entry, format=detect_format(path).name)
-        return _against_published(_described(entry, path, read_file(path), settings or RecordingSettings()))
+        entry = _described(entry, path, settings or RecordingSettings())
     except OSError as error:
         return entry.with_status(FileStatus.UNREADABLE, f"cannot be read ({error.strerror})")
     except SrbvalError as error:
-        return entry.with_status(_status_of(error), str(error).removeprefix(f"{path}: "))
+        text = str(error).removeprefix(f"{path}: ")
+        cut = "truncated: " in text or "truncated file" in text  # as the loaders and the HDF5 library say it
+        return entry.with_status(FileStatus.TRUNCATED if cut else FileStatus.UNREADABLE, text)
+    expected = (file for d in known_datasets() if d.name == entry.dataset for file in d.files)
+    published = next((file.sha256 for file in expected if file.name == path.name and file.sha256), sha256)
+    if published != sha256:
+        return entry.with_status(FileStatus.CHANGED, f"its SHA-256 is not the published {published[:12]}...")
+    return entry
 
 
-def _described(
-    entry: RegisteredRecording, path: Path, reading: Reading, settings: RecordingSettings
-) -> RegisteredRecording:
-    reading, settings, reasons = _applied(path, reading, settings)
+def _described(entry: RegisteredRecording, path: Path, settings: RecordingSettings) -> RegisteredRecording:
+    file, wrong = read_file(path), []
+    try:
+        reading = apply_settings(path, file, settings)
+    except DataError:  # one by one, to keep those that fit
+        stated, settings = settings, RecordingSettings()
+        for name, value in vars(stated).items():
+            try:
+                apply_settings(path, file, replace(settings, **{name: value}))
+                settings = replace(settings, **{name: value})
+            except DataError as error:
+                wrong.append(str(error).removeprefix(f"{path}: "))
+        reading = apply_settings(path, file, settings)
     if questions := (*open_questions(reading), *open_for_analysis(reading)):
-        reasons.append(f"not stated: {'; '.join(questions)}")
+        wrong.append(f"not stated: {'; '.join(questions)}")
     names = tuple(reading.channels)
     main = reading.channels[reading.channel or (reading.axes or names)[0]]
     return replace(
         entry,
-        reason="; ".join(reasons) or None,
+        reason="; ".join(wrong) or None,
         origin=reading.origin,
         dataset=reading.dataset,
         state=main.state,
@@ -58,38 +74,6 @@ def _described(
         seconds=None if reading.fs_hz is None else len(main.samples) / reading.fs_hz,
         channels=names,
         channel=reading.channel,
-        settings=settings if settings else None,
+        settings=settings or None,
         cautions=reading.all_cautions(),
     )
-
-
-def _applied(path: Path, reading: Reading, settings: RecordingSettings) -> tuple[Reading, RecordingSettings, list[str]]:
-    """`reading` with those of `settings` that fit it, these, and what is wrong with the others."""
-    try:
-        return apply_settings(path, reading, settings), settings, []
-    except DataError:
-        kept, wrong = RecordingSettings(), []
-    for name, value in vars(settings).items():
-        try:
-            apply_settings(path, reading, replace(kept, **{name: value}))
-            kept = replace(kept, **{name: value})
-        except DataError as error:
-            wrong.append(str(error).removeprefix(f"{path}: "))
-    return apply_settings(path, reading, kept), kept, wrong
-
-
-def _against_published(entry: RegisteredRecording) -> RegisteredRecording:
-    """A file with the name and data set of a published one must have its hash."""
-    for description in known_datasets():
-        for expected in description.files if description.name == entry.dataset else ():
-            published = expected.name == Path(entry.file).name and expected.sha256
-            if published and entry.status is FileStatus.OK and published != entry.sha256:
-                return entry.with_status(FileStatus.CHANGED, f"its SHA-256 is not the published {published[:12]}...")
-    return entry
-
-
-def _status_of(error: SrbvalError) -> FileStatus:
-    """Truncated where the loader says so, else unreadable."""
-    text = str(error)
-    cut = "truncated: " in text or ": truncated MATLAB v5 file" in text or "truncated file" in text
-    return FileStatus.TRUNCATED if cut else FileStatus.UNREADABLE

@@ -39,7 +39,13 @@ def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping
         try:
             if len(row) != len(names):
                 raise ConfigurationError(f"{len(row)} fields where the header has {len(names)}")
-            file, settings = _row(dict(zip(names, row, strict=True)), folder, separator)
+            stated: dict[str, Any] = {k: v.strip() for k, v in zip(names, row, strict=True) if v.strip() or k == FILE}
+            file = Path(os.path.abspath(folder / stated.pop(FILE)))
+            if not file.is_file():
+                raise ConfigurationError(f"{file}: no such file")
+            for key in set(stated) & set(NUMBERS) if separator != "," else ():
+                stated[key] = stated[key].replace(",", ".")
+            settings = build(RecordingSettings, stated, "row")
             if file in found:
                 raise ConfigurationError(f"{file.name} is named twice")
             found[file] = settings.over(common)
@@ -48,13 +54,3 @@ def label_table(table: Path, folder: Path, common: RecordingSettings) -> Mapping
     if wrong:
         raise ConfigurationError(f"{table}: {len(wrong)} of {len(body)} rows cannot be used: {'; '.join(wrong)}")
     return found
-
-
-def _row(values: dict[str, str], folder: Path, separator: str) -> tuple[Path, RecordingSettings]:
-    file = Path(os.path.abspath(folder / values.pop(FILE).strip()))
-    if not file.is_file():
-        raise ConfigurationError(f"{file}: no such file")
-    stated: dict[str, Any] = {key: value.strip() for key, value in values.items() if value.strip()}
-    for key in set(stated) & set(NUMBERS):
-        stated[key] = stated[key].replace(",", ".") if separator != "," else stated[key]
-    return file, build(RecordingSettings, stated, "row")

@@ -29,18 +29,18 @@ def rig_recordings(
     Full recordings come first, each content once; those that come with the program where none is registered of the same
     state, load and speed.
     """
-    own = [r for r in (listing().recordings if registered is None else registered) if _of_rig(r)]
-    points = {_point(r) for r in own}
-    shipped = [r for r in shipped_recordings() if _of_rig(r) and _point(r) not in points]
+    own = [r for r in (listing().recordings if registered is None else registered) if _usable_of_rig(r)]
+    points = {_operating_point(r) for r in own}
+    shipped = [r for r in shipped_recordings() if _usable_of_rig(r) and _operating_point(r) not in points]
     found = [r for r in (*own, *shipped) if state in (None, r.state) and nominal_rpm in (None, r.nominal_rpm)]
     return tuple(sorted(without_copies(found), key=lambda r: (RIG_DATASETS.index(r.dataset or ""), r.file)))
 
 
-def _of_rig(entry: RegisteredRecording) -> bool:
+def _usable_of_rig(entry: RegisteredRecording) -> bool:
     return entry.dataset in RIG_DATASETS and entry.status is FileStatus.OK
 
 
-def _point(entry: RegisteredRecording) -> tuple[Fault | None, float | None, float | None, float | None]:
+def _operating_point(entry: RegisteredRecording) -> tuple[Fault | None, float | None, float | None, float | None]:
     return entry.state, entry.radial_kn, entry.axial_kn, entry.nominal_rpm
 
 
@@ -54,7 +54,8 @@ def unopened(entry: RegisteredRecording) -> bool:
     names = [re.search(excerpts.match.file or "", file.name, re.IGNORECASE) for file in opened]
     loads = excerpts.radial_kn, excerpts.axial_kn
     points = {(excerpts.state_of(name["label"]), *loads, float(name["rpm"])) for name in names if name}
-    return _of_rig(entry) and entry.sha256 not in {file.sha256 for file in opened} and _point(entry) not in points
+    known = entry.sha256 in {file.sha256 for file in opened} or _operating_point(entry) in points
+    return _usable_of_rig(entry) and not known
 
 
 def find_recording(
@@ -77,39 +78,20 @@ def healthy_baseline(recording: Recording, registered: Registered | None = None)
     if recording.file is None or (recording.speed if recording.dataset is None else recording.nominal_rpm) is None:
         return None
     candidates = (*listing().recordings, *shipped_recordings()) if registered is None else registered
-    fitting = [entry for entry in candidates if _comparable(entry, recording)]
+    fitting = [entry for entry in candidates if _comparable(entry, recording, os.path.abspath(recording.file))]
     return max(fitting, key=lambda entry: entry.seconds or 0.0, default=None)
 
 
-def load_entry(entry: RegisteredRecording) -> Recording:
-    """A registered recording, read with its settings; raises what `load_recording` raises."""
-    return load_recording(entry.file, entry.settings)
-
-
-def load_registered(path: str | Path, settings: RecordingSettings | None = None) -> Recording:
-    """`load_recording` with `settings`, and with those of the register where these are not given.
-
-    A register that cannot be read counts as empty: the file itself can still be loaded.
-    """
-    try:
-        entry = read_manifest().get(os.path.abspath(path))
-    except DataError:
-        entry = None
-    stored = (entry.settings if entry is not None else None) or RecordingSettings()
-    return load_recording(path, (settings or RecordingSettings()).over(stored))
-
-
-def _comparable(entry: RegisteredRecording, recording: Recording) -> bool:
-    file = os.path.abspath(recording.file or "")
+def _comparable(entry: RegisteredRecording, recording: Recording, file: str) -> bool:
+    loads_n = tuple(None if load is None else load * N_PER_KN for load in (entry.radial_kn, entry.axial_kn))
     return (
-        entry.status is FileStatus.OK
-        and entry.state is Fault.HEALTHY
+        (entry.status, entry.state) == (FileStatus.OK, Fault.HEALTHY)
         and entry.file != file
         and entry.sha256 != recording.sha256
         and rig_of(entry.dataset, entry.file) == rig_of(recording.dataset, file)
-        and (entry.channel, entry.fs_hz) == (recording.channel, recording.fs_hz)
+        and (entry.channel, entry.fs_hz, *loads_n)
+        == (recording.channel, recording.fs_hz, recording.radial_n, recording.axial_n)
         and _same_speed(entry, recording)
-        and (_newton(entry.radial_kn), _newton(entry.axial_kn)) == (recording.radial_n, recording.axial_n)
     )
 
 
@@ -128,5 +110,19 @@ def rig_of(dataset: str | None, file: str) -> tuple[str | None, str]:
     return dataset, str(Path(file).parent) if per_folder else ""
 
 
-def _newton(load_kn: float | None) -> float | None:
-    return None if load_kn is None else load_kn * N_PER_KN
+def load_entry(entry: RegisteredRecording) -> Recording:
+    """A registered recording, read with its settings; raises what `load_recording` raises."""
+    return load_recording(entry.file, entry.settings)
+
+
+def load_registered(path: str | Path, settings: RecordingSettings | None = None) -> Recording:
+    """`load_recording` with `settings`, and with those of the register where these are not given.
+
+    A register that cannot be read counts as empty: the file itself can still be loaded.
+    """
+    settings = settings or RecordingSettings()
+    try:
+        entry = read_manifest().get(os.path.abspath(path))
+    except DataError:
+        entry = None
+    return load_recording(path, settings.over(entry.settings) if entry and entry.settings else settings)

@@ -3,7 +3,7 @@
 import contextlib
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -71,7 +71,7 @@ def _without_nulls(values: dict[str, Any]) -> dict[str, Any]:
 def update_manifest(change: Callable[[Entries], None], path: Path | None = None) -> Entries:
     """Apply `change` to the newest manifest under a lock and write it; returns the entries after it."""
     path = path or manifest_path()
-    with _locked(path):
+    with _lock(path):
         remove_unfinished(path.parent, path.name.__eq__)
         entries = read_manifest(path)
         change(entries)
@@ -81,23 +81,17 @@ def update_manifest(change: Callable[[Entries], None], path: Path | None = None)
     return entries
 
 
-@contextlib.contextmanager
-def _locked(path: Path) -> Iterator[None]:
-    """Hold the manifest's lock; the system releases it should the process die."""
+def _lock(path: Path) -> contextlib.AbstractContextManager[Any]:
+    """The manifest's lock, held; the system releases it should the process die."""
     import filelock
 
     lock = path.with_suffix(".lock")
     try:
         lock.parent.mkdir(parents=True, exist_ok=True)
-        held = filelock.FileLock(lock, timeout=LOCK_SECONDS)
-        held.acquire()
+        return filelock.FileLock(lock, timeout=LOCK_SECONDS).acquire()
     except filelock.Timeout:
         raise DataError(f"{lock}: locked by another srbval for {LOCK_SECONDS:.0f} s. Try again later.") from None
     except OSError as error:
         raise DataError(
             f"{lock}: cannot be written ({error.strerror}). Set SRBVAL_HOME to a folder that you may write."
         ) from None
-    try:
-        yield
-    finally:
-        held.release()

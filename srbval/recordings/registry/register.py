@@ -43,31 +43,30 @@ def add(
     Raises `DataError` for a folder that does not exist or a manifest that cannot be written, `ConfigurationError` for a
     bearing that is not known or a table that cannot be used.
     """
-    given: Mapping[Path, RecordingSettings | None]
+    files: Mapping[Path, RecordingSettings | None]
     if table is None:
-        given = dict.fromkeys(_files_under(Path(folder)), settings)
+        files = dict.fromkeys(_files_under(Path(folder)), settings)
     else:
-        given = label_table(Path(table), Path(folder), settings or RecordingSettings())
-    given = {file: None if stated is None else _with_bearing(stated) for file, stated in given.items()}
+        files = label_table(Path(table), Path(folder), settings or RecordingSettings())
+    files = {file: stated and _with_bearing(stated) for file, stated in files.items()}
     registered = read_manifest()
     known = {} if repin else registered
     gone = [e for e in registered.values() if e.sha256 and not os.path.exists(e.file)]
-    found = _inspect(given, known, progress)
-    if not repin:
-        found = [entry if entry.file in known else _with_former_settings(entry, gone) for entry in found]
+    found = _inspect(files, known, progress)
+    for i, entry in enumerate(found if not repin else ()):
+        former = next((old.settings for old in gone if old.sha256 == entry.sha256 and old.settings), None)
+        if former is not None and entry.file not in known:
+            found[i] = inspect_file(Path(entry.file), entry.settings.over(former) if entry.settings else former)
     present = {entry.sha256 for entry in found}
-    merged: Entries = {}
 
     def change(entries: Entries) -> None:
         for old in gone:
             if old.sha256 in present:
                 entries.pop(old.file, None)
-        for entry in found:
-            entries[entry.file] = entry if repin else _against_pin(entries.get(entry.file), entry)
-            merged[entry.file] = entries[entry.file]
+        entries |= {e.file: e if repin else _compared_with_pin(entries.get(e.file), e) for e in found}
 
-    update_manifest(change)
-    return _listing(merged.values())
+    entries = update_manifest(change)
+    return _listing(entries[entry.file] for entry in found)
 
 
 def listing(*, or_none: bool = False) -> RegisterListing:
@@ -84,8 +83,7 @@ def listing(*, or_none: bool = False) -> RegisterListing:
             raise
         unreadable = str(error).removeprefix(f"{manifest_path().parent}{os.sep}")
     entries = _with_environment_folder(registered)
-    listed = _listing(entry if _unchanged(entry) else _verified(entry) for entry in entries.values())
-    return replace(listed, unreadable=unreadable)
+    return _listing((e if _unchanged(e) else _verified(e) for e in entries.values()), unreadable)
 
 
 def verify(*, progress: Progress = silent) -> RegisterListing:
@@ -99,20 +97,15 @@ def verify(*, progress: Progress = silent) -> RegisterListing:
     return _listing(checked)
 
 
-def recordings_folder() -> Path | None:
-    """The folder ``$SRBVAL_RECORDINGS`` names, used without being registered; `DataError` if it does not exist."""
-    set_by_user = os.environ.get(RECORDINGS_VARIABLE)
-    if not set_by_user:
-        return None
-    folder = Path(set_by_user).expanduser()
-    if not folder.is_dir():
-        raise DataError(f"{RECORDINGS_VARIABLE} is {set_by_user!r}, which is not a folder. Correct it or unset it.")
-    return folder
+def shipped_recordings() -> tuple[RegisteredRecording, ...]:
+    """The rig's open excerpts that come with the program, in compact form; their folder says where they come from."""
+    return tuple(_look_at(shipped_folder(RIG_EXCERPTS), {}, pinned=False).values())
 
 
-def _listing(entries: Iterable[RegisteredRecording]) -> RegisterListing:
+def _listing(entries: Iterable[RegisteredRecording], unreadable: str = "") -> RegisterListing:
     recordings = tuple(sorted(entries, key=lambda e: e.file))
-    return RegisterListing(manifest=manifest_path(), recordings=recordings, coverage=coverage_of(recordings))
+    coverage = coverage_of(recordings)
+    return RegisterListing(manifest=manifest_path(), recordings=recordings, coverage=coverage, unreadable=unreadable)
 
 
 def _files_under(folder: Path) -> list[Path]:
@@ -145,14 +138,14 @@ def _inspect(
 
     Settings that are given override those stored for a file.
     """
-    sizes = [_size(path) for path in files]
+    sizes = [_size_and_time(path)[0] for path in files]
     total, done, found = sum(sizes), 0, []
 
     def inspect(path: Path) -> RegisteredRecording:
         pinned, settings = known.get(str(path)), files[path]
-        stored = (pinned.settings if pinned is not None else None) or RecordingSettings()
         if pinned and not settings and _unchanged(pinned) and not (pinned.channels and pinned.cautions is None):
             return pinned
+        stored = (pinned and pinned.settings) or RecordingSettings()
         return inspect_file(path, settings.over(stored) if settings else stored)
 
     with ThreadPoolExecutor(min(MAX_WORKERS, os.cpu_count() or 1)) as pool:  # hashing and reading release the GIL
@@ -168,35 +161,22 @@ def _inspect(
     return found
 
 
-def _with_former_settings(entry: RegisteredRecording, gone: list[RegisteredRecording]) -> RegisteredRecording:
-    """`entry`, read with the settings of the same content at a path where it no longer exists."""
-    former = next((old.settings for old in gone if old.sha256 == entry.sha256 and old.settings), None)
-    if former is None:
-        return entry
-    return inspect_file(Path(entry.file), entry.settings.over(former) if entry.settings else former)
-
-
-def _size(path: Path) -> int:
+def _size_and_time(path: str | Path) -> tuple[int, int]:
+    """Size [bytes] and time of change [ns]; 0 and -1 for a file that cannot be seen."""
     try:
-        return path.stat().st_size
+        found = os.stat(path)
     except OSError:
-        return 0
+        return 0, -1
+    return found.st_size, found.st_mtime_ns
 
 
 def _unchanged(entry: RegisteredRecording) -> bool:
-    """Whether size and time of change are those pinned."""
-    try:
-        stat = Path(entry.file).stat()
-    except OSError:
-        return False
-    return (stat.st_size, stat.st_mtime_ns) == (entry.size_bytes, entry.mtime_ns)
+    return _size_and_time(entry.file) == (entry.size_bytes, entry.mtime_ns)
 
 
-def _against_pin(pinned: RegisteredRecording | None, found: RegisteredRecording) -> RegisteredRecording:
+def _compared_with_pin(pinned: RegisteredRecording | None, found: RegisteredRecording) -> RegisteredRecording:
     """The entry for the register: the pin stays, and a file that differs from it is marked."""
-    if pinned is None or pinned.sha256 == found.sha256:
-        return found
-    return _changed(pinned, found.sha256)
+    return found if pinned is None or pinned.sha256 == found.sha256 else _changed(pinned, found.sha256)
 
 
 def _changed(pinned: RegisteredRecording, sha256: str) -> RegisteredRecording:
@@ -211,58 +191,53 @@ def _verified(entry: RegisteredRecording) -> RegisteredRecording:
     path = Path(entry.file)
     if not path.exists():
         return entry.with_status(FileStatus.MISSING, "the file is no longer there")
-    size = _size(path)
+    size, _ = _size_and_time(path)
     if size < entry.size_bytes:
         return entry.with_status(
             FileStatus.TRUNCATED, f"{size} bytes where {entry.size_bytes} were registered; copy the file again"
         )
-    if not entry.sha256:  # it could not even be hashed
-        return inspect_file(path, entry.settings)
     try:
-        sha256 = sha256_of(path)
+        sha256 = sha256_of(path) if entry.sha256 else ""  # without one it could not even be hashed
     except DataError as error:
         return entry.with_status(FileStatus.UNREADABLE, str(error))
     if sha256 != entry.sha256:
         return _changed(entry, sha256)
-    return inspect_file(path, entry.settings) if entry.status is FileStatus.CHANGED else entry
+    return inspect_file(path, entry.settings) if entry.status is FileStatus.CHANGED or not sha256 else entry
 
 
 def _with_environment_folder(entries: Entries) -> Entries:
-    """Add the files of SRBVAL_RECORDINGS, for as long as it names their folder."""
-    folder = recordings_folder()
-    return entries if folder is None else {**entries, **_looked_at(folder, entries)}
+    """Add the files of the folder that SRBVAL_RECORDINGS names, for as long as it does."""
+    set_by_user = os.environ.get(RECORDINGS_VARIABLE)
+    if not set_by_user:
+        return entries
+    folder = Path(set_by_user).expanduser()
+    if not folder.is_dir():
+        raise DataError(f"{RECORDINGS_VARIABLE} is {set_by_user!r}, which is not a folder. Correct it or unset it.")
+    return {**entries, **_look_at(folder, entries)}
 
 
-def shipped_recordings() -> tuple[RegisteredRecording, ...]:
-    """The rig's open excerpts that come with the program, in compact form; their folder says where they come from."""
-    return tuple(_looked_at(shipped_folder(RIG_EXCERPTS), {}, pinned=False).values())
-
-
-def _looked_at(folder: Path, entries: Entries, *, pinned: bool = True) -> Entries:
+def _look_at(folder: Path, entries: Entries, *, pinned: bool = True) -> Entries:
     """The files of a folder that is used without being registered; where `pinned`, those that changed since are marked.
 
     The results of their inspection are stored apart from the register, so that they are not read again each time.
     """
-    known = {**_inspected_before(), **entries}
-    looked_at = _inspect(dict.fromkeys(_files_under(folder)), known, silent)
-    found = {e.file: _against_pin(known.get(e.file), e) if pinned else e for e in looked_at}
+    store = inspected_path()
+    try:
+        known = {key: entry for key, entry in read_manifest(store).items() if os.path.exists(key)}
+    except DataError:  # it cannot be read: the files are inspected again
+        known = {}
+        with contextlib.suppress(OSError):
+            store.unlink()
+    known |= entries
+    inspected = _inspect(dict.fromkeys(_files_under(folder)), known, silent)
+    found = {e.file: _compared_with_pin(known.get(e.file), e) if pinned else e for e in inspected}
+
+    def change(stored: Entries) -> None:
+        for key in [key for key in stored if not os.path.exists(key)]:
+            del stored[key]
+        stored.update((key, entry) for key, entry in found.items() if key not in entries)
+
     if any(entry != known.get(key) for key, entry in found.items()):
         with contextlib.suppress(DataError):  # a home that cannot be written costs time, not the recordings
-
-            def change(stored: Entries) -> None:
-                for key in [key for key in stored if not os.path.exists(key)]:
-                    del stored[key]
-                stored.update((key, entry) for key, entry in found.items() if key not in entries)
-
-            update_manifest(change, inspected_path())
+            update_manifest(change, store)
     return found
-
-
-def _inspected_before() -> Entries:
-    """Entries of files that still exist; where they cannot be read, the files are inspected again."""
-    try:
-        return {key: entry for key, entry in read_manifest(inspected_path()).items() if os.path.exists(key)}
-    except DataError:
-        with contextlib.suppress(OSError):
-            inspected_path().unlink()
-        return {}

@@ -26,9 +26,10 @@ from srbval.models.run_file import scene_dict
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.shown_record import shown_record
-from srbval.recordings import Recording, recording_from_run, write_stand_in
+from srbval.recordings import Recording, recording_from_run
 from srbval.recordings.datasets.description import DatasetDescription, dataset
 from srbval.recordings.registry import RegisteredRecording, listing, rig_recordings
+from srbval.recordings.synthetic_record import write_synthetic_record
 from srbval.report.findings.bands import RecordKurtogram, cross_bands, record_kurtogram
 from srbval.report.findings.bearing_views import bearing_views, load_path, load_zone_case, point_passing
 from srbval.report.findings.findings import Evidence
@@ -274,7 +275,7 @@ def choose_rig_recordings(
 def _stand_ins(states: set[Fault], printed: Table6, folder: Path) -> dict[Fault, Recording]:
     folder.mkdir(parents=True, exist_ok=True)
     made = {
-        state: write_stand_in(
+        state: write_synthetic_record(
             folder / f"stand-in-{state}.h5",
             state=state,
             shaft_hz=printed.shaft_rpm / 60,

@@ -1,4 +1,4 @@
-"""A synthetic stand-in for a rig recording that is not available: a seeded stochastic impulse model.
+"""A synthetic record in place of a rig recording that is not available: a seeded stochastic impulse model.
 
 Impacts at the fault's kinematic order (McFadden & Smith, Model for the vibration produced by a single
 point defect in a rolling element bearing, J. Sound Vib. 96, 1984), their spacing a random walk of slip
@@ -35,40 +35,40 @@ NOISE_M_S2 = 0.8
 LOAD_ZONE = 0.5  # load distribution factor of a bearing without play
 
 
-def write_stand_in(
-    path: str | Path,
-    *,
-    state: Fault,
-    shaft_hz: float,
-    seconds: float,
-    seed: int,
-    bearing: str = DEFAULT_BEARING,
+def write_synthetic_record(
+    path: str | Path, *, state: Fault, shaft_hz: float, seconds: float, seed: int, bearing: str = DEFAULT_BEARING
 ) -> Recording:
-    """Write a stand-in at `shaft_hz` [Hz] over `seconds` to `path` and read it back as a `Recording`.
+    """Write a record at `shaft_hz` [Hz] over `seconds` to `path` and read it back, of origin `Origin.STAND_IN`.
 
     The same seed writes the same samples. Raises `ConfigurationError` for an impossible speed or length.
     """
+    from scipy.signal import lfilter
+
     if not (math.isfinite(shaft_hz) and 0 < shaft_hz < 1000):
         raise ConfigurationError(f"stand-in shaft speed {shaft_hz} Hz must be above 0 and below 1000.")
     if not 0.1 <= seconds <= 600:
         raise ConfigurationError(f"stand-in of {seconds} s: it must last 0.1 to 600 s.")
     rng = np.random.default_rng(seed)
-    turns = _shaft_turns(round(seconds * FS_HZ), shaft_hz, rng)
+    # a steady speed with a slow first-order random fluctuation
+    correlation = math.exp(-1 / (FLUCTUATION_S * FS_HZ))
+    start = rng.normal(0, SPEED_FLUCTUATION)
+    steps = rng.normal(0, SPEED_FLUCTUATION * math.sqrt(1 - correlation**2), round(seconds * FS_HZ))
+    fluctuation, _ = lfilter([1.0], [1.0, -correlation], steps, zi=[correlation * start])
+    turns = np.concatenate(([0.0], np.cumsum(shaft_hz * (1 + fluctuation)[:-1]))) / FS_HZ
     signal = vibration(Fault(state), load_bearing(bearing).orders, turns, rng)
-    mean_hz = float(turns[-1] - turns[0]) * FS_HZ / (len(turns) - 1)
     attributes: dict[str, float | str] = {
         "srbval_kind": "stand-in",
         "name": f"SYNTHETIC STAND-IN {Fault(state).value} {shaft_hz * 60:.4g} rpm seed {seed}",
         "unit": "m/s2",
         "bearing": bearing,
         "state": Fault(state).value,
-        "shaft_speed_hz": mean_hz,
+        "shaft_speed_hz": float(turns[-1] - turns[0]) * FS_HZ / (len(turns) - 1),
         "band_low_hz": BAND_HZ[0],
         "band_high_hz": BAND_HZ[1],
         "note": "SYNTHETIC STAND-IN: seeded stochastic impulse model, not a measurement",
     }
-    measured = Variable(values=signal, units="m s-2", long_name="synthetic stand-in acceleration")
-    write_hdf5(Path(path), fs_hz=FS_HZ, variables={"acceleration_m_s2": measured}, attributes=attributes)
+    variable = Variable(values=signal, units="m s-2", long_name="synthetic stand-in acceleration")
+    write_hdf5(Path(path), fs_hz=FS_HZ, variables={"acceleration_m_s2": variable}, attributes=attributes)
     return load_recording(path)
 
 
@@ -76,59 +76,28 @@ def vibration(state: Fault, orders: FaultOrders, turns: FloatArray, rng: np.rand
     """Acceleration [m/s2], shape of `turns` (shaft turns at each sample), of a bearing in `state`."""
     from scipy.signal import fftconvolve
 
+    ring = np.arange(math.ceil(RING_S * FS_HZ))
     noise = rng.normal(0, NOISE_M_S2, len(turns))
-    ringing = _response(np.arange(math.ceil(RING_S * FS_HZ)) / FS_HZ)
-    rattle = fftconvolve(rng.normal(0, 1, len(turns)), ringing)[: len(turns)]
-    signal = noise + rattle * (RATTLE_M_S2 / np.std(rattle))
-    if state is not Fault.HEALTHY:
-        at, strength = _impacts(state, orders, turns, rng)
-        _add_impacts(signal, at, strength * IMPACT_M_S2)
-    return signal
-
-
-def _shaft_turns(n: int, shaft_hz: float, rng: np.random.Generator) -> FloatArray:
-    """Turns of the shaft at each sample: a steady speed with a slow first-order random fluctuation."""
-    from scipy.signal import lfilter
-
-    correlation = math.exp(-1 / (FLUCTUATION_S * FS_HZ))
-    start = rng.normal(0, SPEED_FLUCTUATION)
-    steps = rng.normal(0, SPEED_FLUCTUATION * math.sqrt(1 - correlation**2), n)
-    fluctuation, _ = lfilter([1.0], [1.0, -correlation], steps, zi=[correlation * start])
-    speed_hz = shaft_hz * (1 + fluctuation)
-    return np.concatenate(([0.0], np.cumsum(speed_hz[:-1]))) / FS_HZ
-
-
-def _impacts(
-    state: Fault, orders: FaultOrders, turns: FloatArray, rng: np.random.Generator
-) -> tuple[FloatArray, FloatArray]:
-    """Impact times [samples, fractional] and relative strengths."""
+    rattle = fftconvolve(rng.normal(0, 1, len(turns)), _response(ring / FS_HZ))[: len(turns)]
+    signal: FloatArray = noise + rattle * (RATTLE_M_S2 / np.std(rattle))
+    if state is Fault.HEALTHY:
+        return signal
     order, carrier = state.line_order(orders), state.sideband_order(orders)
-    count = math.ceil(turns[-1] * order * (1 + 10 * SLIP_JITTER)) + 2
-    gaps = rng.normal(1, SLIP_JITTER, count) / order
+    gaps = rng.normal(1, SLIP_JITTER, math.ceil(turns[-1] * order * (1 + 10 * SLIP_JITTER)) + 2) / order
     at_turns = rng.uniform(0, 1 / order) + np.cumsum(gaps)
     at_turns = at_turns[at_turns < turns[-1]]
-    strength = np.abs(rng.normal(1, IMPACT_SPREAD, len(at_turns))) * _load_zone(carrier * at_turns)
-    return np.interp(at_turns, turns, np.arange(len(turns))), strength
-
-
-def _load_zone(defect_turns: FloatArray) -> FloatArray:
-    """Stribeck's load distribution over the defect's position (0 is the direction of the load)."""
-    inside = 1 - (1 - np.cos(2 * np.pi * defect_turns)) / (2 * LOAD_ZONE)
-    return np.maximum(inside, 0) ** (10 / 9)
+    # Stribeck's load distribution over the defect's position, 0 in the direction of the load
+    load = np.maximum(1 - (1 - np.cos(2 * np.pi * (carrier * at_turns))) / (2 * LOAD_ZONE), 0) ** (10 / 9)
+    strength = np.abs(rng.normal(1, IMPACT_SPREAD, len(at_turns))) * load * IMPACT_M_S2
+    at = np.interp(at_turns, turns, np.arange(len(turns)))
+    index = np.ceil(at).astype(np.int64)[:, None] + ring  # the ringing is sampled exactly at fractional times
+    ringing = strength[:, None] * _response((index - at[:, None]) / FS_HZ)
+    inside = index < len(signal)
+    np.add.at(signal, index[inside], ringing[inside])
+    return signal
 
 
 def _response(seconds: FloatArray) -> FloatArray:
     """Impulse response of the resonance, amplitude about 1, zero before the impact."""
     omega = 2 * math.pi * RESONANCE_HZ
-    ring = np.exp(-DAMPING_RATIO * omega * seconds) * np.sin(omega * seconds)
-    return np.where(seconds > 0, ring, 0.0)
-
-
-def _add_impacts(signal: FloatArray, at: FloatArray, strength: FloatArray) -> None:
-    """Add each impact's ringing, sampled exactly at its fractional time, to `signal` in place."""
-    steps = np.arange(math.ceil(RING_S * FS_HZ))
-    first = np.ceil(at).astype(np.int64)
-    index = first[:, None] + steps
-    ringing = strength[:, None] * _response((index - at[:, None]) / FS_HZ)
-    inside = index < len(signal)
-    np.add.at(signal, index[inside], ringing[inside])
+    return np.where(seconds > 0, np.exp(-DAMPING_RATIO * omega * seconds) * np.sin(omega * seconds), 0.0)
