@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from srbval.comparison.bias import Pair
+from srbval.comparison.comparison import Comparison, deviation_pct
 from srbval.report.figures.files import PanelFiles, save_panel
 from srbval.report.figures.style import BLUE, INK, VERMILION, figure_style, new_axes
 
@@ -82,15 +82,23 @@ def _columns(points: Sequence[Deviation]) -> dict[str, list[Any]]:
     }
 
 
-def agreement_plot(folder: Path, name: str, *, pairs: Sequence[Pair], label: str) -> PanelFiles:
-    """Draw `pairs` of one unit, with the line of agreement and the data's 95 % intervals; write picture and CSV."""
+def agreement_plot(folder: Path, name: str, *, rows: Sequence[Comparison], label: str) -> PanelFiles:
+    """Draw `rows` of one unit, with the line of agreement and the data's 95 % intervals; write picture and CSV.
+
+    Frequencies are drawn as their deviations from kinematics [%].
+    """
     with figure_style():
         figure, axes = new_axes((3.6, 3.4), layout="constrained")
-        rig, model = [p.rig for p in pairs], [p.model for p in pairs]
+        rig = [_from_kinematics(row, row.rig.value) for row in rows]
+        model = [_from_kinematics(row, row.model.value) for row in rows]
         ends = [min(rig + model), max(rig + model)]
         axes.plot(ends, ends, color=INK, lw=0.9)
-        half = [p.data_ci95 for p in pairs]
+        half = [row.data_ci95 for row in rows]
         axes.errorbar(rig, model, xerr=half, fmt="o", color=BLUE, ms=4, lw=0.8)
         axes.set(xlabel=f"Measured {label}", ylabel=f"Predicted {label}")
         columns = {"measured": rig, "predicted": model, "measured_ci95": half}
         return save_panel(figure, folder, name, columns)
+
+
+def _from_kinematics(row: Comparison, value: float) -> float:
+    return deviation_pct(value, row.rig.kinematic) if row.rig.kinematic else value

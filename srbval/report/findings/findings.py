@@ -6,15 +6,14 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import Bearing, Fault
-from srbval.comparison.bias import Bias, Pair
+from srbval.comparison.bias import Bias
 from srbval.comparison.comparison import Comparison
-from srbval.comparison.cross_band import CrossBand
 from srbval.comparison.effects import Sensitivity
 from srbval.comparison.headline import Headline, headline
 from srbval.comparison.matrix import Matrix
 from srbval.comparison.other_rigs import OtherRecord
 from srbval.comparison.speed_and_slip import SpeedAndSlip
-from srbval.comparison.table6 import Table6, Table6Row
+from srbval.comparison.table6 import Table6
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis
 from srbval.reading.shown_record import ShownRecord
@@ -22,7 +21,7 @@ from srbval.reading.sum_rule import SumRule
 from srbval.recordings import Origin
 from srbval.recordings.datasets.description import DatasetDescription, PublishedSpeeds
 from srbval.recordings.registry import RegisteredRecording, RegisterListing
-from srbval.report.findings.bands import RecordKurtogram
+from srbval.report.findings.bands import CrossBand, RecordKurtogram
 from srbval.report.findings.bearing_views import BearingViews, LoadSharing, PointPassing
 from srbval.report.findings.harmonics import HarmonicPatterns
 from srbval.report.findings.impulse_trains import ImpulseTrain
@@ -41,7 +40,7 @@ SCHEMA_VERSION = 1
 class Evidence:
     """What the report is made of.
 
-    `matrix`, `pairs`, `bias`, `other_rigs` and `slips` take in every registered recording; the rest shows the model and
+    `matrix`, `bias`, `other_rigs` and `slips` take in every registered recording; the rest shows the model and
     the rig at one of the matrix's speeds: `paper` are the model's analyses at 710 rpm; `rig` those of the rig's
     recordings, or of stand-ins where a state has none; `model_at_rig` those of the model at each rig recording's own
     speed (at 710 rpm for a stand-in). `runs`, with `run_facts`, are those shown, by the id of their case, not those of
@@ -75,13 +74,12 @@ class Evidence:
     fits: Mapping[RollerFit, tuple[ShownRecord, Scalogram]]
     kurtograms: tuple[RecordKurtogram, ...]
     crossed: tuple[CrossBand, ...]
-    rows: tuple[Table6Row, ...]
+    rows: tuple[dict[str, Any], ...]
     sums: tuple[SumRule, ...]
     known: Sensitivity
     registered: tuple[RegisteredRecording, ...]
     register: RegisterListing
     matrix: Matrix
-    pairs: tuple[Pair, ...]
     bias: tuple[Bias, ...]
     other_rigs: tuple[OtherRecord, ...]
     slips: tuple[SpeedAndSlip, ...]

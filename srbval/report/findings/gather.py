@@ -5,13 +5,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Bearing, Fault, load_bearing
-from srbval.comparison.bias import biases, pairs
-from srbval.comparison.counterpart import AnalysedRun, run_counterpart
-from srbval.comparison.cross_band import cross_bands
+from srbval.comparison.bias import biases
+from srbval.comparison.counterpart import (
+    PAPER_STATES,
+    AnalysedRun,
+    SimulationCase,
+    paper_cases,
+    run_cases,
+    run_counterpart,
+)
 from srbval.comparison.effects import Sensitivity, sensitivity_of
 from srbval.comparison.matrix import Matrix, Point, build_matrix, point_of
 from srbval.comparison.other_rigs import OtherRecord
-from srbval.comparison.simulation_cases import PAPER_STATES, SimulationCase, paper_cases, run_cases
 from srbval.comparison.speed_and_slip import matrix_rows, published_speeds, table6_rows
 from srbval.comparison.table6 import Table6, measured_rows, published_rows, sum_rules, table6
 from srbval.errors import ConfigurationError, NumericsError
@@ -25,7 +30,7 @@ from srbval.recordings import Recording, recording_from_run
 from srbval.recordings.datasets.description import DatasetDescription, dataset
 from srbval.recordings.registry import RegisteredRecording, listing, rig_recordings
 from srbval.recordings.synthetic_record import write_synthetic_record
-from srbval.report.findings.bands import RecordKurtogram, record_kurtogram
+from srbval.report.findings.bands import RecordKurtogram, cross_bands, record_kurtogram
 from srbval.report.findings.bearing_views import bearing_views, load_path, load_zone_case, point_passing
 from srbval.report.findings.findings import Evidence
 from srbval.report.findings.harmonics import harmonic_patterns, pattern_cases
@@ -120,7 +125,6 @@ class _Gathering:
             other_rigs = others.records()
         scene, geometry = runs["paper-outer"].scene, self.bearing.geometry
         assert geometry is not None, "the report's bearing is one the model can run"
-        found_pairs = pairs(matrix.cells)
         trains, fits = impulse_trains(runs, self.bearing)
         return Evidence(
             bearing=self.bearing,
@@ -155,8 +159,7 @@ class _Gathering:
             registered=rig.registered,
             register=register,
             matrix=matrix,
-            pairs=found_pairs,
-            bias=biases(found_pairs),
+            bias=biases(matrix.comparisons, used_for="withheld"),
             other_rigs=other_rigs,
             slips=(*matrix_rows(matrix.cells, self.bearing), *table6_rows(self.printed, self.bearing)),
             single_speed=single_speed(self.printed, self.bearing),
@@ -203,7 +206,7 @@ class _Gathering:
     def _rig_side(self, chosen: Mapping[Fault, RegisteredRecording], matrix: Matrix, folder: Path) -> _RigSide:
         points = {state: point_of(entry) for state, entry in chosen.items()}
         sides = {state: matrix.sides[p] for state, p in points.items() if p is not None and p in matrix.sides}
-        measured = {state: side.rig for state, side in sides.items()}
+        measured = {state: rig for state, (rig, _) in sides.items()}
         with stage(self.progress, "Read the stand-ins"):
             stand_ins = _stand_ins(set(PAPER_STATES) - set(measured), self.printed, folder)
             made = {state: analyse(recording, bearing=self.bearing) for state, recording in stand_ins.items()}
@@ -211,7 +214,7 @@ class _Gathering:
             registered=tuple(chosen[state] for state in sides),
             measured=measured,
             rig={state: (measured | made)[state] for state in PAPER_STATES},
-            models={state: _model_of(state, side.model) for state, side in sides.items()},
+            models={state: _model_of(state, model) for state, (_, model) in sides.items()},
         )
 
     def _kurtograms(

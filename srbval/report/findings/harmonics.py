@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from srbval.bearing import Fault
-from srbval.comparison.simulation_cases import SimulationCase
+from srbval.comparison.counterpart import SimulationCase
 from srbval.models.ladder import RUNGS
 from srbval.models.run import Run
 from srbval.plan.pattern import WIDE_BAND_HZ, missing_of

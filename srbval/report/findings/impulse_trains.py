@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from srbval.bearing import Bearing, Fault
-from srbval.comparison.simulation_cases import SimulationCase
+from srbval.comparison.counterpart import SimulationCase
 from srbval.models.run import Run
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.shown_record import ShownRecord, shown_record

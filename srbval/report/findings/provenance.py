@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from srbval import __version__
-from srbval.comparison.simulation_cases import SimulationCase
+from srbval.comparison.counterpart import SimulationCase
 from srbval.models.ladder import rung_of
 from srbval.models.run import Run
 from srbval.recordings.datasets.description import dataset

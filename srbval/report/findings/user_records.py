@@ -12,7 +12,7 @@ import numpy as np
 
 from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
 from srbval.comparison.cage_inputs import CageInputs, cage_inputs
-from srbval.comparison.simulation_cases import SimulationCase, run_cases
+from srbval.comparison.counterpart import SimulationCase, run_cases
 from srbval.diagnosis.baseline import baseline_of, registered_baseline
 from srbval.diagnosis.baseline_comparison import Baseline, BaselineComparison, compare_with_baseline, is_fault_like
 from srbval.diagnosis.diagnose import Diagnosis, diagnose

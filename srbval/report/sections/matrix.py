@@ -9,11 +9,11 @@ import numpy as np
 
 from srbval.comparison.bias import LEAST_RECORDS
 from srbval.comparison.budget import PRIOR
-from srbval.comparison.compared_quantities import KINDS, PRESENCE, Kind
+from srbval.comparison.compared_quantities import COMPARED, PRESENCE, ComparedQuantity
 from srbval.comparison.comparison import Comparison, ComparisonVerdict
 from srbval.comparison.counterpart import CONVERGED_POINTS, STARTS, TURNS
 from srbval.comparison.effects import QuantityEffects
-from srbval.comparison.matrix import Matrix, MatrixCell
+from srbval.comparison.matrix import Matrix, MatrixCell, Point
 from srbval.comparison.record_verdict import RecordVerdict
 from srbval.diagnosis.baseline_comparison import Basis
 from srbval.report.badges import Badge, Tone
@@ -52,7 +52,7 @@ def matrix_section(evidence: Evidence) -> Section:
             _maps(matrix),
             TEXTS.table("matrix-table", matrix.cells, remarks=remarks, point=_point, call=_call),
             TEXTS.paragraph("reading"),
-            *(_bias_blocks(evidence) if evidence.pairs else ()),
+            *(_bias_blocks(evidence) if shown_rows(matrix) else ()),
         ]
     else:
         blocks.append(TEXTS.callout("empty", tone=Tone.WARNING, size=matrix.size, fetch_command=FETCH_COMMAND))
@@ -103,7 +103,8 @@ def _map(
     grid, name = matrix.grid, f"matrix-{kind}"
     loads = list(zip(grid.radial_kn, grid.axial_kn, strict=True))
     rows = [(state, *load) for state in grid.states for load in loads]
-    cells = [[matrix.at((*row, rpm)) for rpm in grid.nominal_rpm] for row in rows]
+    by_point = {cell.point: cell for cell in matrix.cells}
+    cells = [[by_point.get(Point(*row, rpm)) for rpm in grid.nominal_rpm] for row in rows]
     numbers = [[math.nan if c is None or (v := value(c)) is None else v for c in line] for line in cells]
     plot = partial(
         heat_map,
@@ -138,7 +139,8 @@ def _verdict_text(cell: MatrixCell) -> str:
 def _bias_blocks(evidence: Evidence) -> Iterator[Block]:
     """Every fault cell's quantities, bias and scatter over them, predicted against measured."""
     compared = [cell for cell in evidence.matrix.cells if cell.comparisons]
-    sides = [(bool(p.model), bool(p.rig)) for p in evidence.pairs if p.kind == PRESENCE.name]
+    shown = shown_rows(evidence.matrix)
+    sides = [(bool(row.model.value), bool(row.rig.value)) for row in shown if row.kind == PRESENCE.kind]
     shown_by = [(name, sides.count(key)) for key, name in SHOWN_BY.items() if key in sides]
     judged = [cell for cell in compared if cell.judged]
     if judged:
@@ -146,7 +148,7 @@ def _bias_blocks(evidence: Evidence) -> Iterator[Block]:
             "record-verdicts", judged, point=_point, errors=_errors, verdict_tone=VERDICT_TONE, prior=PRIOR,
         )  # fmt: skip
         yield TEXTS.paragraph("verdicts", prior=PRIOR)
-    yield TEXTS.table("matrix-quantities", compared, kinds=KINDS, point=_point, entry=_entry)
+    yield TEXTS.table("matrix-quantities", compared, kinds=COMPARED, point=_point, entry=_entry)
     yield TEXTS.paragraph("carried", turns=TURNS, starts=STARTS, points=CONVERGED_POINTS)
     if evidence.known.defects:
         rows = [row for defect in evidence.known.defects for row in defect.quantities]
@@ -158,9 +160,9 @@ def _bias_blocks(evidence: Evidence) -> Iterator[Block]:
     )  # fmt: skip
 
 
-def _entry(cell: MatrixCell, kind: Kind) -> str:
+def _entry(cell: MatrixCell, kind: ComparedQuantity) -> str:
     """What a cell's comparison of one kind says."""
-    rows = [row for row in cell.comparisons if row.kind == kind.name]
+    rows = [row for row in cell.comparisons if row.kind == kind.kind]
     if kind.yes_or_no:
         texts = (f"{_yes(row.model.value)} / {_yes(row.rig.value)}, {row.verdict.value}" for row in rows)
         return "; ".join(texts) or "none expected"
@@ -195,9 +197,15 @@ def _most_by(row: QuantityEffects) -> str:
 
 
 def _agreement(evidence: Evidence) -> Iterator[Figure]:
-    for name, label in dict.fromkeys((kind.plot, kind.axis) for kind in KINDS if kind.plot):
-        kinds = {kind.name for kind in KINDS if kind.plot == name}
-        own = [pair for pair in evidence.pairs if pair.kind in kinds]
+    shown = shown_rows(evidence.matrix)
+    for name, label in dict.fromkeys((kind.plot, kind.axis) for kind in COMPARED if kind.plot):
+        kinds = {kind.kind for kind in COMPARED if kind.plot == name}
+        own = [row for row in shown if row.kind in kinds]
         if own:
-            plot = partial(agreement_plot, pairs=own, label=label)
+            plot = partial(agreement_plot, rows=own, label=label)
             yield TEXTS.figure("agreement", plot, id=f"agreement-{name}", label=label, points=len(own))
+
+
+def shown_rows(matrix: Matrix) -> list[Comparison]:
+    """Rows that both sides show, and all that count whether they do."""
+    return [row for row in matrix.comparisons if row.both_present or row.kind == PRESENCE.kind]

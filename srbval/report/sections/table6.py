@@ -6,7 +6,6 @@ from typing import Any
 
 from srbval.bearing import Fault
 from srbval.comparison.budget import Answer
-from srbval.comparison.table6 import RigSource, Table6Row
 from srbval.report.badges import Tone
 from srbval.report.blocks import Block, Figure
 from srbval.report.figures.deviation import Deviation, deviation_plot
@@ -40,13 +39,15 @@ def verdict_box(evidence: Evidence) -> VerdictBox:
 
 def table6_section(evidence: Evidence) -> Section:
     """Both tables and how to read them."""
-    published, measured = _by_source(evidence)
+    published, measured = (
+        [row for row in evidence.rows if row["rig_source"] == source] for source in ("published", "measured")
+    )
     blocks: list[Block] = [
         TEXTS.table(
             "table-6-paper-speed",
             map(to_json, published),
             shaft_rpm=evidence.printed.shaft_rpm,
-            computed=[evidence.paper[Fault(row.comparison.fault)].line(row.line.name) for row in published],
+            computed=[evidence.paper[row["defect"]].line(row["line"]) for row in published],
         ),
         _deviations(evidence),
     ]
@@ -57,20 +58,14 @@ def table6_section(evidence: Evidence) -> Section:
     at_rig = TEXTS.table(
         "table-6-rig-speed", map(to_json, measured), nominal_rpm=nominal_rpm, verdict_tone=VERDICT_TONE
     )
-    parts = TEXTS.table("uncertainty-parts", measured[0].comparison.parts, compared=[r.comparison for r in measured])
+    parts = TEXTS.table("uncertainty-parts", measured[0]["uncertainty_parts_pct"], compared=measured)
     quantities = TEXTS.table("quantities", map(to_json, evidence.comparisons), verdict_tone=VERDICT_TONE)
     return TEXTS.section(*blocks, at_rig, TEXTS.paragraph("how-to-read"), appendix=(parts, quantities))
 
 
-def _by_source(evidence: Evidence) -> tuple[list[Table6Row], list[Table6Row]]:
-    """The rows against published values, and those against recordings."""
-    published = [row for row in evidence.rows if row.rig_source is RigSource.PUBLISHED]
-    return published, [row for row in evidence.rows if row.rig_source is RigSource.MEASURED]
-
-
 def _deviations(evidence: Evidence) -> Figure:
     """Deviations from kinematics of every source in Table 6."""
-    points = [point for row in evidence.rows for point in _points(to_json(row))]
+    points = [point for row in evidence.rows for point in _points(row)]
     return TEXTS.figure("table6-deviations", partial(deviation_plot, points=points))
 
 
@@ -78,7 +73,7 @@ def _points(row: Mapping[str, Any]) -> list[Deviation]:
     """The sources of one row of Table 6, as `report.json` has it."""
     group = f"{Fault(row['defect']).code} at {row['shaft_rpm']:.0f} rpm"
     sources = [("our model", "simulated", row["model_deviation_pct"], row["model_ci95_hz"])]
-    if row["rig_source"] == RigSource.MEASURED:
+    if row["rig_source"] == "measured":
         sources += [("rig, measured", "measured", row["rig_deviation_pct"], row["rig_ci95_hz"])]
     else:
         sources += [("paper's rig", "published", row["rig_deviation_pct"], None)]
