@@ -20,7 +20,9 @@ VOLATILE = frozenset({
     "wall_s", "compile_s", "check_wall_s", "wall_per_simulated_s", "made_utc", "git_revision", "machine", "processor",
     "python", "packages", "usable_cores", "srbval", "version",
 })  # fmt: skip
-PROGRESS = re.compile(r".* \.\.\.|.*: done in [\d.]+ (s|min)|.*: \d+ ?%.*")  # lines on standard error
+PROGRESS = re.compile(
+    r".* \.\.\.|.*: done in [\d.]+ s|.*:( \d+ %)? after [\d.]+ (s|min|h)(, about .* to go)?"
+)  # lines on standard error
 PATTERNS = (
     (re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d)?(\.\d+)?(Z|[+-]\d\d:\d\d)?"), "<time>"),
     (re.compile(r"\b[0-9a-f]{40}\b"), "<revision>"),

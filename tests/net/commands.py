@@ -10,7 +10,7 @@ from tests.net.hostile import write_corpus, write_sample
 
 USES = Path(__file__).with_name("uses.txt")
 NAME = re.compile(r"^  ( {2})?([a-z]+)(?: |$)", re.MULTILINE)  # of a command or an action, in a help text
-READ = ("--rpm", "710", "--fs", "4096", "--unit", "m/s2", "--bearing", "skf-22240")
+READ = ("--rpm", "710", "--fs", "4096", "--unit", "m/s2", "--bearing", "skf-22240", "--band", "800", "1600")
 
 
 def record_uses(checkout: Checkout) -> dict[str, Any]:
