@@ -15,17 +15,12 @@ import platformdirs
 
 RECORDINGS_VARIABLE = "SRBVAL_RECORDINGS"
 LONGEST_S = 3600  # of one command
-# Values under these keys say when, where, how fast and by which version something was made.
-VOLATILE = frozenset({
-    "wall_s", "compile_s", "check_wall_s", "wall_per_simulated_s", "made_utc", "git_revision", "machine", "processor",
-    "python", "packages", "usable_cores", "srbval", "version",
-})  # fmt: skip
-PROGRESS = re.compile(
-    r".* \.\.\.|.*: done in [\d.]+ s|.*:( \d+ %)? after [\d.]+ (s|min|h)(, about .* to go)?"
-)  # lines on standard error
+# Lines of progress on standard error.
+PROGRESS = re.compile(r".* \.\.\.|.*: done in [\d.]+ s|.*:( \d+ %)? after [\d.]+ (s|min|h)(, about .* to go)?")
 PATTERNS = (
     (re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d)?(\.\d+)?(Z|[+-]\d\d:\d\d)?"), "<time>"),
     (re.compile(r"\b[0-9a-f]{40}\b"), "<revision>"),
+    (re.compile(r"\b[0-9a-f]{32}\b"), "<key>"),  # of a result, which goes with the version of the code
     (re.compile(r"\bsrbval \d+\.\d+\.\d+\S*"), "srbval <version>"),
     (re.compile(r"srbval-error-\w+\.txt"), "srbval-error-<random>.txt"),
     (re.compile(r"0x[0-9a-f]{6,}"), "<address>"),
@@ -43,7 +38,6 @@ class Checkout:
 
     folder: Path
     scratch: Path
-    volatile: frozenset[str] = VOLATILE
 
     def run(self, *words: str | Path) -> dict[str, Any]:
         """Exit code and output of one command, comparable: standard output as JSON where it is that, else lines."""
@@ -64,9 +58,9 @@ class Checkout:
             raise SystemExit(f"{told} is imported, which is not in {self.folder}")
 
     def comparable(self, value: Any) -> Any:
-        """`value` without volatile keys, and its texts without paths of this machine, times and versions."""
+        """`value` with its texts without paths of this machine, times and versions."""
         if isinstance(value, dict):
-            return {key: self.comparable(inner) for key, inner in value.items() if key not in self.volatile}
+            return {key: self.comparable(inner) for key, inner in value.items()}
         if isinstance(value, list):
             return [self.comparable(inner) for inner in value]
         return self._plain(value) if isinstance(value, str) else value

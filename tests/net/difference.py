@@ -9,6 +9,11 @@ from pathlib import Path
 from typing import Any
 
 ALLOWED = Path(__file__).with_name("allowed_changes.toml")
+# Values under these keys say when, where, how fast and by which version something was made: they are not compared.
+VOLATILE = {
+    "wall_s", "compile_s", "check_wall_s", "wall_per_simulated_s", "made_utc", "git_revision", "machine", "processor",
+    "python", "packages", "usable_cores", "srbval", "version", "expected_s", "mtime_ns",
+}  # fmt: skip
 NAMES = ("id", "name")  # by which the entries of a list are matched, where each has one of its own
 
 
@@ -18,7 +23,7 @@ def differences(old: Any, new: Any, relative: float, where: str = "") -> Iterato
     Lists of texts are compared as texts, line by line; lists of tables by their entries' names where they have some.
     """
     if isinstance(old, dict) and isinstance(new, dict):
-        for key in [*old, *(key for key in new if key not in old)]:
+        for key in [key for key in {**old, **new} if key not in VOLATILE]:
             if key in old and key in new:
                 yield from differences(old[key], new[key], relative, f"{where}/{key}")
             else:

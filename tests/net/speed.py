@@ -30,7 +30,7 @@ def compare_speed(old: Path, new: Path, *, pairs: int) -> None:
 def _kernel_time(folder: Path, model: str, step: str) -> float:
     """Time per simulated second of the paper's scene with an outer-race defect, as the run itself states it."""
     with scratch_folder() as scratch:
-        checkout = Checkout(folder.resolve(), Path(scratch).resolve(), volatile=frozenset())
+        checkout = Checkout(folder.resolve(), Path(scratch).resolve())
         words = ["--model", model, "--solver", "imex2", "--defect", "outer", "--dt", step, "--seconds", SECONDS]
         ended = checkout.run("simulate", "--json", *words)
         return float(ended["out"]["wall_per_simulated_s"])
