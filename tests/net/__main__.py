@@ -56,18 +56,19 @@ def _compared(item: str, options: argparse.Namespace) -> int:
     else:
         new = _recorded(item, options.checkout)
     allowed, reasons, bad = allowed_changes(), Counter[str](), Counter[str]()
-    for line in differences(old, new, ITEMS[item][1], item):
-        reason = next((why for pattern, why in allowed if pattern.search(line)), None)
-        if reason is not None:
-            reasons[reason] += 1
-            continue
-        entry = line.split("/")[1].split(": ")[0]
-        bad[entry] += 1
-        if bad[entry] <= SHOWN:
-            print(line)
-    for entry, count in bad.items():
-        if count > SHOWN:
-            print(f"{item}/{entry}: {count - SHOWN} more differences")
+    for entry in {**old, **new}:
+        sides = ({entry: side[entry]} if entry in side else {} for side in (old, new))
+        for line in differences(*sides, ITEMS[item][1], item):
+            reason = next((why for pattern, why in allowed if pattern.search(line)), None)
+            if reason is not None:
+                reasons[reason] += 1
+                continue
+            bad[entry] += 1
+            if bad[entry] <= SHOWN:
+                print(line)
+        if bad[entry] > SHOWN:
+            print(f"{item}/{entry}: {bad[entry] - SHOWN} more differences")
+    bad = +bad  # without the entries in which nothing differs
     for reason, count in reasons.items():
         print(f"{item}: {count} allowed: {reason}")
     print(f"{item}: {len(old)} entries, {len(bad)} differ in {bad.total()} places", flush=True)
