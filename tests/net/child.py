@@ -1,5 +1,6 @@
 """One command of a checkout's ``srbval`` in a child process, and its output without what differs from run to run."""
 
+import contextlib
 import json
 import os
 import re
@@ -8,6 +9,7 @@ import sys
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -70,7 +72,7 @@ class Checkout:
         recordings = os.environ.get(RECORDINGS_VARIABLE)
         for place, name in (places | ({str(Path(recordings)): "<recordings>"} if recordings else {})).items():
             text = text.replace(place, name)
-        for pattern, name in PATTERNS:
+        for pattern, name in (*PATTERNS, *_own_revision(self.folder)):
             text = pattern.sub(name, text)
         return text
 
@@ -90,6 +92,16 @@ class Checkout:
         fixed = {"PYTHONPATH": str(self.folder), "PYTHONDONTWRITEBYTECODE": "1", "NUMBA_CACHE_DIR": kernels,
                  "COLUMNS": "80", "NO_COLOR": "1", "LC_ALL": "C.UTF-8", "MPLBACKEND": "Agg"}  # fmt: skip
         return os.environ | fixed | {name: str(folder) for name, folder in own.items()}
+
+
+@cache
+def _own_revision(folder: Path) -> list[tuple[re.Pattern[str], str]]:
+    """What replaces the revision of a checkout, of which a report names the first digits; nothing without git."""
+    with contextlib.suppress(OSError, subprocess.CalledProcessError):
+        words = ["git", "-C", str(folder), "rev-parse", "HEAD"]
+        head = subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip()
+        return [(re.compile(rf"\b{head[:7]}[0-9a-f]*(-dirty)?"), "<revision>")]
+    return []
 
 
 def recordings_folder() -> Path:
