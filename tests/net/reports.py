@@ -10,6 +10,8 @@ from tests.net.recorded import CASES
 
 HIDDEN = {"style", "script", "svg", "title"}
 BLOCKS = {"p", "li", "td", "th", "tr", "div", "section", "figcaption", "dt", "dd", "summary", "pre", "nav", "caption"}
+CELLS = {"td", "th"}
+TIMED = "s/s"  # unit of columns of measured times, whose cells differ from run to run
 HEADINGS = {"h1", "h2", "h3", "h4", "h5"}
 
 
@@ -49,9 +51,12 @@ class _Visible(HTMLParser):
         self.lines: list[str] = []
         self.headings: list[str] = []
         self._text, self._hidden = "", 0
+        self._column, self._timed = 0, set[int]()
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:  # noqa: ARG002
         self._hidden += tag in HIDDEN
+        self._timed = set() if tag == "table" else self._timed
+        self._column = 0 if tag == "tr" else self._column + (tag in CELLS)
         if tag in BLOCKS | HEADINGS:
             self._end_line()
 
@@ -59,6 +64,10 @@ class _Visible(HTMLParser):
         self._hidden -= tag in HIDDEN
         if tag in HEADINGS:
             self.headings.append(f"{tag}: {' '.join(self._text.split())}")
+        if tag in CELLS and self._column in self._timed:
+            self._text = "<timed>"
+        elif tag == "th" and self._text.strip().endswith(TIMED):
+            self._timed.add(self._column)
         if tag in BLOCKS | HEADINGS:
             self._end_line()
 
