@@ -27,6 +27,7 @@ PATTERNS = (
     (re.compile(r"srbval-error-\w+\.txt"), "srbval-error-<random>.txt"),
     (re.compile(r"0x[0-9a-f]{6,}"), "<address>"),
     (re.compile(r"(slowest run here took) [\d.,]+"), r"\1 <time>"),
+    (re.compile(r"saves -?\d+ % of the time"), "saves <time>"),
 )
 
 

@@ -12,7 +12,7 @@ ALLOWED = Path(__file__).with_name("allowed_changes.toml")
 # Values under these keys say when, where, how fast and by which version something was made: they are not compared.
 VOLATILE = {
     "wall_s", "compile_s", "check_wall_s", "wall_per_simulated_s", "made_utc", "git_revision", "machine", "processor",
-    "python", "packages", "usable_cores", "srbval", "version", "expected_s", "mtime_ns",
+    "python", "packages", "usable_cores", "srbval", "version", "expected_s", "mtime_ns", "saves_pct",
 }  # fmt: skip
 NAMES = ("id", "name")  # by which the entries of a list are matched, where each has one of its own
 
