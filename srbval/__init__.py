@@ -28,8 +28,9 @@ _NAMES = {
     ),
     "signal": ("Spectrum", "amplitude_spectrum", "bandpass", "envelope", "envelope_spectrum", "kurtogram"),
     "reading.analyse": ("Analysis", "analyse"),
-    "diagnosis.baseline": ("against", "baseline_of"),
-    "diagnosis.fault_call": ("FaultCall", "call_fault"),
+    "diagnosis.baseline": ("baseline_of",),
+    "diagnosis.baseline_comparison": ("BaselineComparison", "compare_with_baseline"),
+    "diagnosis.diagnose": ("Diagnosis", "diagnose"),
     "path.identify": ("identify as identify_path",),
     "report.findings.findings": ("Findings",),
     "report.findings.gather": ("gather",),
@@ -52,15 +53,15 @@ _HOME = {
     for module, names in _NAMES.items()
     for name in names
 }
-__all__ = ["Analysis", "Bearing", "ConfigurationError", "DataError", "FaultCall", "Findings", "NumericsError",
-           "Origin", "Recording", "Run", "RunStatus", "Scene", "ShaftSpeed", "Spectrum", "SpeedSource",
-           "SrbvalError", "__version__", "add_recordings", "against", "amplitude_spectrum", "analyse",
-           "bandpass", "baseline_of", "build_docs", "call_fault", "campaign_status", "doctor", "envelope",
-           "envelope_spectrum", "export_campaign", "fault_frequencies", "fetch_recordings", "find_bearings",
-           "gather", "identify_path", "known_bearings", "kurtogram", "list_recordings", "load_bearing",
-           "load_campaign", "load_recording", "load_scene", "make_plan", "make_report", "paper_scene",
-           "plot", "recording_from_run", "report_recordings", "run_campaign", "run_check", "run_study",
-           "simulate", "verify_campaign", "verify_recordings", "write_plot", "write_run"]  # fmt: skip
+__all__ = ["Analysis", "BaselineComparison", "Bearing", "ConfigurationError", "DataError", "Diagnosis", "Findings",
+           "NumericsError", "Origin", "Recording", "Run", "RunStatus", "Scene", "ShaftSpeed", "Spectrum",
+           "SpeedSource", "SrbvalError", "__version__", "add_recordings", "amplitude_spectrum", "analyse",
+           "bandpass", "baseline_of", "build_docs", "campaign_status", "compare_with_baseline", "diagnose", "doctor",
+           "envelope", "envelope_spectrum", "export_campaign", "fault_frequencies", "fetch_recordings",
+           "find_bearings", "gather", "identify_path", "known_bearings", "kurtogram", "list_recordings",
+           "load_bearing", "load_campaign", "load_recording", "load_scene", "make_plan", "make_report",
+           "paper_scene", "plot", "recording_from_run", "report_recordings", "run_campaign", "run_check",
+           "run_study", "simulate", "verify_campaign", "verify_recordings", "write_plot", "write_run"]  # fmt: skip
 
 if TYPE_CHECKING:
     from srbval.bearing import Bearing, fault_frequencies, find_bearings, known_bearings, load_bearing
@@ -71,8 +72,9 @@ if TYPE_CHECKING:
     from srbval.check.check import run_check
     from srbval.cli.docs_command import build_docs
     from srbval.cli.doctor_command import doctor
-    from srbval.diagnosis.baseline import against, baseline_of
-    from srbval.diagnosis.fault_call import FaultCall, call_fault
+    from srbval.diagnosis.baseline import baseline_of
+    from srbval.diagnosis.baseline_comparison import BaselineComparison, compare_with_baseline
+    from srbval.diagnosis.diagnose import Diagnosis, diagnose
     from srbval.errors import ConfigurationError, DataError, NumericsError, SrbvalError
     from srbval.models.run import Run, RunStatus
     from srbval.models.run_file import write_run

@@ -29,12 +29,12 @@ def noise_spectrum(noise: str) -> NoiseSpectrum:
     """
     if noise == WHITE:
         return NoiseSpectrum(name=WHITE)
-    from scipy.signal import welch
+    from srbval.signal import power_density
 
     recording = load_registered(noise)
     name = recording.channel or (recording.axes or tuple(recording.channels))[-1]
     samples = recording.channels[name]
-    frequency, density = welch(samples - samples.mean(), recording.fs_hz, nperseg=min(SEGMENT, samples.size))
+    frequency, density = power_density(samples - samples.mean(), recording.fs_hz, SEGMENT / recording.fs_hz)
     return NoiseSpectrum(
         name=f"{recording.name}, channel {name} ({recording.origin.value})", frequency_hz=frequency, density=density
     )

@@ -7,8 +7,9 @@ from pathlib import Path
 from srbval.bearing import DEFECTS
 from srbval.cli.data_command import recording_settings
 from srbval.cli.output import own_command, print_json, print_table
-from srbval.diagnosis.baseline import Baseline, against, baseline_of, load_healthy, on_background, registered_baseline
-from srbval.diagnosis.fault_naming import fault_entry, name_fault
+from srbval.diagnosis.baseline import baseline_of, load_healthy, on_background, registered_baseline
+from srbval.diagnosis.baseline_comparison import Baseline, compare_with_baseline
+from srbval.diagnosis.diagnose import diagnose, fault_entry
 from srbval.errors import ConfigurationError, DataError
 from srbval.reading.analyse import Analysis, analyse, bearing_of
 from srbval.reading.pipeline import SQUARED_UNIT
@@ -44,19 +45,19 @@ def run(options: argparse.Namespace) -> int:
     chosen = BandFilter(options.filter)
     result = analyse(recording, bearing=bearing, band_hz=band, band_filter=chosen, choose_on_record=options.auto_band)
     baseline = None if options.background else _baseline(result, healthy)
-    call = against(result, baseline)
+    comparison = compare_with_baseline(result, baseline)
     measured = recording.origin is Origin.MEASURED
-    naming = name_fault(result, all_channels=options.channel is None) if measured else None
+    diagnosis = diagnose(result, all_channels=options.channel is None) if measured else None
     if options.plot:
-        write_plot(result, Path(options.plot), baseline=baseline, naming=naming, command=own_command())
+        write_plot(result, Path(options.plot), baseline=baseline, naming=diagnosis, command=own_command())
     if options.json:
-        fault = to_json(call) | fault_entry(call, naming)
+        fault = to_json(comparison) | fault_entry(comparison, diagnosis)
         print_json(_selected(result, options.defect) | {"fault": fault})
     else:
         _print(result, options.defect)
-        print(call.sentence)
-        if naming is not None:
-            print(naming.sentence)
+        print(comparison.sentence)
+        if diagnosis is not None:
+            print(diagnosis.sentence)
     return 0
 
 

@@ -9,39 +9,21 @@ validation guide, McGrattan et al., NIST SP 1018-3).
 import math
 import statistics
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from srbval.comparison.compared_quantities import KINDS, Kind
-from srbval.comparison.comparison import Comparison, deviation_pct
-from srbval.comparison.matrix import MatrixCell
+from srbval.comparison.compared_quantities import COMPARED, PRESENCE
+from srbval.comparison.comparison import Comparison
 from srbval.signal import NORMAL_95
 
-KIND = {kind.name: kind for kind in KINDS}
 LEAST_RECORDS = 5
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pair:
-    """One compared number of a record: model and rig, error and the data's 95 % half width in `unit`.
-
-    Frequencies are deviations from kinematics.
-    """
-
-    kind: str
-    record: str
-    name: str
-    model: float
-    rig: float
-    error: float
-    data_ci95: float
-    unit: str
-
-
-@dataclass(frozen=True, kw_only=True)
 class Bias:
-    """Bias of one kind, its 95 % half width, and scatter (one standard deviation, net of the data's).
+    """Bias of the comparisons of one kind, scene and use; its 95 % half width; scatter (one sd, net of the data's).
 
-    All three are None below `LEAST_RECORDS`: no claim; `mean_error`, over records, is only what was seen.
+    These three are None below `LEAST_RECORDS`: no claim; `mean_error`, over records, is only what was seen.
+    `data_scatter` is one standard deviation of the data.
     """
 
     kind: str
@@ -57,69 +39,33 @@ class Bias:
     data_scatter: float
 
 
-def pairs(cells: Iterable[MatrixCell]) -> tuple[Pair, ...]:
-    """Every comparison of every cell that both sides can show; whether sidebands show is compared wherever read."""
-    return tuple(
-        Pair(
-            kind=kind.name,
-            record=cell.file,
-            name=f"{cell.state} {cell.nominal_rpm:g} rpm, {cell.radial_kn:g}/{cell.axial_kn:g} kN: {row.quantity}",
-            model=_shown(kind, row.model.value, row.rig.kinematic),
-            rig=_shown(kind, row.rig.value, row.rig.kinematic),
-            error=row.error,
-            data_ci95=row.data_ci95,
-            unit=row.error_unit,
-        )
-        for cell in cells
-        for row in cell.comparisons
-        if (kind := KIND[row.kind]).yes_or_no or row.both_present
-    )
+def biases(rows: Iterable[Comparison], *, used_for: str = "") -> tuple[Bias, ...]:
+    """One for each kind, scene and use of the rows that both sides show; yes or no is counted, not measured.
 
-
-def _shown(kind: Kind, value: float, kinematic: float | None) -> float:
-    """The value itself; of a frequency its deviation from kinematics [%]."""
-    return deviation_pct(value, kinematic) if kind.relative and kinematic else value
-
-
-def biases(found: Sequence[Pair]) -> tuple[Bias, ...]:
-    """One row per kind that has pairs and is measured, not counted."""
-    measured = [name for name, kind in KIND.items() if not kind.yes_or_no]
-    return tuple(bias_of(kind, own) for kind in measured if (own := [p for p in found if p.kind == kind]))
-
-
-def biases_of(rows: Iterable[Comparison]) -> tuple[Bias, ...]:
-    """One row per kind, scene and use of the comparisons that both sides show."""
-    groups: dict[tuple[str, str, str], list[Pair]] = {}
+    With `used_for` rows of every use count together, under that name.
+    """
+    groups: dict[tuple[str, str, str], list[Comparison]] = {}
     for row in rows:
-        pair = Pair(
-            kind=row.kind, record=row.record, name=row.quantity, model=row.model.value, rig=row.rig.value,
-            error=row.error, data_ci95=row.data_ci95, unit=row.error_unit,
-        )  # fmt: skip
-        if row.both_present:
-            groups.setdefault((row.kind, row.scene, row.used_for), []).append(pair)
-    return tuple(bias_of(kind, own, scene, used_for) for (kind, scene, used_for), own in groups.items())
+        if row.both_present and row.kind != PRESENCE.kind:
+            groups.setdefault((row.kind, row.scene, used_for or row.used_for), []).append(row)
+    places = {row.kind: place for place, row in enumerate(COMPARED)}
+    return tuple(_bias(*key, groups[key]) for key in sorted(groups, key=lambda key: places.get(key[0], len(places))))
 
 
-def bias_of(kind: str, own: Sequence[Pair], scene: str = "paper", used_for: str = "withheld") -> Bias:
-    """Bias and scatter of the pairs of one kind."""
+def _bias(kind: str, scene: str, used_for: str, rows: Sequence[Comparison]) -> Bias:
     from scipy.special import stdtrit
 
-    errors = [
-        statistics.fmean(pair.error for pair in own if pair.record == record)
-        for record in dict.fromkeys(pair.record for pair in own)
-    ]
-    data = math.sqrt(statistics.fmean((pair.data_ci95 / NORMAL_95) ** 2 for pair in own))
-    count = len(errors)
-    row = Bias(
-        kind=kind, scene=scene, used_for=used_for, unit=own[0].unit, records=count, pairs=len(own),
-        mean_error=statistics.fmean(errors), bias=None, ci95=None, scatter=None, data_scatter=data
+    by_record: dict[str, list[float]] = {}
+    for row in rows:
+        by_record.setdefault(row.record, []).append(row.error)
+    errors = [statistics.fmean(own) for own in by_record.values()]
+    count, mean = len(errors), statistics.fmean(errors)
+    data = math.sqrt(statistics.fmean((row.data_ci95 / NORMAL_95) ** 2 for row in rows))
+    claimed = count >= LEAST_RECORDS
+    variance = statistics.variance(errors) if claimed else 0.0
+    return Bias(
+        kind=kind, scene=scene, used_for=used_for, unit=rows[0].error_unit, records=count, pairs=len(rows),
+        mean_error=mean, bias=mean if claimed else None,
+        ci95=float(stdtrit(count - 1, 0.975)) * math.sqrt(variance / count) if claimed else None,
+        scatter=math.sqrt(max(variance - data**2, 0.0)) if claimed else None, data_scatter=data,
     )  # fmt: skip
-    if count < LEAST_RECORDS:
-        return row
-    variance = statistics.variance(errors)
-    return replace(
-        row,
-        bias=statistics.fmean(errors),
-        ci95=float(stdtrit(count - 1, 0.975)) * math.sqrt(variance / count),
-        scatter=math.sqrt(max(variance - data**2, 0.0)),
-    )

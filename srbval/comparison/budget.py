@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
-from srbval.errors import ConfigurationError
 from srbval.storage.tables import build, read_toml
 
 BUDGET = Path(str(resources.files("srbval.comparison") / "budget.toml"))
@@ -18,10 +17,6 @@ class Prior:
     mounting_db: float
     discrepancy_db: float
     discrepancy_pct: float
-
-    def __post_init__(self) -> None:
-        if min(vars(self).values()) <= 0:
-            raise ConfigurationError(f"{BUDGET.name} prior: every scale must be above 0, found {vars(self)}.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,12 +36,6 @@ class StudySettings:
     grid_least_order: float
     grid_most_order: float
 
-    def __post_init__(self) -> None:
-        shares = all(0 < one < 1 for one in (self.least_read, self.most_outside, self.most_left_over))
-        counts = min(self.rounds, self.bins) >= 1 and 3 <= self.least_draws <= self.draws <= self.predicted
-        if not (shares and counts and 0 < self.grid_least_order < self.grid_most_order and self.grid_safety >= 1):
-            raise ConfigurationError(f"{BUDGET.name} study: shares in 0 to 1, counts and orders that rise are needed.")
-
 
 class Answer(enum.StrEnum):
     """Whether an error is within a tolerance, as far as its uncertainty lets anyone tell."""
@@ -63,10 +52,6 @@ class Tolerance:
     limit_pct: float
     reason: str
     source: str
-
-    def __post_init__(self) -> None:
-        if not (self.limit_pct > 0 and self.reason and self.source):
-            raise ConfigurationError(f"{BUDGET.name} tolerance: limit_pct above 0, reason and source are needed.")
 
     def answer(self, error_pct: float, uncertainty_pct: float | None) -> Answer:
         """Met or missed where the whole interval of the error says so; without an interval nothing is resolved."""
@@ -88,10 +73,6 @@ class VerdictLimits:
     near_db: float
     near_pct: float
 
-    def __post_init__(self) -> None:
-        if not (0 < self.false_resolved < 1 and min(vars(self).values()) > 0):
-            raise ConfigurationError(f"{BUDGET.name} verdict: a chance in 0 to 1 and margins above 0 are needed.")
-
 
 @dataclass(frozen=True, kw_only=True)
 class ScanSettings:
@@ -104,17 +85,10 @@ class ScanSettings:
     bands_hz: tuple[tuple[float, float], ...]
     half_digit_m: float
 
-    def __post_init__(self) -> None:
-        if min(self.points, self.log_points) < 3 or not (self.circle_points and self.bands_hz):
-            raise ConfigurationError(f"{BUDGET.name} scan: three points or more, circles and bands are needed.")
 
-
-def _table(name: str) -> dict[str, object]:
-    return dict(read_toml(BUDGET).get(name, {}))
-
-
-PRIOR = build(Prior, _table("prior"), f"{BUDGET.name} prior")
-TOLERANCE = build(Tolerance, _table("tolerance"), f"{BUDGET.name} tolerance")
-VERDICT = build(VerdictLimits, _table("verdict"), f"{BUDGET.name} verdict")
-SCAN = build(ScanSettings, _table("scan"), f"{BUDGET.name} scan")
-STUDY = build(StudySettings, _table("study"), f"{BUDGET.name} study")
+_TABLES = read_toml(BUDGET)
+PRIOR = build(Prior, _TABLES["prior"], f"{BUDGET.name} prior")
+TOLERANCE = build(Tolerance, _TABLES["tolerance"], f"{BUDGET.name} tolerance")
+VERDICT = build(VerdictLimits, _TABLES["verdict"], f"{BUDGET.name} verdict")
+SCAN = build(ScanSettings, _TABLES["scan"], f"{BUDGET.name} scan")
+STUDY = build(StudySettings, _TABLES["study"], f"{BUDGET.name} study")

@@ -1,13 +1,13 @@
 """What is compared between model and rig, as a table: a new compared quantity is a new row of `COMPARED`.
 
-Amplitudes in m/s2 are compared apart, in `amplitudes`: they need the path to the sensor.
+Amplitudes in m/s2 are compared apart, in `srbval.path.amplitudes`: they need the path to the sensor.
 """
 
 import math
 import statistics
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any
 
 from srbval.bearing import DEFECTS, RACE_DEFECTS, Fault
 from srbval.comparison.budget import PRIOR, TOLERANCE, VERDICT
@@ -20,114 +20,53 @@ from srbval.comparison.comparison import (
     ComparisonVerdict,
     QuantityValue,
 )
-from srbval.comparison.effects import GRID, INPUTS, DefectEffects, Sensitivity
+from srbval.comparison.effects import INPUTS, DefectEffects, Sensitivity
 from srbval.comparison.spectrum_shape import angle_between, angle_within, halves_of, noise_about
 from srbval.reading.analyse import Analysis
 from srbval.reading.lines import Line
 from srbval.signal import LEAST_SNR, NORMAL_95
 
-Read = Callable[[Analysis, Fault], QuantityValue | None]
-
+LEVEL_AXIS = "level over the first harmonic, dB"
 _DB = 20 / math.log(10)
 
-
-@dataclass(frozen=True, kw_only=True)
-class Kind:
-    """A kind of quantity: one bias and one scatter, one column of the matrix, and the plot it is drawn in.
-
-    Errors of a `relative` kind are per cent of the rig's value, those of the others differences; `yes_or_no` kinds
-    count whether or not both sides show something. Kinds of one `plot` (its name) share it and its `axis`. A kind is
-    judged with its record's others where it is `primary`; a model whose error is surely below `margin` agrees.
-    """
-
-    name: str
-    heading: str
-    error_unit: str
-    relative: bool = False
-    yes_or_no: bool = False
-    plot: str = ""
-    axis: str = ""
-    primary: bool = False
-    margin: float | None = None
-
-
-LEVEL_AXIS = "level over the first harmonic, dB"
-CAGE_RATIO = Kind(
-    name="cage ratio", heading="Cage ratio, %", error_unit="%", relative=True,
-    plot="cage", axis="cage ratio's deviation from kinematics, %", primary=True, margin=TOLERANCE.limit_pct,
-)  # fmt: skip
-ROLLER_LINE = Kind(
-    name="roller line", heading="Roller's line, %", error_unit="%", relative=True,
-    plot="roller", axis="roller line's deviation from kinematics, %", primary=True, margin=TOLERANCE.limit_pct,
-)  # fmt: skip
-HARMONIC = {
-    number: Kind(
-        name=f"harmonic {number}",
-        heading=f"Harmonic {number}, dB",
-        error_unit="dB",
-        plot="level",
-        axis=LEVEL_AXIS,
-        primary=number < 5,
-        margin=VERDICT.level_db,
-    )
-    for number in (2, 3, 4, 5)
-}
-PRESENCE = Kind(
-    name="sideband presence", heading="Sidebands, model / rig", error_unit="yes or no", yes_or_no=True
-)  # fmt: skip
-SIDEBANDS = Kind(
-    name="sideband level", heading="Sideband level, dB", error_unit="dB", plot="level", axis=LEVEL_AXIS,
-    primary=True, margin=VERDICT.level_db,
-)  # fmt: skip
-SHAPE = Kind(
-    name="spectrum shape", heading="Spectrum shape, degrees", error_unit="degrees",
-    plot="shape", axis="angle with the rig's spectrum, degrees",
-)  # fmt: skip
-
-
-class Sides(NamedTuple):
-    """Both sides' values of one quantity, 95 % half widths of what numerics and inputs do to it, in its unit, and what
-    else is `known` of the defect's effects.
-    """
-
-    kind: Kind
-    model: QuantityValue
-    rig: QuantityValue
-    effects: Mapping[str, float]
-    known: DefectEffects | None = None
-
-
-class Outcome(NamedTuple):
-    """The fields of a `Comparison` that depend on how the sides are compared."""
-
-    model: QuantityValue
-    rig: QuantityValue
-    error: float
-    parts: Mapping[str, float]
-    verdict_override: ComparisonVerdict | None = None
-    p: float | None = None
+Read = Callable[[Analysis, Fault], QuantityValue | None]
 
 
 @dataclass(frozen=True, kw_only=True)
 class ComparedQuantity:
-    """One row: the quantity's name (with ``{line}`` for the fault's), unit, how it is read and how it is compared.
+    """One row of `COMPARED`: how a quantity is read and compared, and how the report shows it.
 
-    `effects` gives the 95 % half widths of what numerics and inputs do to it, in `unit`; `from_order` gives
-    the value from the line's order, where the model's run itself knows that, free of a reading's noise.
+    `name` may hold ``{line}`` for the fault's. `kind` and `heading` are those of its bias and of its column of the
+    matrix; quantities of one `plot` share it and its `axis`. `read` gives the value from an analysis, `from_order` from
+    the line's order of the shaft, where the model's run itself knows that, free of a reading's noise. `compare` gives
+    the fields of a `Comparison` that depend on how it is made, or None where it cannot be. Errors are in `error_unit`:
+    per cent of the rig's value where `relative`, else model less rig. A `yes_or_no` quantity counts whether either side
+    shows something. The record's verdict rests on those that are `primary`; an error surely below `margin` agrees.
     """
 
-    kind: Kind
+    kind: str
     name: str
-    unit: str
+    heading: str
     read: Read
-    effects: Callable[[DefectEffects, str, QuantityValue], dict[str, float]]
-    compare: Callable[[Sides], Outcome | None]
+    compare: Callable[["ComparedQuantity", QuantityValue, QuantityValue, DefectEffects | None], dict[str, Any] | None]
+    unit: str = "dB"
+    error_unit: str = "dB"
     from_order: Callable[[Fault, float, int], float] | None = None
+    relative: bool = False
+    yes_or_no: bool = False
+    primary: bool = False
+    margin: float | None = None
+    plot: str = "level"
+    axis: str = LEVEL_AXIS
 
     def name_of(self, fault: Fault) -> str:
         """The quantity's name for a fault; a multiple of a line that is one itself reads ``2 x 2xBSF``."""
         line = fault.line or ""
         return self.name.replace("x{line}", " x {line}" if line[:1].isdigit() else "x{line}").format(line=line)
+
+    def error_per_unit(self, rig: QuantityValue) -> float:
+        """What one of its unit is in `error_unit`."""
+        return 100 / rig.value if self.relative else 1.0
 
 
 def cage_ratio(analysis: Analysis, fault: Fault) -> QuantityValue | None:
@@ -219,101 +158,94 @@ def _scatter_db(line: Line) -> float:
     return _DB / math.sqrt(2 * max(line.snr or 0.0, 0.5))
 
 
-def own_effects(effects: DefectEffects, quantity: str, _: QuantityValue) -> dict[str, float]:
-    """Half widths that were measured on this very quantity."""
-    own = effects.of(quantity)
-    return {} if own is None else {INPUTS: effects.inputs_ci95(quantity), GRID: own.grid_ci95}
+def difference(
+    row: ComparedQuantity, model: QuantityValue, rig: QuantityValue, _: DefectEffects | None = None
+) -> dict[str, Any]:
+    """Model less rig; a relative quantity's with the uncertainty of the rig's shaft speed, a level's of its mounting.
 
-
-def no_effects(*_: object) -> dict[str, float]:
-    """For quantities without an uncertainty."""
-    return {}
-
-
-def difference(sides: Sides) -> Outcome:
-    """Model less rig; relative kinds in per cent of the rig's value, and with the uncertainty of its shaft speed.
-
-    What the sensor's mounting does to a level is not told from that of the model by one mounting: it is in U.
+    One mounting cannot tell what mounting the sensor does to a level from the model's error: it is in U.
     """
-    kind, model, rig, effects, _ = sides
-    scale = 100 / rig.value if kind.relative else 1.0
+    scale = row.error_per_unit(rig)
     parts = {MODEL_STARTS: scale * (model.ci95 or 0.0), RIG_READING: scale * (rig.ci95 or 0.0)}
-    parts |= {RIG_SPEED: scale * rig.speed_ci95} if kind.relative else {MOUNTING: NORMAL_95 * PRIOR.mounting_db}
-    parts |= {term: scale * bound for term, bound in effects.items()}
-    return Outcome(model, rig, scale * (model.value - rig.value), parts)
+    parts |= {RIG_SPEED: scale * rig.speed_ci95} if row.relative else {MOUNTING: NORMAL_95 * PRIOR.mounting_db}
+    return {"model": model, "rig": rig, "error": scale * (model.value - rig.value), "parts": parts}
 
 
-def presence(sides: Sides) -> Outcome:
+def presence(
+    _: ComparedQuantity, model: QuantityValue, rig: QuantityValue, __: DefectEffects | None = None
+) -> dict[str, Any]:
     """Yes or no on either side. A difference counts where the side without would have shown the other's level."""
-    both = (sides.model, sides.rig)
-    missing = [quiet for quiet, other in (both, both[::-1]) if other.present and not quiet.present]
-    if not missing:
-        verdict = ComparisonVerdict.UNDECIDED
-    else:
-        shown = max(q.value - (q.ci95 or 0.0) for q in both if q.present)
-        verdict = ComparisonVerdict.RESOLVED if missing[0].least < shown else ComparisonVerdict.INSUFFICIENT
-    model, rig = (replace(side, value=float(side.present)) for side in both)
-    return Outcome(model, rig, model.value - rig.value, {}, verdict)
+    verdict = ComparisonVerdict.UNDECIDED
+    if model.present != rig.present:
+        shown, missing = (model, rig) if model.present else (rig, model)
+        would_show = missing.least < shown.value - (shown.ci95 or 0.0)
+        verdict = ComparisonVerdict.RESOLVED if would_show else ComparisonVerdict.INSUFFICIENT
+    yes = [replace(side, value=float(side.present)) for side in (model, rig)]
+    error = yes[0].value - yes[1].value
+    return {"model": yes[0], "rig": yes[1], "error": error, "parts": {}, "verdict_override": verdict}
 
 
-def shape_angle(sides: Sides) -> Outcome | None:
+def shape_angle(
+    _: ComparedQuantity, model: QuantityValue, rig: QuantityValue, known: DefectEffects | None = None
+) -> dict[str, Any] | None:
     """The model's angle with the record less the one that a right model expects, and the chance of so large a one.
 
     That is the angle of the record's halves with each other, and what inputs and noise add to it; the former alone
     where the latter are not known. None where the record's line was not detected.
     """
-    rig, model = sides.rig, sides.model
     if rig.halves is None or model.halves is None or rig.line is None or not rig.line.detected:
         return None
     between, noise = angle_between(model.halves, rig.halves), noise_about(rig.line)
-    theirs = QuantityValue(value=between.degrees, ci95=between.ci95, line=model.line)
-    null = None if sides.known is None or noise is None else sides.known.right_model_excess(*noise)
+    angle = QuantityValue(value=between.degrees, ci95=between.ci95, line=model.line)
+    null = None if known is None or noise is None else known.right_model_excess(*noise)
+    off = between.degrees - rig.value
     if null is None:
         parts = {MODEL_STARTS: between.ci95, RIG_READING: rig.ci95 or 0.0}
-        return Outcome(theirs, replace(rig, halves=None), between.degrees - rig.value, parts)
-    off = between.degrees - rig.value
+        return {"model": angle, "rig": replace(rig, halves=None), "error": off, "parts": parts}
     p = float(1 + len(null) * (null >= off).mean()) / (len(null) + 1)
-    reading = NORMAL_95 * math.sqrt(null.var(axis=1).mean())
-    return Outcome(
-        theirs,
-        replace(rig, value=rig.value + float(null.mean()), ci95=reading, halves=None),
-        off - float(null.mean()),
-        {RIG_READING: reading, INPUTS: NORMAL_95 * float(null.mean(axis=1).std())},
-        ComparisonVerdict.RESOLVED if p < VERDICT.false_resolved else ComparisonVerdict.UNDECIDED,
-        p,
-    )
+    expected, reading = float(null.mean()), NORMAL_95 * math.sqrt(null.var(axis=1).mean())
+    return {
+        "model": angle,
+        "rig": replace(rig, value=rig.value + expected, ci95=reading, halves=None),
+        "error": off - expected,
+        "parts": {RIG_READING: reading, INPUTS: NORMAL_95 * float(null.mean(axis=1).std())},
+        "verdict_override": (ComparisonVerdict.RESOLVED if p < VERDICT.false_resolved else ComparisonVerdict.UNDECIDED),
+        "p": p,
+    }
 
 
-COMPARED: tuple[ComparedQuantity, ...] = (
-    ComparedQuantity(
-        kind=CAGE_RATIO, name="cage ratio", unit="1",
-        read=cage_ratio, effects=own_effects, compare=difference, from_order=cage_of,
-    ),
-    ComparedQuantity(
-        kind=ROLLER_LINE, name="{line}", unit="order",
-        read=roller_line, effects=own_effects, compare=difference, from_order=order_of,
-    ),
-    *(
-        ComparedQuantity(
-            kind=kind, name=f"{number}x{{line}}", unit="dB",
-            read=harmonic_level(number), effects=own_effects, compare=difference,
-        )
-        for number, kind in HARMONIC.items()
-    ),
-    ComparedQuantity(
-        kind=PRESENCE, name="{line} sidebands: shown", unit="1: yes",
-        read=sideband_level, effects=no_effects, compare=presence,
-    ),
-    ComparedQuantity(
-        kind=SIDEBANDS, name="{line} sidebands", unit="dB",
-        read=sideband_level, effects=own_effects, compare=difference,
-    ),
-    ComparedQuantity(
-        kind=SHAPE, name="spectrum shape", unit="degrees",
-        read=spectrum_shape, effects=no_effects, compare=shape_angle,
-    ),
+CAGE_RATIO = ComparedQuantity(
+    kind="cage ratio", name="cage ratio", heading="Cage ratio, %", read=cage_ratio, compare=difference,
+    unit="1", error_unit="%", from_order=cage_of, relative=True, primary=True, margin=TOLERANCE.limit_pct,
+    plot="cage", axis="cage ratio's deviation from kinematics, %",
 )  # fmt: skip
-KINDS: tuple[Kind, ...] = tuple(dict.fromkeys(row.kind for row in COMPARED))
+ROLLER_LINE = ComparedQuantity(
+    kind="roller line", name="{line}", heading="Roller's line, %", read=roller_line, compare=difference,
+    unit="order", error_unit="%", from_order=order_of, relative=True, primary=True, margin=TOLERANCE.limit_pct,
+    plot="roller", axis="roller line's deviation from kinematics, %",
+)  # fmt: skip
+HARMONIC = {
+    number: ComparedQuantity(
+        kind=f"harmonic {number}", name=f"{number}x{{line}}", heading=f"Harmonic {number}, dB",
+        read=harmonic_level(number), compare=difference, primary=number < 5, margin=VERDICT.level_db,
+    )
+    for number in (2, 3, 4, 5)
+}  # fmt: skip
+PRESENCE = ComparedQuantity(
+    kind="sideband presence", name="{line} sidebands: shown", heading="Sidebands, model / rig", read=sideband_level,
+    compare=presence, unit="1: yes", error_unit="yes or no", yes_or_no=True, plot="", axis="",
+)  # fmt: skip
+SIDEBANDS = ComparedQuantity(
+    kind="sideband level", name="{line} sidebands", heading="Sideband level, dB", read=sideband_level,
+    compare=difference, primary=True, margin=VERDICT.level_db,
+)  # fmt: skip
+SHAPE = ComparedQuantity(
+    kind="spectrum shape", name="spectrum shape", heading="Spectrum shape, degrees", read=spectrum_shape,
+    compare=shape_angle, unit="degrees", error_unit="degrees", plot="shape",
+    axis="angle with the rig's spectrum, degrees",
+)  # fmt: skip
+COMPARED: tuple[ComparedQuantity, ...] = (CAGE_RATIO, ROLLER_LINE, *HARMONIC.values(), PRESENCE, SIDEBANDS, SHAPE)
+FREQUENCIES = (CAGE_RATIO.kind, ROLLER_LINE.kind)
 
 
 def compare(
@@ -337,19 +269,21 @@ def compare(
         theirs, own = model.get(name), row.read(rig, fault)
         if theirs is None or own is None:
             continue
-        effects: dict[str, float] = {}
+        effects = None if known is None else known.of(name)
+        if effects is not None:
+            theirs = replace(theirs, value=theirs.value + effects.shift)
+        made = row.compare(row, theirs, own, known)
+        if made is None:
+            continue
         if known is not None:
-            effects = row.effects(known, name, own)
-            shift = known.of(name)
-            theirs = replace(theirs, value=theirs.value + (shift.shift if shift else 0.0))
-        outcome = row.compare(Sides(row.kind, theirs, own, effects, known))
-        if outcome is not None:
-            found.append(
-                Comparison(
-                    kind=row.kind.name, fault=fault, quantity=name, unit=row.unit, error_unit=row.kind.error_unit,
-                    record=record, scene=scene, margin=row.kind.margin, used_for=used_for, **outcome._asdict(),
-                )
-            )  # fmt: skip
+            studied = known.parts_ci95(name).items()
+            made["parts"] |= {part: row.error_per_unit(own) * ci95 for part, ci95 in studied}
+        found.append(
+            Comparison(
+                record=record, state=fault, kind=row.kind, quantity=name, unit=row.unit, error_unit=row.error_unit,
+                scene=scene, used_for=used_for, margin=row.margin, **made,
+            )
+        )  # fmt: skip
     return tuple(found)
 
 

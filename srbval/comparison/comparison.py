@@ -1,4 +1,4 @@
-"""One comparison of the model with the rig: one quantity of one fault, whatever it is read from.
+"""The table of comparisons: a row for every quantity of a record of the rig that the model has too.
 
 After ASME V&V 20 (2009): comparison error E = S - D, validation uncertainty U from numerics, inputs and data as a root
 of squares. Where |E| exceeds U the model's error is resolved. It agrees only where its error is surely below a margin
@@ -34,12 +34,12 @@ class ComparisonVerdict(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class QuantityValue:
-    """One quantity of one side, with the 95 % half width of its reading (None where the source states none), and with
-    that of the shaft speed that it was divided by. `first_ci95`: the first harmonic's share of a level's.
+    """A quantity as read from one side, model or rig, with 95 % half widths: of the reading, of the shaft's speed.
 
-    `line` is the fault's line that it was read from, `present` whether what is read stands out of the noise, `least`
-    the value from which it would, `kinematic` what pure rolling gives. `halves` are the spectra that a spectrum's shape
-    is compared by, [2, bins].
+    `ci95` is None where the source states none; `speed_ci95` is what the uncertainty of the shaft's speed makes of the
+    value; `first_ci95` the share of the first harmonic's reading in a level over it. `present`: whether what is read
+    stands out of the noise, and `least` the value from which on it would. `line` is the fault's line that the value
+    was read from, `kinematic` its value in pure rolling, `halves` log spectra of the record's halves, [2, bins].
     """
 
     value: float
@@ -55,30 +55,30 @@ class QuantityValue:
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """Model and rig in `unit`, `error` and the 95 % `parts` of its uncertainty in `error_unit`.
+    """One row of the table of comparisons: model and rig in `unit`, `error` and `parts` (95 %) in `error_unit`.
 
-    `scene` is the bundled scene that the model ran, at the record's speed and load. Where one side is not `present`
-    its level is the noise's and nothing is compared. `verdict_override` is the verdict on a quantity that is yes or
-    no, which has no uncertainty, or on one whose error has a chance `p` if the model is right.
-    `used_for`: `fit` of a record that anything of the model was fitted to, `withheld` of one that was not but was seen,
-    `blind` of one predicted before it was opened.
+    `kind` groups quantities that share a bias. `scene` is the bundled scene that the model ran, at the record's speed
+    and load. `used_for`: ``fit`` where anything of the model was fitted to the record, ``withheld`` where it was not
+    but was seen, ``blind`` where it was predicted before it was opened. An error surely below `margin` counts as
+    agreement. `verdict_override` is the verdict on a quantity that is yes or no, which has no uncertainty, or on one
+    whose error has the chance `p` if the model is right.
     """
 
+    record: str
+    state: Fault
     kind: str
-    fault: Fault
     quantity: str
     unit: str
     error_unit: str
-    record: str
     model: QuantityValue
     rig: QuantityValue
     error: float
     parts: Mapping[str, float]
-    verdict_override: ComparisonVerdict | None = None
-    p: float | None = None
     scene: str = "paper"
-    margin: float | None = None
     used_for: str = "withheld"
+    margin: float | None = None
+    p: float | None = None
+    verdict_override: ComparisonVerdict | None = None
 
     @property
     def uncertainty(self) -> float | None:
@@ -92,14 +92,15 @@ class Comparison:
         return math.hypot(*(self.parts.get(part, 0.0) for part in DATA_PARTS))
 
     @property
-    def dominant(self) -> str:
-        """The largest part; empty where there are none."""
-        return max(self.parts, key=lambda name: self.parts[name], default="")
+    def both_present(self) -> bool:
+        """Whether both sides show what is compared; else one level is the noise's, and nothing is compared."""
+        return self.model.present and self.rig.present
 
     @property
-    def both_present(self) -> bool:
-        """Whether both sides show what is compared."""
-        return self.model.present and self.rig.present
+    def within_margin(self) -> bool:
+        """Whether the error is surely below the margin."""
+        known = self.uncertainty is not None and self.margin is not None and self.both_present
+        return known and abs(self.error) + (self.uncertainty or 0.0) < (self.margin or 0.0)
 
     @property
     def verdict(self) -> ComparisonVerdict:
@@ -113,25 +114,16 @@ class Comparison:
             return ComparisonVerdict.RESOLVED
         return ComparisonVerdict.AGREES if self.within_margin else ComparisonVerdict.UNDECIDED
 
-    @property
-    def within_margin(self) -> bool:
-        """Whether the error is surely below the margin."""
-        known = self.uncertainty is not None and self.margin is not None and self.both_present
-        return known and abs(self.error) + (self.uncertainty or 0.0) < (self.margin or 0.0)
-
     def to_dict(self) -> dict[str, Any]:
         """Plain values for ``report.json``."""
-        entry = dict(vars(self))
-        state = entry.pop("fault")
-        return entry | {
-            "state": state,
-            "defect": state,
+        return vars(self) | {
+            "defect": self.state,
             "model": self.model.value,
             "rig": self.rig.value,
             "model_present": self.model.present,
             "rig_present": self.rig.present,
             "uncertainty": self.uncertainty,
-            "dominant": self.dominant,
+            "dominant": max(self.parts, key=lambda name: self.parts[name], default=""),
             "verdict": self.verdict,
         }
 

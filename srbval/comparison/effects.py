@@ -1,4 +1,4 @@
-"""What inputs, starts and numerics do to the compared quantities of one defect, all of them together."""
+"""The stored study of sensitivity: what inputs, starts and numerics do to the compared quantities of a defect."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -17,13 +17,15 @@ REPEATS, SEED = 20, 4  # of a draw's spectrum in noise
 
 @dataclass(frozen=True, kw_only=True)
 class QuantityEffects:
-    """Of one quantity, in its `unit`: the scene's own value at the converged model, and what moves it.
+    """What moves one compared quantity of the model, in the quantity's `unit`.
 
-    `shift`: the mean over the inputs less that value; `deviation`: one standard deviation over the inputs and starts;
-    `shares` of its variance by each input on its own. `grid_ci95`: what points and step still leave open;
-    `paper_points` and `paper_points_ci95`: what the paper's number of points does (its value less the converged one),
-    an offset with a sign. `start_sd` and `paper_start_sd`: scatter over starts of the compared length. `outside`: share
-    of the runs that the emulator, fitted to the others, misses by more than two deviations.
+    `value` is that of the scene with its own inputs and enough points on a circle, a mean over starts; `shift` what the
+    mean over all inputs lies above it; `deviation` one standard deviation over inputs and starts together, and `shares`
+    the part of that variance which each input makes on its own. `grid_ci95`: what the number of points and the step
+    still leave open. `paper_points` is what the paper's number of points adds to `value`, an offset with a sign, with
+    its 95 % half width `paper_points_ci95`. `start_sd` and `paper_start_sd`: standard deviations over starts, with
+    enough points and with the paper's. `outside`: share of the runs that an emulator fitted to all others misses by
+    more than two of its deviations.
     """
 
     name: str
@@ -42,12 +44,13 @@ class QuantityEffects:
 
 @dataclass(frozen=True, kw_only=True)
 class DefectEffects:
-    """Effects on all quantities of one defect: `predicted` are they over inputs and starts, [many, quantities].
+    """Effects on all `quantities` of one `defect`, measured together.
 
-    `draws` runs were used, `failed` ones were not; `refined`: whether the first round of them was not enough for the
-    emulator. `at` are their inputs, [draws, inputs] in 0 to 1, `values` their quantities, [draws, quantities], None
-    where a run did not show one. `spectra` are those of the draws that show the line, `spectrum` that of the scene
-    itself (see `spectrum_shape.halves_of`), [2, bins] each.
+    `draws` runs with drawn inputs were used and `failed` ones left out; `refined`: a second round of runs was needed.
+    `at`, [draws, inputs] in 0 to 1, are the drawn inputs, `values`, [draws, quantities], what the runs show, None where
+    a run did not show a quantity. `predicted`, [many, quantities], samples the joint distribution over inputs and
+    starts. `spectrum` is that of the scene itself, `spectra` those of the draws that show the line, [2, bins] each (see
+    `spectrum_shape.halves_of`).
     """
 
     defect: str
@@ -71,15 +74,22 @@ class DefectEffects:
         means = np.array([self.quantities[place].value + self.quantities[place].shift for place in places])
         return np.asarray(np.array(self.predicted)[:, places] - means)
 
-    def inputs_ci95(self, name: str) -> float:
-        """Half width that holds a new draw of the inputs with a chance of 95 %: by rank, since they are not normal."""
+    def parts_ci95(self, name: str) -> dict[str, float]:
+        """95 % half widths by inputs and by numerics, in the quantity's unit; none of a quantity not studied.
+
+        That of the inputs holds a new draw with a chance of 95 %: by rank, since draws are not normal.
+        """
+        own = self.of(name)
+        if own is None:
+            return {}
         off = np.sort(np.abs(self.deviations([name])[:, 0]))
-        return float(off[min(math.ceil(0.95 * (off.size + 1)), off.size) - 1])
+        return {INPUTS: float(off[min(math.ceil(0.95 * (off.size + 1)), off.size) - 1]), GRID: own.grid_ci95}
 
     def right_model_excess(self, snr: float, cells: float) -> NDArray[np.float64] | None:
-        """`spectrum_shape.excess` over the scene's own spectrum of its draws, read in noise again and again [degrees].
+        """`spectrum_shape.excess` of a right model whose inputs are not known [degrees], [draws, repeats].
 
-        [draws, repeats]; `snr` and `cells` as in `spectrum_shape.with_noise`. None where no spectra are known.
+        That is of the draws' spectra, each read in noise again and again, over the scene's own; `snr` and `cells` as in
+        `spectrum_shape.with_noise`. None where no spectra are known.
         """
         if self.spectrum is None or not self.spectra:
             return None
@@ -97,9 +107,6 @@ class Sensitivity:
     def of(self, fault: Fault) -> DefectEffects | None:
         """Those of a fault."""
         return next((one for one in self.defects if one.defect == fault.value), None)
-
-
-NO_SENSITIVITY = Sensitivity()
 
 
 def sensitivity_of(stored: Mapping[str, Any]) -> Sensitivity:

@@ -6,7 +6,7 @@ it, met where all surely meet it.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -18,10 +18,11 @@ from srbval.comparison.comparison import Comparison, deviation_pct
 
 @dataclass(frozen=True, kw_only=True)
 class RecordError:
-    """Error of the cage ratio against one record with its 95 % half width [%], and what the scan makes of it.
+    """The model's error of the cage ratio against one record [%], with the 95 % half width of that error.
 
-    `scene` names the model's; `scanned_pct` are the least and the largest error of the scan, `turned_by` what in it
-    would alone give another answer than all nominal does, and `reversed_by` what of that the opposite one.
+    `scene` is the one that the model ran. A stored scan takes each input alone over its range: `scanned_pct` are the
+    least and the largest error found, `turned_by` names the inputs that by themselves change the answer that the
+    nominal inputs give, `reversed_by` those of them that make a met tolerance a missed one or the other way round.
     """
 
     JSON_PROPERTIES: ClassVar = ("answer",)
@@ -75,45 +76,42 @@ class Headline:
 def headline(
     comparisons: Iterable[Comparison], rig_study: Mapping[str, Any] | None, scanned: Mapping[str, Any] | None
 ) -> Headline:
-    """From the records' comparisons, the stored study of the scene ``rig`` and the stored scan, either of them or not.
+    """From the records' comparisons, the stored study of the scene ``rig`` and the stored scan, where there are any.
 
-    A record's scan is that of its state and scene.
+    A record's scan is that of its state and scene. The study states its uncertainty in per cent of the line: of the
+    cage ratio c that is (1 - c) / c times as much by the line of the inner race.
     """
     rows = (scanned or {}).get("rows", ())
-    studies = [one for one in (rig_study or {}).get("studies", ()) if one["uncertainty_pct"] is not None]
+    studied = []
+    for one in (rig_study or {}).get("studies", ()):
+        if one["uncertainty_pct"] is not None:
+            state, ratio = Fault(one["of"]["kind"]), one["of"]["cage_ratio"]
+            per_line = 1.0 if state is Fault.OUTER else (1 - ratio) / ratio
+            error_pct, u_pct = deviation_pct(one["nominal"], ratio), per_line * one["uncertainty_pct"]
+            studied.append(_record_error(rows, one["of"]["record"], state, "rig", error_pct, u_pct))
     return Headline(
         quantity=CAGE_RATIO.name,
         tolerance=TOLERANCE,
         errors=tuple(
-            RecordError(
-                record=Path(row.record).name, state=row.fault, scene=row.scene, error_pct=row.error,
-                uncertainty_pct=row.uncertainty, **_scanned(rows, row.fault, row.scene),
-            )
-            for row in comparisons if row.kind == CAGE_RATIO.name
+            _record_error(rows, Path(row.record).name, row.state, row.scene, row.error, row.uncertainty)
+            for row in comparisons
+            if row.kind == CAGE_RATIO.kind
         ),
-        rig_scene=tuple(_of_study(one["of"], one, rows) for one in studies),
-    )  # fmt: skip
+        rig_scene=tuple(studied),
+    )
 
 
-def _of_study(of: Mapping[str, Any], study: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> RecordError:
-    """The study states its uncertainty in per cent of the line: of the cage ratio it is (1 - c) / c times that."""
-    state, ratio = Fault(of["kind"]), of["cage_ratio"]
-    per_line = 1.0 if state is Fault.OUTER else (1 - ratio) / ratio
-    return RecordError(
-        record=of["record"], state=state, scene="rig", error_pct=deviation_pct(study["nominal"], ratio),
-        uncertainty_pct=per_line * study["uncertainty_pct"], **_scanned(rows, state, "rig"),
-    )  # fmt: skip
-
-
-def _scanned(rows: Sequence[Mapping[str, Any]], state: Fault, scene: str) -> dict[str, Any]:
-    own = [row for row in rows if (row["defect"], row["scene"]) == (state.value, scene)]
+def _record_error(
+    scan: Sequence[Mapping[str, Any]], record: str, state: Fault, scene: str, error_pct: float, u_pct: float | None
+) -> RecordError:
+    made = RecordError(record=record, state=state, scene=scene, error_pct=error_pct, uncertainty_pct=u_pct)
+    own = [row for row in scan if (row["defect"], row["scene"]) == (state.value, scene)]
     if not own:
-        return {}
+        return made
     nominal = next(row["answers"][0] for row in own if not row["name"])
     errors = [error for row in own for error in row["errors_pct"]]
     turned = {row["name"]: {*row["answers"], nominal} for row in own if set(row["answers"]) != {nominal}}
-    return {
-        "scanned_pct": (min(errors), max(errors)),
-        "turned_by": tuple(turned),
-        "reversed_by": tuple(name for name, answers in turned.items() if {Answer.MET, Answer.MISSED} <= answers),
-    }
+    return replace(
+        made, scanned_pct=(min(errors), max(errors)), turned_by=tuple(turned),
+        reversed_by=tuple(name for name, answers in turned.items() if {Answer.MET, Answer.MISSED} <= answers),
+    )  # fmt: skip

@@ -4,20 +4,18 @@ Every registered record fills a cell, and every cell of a fault compares every q
 """
 
 import os
-import threading
-from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 from srbval.bearing import DEFECTS, Bearing, Fault
-from srbval.comparison.compared_quantities import compare
+from srbval.comparison.compared_quantities import FREQUENCIES, compare
 from srbval.comparison.comparison import Comparison, ComparisonVerdict
 from srbval.comparison.counterpart import AnalysedRun
 from srbval.comparison.effects import Sensitivity
-from srbval.comparison.record_verdict import FREQUENCIES, RecordVerdict, holm, judge
-from srbval.diagnosis.fault_call import FaultCall, call_fault
+from srbval.comparison.record_verdict import RecordVerdict, holm, record_verdict
+from srbval.diagnosis.baseline_comparison import BaselineComparison, compare_with_baseline
 from srbval.errors import SrbvalError
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.lines import Line, line_entry
@@ -28,6 +26,7 @@ from srbval.recordings.registry import RIG_DATASETS, RegisteredRecording, load_e
 # Verdicts of cells that hold no comparison.
 NOT_DETECTED, BASELINE = "line not detected", "baseline"
 Counterpart = Callable[[Analysis, Executor], AnalysedRun | str]  # made in that pool
+Sides = tuple[Analysis, AnalysedRun | str]  # of a record; the model's is the reason where its run failed
 
 
 class Point(NamedTuple):
@@ -41,12 +40,12 @@ class Point(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class MatrixCell:
-    """One record [kN, rpm], its shaft speed, the line of its state, the model's, and what may be said.
+    """One record [kN, rpm]: its shaft speed, the line of its state, the fault call, and its rows of the comparison.
 
-    `comparisons` hold every quantity of the fault that both sides show; error and uncertainty of the cell are those of
-    the frequency, the verdict, `judged`, that of all its quantities together. `model_hz` is the model's line at the
-    same speed, None where the cell is no fault's or the model's run failed (`remark` says why). `call` is the fault
-    call against the healthy record of the same point.
+    `comparisons` hold every quantity of the fault that both sides show; `error_pct` and `uncertainty_pct` are those of
+    the frequency, `judged` the verdict on all quantities together. `model_hz` is the model's line at the same speed,
+    None where the cell is no fault's or the model's run failed (`remark` says why). `call` is the fault call against
+    the healthy record of the same point.
     """
 
     state: Fault
@@ -57,8 +56,10 @@ class MatrixCell:
     speed: ShaftSpeed
     line: Line
     model_hz: float | None
-    call: FaultCall
+    call: BaselineComparison
     comparisons: tuple[Comparison, ...] = ()
+    error_pct: float | None = None
+    uncertainty_pct: float | None = None
     judged: RecordVerdict | None = None
     remark: str = ""
     cautions: tuple[str, ...] = ()
@@ -74,21 +75,6 @@ class MatrixCell:
         return 60 * self.speed.value_hz
 
     @property
-    def frequency(self) -> Comparison | None:
-        """The comparison of the frequency: of the cage ratio, or of a roller's line."""
-        return next((row for row in self.comparisons if row.kind in FREQUENCIES), None)
-
-    @property
-    def error_pct(self) -> float | None:
-        """Its comparison error [%]."""
-        return None if self.frequency is None else self.frequency.error
-
-    @property
-    def uncertainty_pct(self) -> float | None:
-        """Its validation uncertainty [%]."""
-        return None if self.frequency is None else self.frequency.uncertainty
-
-    @property
     def verdict(self) -> str:
         """What may be said of the model at this point."""
         if not self.line.detected:
@@ -99,8 +85,7 @@ class MatrixCell:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for ``report.json``; the deviation from kinematics is null where the line is not detected."""
-        line = self.line
-        entry = vars(self) | line_entry(line)
+        line, entry = self.line, vars(self) | line_entry(self.line)
         del entry["speed"]
         return entry | {
             "shaft_rpm": self.shaft_rpm,
@@ -110,18 +95,8 @@ class MatrixCell:
             "rig_ci95_hz": line.ci95_hz,
             "deviation_pct": line.detected_deviation_pct,
             "deviation_ci95_pct": line.deviation_ci95_pct if line.detected else None,
-            "error_pct": self.error_pct,
-            "uncertainty_pct": self.uncertainty_pct,
             "verdict": self.verdict,
         }
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class CellSides:
-    """Both sides of a cell in full, for figures; the model's is the reason where its run failed."""
-
-    rig: Analysis
-    model: AnalysedRun | str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,11 +109,12 @@ class Matrix:
     grid: OperatingGrid
     cells: tuple[MatrixCell, ...] = ()
     unusable: tuple[tuple[str, str], ...] = ()
-    sides: Mapping[Point, CellSides] = field(default_factory=dict)
+    sides: Mapping[Point, Sides] = field(default_factory=dict)
 
-    def at(self, point: tuple[Fault, float, float, float]) -> MatrixCell | None:
-        """The cell of one operating point, None where nothing was measured."""
-        return next((c for c in self.cells if c.point == point), None)
+    @property
+    def comparisons(self) -> tuple[Comparison, ...]:
+        """The whole table: the rows of all cells."""
+        return tuple(row for cell in self.cells for row in cell.comparisons)
 
     @property
     def size(self) -> int:
@@ -175,42 +151,51 @@ def build_matrix(
         point = point_of(entry)
         if point is not None and (entry.seconds or 0) > (chosen[point].seconds or 0 if point in chosen else 0):
             chosen[point] = entry
-    # Slow shafts first: theirs are the longest runs. Records of one point follow each other.
-    ordered = sorted(chosen.items(), key=lambda item: (item[0].nominal_rpm, item[0][1:3], item[0].state))
-    baselines = {
-        place: _Baseline(chosen.get(Point(Fault.HEALTHY, *place)), users, bearing)
-        for place, users in Counter(point[1:] for point in chosen).items()
-    }
 
-    def one(item: tuple[Point, RegisteredRecording]) -> tuple[Point, MatrixCell | str, CellSides | None]:
-        point, entry = item
-        baseline = baselines[point[1:]]
+    def read(entry: RegisteredRecording) -> Analysis:
+        return analyse(load_entry(entry), bearing=bearing)
+
+    def compared(point: Point, baseline: Future[Analysis] | None) -> tuple[MatrixCell | str, Sides | None]:
+        wanted = point in keep_sides_of
         try:
-            rig = baseline.analysis() if point.state is Fault.HEALTHY else analyse(load_entry(entry), bearing=bearing)
-            assert rig is not None, "the point's healthy record is this one"
-            wanted = point in keep_sides_of
+            if point.state is Fault.HEALTHY and baseline is not None:
+                rig, healthy = baseline.result(), None
+            else:
+                rig = read(chosen[point])
+                healthy = None if baseline is None or baseline.exception() else baseline.result()
             model = counterpart(rig, runs) if wanted or point.state in DEFECTS else None
-            used_for = "blind" if unopened(entry) else "withheld"
-            cell = _cell(point, rig, baseline.usable_analysis(), model, sensitivity, used_for)
+            used_for = "blind" if unopened(chosen[point]) else "withheld"
+            cell = _cell(point, rig, healthy, model, sensitivity, used_for)
         except SrbvalError as error:
-            return point, str(error), None
-        finally:
-            baseline.release()
-        return point, cell, CellSides(rig=rig, model=model) if wanted and model is not None else None
+            return str(error), None
+        return cell, (rig, model) if wanted and model is not None else None
+
+    def begin(records: Executor) -> dict[Point, Future[tuple[MatrixCell | str, Sides | None]]]:
+        """Healthy records are analysed once, and released after their point's last record: only its tasks hold them."""
+        baselines: dict[tuple[float, float, float], Future[Analysis]] = {}
+        tasks = {}
+        # Slow shafts first: theirs are the longest runs. Of one point the healthy record first.
+        for point in sorted(chosen, key=lambda point: (point.nominal_rpm, point[1:3], point.state)):
+            if point.state is Fault.HEALTHY:
+                baselines[point[1:]] = records.submit(read, chosen[point])
+            tasks[point] = records.submit(compared, point, baselines.get(point[1:]))
+        return tasks
 
     # Records wait for their runs; a pool of these alone keeps every core busy, whichever records they belong to.
     workers = jobs or os.cpu_count() or 1
     with ThreadPoolExecutor(workers) as runs, ThreadPoolExecutor(workers) as records:
         try:
-            results = sorted(records.map(one, ordered), key=lambda result: result[0])
+            tasks = begin(records)
+            results = {point: tasks[point].result() for point in sorted(tasks)}
         except BaseException:
-            runs.shutdown(wait=False, cancel_futures=True)
+            for pool in (records, runs):
+                pool.shutdown(wait=False, cancel_futures=True)
             raise
     return Matrix(
         grid=rig_grid(),
-        cells=_with_holm([cell for _, cell, _ in results if isinstance(cell, MatrixCell)]),
-        unusable=tuple((chosen[point].file, why) for point, why, _ in results if isinstance(why, str)),
-        sides={point: sides for point, _, sides in results if sides is not None},
+        cells=_with_holm([cell for cell, _ in results.values() if isinstance(cell, MatrixCell)]),
+        unusable=tuple((chosen[point].file, why) for point, (why, _) in results.items() if isinstance(why, str)),
+        sides={point: sides for point, (_, sides) in results.items() if sides is not None},
     )
 
 
@@ -218,36 +203,6 @@ def _with_holm(cells: Sequence[MatrixCell]) -> tuple[MatrixCell, ...]:
     """The cells, their verdicts adjusted for the number of records."""
     adjusted = iter(holm([cell.judged for cell in cells if cell.judged is not None]))
     return tuple(cell if cell.judged is None else replace(cell, judged=next(adjusted)) for cell in cells)
-
-
-class _Baseline:
-    """The healthy record of one operating point: analysed once, released after the point's last record."""
-
-    def __init__(self, entry: RegisteredRecording | None, users: int, bearing: Bearing) -> None:
-        self._entry, self._users, self._bearing = entry, users, bearing
-        self._lock = threading.Lock()
-        self._analysis: Analysis | None = None
-
-    def analysis(self) -> Analysis | None:
-        """Its analysis, None where no healthy record is registered; raises what `analyse` raises."""
-        with self._lock:
-            if self._analysis is None and self._entry is not None:
-                self._analysis = analyse(load_entry(self._entry), bearing=self._bearing)
-            return self._analysis
-
-    def usable_analysis(self) -> Analysis | None:
-        """The same, None too for a record that cannot be analysed: it is listed by itself."""
-        try:
-            return self.analysis()
-        except SrbvalError:
-            return None
-
-    def release(self) -> None:
-        """One user less; the last one frees the analysis."""
-        with self._lock:
-            self._users -= 1
-            if not self._users:
-                self._analysis = None
 
 
 def point_of(entry: RegisteredRecording) -> Point | None:
@@ -272,15 +227,18 @@ def _cell(
     model_order = model.line_order if isinstance(model, AnalysedRun) else None
     if line.detected and isinstance(model, AnalysedRun):
         rows = compare(state, analysis, model.values, sensitivity, scene=model.case.base, used_for=used_for)
+    frequency = next((row for row in rows if row.kind in FREQUENCIES), None)
     return MatrixCell(
         **point._asdict(),
         file=analysis.recording.file or analysis.recording.name,
         speed=analysis.speed,
         line=line,
         model_hz=analysis.speed.value_hz * model_order if model_order else None,
-        call=call_fault(analysis, None if state is Fault.HEALTHY else healthy),
+        call=compare_with_baseline(analysis, healthy),
         comparisons=rows,
-        judged=judge(rows, sensitivity.of(state)),
+        error_pct=None if frequency is None else frequency.error,
+        uncertainty_pct=None if frequency is None else frequency.uncertainty,
+        judged=record_verdict(rows, sensitivity.of(state)),
         remark=model if isinstance(model, str) else "",
         cautions=analysis.recording.cautions,
     )

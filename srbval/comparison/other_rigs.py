@@ -10,7 +10,7 @@ from typing import Any
 
 from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
 from srbval.comparison.speed_and_slip import cage_factor
-from srbval.diagnosis.fault_call import FaultCall, call_fault, is_fault_like
+from srbval.diagnosis.baseline_comparison import BaselineComparison, compare_with_baseline, is_fault_like
 from srbval.errors import SrbvalError
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.lines import RACE_LINES, Line, line_entry
@@ -51,7 +51,7 @@ class OtherRecord:
     radial_n: float | None = None
     cage_pct: float | None = None
     cage_ci95_pct: float | None = None
-    call: FaultCall | None = None
+    call: BaselineComparison | None = None
     caution: str = ""
     cautions: tuple[str, ...] = ()
     refused: str = ""
@@ -98,14 +98,14 @@ def usable(registered: Sequence[RegisteredRecording]) -> list[RegisteredRecordin
 
 def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...], baselines: Baselines) -> OtherRecord:
     """Read one record; healthy ones that others are compared with are read once and stay in `baselines`."""
-    name, file = entry.dataset or "", "/".join(Path(entry.file).parts[-2:])
-    published = dataset(name).diagnosability
+    about, path = dataset(entry.dataset or ""), Path(entry.file)
+    grades = about.diagnosability
     record = OtherRecord(
-        dataset=name,
-        file=file,
+        dataset=about.name,
+        file="/".join(path.parts[-2:]),
         state=entry.state,
-        grade=None if published is None else published.of(Path(entry.file).name),
-        plain_grade=None if published is None else published.of(Path(entry.file).name, plain=True),
+        grade=None if grades is None else grades.of(path.name),
+        plain_grade=None if grades is None else grades.of(path.name, plain=True),
     )
     try:
         recording = load_entry(entry)
@@ -115,11 +115,18 @@ def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...],
         healthy = healthy_analysis(recording, analysis.bearing, others, baselines)
     except SrbvalError as error:
         return dataclasses.replace(record, refused=str(error).removeprefix(f"{entry.file}: "))
-    special = {r.note for r in dataset(name).records}
-    line = _line(analysis, record.state)
+    races = [analysis.line(name) for name in RACE_LINES]
+    if record.state in DEFECTS:
+        line = analysis.line_of(record.state)
+        deeper = [race for race in races if race.detected and race.name != line.name]
+        shown = line.detected and all((race.depth or 0.0) < (line.depth or 0.0) for race in deeper)
+    else:
+        line = max(races, key=lambda race: (race.detected, race.depth or 0.0))
+        shown = any(is_fault_like(analysis, race) for race in races)
     shows_slip = line.detected and line.name in RACE_LINES and record.state in DEFECTS
     shows_slip &= analysis.speed.source is not SpeedSource.NOMINAL  # else it shows what the set point is worth
     to_cage = cage_factor(line.name, analysis.bearing) if shows_slip else None
+    special = {one.note for one in about.records}
     return dataclasses.replace(
         record,
         radial_n=analysis.recording.radial_n,
@@ -127,9 +134,9 @@ def _record(entry: RegisteredRecording, others: tuple[RegisteredRecording, ...],
         cage_ci95_pct=None if to_cage is None else abs(to_cage) * (line.deviation_ci95_pct or 0.0),
         speed=analysis.speed,
         line=line,
-        shown=_shown(analysis, line, record.state),
-        call=call_fault(analysis, healthy),
-        caution="; ".join(n for n in recording.notes if n in special),
+        shown=shown,
+        call=compare_with_baseline(analysis, healthy),
+        caution="; ".join(note for note in recording.notes if note in special),
         cautions=recording.cautions,
     )
 
@@ -152,16 +159,3 @@ def healthy_analysis(
     if key not in read:
         read[key] = analyse(load_entry(entry), bearing=bearing, band_hz=band_hz)
     return read[key]
-
-
-def _line(analysis: Analysis, state: Fault | None) -> Line:
-    if state in DEFECTS:
-        return analysis.line_of(state)
-    return max((analysis.line(n) for n in RACE_LINES), key=lambda x: (x.detected, x.depth or 0.0))
-
-
-def _shown(analysis: Analysis, line: Line, state: Fault | None) -> bool:
-    if state not in DEFECTS:
-        return any(is_fault_like(analysis, analysis.line(name)) for name in RACE_LINES)
-    races = [x for n in RACE_LINES if (x := analysis.line(n)).detected and n != line.name]
-    return line.detected and all((x.depth or 0.0) < (line.depth or 0.0) for x in races)

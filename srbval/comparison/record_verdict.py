@@ -13,18 +13,18 @@ cannot agree.
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import ClassVar
 
 import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.comparison.budget import PRIOR, VERDICT
-from srbval.comparison.compared_quantities import CAGE_RATIO, KINDS, ROLLER_LINE
+from srbval.comparison.compared_quantities import COMPARED, FREQUENCIES
 from srbval.comparison.comparison import MODEL_STARTS, MOUNTING, RIG_READING, RIG_SPEED, Comparison, ComparisonVerdict
 from srbval.comparison.effects import GRID, DefectEffects
 from srbval.signal import NORMAL_95
 
-PRIMARY = tuple(kind.name for kind in KINDS if kind.primary)
-FREQUENCIES = (CAGE_RATIO.name, ROLLER_LINE.name)
+PRIMARY = tuple(row.kind for row in COMPARED if row.primary)
 TRIALS, SEED = 20_000, 3
 
 
@@ -35,6 +35,8 @@ class RecordVerdict:
     `p` is the chance of so large a `d2` if the model were right, `p_discrepancy` if it had no more than the error that
     the prior allows any such model; `p_holm` is `p` after Holm over all records.
     """
+
+    JSON_PROPERTIES: ClassVar = ("verdict",)
 
     record: str
     quantities: tuple[str, ...]
@@ -55,23 +57,20 @@ class RecordVerdict:
             return ComparisonVerdict.RESOLVED
         return ComparisonVerdict.AGREES if self.agrees else ComparisonVerdict.UNDECIDED
 
-    def to_dict(self) -> dict[str, object]:
-        """Plain values for ``report.json``."""
-        return vars(self) | {"verdict": self.verdict}
 
-
-def judge(rows: Iterable[Comparison], effects: DefectEffects | None) -> RecordVerdict | None:
+def record_verdict(rows: Iterable[Comparison], effects: DefectEffects | None) -> RecordVerdict | None:
     """The verdict on one record by its comparisons, before Holm; None where inputs or frequency are not known."""
-    used = [row for row in rows if row.kind in PRIMARY and effects is not None and effects.of(row.quantity)]
-    errors = [_error(row) for row in used]
-    used, known = [r for r, e in zip(used, errors, strict=True) if e is not None], [e for e in errors if e is not None]
-    if effects is None or not any(row.kind in FREQUENCIES for row in used):
+    if effects is None:
+        return None
+    primary = [(row, _error(row)) for row in rows if row.kind in PRIMARY and effects.of(row.quantity)]
+    used = [row for row, error in primary if error is not None]
+    error = np.array([error for _, error in primary if error is not None])
+    levels = np.array([float(row.kind not in FREQUENCIES) for row in used])
+    if levels.all():
         return None
     scales = np.array([100 / row.rig.value if row.kind in FREQUENCIES else 1.0 for row in used])
     own, inputs = covariance(used), effects.deviations([row.quantity for row in used]) * scales
-    levels = np.array([float(row.kind not in FREQUENCIES) for row in used])
     mounting = max(row.parts.get(MOUNTING, 0.0) for row in used) / NORMAL_95
-    error = np.array(known)
     d2, p = tail(error, own, levels, mounting=mounting, inputs=inputs)
     wider = own + np.diag((1 - levels) * PRIOR.discrepancy_pct**2)
     _, p_discrepancy = tail(error, wider, levels, mounting=mounting, discrepancy=PRIOR.discrepancy_db, inputs=inputs)
@@ -79,7 +78,7 @@ def judge(rows: Iterable[Comparison], effects: DefectEffects | None) -> RecordVe
         record=used[0].record,
         quantities=tuple(row.quantity for row in used),
         units=tuple(row.error_unit for row in used),
-        errors=tuple(known),
+        errors=tuple(error.tolist()),
         u=tuple(np.sqrt(np.diag(own + _spread(inputs)) + levels * mounting**2).tolist()),
         censored=tuple(row.quantity for row in used if not row.both_present),
         d2=d2, p=p, p_discrepancy=p_discrepancy, p_holm=p,
@@ -89,11 +88,10 @@ def judge(rows: Iterable[Comparison], effects: DefectEffects | None) -> RecordVe
 
 def holm(found: Sequence[RecordVerdict]) -> tuple[RecordVerdict, ...]:
     """The same with `p_holm` over all of them, in their order."""
-    order = sorted(range(len(found)), key=lambda place: found[place].p)
-    adjusted, least = {}, 0.0
-    for rank, place in enumerate(order):
-        least = max(least, min(1.0, (len(found) - rank) * found[place].p))
-        adjusted[place] = least
+    order = np.argsort([one.p for one in found], kind="stable")
+    factors = np.arange(len(found), 0, -1)
+    stepped = np.maximum.accumulate(np.minimum(1.0, factors * np.array([found[place].p for place in order])))
+    adjusted = dict(zip(order.tolist(), stepped.tolist(), strict=True))
     return tuple(replace(one, p_holm=adjusted[place]) for place, one in enumerate(found))
 
 

@@ -45,18 +45,14 @@ class Angle:
 
 
 def halves_of(analysis: Analysis, fault: Fault) -> FloatArray | None:
-    """The halves of a record about a fault's line, None where the line or the bins are out of reach."""
-    found_hz = analysis.line_of(fault).found_hz
-    return None if found_hz is None else halves(analysis, found_hz)
+    """Log power of both halves of a record's squared envelope in bins of a fault's line, [2, harmonics x `BINS`].
 
-
-def halves(analysis: Analysis, line_hz: float) -> FloatArray | None:
-    """Log power of both halves of a record's squared envelope in bins of `line_hz`, [2, harmonics x `BINS`].
-
-    Fewer than five harmonics where the band ends sooner; None where it holds less than two, or where half the record
-    does not resolve a bin.
+    Fewer than five harmonics where the band ends sooner; None where it holds less than two, where half the record does
+    not resolve a bin, or without a line.
     """
-    processed = analysis.processed
+    processed, line_hz = analysis.processed, analysis.line_of(fault).found_hz
+    if line_hz is None:
+        return None
     low, high = processed.band_hz
     count = min(HARMONICS, math.floor(USABLE_SHARE * (high - low) / line_hz - 0.5))
     length = processed.squared.size // 2

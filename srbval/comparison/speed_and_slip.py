@@ -17,8 +17,13 @@ PRINTED_CI95_HZ = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
-class LineAtSpeed:
-    """A race line: `reference_rpm` is the speed its deviation is counted from, `shaft_rpm` the one the shaft had."""
+class SpeedAndSlip:
+    """A race line's deviation, split: ``(1 + total) = (1 + speed effect) (1 + slip effect)``; all in per cent.
+
+    `reference_rpm` is the speed that the deviation is counted from, `shaft_rpm` the one that the shaft had. `cage_pct`
+    is what the slip effect means for the cage: a slipping cage is slower, which lowers BPFO and raises BPFI. Intervals
+    are 95 % half widths.
+    """
 
     record: str
     origin: str
@@ -27,16 +32,6 @@ class LineAtSpeed:
     shaft_rpm: float
     shaft_ci95_rpm: float
     speed_source: str
-
-
-@dataclass(frozen=True, kw_only=True)
-class SpeedAndSlip(LineAtSpeed):
-    """A line's deviation, split: ``(1 + total) = (1 + speed effect) (1 + slip effect)``; all in per cent.
-
-    `cage_pct` is what the slip effect means for the cage: a slipping cage is slower, which
-    lowers BPFO and raises BPFI. Intervals are 95 % half widths.
-    """
-
     total_pct: float
     total_ci95_pct: float
     speed_pct: float
@@ -47,24 +42,30 @@ class SpeedAndSlip(LineAtSpeed):
     cage_ci95_pct: float
 
 
-def split_speed_and_slip(line: LineAtSpeed, bearing: Bearing, found_hz: float, found_ci95_hz: float) -> SpeedAndSlip:
-    """Speed and slip effects of a race line that was read at `found_hz` [Hz]."""
-    order = {"BPFO": bearing.orders.bpfo, "BPFI": bearing.orders.bpfi}[line.line]
-    slip = deviation_pct(found_hz, order * line.shaft_rpm / 60)
-    reading_pct, speed_ci = 100 * found_ci95_hz / found_hz, 100 * line.shaft_ci95_rpm / line.shaft_rpm
-    slip_ci = math.hypot(reading_pct, speed_ci)
-    to_cage = cage_factor(line.line, bearing)
+def split_speed_and_slip(
+    line: str,
+    bearing: Bearing,
+    found: tuple[float, float],
+    shaft: tuple[float, float],
+    *,
+    reference_rpm: float,
+    **source: str,
+) -> SpeedAndSlip:
+    """Speed and slip effects of a race line `found` [Hz] at a shaft speed [rpm], each with its 95 % half width.
+
+    `source` are `record`, `origin` and `speed_source`.
+    """
+    (found_hz, found_ci95_hz), (shaft_rpm, shaft_ci95_rpm) = found, shaft
+    order = {"BPFO": bearing.orders.bpfo, "BPFI": bearing.orders.bpfi}[line]
+    slip = deviation_pct(found_hz, order * shaft_rpm / 60)
+    reading_pct, speed_ci = 100 * found_ci95_hz / found_hz, 100 * shaft_ci95_rpm / shaft_rpm
+    slip_ci, to_cage = math.hypot(reading_pct, speed_ci), cage_factor(line, bearing)
     return SpeedAndSlip(
-        **vars(line),
-        total_pct=deviation_pct(found_hz, order * line.reference_rpm / 60),
-        total_ci95_pct=reading_pct,
-        speed_pct=deviation_pct(line.shaft_rpm, line.reference_rpm),
-        speed_ci95_pct=speed_ci,
-        slip_pct=slip,
-        slip_ci95_pct=slip_ci,
-        cage_pct=to_cage * slip,
-        cage_ci95_pct=abs(to_cage) * slip_ci,
-    )
+        **source, line=line, reference_rpm=reference_rpm, shaft_rpm=shaft_rpm, shaft_ci95_rpm=shaft_ci95_rpm,
+        total_pct=deviation_pct(found_hz, order * reference_rpm / 60), total_ci95_pct=reading_pct,
+        speed_pct=deviation_pct(shaft_rpm, reference_rpm), speed_ci95_pct=speed_ci,
+        slip_pct=slip, slip_ci95_pct=slip_ci, cage_pct=to_cage * slip, cage_ci95_pct=abs(to_cage) * slip_ci,
+    )  # fmt: skip
 
 
 def cage_factor(line: str, bearing: Bearing) -> float:
@@ -75,34 +76,23 @@ def cage_factor(line: str, bearing: Bearing) -> float:
 def matrix_rows(cells: Iterable[MatrixCell], bearing: Bearing) -> Iterator[SpeedAndSlip]:
     """The race line of each faulted record of the rig that shows it, counted from the record's nominal speed."""
     for cell in cells:
-        if cell.state not in RACE_DEFECTS or not cell.line.detected or cell.line.found_hz is None:
-            continue
-        line = LineAtSpeed(
-            record=Path(cell.file).stem,
-            origin=Origin.MEASURED.value,
-            line=cell.line.name,
-            reference_rpm=cell.nominal_rpm,
-            shaft_rpm=cell.shaft_rpm,
-            shaft_ci95_rpm=60 * cell.speed.ci95_hz,
-            speed_source=cell.speed.source.value,
-        )
-        yield split_speed_and_slip(line, bearing, cell.line.found_hz, cell.line.ci95_hz or 0.0)
+        line = cell.line
+        if cell.state in RACE_DEFECTS and line.detected and line.found_hz is not None:
+            yield split_speed_and_slip(
+                line.name, bearing, (line.found_hz, line.ci95_hz or 0.0), (cell.shaft_rpm, 60 * cell.speed.ci95_hz),
+                reference_rpm=cell.nominal_rpm, record=Path(cell.file).stem, origin=Origin.MEASURED.value,
+                speed_source=cell.speed.source.value,
+            )  # fmt: skip
 
 
 def table6_rows(printed: Table6, bearing: Bearing) -> Iterator[SpeedAndSlip]:
     """The paper's rig lines, with the shaft speed each state had by the published means of the same rig."""
     for state in RACE_DEFECTS:
-        rpm, ci95 = published_rpm(state, float(printed.motor_rpm))
-        line = LineAtSpeed(
-            record=f"Table 6, rig, {state.line}",
-            origin="published",
-            line=state.line or "",
-            reference_rpm=printed.shaft_rpm,
-            shaft_rpm=rpm,
-            shaft_ci95_rpm=ci95,
-            speed_source="published means, between",
-        )
-        yield split_speed_and_slip(line, bearing, printed.of(state.value).rig_hz, PRINTED_CI95_HZ)
+        yield split_speed_and_slip(
+            state.line or "", bearing, (printed.of(state.value).rig_hz, PRINTED_CI95_HZ),
+            published_rpm(state, float(printed.motor_rpm)), reference_rpm=printed.shaft_rpm,
+            record=f"Table 6, rig, {state.line}", origin="published", speed_source="published means, between",
+        )  # fmt: skip
 
 
 def published_speeds() -> PublishedSpeeds:

@@ -1,6 +1,5 @@
 """Table 6: the paper's rows as data, compared with our model at the paper's speed and at the rig recordings' own."""
 
-import enum
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -47,72 +46,11 @@ class Table6:
         return next(row for row in self.row if row.defect == defect)
 
 
-class RigSource(enum.StrEnum):
-    """Where a rig value comes from."""
-
-    MEASURED = "measured"
-    PUBLISHED = "published"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Table6Row:
-    """A row of Table 6: our model's line against a rig's, frequencies [Hz] with deviations [%].
-
-    The kinematic frequency is printed at the paper's speed, computed at the rig recordings'. `model_cage_hz` is the
-    model's line by its mean cage speed; `printed` is the paper's own row, None for a measured recording.
-    """
-
-    comparison: Comparison
-    rig_source: RigSource
-    shaft_rpm: float
-    model_cage_hz: float
-    printed: PrintedRow | None = None
-
-    @property
-    def line(self) -> Line:
-        """The rig's line."""
-        line = self.comparison.rig.line
-        assert line is not None, "a row is about a line"
-        return line
-
-    @property
-    def model_deviation_pct(self) -> float:
-        """Model from kinematic [%]."""
-        return deviation_pct(self.comparison.model.value, self.line.kinematic_hz)
-
-    @property
-    def rig_deviation_pct(self) -> float:
-        """Rig from kinematic [%]."""
-        return deviation_pct(self.comparison.rig.value, self.line.kinematic_hz)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for ``report.json``; `*_recomputed_pct` follow from the frequencies the paper prints."""
-        made, printed, kinematic_hz = self.comparison, self.printed, self.line.kinematic_hz
-        return {
-            "defect": made.fault,
-            "line": self.line.name,
-            "shaft_rpm": self.shaft_rpm,
-            "kinematic_hz": kinematic_hz,
-            "model_hz": made.model.value,
-            "model_ci95_hz": made.model.ci95,
-            "model_cage_hz": self.model_cage_hz,
-            "rig_hz": made.rig.value,
-            "rig_source": self.rig_source,
-            "rig_ci95_hz": made.rig.ci95,
-            "rig_shaft_rpm": None if printed else self.shaft_rpm,
-            "paper_model_hz": printed and printed.model_hz,
-            "paper_rig_hz": printed and printed.rig_hz,
-            "paper_model_printed_pct": printed and printed.model_printed_pct,
-            "paper_rig_printed_pct": printed and printed.rig_printed_pct,
-            "uncertainty_parts_pct": made.parts,
-            "model_deviation_pct": self.model_deviation_pct,
-            "rig_deviation_pct": self.rig_deviation_pct,
-            "comparison_error_pct": made.error,
-            "validation_uncertainty_pct": made.uncertainty,
-            "paper_model_recomputed_pct": printed and deviation_pct(printed.model_hz, kinematic_hz),
-            "paper_rig_recomputed_pct": printed and deviation_pct(printed.rig_hz, kinematic_hz),
-            "verdict": made.verdict,
-        }
+OF_PAPER = (
+    "paper_model_hz", "paper_rig_hz", "paper_model_printed_pct", "paper_rig_printed_pct", "paper_model_recomputed_pct",
+    "paper_rig_recomputed_pct",
+)  # fmt: skip
+Row = dict[str, Any]  # of Table 6 as ``report.json`` has it: frequencies [Hz], deviations and errors [%]
 
 
 def table6() -> Table6:
@@ -121,52 +59,36 @@ def table6() -> Table6:
     return build(Table6, read_toml(path), "table6.toml")
 
 
-def line_comparison(
-    fault: Fault, record: str, model: QuantityValue, rig: QuantityValue, parts: Mapping[str, float]
-) -> Comparison:
-    """The comparison of a line's frequencies [Hz]; parts of its uncertainty [%]."""
-    return Comparison(
-        kind=CAGE_RATIO.name,
-        fault=fault,
-        quantity=fault.line or "",
-        unit="Hz",
-        error_unit=CAGE_RATIO.error_unit,
-        record=record,
-        model=model,
-        rig=rig,
-        error=deviation_pct(model.value, rig.value),
-        parts=parts,
-    )
-
-
-def published_rows(printed: Table6, paper: Mapping[Fault, Analysis], runs: Mapping[str, Run]) -> Iterator[Table6Row]:
+def published_rows(printed: Table6, paper: Mapping[Fault, Analysis], runs: Mapping[str, Run]) -> Iterator[Row]:
     """Our model at the paper's speed with the paper's model and rig, and the printed kinematic frequency.
 
     The paper gives its rig values no uncertainty and no measured speed, so these rows cannot be resolved.
     """
     for fault in RACE_DEFECTS:
-        row, (line, found_hz, ci95_hz) = printed.of(fault.value), found_line(paper[fault], fault)
-        theirs = Line(name=row.line, harmonic=1, kinematic_hz=row.kinematic_hz, found_hz=row.rig_hz)
-        model = QuantityValue(value=found_hz, ci95=ci95_hz, line=line)
-        rig = QuantityValue(value=row.rig_hz, ci95=None, line=theirs)
-        yield Table6Row(
-            comparison=line_comparison(fault, printed.table, model, rig, {}),
-            rig_source=RigSource.PUBLISHED,
-            shaft_rpm=printed.shaft_rpm,
-            model_cage_hz=cage_line_hz(runs[f"paper-{fault}"], fault),
-            printed=row,
-        )
+        row, (_, found_hz, ci95_hz) = printed.of(fault.value), found_line(paper[fault], fault)
+        model, rig = QuantityValue(value=found_hz, ci95=ci95_hz), QuantityValue(value=row.rig_hz, ci95=None)
+        yield _row(fault, row.kinematic_hz, model, rig, {}) | {
+            "rig_source": "published",
+            "shaft_rpm": printed.shaft_rpm,
+            "model_cage_hz": cage_line_hz(runs[f"paper-{fault}"], fault),
+            "paper_model_hz": row.model_hz,
+            "paper_rig_hz": row.rig_hz,
+            "paper_model_printed_pct": row.model_printed_pct,
+            "paper_rig_printed_pct": row.rig_printed_pct,
+            "paper_model_recomputed_pct": deviation_pct(row.model_hz, row.kinematic_hz),
+            "paper_rig_recomputed_pct": deviation_pct(row.rig_hz, row.kinematic_hz),
+        }
 
 
 def measured_rows(
     rig: Mapping[Fault, Analysis], runs: Mapping[Fault, Run], comparisons: Sequence[Comparison]
-) -> Iterator[Table6Row]:
+) -> Iterator[Row]:
     """Our model compared with each recording at its measured speed; states without a found line are left out.
 
     The comparison of the cage ratio, said of the line: a per cent of c is c / (1 - c) per cent of BPFI.
     """
     for fault in RACE_DEFECTS:
-        of_cage = [row for row in comparisons if (row.fault, row.kind) == (fault, CAGE_RATIO.name)]
+        of_cage = [row for row in comparisons if (row.state, row.kind) == (fault, CAGE_RATIO.kind)]
         if fault not in rig or not of_cage:
             continue
         (line, found_hz, ci95_hz), speed = found_line(rig[fault], fault), rig[fault].speed
@@ -174,15 +96,40 @@ def measured_rows(
         model_hz = rig[fault].bearing.rolling_elements * speed.value_hz * (c if outer else 1 - c)
         line_over_cage = 1.0 if outer else c / (1 - c)
         parts = {name: line_over_cage * part for name, part in of_cage[0].parts.items()}
-        own = QuantityValue(value=found_hz, ci95=ci95_hz, line=line)
-        recording = rig[fault].recording
-        made = line_comparison(fault, recording.file or recording.name, QuantityValue(value=model_hz), own, parts)
-        yield Table6Row(
-            comparison=made,
-            rig_source=RigSource.MEASURED,
-            shaft_rpm=60 * speed.value_hz,
-            model_cage_hz=cage_line_hz(runs[fault], fault),
-        )
+        own = QuantityValue(value=found_hz, ci95=ci95_hz)
+        yield _row(fault, line.kinematic_hz, QuantityValue(value=model_hz), own, parts) | {
+            "rig_source": "measured",
+            "shaft_rpm": 60 * speed.value_hz,
+            "rig_shaft_rpm": 60 * speed.value_hz,
+            "model_cage_hz": cage_line_hz(runs[fault], fault),
+        }
+
+
+def _row(
+    fault: Fault, kinematic_hz: float, model: QuantityValue, rig: QuantityValue, parts: Mapping[str, float]
+) -> Row:
+    """What rows of both sources have, and null for what only one has; parts of the uncertainty [%]."""
+    made = Comparison(
+        record="", state=fault, kind=CAGE_RATIO.kind, quantity=fault.line or "", unit="Hz", error_unit="%",
+        model=model, rig=rig, error=deviation_pct(model.value, rig.value), parts=parts,
+    )  # fmt: skip
+    return {
+        "defect": fault,
+        "line": fault.line,
+        "kinematic_hz": kinematic_hz,
+        "model_hz": model.value,
+        "model_ci95_hz": model.ci95,
+        "model_deviation_pct": deviation_pct(model.value, kinematic_hz),
+        "rig_hz": rig.value,
+        "rig_ci95_hz": rig.ci95,
+        "rig_shaft_rpm": None,
+        "rig_deviation_pct": deviation_pct(rig.value, kinematic_hz),
+        "comparison_error_pct": made.error,
+        "validation_uncertainty_pct": made.uncertainty,
+        "uncertainty_parts_pct": parts,
+        "verdict": made.verdict,
+        **dict.fromkeys(OF_PAPER),
+    }
 
 
 def sum_rules(

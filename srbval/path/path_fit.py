@@ -17,7 +17,7 @@ n / (n - k), since the scatter is estimated as well.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -151,10 +151,12 @@ FittedTo = BandPowers | MeasuredResponse
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PathFit:
-    """A path with so many modes: `parameters` with those of the evidence at the end, `covariance` of all, `criterion`.
+    """The most likely path with a given number of `modes`, and how well it fits.
 
-    `costs`: what each number fitted to adds to -2 ln L; `narrow`: a mode ended as narrow as bands can show; `one_band`:
-    and it rests on one of them.
+    `parameters` are those of `SensorPath`, then the data's own extras; `covariance` is that of all of them, [n, n].
+    `criterion` is -2 ln L plus the penalty for their number, and `costs` the share of -2 ln L that each number of the
+    data has. `one_band`: a mode ended as narrow as bands can show, and without the band that gains most by it the fit
+    with one mode less would win.
     """
 
     modes: int
@@ -162,36 +164,38 @@ class PathFit:
     covariance: FloatArray
     criterion: float
     costs: FloatArray
-    narrow: bool
     one_band: bool = False
 
-    def path(self, evidence: FittedTo, *, source: str, used: tuple[str, ...] = ()) -> SensorPath:
+    def path(self, data: FittedTo, *, source: str, used: tuple[str, ...] = ()) -> SensorPath:
         """As data."""
         count = 1 + 3 * self.modes
         own = self.parameters[1:count].reshape(-1, 3).tolist()
-        freed = math.sqrt(evidence.size / (evidence.size - self.parameters.size))  # errors that parameters follow
+        freed = math.sqrt(data.size / (data.size - self.parameters.size))  # errors that parameters follow
         return SensorPath(
             direct=math.exp(self.parameters[0]),
             modes=tuple(PathMode(frequency_hz=math.exp(f), damping_ratio=math.exp(z), gain=g) for f, z, g in own),
-            low_hz=evidence.band_hz[0], high_hz=evidence.band_hz[1],
-            scatter_db=math.exp(self.parameters[count]) * freed if isinstance(evidence, BandPowers) else 0.0,
+            low_hz=data.band_hz[0], high_hz=data.band_hz[1],
+            scatter_db=math.exp(self.parameters[count]) * freed if isinstance(data, BandPowers) else 0.0,
             source=source, used=used,
             covariance=tuple(tuple(row) for row in self.covariance[:count, :count].tolist()),
         )  # fmt: skip
 
 
-def fit_path(evidence: FittedTo, most_modes: int = MOST_MODES) -> tuple[PathFit, ...]:
+def fit_path(data: FittedTo, most_modes: int = MOST_MODES) -> tuple[PathFit, ...]:
     """Paths of 0, 1, ... modes, as many as there is data for; see `best_of`."""
     found: list[PathFit] = []
     for modes in range(most_modes + 1):
-        starts = _starts(evidence, found[-1] if found else None)
-        if evidence.size < 1 + 3 * modes + len(evidence.extras) + LEAST_SPARE:
+        starts = _starts(data, found[-1] if found else None)
+        if data.size < 1 + 3 * modes + len(data.extras) + LEAST_SPARE:
             break
-        costs = [_cost(evidence, start) for start in starts]
-        tried = [_descend(evidence, starts[place]) for place in np.argsort(costs)[:BEST]]
+        costs = [sum(float(part @ part) for part in data.residuals(start)) for start in starts]
+        tried = [_descend(data, starts[place]) for place in np.argsort(costs)[:BEST]]
         best = min(tried, key=lambda fit: fit.criterion)
-        lone = best.narrow and best.criterion + (found[-1].costs - best.costs).max() > found[-1].criterion
-        found.append(replace(best, one_band=bool(lone)))
+        narrowest = max(DAMPING[0], (1 + AT_LIMIT) * _half_a_band(data))
+        if np.any(np.exp(best.parameters[2 : 1 + 3 * modes : 3]) < narrowest):
+            lone = best.criterion + (found[-1].costs - best.costs).max() > found[-1].criterion
+            best = replace(best, one_band=bool(lone))
+        found.append(best)
     return tuple(found)
 
 
@@ -200,16 +204,16 @@ def best_of(fits: tuple[PathFit, ...]) -> PathFit:
     return min((fit for fit in fits if not fit.one_band), key=lambda fit: fit.criterion)
 
 
-def refit(evidence: FittedTo, start: PathFit) -> PathFit:
-    """The same number of modes fitted to other evidence, from where another fit ended."""
+def refit(data: FittedTo, start: PathFit) -> PathFit:
+    """The same number of modes fitted to other data, from where another fit ended."""
     count = 1 + 3 * start.modes
     values = start.parameters[:count].copy()
-    extras = [one[0] for one in evidence.extras]
-    low, high = math.log(evidence.scale / 100), math.log(100 * evidence.scale)
-    change = float(np.clip(math.log(evidence.scale), low, high)) - values[0]
+    extras = [one[0] for one in data.extras]
+    low, high = math.log(data.scale / 100), math.log(100 * data.scale)
+    change = float(np.clip(math.log(data.scale), low, high)) - values[0]
     values[0] += change
     values[3::3] *= math.exp(change)
-    return _descend(evidence, np.append(values, extras))
+    return _descend(data, np.append(values, extras))
 
 
 def inflated(fit: PathFit, other: PathFit) -> tuple[PathFit, list[float]]:
@@ -229,13 +233,13 @@ def inflated(fit: PathFit, other: PathFit) -> tuple[PathFit, list[float]]:
     return replace(fit, covariance=covariance), ratios
 
 
-def _starts(evidence: FittedTo, before: PathFit | None) -> list[FloatArray]:
+def _starts(data: FittedTo, before: PathFit | None) -> list[FloatArray]:
     """The path before with a new mode at several places, of either sign; without one, the direct way alone."""
-    extras = [one[0] for one in evidence.extras]
+    extras = [one[0] for one in data.extras]
     if before is None:
-        return [np.array([math.log(evidence.scale), *extras])]
+        return [np.array([math.log(data.scale), *extras])]
     count = 1 + 3 * before.modes
-    low, high = evidence.band_hz
+    low, high = data.band_hz
     return [
         np.concatenate((
             before.parameters[:count],
@@ -248,26 +252,22 @@ def _starts(evidence: FittedTo, before: PathFit | None) -> list[FloatArray]:
     ]  # fmt: skip
 
 
-def _bounds(evidence: FittedTo, size: int) -> Iterator[tuple[float, float]]:
+def _bounds(data: FittedTo, size: int) -> Iterator[tuple[float, float]]:
     """Of each parameter; modes stay within the band or a quarter above it, where their flank still shows."""
-    modes = (size - 1 - len(evidence.extras)) // 3
-    scale = math.log(evidence.scale)
+    modes = (size - 1 - len(data.extras)) // 3
+    scale = math.log(data.scale)
     yield scale - 12, scale + 12
     for _ in range(modes):
-        yield math.log(evidence.band_hz[0]), math.log(1.25 * evidence.band_hz[1])
-        yield math.log(max(DAMPING[0], _half_a_band(evidence))), math.log(DAMPING[1])
-        yield -HIGHEST_GAIN * evidence.scale, HIGHEST_GAIN * evidence.scale
-    for _, low, high in evidence.extras:
+        yield math.log(data.band_hz[0]), math.log(1.25 * data.band_hz[1])
+        yield math.log(max(DAMPING[0], _half_a_band(data))), math.log(DAMPING[1])
+        yield -HIGHEST_GAIN * data.scale, HIGHEST_GAIN * data.scale
+    for _, low, high in data.extras:
         yield low, high
 
 
-def _half_a_band(evidence: FittedTo) -> float:
+def _half_a_band(data: FittedTo) -> float:
     """Damping ratio of a mode half a band wide in the middle of the whole band, by its half-power width."""
-    return evidence.spacing_hz / (4 * math.sqrt(evidence.band_hz[0] * evidence.band_hz[1]))
-
-
-def _cost(evidence: FittedTo, parameters: FloatArray) -> float:
-    return sum(float(part @ part) for part in evidence.residuals(parameters))
+    return data.spacing_hz / (4 * math.sqrt(data.band_hz[0] * data.band_hz[1]))
 
 
 def _penalty(n: int, k: int) -> float:
@@ -275,26 +275,25 @@ def _penalty(n: int, k: int) -> float:
     return k * max(math.log(n), 2 * n / (n - k - 1))
 
 
-def _descend(evidence: FittedTo, start: FloatArray) -> PathFit:
+def _descend(data: FittedTo, start: FloatArray) -> PathFit:
     from scipy.optimize import least_squares
 
-    low, high = np.array(list(_bounds(evidence, start.size))).T
-    whole: Callable[[FloatArray], FloatArray] = lambda x: np.concatenate(evidence.residuals(x))  # noqa: E731
+    low, high = np.array(list(_bounds(data, start.size))).T
     begun = np.clip(start, low + 1e-6 * (high - low), high - 1e-6 * (high - low))
-    solved = least_squares(whole, begun, bounds=(low, high), x_scale="jac", max_nfev=200)
-    modes, n, k = (start.size - 1 - len(evidence.extras)) // 3, evidence.size, start.size
+    solved = least_squares(
+        lambda x: np.concatenate(data.residuals(x)), begun, bounds=(low, high), x_scale="jac", max_nfev=200
+    )
+    modes, n, k = (start.size - 1 - len(data.extras)) // 3, data.size, start.size
     count = 1 + 3 * modes
     slope = solved.jac[:n, :]  # of the errors; what the deviations add says nothing of the path
     information = slope.T @ slope
-    keep = [*range(count), *range(k - evidence.coloured, k)] if isinstance(evidence, BandPowers) else [*range(count)]
+    keep = [*range(count), *range(k - data.coloured, k)] if isinstance(data, BandPowers) else [*range(count)]
     covariance = np.zeros((k, k))
     covariance[np.ix_(keep, keep)] = np.linalg.pinv(information[np.ix_(keep, keep)]) * n / (n - k)
     order = np.argsort(solved.x[1:count:3])  # modes by their frequency
     places = [0, *(1 + 3 * i + j for i in order for j in range(3)), *range(count, k)]
-    errors, added = evidence.residuals(solved.x)
-    narrowest = (1 + AT_LIMIT) * _half_a_band(evidence)
+    errors, added = data.residuals(solved.x)
     return PathFit(
         modes=modes, parameters=solved.x[places], covariance=covariance[np.ix_(places, places)],
         criterion=2 * float(solved.cost) + _penalty(n, k), costs=errors**2 + added**2,
-        narrow=bool(np.any(np.exp(solved.x[2:count:3]) < max(DAMPING[0], narrowest))),
     )  # fmt: skip

@@ -152,7 +152,12 @@ def analyse(
         processed = process(
             recording, band_hz=band.band_hz, channel=channel, band_filter=band_filter, tracking=tracking
         )
-        _check_duration(processed, known_speed)
+        revolutions = processed.seconds * known_speed.value_hz
+        if revolutions < LEAST_REVOLUTIONS:
+            raise DataError(
+                f"the record lasts {processed.seconds:.3g} s without its ends, {revolutions:.2g} revolutions; "
+                f"at least {LEAST_REVOLUTIONS} are needed to tell a fault line from the shaft's. Record more."
+            )
         found = search(processed, bearing, known_speed)
         lines = sidak_corrected(found.lines, speeds=found.tried, band=band)
         readings.append((band, processed, found, lines))
@@ -179,26 +184,11 @@ def bearing_of(recording: Recording, given: str | None = None, *, largest_slip_p
 
     `largest_slip_pct` [%] replaces its own.
     """
-    bearing = _named_bearing(recording, given)
-    return bearing if largest_slip_pct is None else with_slip(bearing, largest_slip_pct)
-
-
-def _named_bearing(recording: Recording, given: str | None) -> Bearing:
-    if given is None and recording.own_bearing is not None:
-        return recording.own_bearing
-    name = given or recording.bearing
-    if name is None:
+    name, bearing = given or recording.bearing, recording.own_bearing if given is None else None
+    if bearing is None and name is None:
         raise ConfigurationError(
             f"{recording.name}: neither the file nor its data set names the bearing; give --bearing: a known one "
             "(srbval bearing list) or a TOML file."
         )
-    return load_bearing(name)
-
-
-def _check_duration(processed: Processed, speed: ShaftSpeed) -> None:
-    seconds = processed.seconds
-    if seconds * speed.value_hz < LEAST_REVOLUTIONS:
-        raise DataError(
-            f"the record lasts {seconds:.3g} s without its ends, {seconds * speed.value_hz:.2g} revolutions; "
-            f"at least {LEAST_REVOLUTIONS} are needed to tell a fault line from the shaft's. Record more."
-        )
+    bearing = bearing or load_bearing(name or "")
+    return bearing if largest_slip_pct is None else with_slip(bearing, largest_slip_pct)

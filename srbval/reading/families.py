@@ -5,9 +5,9 @@ weaker line on a simple ratio of a stronger one is marked as explained by it: in
 BPFO lies within one per cent of twice BPFI.
 """
 
-import functools
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +18,7 @@ from srbval.bearing import DEFECTS, Bearing
 from srbval.reading.identity import identity_probability
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.signal import LineReading, Periodogram, read_comb
-from srbval.signal.placebo import APART, fundamentals, rank_among_placebos
+from srbval.signal.false_alarm import APART, fundamentals, rank_among_placebos
 
 HARMONICS = 5
 # A peak less probably the line than this is taken for another's, and is nobody's baseline.
@@ -35,19 +35,24 @@ _RATIOS = [(up, down) for up in range(1, 5) for down in range(1, 5) if math.gcd(
 
 @dataclass(frozen=True, kw_only=True)
 class Family:
-    """A fundamental line with the spacing of its sidebands (zero: none looked for)."""
+    """A line with harmonics and sidebands of one cause: its first harmonic by kinematics, and the sidebands' spacing.
+
+    Spacing zero, no name: no sidebands are looked for.
+    """
 
     name: str
     kinematic_hz: float
-    sideband_hz: float
-    sideband_name: str
+    sideband_hz: float = 0.0
+    sideband_name: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Found:
-    """A family as read in `record`, about `scale` times kinematic.
+class FamilyReading:
+    """What was read of a family in `record`, where the lines of stronger families are masked.
 
-    `identity_probability` is that of the peak being the line, None where it does not stand out or is simulated.
+    Its lines were looked for about `scale` times their kinematic frequencies: a nominal speed may be that far off.
+    `explained_by` names what the peak is a line of, where it is not the family's own. `identity_probability` is that of
+    the peak being the family's line, None where it does not stand out or the record is simulated.
     """
 
     family: Family
@@ -85,43 +90,53 @@ def highest_line_hz(bearing: Bearing, shaft_hz: float) -> float:
 def families_of(bearing: Bearing, shaft_hz: float) -> tuple[Family, ...]:
     """Race, roller and cage families at a shaft speed [Hz], the cage last."""
     orders = bearing.orders
-    cage = Family(name="FTF", kinematic_hz=orders.ftf * shaft_hz, sideband_hz=0.0, sideband_name="")
-    return (
-        *(
-            Family(
-                name=fault.line or "",
-                kinematic_hz=fault.line_order(orders) * shaft_hz,
-                sideband_hz=fault.sideband_order(orders) * shaft_hz,
-                sideband_name=fault.sidebands or "",
-            )
-            for fault in DEFECTS
-        ),
-        cage,
+    faults = (
+        Family(
+            name=fault.line or "",
+            kinematic_hz=fault.line_order(orders) * shaft_hz,
+            sideband_hz=fault.sideband_order(orders) * shaft_hz,
+            sideband_name=fault.sidebands or "",
+        )
+        for fault in DEFECTS
     )
+    return (*faults, Family(name="FTF", kinematic_hz=orders.ftf * shaft_hz))
 
 
 def find_families(
     record: Periodogram, bearing: Bearing, speed: ShaftSpeed, *, scale: float = 1.0, rank_all: bool = True
-) -> dict[str, Found]:
+) -> dict[str, FamilyReading]:
     """Every family of `bearing` that `record`, a periodogram of the squared envelope, can show, by name.
 
     They are looked for about `scale` times kinematic; with a nominal speed the first detected line also settles the
-    scale of the others, which stand there too but for slip. Each is ranked among meaningless combs of the record it
+    scale of the others, which stand there too but for slip. Each is ranked among placebos of the record it
     is read in, without `rank_all` only those that noise does not explain: what is detected is the same. The cage line
     is read by itself: its harmonics coincide with every other line's.
     """
     families = families_of(bearing, speed.value_hz)
     *waiting, cage = families
-    block_s, settles = _BLOCK_REVOLUTIONS / speed.value_hz, speed.source is SpeedSource.NOMINAL
-    read_all = functools.partial(_fundamentals, block_s=block_s, share=window_share(bearing, speed))
-    found: list[Found] = []
+    share, settles = window_share(bearing, speed), speed.source is SpeedSource.NOMINAL
+    found: list[FamilyReading] = []
     bare = record
 
-    def judged(family: Family, reading: LineReading, within: Periodogram, stronger: list[Found]) -> Found:
+    def read_all(record: Periodogram, waiting: Sequence[Family]) -> dict[Family, LineReading]:
+        """Those that are in the record's reach, as read."""
+        readings = {}
+        for family in waiting:
+            centre = scale * family.kinematic_hz
+            reading = read_comb(
+                record, centre, half_window_hz(centre, record, share), harmonics=HARMONICS,
+                sideband_hz=family.sideband_hz, shortest_block_s=_BLOCK_REVOLUTIONS / speed.value_hz,
+            )  # fmt: skip
+            if reading is not None:
+                readings[family] = reading
+        return readings
+
+    def judged(family: Family, reading: LineReading, within: Periodogram, stronger: list[FamilyReading]) -> None:
+        """Add a reading to those found, with its rank, what explains it, and how probably it is the line."""
         centre, rank = scale * family.kinematic_hz, None
         if rank_all or reading.detected:
-            elsewhere = meaningless_hz(family, reading, within, families, speed, scale)
-            rank = rank_among_placebos(within, centre, reading.half_window_hz, len(reading.snr), elsewhere)
+            placebo_hz = placebo_fundamentals(family, reading, within, families, speed, scale)
+            rank = rank_among_placebos(within, centre, reading.half_window_hz, len(reading.snr), placebo_hz)
         reading = replace(reading, placebo_false_alarm=None if rank is None else rank.false_alarm)
         explained, identity = None, None
         if reading.detected:
@@ -129,51 +144,54 @@ def find_families(
             chance = reading.noise_false_alarm if rank is None else rank.tail_false_alarm
             # Simulated (the shaft is prescribed) there is no other machine, and how far off the line is the model's.
             if speed.source is not SpeedSource.PRESCRIBED:
-                share = speed.ci95_hz / speed.value_hz
-                identity = identity_probability(reading, centre, share, chance, bearing.largest_slip)
+                speed_ci95 = speed.ci95_hz / speed.value_hz
+                identity = identity_probability(reading, centre, speed_ci95, chance, bearing.largest_slip)
         if identity is not None and identity < LEAST_IDENTITY:
             explained = explained or OTHER_LINE
-        return Found(
+        found.append(FamilyReading(
             family=family, reading=reading, record=within, scale=scale, explained_by=explained,
             identity_probability=identity,
-        )  # fmt: skip
+        ))  # fmt: skip
 
-    read = read_all(record, waiting, scale)
+    read = read_all(record, waiting)
     while read:
         # Lines that noise does not explain first, the deepest modulation before all.
         strongest = max(read, key=lambda f: read[f].depth if read[f].detected else 0.0)
         waiting.remove(strongest)
-        latest = judged(strongest, read.pop(strongest), record, found)
-        found.append(latest)
-        if latest.detected:
-            record = _without(record, latest)
+        judged(strongest, read.pop(strongest), record, found)
+        if found[-1].detected:
+            record = _without(record, found[-1])
             if settles:
-                scale, settles = latest.reading.found_hz / strongest.kinematic_hz, False
-            read = read_all(record, waiting, scale)
-    found += [judged(f, reading, bare, []) for f, reading in read_all(bare, [cage], scale).items()]
-    return {f.family.name: f for f in found}
+                scale, settles = found[-1].reading.found_hz / strongest.kinematic_hz, False
+            read = read_all(record, waiting)
+    for family, reading in read_all(bare, [cage]).items():
+        judged(family, reading, bare, [])
+    return {one.family.name: one for one in found}
 
 
-def meaningless_hz(
+def placebo_fundamentals(
     family: Family, reading: LineReading, record: Periodogram, families: tuple[Family, ...], speed: ShaftSpeed,
     scale: float = 1.0,
 ) -> FloatArray:  # fmt: skip
     """Fundamentals [n] about that of `family` that mean nothing in this bearing, for `rank_among_placebos`.
 
-    Within `PLACEBO_REACH` of it and with all lines of `reading` below the record's limit; their windows share
-    nothing with those about a harmonic of the shaft, a family, a sideband of one, or a simple ratio of one.
+    Within `PLACEBO_REACH` of it and with all lines of `reading` below the record's limit: see `is_placebo_order`.
     """
     centre = scale * family.kinematic_hz
     relative = reading.half_window_hz / centre
     highest = min(PLACEBO_REACH * centre, record.limit_hz / len(reading.snr) / (1 + relative))
     candidates = fundamentals(centre / PLACEBO_REACH, highest, relative)
-    return np.asarray(candidates[means_nothing(candidates, relative, families, speed, scale)])
+    return np.asarray(candidates[is_placebo_order(candidates, relative, families, speed, scale)])
 
 
-def means_nothing(
+def is_placebo_order(
     candidates_hz: FloatArray, relative: float, families: tuple[Family, ...], speed: ShaftSpeed, scale: float = 1.0
 ) -> NDArray[np.bool_]:
-    """Which fundamentals [n], with windows of half width `relative`, mean nothing here: see `meaningless_hz`."""
+    """Which fundamentals [n] mean nothing in this bearing.
+
+    Those whose windows of half width `relative` share nothing with those about a harmonic of the shaft, a family, a
+    sideband of one, or a simple ratio of one.
+    """
     ratios = np.outer([f.kinematic_hz for f in families], [up / down for up, down in _RATIOS])
     sides = np.arange(-_OWN_SIDEBANDS, _OWN_SIDEBANDS + 1)
     sidebands = np.array([f.kinematic_hz + k * f.sideband_hz for f in families for k in sides])
@@ -185,23 +203,7 @@ def means_nothing(
     return np.asarray(~near)
 
 
-def _fundamentals(
-    record: Periodogram, families: list[Family], scale: float, *, block_s: float, share: float
-) -> dict[Family, LineReading]:
-    """Those families that are in the record's reach, as read; wander is followed in blocks of `block_s`."""
-    found = {}
-    for family in families:
-        centre = scale * family.kinematic_hz
-        reading = read_comb(
-            record, centre, half_window_hz(centre, record, share),
-            harmonics=HARMONICS, sideband_hz=family.sideband_hz, shortest_block_s=block_s,
-        )  # fmt: skip
-        if reading is not None:
-            found[family] = reading
-    return found
-
-
-def _explained_by(reading: LineReading, stronger: list[Found], bin_hz: float) -> str | None:
+def _explained_by(reading: LineReading, stronger: list[FamilyReading], bin_hz: float) -> str | None:
     for other, (up, down) in itertools.product(stronger, _RATIOS):
         expected = other.reading.found_hz * up / down
         margin = bin_hz + math.hypot(reading.ci95_hz, other.reading.ci95_hz * up / down)
@@ -210,7 +212,7 @@ def _explained_by(reading: LineReading, stronger: list[Found], bin_hz: float) ->
     return None
 
 
-def _without(record: Periodogram, found: Found) -> Periodogram:
+def _without(record: Periodogram, found: FamilyReading) -> Periodogram:
     """The record with the harmonics of a found line, and their sidebands, masked."""
     line_hz = found.reading.found_hz
     number = np.arange(1, math.floor(record.limit_hz / line_hz) + 1)[:, None]

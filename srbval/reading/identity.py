@@ -3,6 +3,7 @@
 import math
 
 import scipy.special
+from scipy.stats import t
 
 from srbval.bearing import LARGEST_SLIP
 from srbval.signal import NORMAL_95, LineReading
@@ -35,15 +36,8 @@ def identity_probability(
     more = max(0.0, largest_slip - LARGEST_SLIP) / 2
     spread = math.hypot(SLIP_SPREAD, more, reading.ci95_hz / reading.found_hz / NORMAL_95, speed_ci95 / NORMAL_95)
     off = (reading.found_hz / centre_hz - 1) / spread
-    within = 2 * float(scipy.special.stdtr(SLIP_FREEDOM, window / spread)) - 1
-    log_place = math.log(2 * window / spread / within) + _log_density(off)
+    within = 2 * float(t.cdf(window / spread, SLIP_FREEDOM)) - 1
+    log_place = math.log(2 * window / spread / within) + float(t.logpdf(off, SLIP_FREEDOM))
     chance = max(other_chance, 1e-300)
     against = -math.e * chance * math.log(chance) if chance < 1 / math.e else 1.0
     return float(scipy.special.expit(log_place - math.log(against)))
-
-
-def _log_density(value: float) -> float:
-    """Log density of Student's t with `SLIP_FREEDOM` degrees of freedom."""
-    half = (SLIP_FREEDOM + 1) / 2
-    size = math.lgamma(half) - math.lgamma(SLIP_FREEDOM / 2) - math.log(SLIP_FREEDOM * math.pi) / 2
-    return size - half * math.log1p(value**2 / SLIP_FREEDOM)

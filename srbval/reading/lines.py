@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from srbval.bearing import RACE_DEFECTS, Bearing, Fault
-from srbval.reading.families import Family, Found, families_of, find_families, half_window_hz
+from srbval.reading.families import Family, FamilyReading, families_of, find_families, half_window_hz
 from srbval.recordings import ShaftSpeed
 from srbval.signal import LEAST_SNR, LineReading, Periodogram, peak_snr, read_comb
 
@@ -27,7 +27,7 @@ class Line:
     `snr` is power over local mean noise power in the squared envelope spectrum, `depth` the line's amplitude
     there over the squared envelope's mean. The first harmonic comes from the joint fit of all, and so does
     its `noise_false_alarm`; the others are read one by one. `placebo_false_alarm` is a first harmonic's rank among the
-    record's meaningless combs (`srbval.signal.placebo`), None where there are too few; `false_alarm` the larger of the
+    record's placebos (`rank_among_placebos`), None where there are too few; `false_alarm` the larger of the
     two. A sideband counts only with its own line.
     `resolution_hz` is one over the record's duration: two lines closer than that are not resolved. `sideband_hz` is
     the spacing of the sidebands fitted with the line, where some stood out. `half_snr` and `double_snr` are the power
@@ -61,7 +61,7 @@ class Line:
 
     @property
     def false_alarm(self) -> float | None:
-        """The larger of the probabilities from noise alone and from the record's meaningless combs."""
+        """The larger of the probabilities from noise alone and from the record's placebos."""
         return None if self.noise_false_alarm is None else max(self.noise_false_alarm, self.placebo_false_alarm or 0.0)
 
     def stated(self) -> "Line":
@@ -117,7 +117,7 @@ def read_lines(
     )
 
 
-def _lines_of(family: Family, found: Found | None, speed: ShaftSpeed, brief: bool) -> list[Line]:
+def _lines_of(family: Family, found: FamilyReading | None, speed: ShaftSpeed, brief: bool) -> list[Line]:
     first = Line(name=family.name, harmonic=1, kinematic_hz=family.kinematic_hz)
     if found is None:
         return [first]
@@ -141,7 +141,7 @@ def _lines_of(family: Family, found: Found | None, speed: ShaftSpeed, brief: boo
     return [first, *harmonics, *(replace(x, detected=x.detected and found.detected) for x in sides)]
 
 
-def _second_harmonic_of_other(found: Found, half_snr: float | None) -> str | None:
+def _second_harmonic_of_other(found: FamilyReading, half_snr: float | None) -> str | None:
     """What explains a race line with a line about as high at half its frequency, of which it is the second harmonic.
 
     Not applied to a roller's line: a roller strikes both races per revolution, so its own rate is half its line.
@@ -152,7 +152,7 @@ def _second_harmonic_of_other(found: Found, half_snr: float | None) -> str | Non
     return "2/1 a line at half its frequency"
 
 
-def _read_one(found: Found, speed: ShaftSpeed, name: str, number: int, offset_hz: float = 0.0) -> Line:
+def _read_one(found: FamilyReading, speed: ShaftSpeed, name: str, number: int, offset_hz: float = 0.0) -> Line:
     """A single line at its distance from the found fundamental, or about its kinematic frequency without one.
 
     It slips as its fundamental does, whose course was followed: that one's interval, `number` times, joins the noise.

@@ -6,6 +6,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import scipy.special
+import scipy.stats
 
 from srbval.arrays import FloatArray
 from srbval.reading.lines import Line, detected_fault_lines
@@ -36,10 +38,10 @@ LEAST_PEAK_ERROR_BINS = 0.01
 # rounding of the measured value. No record of a set whose estimates are used had a part in it (MFPT, HIT-SM); it is
 # what the estimates are off on records whose speed is measured, by CWRU's integer rpm and the rig's tachometer. Each of
 # those left out in turn, the largest excess of the others covers 16 of 17: the rig's 2 s excerpt needs 6.5e-4 for
-# itself, the others 2.1e-4 at most (tests/validation/test_shaft_speed.py).
+# itself, the others 2.1e-4 at most (tests/reading/test_shaft_speed.py).
 ALLOWANCE = 8e-4
 _GRID_PER_BIN = 16
-# The shaft's comb in a whitened envelope: its lines, and the least evidence. Of 61 measured records the wrong combs
+# The shaft's comb in a whitened envelope: its lines, and the least score. Of 61 measured records the wrong combs
 # within `SEARCH_SHARE` reach 9.5, and all 26 above 12 whose speed is known otherwise are right to 0.2 %. Set on all.
 COMB_LINES, LEAST_COMB = 5, 12.0
 # Combs nearer than this are one shaft's, smeared: the interval reaches to the farthest one.
@@ -90,11 +92,11 @@ def speed_by_comb(record: Periodogram, nominal: ShaftSpeed) -> ShaftSpeed | None
     bare = dataclasses.replace(record, masks_hz=np.empty((0, 2)))
     combs = CombSpectrum.of(bare, (1 - SEARCH_SHARE) * nominal.value_hz, COMB_LINES)
     inside = np.abs(combs.frequency_hz / nominal.value_hz - 1) <= SEARCH_SHARE
-    evidence, hz = combs.evidence[inside], combs.frequency_hz[inside]
-    if not evidence.size or (highest := float(evidence.max())) < LEAST_COMB:
+    score, hz = combs.score[inside], combs.frequency_hz[inside]
+    if not score.size or (highest := float(score.max())) < LEAST_COMB:
         return None
-    value, usual = float(hz[np.argmax(evidence)]), float(np.median(evidence))
-    spread = float(np.abs(hz[evidence - usual > RIVAL_SHARE * (highest - usual)] / value - 1).max())
+    value, usual = float(hz[np.argmax(score)]), float(np.median(score))
+    spread = float(np.abs(hz[score - usual > RIVAL_SHARE * (highest - usual)] / value - 1).max())
     if spread > SMEAR:
         return None
     return ShaftSpeed(value_hz=value, ci95_hz=max(ALLOWANCE, spread) * value, source=SpeedSource.ESTIMATED)
@@ -109,8 +111,6 @@ def _terms(line_hz: float) -> list[SpectralTerm]:
 
 def _search(record: Periodogram, line_hz: float, nominal_hz: float, half_hz: float) -> float | None:
     """The speed in the window with the largest joint -log p of all terms; None where noise or a rival reaches it."""
-    from scipy.special import gammaincc
-
     speeds = np.arange(nominal_hz - half_hz, nominal_hz + half_hz, record.bin_hz / _GRID_PER_BIN)
     score, used = np.zeros(speeds.size), 0
     for term in _terms(line_hz):
@@ -131,13 +131,11 @@ def _search(record: Periodogram, line_hz: float, nominal_hz: float, half_hz: flo
     usual = float(np.median(score))
     if rival - usual > RIVAL_SHARE * (score[best] - usual):
         return None
-    return float(speeds[best]) if trials * gammaincc(used, float(score[best])) < FALSE_ALARM else None
+    return float(speeds[best]) if trials * scipy.special.gammaincc(used, float(score[best])) < FALSE_ALARM else None
 
 
 def _fit(record: Periodogram, line_hz: float, shaft_hz: float) -> ShaftSpeed | None:
     """Least squares through the peaks of all terms that stand out, for line and shaft together."""
-    from scipy.stats import t as student
-
     whole = [SpectralTerm(harmonic=h, order=0) for h in range(1, HARMONICS + 1)] if line_hz else []
     read = [(t, *p) for t in whole + _terms(line_hz) if (p := _peak(record, float(t.at(line_hz, shaft_hz))))]
     unknowns = 2 if any(t.harmonic for t, *_ in read) else 1
@@ -153,7 +151,7 @@ def _fit(record: Periodogram, line_hz: float, shaft_hz: float) -> ShaftSpeed | N
     scatter = float(np.sum(((peak_hz - design @ solution) / sigma) ** 2)) / freedom
     variance = float(np.linalg.inv(weighted.T @ weighted)[0, 0]) * max(1.0, scatter)
     value = float(solution[0])
-    half = math.hypot(float(student.ppf(0.975, freedom)) * math.sqrt(variance), ALLOWANCE * value)
+    half = math.hypot(float(scipy.stats.t.ppf(0.975, freedom)) * math.sqrt(variance), ALLOWANCE * value)
     return ShaftSpeed(value_hz=value, ci95_hz=half, source=SpeedSource.ESTIMATED)
 
 

@@ -7,7 +7,6 @@ stands out just outside all windows is named, so that a wrong speed or geometry 
 """
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,8 +18,7 @@ from srbval.reading.lines import Line, detected_fault_lines, read_lines
 from srbval.reading.pipeline import Processed, tracked
 from srbval.reading.shaft_speed import SEARCH_SHARE, estimate_speed, speed_by_comb
 from srbval.recordings import ShaftSpeed, SpeedSource
-from srbval.signal import LEAST_SNR, Periodogram, drop_ends, end_s, read_comb, squared_envelope_one_pass
-from srbval.signal.prewhitening import prewhitened
+from srbval.signal import LEAST_SNR, Periodogram, drop_ends, end_s, prewhitened, read_comb, squared_envelope_one_pass
 
 # Share of the band's width up to which the squared envelope's spectrum is used; its floor ends at the width.
 USABLE_SHARE = 0.9
@@ -115,42 +113,38 @@ def search(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> SpeedSe
     if speed.source is not SpeedSource.NOMINAL:
         found = SpeedSearch(lines=_read(processed, bearing, speed), speed=speed)
         return replace(found, outside=_outside(found, processed, bearing)[0])
-    estimated = estimate_speed(periodogram_of(processed, bearing, speed), (), speed)
+
+    def estimate(at: ShaftSpeed, lines: tuple[Line, ...]) -> ShaftSpeed | None:
+        return estimate_speed(periodogram_of(processed, bearing, at), lines, speed)
+
+    def read_at(estimated: ShaftSpeed, found: SpeedSearch) -> SpeedSearch:
+        """The lines at the estimated speed; trials made before still count."""
+        return replace(found, lines=_read(processed, bearing, estimated), speed=estimated, span=(1.0, 1.0))
+
+    estimated = estimate(speed, ())
     if estimated is None:
         estimated = speed_by_comb(whitened_periodogram(processed, bearing, speed), speed)
     if estimated is None:
         found = _try_speeds(processed, bearing, speed)
     else:
         found = SpeedSearch(lines=_read(processed, bearing, estimated), speed=estimated)
-    found = _refined(found, processed, bearing, speed)
+    lines = sidak_corrected(found.lines, speeds=found.tried)
+    refined = estimate(found.speed, lines) if detected_fault_lines(lines) else None
+    if refined is not None:
+        found = read_at(refined, found)
     outside, lines = _outside(found, processed, bearing)
-    if outside is not None:
-        estimated = estimate_speed(periodogram_of(processed, bearing, found.speed), lines, speed)
-        if estimated is not None and abs(estimated.value_hz / outside.shaft_hz - 1) < bearing.largest_slip:
-            outside, found = None, _read_at(estimated, found, processed, bearing)
+    refined = None if outside is None else estimate(found.speed, lines)
+    if outside and refined and abs(refined.value_hz / outside.shaft_hz - 1) < bearing.largest_slip:
+        outside, found = None, read_at(refined, found)
     off_hz = found.speed.value_hz - speed.value_hz
     if abs(off_hz) > speed.ci95_hz + found.speed.ci95_hz:
         found = replace(found, beyond_nominal_pct=100 * off_hz / speed.value_hz)
     return replace(found, outside=outside)
 
 
-def _read_at(estimated: ShaftSpeed, found: SpeedSearch, processed: Processed, bearing: Bearing) -> SpeedSearch:
-    """The lines at the `estimated` speed; trials made before still count."""
-    return replace(found, lines=_read(processed, bearing, estimated), speed=estimated, span=(1.0, 1.0))
-
-
-def _refined(found: SpeedSearch, processed: Processed, bearing: Bearing, nominal: ShaftSpeed) -> SpeedSearch:
-    """The lines read again at the speed given by the sidebands of a detected line, where there is one."""
-    lines = sidak_corrected(found.lines, speeds=found.tried)
-    if not detected_fault_lines(lines):
-        return found
-    estimated = estimate_speed(periodogram_of(processed, bearing, found.speed), lines, nominal)
-    return found if estimated is None else _read_at(estimated, found, processed, bearing)
-
-
 def _try_speeds(processed: Processed, bearing: Bearing, nominal: ShaftSpeed) -> SpeedSearch:
     """Lines about every trial speed; those with the deepest fault line after the Sidak correction."""
-    scales = tuple(_scales(nominal, bearing.largest_slip))
+    scales = _scales(nominal, bearing.largest_slip)
 
     def depth(scale: float) -> float:
         lines = _read(processed, bearing, nominal, scale, brief=True)
@@ -191,12 +185,10 @@ def _outside(
     return None, ()
 
 
-def _scales(nominal: ShaftSpeed, apart: float) -> Iterator[float]:
+def _scales(nominal: ShaftSpeed, apart: float) -> tuple[float, ...]:
     """Shares of the nominal speed, `apart` from each other, itself first, whose windows cover its interval."""
-    yield 1.0
-    for step in range(1, math.ceil(nominal.ci95_hz / nominal.value_hz / apart - 1e-9)):
-        yield 1 - step * apart
-        yield 1 + step * apart
+    steps = range(1, math.ceil(nominal.ci95_hz / nominal.value_hz / apart - 1e-9))
+    return (1.0, *(1 + side * step * apart for step in steps for side in (-1, 1)))
 
 
 def _read(

@@ -4,8 +4,8 @@ import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from srbval.diagnosis.baseline import Baseline
-from srbval.diagnosis.fault_naming import Naming
+from srbval.diagnosis.baseline_comparison import Baseline
+from srbval.diagnosis.diagnose import Diagnosis
 from srbval.errors import ConfigurationError
 from srbval.processes.machine import one_thread
 from srbval.progress import Progress, silent, stage
@@ -98,7 +98,7 @@ def check_plot(path: Path) -> None:
 
 
 def write_plot(
-    analysis: Analysis, path: Path, *, baseline: Baseline | None = None, naming: Naming | None = None,
+    analysis: Analysis, path: Path, *, baseline: Baseline | None = None, naming: Diagnosis | None = None,
     command: str = "srbval analyse",
 ) -> None:  # fmt: skip
     """One picture of an analysis as PNG or SVG (see `plot`), or with its table of lines as a page."""

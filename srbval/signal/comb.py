@@ -7,13 +7,13 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.signal.false_alarm import false_alarm, neg_log_p, true_noise_ratio
-from srbval.signal.joint_fit import Components, fit
+from srbval.signal.joint_fit import fit
 from srbval.signal.periodogram import Noise, Periodogram
 
 # Harmonics fitted together, as far as they lie below the limit of the record.
 HARMONICS = 5
-# A line counts as detected when noise would show it less often than this, no more of the record's meaningless combs
-# than this are as strong ...
+# A line counts as detected when noise would show it less often than this, no more of the record's placebos than
+# this are as strong ...
 FALSE_ALARM, PLACEBO_FALSE_ALARM = 1e-3, 1e-2
 # ... and its first harmonic is this many times the local noise in the squared envelope spectrum, which separates
 # the records that Smith & Randall (2015, Mech. Syst. Signal Process. 64-65, 100) call diagnosable from the
@@ -31,14 +31,14 @@ class LineReading:
     """One line (or comb of lines) as found.
 
     `found_hz` is the fundamental, `ci95_hz` the half width of its 95 % interval without the uncertainty of
-    the shaft speed; `snr` the power of each harmonic over the local mean noise power in a bin;
-    `noise_false_alarm` the probability of at least this much from noise alone anywhere in the window,
-    `placebo_false_alarm` the comb's rank among meaningless ones of the record (`srbval.signal.placebo`), None where it
-    was not ranked; `isolated` is False where the peak is a side lobe of a far stronger line or of one outside the
-    window. `depth` is the first harmonic's amplitude over the record's mean. `sideband_hz` and `sideband_ci95_hz` are
-    the spacing of the sidebands fitted with the line and its 95 % half width, None where no sideband stood out.
-    `resolution_hz` is one over the record's duration, `noise_ci95_hz` the interval from noise alone (Cramer-Rao). Some
-    peak is always *found*: whether it is a line is said by `detected`.
+    the shaft speed, `noise_ci95_hz` that from noise alone (Cramer-Rao); `snr` the power of each harmonic over the local
+    mean noise power in a bin; `noise_false_alarm` the probability of at least this much from noise alone anywhere in
+    the window, `placebo_false_alarm` the comb's rank among placebos (`rank_among_placebos`), None where it was not
+    ranked; `isolated` is False where the peak is a side lobe of a far stronger line or of one outside the window.
+    `depth` is the first harmonic's amplitude over the record's mean. `sideband_hz` and `sideband_ci95_hz` are the
+    spacing of the sidebands fitted with the line and its 95 % half width, None where no sideband stood out.
+    `resolution_hz` is one over the record's duration. Some peak is always *found*: whether it is a line is said by
+    `detected`.
     """
 
     found_hz: float
@@ -62,7 +62,7 @@ class LineReading:
 
 
 def is_improbable(noise_false_alarm: float, placebo_false_alarm: float | None) -> bool:
-    """Whether neither noise nor the record's meaningless combs, where they are known, explain a line."""
+    """Whether neither noise nor the record's placebos, where it was ranked among them, explain a line."""
     return noise_false_alarm < FALSE_ALARM and (placebo_false_alarm or 0.0) < PLACEBO_FALSE_ALARM
 
 
@@ -101,14 +101,16 @@ def read_comb(
     highest = _totals(_snr(record, best, noise), bins)
     near = np.abs(candidates - best) <= record.bin_hz
     best = float(candidates[near][np.argmax(ratios[near].sum(axis=1))])
-    components = Components.of(record, best, used, sideband_hz, noise)
-    result = fit(record, best, components, sideband_hz, shortest_block_s=shortest_block_s)
+    result = fit(record, best, noise, sideband_hz, shortest_block_s=shortest_block_s)
     snr = _snr(record, result.found_hz, noise)
     # The probability is that of the highest value in the window, which the fitted frequency may fall short of.
     visible = np.count_nonzero([~record.masked(h * candidates) for h in number], axis=0)
     share = np.bincount(visible, minlength=used + 1) / candidates.size
     probability = false_alarm(*max(_totals(snr, bins), highest), share, half_window_hz, record.seconds)
-    inside = abs(result.found_hz - expected_hz) < half_window_hz
+    around = (
+        result.found_hz + np.linspace(-SIDE_LOBE_BINS, SIDE_LOBE_BINS, 8 * round(SIDE_LOBE_BINS) + 1) * record.bin_hz
+    )
+    is_highest = float(snr[0]) >= SIDE_LOBE_SHARE * float(np.max(_ratio(record, around, noise[0])))
     return LineReading(
         found_hz=result.found_hz,
         # No wider than to the window's far end; less would cut the interval of a line that is off its middle.
@@ -117,7 +119,7 @@ def read_comb(
         noise_false_alarm=probability,
         half_window_hz=half_window_hz,
         depth=record.depth_at(result.found_hz),
-        isolated=inside and _isolated(record, result.found_hz, noise[0], float(snr[0])),
+        isolated=abs(result.found_hz - expected_hz) < half_window_hz and is_highest,
         noise_ci95_hz=result.noise_ci95_hz,
         resolution_hz=record.bin_hz,
         sideband_hz=result.sideband_hz,
@@ -147,12 +149,6 @@ def _highest_peak(candidates: FloatArray, score: FloatArray) -> float | None:
     """The candidate of the highest interior maximum; a maximum at the edge belongs to something outside."""
     peaks = np.flatnonzero((score[1:-1] >= score[:-2]) & (score[1:-1] > score[2:])) + 1
     return float(candidates[peaks[np.argmax(score[peaks])]]) if peaks.size else None
-
-
-def _isolated(record: Periodogram, found_hz: float, noise: Noise, snr: float) -> bool:
-    offsets = np.linspace(-SIDE_LOBE_BINS, SIDE_LOBE_BINS, 8 * round(SIDE_LOBE_BINS) + 1)
-    around = found_hz + offsets * record.bin_hz
-    return snr >= SIDE_LOBE_SHARE * float(np.max(_ratio(record, around, noise)))
 
 
 def _candidates(record: Periodogram, expected_hz: float, half_window_hz: float, used: int) -> FloatArray:

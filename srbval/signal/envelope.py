@@ -12,8 +12,7 @@ import scipy.fft
 import scipy.signal
 
 from srbval.arrays import ComplexArray, FloatArray
-from srbval.errors import DataError
-from srbval.signal.bandpass import ORDER, check_band, drop_ends, end_s
+from srbval.signal.conditioning import ORDER, check_band, drop_ends, end_s
 from srbval.signal.spectrum import Spectrum, amplitude_spectrum
 
 # The closed-form gain is cut off where it has fallen to this value.
@@ -58,11 +57,7 @@ def envelope(samples: FloatArray) -> FloatArray:
 
 
 def analytic_signal(
-    samples: FloatArray,
-    fs_hz: float,
-    band_hz: tuple[float, float],
-    *,
-    band_filter: BandFilter = BandFilter.BUTTERWORTH,
+    samples: FloatArray, fs_hz: float, band_hz: tuple[float, float], *, band_filter: BandFilter = BandFilter.BUTTERWORTH
 ) -> ComplexArray:
     """Band-passed `samples` [n] with their Hilbert transform as imaginary part, [n] at the full rate.
 
@@ -80,11 +75,7 @@ def analytic_signal(
 
 
 def squared_envelope_one_pass(
-    samples: FloatArray,
-    fs_hz: float,
-    band_hz: tuple[float, float],
-    *,
-    band_filter: BandFilter = BandFilter.BUTTERWORTH,
+    samples: FloatArray, fs_hz: float, band_hz: tuple[float, float], *, band_filter: BandFilter = BandFilter.BUTTERWORTH
 ) -> tuple[FloatArray, float]:
     """Squared envelope of `samples` [n] in `band_hz`, in their unit squared, and its lower sampling rate [Hz].
 
@@ -100,32 +91,13 @@ def squared_envelope_one_pass(
     return analytic.real**2 + analytic.imag**2, fs_hz * reduced / length
 
 
-def envelope_spectrum_one_pass(
-    samples: FloatArray,
-    fs_hz: float,
-    band_hz: tuple[float, float],
-    *,
-    band_filter: BandFilter = BandFilter.BUTTERWORTH,
-) -> Spectrum:
-    """Amplitude spectrum of the squared envelope, ends dropped, in the unit of `samples` squared.
-
-    It ends at the bandwidth, above which the squared envelope has no content. `DataError` for a record no longer than
-    its ends.
-    """
-    square, rate = squared_envelope_one_pass(samples, fs_hz, band_hz, band_filter=band_filter)
-    end = math.ceil(end_s(band_hz) * rate)
-    if square.size <= 2 * end + 1:
-        raise DataError(f"{samples.size / fs_hz:.3g} s are lost to the filter's ends; use a longer recording.")
-    return amplitude_spectrum(square[end : square.size - end], rate)
-
-
 def envelope_spectrum(
     samples: FloatArray, fs_hz: float, band_hz: tuple[float, float], *, band_filter: BandFilter = BandFilter.BUTTERWORTH
 ) -> Spectrum:
     """Amplitude spectrum of the envelope (the modulus) of `samples` [n] in `band_hz` [Hz], ends dropped, in their unit.
 
-    What the pictures show; lines are read from `envelope_spectrum_one_pass`. Raises what `analytic_signal` and
-    `drop_ends` raise.
+    What the pictures show; lines are read from the spectrum of `squared_envelope_one_pass`. Raises what
+    `analytic_signal` and `drop_ends` raise.
     """
     modulus = np.abs(analytic_signal(np.asarray(samples, dtype=np.float64), fs_hz, band_hz, band_filter=band_filter))
     return amplitude_spectrum(drop_ends(modulus, fs_hz, end_s(band_hz)), fs_hz)
@@ -137,21 +109,14 @@ def butterworth_gain(frequency_hz: FloatArray, fs_hz: float, band_hz: tuple[floa
     low, high = _warped_edges(band_hz, fs_hz)
     with np.errstate(divide="ignore"):
         prototype = (warped - low * high / warped) / (high - low)
-    gain: FloatArray = 1 / (1 + _power(prototype * prototype, ORDER))
+    # To the power 2 ORDER = 8 by squaring: numpy's own power takes as long as a transform.
+    gain: FloatArray = 1 / (1 + np.square(np.square(np.square(prototype))))
     return gain
 
 
 def _warped_edges(band_hz: tuple[float, float], fs_hz: float) -> tuple[float, float]:
     """Edges of the band after the bilinear transform, tan(pi f / fs)."""
     return math.tan(math.pi * band_hz[0] / fs_hz), math.tan(math.pi * band_hz[1] / fs_hz)
-
-
-def _power(values: FloatArray, exponent: int) -> FloatArray:
-    """`values` to a whole power, by squaring: numpy's own power takes as long as a transform."""
-    if exponent == 1:
-        return values
-    half = _power(values * values, exponent // 2)
-    return half * values if exponent % 2 else half
 
 
 def _band_lines(
@@ -161,20 +126,14 @@ def _band_lines(
     check_band(band_hz, fs_hz)
     length = scipy.fft.next_fast_len(samples.size, real=True)
     lines = scipy.fft.rfft(samples, n=length)
-    low, high = _reach(band_hz, fs_hz, band_filter)
+    low, high = band_hz
+    if band_filter is BandFilter.BUTTERWORTH:  # to where the gain has fallen to `_LEAST_GAIN`
+        first_edge, last_edge = _warped_edges(band_hz, fs_hz)
+        half = (1 / _LEAST_GAIN - 1) ** (1 / (2 * ORDER)) * (last_edge - first_edge) / 2
+        root = math.sqrt(half**2 + first_edge * last_edge)
+        low, high = (math.atan(root + side * half) * fs_hz / math.pi for side in (-1, 1))
     first, last = math.ceil(low * length / fs_hz), min(math.floor(high * length / fs_hz), lines.size - 1)
     inside = 2 * lines[first : last + 1]
     if band_filter is BandFilter.BUTTERWORTH:
         inside *= butterworth_gain(np.arange(first, last + 1) * (fs_hz / length), fs_hz, band_hz)
     return inside, first, length
-
-
-def _reach(band_hz: tuple[float, float], fs_hz: float, band_filter: BandFilter) -> tuple[float, float]:
-    """Frequencies where the gain has fallen to `_LEAST_GAIN` [Hz]."""
-    if band_filter is BandFilter.BRICK_WALL:
-        return band_hz
-    far = (1 / _LEAST_GAIN - 1) ** (1 / (2 * ORDER))
-    low, high = _warped_edges(band_hz, fs_hz)
-    half = far * (high - low) / 2
-    root = math.sqrt(half**2 + low * high)
-    return math.atan(root - half) * fs_hz / math.pi, math.atan(root + half) * fs_hz / math.pi

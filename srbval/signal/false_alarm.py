@@ -1,17 +1,41 @@
-"""Probability that noise alone shows a line.
+"""How probable a line is without being one: from noise alone, and by its rank among placebos of the same record.
 
 Every bin of a noise periodogram is exponentially distributed about the local mean, and that mean is itself estimated:
 it is the median of n neighbours over ln 2. ``neg_log_p`` turns the ratio of the two into the exponential variable of
 equal tail probability, exactly; summed over harmonics it is a gamma variable. How often that sum rises above a level
 somewhere in the window searched is given by Rice's formula.
+
+Real noise is not what that assumes: it holds lines of other machines, whose share no formula knows. So a comb is also
+ranked among placebos, combs that mean nothing. The lines of a placebo come from `ORDERS` fundamentals that are no line
+of the bearing, each harmonic from one of them at random. Whole combs at one such fundamental would be too few: a record
+holds only some tens whose windows do not overlap, and the strongest of tens is no event of one in a thousand. Lines
+drawn from a fundamental each would lose what lines of other sources have in common, being harmonics of each other.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import scipy.special
+from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
+from srbval.signal.periodogram import NOISE_BINS, Periodogram
+
+# Placebos: so many that nine speeds tried leave the least rank, times nine, below `comb.PLACEBO_FALSE_ALARM`.
+COMBS = 1000
+# Different fundamentals that the lines of one placebo come from.
+ORDERS = 2
+# Fundamentals to choose from per half window.
+GRID = 8
+# Fewer whole windows among the placebos' fundamentals are no sample of the record.
+LEAST_WINDOWS = 4
+# A window this many half windows from another shares no line with it.
+APART = 2.0
+# The upper part of the placebos that the tail is fitted to.
+TAIL = 0.1
+# Candidates per bin of the highest line.
+_OVERSAMPLING = 2
 
 
 def neg_log_p(snr: FloatArray, bins: FloatArray) -> FloatArray:
@@ -76,3 +100,106 @@ def upcrossings(level: float, ratio: float, harmonics: int, half_window_hz: floa
     rate = math.sqrt(mean) * (1 - variance / (8 * mean**2))
     log_density = (harmonics - 1) * math.log(level) - level - math.lgamma(harmonics)
     return 2 * half_window_hz * seconds * math.sqrt(math.pi * ratio / 3) * rate * math.exp(log_density)
+
+
+def neg_log_rank(score: float, placebos: FloatArray, *, ties: bool = False) -> float:
+    """-log of the probability that a placebo is as strong, beyond most of them by an exponential tail; nan without any.
+
+    Inside it is the `rank` among `placebos` [n]. The mean excess over the upper tenth's threshold is the tail's (a
+    generalised Pareto tail of shape zero; Knijnenburg et al. 2009, Bioinformatics 25, i161, quoted from memory, not
+    checked). An extrapolation: it grades strong lines, it is no rate. With `ties`, for placebos that share lines, those
+    equal to the threshold belong to the tail.
+    """
+    if math.isnan(score) or placebos.size < round(1 / TAIL):
+        return math.nan
+    ordered, count = np.sort(placebos), int(TAIL * placebos.size)
+    threshold = float(ordered[-count - 1] if ties else np.quantile(ordered, 1 - TAIL))
+    if score <= threshold or math.isinf(threshold):
+        return -math.log(rank(score, placebos))
+    upper = ordered[-count:] if ties else ordered[ordered > threshold]
+    return (score - threshold) / float(np.mean(upper - threshold)) - math.log(TAIL)
+
+
+def rank(score: float, placebos: FloatArray) -> float:
+    """(1 + number of `placebos` [n] at least as strong) / (n + 1)."""
+    return float(1 + np.count_nonzero(placebos >= score)) / (placebos.size + 1)
+
+
+class PlaceboRank(NamedTuple):
+    """`false_alarm`: a comb's `rank` among placebos; `tail_false_alarm`: the same by `neg_log_rank`."""
+
+    false_alarm: float
+    tail_false_alarm: float
+
+
+def fundamentals(lowest_hz: float, highest_hz: float, relative: float) -> FloatArray:
+    """Frequencies [n] evenly over the logarithm, `GRID` per half window of a comb (`relative`, a share of it)."""
+    return np.asarray(np.exp(np.arange(math.log(lowest_hz), math.log(highest_hz), relative / GRID)))
+
+
+def rank_among_placebos(
+    record: Periodogram, expected_hz: float, half_window_hz: float, harmonics: int, placebo_hz: FloatArray, *,
+    combs: int = COMBS, orders: int = ORDERS,
+) -> PlaceboRank | None:  # fmt: skip
+    """The comb at `expected_hz` among `combs` placebos, by the highest sum of `neg_log_p` in its window.
+
+    `placebo_hz` [n] are of `fundamentals`, more than two half windows from `expected_hz`. A placebo has the same
+    number of lines, in windows of the same relative width, visible wherever the comb's own lines are. One of its
+    fundamentals may lie in the comb's own window, as that of any other may: left out, the strongest line of the record
+    would never be among the placebos of a comb that holds it by chance. The draw is the same for every record. None
+    where `placebo_hz` holds less than `LEAST_WINDOWS` windows.
+    """
+    relative = half_window_hz / expected_hz
+    if placebo_hz.size < 2 * GRID * LEAST_WINDOWS:
+        return None
+    lowest = min(float(placebo_hz[0]), expected_hz) * (1 - APART * relative)
+    step = 1 / (_OVERSAMPLING * record.seconds * record.limit_hz)
+    log_hz = np.arange(math.log(lowest), math.log(record.limit_hz), step)
+    hz = np.exp(log_hz)
+    visible, snr = ~record.masked(hz), record.snr_at(hz, to_limit=True)
+    # Single precision: half the memory to move, digits enough to rank.
+    scores = neg_log_p(snr[:, None], np.array([NOISE_BINS]))[:, 0].astype(np.float32)
+    width = 2 * max(1, round(math.log1p(relative) / step)) + 1
+
+    def first(fundamental_hz: FloatArray | float, number: int) -> NDArray[np.int64]:
+        index = np.rint((np.log(np.multiply(number, fundamental_hz)) - log_hz[0]) / step).astype(np.int64) - width // 2
+        return np.asarray(np.clip(index, 0, log_hz.size - width))
+
+    at_own = [slice(at := int(first(expected_hz, number)), at + width) for number in range(1, harmonics + 1)]
+    seen, own = (np.array([values[at] for at in at_own]) for values in (visible, scores))
+    # Windows of the placebos are cut from what is visible, so that each shows as much as the comb's own.
+    place = np.cumsum(visible) - 1
+    windows = np.lib.stride_tricks.sliding_window_view(scores[visible], width)
+    total = np.zeros((combs, width), dtype=np.float32)
+    for number, drawn in enumerate(_drawn(expected_hz, relative, placebo_hz, harmonics, combs, orders), 1):
+        lines = windows[np.clip(place[first(drawn, number)], 0, windows.shape[0] - 1)]
+        lines[:, ~seen[number - 1]] = 1.0
+        total += lines
+    score = float(_highest(np.where(seen, own, np.float32(1.0)).sum(axis=0)[None])[0])
+    placebos = _highest(total).astype(np.float64)
+    return PlaceboRank(rank(score, placebos), math.exp(-neg_log_rank(score, placebos, ties=True)))
+
+
+def _drawn(
+    expected_hz: float, relative: float, placebo_hz: FloatArray, harmonics: int, combs: int, orders: int
+) -> FloatArray:
+    """The fundamental that each line of each placebo is a harmonic of [Hz], [harmonics, combs]."""
+    rng = np.random.default_rng(0)
+    near = fundamentals(expected_hz * math.exp(-APART * relative), expected_hz * math.exp(APART * relative), relative)
+    choice = rng.choice(placebo_hz, (orders, combs))
+    if orders == 1:
+        return np.tile(choice, (harmonics, 1))
+    # The first of its fundamentals may be one near the comb's own, but not all lines come from that one.
+    choice[0] = rng.choice(np.concatenate((near, placebo_hz)), combs)
+    group = rng.integers(0, orders, (harmonics, combs))
+    group[rng.integers(0, harmonics, combs), np.arange(combs)] = rng.integers(1, orders, combs)
+    return np.take_along_axis(choice, group, axis=0)
+
+
+def _highest(total: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The highest interior maximum of each row, [combs]; minus infinity where there is none."""
+    top = np.max(total, axis=1)
+    edge = (total[:, 0] == top) | (total[:, -1] == top)  # of what stands outside: few rows, looked at closely
+    left, middle, right = (total[edge, first : total.shape[1] - 2 + first] for first in range(3))
+    top[edge] = np.max(middle, axis=1, where=(middle >= left) & (middle > right), initial=-np.inf)
+    return np.asarray(top)

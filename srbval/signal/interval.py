@@ -43,21 +43,13 @@ class SlipInterval:
     wide: tuple[float, ...]
     wide_factor: tuple[float, ...]
 
-    def half_width(self, log_spread: float) -> float:
-        """95 % half width in units of the standard error from noise alone."""
-        if log_spread < self.start:
-            return self.floor
-        return max(self.floor, math.exp(log_spread / 2) * float(np.interp(log_spread, self.log_spread, self.factor)))
-
 
 @functools.cache
 def slip_interval() -> SlipInterval:
     """The table that this version was calibrated with (`slip_interval.toml`)."""
     file = importlib.resources.files("srbval.signal") / "slip_interval.toml"
     table = tomllib.loads(file.read_text(encoding="utf-8"))
-    weak = table.pop("weak")
-    weak["weak_steady"], weak["weak_factor"] = weak.pop("steady"), weak.pop("steady_factor")
-    values: dict[str, Any] = {key: tuple(v) if isinstance(v, list) else v for key, v in (table | weak).items()}
+    values: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}
     return SlipInterval(**values)
 
 
@@ -73,9 +65,11 @@ def half_width(log_spread: float, blocks: int, snr: float) -> float:
     more. The walk's share is widened by Student's t for few blocks, and for a weak line, whose phases scatter by more
     than to first order (simulated).
     """
+    table = slip_interval()
+    wide = math.exp(log_spread / 2) * float(np.interp(log_spread, table.log_spread, table.factor))
+    own = table.floor if log_spread < table.start else max(table.floor, wide)
     student = float(scipy.special.stdtrit(blocks - 2, 0.975)) / NORMAL_95
-    widening = student * (1 + WEAK_SNR / snr) - 1
-    return slip_interval().half_width(log_spread) * (1 + walk_share(log_spread) * widening)
+    return own * (1 + walk_share(log_spread) * (student * (1 + WEAK_SNR / snr) - 1))
 
 
 def weak_factor(steady: float, wide: float) -> float:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from srbval.arrays import FloatArray
 from srbval.signal.interval import NORMAL_95, frequency_error_hz
-from srbval.signal.periodogram import Noise, Periodogram
-from srbval.signal.phasors import Phasors
+from srbval.signal.periodogram import Noise, Periodogram, Phasors
 from srbval.signal.slip import track_slip
 
 # A sideband this far above the noise is taken as present.
@@ -21,7 +22,7 @@ _STEPS = 6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Components:
+class _Components:
     """Lines at ``number f + side s``, each [c], with their mean noise power in a bin and their power over it."""
 
     number: FloatArray
@@ -29,37 +30,17 @@ class Components:
     noise_power: FloatArray
     snr: FloatArray
 
-    @classmethod
-    def of(
-        cls, record: Periodogram, line_hz: float, harmonics: int, sideband_hz: float, noise: list[Noise]
-    ) -> Components:
-        """The unmasked harmonics of `line_hz`, and the sidebands on either side that stand out of the noise."""
-        terms = [(h, 0) for h in range(1, harmonics + 1)]
-        if sideband_hz > 0:
-            pairs = [(h, k) for h in range(1, min(harmonics, SIDEBAND_HARMONICS) + 1) for k in (-1, 1)]
-            terms += [(h, k) for h, k in pairs if h * line_hz + k * sideband_hz < record.limit_hz]
-        number, side = np.array(terms, dtype=np.float64).T
-        power = np.array([noise[h - 1].mean_power for h, _ in terms])
-        at = number * line_hz + side * sideband_hz
-        snr = np.where(record.masked(at), 0.0, record.power_at(at) / power)
-        present = (side == 0) & (snr > 0) | (side != 0) & (snr > SIDEBAND_SNR)
-        if not np.any(present):
-            present[0] = True
-        return cls(number=number, side=side, noise_power=power, snr=snr).selected(present)
-
-    def selected(self, mask: NDArray[np.bool_]) -> Components:
-        """Those that `mask` [c] selects."""
-        return Components(**{field: values[mask] for field, values in vars(self).items()})
+    def selected(self, mask: NDArray[np.bool_]) -> _Components:
+        return _Components(**{field: values[mask] for field, values in vars(self).items()})
 
     @property
-    def has_sidebands(self) -> bool:
-        """Whether sidebands are among them, so that their spacing can be fitted."""
-        return bool(np.any(self.side != 0))
+    def directions(self) -> FloatArray:
+        """How each moves with the line and, where there are sidebands, with their spacing, [c, 1 or 2]."""
+        return np.column_stack((self.number, self.side)[: 2 if np.any(self.side != 0) else 1])
 
 
-@dataclass(frozen=True, kw_only=True)
-class JointFit:
-    """Frequency of the highest power, `found_hz`, with its 95 % half width; spacing None without sidebands."""
+class JointFit(NamedTuple):
+    """Frequency of the highest power, 95 % half widths in all and from noise; spacing, None without sidebands."""
 
     found_hz: float
     ci95_hz: float
@@ -69,37 +50,53 @@ class JointFit:
 
 
 def fit(
-    record: Periodogram, start_hz: float, components: Components, sideband_hz: float, *, shortest_block_s: float | None
+    record: Periodogram, start_hz: float, noise: Sequence[Noise], sideband_hz: float, *, shortest_block_s: float | None
 ) -> JointFit:
     """Line and spacing of the highest power over noise, from a start within half a bin of the highest harmonic.
 
-    Where sidebands take part, both are free; `track_slip` then widens the interval by what slip may have done. A line
-    too weak to be tracked, or with `shortest_block_s` None, keeps the Cramer-Rao interval.
+    `noise` is that about each harmonic. Where sidebands take part, both are free; `track_slip` then widens the interval
+    by what slip may have done. A line too weak to be tracked, or with `shortest_block_s` None, keeps the Cramer-Rao
+    interval.
     """
+    components = _present(record, start_hz, noise, sideband_hz)
     phasors = Phasors.of(record.samples, record.fs_hz, components.number * start_hz + components.side * sideband_hz)
-    shift = _maximise(phasors, components, _directions(components))
-    shift = np.concatenate((shift, np.zeros(2 - shift.size)))
-    shifted = phasors.shifted(components.number * shift[0] + components.side * shift[1])
+    shift = _maximise(phasors, components, components.directions)
+    line_shift, side_shift = float(shift[0]), float(shift[1:].sum())
+    line_hz = start_hz + line_shift
+    shifted = phasors.shifted(components.number * line_shift + components.side * side_shift)
     components = replace(components, snr=shifted.power() / components.noise_power)
     sigma = _cramer_rao_hz(components, phasors.seconds)
-    found = start_hz + float(shift[0])
-    ci95 = noise_ci = NORMAL_95 * sigma[0]
+    found, ci95 = line_hz, NORMAL_95 * sigma[0]
     if shortest_block_s is not None:
         slip = track_slip(
             shifted, components.number, components.noise_power, line_hz=found, shortest_block_s=shortest_block_s
         )
         if slip is not None:
-            found, ci95 = found + slip.shift_hz, slip.ci95_hz
-    spacing = sideband_hz + float(shift[1]) if components.has_sidebands else None
-    if spacing is not None:
-        spacing = _spacing_without_lines(record, start_hz + float(shift[0]), components, spacing)
-    return JointFit(
-        found_hz=found, ci95_hz=ci95, noise_ci95_hz=noise_ci, sideband_hz=spacing,
-        sideband_ci95_hz=None if spacing is None else NORMAL_95 * sigma[1],
-    )  # fmt: skip
+            found, ci95 = found + slip[0], slip[1]
+    if shift.size == 1:
+        return JointFit(found, ci95, NORMAL_95 * sigma[0])
+    spacing = _spacing_without_lines(record, line_hz, components, sideband_hz + side_shift)
+    return JointFit(found, ci95, NORMAL_95 * sigma[0], spacing, NORMAL_95 * sigma[1])
 
 
-def _spacing_without_lines(record: Periodogram, line_hz: float, components: Components, spacing_hz: float) -> float:
+def _present(record: Periodogram, line_hz: float, noise: Sequence[Noise], sideband_hz: float) -> _Components:
+    """The unmasked harmonics of `line_hz`, and the sidebands on either side that stand out of the noise."""
+    harmonics = len(noise)
+    terms = [(h, 0) for h in range(1, harmonics + 1)]
+    if sideband_hz > 0:
+        pairs = [(h, k) for h in range(1, min(harmonics, SIDEBAND_HARMONICS) + 1) for k in (-1, 1)]
+        terms += [(h, k) for h, k in pairs if h * line_hz + k * sideband_hz < record.limit_hz]
+    number, side = np.array(terms, dtype=np.float64).T
+    power = np.array([noise[h - 1].mean_power for h, _ in terms])
+    at = number * line_hz + side * sideband_hz
+    snr = np.where(record.masked(at), 0.0, record.power_at(at) / power)
+    present = (side == 0) & (snr > 0) | (side != 0) & (snr > SIDEBAND_SNR)
+    if not np.any(present):
+        present[0] = True
+    return _Components(number=number, side=side, noise_power=power, snr=snr).selected(present)
+
+
+def _spacing_without_lines(record: Periodogram, line_hz: float, components: _Components, spacing_hz: float) -> float:
     """The spacing fitted again, with the lines themselves subtracted from the record.
 
     A line many times as strong as its sidebands lies only some tens of bins from them: without a window its side lobes
@@ -115,13 +112,7 @@ def _spacing_without_lines(record: Periodogram, line_hz: float, components: Comp
     return spacing_hz + float(_maximise(phasors, sidebands, sidebands.side[:, None])[0])
 
 
-def _directions(components: Components) -> FloatArray:
-    """How each component moves with the line and the spacing, [c, 1 or 2]."""
-    columns = (components.number, components.side)[: 2 if components.has_sidebands else 1]
-    return np.column_stack(columns)
-
-
-def _maximise(phasors: Phasors, components: Components, directions: FloatArray) -> FloatArray:
+def _maximise(phasors: Phasors, components: _Components, directions: FloatArray) -> FloatArray:
     """Newton steps on the weighted sum of powers: the shifts along `directions` [c, 1 or 2] in Hz, [1 or 2]."""
     # Components that rise little above the noise carry little information: weight by the line's share of the power.
     weight = np.maximum(components.snr - 1, 0.05) / np.maximum(components.snr, 1.05) / components.noise_power
@@ -131,15 +122,11 @@ def _maximise(phasors: Phasors, components: Components, directions: FloatArray) 
         slope, curvature = _derivatives(phasors, directions @ shift)
         gradient = directions.T @ (weight * slope)
         hessian = directions.T @ ((weight * curvature)[:, None] * directions)
-        shift = shift + np.clip(_step(gradient, hessian, longest), -longest, longest)
+        # Newton's step to the maximum; where the sum is not yet concave, the longest allowed step uphill.
+        concave = np.all(np.linalg.eigvalsh(hessian) < 0)
+        step = -np.linalg.solve(hessian, gradient) if concave else np.sign(gradient) * longest
+        shift = shift + np.clip(step, -longest, longest)
     return shift
-
-
-def _step(gradient: FloatArray, hessian: FloatArray, longest: FloatArray) -> FloatArray:
-    """Newton's step to the maximum; where the sum is not yet concave, the longest allowed step uphill."""
-    if np.all(np.linalg.eigvalsh(hessian) < 0):
-        return np.asarray(-np.linalg.solve(hessian, gradient), dtype=np.float64)
-    return np.sign(gradient) * longest
 
 
 def _derivatives(phasors: Phasors, by_hz: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -154,9 +141,9 @@ def _derivatives(phasors: Phasors, by_hz: FloatArray) -> tuple[FloatArray, Float
     return slope, curvature
 
 
-def _cramer_rao_hz(components: Components, seconds: float) -> list[float]:
+def _cramer_rao_hz(components: _Components, seconds: float) -> list[float]:
     """Standard errors of line and spacing from noise alone [Hz], 1 or 2."""
-    directions = _directions(components)
+    directions = components.directions
     information = directions.T @ (np.maximum(components.snr - 1, 0)[:, None] * directions)
     information += np.eye(information.shape[0]) * 1e-12
     return [frequency_error_hz(1 / float(variance), seconds) for variance in np.diag(np.linalg.inv(information))]

@@ -8,7 +8,8 @@ import scipy.fft
 
 from srbval.arrays import ComplexArray, FloatArray
 from srbval.errors import ConfigurationError
-from srbval.signal.bandpass import END_S
+from srbval.signal.conditioning import END_S
+from srbval.signal.spectrum import kurtosis
 
 # The highest edge, as a share of the Nyquist frequency: a band must lie below it.
 _TOP = 0.99
@@ -64,14 +65,16 @@ def kurtogram(samples: FloatArray, fs_hz: float, *, least_width_hz: float) -> Ku
         for number in range(1, part):
             band = (number * width, min((number + 1) * width, _TOP * nyquist))
             bands.append(band)
-            found.append(_kurtosis(lines, fs_hz / length, band, samples.size / fs_hz))
+            found.append(_excess(lines, fs_hz / length, band, samples.size / fs_hz))
             level.append(np.log2(nyquist / width))
-    kurtosis, independent = np.array(found).T
-    scatter = np.sqrt(8 / 3 / independent)
-    return Kurtogram(band_hz=np.array(bands), kurtosis=kurtosis, level=np.array(level), scatter=scatter)
+    excess, independent = np.array(found).T
+    return Kurtogram(
+        band_hz=np.array(bands), kurtosis=np.nan_to_num(excess, nan=-1.0), level=np.array(level),
+        scatter=np.sqrt(8 / 3 / independent),
+    )  # fmt: skip
 
 
-def _kurtosis(lines: ComplexArray, bin_hz: float, band_hz: tuple[float, float], seconds: float) -> tuple[float, int]:
+def _excess(lines: ComplexArray, bin_hz: float, band_hz: tuple[float, float], seconds: float) -> tuple[float, int]:
     """Kurtosis of the complex envelope of one band less 2, the Gaussian's, and its number of independent samples."""
     inside = lines[math.ceil(band_hz[0] / bin_hz) : math.floor(band_hz[1] / bin_hz)]
     # Twice as many samples as are independent, so that the square is sampled without aliases.
@@ -84,6 +87,4 @@ def _kurtosis(lines: ComplexArray, bin_hz: float, band_hz: tuple[float, float], 
             f"kurtogram: {seconds:.3g} s hold too few samples of a band of {band_hz[1] - band_hz[0]:.4g} Hz; use a "
             "longer record or wider bands."
         )
-    power = envelope.real**2 + envelope.imag**2
-    mean = float(power.mean())
-    return (float(np.mean(power * power)) / mean**2 - 2 if mean else -1.0), envelope.size // 2
+    return kurtosis(envelope) - 2, envelope.size // 2

@@ -32,7 +32,7 @@ COVERAGE = 0.95
 
 @dataclass(frozen=True, kw_only=True)
 class Posterior:
-    """Mean shift of the line [Hz], half width of its 95 % credible interval [Hz], and mean relative jitter.
+    """Mean shift of the line and half width of its 95 % credible interval [Hz].
 
     `steady` is the probability that nothing slips. As a confidence interval `credible_hz` is too wide where nothing
     slips and too narrow where little does (`interval.weak_factor`): the amplitudes are point estimates, and slip can
@@ -41,7 +41,6 @@ class Posterior:
 
     shift_hz: float
     credible_hz: float
-    jitter: float
     steady: float
 
 
@@ -179,7 +178,4 @@ def _mixture(tables: list[tuple[FloatArray, FloatArray]]) -> Posterior:
     distance = np.abs(shift - mean)
     order = np.argsort(distance)
     half = float(distance[order][np.searchsorted(np.cumsum(density[order]), COVERAGE)])
-    weight /= weight.sum()
-    return Posterior(
-        shift_hz=mean, credible_hz=half, jitter=float(weight[1:] @ JITTERS), steady=float(weight[0])
-    )  # fmt: skip
+    return Posterior(shift_hz=mean, credible_hz=half, steady=float(weight[0] / weight.sum()))

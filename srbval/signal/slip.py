@@ -6,22 +6,27 @@ the ratio has to be estimated from the phase's residuals about a straight line. 
 quarter, an eighth, a sixteenth, ... of what the slope carries), so that slip as large as the noise cannot be
 distinguished from none by any method. The half width is therefore a tabulated multiple of the spread that the
 residuals suggest, chosen so that the interval covers as close to 95 % as possible for every ratio; see `interval`.
+
+A slipping line loses its phase over the record, and in noise the phase of a block may be wrong by a turn. So the whole
+path is found at once by dynamic programming (Viterbi 1967, IEEE Trans. Inf. Theory 13, 260): the log likelihood of each
+block's phase from all harmonics, less the cost of each step of the random walk; then it is refined about itself.
 """
 
 from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
+from numpy.typing import NDArray
 
 from srbval.arrays import ComplexArray, FloatArray
 from srbval.signal.interval import NORMAL_95, frequency_error_hz, half_width, walk_share, weak_factor
+from srbval.signal.periodogram import Phasors
 from srbval.signal.phase_posterior import posterior
-from srbval.signal.phase_track import PhaseTrack, refine, viterbi_path
-from srbval.signal.phasors import Phasors
 
 # Numbers of blocks that the record may be cut into; the largest that noise and sidebands allow is used.
 BLOCK_NUMBERS = (96, 48, 32, 24, 16, 12, 8, 6, 5)
@@ -46,46 +51,35 @@ TEMPER = 0.5
 STRAIGHT_MARGIN = 8.0
 # Least noise power in a bin, relative to the line's power.
 LEAST_NOISE = 1e-12
-_ROUNDS = 4
-
-
-@dataclass(frozen=True, kw_only=True)
-class SlipEstimate:
-    """The mean frequency lies `shift_hz` from that of the demodulation, with 95 % half width `ci95_hz`.
-
-    `walk_rad2_s` is the estimated random walk of the fundamental's phase [rad2/s].
-    """
-
-    shift_hz: float
-    ci95_hz: float
-    walk_rad2_s: float
+# Phases of the fundamental tried for each block; the fifth harmonic still has 19 per turn.
+PHASES = 96
+_ROUNDS, _PASSES = 4, 4
 
 
 def track_slip(
     phasors: Phasors, number: FloatArray, noise_power: FloatArray, *, line_hz: float, shortest_block_s: float = 0.0
-) -> SlipEstimate | None:
-    """Mean frequency of a line that may slip, from its phase block by block; None if it is too weak.
+) -> tuple[float, float] | None:
+    """How far the mean frequency of a line that may slip lies from `line_hz`, and its 95 % half width [Hz].
 
-    Component c of `phasors` moves with `number[c]` times the line's fundamental `line_hz`; `noise_power[c]` is its
-    mean noise power in a bin of the whole record. Blocks shorter than `shortest_block_s` would mix the line with its
-    sidebands. A steady drift of the speed is taken as slip.
+    From the line's phase, block by block; None if it is too weak. Component c of `phasors` moves with `number[c]` times
+    the line's fundamental; `noise_power[c]` is its mean noise power in a bin of the whole record. Blocks shorter than
+    `shortest_block_s` would mix the line with its sidebands. A steady drift of the speed is taken as slip.
     """
     # Without any noise there is nothing to compare a random walk with.
     noise_power = np.maximum(noise_power, LEAST_NOISE * float(np.max(phasors.power())))
     if float(np.max(phasors.power() / noise_power)) < LEAST_SNR:
         return None
-    allowed = _block_numbers(phasors, shortest_block_s)
     weak = weak_sums(phasors, number, noise_power, shortest_block_s=shortest_block_s)
     if weak is not None:
-        return _weak_estimate(weak, number, line_hz, phasors.seconds / weak.shape[1])
-    for blocks in allowed:
-        sums = phasors.in_blocks(blocks) * np.sqrt(blocks / noise_power)[:, None]
-        snr = np.mean(np.abs(sums) ** 2, axis=1) - 1
-        if float(snr.max()) < BLOCK_SNR:
-            continue
-        block_s = phasors.seconds / blocks
-        walk = (2 * math.pi * LARGEST_JITTER) ** 2 * line_hz * block_s
-        return _strong_estimate(sums, number, walk, block_s)
+        block_s = phasors.seconds / weak.shape[1]
+        found = posterior(weak, number, line_hz=line_hz, block_s=block_s)
+        wide = found.credible_hz / (NORMAL_95 * noise_error_hz(weak, number, block_s))
+        return found.shift_hz, weak_factor(found.steady, wide) * found.credible_hz
+    for sums, snr in _in_blocks(phasors, noise_power, shortest_block_s):
+        if float(snr.max()) >= BLOCK_SNR:
+            block_s = phasors.seconds / sums.shape[1]
+            walk = (2 * math.pi * LARGEST_JITTER) ** 2 * line_hz * block_s
+            return _strong_estimate(sums, number, walk, block_s)
     return None
 
 
@@ -93,17 +87,19 @@ def weak_sums(
     phasors: Phasors, number: FloatArray, noise_power: FloatArray, *, shortest_block_s: float = 0.0
 ) -> ComplexArray | None:
     """Sums [c, blocks], in units of their noise, of a line too weak for its phase to be tracked; None if strong."""
-    for blocks in _block_numbers(phasors, shortest_block_s):
-        if blocks <= WEAK_BLOCKS:
-            sums = phasors.in_blocks(blocks) * np.sqrt(blocks / noise_power)[:, None]
-            snr = np.mean(np.abs(sums) ** 2, axis=1) - 1
-            return sums if float(number**2 @ np.maximum(snr, 0)) * blocks < WEAK_INFORMATION else None
+    for sums, snr in _in_blocks(phasors, noise_power, shortest_block_s, most=WEAK_BLOCKS):
+        return sums if float(number**2 @ np.maximum(snr, 0)) * sums.shape[1] < WEAK_INFORMATION else None
     return None
 
 
-def _block_numbers(phasors: Phasors, shortest_block_s: float) -> list[int]:
-    """Numbers of blocks the record may be cut into, the largest first."""
-    return [n for n in BLOCK_NUMBERS if phasors.seconds >= n * shortest_block_s and n <= phasors.sums.shape[1]]
+def _in_blocks(
+    phasors: Phasors, noise_power: FloatArray, shortest_block_s: float, most: int = BLOCK_NUMBERS[0]
+) -> Iterator[tuple[ComplexArray, FloatArray]]:
+    """Sums [c, blocks] in units of their noise, and mean power over noise [c], for numbers of blocks allowed."""
+    for blocks in BLOCK_NUMBERS:
+        if blocks <= min(most, phasors.sums.shape[1]) and phasors.seconds >= blocks * shortest_block_s:
+            sums = phasors.in_blocks(blocks) * np.sqrt(blocks / noise_power)[:, None]
+            yield sums, np.mean(np.abs(sums) ** 2, axis=1) - 1
 
 
 def noise_error_hz(sums: ComplexArray, number: FloatArray, block_s: float) -> float:
@@ -113,82 +109,59 @@ def noise_error_hz(sums: ComplexArray, number: FloatArray, block_s: float) -> fl
     return frequency_error_hz(max(float(number**2 @ np.maximum(snr, 0)), 1.0), blocks * block_s)
 
 
-def _weak_estimate(sums: ComplexArray, number: FloatArray, line_hz: float, block_s: float) -> SlipEstimate:
-    frequency = posterior(sums, number, line_hz=line_hz, block_s=block_s)
-    wide = frequency.credible_hz / (NORMAL_95 * noise_error_hz(sums, number, block_s))
-    return SlipEstimate(
-        shift_hz=frequency.shift_hz, ci95_hz=weak_factor(frequency.steady, wide) * frequency.credible_hz,
-        walk_rad2_s=(2 * math.pi * frequency.jitter) ** 2 * line_hz,
-    )  # fmt: skip
-
-
-def _strong_estimate(sums: ComplexArray, number: FloatArray, step_rad2: float, block_s: float) -> SlipEstimate:
+def _strong_estimate(sums: ComplexArray, number: FloatArray, step_rad2: float, block_s: float) -> tuple[float, float]:
     """Mean over tracks started from a straight line and from larger and smaller steps, weighted by their evidence.
 
     Where several fit the record about equally well, their differences widen the interval.
     """
-    modes = modes_of(sums.shape[1])
-    starts = [np.zeros(sums.shape[1]), *(viterbi_path(sums, number, step_rad2 * share) for share in STEP_SHARES)]
-    tracks = [_converged(sums, number, start, modes) for start in starts]
-    strongest = max(float(np.max(np.mean(np.abs(sums) ** 2, axis=1) - 1)) * sums.shape[1], 1.0)
-    log_evidence = np.array([t.log_evidence for t in tracks])
+    starts = [np.zeros(sums.shape[1]), *(_viterbi_path(sums, number, step_rad2 * share) for share in STEP_SHARES)]
+    log_evidence, slope, half = np.array([_track(sums, number, start) for start in starts]).T
     log_evidence[0] += STRAIGHT_MARGIN
     weight = np.exp(TEMPER * (log_evidence - log_evidence.max()))
     if weight[0] == 1:
         weight = np.eye(1, weight.size)[0]
     weight /= weight.sum()
-    slope, half, walk = (np.array(column) for column in zip(*(t.slope(modes, strongest) for t in tracks), strict=True))
     mean = float(weight @ slope)
     spread = float(weight @ (half**2 + (NORMAL_95 * (slope - mean)) ** 2))
     rad_per_hz = 2 * math.pi * block_s
-    return SlipEstimate(
-        shift_hz=mean / rad_per_hz, ci95_hz=math.sqrt(spread) / rad_per_hz, walk_rad2_s=float(weight @ walk) / block_s
-    )  # fmt: skip
+    return mean / rad_per_hz, math.sqrt(spread) / rad_per_hz
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _ConvergedTrack:
-    """A phase track refined about itself, with its residuals, the weights of `RATIOS` and its log evidence."""
+def _track(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> tuple[float, float, float]:
+    """Log evidence, phase per block and its 95 % half width [rad] of the track that `path_rad` [blocks] leads to.
 
-    phases: PhaseTrack
-    residual: FloatArray
-    weight: FloatArray
-    log_evidence: float
-
-    def slope(self, modes: Modes, snr: float) -> tuple[float, float, float]:
-        """Phase per block, its 95 % half width [rad], and the variance of the walk's step [rad2]."""
-        weight, noise = self.weight, self.phases.variance_rad2
-        log_spread = float(weight @ np.log1p(RATIOS))
-        # The frequency of highest power needs no correction while no walk shows, and is then better for weak lines.
-        correction = modes.carried(weight) @ self.residual
-        mean = float(modes.slope @ self.phases.phase_rad - correction) * walk_share(log_spread)
-        half = math.sqrt(noise * modes.slope_variance) * half_width(log_spread, len(modes.slope), snr)
-        return mean, half, float(weight @ RATIOS) * noise * modes.walk_over_noise
-
-
-def _converged(sums: ComplexArray, number: FloatArray, path: FloatArray, modes: Modes) -> _ConvergedTrack:
+    The path is refined about itself; its log evidence is over that of no line.
+    """
+    blocks = sums.shape[1]
+    modes = modes_of(blocks)
     for _ in range(_ROUNDS):
-        phases = refine(sums, number, path)
-        residual = modes.contrasts @ phases.phase_rad
-        phases, weight, log_likelihood = _with_excess(phases, residual, modes)
-        path = phases.phase_rad - modes.contrasts.T @ (modes.noise_share(weight) * residual)
-    log_evidence = phases.log_likelihood(sums, number) + log_likelihood
-    return _ConvergedTrack(phases=phases, residual=residual, weight=weight, log_evidence=log_evidence)
+        amplitude = _amplitudes(sums, number, path_rad)
+        phase, variance = _refined(sums, number, path_rad, amplitude)
+        residual = modes.contrasts @ phase
+        excess, weight, log_likelihood = _excess_noise(residual, variance, modes.share)
+        path_rad = phase - modes.contrasts.T @ (modes.noise_share(weight) * residual)
+    aligned = np.conj(amplitude)[:, None] * sums * np.exp(-1j * np.outer(number, phase))
+    log_evidence = float(2 * aligned.real.sum() - blocks * np.sum(np.abs(amplitude) ** 2)) + log_likelihood
+    log_spread = float(weight @ np.log1p(RATIOS))
+    # The frequency of highest power needs no correction while no walk shows, and is then better for weak lines.
+    slope = float(modes.slope @ phase - modes.carried(weight) @ residual) * walk_share(log_spread)
+    strongest = max(float(np.max(np.mean(np.abs(sums) ** 2, axis=1) - 1)) * blocks, 1.0)
+    error = math.sqrt(excess * variance * modes.slope_variance)
+    return log_evidence, slope, error * half_width(log_spread, blocks, strongest)
 
 
-def _with_excess(phases: PhaseTrack, residual: FloatArray, modes: Modes) -> tuple[PhaseTrack, FloatArray, float]:
-    """The phases with the variance that their residuals show, where that clearly exceeds the neighbourhood's noise.
+def _excess_noise(residual: FloatArray, variance: float, share: FloatArray) -> tuple[float, FloatArray, float]:
+    """Noise over that of the neighbourhood where residuals clearly show more, with weight and likelihood (`weigh`).
 
     Noise may be higher at a line than next to it, where skirts and sidebands leak into the blocks. It scatters phases
     independently, and must not be taken for a random walk.
     """
     tried = []
     for excess in EXCESSES:
-        weight, log_likelihood = weigh(residual / math.sqrt(excess * phases.variance_rad2), modes.share)
-        tried.append((log_likelihood - residual.size * math.log(excess) / 2, excess, weight))
-    stated, best = tried[0], max(tried, key=lambda one: one[0])
-    log_likelihood, excess, weight = best if best[0] - stated[0] > EXCESS_MARGIN else stated
-    return replace(phases, variance_rad2=excess * phases.variance_rad2), weight, log_likelihood
+        weight, log_likelihood = weigh(residual / math.sqrt(excess * variance), share)
+        tried.append((excess, weight, log_likelihood - residual.size * math.log(excess) / 2))
+    best = max(tried, key=lambda one: one[2])
+    return best if best[2] - tried[0][2] > EXCESS_MARGIN else tried[0]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -243,3 +216,64 @@ def modes_of(count: int) -> Modes:
         with_slope=contrasts @ walk @ slope * per_ratio, slope=slope,
         slope_variance=noise_variance, walk_over_noise=per_ratio,
     )  # fmt: skip
+
+
+def _viterbi_path(sums: ComplexArray, number: FloatArray, step_rad2: float) -> FloatArray:
+    """The most likely path of the fundamental's phase [rad], [blocks], started from its clearest harmonic.
+
+    `sums` [c, blocks] are in units of their noise; steps from block to block have variance `step_rad2` at most.
+    """
+    grid = np.arange(PHASES) * (2 * math.pi / PHASES)
+    rotation = np.exp(-1j * np.outer(number, grid))
+    step = np.abs(grid[:, None] - grid)
+    cost = np.minimum(step, 2 * math.pi - step) ** 2 / (2 * step_rad2)
+    power = np.maximum(np.mean(np.abs(sums) ** 2, axis=1) - 1, 0)
+    amplitude = np.where(np.arange(number.size) == np.argmax(power / number), np.sqrt(power), 0).astype(complex)
+    path: FloatArray = np.zeros(sums.shape[1])
+    for _ in range(_PASSES):
+        likelihood = 2 * ((np.conj(amplitude)[:, None] * sums).T @ rotation).real
+        before, path = path, np.asarray(grid[_best_path(likelihood, cost)], dtype=np.float64)
+        if np.array_equal(path, before):  # and so would every further pass
+            break
+        amplitude = _amplitudes(sums, number, path)
+    return np.unwrap(path)
+
+
+def _refined(
+    sums: ComplexArray, number: FloatArray, path_rad: FloatArray, amplitude: ComplexArray
+) -> tuple[FloatArray, float]:
+    """Each block's phase [rad], to first order about the path `path_rad` [blocks], and the variance of each [rad2]."""
+    rotation = np.exp(-1j * np.outer(number, path_rad))
+    parts = number**2 * np.abs(amplitude) ** 2
+    # No less than what noise alone would show.
+    least = float(np.min(number**2)) / sums.shape[1]
+    used = max(float(parts.sum()), least)
+    # Harmonics that are only noise are clipped at zero where they fall below it, but not where they exceed it.
+    raw = number**2 * (np.abs(np.mean(sums * rotation, axis=1)) ** 2)
+    information = max(float(np.sum(raw - number**2 / sums.shape[1])), float(parts.max()), used / 10, least)
+    aligned = np.conj(amplitude)[:, None] * sums * rotation
+    return path_rad + (number @ aligned.imag) / used, 1 / (2 * information)
+
+
+def _amplitudes(sums: ComplexArray, number: FloatArray, path_rad: FloatArray) -> ComplexArray:
+    """Complex amplitude of each harmonic along a path, less what noise alone would show, [c]."""
+    mean = np.mean(sums * np.exp(-1j * np.outer(number, path_rad)), axis=1)
+    power = np.abs(mean) ** 2
+    share = np.maximum(power - 1 / sums.shape[1], 0) / np.maximum(power, np.finfo(float).tiny)
+    return np.asarray(mean * np.sqrt(share), dtype=np.complex128)
+
+
+def _best_path(log_likelihood: FloatArray, cost: FloatArray) -> NDArray[np.int64]:
+    """Indices [blocks] of the path of highest likelihood [blocks, grid] less the cost of its steps [grid, grid]."""
+    previous = np.zeros(log_likelihood.shape, dtype=np.int64)
+    total = log_likelihood[0]
+    columns = np.arange(total.size)
+    for block in range(1, log_likelihood.shape[0]):
+        reached = total - cost
+        previous[block] = np.argmax(reached, axis=1)
+        total = reached[columns, previous[block]] + log_likelihood[block]
+    path = np.empty(log_likelihood.shape[0], dtype=np.int64)
+    path[-1] = np.argmax(total)
+    for block in range(log_likelihood.shape[0] - 1, 0, -1):
+        path[block - 1] = previous[block, path[block]]
+    return path

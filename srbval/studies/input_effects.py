@@ -20,10 +20,18 @@ import numpy as np
 from srbval.arrays import FloatArray, IntArray
 from srbval.bearing import DEFECTS, load_bearing
 from srbval.comparison.budget import STUDY
-from srbval.comparison.compared_quantities import COMPARED, own_effects
-from srbval.comparison.counterpart import DETAIL_HZ, TURNS, AnalysedRun, analyse_run, converged, starts, with_points
+from srbval.comparison.compared_quantities import COMPARED
+from srbval.comparison.counterpart import (
+    DETAIL_HZ,
+    TURNS,
+    AnalysedRun,
+    SimulationCase,
+    analyse_run,
+    converged,
+    starts,
+    with_points,
+)
 from srbval.comparison.effects import DefectEffects, QuantityEffects, Sensitivity
-from srbval.comparison.simulation_cases import SimulationCase
 from srbval.comparison.spectrum_shape import halves_of
 from srbval.comparison.speed_and_slip import published_speeds
 from srbval.errors import ConfigurationError, NumericsError, SrbvalError
@@ -34,7 +42,7 @@ from srbval.signal import NORMAL_95
 from srbval.studies.emulator import Emulator, fit_emulator
 from srbval.studies.open_inputs import OpenInput, drawn, open_inputs
 
-UNITS = {row.name_of(fault): row.unit for fault in DEFECTS for row in COMPARED if row.effects is own_effects}
+UNITS = {row.name_of(fault): row.unit for fault in DEFECTS for row in COMPARED if row.margin is not None}
 NOMINAL_RPM = 877.0  # the rig's speed that recordings of both faults are open for
 Values = Mapping[str, float]  # of the compared quantities, by name
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.diagnosis.fault_naming import known_features
+from srbval.diagnosis.diagnose import known_features
 from srbval.diagnosis.fault_posterior import (
     CLASSES,
     OTHER,

@@ -12,36 +12,24 @@ LIMIT = TOLERANCE.limit_pct
 RATIO = 0.431  # of a cage over its shaft
 
 
-def compared(error_pct, u_pct, fault=Fault.OUTER):
+def compared(error_pct, u_pct):
     return Comparison(
-        kind="cage ratio", fault=fault, quantity="cage ratio", unit="1", error_unit="%", record="r",
+        kind="cage ratio", state=Fault.OUTER, quantity="cage ratio", unit="1", error_unit="%", record="r",
         model=QuantityValue(value=RATIO * (1 + error_pct / 100)), rig=QuantityValue(value=RATIO),
         error=error_pct, parts={RIG_READING: 0.0, INPUTS: u_pct}, margin=LIMIT,
     )  # fmt: skip
 
 
-def scanned(*rows, defect="outer", scene="paper"):
-    """A stored scan: name, errors and answers of each row."""
-    return {"rows": [
-        {"scene": scene, "defect": defect, "kind": "input", "name": name, "errors_pct": errors, "answers": answers}
-        for name, errors, answers in rows
-    ]}  # fmt: skip
-
-
 @pytest.mark.parametrize(
-    ("error_pct", "u_pct", "answer"),
+    ("error", "u", "answer"),
     [
-        (0.5 * LIMIT, 0.4 * LIMIT, Answer.MET),
-        (-0.5 * LIMIT, 0.4 * LIMIT, Answer.MET),
-        (0.5 * LIMIT, 0.6 * LIMIT, Answer.NOT_RESOLVED),
-        (1.5 * LIMIT, 2.0 * LIMIT, Answer.NOT_RESOLVED),
-        (-1.5 * LIMIT, 0.6 * LIMIT, Answer.NOT_RESOLVED),
-        (-1.5 * LIMIT, 0.4 * LIMIT, Answer.MISSED),
-        (0.5 * LIMIT, None, Answer.NOT_RESOLVED),
+        (0.5, 0.4, Answer.MET), (-0.5, 0.4, Answer.MET), (0.5, 0.6, Answer.NOT_RESOLVED),
+        (1.5, 2.0, Answer.NOT_RESOLVED), (-1.5, 0.6, Answer.NOT_RESOLVED), (-1.5, 0.4, Answer.MISSED),
+        (0.5, None, Answer.NOT_RESOLVED),
     ],
-)
-def test_only_a_whole_interval_on_one_side_answers(error_pct, u_pct, answer):
-    assert TOLERANCE.answer(error_pct, u_pct) is answer
+)  # fmt: skip
+def test_only_a_whole_interval_on_one_side_answers(error, u, answer):
+    assert TOLERANCE.answer(error * LIMIT, None if u is None else u * LIMIT) is answer
 
 
 def test_one_record_that_misses_is_enough_and_all_must_meet():
@@ -53,30 +41,28 @@ def test_one_record_that_misses_is_enough_and_all_must_meet():
         found = headline([compared(*pair) for pair in pairs], None, None)
         assert found.answer is answer
         assert found.holds is (answer is not Answer.MISSED)
-
-
-def test_what_no_error_exceeds_counts_the_interval():
-    rows = [compared(-0.2, 0.3), compared(0.1, 0.35)]
-    assert headline(rows, None, None).within_pct == pytest.approx(0.5)
+    assert headline([compared(-0.2, 0.3), compared(0.1, 0.35)], None, None).within_pct == pytest.approx(0.5)
     assert headline([], None, None).within_pct is None
 
 
 def test_an_input_that_turns_the_answer_leaves_it_unresolved_and_is_named():
-    row = compared(3 * LIMIT, LIMIT)
-    steady = ("load", [0.29, 0.31], ["missed", "missed"])
-    nominal = ("", [0.3], ["missed"])
-    turning = ("traction", [0.05, 0.3], ["met", "missed"])
-    (kept,) = headline([row], None, scanned(nominal, steady)).errors
+    def found(*scanned, defect="outer"):
+        names = ("name", "errors_pct", "answers")
+        about = {"scene": "paper", "defect": defect, "kind": "input"}
+        stored = {"rows": [about | dict(zip(names, row, strict=True)) for row in scanned]}
+        return headline([compared(3 * LIMIT, LIMIT)], None, stored).errors[0]
+
+    nominal, steady = ("", [0.3], ["missed"]), ("load", [0.29, 0.31], ["missed", "missed"])
+    turning, blurred = ("traction", [0.05, 0.3], ["met", "missed"]), ("reading", [0.2], ["not resolved"])
+    kept = found(nominal, steady)
     assert (kept.answer, kept.turned_by, kept.scanned_pct) == (Answer.MISSED, (), (0.29, 0.31))
-    (open_one,) = headline([row], None, scanned(nominal, steady, turning)).errors
-    assert (open_one.answer, open_one.turned_by) == (Answer.NOT_RESOLVED, ("traction",))
-    assert open_one.reversed_by == ("traction",)
-    blurred = ("reading", [0.2], ["not resolved"])
-    (vague,) = headline([row], None, scanned(nominal, blurred)).errors
+    opened = found(nominal, steady, turning)
+    assert (opened.answer, opened.turned_by, opened.reversed_by) == (
+        Answer.NOT_RESOLVED, ("traction",), ("traction",)
+    )  # fmt: skip
+    vague = found(nominal, blurred)
     assert (vague.answer, vague.turned_by, vague.reversed_by) == (Answer.NOT_RESOLVED, ("reading",), ())
-    assert open_one.scanned_pct == (0.05, 0.31)
-    (other,) = headline([row], None, scanned(nominal, turning, defect="inner")).errors
-    assert other.turned_by == ()  # another record's scan says nothing of this one
+    assert found(nominal, turning, defect="inner").turned_by == ()  # another record's scan says nothing of this one
 
 
 @pytest.mark.parametrize(("kind", "factor"), [("outer", 1.0), ("inner", (1 - RATIO) / RATIO)])

@@ -1,4 +1,4 @@
-"""The validation matrix and the check on other rigs: what is there is judged, what is not stays empty."""
+"""The validation matrix: what is there is judged, what is not stays empty."""
 
 from __future__ import annotations
 
@@ -11,34 +11,20 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.io import savemat
-from srbval.report.findings.stored import ShownResult
 
 from srbval.bearing import Fault, load_bearing
-from srbval.comparison.bias import biases, pairs
-from srbval.comparison.compared_quantities import (
-    CAGE_RATIO,
-    HARMONIC,
-    KINDS,
-    PRESENCE,
-    ROLLER_LINE,
-    SHAPE,
-    values_of_model,
-)
+from srbval.comparison.bias import biases
+from srbval.comparison.compared_quantities import CAGE_RATIO, HARMONIC, PRESENCE, SHAPE, values_of_model
 from srbval.comparison.counterpart import AnalysedRun
-from srbval.comparison.effects import NO_SENSITIVITY, DefectEffects, QuantityEffects, Sensitivity
-from srbval.comparison.matrix import BASELINE, NOT_DETECTED, Matrix, build_matrix
-from srbval.comparison.other_rigs import read_other_rigs
-from srbval.diagnosis.fault_call import Basis
+from srbval.comparison.effects import DefectEffects, QuantityEffects, Sensitivity
+from srbval.comparison.matrix import BASELINE, NOT_DETECTED, Matrix, MatrixCell, build_matrix
+from srbval.diagnosis.baseline_comparison import Basis
 from srbval.reading.analyse import Analysis, analyse
-from srbval.reading.lines import RACE_LINES
 from srbval.recordings import Origin, SpeedSource
-from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import add, rig_recordings
 from srbval.recordings.synthetic_record import vibration
-from srbval.report.blocks import Figure, FigureGrid, Paragraph
+from srbval.report.blocks import Figure, FigureGrid
 from srbval.report.sections.matrix import matrix_section
-from srbval.report.sections.other_rigs import other_rigs_section
 from tests.recordings import files
 
 LINE_PCT = 0.06  # the interval of a line read from two seconds of the impulse model
@@ -91,7 +77,6 @@ def known(defect: str, line: str) -> DefectEffects:
     )  # fmt: skip
 
 
-NO_RATES = {"record_verdicts": SimpleNamespace(content=None)}
 KNOWN = Sensitivity(defects=(known("outer", "BPFO"), known("inner", "BPFI")))
 
 
@@ -100,30 +85,34 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("rig")
     for code in CODES:
         rig_file(folder, code)
-    savemat(folder / "105_IR007_0_12kDE.mat", {"X105_DE_time": files.vibration(36000)[:, None], "X105RPM": 1797})
     return folder
 
 
 def made(folder: Path, counterpart: Any = another_impulse_model, **options: Any) -> Matrix:
     add(folder)
-    return build_matrix(
-        rig_recordings(), bearing=BEARING, counterpart=counterpart, sensitivity=KNOWN, jobs=1, **options
-    )
+    settings = {"sensitivity": KNOWN, "jobs": 2} | options
+    return build_matrix(rig_recordings(), bearing=BEARING, counterpart=counterpart, **settings)
 
 
-def test_cells_hold_what_was_measured_and_the_rest_is_empty(folder: Path) -> None:
-    matrix = made(folder)
+@pytest.fixture(scope="module")
+def matrix(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Matrix:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
+        return made(folder)
+
+
+def cell_of(matrix: Matrix, state: Fault) -> MatrixCell:
+    return next(cell for cell in matrix.cells if cell.state is state)
+
+
+def test_cells_hold_what_was_measured_and_the_rest_is_empty(matrix: Matrix) -> None:
     assert matrix.size == 160
-    assert {(c.state, c.nominal_rpm, c.radial_kn) for c in matrix.cells} == {(s, 877.0, 124.8) for s in CODES.values()}
-    assert matrix.at((Fault.OUTER, 124.8, 0.0, 353.0)) is None
-    outer = matrix.at((Fault.OUTER, 124.8, 0.0, 877.0))
-    assert outer is not None
+    assert {c.point for c in matrix.cells} == {(s, 124.8, 0.0, 877.0) for s in CODES.values()}
+    outer, inner = (cell_of(matrix, state) for state in (Fault.OUTER, Fault.INNER))
     assert outer.line.detected
     assert outer.speed.source is SpeedSource.TACHOMETER
     assert outer.model_hz == pytest.approx(19 * CAGE * outer.shaft_rpm / 60)
     assert outer.error_pct == pytest.approx(100 * (outer.model_hz / outer.line.found_hz - 1))
-    inner = matrix.at((Fault.INNER, 124.8, 0.0, 877.0))
-    assert inner is not None
     read = 1 - inner.line.found_hz / 19 / inner.speed.value_hz
     assert inner.error_pct == pytest.approx(100 * (CAGE / read - 1))  # not of the line, whose sign is the other
     assert outer.uncertainty_pct is not None
@@ -131,107 +120,86 @@ def test_cells_hold_what_was_measured_and_the_rest_is_empty(folder: Path) -> Non
     assert abs(outer.line.deviation_pct or 9) < 0.3
 
 
-def test_a_registered_record_is_a_comparison_of_every_quantity(folder: Path, tmp_path: Path) -> None:
-    """Nothing but files that are registered: each adds its cell, and its pairs to every kind of quantity."""
-    before = made(folder)
+def test_a_registered_record_is_a_comparison_of_every_quantity(matrix: Matrix, folder: Path, tmp_path: Path) -> None:
+    """Nothing but files that are registered: each adds its cell, and its rows to every kind of quantity."""
+    add(folder)
     for code in ("H", "IR", "OR"):
         rig_file(tmp_path, code, rpm=727, shaft_rpm=709.0)
     after = made(tmp_path)
-    new = [c for c in after.cells if c not in before.cells and c.nominal_rpm == 727.0]
-    assert {c.state for c in new} == set(CODES.values())
-    kinds = {c.state: {row.kind for row in c.comparisons} for c in new}
-    of_races = {kind.name for kind in KINDS} - {ROLLER_LINE.name}
-    assert kinds[Fault.INNER] <= of_races
-    assert kinds[Fault.INNER] >= {CAGE_RATIO.name, HARMONIC[2].name, PRESENCE.name, SHAPE.name}
-    assert kinds[Fault.OUTER] >= {CAGE_RATIO.name, HARMONIC[2].name, SHAPE.name}
-    assert kinds[Fault.OUTER] <= {CAGE_RATIO.name, SHAPE.name, *(kind.name for kind in HARMONIC.values())}
+    kinds = {c.state: {row.kind for row in c.comparisons} for c in after.cells if c.nominal_rpm == 727.0}
+    levels = {row.kind for row in HARMONIC.values()}
+    assert {CAGE_RATIO.kind, HARMONIC[2].kind, PRESENCE.kind, SHAPE.kind} <= kinds[Fault.INNER]
+    assert {CAGE_RATIO.kind, HARMONIC[2].kind, SHAPE.kind} <= kinds[Fault.OUTER] <= {
+        CAGE_RATIO.kind, SHAPE.kind, *levels,
+    }  # fmt: skip
     assert kinds[Fault.HEALTHY] == set()
-    counted = [{b.kind: b.records for b in biases(pairs(m.cells))} for m in (before, after)]
-    assert set(counted[1]) <= of_races - {PRESENCE.name}
-    for kind in (CAGE_RATIO, HARMONIC[2], SHAPE):  # higher harmonics need not show on both sides
-        assert (counted[0][kind.name], counted[1][kind.name]) == (2, 4)
-    assert all(row.bias is None for row in biases(pairs(after.cells)))  # four records claim nothing
+    counted = [{b.kind: b.records for b in biases(m.comparisons, used_for="withheld")} for m in (matrix, after)]
+    for row in (CAGE_RATIO, HARMONIC[2], SHAPE):  # higher harmonics need not show on both sides
+        assert (counted[0][row.kind], counted[1][row.kind]) == (2, 4)
 
 
-def test_bias_is_the_planted_one_and_like_spectra_are_told_as_like(folder: Path) -> None:
+def test_bias_is_the_planted_one_and_like_spectra_are_told_as_like(matrix: Matrix) -> None:
     """Both sides are the same impulse model but for the cage: that is the bias, and no shape or pattern stands out."""
-    cells = made(folder).cells
-    frequency = {c.state: c.error_pct for c in cells if c.comparisons}
-    kinematic = BEARING.orders
-    assert frequency[Fault.OUTER] == pytest.approx(100 * (19 * CAGE / kinematic.bpfo - 1), abs=LINE_PCT)
-    assert frequency[Fault.INNER] == pytest.approx(100 * (19 * CAGE / kinematic.bpfo - 1), abs=LINE_PCT)
-    shapes = [row for c in cells for row in c.comparisons if row.kind == SHAPE.name]
+    planted = 100 * (19 * CAGE / BEARING.orders.bpfo - 1)
+    for state in (Fault.OUTER, Fault.INNER):
+        cell = cell_of(matrix, state)
+        assert cell.error_pct == pytest.approx(planted, abs=LINE_PCT)
+        # The planted 0.3 % of the cage ratio is far beyond what is not known; all that is compared is judged at once.
+        assert cell.verdict == "resolved"
+        assert cell.judged is not None
+        assert cell.judged.p_holm < 0.05
+        assert {"cage ratio"} < set(cell.judged.quantities)
+    shapes = [row for row in matrix.comparisons if row.kind == SHAPE.kind]
     assert len(shapes) == 2
     assert all(abs(row.error) < math.hypot(*row.parts.values()) for row in shapes)
-    judged = {c.state: c.judged for c in cells if c.judged is not None}
-    assert set(judged) == {Fault.OUTER, Fault.INNER}
-    # The planted 0.3 % of the cage ratio is far beyond what is not known; all that is compared is judged at once.
-    assert all(one.p_holm < 0.05 and {"cage ratio"} < set(one.quantities) for one in judged.values())
-    assert {c.verdict for c in cells if c.judged} == {"resolved"}
-    shown = [row for c in cells for row in c.comparisons if row.kind == PRESENCE.name]
+    shown = [row for row in matrix.comparisons if row.kind == PRESENCE.kind]
     assert [(row.model.value, row.rig.value) for row in shown] == [(1.0, 1.0)]
 
 
-def test_healthy_cells_are_baselines_and_cost_no_run(folder: Path) -> None:
+def test_healthy_cells_are_baselines_and_cost_no_run(matrix: Matrix, folder: Path) -> None:
+    healthy = cell_of(matrix, Fault.HEALTHY)
+    assert (healthy.verdict in (BASELINE, NOT_DETECTED), healthy.model_hz) == (True, None)
     asked = []
 
-    def counterpart(rig: Analysis, pool: Executor) -> AnalysedRun:
+    def counterpart(rig: Analysis, _: Executor) -> str:
         asked.append(rig.recording.state)
-        return another_impulse_model(rig, pool)
+        return "the load was lost"
 
-    healthy = made(folder, counterpart).at((Fault.HEALTHY, 124.8, 0.0, 877.0))
-    assert healthy is not None
-    assert (healthy.verdict in (BASELINE, NOT_DETECTED), healthy.model_hz) == (True, None)
+    point = (Fault.HEALTHY, 124.8, 0.0, 877.0)
+    failed = made(folder, counterpart, keep_sides_of={point})
+    assert sorted(asked) == sorted(CODES.values())  # the healthy record's run was asked for
+    assert list(failed.sides) == [point]
+    faults = [cell for cell in failed.cells if cell.state is not Fault.HEALTHY]
+    assert all(c.model_hz is None and c.error_pct is None and c.remark == "the load was lost" for c in faults)
+    assert {c.verdict for c in faults} <= {"insufficient data", NOT_DETECTED}
+    asked.clear()
+    made(folder, counterpart)
     assert Fault.HEALTHY not in asked
-    sides = made(folder, counterpart, keep_sides_of={(Fault.HEALTHY, 124.8, 0.0, 877.0)}).sides
-    assert Fault.HEALTHY in asked
-    assert {point[0] for point in sides} == {Fault.HEALTHY}
 
 
-def test_faults_are_called_against_the_healthy_cell(folder: Path) -> None:
-    calls = {c.state: c.call for c in made(folder).cells}
+def test_faults_are_called_against_the_healthy_cell(matrix: Matrix) -> None:
+    calls = {c.state: c.call for c in matrix.cells}
     assert (calls[Fault.OUTER].basis, calls[Fault.OUTER].called) == (Basis.BASELINE, Fault.OUTER)
     assert calls[Fault.INNER].called is Fault.INNER
     assert calls[Fault.HEALTHY].called is None
 
 
-def test_without_a_healthy_record_a_line_alone_cannot_tell(tmp_path: Path) -> None:
-    rig_file(tmp_path, "OR")
-    (cell,) = made(tmp_path).cells
+@pytest.mark.parametrize("damaged", [False, True])
+def test_without_a_healthy_record_a_line_alone_cannot_tell(damaged: bool, tmp_path: Path) -> None:
+    for code in ("H", "OR") if damaged else ("OR",):
+        rig_file(tmp_path, code)
+    add(tmp_path)
+    if damaged:
+        (tmp_path / "H_877rpm_made.mat").write_bytes(b"not a record any more")
+    found = build_matrix(
+        rig_recordings(), bearing=BEARING, counterpart=another_impulse_model, sensitivity=Sensitivity(), jobs=1
+    )
+    (cell,) = found.cells
     assert (cell.call.basis, cell.call.called) == (Basis.LINE_ALONE, None)
 
 
-def test_failed_model_run_leaves_the_models_side_empty(folder: Path) -> None:
-    matrix = made(folder, lambda *_: "the load was lost")
-    faults = [c for c in matrix.cells if c.state is not Fault.HEALTHY]
-    assert all(c.model_hz is None and c.error_pct is None and c.remark == "the load was lost" for c in faults)
-    assert {c.verdict for c in faults} <= {"insufficient data", NOT_DETECTED}
-
-
-def test_damaged_healthy_record_is_listed_and_is_no_baseline(tmp_path: Path) -> None:
-    for code in ("H", "OR"):
-        rig_file(tmp_path, code)
-    add(tmp_path)
-    (tmp_path / "H_877rpm_made.mat").write_bytes(b"not a record any more")
-    matrix = build_matrix(
-        rig_recordings(), bearing=BEARING, counterpart=another_impulse_model, sensitivity=NO_SENSITIVITY, jobs=2
-    )  # fmt: skip
-    assert [c.state for c in matrix.cells] == [Fault.OUTER]
-    assert matrix.cells[0].call.basis is Basis.LINE_ALONE
-
-
-def evidence_of(matrix: Matrix) -> Any:
-    found = pairs(matrix.cells)
-    return SimpleNamespace(matrix=matrix, pairs=found, bias=biases(found), known=KNOWN, results=NO_RATES)
-
-
-def test_maps_leave_empty_cells_empty(folder: Path, tmp_path: Path) -> None:
-    section = matrix_section(evidence_of(made(folder)))
-    drawn, bias = (
-        ["Paragraph", "FigureGrid", "Table", "Paragraph"],
-        ["Table", "Paragraph", "Table", "Paragraph", "Table", "Table", "FigureGrid"],
-    )
-    assert [b.__class__.__name__ for b in section.appendix] == drawn + bias
+def test_maps_leave_empty_cells_empty(matrix: Matrix, tmp_path: Path) -> None:
+    section = matrix_section(evidence_of(matrix))
     (grid,) = (block for block in section.appendix[:2] if isinstance(block, FigureGrid))
     assert [figure.id for figure in grid.figures] == ["matrix-deviation", "matrix-detectability", "matrix-verdict"]
     for figure in grid.figures:
@@ -244,56 +212,11 @@ def test_maps_leave_empty_cells_empty(folder: Path, tmp_path: Path) -> None:
 
 
 def test_empty_matrix_says_so() -> None:
-    matrix = build_matrix((), bearing=BEARING, counterpart=another_impulse_model, sensitivity=NO_SENSITIVITY)
-    section = matrix_section(evidence_of(matrix))
+    empty = build_matrix((), bearing=BEARING, counterpart=another_impulse_model, sensitivity=Sensitivity())
+    section = matrix_section(evidence_of(empty))
     assert "all 160 cells are empty" in section.appendix[-1].text  # type: ignore[union-attr]
     assert not any(isinstance(block, Figure | FigureGrid) for block in section.all_blocks)
 
 
-def test_other_rigs_are_read_apart_from_the_rig(folder: Path) -> None:
-    (record,) = read_other_rigs(add(folder).recordings)
-    assert (record.dataset, record.state, record.line.name, record.diagnosable) == ("cwru", Fault.INNER, "BPFI", True)
-    assert (record.line.detected, record.shown) == (False, False)  # the made file holds noise
-    naming = ShownResult(kind="diagnosis", command="srbval bench --diagnosis", content=None, origin=None)
-    evidence = SimpleNamespace(other_rigs=(record,), datasets={"cwru": dataset("cwru")}, results={"diagnosis": naming})
-    (section,) = other_rigs_section(evidence)  # type: ignore[arg-type]
-    assert "0 of 1 race faults graded diagnosable (not " in section.appendix[2].text  # type: ignore[union-attr]
-    said = " ".join(b.text for b in section.appendix if isinstance(b, Paragraph))
-    assert "1 race-fault records have none: there a line alone cannot tell" in said
-    assert other_rigs_section(SimpleNamespace(other_rigs=())) == ()  # type: ignore[arg-type]
-
-
-@pytest.mark.slow
-@pytest.mark.recordings
-def test_open_recordings_show_their_faults(recordings_dir: Path) -> None:
-    """Race faults by their published grade, in a band chosen on no record; healthy ones show none; near kinematics."""
-    registered = [r for name in ("cwru", "mfpt", "hit_sm") for r in add(recordings_dir / name).recordings]
-    records = [r for r in read_other_rigs(registered) if not r.refused]
-    races = [r for r in records if r.line.name in RACE_LINES and r.state not in (None, Fault.HEALTHY)]
-    assert len(races) >= 30
-    plain = [r for r in races if (r.plain_grade or "").startswith("Y")]
-    assert len(plain) >= 8
-    assert all(r.shown for r in plain)
-    graded = [r for r in races if r.diagnosable]  # by any method of the study: 197 by a kurtogram only
-    assert sum(not r.shown for r in graded) <= 1
-    held = [r for r in races if r.diagnosable is not False and not (r.plain_grade or "").startswith("N")]
-    assert sum(r.shown for r in held) >= 0.95 * len(held)
-    assert not [r.file for r in records if r.state is Fault.HEALTHY and (r.shown or r.call is None or r.call.indicated)]
-    near = [
-        abs(r.line.deviation_pct or 9) <= 0.5 for r in held if r.shown and r.speed.source is not SpeedSource.NOMINAL
-    ]
-    assert sum(near) >= 0.95 * len(near)
-
-
-@pytest.mark.slow
-@pytest.mark.recordings
-def test_light_load_lets_the_cage_slip(recordings_dir: Path) -> None:
-    """MFPT: inner and outer records agree on a cage that lags, least at the highest load."""
-    records = [r for r in read_other_rigs(add(recordings_dir / "mfpt").recordings) if r.cage_pct is not None]
-    loads = {
-        race: sorted((r.radial_n, r.cage_pct) for r in records if r.line.name == race) for race in ("BPFO", "BPFI")
-    }
-    for race in loads.values():
-        assert all(cage < 0 for _, cage in race)
-        assert race[0][1] == min(cage for _, cage in race)
-        assert race[-1][1] == max(cage for _, cage in race)
+def evidence_of(matrix: Matrix) -> Any:
+    return SimpleNamespace(matrix=matrix, bias=biases(matrix.comparisons), known=KNOWN)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from srbval.bearing import Fault, load_bearing
-from srbval.diagnosis.fault_call import Basis, call_fault
+from srbval.diagnosis.baseline_comparison import Basis, compare_with_baseline
 from srbval.reading.analyse import analyse
 from srbval.recordings import load_recording
 from srbval.recordings.registry import add, healthy_baseline
@@ -32,36 +32,26 @@ def healthy_analysis():
 
 
 def test_line_alone_cannot_tell() -> None:
-    call = call_fault(faulted_analysis())
+    call = compare_with_baseline(faulted_analysis())
     assert (call.basis, call.indicated, call.called) == (Basis.LINE_ALONE, Fault.INNER, None)
     assert "a line alone cannot tell" in call.sentence
 
 
 def test_fault_stands_above_the_healthy_record() -> None:
-    call = call_fault(faulted_analysis(), healthy_analysis())
+    call = compare_with_baseline(faulted_analysis(), healthy_analysis())
     assert (call.basis, call.called, call.line) == (Basis.BASELINE, Fault.INNER, "BPFI")
     assert call.ratio is not None
     assert call.ratio_ci95 is not None
     assert 2 < call.ratio_ci95[0] < call.ratio < call.ratio_ci95[1]
 
 
-def test_the_same_line_in_the_healthy_record_is_no_fault() -> None:
-    """A baseline with the very same line: whatever the line's depth, nothing has risen."""
-    baseline = dataclasses.replace(record(shaft_hz=25.0, seed=3), state=Fault.HEALTHY)
-    call = call_fault(faulted_analysis(), analyse(baseline, bearing=BEARING))
-    assert (call.basis, call.called) == (Basis.BASELINE, None)
-
-
-def test_declared_healthy_is_the_baseline_itself() -> None:
-    baseline = dataclasses.replace(record(shaft_hz=25.0), state=Fault.HEALTHY)
-    assert call_fault(analyse(baseline, bearing=BEARING)).basis is Basis.DECLARED_HEALTHY
-
-
 def test_scale_free_where_the_unit_is_unknown() -> None:
     quiet = healthy()
     loud = dataclasses.replace(quiet, unit="unknown", channels={"x": 1000 * quiet.channels["x"]})
     faulted = dataclasses.replace(record(shaft_hz=25.0), unit="unknown")
-    assert call_fault(analyse(faulted, bearing=BEARING), analyse(loud, bearing=BEARING)).called is Fault.INNER
+    assert (
+        compare_with_baseline(analyse(faulted, bearing=BEARING), analyse(loud, bearing=BEARING)).called is Fault.INNER
+    )
 
 
 @pytest.mark.parametrize(("second", "indicated"), [(0.12, None), (0.3, Fault.OUTER), (None, Fault.OUTER)])
@@ -73,13 +63,7 @@ def test_a_smooth_outer_race_line_is_rollers_passing_under_load(second: float | 
         dataclasses.replace(x, depth=depths.get((x.name, x.harmonic)), detected=(x.name, x.harmonic) == ("BPFO", 1))
         for x in analysis.lines
     )
-    assert call_fault(dataclasses.replace(analysis, lines=lines)).indicated is indicated
-
-
-def test_bands_must_agree() -> None:
-    other = analyse(healthy(), bearing=BEARING, band_hz=(1000.0, 5000.0))
-    with pytest.raises(ValueError, match="bands differ"):
-        call_fault(faulted_analysis(), other)
+    assert compare_with_baseline(dataclasses.replace(analysis, lines=lines)).indicated is indicated
 
 
 def test_baseline_is_the_healthy_record_of_the_same_speed_and_load(tmp_path: Path) -> None:
@@ -105,14 +89,14 @@ def test_rig_excerpts(recordings_dir: Path, name: str, called: Fault | None) -> 
     bearing = load_bearing("skf-22240")
     baseline = analyse(load_recording(recordings_dir / "torino" / "H_877rpm_sample.mat"), bearing=bearing)
     result = analyse(load_recording(recordings_dir / "torino" / f"{name}_877rpm_sample.mat"), bearing=bearing)
-    assert call_fault(result, None if name == "H" else baseline).called is called
+    assert compare_with_baseline(result, None if name == "H" else baseline).called is called
 
 
 def test_healthy_label_on_a_deep_line_is_doubted() -> None:
     mislabelled = dataclasses.replace(record(shaft_hz=25.0), state=Fault.HEALTHY)
-    call = call_fault(analyse(mislabelled, bearing=BEARING))
+    call = compare_with_baseline(analyse(mislabelled, bearing=BEARING))
     assert (call.indicated, call.called, call.line) == (Fault.INNER, None, "BPFI")
     assert call.sentence.startswith("Doubtful: the record is declared healthy, but its BPFI line is like an inner-race")
-    quiet = call_fault(analyse(healthy(), bearing=BEARING))
+    quiet = compare_with_baseline(analyse(healthy(), bearing=BEARING))
     assert (quiet.indicated, quiet.called) == (None, None)
     assert quiet.sentence.startswith("No fault is called: the record is declared healthy and ")

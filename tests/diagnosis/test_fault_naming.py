@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from srbval.bearing import Fault
-from srbval.diagnosis.fault_call import call_fault
-from srbval.diagnosis.fault_evidence import fault_evidence
-from srbval.diagnosis.fault_naming import fault_entry, known_features, name_fault
-from srbval.diagnosis.fault_posterior import CLASSES, OTHER
+from srbval.diagnosis.baseline_comparison import compare_with_baseline
+from srbval.diagnosis.diagnose import diagnose, fault_entry
+from srbval.diagnosis.fault_scores import fault_scores
 from srbval.reading import speed_search
 from srbval.reading.analyse import analyse
 from srbval.reading.pipeline import process
@@ -21,17 +20,10 @@ from tests.diagnosis.test_fault_call import faulted_analysis
 from tests.reading.test_shaft_speed import BEARING, record
 
 
-def test_the_records_that_come_with_the_program() -> None:
-    known = known_features()
-    assert {k.state for k in known} == set(CLASSES)
-    assert len({k.rig for k in known}) >= 6
-    assert all(k.state == OTHER or np.isfinite(k.vector).all() for k in known)
-
-
 def test_an_inner_race_fault_is_named_without_a_healthy_record() -> None:
     analysis = faulted_analysis()
-    naming = name_fault(analysis)
-    entry = fault_entry(call_fault(analysis), naming)
+    naming = diagnose(analysis)
+    entry = fault_entry(compare_with_baseline(analysis), naming)
     assert (naming.most_probable, entry["called"], entry["state"]) == (Fault.INNER, Fault.INNER, "inner")
     assert sum(entry["probabilities"].values()) == pytest.approx(1)
     assert "inner" in naming.sentence
@@ -39,18 +31,16 @@ def test_an_inner_race_fault_is_named_without_a_healthy_record() -> None:
 
 def test_noise_is_not_called() -> None:
     quiet = dataclasses.replace(record(shaft_hz=25.0, fault=False, seed=3), state=None)
-    entry = fault_entry(call_fault(analysis := analyse(quiet, bearing=BEARING)), name_fault(analysis))
+    entry = fault_entry(compare_with_baseline(analysis := analyse(quiet, bearing=BEARING)), diagnose(analysis))
     assert entry["called"] is None
 
 
 def test_a_wrong_speed_leaves_the_comb_unexplained_and_says_its_order() -> None:
     """At a speed 20 % too high the fault's comb stands at its own order over 1.2."""
     analysis = faulted_analysis()
-    right = fault_evidence(analysis)
+    right = fault_scores(analysis)
     speed = analysis.speed
-    wrong = fault_evidence(
-        dataclasses.replace(analysis, speed=dataclasses.replace(speed, value_hz=1.2 * speed.value_hz))
-    )
+    wrong = fault_scores(dataclasses.replace(analysis, speed=dataclasses.replace(speed, value_hz=1.2 * speed.value_hz)))
     assert wrong.unexplained > right.unexplained + 2
     assert wrong.unexplained_order == pytest.approx(BEARING.orders.bpfi / 1.2, rel=0.01)
     assert right.features[1] == max(right.features)
@@ -61,7 +51,7 @@ def test_a_fault_that_only_another_channel_shows_is_named_with_it() -> None:
     quiet = record(shaft_hz=25.0, fault=False, seed=5)
     both = dataclasses.replace(quiet, channels={"x": quiet.channels["x"], "y": record(shaft_hz=25.0).channels["x"]})
     analysis = analyse(both, bearing=BEARING, speed=dataclasses.replace(both.speed, value_hz=25.0, ci95_hz=0.01))
-    alone, together = name_fault(analysis), name_fault(analysis, all_channels=True)
+    alone, together = diagnose(analysis), diagnose(analysis, all_channels=True)
     assert alone.state != Fault.INNER
     assert (together.state, together.channel) == ("inner", "y")
 
@@ -78,7 +68,7 @@ def test_random_knocks_keep_the_chances_true_because_the_envelope_is_clipped(mon
         for number in range(16):
             channels = {"x": impulsive(np.random.default_rng([1, number]))}
             processed = process(dataclasses.replace(plain, channels=channels), band_hz=(500.0, 5500.0))
-            parts = fault_evidence(dataclasses.replace(base, processed=processed)).parts
+            parts = fault_scores(dataclasses.replace(base, processed=processed)).parts
             chances += [part.false_alarm for part in parts]
         return int(np.count_nonzero(np.array(chances) < 0.05))
 
@@ -86,5 +76,5 @@ def test_random_knocks_keep_the_chances_true_because_the_envelope_is_clipped(mon
 
 
 def test_of_what_is_not_measured_nothing_is_said() -> None:
-    entry = fault_entry(call_fault(faulted_analysis()), None)
+    entry = fault_entry(compare_with_baseline(faulted_analysis()), None)
     assert (entry["called"], entry["state"], entry["probabilities"]) == (None, None, {})

@@ -67,23 +67,6 @@ def test_no_probability_is_above_what_so_many_bearings_can_show() -> None:
     assert sum(sure.values()) == pytest.approx(1)
 
 
-def test_a_prior_of_one_s_own_moves_the_probabilities_by_its_odds() -> None:
-    features = outer_at(0.5)
-    log_odds = MODEL.log_likelihood(features)["outer"]
-    prior = dict.fromkeys(CLASSES, 0.15) | {"healthy": 0.4}
-    shares = MODEL.probabilities(features, prior=prior)
-    assert np.log(shares["outer"] / shares["healthy"]) == pytest.approx(log_odds + np.log(0.15 / 0.4))
-
-
-def test_an_offset_answers_healthy_records_that_show_faults() -> None:
-    """Where the healthy records of two rigs in six are like faulty ones, all likelihoods over healthy are lowered."""
-    wrong = [
-        KnownFeatures(**vars(k) | {"state": "healthy"}) if k.rig in ("r0", "r1") and k.state in PARTS else k
-        for k in known()
-    ]
-    assert fit_posterior(wrong).offset > MODEL.offset + 0.2
-
-
 def test_a_class_shown_by_one_of_several_channels_is_called_and_the_others_are_paid_for() -> None:
     shown, silent = np.array([14.0, -1, -1, 0.5]), np.array([-1.0, -1, -1, 0.5])
     alone, several = MODEL.log_likelihood(shown), MODEL.log_likelihood(shown, silent, silent)

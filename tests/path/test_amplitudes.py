@@ -19,6 +19,7 @@ from srbval.path.amplitudes import (
     crps,
     half_widths,
     kind_of,
+    kurtoses,
     levels,
     pattern,
     rows,
@@ -47,7 +48,7 @@ def test_a_tone_has_its_level_in_its_third_octave_alone() -> None:
 
 def test_an_increment_is_what_a_fault_adds_and_is_known_as_well_as_it_says() -> None:
     errors, inside = [], []
-    for seed in range(40):
+    for seed in range(20):
         random = np.random.default_rng(seed)
         tone = 0.05 * np.sin(2 * math.pi * 1000 * TIME_S)
         noise = [0.3 * random.standard_normal(TIME_S.size) for _ in range(2)]
@@ -55,13 +56,7 @@ def test_an_increment_is_what_a_fault_adds_and_is_known_as_well_as_it_says() -> 
         errors.append(value.value - 10 * math.log10(0.05**2 / 2))
         inside.append(abs(errors[-1]) <= (value.ci95 or 0.0))
     assert abs(np.mean(errors)) < BIAS_DB
-    assert np.mean(inside) > 0.85  # of 40; 34 is the least that 95 % make likely
-
-
-def test_what_a_fault_does_not_add_is_not_shown() -> None:
-    random = np.random.default_rng(1)
-    one, other = (made(random.standard_normal(TIME_S.size)) for _ in range(2))
-    assert sum(value.present for value in levels(one, other).values()) <= 1
+    assert np.mean(inside) > 0.75  # of 20; 16 is the least that 95 % make likely
 
 
 def test_levels_behind_a_known_path_have_no_bias() -> None:
@@ -103,11 +98,14 @@ def test_sidebands_of_a_fault_that_passes_the_load_zone() -> None:
     assert found["sidebands 2"].value < -30
 
 
-def test_gaussian_noise_has_a_kurtosis_of_three() -> None:
-    found = pattern(made(np.random.default_rng(3).standard_normal(TIME_S.size)), BEARING, Fault.OUTER, ORDER)
-    value = found["kurtosis 1400-2800 Hz"]
+def test_gaussian_noise_has_a_kurtosis_of_three_and_adds_nothing() -> None:
+    one, other = (made(np.random.default_rng(seed).standard_normal(TIME_S.size)) for seed in (3, 4))
+    value = kurtoses(one)["kurtosis 1400-2800 Hz"]
     assert abs(value.value - 3.0) < 2 * (value.ci95 or 0.0)
     assert 0 < (value.ci95 or 0.0) < 0.4
+    assert sum(value.present for value in levels(one, other).values()) <= 1
+    with pytest.raises(DataError, match="no shaft speed"):
+        pattern(dataclasses.replace(one, speed=None), BEARING, Fault.OUTER, ORDER)
 
 
 def test_a_background_keeps_its_levels_and_nothing_else() -> None:
@@ -117,11 +115,6 @@ def test_a_background_keeps_its_levels_and_nothing_else() -> None:
     for name, value in levels(both, None).items():
         assert value.value == pytest.approx(levels(noise, None)[name].value, abs=1.0)
     assert not np.allclose(both.channels["sensor"], noise.channels["a"], atol=0.01)
-
-
-def test_a_record_without_a_speed_has_no_pattern() -> None:
-    with pytest.raises(DataError, match="no shaft speed"):
-        pattern(dataclasses.replace(made(TIME_S), speed=None), BEARING, Fault.OUTER, ORDER)
 
 
 def test_rows_have_every_part_and_a_verdict() -> None:

@@ -35,15 +35,6 @@ def test_what_is_added_has_the_healthy_records_spectrum() -> None:
     np.testing.assert_allclose(np.abs(np.fft.rfft(added)), expected, rtol=1e-9)
 
 
-def test_it_is_simulated_and_says_what_is_under_it() -> None:
-    both = on_background(RUN, HEALTHY, seed=3)
-    assert both.origin is Origin.SIMULATED
-    assert "measured background: spectrum of measured, phases random (seed 3); no increment" in both.notes[-1]
-    assert not both.cautions
-    slower = replace(HEALTHY, speed=prescribed_speed(5.6))
-    assert "background at 5.6 Hz of the shaft, run at 14.32 Hz" in on_background(RUN, slower).cautions[0]
-
-
 @pytest.mark.parametrize(
     ("run", "healthy", "said"),
     [

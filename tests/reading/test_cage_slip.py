@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections import Counter
 from pathlib import Path
 
@@ -10,12 +9,10 @@ import numpy as np
 import pytest
 
 from srbval.bearing import LARGEST_SLIP, Bearing, load_bearing, with_slip
-from srbval.diagnosis.baseline import baseline_of
-from srbval.diagnosis.fault_naming import name_fault
+from srbval.diagnosis.diagnose import diagnose
 from srbval.errors import ConfigurationError
 from srbval.reading.analyse import Analysis, analyse, bearing_of
 from srbval.recordings.speed import stated_speed
-from tests.reading.test_identity import probability
 from tests.reading.test_shaft_speed import BEARING, record
 
 RPM, COUNT = 1500.0, 24
@@ -48,27 +45,13 @@ def test_intervals_contain_the_line_whatever_the_slip_and_no_fault_is_named_in_n
         seen += line.detected
         true_hz = BEARING.orders.bpfi * RPM / 60 * (1 + BPFI_SHARE * slip)
         covered += line.detected and abs(line.found_hz - true_hz) <= line.ci95_hz
-        named[name_fault(found).state] += 1
+        named[diagnose(found).state] += 1
     assert seen == COUNT
     assert named["inner"] >= COUNT - 2  # the weakest may remain undecided
     assert set(named) <= {"inner", "undecided"}
     assert covered >= COUNT - 3  # 95 % intervals: fewer with a probability of 3 %
     for seed in range(6):
-        assert name_fault(read(bearing, cage_slip=0.0, seed=100 + seed, fault=False)).state in ("healthy", "undecided")
-
-
-def test_the_prior_of_the_slip_widens_with_the_window() -> None:
-    """A peak 2 % off, no stronger than by chance, may be a line that slips by up to 3 %, not one by up to 1 %."""
-    assert probability(0.02, 0.0, 0.05, half=0.03) < 0.01
-    assert probability(0.02, 0.0, 0.05, half=0.03, largest_slip=0.03) > 0.4
-    assert probability(0.001, 0.0, 1.0, largest_slip=0.002) == probability(0.001, 0.0, 1.0)
-
-
-def test_the_healthy_record_is_read_with_the_same_windows() -> None:
-    found = read(with_slip(BEARING, 3.0), cage_slip=0.02)
-    healthy = record(shaft_hz=RPM / 60, seed=7, fault=False)
-    healthy = dataclasses.replace(healthy, speed=stated_speed(RPM, 1.0), state=None)
-    assert "3 % for slip" in baseline_of(found, healthy).analysis.search
+        assert diagnose(read(bearing, cage_slip=0.0, seed=100 + seed, fault=False)).state in ("healthy", "undecided")
 
 
 @pytest.mark.parametrize("pct", [0.0, -1.0, 5.1, float("nan")])

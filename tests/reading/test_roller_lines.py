@@ -10,8 +10,7 @@ import math
 import numpy as np
 
 from srbval.bearing import Fault, load_bearing
-from srbval.comparison.counterpart import analyse_run
-from srbval.comparison.simulation_cases import SimulationCase
+from srbval.comparison.counterpart import SimulationCase, analyse_run
 from srbval.models.simulate import simulate
 from srbval.scene import paper_scene
 from srbval.signal import Periodogram, read_comb

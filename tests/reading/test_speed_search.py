@@ -8,7 +8,6 @@ import math
 import numpy as np
 import pytest
 
-from srbval.bearing import LARGEST_SLIP
 from srbval.reading import speed_search
 from srbval.reading.analyse import analyse
 from srbval.recordings import SpeedSource
@@ -49,27 +48,10 @@ def test_every_speed_tried_counts_as_a_trial(monkeypatch: pytest.MonkeyPatch) ->
     """The same line read at one speed has a third of the false-alarm probability."""
     noise = record(shaft_hz=NOMINAL_HZ, fault=False, seed=4)
     paid = analyse(noise, bearing=BEARING).line("BPFO")
-    monkeypatch.setattr(speed_search, "_scales", lambda *_: iter((1.0,)))
+    monkeypatch.setattr(speed_search, "_scales", lambda *_: (1.0,))
     free = analyse(noise, bearing=BEARING).line("BPFO")
     assert paid.noise_false_alarm == pytest.approx(1 - (1 - free.noise_false_alarm) ** 3)
     assert paid.placebo_false_alarm == pytest.approx(1 - (1 - free.placebo_false_alarm) ** 3)
-
-
-def test_no_window_is_wider_than_slip_asks_for() -> None:
-    """The same line, the same error of speed: a measured speed has no business looking there."""
-    recording = outer_race(NOMINAL_HZ * 1.014)
-    measured = dataclasses.replace(recording.speed, source=SpeedSource.TACHOMETER, ci95_hz=0.01)
-    result = analyse(recording, bearing=BEARING, speed=measured)
-    assert not result.line("BPFO").detected
-    assert "speeds" not in result.search
-
-
-@pytest.mark.parametrize(("pct", "count"), [(0.5, 1), (1.0, 1), (1.5, 3), (5.0, 9)])
-def test_windows_cover_the_interval_and_no_more(pct: float, count: int) -> None:
-    scales = list(speed_search._scales(nominal_speed(1500.0, pct), LARGEST_SLIP))
-    assert len(scales) == count
-    assert max(scales) + LARGEST_SLIP >= 1 + pct / 100 - 1e-9
-    assert max(scales) < 1 + pct / 100 + 1e-9
 
 
 def test_family_just_outside_is_named_and_not_read() -> None:
@@ -95,13 +77,3 @@ def test_nothing_is_named_in_noise_or_beside_a_line_that_was_found() -> None:
     for seed in range(3):
         noise = record(shaft_hz=NOMINAL_HZ, fault=False, seed=seed)
         assert analyse(noise, bearing=BEARING, speed=speed).outside is None
-
-
-def test_windows_follow_from_slip_speed_and_geometry() -> None:
-    noise = record(shaft_hz=NOMINAL_HZ, fault=False)
-    stated = dataclasses.replace(nominal_speed(1500.0, 0.3), source=SpeedSource.STATED)
-    for speed, half in ((stated, LARGEST_SLIP + 0.003), (nominal_speed(1500.0, 1.5), 2 * LARGEST_SLIP)):
-        windows = {w.name: w for w in analyse(noise, bearing=BEARING, speed=speed).windows}
-        middle = BEARING.orders.bpfo * NOMINAL_HZ
-        low, high = windows["BPFO"].low_hz / middle, windows["BPFO"].high_hz / middle
-        assert (low, high) == pytest.approx((1 - half, 1 + half), abs=1e-3)

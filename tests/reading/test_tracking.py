@@ -6,16 +6,14 @@ import pytest
 from srbval.models.run_file import write_run
 from srbval.models.simulate import simulate
 from srbval.reading.analyse import analyse
-from srbval.recordings import ShaftSpeed, SpeedSignal, SpeedSource, load_recording, recording_from_run
+from srbval.recordings import SpeedSignal, load_recording, recording_from_run
 from srbval.recordings.speed import SCALE_CI95, tachometer_speed
 from srbval.scene import SpeedProfile, paper_scene
-from srbval.signal import NORMAL_95
-from tests.reading.test_analyse import BEARING, FS_HZ, SECONDS, SHAFT_HZ, impulses, recording
+from tests.reading.test_analyse import BEARING, FS_HZ, SECONDS, SHAFT_HZ, recording
 
 RAMP = 0.05  # of the mean speed, from the first sample to the last
 SLIP = 1.002
 READING_PCT = 0.03
-STEADY = 1e-6  # the same samples but for the spline
 SPREAD = 0.01  # 2560 samples of a ramp; 20,480 a second without sensor noise
 
 
@@ -55,34 +53,6 @@ def test_a_fault_on_a_speed_ramp_is_read_only_because_the_speed_signal_is_follow
     # Its mean may still come out, since the course of its phase is followed, but far less surely.
     assert without.ci95_hz > 20 * line.ci95_hz
     assert without.snr < line.snr / 3
-
-
-def test_a_speed_given_instead_of_the_tachometer_s_is_not_followed():
-    stated = ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.01, source=SpeedSource.STATED)
-    assert not analyse(with_tachometer(), bearing=BEARING, speed=stated).processed.tracking.used
-
-
-def test_a_steady_shaft_is_tracked_too_and_read_as_without():
-    speed = np.full(2560, SHAFT_HZ)
-    record = recording(
-        impulses(BEARING.orders.bpfo * SHAFT_HZ * SLIP),
-        speed=tachometer_speed(speed),
-        speed_signal=SpeedSignal(values_hz=speed, rate_hz=2560 / SECONDS),
-    )
-    tracked, bare = (analyse(r, bearing=BEARING) for r in (record, dataclasses.replace(record, speed_signal=None)))
-    assert tracked.processed.tracking.used
-    assert not bare.processed.tracking.used
-    assert tracked.line("BPFO").found_hz == pytest.approx(bare.line("BPFO").found_hz, rel=STEADY)
-    assert tracked.speed.ci95_hz == bare.speed.ci95_hz == pytest.approx(SCALE_CI95 * SHAFT_HZ)
-
-
-def test_a_mean_without_its_course_is_as_unsure_as_the_speed_varies():
-    record = with_tachometer()
-    tracked, bare = (
-        analyse(r, bearing=BEARING).speed for r in (record, dataclasses.replace(record, speed_signal=None))
-    )
-    assert tracked.ci95_hz < 2e-4 * SHAFT_HZ
-    assert bare.ci95_hz == pytest.approx(NORMAL_95 * RAMP * SHAFT_HZ / np.sqrt(12), rel=SPREAD)
 
 
 @pytest.mark.recordings

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from srbval.bearing import Fault, load_bearing
-from srbval.comparison.simulation_cases import PAPER_STATES
+from srbval.comparison.counterpart import PAPER_STATES
 from srbval.comparison.table6 import table6
 from srbval.reading.analyse import analyse
 from srbval.recordings import Origin, SpeedSource, load_recording

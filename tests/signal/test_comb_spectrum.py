@@ -9,7 +9,8 @@ import pytest
 
 from srbval.arrays import FloatArray
 from srbval.signal import Periodogram
-from srbval.signal.comb_spectrum import MASKED, CombSpectrum, neg_log_rank
+from srbval.signal.comb_spectrum import CombSpectrum
+from srbval.signal.false_alarm import neg_log_rank
 
 FS_HZ, SECONDS, LINE_HZ, SHAFT_HZ, LIMIT_HZ = 2000.0, 6.0, 61.7, 17.3, 600.0
 RELATIVE = 0.01
@@ -33,21 +34,11 @@ def away(found: CombSpectrum) -> np.ndarray:
     return np.abs(found.frequency_hz / LINE_HZ - 1) > 2 * RELATIVE
 
 
-def test_a_masked_line_counts_what_noise_does_on_average() -> None:
-    assert np.log1p(np.random.default_rng(0).exponential(size=1_000_000)).mean() == pytest.approx(MASKED, abs=2e-3)
-
-
 def test_a_comb_is_found_where_it_is_and_ranks_high() -> None:
     found = combs(noise(1) + lines(0.2, 0.2, 0.2, 0.2, 0.2))
     evidence, at_hz = found.highest(LINE_HZ * 1.004, RELATIVE)
     assert at_hz == pytest.approx(LINE_HZ, rel=1e-3)
     assert neg_log_rank(evidence, found.placebos(away(found), LINE_HZ, RELATIVE)) > -math.log(1e-4)
-
-
-def test_one_strong_line_is_no_comb() -> None:
-    """Its power is sixteen times that of five lines together, its evidence less."""
-    one, five = combs(noise(1) + lines(1.8)), combs(noise(1) + lines(0.2, 0.2, 0.2, 0.2, 0.2))
-    assert one.highest(LINE_HZ, RELATIVE)[0] < five.highest(LINE_HZ, RELATIVE)[0]
 
 
 def test_on_noise_the_chance_holds() -> None:

@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-from scipy.fft import next_fast_len
 
 from srbval.signal import amplitude_spectrum, envelope, squared_envelope
 
@@ -9,8 +8,6 @@ SAMPLES = 16384
 CARRIER_HZ, MODULATION_HZ = 1500.0, 60.0
 # All tones lie on bins, so only rounding is left.
 ROUNDING = 1e-9
-# A rectangular window loses 1.6 % at a tenth of a bin from the line's frequency.
-OFF_BIN = 0.05
 
 
 def modulated(amplitude, depth):
@@ -37,22 +34,3 @@ def test_squared_envelope_has_lines_at_once_and_twice_the_modulation(amplitude, 
     spectrum = amplitude_spectrum(squared_envelope(modulated(amplitude, depth)), FS_HZ)
     assert line(spectrum, MODULATION_HZ) == pytest.approx(2 * amplitude**2 * depth, abs=ROUNDING)
     assert line(spectrum, 2 * MODULATION_HZ) == pytest.approx(amplitude**2 * depth**2 / 2, abs=ROUNDING)
-
-
-def test_mean_is_not_a_line():
-    assert amplitude_spectrum(np.full(SAMPLES, 7.0), FS_HZ).amplitude.max() < ROUNDING
-
-
-def test_awkward_length_keeps_amplitude_and_resolution():
-    samples = 16381  # a prime: transformed at a fast length instead
-    assert next_fast_len(samples, real=True) != samples
-    tone = 2.0 * np.cos(2 * np.pi * 100.0 * np.arange(samples) / FS_HZ)
-    spectrum = amplitude_spectrum(tone, FS_HZ)
-    assert spectrum.resolution_hz == pytest.approx(FS_HZ / samples)
-    assert spectrum.amplitude.max() == pytest.approx(2.0, rel=OFF_BIN)
-
-
-def test_part_of_a_spectrum_ends_at_its_limit():
-    spectrum = amplitude_spectrum(modulated(1.0, 0.5), FS_HZ).up_to(200.0)
-    assert spectrum.frequency_hz[-1] == pytest.approx(200.0)
-    assert spectrum.amplitude.size == spectrum.frequency_hz.size

@@ -17,8 +17,6 @@ SPLINE = 1e-3
 DRIFT = 0.01
 # Rounding of the integrated speed.
 STEADY = 1e-9
-# The speed signal ends one of its 4000 samples before the record does.
-TURNS = 1e-3
 
 
 def turns_at(time_s):
@@ -58,11 +56,6 @@ def test_drift_is_counted_in_bins_of_the_line():
     expected = 7 / 8 * (FAST_HZ - SLOW_HZ) * ORDER * SECONDS
     assert ShaftAngle.from_speed(tachometer(4000.0), 4000.0).drift_bins(ORDER) == pytest.approx(expected, rel=DRIFT)
     assert ShaftAngle.from_speed(np.full(4000, 12.0), 400.0).drift_bins(ORDER) == pytest.approx(0.0, abs=STEADY)
-
-
-def test_direction_of_rotation_does_not_matter():
-    course = ShaftAngle.from_speed(-tachometer(400.0), 400.0)
-    assert course.turns[-1] == pytest.approx(turns_at(SECONDS), rel=TURNS)
 
 
 @pytest.mark.parametrize("speed", [np.zeros(100), np.linspace(-1, 10, 1000), np.full(100, 0.5)])

@@ -48,13 +48,6 @@ def test_shaft_harmonics_are_masked_and_wider_with_an_uncertain_speed():
     assert record_of(samples, shaft_ci_hz=0.1).masked(at).tolist() == [True, True, False]
 
 
-def test_overlapping_masks_are_joined():
-    record = record_of(np.random.default_rng(6).standard_normal(40_000))
-    wide = record.masking(np.array([100.0, 101.0]), np.array([10.0, 0.0]))
-    assert wide.masked(np.array([95.0, 101.5, 109.0])).all()
-    assert np.all(np.diff(wide.masks_hz.ravel()) > 0)
-
-
 def test_too_short_a_record_to_know_its_noise_is_refused():
     record = record_of(np.random.default_rng(7).standard_normal(400), limit_hz=100.0)
     with pytest.raises(DataError, match="longer record"):

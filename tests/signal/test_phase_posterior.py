@@ -11,16 +11,12 @@ NUMBER = np.array([1.0, 2.0])
 RECORDS = 40
 # Six standard errors of the line's frequency (Cramer-Rao, 1.6 mHz).
 SHIFT_HZ = 0.01
-# Median over 20 records of a jitter on a grid of ratio 1.6.
-JITTER = 0.3
 # The amplitudes are point estimates: the posterior may be wider or narrower than the walk's scatter by a third.
 CREDIBLE = 0.35
 # 40 intervals of 95 % once stretched: four binomial standard errors below.
 STRETCH, LEAST_COVER = 1.3, 0.8
 # The same sum in another order.
 SUMMATION = 1e-9
-# Circles of 128 and 512 points.
-CIRCLES = 1e-3
 
 
 def sums(rng, amplitude, *, shift_hz=0.0, jitter=0.0):
@@ -42,13 +38,12 @@ def test_a_line_beside_its_place_is_found_on_its_own_side(shift_hz):
     assert abs(told.shift_hz - shift_hz) < told.credible_hz
 
 
-def test_steadiness_and_jitter_are_told_apart():
+def test_a_slipping_line_is_less_steady_and_less_certain():
     rng = np.random.default_rng(2)
     steady, slipping = (
         [read(sums(rng, (2.0, 1.0), jitter=jitter)) for _ in range(RECORDS // 2)] for jitter in (0.0, 0.01)
     )
     assert np.mean([told.steady for told in steady]) > 3 * np.mean([told.steady for told in slipping])
-    assert np.median([told.jitter for told in slipping]) == pytest.approx(0.01, rel=JITTER)
     assert np.median([told.credible_hz for told in slipping]) > 4 * np.median([told.credible_hz for told in steady])
 
 
@@ -77,13 +72,3 @@ def test_recursion_is_the_sum_over_all_courses():
     first, second, third = (np.exp(2 * (seen[:, b] @ harmonics).real - power) for b in range(3))
     whole = np.einsum("i,ji,j,kj,k->", first, step, second, step, third) / CIRCLE
     assert told == pytest.approx(np.log(whole), rel=SUMMATION)
-
-
-def test_a_steady_line_is_as_likely_as_the_recursion_without_steps_says():
-    seen = sums(np.random.default_rng(5), (1.0, 0.6))
-    turn = np.array([0.0])
-    steady = phase_posterior._steady_likelihood(seen, NUMBER, turn)[0]
-    best = (seen.sum(axis=1) / BLOCKS)[None]
-    still = phase_posterior._steps(np.zeros(1), turn)
-    agreement = phase_posterior._block_likelihood(seen, NUMBER, best)
-    assert steady == pytest.approx(phase_posterior._forward(agreement, still, np.zeros(1, dtype=int))[0], abs=CIRCLES)

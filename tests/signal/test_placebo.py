@@ -1,10 +1,12 @@
 """A comb's rank among meaningless ones: uniform where noise-only probabilities are not, least for a true line."""
 
 import numpy as np
+import pytest
 
 from srbval.signal import Periodogram
 from srbval.signal.comb import read_comb
-from srbval.signal.placebo import COMBS, GRID, LEAST_WINDOWS, PlaceboRank, fundamentals, rank_among_placebos
+from srbval.signal.false_alarm import COMBS, fundamentals, neg_log_rank, rank_among_placebos
+from srbval.signal.false_alarm import rank as rank_of
 
 FS_HZ, SECONDS, SHAFT_HZ, LIMIT_HZ = 2000.0, 4.0, 11.83, 520.0
 HARMONICS, RELATIVE = 5, 0.01
@@ -71,24 +73,11 @@ def test_a_true_line_is_stronger_than_all_placebos_with_other_lines_about():
     assert rank(record, TRUE_HZ * 1.003) == LEAST
 
 
-def test_the_rank_is_the_same_whatever_the_unit_and_repeats_itself():
-    record = record_of(np.random.default_rng(5), other=0.3)
-    scaled = Periodogram.of(1e3 * record.samples, record.fs_hz, limit_hz=LIMIT_HZ, shaft_hz=SHAFT_HZ)
-    assert rank(record, 70.0) == rank(record, 70.0) == rank(scaled, 70.0)
-
-
-def test_no_rank_where_too_little_of_the_record_means_nothing():
-    record = record_of(np.random.default_rng(6))
-    few = pool(TRUE_HZ)[: 2 * GRID * LEAST_WINDOWS - 1]
-    assert rank_among_placebos(record, TRUE_HZ, RELATIVE * TRUE_HZ, HARMONICS, few) is None
-
-
-def test_the_tail_is_the_rank_inside_and_goes_on_exponentially_beyond():
+@pytest.mark.parametrize("ties", [False, True])
+def test_the_tail_is_the_rank_inside_and_goes_on_exponentially_beyond(ties):
     """Placebos drawn from an exponential distribution: what is as rare as 1e-5 has a tail of about that."""
     placebos = np.random.default_rng(8).exponential(3.0, 4000)
-    inside, beyond = (
-        PlaceboRank(evidence=e, of_placebos=placebos) for e in (np.quantile(placebos, 0.5), 3 * np.log(1e5))
-    )
-    assert inside.tail_false_alarm == inside.false_alarm
-    assert beyond.false_alarm == 1 / 4001
-    assert 0.3e-5 < beyond.tail_false_alarm < 3e-5
+    inside, beyond = float(np.quantile(placebos, 0.5)), 3 * np.log(1e5)
+    assert neg_log_rank(inside, placebos, ties=ties) == pytest.approx(-np.log(rank_of(inside, placebos)))
+    assert rank_of(beyond, placebos) == 1 / 4001
+    assert 0.3e-5 < np.exp(-neg_log_rank(beyond, placebos, ties=ties)) < 3e-5

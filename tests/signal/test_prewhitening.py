@@ -7,8 +7,16 @@ import pytest
 
 from srbval.arrays import FloatArray
 from srbval.errors import DataError
-from srbval.signal import Periodogram, drop_ends, end_s, peak_snr, squared_envelope_one_pass
-from srbval.signal.prewhitening import phase_randomised, prewhitened
+from srbval.signal import (
+    Periodogram,
+    drop_ends,
+    end_s,
+    kurtosis,
+    peak_snr,
+    phase_randomised,
+    prewhitened,
+    squared_envelope_one_pass,
+)
 
 FS_HZ, SECONDS, LINE_HZ, SHAFT_HZ = 12000.0, 4.0, 107.3, 29.9
 BAND_HZ = (200.0, 5600.0)
@@ -46,15 +54,6 @@ def test_a_modulated_gear_mesh_is_gone_and_impacts_stay() -> None:
     assert line_to_noise(prewhitened(struck)) > 50
 
 
-def test_a_mesh_no_longer_hides_the_impacts() -> None:
-    """Tones a hundred times as strong as the noise: their beats drown the line, whitened it shows."""
-    rng = np.random.default_rng(2)
-    time_s = np.arange(round(SECONDS * FS_HZ)) / FS_HZ
-    tones = sum(30 * np.cos(2 * np.pi * f * time_s) for f in rng.uniform(300, 5500, 30))
-    both = impacts(rng) + tones
-    assert line_to_noise(prewhitened(both)) > 10 * line_to_noise(both)
-
-
 def test_every_line_has_the_same_height_and_keeps_its_phase() -> None:
     samples = impacts(np.random.default_rng(3))
     white = np.fft.rfft(prewhitened(samples))[1:-1]
@@ -83,12 +82,6 @@ def test_random_phases_make_noise_of_impacts() -> None:
     rng = np.random.default_rng(3)
     size = 40_000
     impacts = rng.standard_normal(size) * (rng.random(size) < 0.02)
-    before, after = (np.mean(x**4) / np.mean(x**2) ** 2 for x in (impacts, phase_randomised(impacts, 4)))
+    before, after = (kurtosis(x) for x in (impacts, phase_randomised(impacts, 4)))
     assert before > 50
     assert after == pytest.approx(3.0, abs=4 * np.sqrt(24 / size))
-
-
-def test_random_phases_are_those_of_their_seed() -> None:
-    samples = np.random.default_rng(5).standard_normal(1000)
-    assert np.array_equal(phase_randomised(samples, 6), phase_randomised(samples, 6))
-    assert not np.allclose(phase_randomised(samples, 6), phase_randomised(samples, 7))

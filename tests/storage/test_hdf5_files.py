@@ -14,7 +14,7 @@ import xarray
 
 from srbval.bearing import Fault
 from srbval.errors import DataError
-from srbval.recordings import load_recording, write_stand_in
+from srbval.recordings import load_recording, write_synthetic_record
 from srbval.storage.hdf5_files import (
     END_BYTES,
     SCHEMA_VERSION,
@@ -99,7 +99,7 @@ def test_every_byte_counts(tmp_path: Path) -> None:
 
 @pytest.fixture
 def stand_in(tmp_path: Path) -> Path:
-    write_stand_in(tmp_path / "s.h5", state=Fault.OUTER, shaft_hz=14.3, seconds=0.5, seed=1)
+    write_synthetic_record(tmp_path / "s.h5", state=Fault.OUTER, shaft_hz=14.3, seconds=0.5, seed=1)
     return tmp_path / "s.h5"
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from srbval.bearing import DEFECTS, Bearing, Fault
-from srbval.diagnosis.fault_naming import known_features
+from srbval.diagnosis.diagnose import known_features
 from srbval.diagnosis.fault_posterior import CLASSES, OTHER, KnownFeatures
 from srbval.errors import DataError
 from srbval.recordings import Recording

@@ -1,8 +1,5 @@
-from dataclasses import replace
-
 import pytest
 
-from srbval.comparison.budget import PRIOR, STUDY
 from srbval.errors import ConfigurationError
 from srbval.scene import paper_scene
 from srbval.studies.open_inputs import OpenInput, drawn, open_inputs
@@ -56,28 +53,14 @@ def test_a_range_that_is_none_is_refused(wrong):
         one(**wrong)
 
 
-def test_a_key_that_no_scene_has_is_named(tmp_path):
+def test_a_key_that_no_scene_has_is_named():
     with pytest.raises(ConfigurationError, match="lode"):
         drawn([one(keys=("lode.radial_n",))], SCENE, [0.5])
+
+
+@pytest.mark.parametrize(("line", "said"), [("hihg = 2.0", "hihg"), ("high = 2.0\n[study]\ndraws = 9", "study")])
+def test_a_file_of_ranges_holds_nothing_else(line, said, tmp_path):
     file = tmp_path / "own.toml"
-    file.write_text('[[input]]\nname = "n"\nsource = "s"\nkeys = ["load.radial_n"]\nlow = 1.0\nhihg = 2.0\n')
-    with pytest.raises(ConfigurationError, match="hihg"):
+    file.write_text(f'[[input]]\nname = "n"\nsource = "s"\nkeys = ["load.radial_n"]\nlow = 1.0\n{line}\n')
+    with pytest.raises(ConfigurationError, match=said):
         open_inputs(file)
-
-
-def test_a_file_of_ranges_holds_nothing_else(tmp_path):
-    file = tmp_path / "own.toml"
-    own = 'name = "n"\nsource = "s"\nkeys = ["load.radial_n"]\nlow = 1.0\nhigh = 2.0\n'
-    file.write_text(f"[study]\ndraws = 9\n[[input]]\n{own}")
-    with pytest.raises(ConfigurationError, match="study"):
-        open_inputs(file)
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [{"mounting_db": 0.0}, {"most_outside": 1.0}, {"least_draws": 2}, {"draws": 5000}, {"grid_least_order": 3.0}],
-)
-def test_priors_and_settings_out_of_range_are_refused(wrong):
-    good = PRIOR if "mounting_db" in wrong else STUDY
-    with pytest.raises(ConfigurationError, match=r"budget\.toml"):
-        replace(good, **wrong)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from srbval.reading.analyse import analyse
-from srbval.signal.placebo import ORDERS
+from srbval.signal.false_alarm import ORDERS
 from srbval.studies.placebo.study import distance, healthy, tried_combs
 
 # Six combs of each of 90 families, a tenth of them independent of each other: 1.36 / sqrt(200) and what one record's

@@ -8,12 +8,11 @@ from srbval.bearing import Fault
 from srbval.comparison.budget import STUDY
 from srbval.comparison.comparison import QuantityValue
 from srbval.comparison.counterpart import CONVERGED_POINTS, STARTS, converged, starts
-from srbval.comparison.effects import sensitivity_of
+from srbval.comparison.effects import INPUTS, sensitivity_of
 from srbval.errors import ConfigurationError, NumericsError
 from srbval.scene import paper_scene
 from srbval.storage.json_files import to_json
 from srbval.studies import input_effects as sensitivity
-from srbval.studies.emulator import Emulator
 from srbval.studies.input_effects import grid_ci95, measure
 
 SCENE = paper_scene(defect={"kind": "outer"})
@@ -39,18 +38,19 @@ def analytic(chaos=0.0):
     return run
 
 
-@pytest.fixture
-def study(monkeypatch):
-    def made(chaos=0.0, **options):
-        monkeypatch.setattr(sensitivity, "run_unchecked", analytic(chaos))
-        monkeypatch.setattr(sensitivity, "halves_of", lambda *_: np.zeros((2, 4)))
-        return measure(scene=SCENE, **options).of(Fault.OUTER)
-
-    return made
+def measured(monkeypatch, run, **options):
+    monkeypatch.setattr(sensitivity, "run_unchecked", run)
+    monkeypatch.setattr(sensitivity, "halves_of", lambda *_: np.zeros((2, 4)))
+    return measure(scene=SCENE, **options).of(Fault.OUTER)
 
 
-def test_inputs_move_quantities_together_and_by_as_much_as_they_do(study):
-    found = study()
+@pytest.fixture(scope="module")
+def found():
+    with pytest.MonkeyPatch.context() as patch:
+        return measured(patch, analytic())
+
+
+def test_inputs_move_quantities_together_and_by_as_much_as_they_do(found):
     cage, level = found.of("cage ratio"), found.of("2xBPFO")
     decades = np.log10(0.2 / 1e-3)
     assert cage.deviation == pytest.approx(1e-3 * decades * UNIFORM, rel=EMULATED)
@@ -63,11 +63,11 @@ def test_inputs_move_quantities_together_and_by_as_much_as_they_do(study):
     assert both == pytest.approx(parts[0] / level.deviation, abs=0.1)
     assert found.deviations(["cage ratio"]).std() == pytest.approx(cage.deviation, rel=EMULATED)
     # Uniform: 95 % lie within 0.95 of half the range, where a normal one would have 1.96 of 0.577 of it.
-    assert found.inputs_ci95("cage ratio") == pytest.approx(0.95 * 1e-3 * decades / 2, rel=EMULATED)
+    assert found.parts_ci95("cage ratio")[INPUTS] == pytest.approx(0.95 * 1e-3 * decades / 2, rel=EMULATED)
 
 
-def test_points_are_an_offset_with_a_sign_and_the_rest_an_index(study):
-    cage = study().of("cage ratio")
+def test_points_are_an_offset_with_a_sign_and_the_rest_an_index(found):
+    cage = found.of("cage ratio")
     at = {n: -1e-5 * (1 + 10.0 * (n / 500) ** -2) for n in (500, 1000, 2000, 4000)}
     assert cage.value == pytest.approx(0.43 + at[2000], abs=1e-9)
     assert cage.paper_points == pytest.approx(at[500] - at[2000], rel=1e-6)
@@ -75,22 +75,16 @@ def test_points_are_an_offset_with_a_sign_and_the_rest_an_index(study):
     assert cage.grid_ci95 > abs(at[2000] + 1e-5)  # second order: the index covers what is left to infinitely many
 
 
-def test_what_starts_scatter_is_in_the_deviation_and_draws_again(study):
+def test_what_starts_scatter_is_in_the_deviation_and_draws_again(found, monkeypatch):
     """Chaos that no emulator follows: more than half of the deviation is left over."""
-    found = [study(chaos, draws=30) for chaos in (0.0, 1.5)]
-    quiet, loud = (one.of("2xBPFO") for one in found)
+    chaotic = measured(monkeypatch, analytic(1.5), draws=20)
+    quiet, loud = (one.of("2xBPFO") for one in (found, chaotic))
     assert loud.start_sd == pytest.approx(1.5, rel=0.7)  # of eight
     assert loud.deviation > np.hypot(quiet.deviation, 1.0)
-    assert [one.refined for one in found] == [False, True]
+    assert (found.refined, chaotic.refined, chaotic.draws) == (False, True, 20 * STUDY.rounds)
 
 
-def test_too_many_misses_of_the_emulator_draw_again(study, monkeypatch):
-    monkeypatch.setattr(Emulator, "outside", 1.01 * STUDY.most_outside)
-    found = study(draws=15)
-    assert (found.refined, found.draws) == (True, 15 * STUDY.rounds)
-
-
-def test_draws_that_fail_are_counted_and_too_many_are_an_error(study, monkeypatch):
+def test_draws_that_fail_are_counted_and_too_many_are_an_error(monkeypatch):
     run, asked = analytic(), []
 
     def failing(scene, band_hz=None):
@@ -99,16 +93,13 @@ def test_draws_that_fail_are_counted_and_too_many_are_an_error(study, monkeypatc
             raise NumericsError("crushed")
         return run(scene, band_hz)
 
-    study()
-    monkeypatch.setattr(sensitivity, "run_unchecked", failing)
-    found = measure(scene=SCENE, draws=40).of(Fault.OUTER)
-    assert (found.draws, found.failed) == (30, 10)
+    found = measured(monkeypatch, failing, draws=24)
+    assert (found.draws, found.failed) == (18, 6)
     with pytest.raises(NumericsError, match="draws could be run"):
         measure(scene=SCENE, draws=14)
 
 
-def test_stored_and_read_again_it_is_the_same(study):
-    found = study()
+def test_stored_and_read_again_it_is_the_same(found):
     again = sensitivity_of({"defects": [to_json(found)]}).of(Fault.OUTER)
     assert again.quantities == found.quantities
     names = ["2xBPFO", "cage ratio"]

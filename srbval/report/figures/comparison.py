@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from srbval.comparison.bias import Pair
-from srbval.comparison.matrix import Matrix, MatrixCell
+from srbval.comparison.comparison import Comparison, deviation_pct
+from srbval.comparison.matrix import Matrix, MatrixCell, Point
 from srbval.report.figures.style import BLUE, INK, SOFT, VERMILION, new_axes, panel
 
 # kind: (marker, face colour, edge colour); shape and filling tell them apart without colour.
@@ -55,16 +55,24 @@ def _draw_point(axes: Any, row: int, *, kind: str, deviation_pct: float, ci95_pc
 
 
 @panel()
-def agreement_plot(pairs: Sequence[Pair], label: str) -> tuple[Any, Mapping[str, ArrayLike]]:
-    """Predicted against measured `pairs` of one unit, with the line of agreement and the data's 95 % intervals."""
+def agreement_plot(rows: Sequence[Comparison], label: str) -> tuple[Any, Mapping[str, ArrayLike]]:
+    """Predicted against measured `rows` of one unit, with the line of agreement and the data's 95 % intervals.
+
+    Frequencies are drawn as their deviations from kinematics [%].
+    """
     figure, axes = new_axes((3.6, 3.4), layout="constrained")
-    rig, model = [p.rig for p in pairs], [p.model for p in pairs]
+    rig = [_from_kinematics(row, row.rig.value) for row in rows]
+    model = [_from_kinematics(row, row.model.value) for row in rows]
     ends = [min(rig + model), max(rig + model)]
     axes.plot(ends, ends, color=INK, lw=0.9)
-    half = [p.data_ci95 for p in pairs]
+    half = [row.data_ci95 for row in rows]
     axes.errorbar(rig, model, xerr=half, fmt="o", color=BLUE, ms=4, lw=0.8)
     axes.set(xlabel=f"Measured {label}", ylabel=f"Predicted {label}")
     return figure, {"measured": rig, "predicted": model, "measured_ci95": half}
+
+
+def _from_kinematics(row: Comparison, value: float) -> float:
+    return deviation_pct(value, row.rig.kinematic) if row.rig.kinematic else value
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,8 +97,9 @@ def matrix_map(matrix: Matrix, of: MapOf) -> tuple[Any, Mapping[str, ArrayLike]]
     grid = matrix.grid
     loads = list(zip(grid.radial_kn, grid.axial_kn, strict=True))
     rows = [f"{state.code}  {radial:g}/{axial:g}" for state in grid.states for radial, axial in loads]
+    by_point = {cell.point: cell for cell in matrix.cells}
     cells = [
-        [matrix.at((state, *load, rpm)) for rpm in grid.nominal_rpm] for state in grid.states for load in loads
+        [by_point.get(Point(state, *load, rpm)) for rpm in grid.nominal_rpm] for state in grid.states for load in loads
     ]  # fmt: skip
     values = np.array([[np.nan if c is None or (v := of.value(c)) is None else v for c in line] for line in cells],
                       dtype=np.float64)  # fmt: skip

@@ -9,7 +9,7 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import CIRCLES, Fault, SphericalRollerGeometry
-from srbval.comparison.simulation_cases import SimulationCase
+from srbval.comparison.counterpart import SimulationCase
 from srbval.models.full.parameters import make_parameters
 from srbval.models.full.point_cloud import circle_points, inner_circle, outer_circle, wrapped
 from srbval.models.run import Run

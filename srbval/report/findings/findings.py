@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from srbval.bearing import Bearing, Fault
-from srbval.comparison.bias import Pair
 from srbval.comparison.effects import Sensitivity
 from srbval.comparison.headline import Headline
 from srbval.comparison.matrix import Matrix
@@ -26,7 +25,7 @@ from srbval.signal import Scalogram
 class Findings:
     """What the report is made of: `data`, the content of ``report.json``, and what figures draw and sections word.
 
-    `matrix`, `pairs` and what `data` says of other rigs and of slip take in every registered recording; the rest shows
+    `matrix` and what `data` says of other rigs and of slip take in every registered recording; the rest shows
     the model and the rig at one of the matrix's speeds. Sides are ``paper`` (the model at 710 rpm), ``model`` (at each
     rig recording's own speed, at 710 rpm for a stand-in) and ``rig`` (its recordings, or stand-ins where a state has
     none), in `analyses` and `views`, `scalograms` without ``paper``. `runs` are those shown, by the id of their case,
@@ -48,7 +47,6 @@ class Findings:
     kurtograms: tuple[RecordKurtogram, ...]
     known: Sensitivity
     matrix: Matrix
-    pairs: tuple[Pair, ...]
     datasets: Mapping[str, DatasetDescription]
     speed_source: PublishedSpeeds
     ladders: Mapping[str, LadderCalibration]

@@ -6,14 +6,19 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Bearing, Fault, load_bearing
-from srbval.comparison.bias import biases, pairs
+from srbval.comparison.bias import biases
 from srbval.comparison.comparison import deviation_pct
-from srbval.comparison.counterpart import AnalysedRun, run_counterpart
-from srbval.comparison.cross_band import cross_bands
+from srbval.comparison.counterpart import (
+    PAPER_STATES,
+    AnalysedRun,
+    SimulationCase,
+    paper_cases,
+    run_cases,
+    run_counterpart,
+)
 from srbval.comparison.effects import Sensitivity, sensitivity_of
 from srbval.comparison.headline import headline
 from srbval.comparison.matrix import Matrix, build_matrix, point_of
-from srbval.comparison.simulation_cases import PAPER_STATES, SimulationCase, paper_cases, run_cases
 from srbval.comparison.speed_and_slip import matrix_rows, one_speed_reading, published_speeds, table6_rows
 from srbval.comparison.table6 import Table6, measured_rows, published_rows, sum_rules, table6
 from srbval.errors import ConfigurationError, NumericsError
@@ -35,6 +40,7 @@ from srbval.report.findings.patterns import clearness, harmonic_patterns, impuls
 from srbval.report.findings.provenance import TIMED, provenance, run_facts
 from srbval.report.findings.records import (
     RecordKurtogram,
+    cross_bands,
     envelope_scalogram,
     record_kurtogram,
     record_view,
@@ -85,11 +91,11 @@ def gather(
             counterpart=lambda rig, pool: run_counterpart(rig, pool=pool, progress=progress),
         )  # fmt: skip
     sides = {state: matrix.sides[point] for state, point in points.items() if point in matrix.sides}
-    measured = {state: side.rig for state, side in sides.items()}
+    measured = {state: rig for state, (rig, _) in sides.items()}
     with stage(progress, "Read the stand-ins"):
         stand_ins = _stand_ins(set(PAPER_STATES) - set(measured), printed, stand_in_folder)
         found = measured | {state: analyse(record, bearing=bearing) for state, record in stand_ins.items()}
-    models = {state: _model_of(state, side.model) for state, side in sides.items()}
+    models = {state: _model_of(state, model) for state, (_, model) in sides.items()}
     shown_cases = (*cases, *(side.case for side in models.values()))
     runs |= {side.case.id: side.run for side in models.values()}
     return _findings(
@@ -143,10 +149,9 @@ def _findings(given: _Gathered, others: BackgroundReading, progress: Progress) -
     scene, geometry = runs["paper-outer"].scene, bearing.geometry
     assert geometry is not None, "the report's bearing is one the model can run"
     shown_bearing = bearing_views(scene, geometry, runs["load-zone"])
-    found_pairs = pairs(given.matrix.cells)
     ladders = {base: shipped_calibration(base) for base in ("paper", "rig")}
     data = _compared(given) | {
-        "bias": biases(found_pairs),
+        "bias": biases(given.matrix.comparisons, used_for="withheld"),
         "sensitivity": given.known.defects,
         "analyses": {
             f"{name}-{state}": analysis
@@ -172,7 +177,7 @@ def _findings(given: _Gathered, others: BackgroundReading, progress: Progress) -
     return Findings(
         data=data, bearing=bearing, printed=given.printed, runs=runs, run_facts=given.facts, analyses=analyses,
         views=views, scalograms=scalograms, fits={fit: (view, envelope_scalogram(view)) for fit, view in fits.items()},
-        bearing_views=shown_bearing, kurtograms=kurtograms, known=given.known, matrix=given.matrix, pairs=found_pairs,
+        bearing_views=shown_bearing, kurtograms=kurtograms, known=given.known, matrix=given.matrix,
         datasets={name: dataset(name) for name in sets if name}, speed_source=published_speeds(), ladders=ladders,
         results=given.results, provenance=provenance(runs.values(), given.registered),
     )  # fmt: skip

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing import Bearing, Fault
-from srbval.comparison.simulation_cases import SimulationCase
+from srbval.comparison.counterpart import SimulationCase
 from srbval.models.ladder import RUNGS
 from srbval.models.run import Run
 from srbval.plan.pattern import WIDE_BAND_HZ, missing_of

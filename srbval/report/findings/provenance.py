@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval import __version__
-from srbval.comparison.simulation_cases import SimulationCase
+from srbval.comparison.counterpart import SimulationCase
 from srbval.models.ladder import rung_of
 from srbval.models.run import Run
 from srbval.recordings.datasets.description import dataset

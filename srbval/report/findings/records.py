@@ -4,17 +4,19 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.bearing import Fault
+from srbval.bearing import RACE_DEFECTS, Fault
+from srbval.errors import SrbvalError
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.band_choice import band_kurtogram
-from srbval.reading.lines import Line, detected_fault_lines
+from srbval.reading.lines import Line, detected_fault_lines, line_entry
 from srbval.recordings import Origin
 from srbval.report.figures.files import BINS_SHOWN, plotted
-from srbval.signal import Kurtogram, Scalogram, morlet_scalogram
+from srbval.signal import Kurtogram, Scalogram, morlet_scalogram, power_density
 from srbval.signal.scalogram import COLUMNS, ROWS
 
 WINDOW_S = (0.3, 0.5)  # shown in Figures 11 and 14: two to three shaft turns, clear of the filter's ends
@@ -28,7 +30,7 @@ HARMONICS_SHOWN, RACES_SHOWN = 4.4, 2.3  # of the marked line, or of the inner r
 TALL, SAME, MOST_TIMES = 1 / 3, 0.001, 6
 SCALOGRAM_HZ = (40.0, 1000.0)  # shown in Figure 14
 # What draws it, of the transforms that the study `reading_accuracy` tries; the largest error allowed there.
-SCALOGRAM_TRANSFORM, SCALOGRAM_ERROR = "closed-form Morlet", 0.005
+SCALOGRAM_TRANSFORM, SCALOGRAM_ERROR = "pywt.cwt, symmetric wavelets", 0.005
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -65,15 +67,12 @@ class RecordView:
 
 def record_view(analysis: Analysis, *, window_s: tuple[float, float] = WINDOW_S, own_unit: bool = False) -> RecordView:
     """The arrays of one record; with `own_unit` in m/s² instead of standard deviations."""
-    from scipy.signal import welch
-
     shown = analysis.processed
     spread = 1 / shown.scale if own_unit else float(np.std(shown.filtered))
     time = np.arange(len(shown.filtered)) / shown.fs_hz
     inside = (time >= window_s[0]) & (time <= window_s[1])
-    frequency, amplitude = shown.spectrum.frequency_hz, shown.spectrum.amplitude / spread
-    segment = min(round(shown.fs_hz / SEGMENT_HZ), shown.samples.size)
-    power_hz, power = welch(shown.samples * (shown.scale if own_unit else 1.0), shown.fs_hz, nperseg=segment)
+    scale = shown.scale if own_unit else 1.0
+    power_hz, power = power_density(shown.samples * scale, shown.fs_hz, 1 / SEGMENT_HZ)
     return RecordView(
         analysis=analysis,
         unit=OWN_UNIT if own_unit else NORMALISED,
@@ -81,21 +80,16 @@ def record_view(analysis: Analysis, *, window_s: tuple[float, float] = WINDOW_S,
         time_s=time[inside],
         acceleration=shown.filtered[inside] / spread,
         envelope=shown.envelope[inside] / spread,
-        frequency_hz=frequency,
-        amplitude=amplitude,
+        frequency_hz=shown.spectrum.frequency_hz,
+        amplitude=shown.spectrum.amplitude / spread,
         peaks=tuple(
-            (line.name, line.found_hz, height_at(line.found_hz, frequency, amplitude))
+            (line.name, line.found_hz, shown.spectrum.height_at(line.found_hz) / spread)
             for line in analysis.lines
             if line.detected and line.found_hz is not None
         ),
         power_hz=power_hz[1:],
         power_db=10 * np.log10(np.maximum(power[1:], np.finfo(float).tiny)),
     )
-
-
-def height_at(line_hz: float, frequency: FloatArray, amplitude: FloatArray) -> float:
-    """Height of a line: the larger of the two bins it lies between."""
-    return float(amplitude[np.argsort(np.abs(frequency - line_hz))[:2]].max())
 
 
 def views_of(analysis: Analysis, healthy: Analysis | None) -> tuple[RecordView, RecordView | None]:
@@ -254,9 +248,7 @@ def sideband_shares(analysis: Analysis) -> dict[str, float] | None:
     if line_hz is None:
         return None
     spectrum = analysis.processed.spectrum
-    line, *sides = (
-        height_at(line_hz + times * shaft_hz, spectrum.frequency_hz, spectrum.amplitude) for times in (0, -1, 1, -2, 2)
-    )
+    line, *sides = (spectrum.height_at(line_hz + times * shaft_hz) for times in (0, -1, 1, -2, 2))
     return {"at_one": (sides[0] + sides[1]) / 2 / line, "at_two": (sides[2] + sides[3]) / 2 / line}
 
 
@@ -294,3 +286,50 @@ def _second_comb(analysis: Analysis, line: str, picture: Kurtogram) -> Analysis 
         return None
     apart = abs(ours.found_hz - theirs.found_hz)
     return other if apart > math.hypot(ours.ci95_hz or 0.0, theirs.ci95_hz or 0.0) else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class CrossBand:
+    """The line of a record's state in one band [Hz]; `own` marks the band in which all else of it is analysed.
+
+    Where the record cannot be read in the band the line has no values, and `why` says so.
+    """
+
+    state: Fault
+    origin: str
+    file: str
+    band_hz: tuple[float, float]
+    own: bool
+    line: Line
+    why: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for ``report.json``."""
+        return vars(self) | line_entry(self.line)
+
+
+def cross_bands(model: Mapping[Fault, Analysis], rig: Mapping[Fault, Analysis]) -> tuple[CrossBand, ...]:
+    """Model and rig, outer and inner race, each in both sides' bands, its own band first.
+
+    Both bands were fixed before these records were looked at, so neither costs a trial.
+    """
+    return tuple(
+        _row(state, side, band_hz)
+        for state in RACE_DEFECTS
+        if state in model and state in rig
+        for side, other in ((model[state], rig[state]), (rig[state], model[state]))
+        for band_hz in dict.fromkeys((side.processed.band_hz, other.processed.band_hz))
+    )
+
+
+def _row(state: Fault, side: Analysis, band_hz: tuple[float, float]) -> CrossBand:
+    line, why, own = side.line_of(state), "", band_hz == side.processed.band_hz
+    if not own:
+        try:
+            line = analyse(side.recording, bearing=side.bearing, speed=side.speed, band_hz=band_hz).line_of(state)
+        except SrbvalError as error:
+            line, why = Line(name=line.name, harmonic=1, kinematic_hz=line.kinematic_hz), str(error)
+    file = side.recording.file or side.recording.name
+    return CrossBand(
+        state=state, origin=side.recording.origin.value, file=file, band_hz=band_hz, own=own, line=line, why=why
+    )

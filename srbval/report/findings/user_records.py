@@ -9,10 +9,10 @@ from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.comparison.cage_inputs import CageInputs, cage_inputs
-from srbval.comparison.simulation_cases import SimulationCase, run_cases
-from srbval.diagnosis.baseline import Baseline, against, baseline_of, registered_baseline
-from srbval.diagnosis.fault_call import FaultCall, is_fault_like
-from srbval.diagnosis.fault_naming import Naming, name_fault
+from srbval.comparison.counterpart import SimulationCase, run_cases
+from srbval.diagnosis.baseline import baseline_of, registered_baseline
+from srbval.diagnosis.baseline_comparison import Baseline, BaselineComparison, compare_with_baseline, is_fault_like
+from srbval.diagnosis.diagnose import Diagnosis, diagnose
 from srbval.errors import ConfigurationError, SrbvalError
 from srbval.models.run import Run
 from srbval.progress import Progress, silent, stage
@@ -101,8 +101,8 @@ class UserRecord:
     """
 
     analysis: Analysis
-    call: FaultCall
-    naming: Naming | None
+    call: BaselineComparison
+    naming: Diagnosis | None
     baseline: Baseline | None
     view: SpectrumView
     marked: Line | None
@@ -146,7 +146,7 @@ def gather_user_records(
     `bearing` is a known name or a file, without it that of the recordings' data set. Where neither `band_hz` [Hz] nor
     the data set says which band to demodulate, one is chosen on each record, with its trials counted. The
     model is compared with a measured record where the bearing's dimensions are known and `model` is left True.
-    `all_channels`: see `name_fault`; `largest_slip_pct`: see `bearing_of`. Raises what reading a record raises; a
+    `all_channels`: see `diagnose`; `largest_slip_pct`: see `bearing_of`. Raises what reading a record raises; a
     model's run that fails is only said.
     """
     if not recordings:
@@ -160,9 +160,9 @@ def gather_user_records(
             other = healthy if healthy is not None else registered_baseline(analysis)
             baseline = None if other is None else baseline_of(analysis, other)
         name = bearing or recording.bearing
-        compared = _model_side(analysis, against(analysis, baseline), name, progress) if model else None
+        compared = _model_side(analysis, compare_with_baseline(analysis, baseline), name, progress) if model else None
         measured = recording.origin is Origin.MEASURED
-        naming = name_fault(analysis, all_channels=all_channels) if measured else None
+        naming = diagnose(analysis, all_channels=all_channels) if measured else None
         records.append(user_record(analysis, baseline, compared, naming))
     runs = [record.model.run for record in records if isinstance(record.model, ModelSide)]
     used = [*recordings, *(r.baseline.analysis.recording for r in records if r.baseline is not None)]
@@ -199,10 +199,10 @@ def _band_is_declared(recording: Recording) -> bool:
 
 
 def user_record(
-    analysis: Analysis, baseline: Baseline | None, model: ModelSide | str | None = None, naming: Naming | None = None
+    analysis: Analysis, baseline: Baseline | None, model: ModelSide | str | None = None, naming: Diagnosis | None = None
 ) -> UserRecord:
     """What the report says of one analysis, compared with a healthy record and a model where there are any."""
-    call = against(analysis, baseline)
+    call = compare_with_baseline(analysis, baseline)
     marked = marked_line(analysis) if call.line is None else analysis.line(call.line)
     reasons = ((line, why_not_detected(line, analysis)) for line in first_lines(analysis))
     return UserRecord(
@@ -217,7 +217,9 @@ def user_record(
     )
 
 
-def _model_side(analysis: Analysis, call: FaultCall, bearing: str | None, progress: Progress) -> ModelSide | str | None:
+def _model_side(
+    analysis: Analysis, call: BaselineComparison, bearing: str | None, progress: Progress
+) -> ModelSide | str | None:
     """The model at the record's speed with the defect declared or indicated; None where the bearing has no model."""
     recording, geometry, elements = analysis.recording, analysis.bearing.geometry, analysis.bearing.elements
     if (geometry is None and elements is None) or recording.origin is not Origin.MEASURED or bearing is None:

@@ -6,13 +6,13 @@ from pathlib import Path
 
 from srbval.comparison.bias import LEAST_RECORDS
 from srbval.comparison.budget import PRIOR
-from srbval.comparison.compared_quantities import KINDS, PRESENCE, Kind
+from srbval.comparison.compared_quantities import COMPARED, PRESENCE, ComparedQuantity
 from srbval.comparison.comparison import Comparison, ComparisonVerdict
 from srbval.comparison.counterpart import CONVERGED_POINTS, STARTS, TURNS
 from srbval.comparison.effects import QuantityEffects
 from srbval.comparison.matrix import Matrix, MatrixCell
 from srbval.comparison.record_verdict import RecordVerdict
-from srbval.diagnosis.fault_call import Basis
+from srbval.diagnosis.baseline_comparison import Basis
 from srbval.report.blocks import Badge, Block, Figure, FigureGrid, Listing, Tone
 from srbval.report.figures.comparison import MapOf, agreement_plot, matrix_map
 from srbval.report.findings.findings import Findings
@@ -47,7 +47,7 @@ def matrix_section(findings: Findings) -> Section:
             _maps(matrix),
             TEXTS.table("matrix-table", matrix.cells, remarks=remarks, point=_point, call=_call),
             TEXTS.paragraph("reading"),
-            *(_bias_blocks(findings) if findings.pairs else ()),
+            *(_bias_blocks(findings) if shown_rows(matrix) else ()),
         ]
     else:
         blocks.append(TEXTS.callout("empty", tone=Tone.WARNING, size=matrix.size, fetch_command=FETCH_COMMAND))
@@ -119,7 +119,8 @@ def _maps(matrix: Matrix) -> FigureGrid:
 def _bias_blocks(findings: Findings) -> Iterator[Block]:
     """Every fault cell's quantities, bias and scatter over them, predicted against measured."""
     compared = [cell for cell in findings.matrix.cells if cell.comparisons]
-    sides = [(bool(p.model), bool(p.rig)) for p in findings.pairs if p.kind == PRESENCE.name]
+    shown = shown_rows(findings.matrix)
+    sides = [(bool(row.model.value), bool(row.rig.value)) for row in shown if row.kind == PRESENCE.kind]
     shown_by = [(name, sides.count(key)) for key, name in SHOWN_BY.items() if key in sides]
     judged = [cell for cell in compared if cell.judged]
     if judged:
@@ -127,7 +128,7 @@ def _bias_blocks(findings: Findings) -> Iterator[Block]:
             "record-verdicts", judged, point=_point, errors=_errors, verdict_tone=VERDICT_TONE, prior=PRIOR,
         )  # fmt: skip
         yield TEXTS.paragraph("verdicts", prior=PRIOR)
-    yield TEXTS.table("matrix-quantities", compared, kinds=KINDS, point=_point, entry=_entry)
+    yield TEXTS.table("matrix-quantities", compared, kinds=COMPARED, point=_point, entry=_entry)
     yield TEXTS.paragraph("carried", turns=TURNS, starts=STARTS, points=CONVERGED_POINTS)
     if findings.known.defects:
         rows = [row for defect in findings.known.defects for row in defect.quantities]
@@ -139,9 +140,9 @@ def _bias_blocks(findings: Findings) -> Iterator[Block]:
     )  # fmt: skip
 
 
-def _entry(cell: MatrixCell, kind: Kind) -> str:
+def _entry(cell: MatrixCell, kind: ComparedQuantity) -> str:
     """What a cell's comparison of one kind says."""
-    rows = [row for row in cell.comparisons if row.kind == kind.name]
+    rows = [row for row in cell.comparisons if row.kind == kind.kind]
     if kind.yes_or_no:
         texts = (f"{_yes(row.model.value)} / {_yes(row.rig.value)}, {row.verdict.value}" for row in rows)
         return "; ".join(texts) or "none expected"
@@ -176,9 +177,15 @@ def _most_by(row: QuantityEffects) -> str:
 
 
 def _agreement(findings: Findings) -> Iterator[Figure]:
-    for name, label in dict.fromkeys((kind.plot, kind.axis) for kind in KINDS if kind.plot):
-        kinds = {kind.name for kind in KINDS if kind.plot == name}
-        own = [pair for pair in findings.pairs if pair.kind in kinds]
+    shown = shown_rows(findings.matrix)
+    for name, label in dict.fromkeys((kind.plot, kind.axis) for kind in COMPARED if kind.plot):
+        kinds = {kind.kind for kind in COMPARED if kind.plot == name}
+        own = [row for row in shown if row.kind in kinds]
         if own:
             plot = agreement_plot(own, label)
             yield TEXTS.figure("agreement", plot, id=f"agreement-{name}", label=label, points=len(own))
+
+
+def shown_rows(matrix: Matrix) -> list[Comparison]:
+    """Rows that both sides show, and all that count whether they do."""
+    return [row for row in matrix.comparisons if row.both_present or row.kind == PRESENCE.kind]

@@ -5,7 +5,6 @@ from typing import Any
 
 from srbval.bearing import Fault
 from srbval.comparison.budget import Answer
-from srbval.comparison.table6 import RigSource
 from srbval.report.blocks import Block, Figure, Tone
 from srbval.report.figures.comparison import deviation_plot
 from srbval.report.findings.findings import Findings
@@ -40,15 +39,13 @@ def verdict_box(findings: Findings) -> VerdictBox:
 def table6_section(findings: Findings) -> Section:
     """Both tables and how to read them."""
     rows = findings.data["table6"]
-    published, measured = (
-        [r for r in rows if r.rig_source is source] for source in (RigSource.PUBLISHED, RigSource.MEASURED)
-    )
+    published, measured = ([row for row in rows if row["rig_source"] == source] for source in ("published", "measured"))
     blocks: list[Block] = [
         TEXTS.table(
             "table-6-paper-speed",
             map(to_json, published),
             shaft_rpm=findings.printed.shaft_rpm,
-            computed=[findings.analyses["paper"][Fault(row.comparison.fault)].line(row.line.name) for row in published],
+            computed=[findings.analyses["paper"][row["defect"]].line(row["line"]) for row in published],
         ),
         _deviations(findings),
     ]
@@ -59,21 +56,21 @@ def table6_section(findings: Findings) -> Section:
     at_rig = TEXTS.table(
         "table-6-rig-speed", map(to_json, measured), nominal_rpm=nominal_rpm, verdict_tone=VERDICT_TONE
     )
-    parts = TEXTS.table("uncertainty-parts", measured[0].comparison.parts, compared=[r.comparison for r in measured])
+    parts = TEXTS.table("uncertainty-parts", measured[0]["uncertainty_parts_pct"], compared=measured)
     quantities = TEXTS.table("quantities", map(to_json, findings.data["comparisons"]), verdict_tone=VERDICT_TONE)
     return TEXTS.section(*blocks, at_rig, TEXTS.paragraph("how-to-read"), appendix=(parts, quantities))
 
 
 def _deviations(findings: Findings) -> Figure:
     """Deviations from kinematics of every source in Table 6."""
-    points = [point for row in findings.data["table6"] for point in _points(to_json(row))]
+    points = [point for row in findings.data["table6"] for point in _points(row)]
     return TEXTS.figure("table6-deviations", deviation_plot(points))
 
 
 def _points(row: Mapping[str, Any]) -> list[dict[str, Any]]:
     """The sources of one row of Table 6, as `report.json` has it."""
     sources = [("our model", "simulated", row["model_deviation_pct"], row["model_ci95_hz"])]
-    if row["rig_source"] == RigSource.MEASURED:
+    if row["rig_source"] == "measured":
         sources += [("rig, measured", "measured", row["rig_deviation_pct"], row["rig_ci95_hz"])]
     else:
         sources += [("paper's rig", "published", row["rig_deviation_pct"], None)]

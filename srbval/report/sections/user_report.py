@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing import Fault
-from srbval.diagnosis.fault_call import Basis
+from srbval.diagnosis.baseline_comparison import Basis
 from srbval.reading.lines import Line
 from srbval.reading.speed_search import USABLE_SHARE
 from srbval.report.blocks import Block, Figure, FigureGrid, Listing, Tone

@@ -18,7 +18,7 @@ from functools import partial
 from typing import Any
 
 from srbval.bearing import Fault
-from srbval.comparison.bias import biases_of
+from srbval.comparison.bias import biases
 from srbval.comparison.budget import VERDICT
 from srbval.comparison.comparison import DATA_PARTS, Comparison, QuantityValue
 from srbval.comparison.effects import INPUTS
@@ -229,10 +229,10 @@ def _run(_: Namespace, __: Progress) -> StudyResult:
         for row in found
     ]  # fmt: skip
     counted = [
-        replace(row, kind=OF_HEALTHY) if row.fault is Fault.HEALTHY and row.kind == "band level" else row
+        replace(row, kind=OF_HEALTHY) if row.state is Fault.HEALTHY and row.kind == "band level" else row
         for row in found if row.kind != "band level" or row.quantity in THIRD_OCTAVES  # each band once
     ]  # fmt: skip
-    content = {"comparisons": [row.to_dict() for row in found], "shares": shares, "bias": biases_of(counted),
+    content = {"comparisons": [row.to_dict() for row in found], "shares": shares, "bias": biases(counted),
                "over_angle": over_angle(measured(Fault.OUTER, FAST))}  # fmt: skip
     text = f"{text_rows(rows)}\n\n{text_rows([to_json(one) for one in shares])}"
     return StudyResult(name="amplitudes", content=content, text=text)

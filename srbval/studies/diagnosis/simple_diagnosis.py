@@ -8,7 +8,7 @@ import numpy as np
 from srbval.bearing import DEFECTS, Bearing, Fault
 from srbval.reading.pipeline import one_signal
 from srbval.recordings import Recording, ShaftSpeed
-from srbval.signal import envelope_spectrum_one_pass, normalise
+from srbval.signal import amplitude_spectrum, drop_ends, end_s, normalise, squared_envelope_one_pass
 
 # A line counts from this many times the median amplitude of its neighbourhood.
 THRESHOLD = 5.0
@@ -23,7 +23,8 @@ def strongest_line(
 
     Amplitudes of the squared envelope in `band_hz` [Hz]; first harmonics, within `WINDOW` of kinematics at `speed`.
     """
-    spectrum = envelope_spectrum_one_pass(normalise(one_signal(recording)), recording.fs_hz, band_hz)
+    square, rate = squared_envelope_one_pass(normalise(one_signal(recording)), recording.fs_hz, band_hz)
+    spectrum = amplitude_spectrum(drop_ends(square, rate, end_s(band_hz)), rate)
     ratios = {}
     for fault in DEFECTS:
         kinematic_hz = fault.line_order(bearing.orders) * speed.value_hz

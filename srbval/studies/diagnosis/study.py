@@ -16,8 +16,8 @@ from scipy.stats import binomtest
 
 from srbval.bearing import DEFECTS, Bearing, Fault
 from srbval.comparison.other_rigs import Baselines, healthy_analysis
-from srbval.diagnosis.fault_call import call_fault
-from srbval.diagnosis.fault_naming import name_fault
+from srbval.diagnosis.baseline_comparison import compare_with_baseline
+from srbval.diagnosis.diagnose import diagnose
 from srbval.errors import DataError, SrbvalError
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import analyse
@@ -51,7 +51,7 @@ def methods(registered: Sequence[RegisteredRecording]) -> dict[str, Method]:
     """The ways of naming, by name; `registered` holds the healthy records that a call is made against.
 
     "joint test": the most probable class, called where it is probable enough, by the record alone against records of
-    known state of other rigs (`name_fault`). "lines": the fault lines that `analyse` detects, the deepest named first,
+    known state of other rigs (`diagnose`). "lines": the fault lines that `analyse` detects, the deepest named first,
     called against the healthy record of the same point; in the data set's band, or in one chosen on the record. The
     plain ones call whatever they name.
     """
@@ -61,11 +61,11 @@ def methods(registered: Sequence[RegisteredRecording]) -> dict[str, Method]:
         analysis = analyse(recording, bearing=bearing, choose_on_record=choose)
         deepest = next((Fault.of_line(line.name) for line in detected_fault_lines(analysis.lines)), None)
         band_hz = analysis.processed.band_hz if choose else None
-        call = call_fault(analysis, healthy_analysis(recording, bearing, registered, baselines, band_hz))
+        call = compare_with_baseline(analysis, healthy_analysis(recording, bearing, registered, baselines, band_hz))
         return Named(named=deepest, called=call.called)
 
     def jointly(rig: str, recording: Recording, bearing: Bearing) -> Named:
-        naming = name_fault(analyse(recording, bearing=bearing), all_channels=True, without_rig=rig)
+        naming = diagnose(analyse(recording, bearing=bearing), all_channels=True, without_rig=rig)
         state = naming.state if naming.state in DEFECTS else None
         return Named(named=naming.most_probable, called=None if state is None else Fault(state))
 

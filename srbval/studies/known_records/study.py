@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from srbval.bearing import DEFECTS
-from srbval.diagnosis.fault_evidence import fault_evidence
+from srbval.diagnosis.fault_scores import fault_scores
 from srbval.errors import SrbvalError
 from srbval.progress import Progress
 from srbval.reading.analyse import analyse
@@ -33,7 +33,7 @@ def rows(record: KnownRecord) -> Iterator[dict[str, object]]:
     """One row of the record as it is, and of a faulty one those of what it is not."""
     recording, bearing = record.load()
     for state, analysis in readings(record, analyse(recording, bearing=bearing)):
-        values = (f"{value:.2f}" for value in fault_evidence(analysis).features)
+        values = (f"{value:.2f}" for value in fault_scores(analysis).features)
         yield dict(zip(COLUMNS, (record.rig, specimen(record), state, *values), strict=True))
 
 

@@ -135,6 +135,6 @@ def table(jobs: int | None) -> str:
     first = len(knots.weak_steady)
     return (
         f"# coverage {min(shares):.3f} to {max(shares):.3f}, standard deviation {math.sqrt(np.var(shares)):.3f}\n"
-        f"steady = {list(knots.weak_steady)}\nsteady_factor = {factors[:first]}\n"
+        f"weak_steady = {list(knots.weak_steady)}\nweak_factor = {factors[:first]}\n"
         f"wide = {list(knots.wide)}\nwide_factor = {factors[first:]}"
     )

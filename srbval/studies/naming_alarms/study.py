@@ -17,7 +17,7 @@ import scipy.signal
 
 from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
-from srbval.diagnosis.fault_naming import name_fault
+from srbval.diagnosis.diagnose import diagnose
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
@@ -97,15 +97,15 @@ def alarms(background: Callable[[Rng], FloatArray], count: int, seed: int = 1) -
         recording = replace(first, channels={"x": background(np.random.default_rng([seed, number]))})
         # The speed is stated and no line has a part in the naming: the chain alone is run again.
         processed = process(recording, band_hz=BAND_HZ, tracking=analysis.processed.tracking)
-        naming = name_fault(replace(analysis, recording=recording, processed=processed))
-        chances += [part.false_alarm for part in naming.evidence.parts if part.false_alarm is not None]
+        naming = diagnose(replace(analysis, recording=recording, processed=processed))
+        chances += [part.false_alarm for part in naming.scores.parts if part.false_alarm is not None]
         said[naming.state] += 1
         for choose in (False, True):
             detected[choose] += bool(
                 detected_fault_lines(analyse(recording, bearing=bearing, choose_on_record=choose).lines)
             )
     rate = float(np.mean(np.array(chances) < LEVEL))
-    faults = sum(said[part.fault.value] for part in naming.evidence.parts)
+    faults = sum(said[part.fault.value] for part in naming.scores.parts)
     return {
         "background": background.__name__, "chances": len(chances), "below": rate, "over nominal": rate / LEVEL,
         "records": count, "fault called": faults, "something else": said["other"],

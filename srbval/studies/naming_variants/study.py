@@ -1,7 +1,7 @@
 """Other spectra for naming a fault, on all registered records.
 
 Each variant takes the place of the spectrum that combs are read from; everything that is learnt is learnt again, with
-one rig left out in turn. Counted are the answers of `name_fault` and the calibration error of its probabilities.
+one rig left out in turn. Counted are the answers of `diagnose` and the calibration error of its probabilities.
 """
 
 import dataclasses
@@ -15,8 +15,8 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS
-from srbval.diagnosis import fault_evidence
-from srbval.diagnosis.fault_naming import channels_of
+from srbval.diagnosis import fault_scores
+from srbval.diagnosis.diagnose import channels_of
 from srbval.diagnosis.fault_posterior import KnownFeatures, decide, fit_posterior
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
@@ -25,9 +25,8 @@ from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.pipeline import tracked
 from srbval.recordings import ShaftSpeed
 from srbval.recordings.registry import listing
-from srbval.signal import Periodogram
+from srbval.signal import Periodogram, prewhitened
 from srbval.signal.comb_spectrum import CombSpectrum
-from srbval.signal.prewhitening import prewhitened
 from srbval.studies.harness import Study, StudyResult
 from srbval.studies.known_state import KnownRecord, known_records, readings, specimen
 from srbval.studies.naming_scores import held_out, scores
@@ -48,14 +47,14 @@ class BandSpectra(Periodogram):
 
 
 def best_of_bands(record: Periodogram, speed: ShaftSpeed) -> CombSpectrum:
-    """In place of `fault_evidence._combs`: each comb, and each placebo, in the band that shows it best."""
-    lowest = fault_evidence.LEAST_ORDER * speed.value_hz
+    """In place of `fault_scores._combs`: each comb, and each placebo, in the band that shows it best."""
+    lowest = fault_scores.LEAST_ORDER * speed.value_hz
     bands = record.bands if isinstance(record, BandSpectra) else (record.power,)
     found = [
-        CombSpectrum.of(dataclasses.replace(record, power=power), lowest, fault_evidence.HARMONICS) for power in bands
+        CombSpectrum.of(dataclasses.replace(record, power=power), lowest, fault_scores.HARMONICS) for power in bands
     ]
-    evidence, mixed = (np.max([getattr(f, name) for f in found], axis=0) for name in ("evidence", "mixed"))
-    return dataclasses.replace(found[0], evidence=evidence, mixed=mixed)
+    score, mixed = (np.max([getattr(f, name) for f in found], axis=0) for name in ("score", "mixed"))
+    return dataclasses.replace(found[0], score=score, mixed=mixed)
 
 
 class Coherences:
@@ -95,10 +94,10 @@ def not_prewhitened(analysis: Analysis) -> Periodogram:
 def features_of(analysis: Analysis, spectrum: Spectrum) -> tuple[float, ...]:
     """The features of a reading, from another spectrum."""
     with (
-        mock.patch.object(fault_evidence, "whitened_periodogram", return_value=spectrum(analysis)),
-        mock.patch.object(fault_evidence, "_combs", best_of_bands),
+        mock.patch.object(fault_scores, "whitened_periodogram", return_value=spectrum(analysis)),
+        mock.patch.object(fault_scores, "_combs", best_of_bands),
     ):
-        return fault_evidence.fault_evidence(analysis).features
+        return fault_scores.fault_scores(analysis).features
 
 
 def known(record: KnownRecord, read: Analysis, spectrum: Spectrum) -> Iterator[KnownFeatures]:

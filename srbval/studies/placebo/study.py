@@ -25,11 +25,11 @@ from srbval.errors import DataError
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import Analysis, analyse
-from srbval.reading.families import Family, families_of, half_window_hz, meaningless_hz
+from srbval.reading.families import Family, families_of, half_window_hz, placebo_fundamentals
 from srbval.reading.speed_search import periodogram_of
 from srbval.recordings import Recording, load_recording
 from srbval.signal import Periodogram, read_comb
-from srbval.signal.placebo import APART, GRID, ORDERS, rank_among_placebos
+from srbval.signal.false_alarm import APART, GRID, ORDERS, rank_among_placebos
 from srbval.studies.harness import Study, StudyResult
 
 IMS = ("2003.10.22.12.06.24", "2003.10.22.12.09.13", "2003.10.22.12.14.13")
@@ -74,7 +74,7 @@ def tried_combs(rig: str, analysis: Analysis, designs: Sequence[int], count: int
         if about is None:
             continue
         relative = half_hz / family.kinematic_hz
-        pool = meaningless_hz(family, about, record, families, speed)
+        pool = placebo_fundamentals(family, about, record, families, speed)
         for centre in rng.choice(pool, count) if pool.size else ():
             alike = dataclasses.replace(family, kinematic_hz=float(centre))
             placebo = tuple(_rank(record, alike, relative, len(about.snr), pool, orders) for orders in designs)

@@ -5,12 +5,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
-from srbval.comparison.bias import biases_of
+from srbval.comparison.bias import biases
 from srbval.comparison.budget import VERDICT
 from srbval.comparison.compared_quantities import CAGE_RATIO
 from srbval.comparison.comparison import Comparison
-from srbval.comparison.predictions import rows_of_predictions
 from srbval.path.amplitudes import THIRD_OCTAVES
+from srbval.path.predictions import rows_of_predictions
 from srbval.recordings.registry import listing
 from srbval.report.model import Section
 from srbval.report.pages import Page, StoredResults
@@ -66,7 +66,7 @@ def data(results: StoredResults) -> Row:
     """What ``report.json`` holds of it."""
     content, rows = results.content("predictions"), results.gathered["predictions"]
     predicted = {key: content.get(key) for key in ("predictions_sha256", "predictions")}
-    return {"predictions": predicted, "comparisons": list(rows), "bias": list(biases_of(rows))}
+    return {"predictions": predicted, "comparisons": list(rows), "bias": list(biases(rows))}
 
 
 PAGE = Page(name="predictions", place=44.3, results=("predictions",), section=section, data=data, gather=compared)

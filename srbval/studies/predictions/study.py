@@ -17,10 +17,10 @@ from typing import Any, NamedTuple
 from srbval.bearing import DEFECTS, Fault
 from srbval.comparison.compared_quantities import CAGE_RATIO
 from srbval.comparison.effects import INPUTS
-from srbval.comparison.predictions import digest
 from srbval.comparison.speed_and_slip import published_rpm
 from srbval.models.run import Run
 from srbval.path.amplitudes import NUMERICS, SURFACES, half_widths
+from srbval.path.predictions import digest
 from srbval.progress import Progress
 from srbval.recordings import Recording, ShaftSpeed, SpeedSource
 from srbval.recordings.registry import rig_recordings, unopened

@@ -10,12 +10,12 @@ import scipy.fft
 
 from srbval.arrays import FloatArray
 from srbval.signal import (
+    amplitude_spectrum,
     analytic_signal,
     bandpass,
     butterworth_gain,
+    drop_ends,
     end_s,
-    envelope_spectrum_one_pass,
-    morlet_scalogram,
     squared_envelope,
     squared_envelope_one_pass,
 )
@@ -25,8 +25,6 @@ BANDS_HZ = ((1400.0, 2800.0), (500.0, 1500.0))  # of the rig's and of the simula
 RECORDS = 5  # the error of a truncated filtered record depends on the few samples at its ends: the worst of so many
 AGREEMENT = 1e-4  # of the largest value
 FAULT_HZ, FAULT_DEPTH = 97.0, 0.3
-# What is timed: a record of `SAMPLES` in the first band, a scalogram of these rows.
-SCALOGRAM_HZ, ROWS = (40.0, 1000.0), 100
 ROUNDS = 3
 
 
@@ -147,29 +145,23 @@ class ChainTiming:
 
 
 def timings() -> tuple[ChainTiming, ...]:
-    """Record to envelope spectrum, and the scalogram image of a 30 s record."""
+    """Record to envelope spectrum."""
     samples = np.random.default_rng(0).standard_normal(SAMPLES)
     return (
         _timing("envelope spectrum, one pass", "sosfiltfilt, hilbert, abs, rfft", ROUNDS * 3,
-                lambda: envelope_spectrum_one_pass(samples, FS_HZ, BANDS_HZ[0]), lambda: _usual(samples)),
-        _timing("Morlet scalogram at figure resolution", "pywt.cwt, fft", 1,
-                lambda: morlet_scalogram(samples, FS_HZ, range_hz=SCALOGRAM_HZ, rows=ROWS), lambda: _pywt(samples)),
+                lambda: _own(samples), lambda: _usual(samples)),
     )  # fmt: skip
 
 
-def _usual(samples: np.ndarray) -> object:
+def _own(samples: FloatArray) -> object:
+    square, rate = squared_envelope_one_pass(samples, FS_HZ, BANDS_HZ[0])
+    return amplitude_spectrum(drop_ends(square, rate, end_s(BANDS_HZ[0])), rate)
+
+
+def _usual(samples: FloatArray) -> object:
     import scipy.signal
 
     return scipy.fft.rfft(np.abs(scipy.signal.hilbert(bandpass(samples, FS_HZ, BANDS_HZ[0]))))
-
-
-def _pywt(samples: np.ndarray) -> object:
-    import pywt
-
-    scales = FS_HZ / np.geomspace(*SCALOGRAM_HZ, ROWS)
-    for first in range(0, ROWS, 10):  # a 30 s record of all rows at once would take a gigabyte
-        pywt.cwt(samples, scales[first : first + 10], "cmor1.5-1.0", 1 / FS_HZ, method="fft")
-    return None
 
 
 def _timing(

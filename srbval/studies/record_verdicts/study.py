@@ -31,11 +31,11 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Fault, load_bearing
 from srbval.comparison.budget import PRIOR, VERDICT
-from srbval.comparison.compared_quantities import CAGE_RATIO, KINDS, SHAPE, Sides, compare, shape_angle
+from srbval.comparison.compared_quantities import CAGE_RATIO, COMPARED, SHAPE, compare, shape_angle
 from srbval.comparison.comparison import MOUNTING, Comparison, QuantityValue
 from srbval.comparison.counterpart import STARTS
 from srbval.comparison.effects import DefectEffects, Sensitivity, sensitivity_of
-from srbval.comparison.record_verdict import holm, judge
+from srbval.comparison.record_verdict import holm, record_verdict
 from srbval.comparison.spectrum_shape import angle_within, noise_about, with_noise
 from srbval.errors import DataError
 from srbval.progress import Progress
@@ -61,7 +61,7 @@ SHAFT_HZ = 14.3
 READING, SPEED = 1.7e-4, 1.0e-4
 NONE, MARGIN, ONE, DRAWN = "none", "at the margin", "one at the margin", "from the prior"
 DISCREPANCIES = (NONE, MARGIN, ONE, DRAWN)
-MARGINS = {kind.name: kind.margin for kind in KINDS if kind.margin}
+MARGINS = {row.kind: row.margin for row in COMPARED if row.margin}
 BEARING = load_bearing(DEFAULT_BEARING)
 
 
@@ -207,8 +207,8 @@ def shape_p(study: DefectEffects, truth: FloatArray | None, line: Line, rng: np.
     halves = with_noise(truth, *noise, rng)
     within = angle_within(halves)
     rig = QuantityValue(value=within.degrees, ci95=within.ci95, line=line, halves=halves)
-    outcome = shape_angle(Sides(SHAPE, QuantityValue(value=0.0, halves=np.array(study.spectrum)), rig, {}, study))
-    return None if outcome is None else outcome.p
+    made = shape_angle(SHAPE, QuantityValue(value=0.0, halves=np.array(study.spectrum)), rig, study)
+    return None if made is None else made.get("p")
 
 
 def discrepancies(
@@ -262,7 +262,7 @@ def rates(setting: Setting, kind: str, seconds: float, rigs: int = RIGS) -> Verd
     for number in range(rigs):
         truth = setting.truths[number % len(setting.truths)]
         made = rig(setting, truth, kind, seconds, rng)
-        judged = [judge(rows, setting.study.of(f)) for f, (rows, *_) in zip(RACE_DEFECTS, made, strict=True)]
+        judged = [record_verdict(rows, setting.study.of(f)) for f, (rows, *_) in zip(RACE_DEFECTS, made, strict=True)]
         known = holm([one for one in judged if one is not None])
         resolved.append(any(one.p_holm < VERDICT.false_resolved for one in known))
         single += [one.p < VERDICT.false_resolved for one in known]

@@ -17,15 +17,15 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import RACE_DEFECTS, Fault
-from srbval.comparison.bias import biases_of
+from srbval.comparison.bias import biases
 from srbval.comparison.compared_quantities import CAGE_RATIO
 from srbval.comparison.comparison import Comparison, QuantityValue
 from srbval.comparison.effects import INPUTS
-from srbval.comparison.predictions import values_of_record
 from srbval.errors import NumericsError
 from srbval.models.run import Run
 from srbval.models.simulate import Step, simulate
 from srbval.path.amplitudes import NUMERICS, PATH, half_widths, levels, pattern, rows
+from srbval.path.predictions import values_of_record
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.recordings import Recording
@@ -104,7 +104,7 @@ def scene_of(step: WaterfallStep, state: Fault, changes: Mapping[str, Any]) -> S
 
 
 @cache
-def _run(scene: Scene) -> Run:
+def _run_scene(scene: Scene) -> Run:
     run = simulate(scene, step=Step.UNCHECKED)
     if not run.status.usable:  # the stiffest of the drawn contacts
         run = simulate(
@@ -134,7 +134,7 @@ def compared(step: WaterfallStep, rig: Mapping[Fault, Mapping[str, QuantityValue
     """The rows of one step."""
     path = load_scene("paper", step.changes).sensor_path
     numerics, inputs = variants(step)
-    runs = [{state: _run(scene_of(step, state, one)) for state in STATES} for one in ({}, *numerics, *inputs)]
+    runs = [{state: _run_scene(scene_of(step, state, one)) for state in STATES} for one in ({}, *numerics, *inputs)]
     for state in RACE_DEFECTS:
         model, finer, *others = (read(one, state, path) for one in runs)
         values = [{name: value.value for name, value in one.items()} for one in (model, *others)]
@@ -200,7 +200,7 @@ def _run(_: Namespace, progress: Progress) -> StudyResult:
         replace(row, scene="paper") for row in first.values()
     ]  # fmt: skip
     content = {
-        "seconds": SECONDS, "bias": biases_of(paper), "measures": summary, "rows": [row.to_dict() for row in found],
+        "seconds": SECONDS, "bias": biases(paper), "measures": summary, "rows": [row.to_dict() for row in found],
     }  # fmt: skip
     return StudyResult(name="waterfall", content=content, text=text_rows([to_json(one) for one in summary]))
 

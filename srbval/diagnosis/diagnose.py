@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing import DEFECTS, Fault
-from srbval.diagnosis.fault_call import Basis, FaultCall
-from srbval.diagnosis.fault_evidence import FaultEvidence, fault_evidence
+from srbval.diagnosis.baseline_comparison import BaselineComparison, Basis
 from srbval.diagnosis.fault_posterior import FaultPosterior, KnownFeatures, decide, fit_posterior, most_probable
+from srbval.diagnosis.fault_scores import FaultScores, fault_scores
 from srbval.processes.machine import one_thread
 from srbval.reading.analyse import Analysis
 from srbval.reading.pipeline import process
@@ -22,17 +22,18 @@ KNOWN_FILE = "known_records.csv"  # written by ``python -m srbval.studies.known_
 
 
 @dataclass(frozen=True, kw_only=True)
-class Naming:
+class Diagnosis:
     """`state` is the class called, "undecided" where none is probable enough; `probabilities` are all classes'.
 
-    `log_likelihood`: of each class over the healthy one's, for priors of one's own; those here are equal. `rigs`: how
-    many the record was held against; `channel`: the one that shows the class best, whose `evidence` is given.
+    `log_likelihood`: of each class over the healthy one's, for priors of one's own; those here are equal. `rigs`: of
+    how many rigs records of known state were learnt from; `channel`: the one that shows the class best, whose `scores`
+    are given.
     """
 
     state: str
     probabilities: Mapping[str, float]
     log_likelihood: Mapping[str, float]
-    evidence: FaultEvidence
+    scores: FaultScores
     rigs: int
     channel: str | None
 
@@ -44,7 +45,7 @@ class Naming:
     @property
     def group(self) -> str:
         """How a rolling element shows where it shows as a group of lines, in words; else empty."""
-        part = next(p for p in self.evidence.parts if p.fault is Fault.ROLLER)
+        part = next(p for p in self.scores.parts if p.fault is Fault.ROLLER)
         if self.most_probable is not Fault.ROLLER or part.spacing_hz is None:
             return ""
         return (
@@ -57,7 +58,7 @@ class Naming:
     def sentence(self) -> str:
         """All of it in words."""
         shares = ", ".join(f"{name} {share:.2f}" for name, share in self.probabilities.items())
-        order, excess = self.evidence.unexplained_order, self.evidence.unexplained
+        order, excess = self.scores.unexplained_order, self.scores.unexplained
         comb = "" if order is None else f" Strongest unexplained comb: order {order:.3f}, evidence {excess:.1f}."
         best = "" if self.channel is None else f" Channel {self.channel} shows it best."
         said = f"By this record alone, against {self.rigs} rigs of known state: {self.state} ({shares}).{best}{comb}"
@@ -69,23 +70,23 @@ def _fault(name: str) -> Fault | None:
 
 
 @one_thread()
-def name_fault(analysis: Analysis, *, all_channels: bool = False, without_rig: str | None = None) -> Naming:
-    """Name the fault of an analysed record; `without_rig` leaves a rig's own records out of what it is held against.
+def diagnose(analysis: Analysis, *, all_channels: bool = False, without_rig: str | None = None) -> Diagnosis:
+    """Name the fault of an analysed record; `without_rig` leaves a rig's own records out of those learnt from.
 
     With `all_channels` the record's other channels are looked at as well: sensors at other places of the machine.
     """
     model, rigs = _model(without_rig)
     views = channels_of(analysis) if all_channels else {analysis.recording.channel: analysis}
-    evidence = [fault_evidence(view) for view in views.values()]
-    features = [np.array(one.features) for one in evidence]
+    scores = [fault_scores(view) for view in views.values()]
+    features = [np.array(one.features) for one in scores]
     shares = model.probabilities(*features)
     found = most_probable(shares)
     best = int(np.argmax([model.log_likelihood(one)[found] for one in features]))
-    return Naming(
+    return Diagnosis(
         state=decide(shares),
         probabilities=shares,
         log_likelihood=model.log_likelihood(*features),
-        evidence=evidence[best],
+        scores=scores[best],
         rigs=rigs,
         channel=list(views)[best] if len(views) > 1 and found != Fault.HEALTHY else None,
     )
@@ -103,23 +104,23 @@ def channels_of(analysis: Analysis) -> dict[str | None, Analysis]:
     return found
 
 
-def fault_entry(call: FaultCall, naming: Naming | None) -> dict[str, Any]:
-    """What `analyse --json` says of the fault; `naming` is None of a record that is not measured.
+def fault_entry(comparison: BaselineComparison, diagnosis: Diagnosis | None) -> dict[str, Any]:
+    """What `analyse --json` says of the fault; `diagnosis` is None of a record that is not measured.
 
     `called` is that against the healthy record of the same point; where there is none, that of the record by itself.
     """
-    if naming is None:
+    if diagnosis is None:
         return {"called": None, "state": None, "against": None, "probabilities": {}}
-    alone = call.basis is Basis.LINE_ALONE
+    alone = comparison.basis is Basis.LINE_ALONE
     return {
-        "called": _fault(naming.state) if alone else call.called,
-        "state": naming.state,
-        "against": call.baseline or f"records of known state of {naming.rigs} rigs",
-        "probabilities": naming.probabilities,
-        "log_likelihood": naming.log_likelihood,
-        "unexplained_order": naming.evidence.unexplained_order,
-        "channel": naming.channel,
-        "parts": naming.evidence.parts,
+        "called": _fault(diagnosis.state) if alone else comparison.called,
+        "state": diagnosis.state,
+        "against": comparison.baseline or f"records of known state of {diagnosis.rigs} rigs",
+        "probabilities": diagnosis.probabilities,
+        "log_likelihood": diagnosis.log_likelihood,
+        "unexplained_order": diagnosis.scores.unexplained_order,
+        "channel": diagnosis.channel,
+        "parts": diagnosis.scores.parts,
     }
 
 

@@ -67,10 +67,10 @@ def _rows(
     entry = _longest(entry for entry in registered if entry.state is state and _is_of(prediction, entry))
     if entry is None:
         return
-    beside = _longest(one for one in registered if one.state is Fault.HEALTHY and _is_of(prediction, one))
+    healthy = _longest(one for one in registered if one.state is Fault.HEALTHY and _is_of(prediction, one))
     try:
         record = load_entry(entry)
-        rig = values_of_record(record, None if beside is None else load_entry(beside), state, bearing)
+        rig = values_of_record(record, None if healthy is None else load_entry(healthy), state, bearing)
     except SrbvalError:
         return
     model = {name: QuantityValue(value=value) for name, value in prediction["values"].items()}

@@ -29,7 +29,7 @@ OTHER_CONDITIONS = 5.5
 
 
 class Basis(enum.StrEnum):
-    """What a fault call rests on."""
+    """What a comparison rests on."""
 
     BASELINE = "healthy baseline"
     LINE_ALONE = "line alone"
@@ -37,9 +37,22 @@ class Basis(enum.StrEnum):
     NOT_MEASURED = "not measured"
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Baseline:
+    """A healthy record analysed in the band of the record that is compared with it.
+
+    `conditions` says in words what of speed and load differs: a healthy bearing's lines change with both, so the
+    comparison is less certain. `remarks` names what else differs, or what neither record states.
+    """
+
+    analysis: Analysis
+    conditions: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True, kw_only=True)
-class FaultCall:
-    """`indicated` is the state the deepest clear line points to; `called` is it only against a baseline.
+class BaselineComparison:
+    """`indicated` is the state the deepest clear line points to; `called` is it only where there is a baseline.
 
     `ratio` is the line's modulation over the baseline's, `ratio_ci95` its interval; `sentence` says all that
     in words, and where there is no baseline that a line alone cannot tell.
@@ -55,12 +68,11 @@ class FaultCall:
     baseline: str | None = None
 
 
-def call_fault(analysis: Analysis, baseline: Analysis | None = None, *, conditions: tuple[str, ...] = ()) -> FaultCall:
-    """Compare `analysis` with `baseline`, the analysis of a healthy record in the same band.
+def compare_with_baseline(analysis: Analysis, baseline: Baseline | Analysis | None = None) -> BaselineComparison:
+    """Compare `analysis` with the analysis of a healthy record in the same band.
 
-    `conditions` are those in which the healthy record was taken otherwise, in words: modulations are then compared as
-    depths, since levels rise with the speed, and the interval of their ratio is as much wider as `OTHER_CONDITIONS`
-    says.
+    Where a `Baseline` states `conditions` that differ, modulations are compared as depths, since levels rise with the
+    speed, and the interval of their ratio is as much wider as `OTHER_CONDITIONS` says.
 
     Modulations are compared in the squared envelope's own unit where both records state one, else as depths
     (share of the mean), since amplitudes of unknown scale cannot be compared. Without a baseline a line like a
@@ -68,15 +80,39 @@ def call_fault(analysis: Analysis, baseline: Analysis | None = None, *, conditio
     healthy bearing lines of its own. A record declared healthy is never called faulty; a line like a fault's is
     reported as a doubt about the label. Raises `ValueError` for different bands.
     """
+    healthy = baseline.analysis if isinstance(baseline, Baseline) else baseline
+    conditions = baseline.conditions if isinstance(baseline, Baseline) else ()
     recording = analysis.recording
     if recording.origin is not Origin.MEASURED:
-        return FaultCall(basis=Basis.NOT_MEASURED, sentence="No fault is called on a record that is not measured.")
-    if baseline is not None and baseline.processed.band_hz != analysis.processed.band_hz:
-        raise ValueError(f"bands differ: {analysis.processed.band_hz}, {baseline.processed.band_hz}.")
+        return BaselineComparison(
+            basis=Basis.NOT_MEASURED, sentence="No fault is called on a record that is not measured."
+        )
+    if healthy is not None and healthy.processed.band_hz != analysis.processed.band_hz:
+        raise ValueError(f"bands differ: {analysis.processed.band_hz}, {healthy.processed.band_hz}.")
     lines = detected_fault_lines(analysis.lines)
-    if recording.state is Fault.HEALTHY:
-        return _declared_healthy(analysis, lines)
-    return _alone(analysis, lines) if baseline is None else _compared(analysis, lines, baseline, conditions)
+    like_fault = next((x for x in lines if is_fault_like(analysis, x)), None)
+    if healthy is not None and recording.state is not Fault.HEALTHY:
+        return _compared(analysis, lines, healthy, conditions)
+    state, part = _part(like_fault) if like_fault else (None, "")
+    if recording.state is not Fault.HEALTHY:
+        sentence = (
+            "no healthy record of this rig at the same speed and load is registered: "
+            "a line alone cannot tell a fault from the healthy bearing's own lines."
+        )
+        points = f"The {like_fault.name} line points to {part} fault, but " if like_fault else ""
+        sentence = points + sentence if points else sentence[0].upper() + sentence[1:]
+    elif like_fault:
+        sentence = (
+            f"Doubtful: the record is declared healthy, but its {like_fault.name} line is like {part} fault's. "
+            "Check the label before using it as a baseline."
+        )
+    else:
+        shown = f"its {lines[0].name} line is shallow or smooth" if lines else "no race or roller line shows"
+        sentence = f"No fault is called: the record is declared healthy and {shown}; it is a baseline."
+    return BaselineComparison(
+        basis=Basis.DECLARED_HEALTHY if recording.state is Fault.HEALTHY else Basis.LINE_ALONE, sentence=sentence,
+        indicated=state, line=like_fault.name if like_fault else None,
+    )  # fmt: skip
 
 
 def is_fault_like(analysis: Analysis, line: Line) -> bool:
@@ -90,20 +126,11 @@ def is_fault_like(analysis: Analysis, line: Line) -> bool:
     return line.name != "BPFO" or not second or second[0] >= IMPACT_SECOND_HARMONIC * (line.depth or 0.0)
 
 
-def _fault_of(line: Line) -> Fault:
+def _part(line: Line) -> tuple[Fault, str]:
+    """The fault of a line, and its part as it stands before a noun, with an article: ``an outer-race``."""
     fault = Fault.of_line(line.name)
     assert fault is not None, "only lines of faults are compared"
-    return fault
-
-
-def _part(fault: Fault) -> str:
-    """``outer-race``, before a noun."""
-    return fault.label.replace(" ", "-")
-
-
-def _a_part(fault: Fault) -> str:
-    """The same with its article."""
-    return f"{'an' if fault.label[0] in 'aeiou' else 'a'} {_part(fault)}"
+    return fault, f"{'an' if fault.label[0] in 'aeiou' else 'a'} {fault.label.replace(' ', '-')}"
 
 
 def _short(ratio: float) -> str:
@@ -111,64 +138,29 @@ def _short(ratio: float) -> str:
     return f"{float(f'{ratio:.3g}'):,g}"
 
 
-def _declared_healthy(analysis: Analysis, lines: list[Line]) -> FaultCall:
-    """Its lines are the baseline; a line like a fault's calls no fault either, but puts the label in doubt."""
-    deepest = next((x for x in lines if is_fault_like(analysis, x)), None)
-    if deepest is None:
-        shown = f"its {lines[0].name} line is shallow or smooth" if lines else "no race or roller line shows"
-        return FaultCall(
-            basis=Basis.DECLARED_HEALTHY,
-            sentence=f"No fault is called: the record is declared healthy and {shown}; it is a baseline.",
-        )
-    state = _fault_of(deepest)
-    return FaultCall(
-        basis=Basis.DECLARED_HEALTHY,
-        sentence=f"Doubtful: the record is declared healthy, but its {deepest.name} line is like "
-        f"{_a_part(state)} fault's. Check the label before using it as a baseline.",
-        indicated=state,
-        line=deepest.name,
-    )
-
-
-def _alone(analysis: Analysis, lines: list[Line]) -> FaultCall:
-    deep = [x for x in lines if is_fault_like(analysis, x)]
-    shown = _fault_of(deep[0]) if deep else None
-    points = f"The {deep[0].name} line points to {_a_part(shown)} fault, but " if shown else ""
-    sentence = (
-        f"{points}no healthy record of this rig at the same speed and load is registered: "
-        "a line alone cannot tell a fault from the healthy bearing's own lines."
-    )
-    return FaultCall(
-        basis=Basis.LINE_ALONE,
-        sentence=sentence[0].upper() + sentence[1:],
-        indicated=shown,
-        line=deep[0].name if deep else None,
-    )
-
-
-def _compared(analysis: Analysis, lines: list[Line], baseline: Analysis, conditions: tuple[str, ...] = ()) -> FaultCall:
+def _compared(
+    analysis: Analysis, lines: list[Line], baseline: Analysis, conditions: tuple[str, ...]
+) -> BaselineComparison:
     name = baseline.recording.name
     if conditions:
         name += f" ({', '.join(conditions)}: comparable within a factor of {OTHER_CONDITIONS:g} only)"
-    scaled = not conditions and analysis.recording.unit == baseline.recording.unit == "m/s2"
-    further = math.log(OTHER_CONDITIONS) if conditions else 0.0
-    compared = [(x, *r) for x in lines if (r := _ratio(analysis, x, baseline, scaled, further))]
-    risen = [(x, ratio, ci95) for x, ratio, ci95 in compared if ratio >= CALLING_RATIO and ci95[0] > 1]
+    ratios = [(x, *r) for x in lines if (r := _ratio(analysis, x, baseline, bool(conditions)))]
+    risen = [(x, ratio, ci95) for x, ratio, ci95 in ratios if ratio >= CALLING_RATIO and ci95[0] > 1]
     if not risen:
-        return FaultCall(
+        return BaselineComparison(
             basis=Basis.BASELINE,
             sentence=f"Compared with the healthy record {name}, no line is {CALLING_RATIO:g} times as high or more: "
             "no fault is called.",
             baseline=baseline.recording.file,
         )
     line, ratio, ci95 = risen[0]
-    state = _fault_of(line)
+    state, part = _part(line)
     others = [f"{x.name} {_short(r)} times" for x, r, _ in risen[1:]]
     also = f" (also higher, less deep: {', '.join(others)})" if others else ""
-    return FaultCall(
+    return BaselineComparison(
         basis=Basis.BASELINE,
         sentence=f"Compared with the healthy record {name}, the {line.name} line is {_short(ratio)} times as high "
-        f"(95 %: {_short(ci95[0])} to {_short(ci95[1])}): {_part(state)} fault{also}.",
+        f"(95 %: {_short(ci95[0])} to {_short(ci95[1])}): {part.split()[1]} fault{also}.",
         indicated=state,
         called=state,
         line=line.name,
@@ -179,23 +171,22 @@ def _compared(analysis: Analysis, lines: list[Line], baseline: Analysis, conditi
 
 
 def _ratio(
-    analysis: Analysis, line: Line, baseline: Analysis, scaled: bool, further: float = 0.0
+    analysis: Analysis, line: Line, baseline: Analysis, other_conditions: bool
 ) -> tuple[float, tuple[float, float]] | None:
     """Modulation of `line` over the baseline's with its 95 % interval; None where the baseline's is out of reach.
 
-    `further` is what widens that interval besides noise, of the ratio's logarithm.
-
-    Where the baseline's peak is another's line, its own is unseen: it is taken as high as it could be, undetected.
+    Where the baseline's peak is another's line, its own was not detected: it is taken as high as it could be.
     """
+    scaled = not other_conditions and analysis.recording.unit == baseline.recording.unit == "m/s2"
     before = baseline.line(line.name)
     if before.explained_by == OTHER_LINE and before.snr and before.depth is not None:
-        unseen = min(1.0, math.sqrt(LEAST_SNR / before.snr))
-        before = dataclasses.replace(before, depth=unseen * before.depth, snr=min(before.snr, LEAST_SNR))
+        not_detected = min(1.0, math.sqrt(LEAST_SNR / before.snr))
+        before = dataclasses.replace(before, depth=not_detected * before.depth, snr=min(before.snr, LEAST_SNR))
     ours, theirs = _modulation(analysis, line, scaled), _modulation(baseline, before, scaled)
     if not theirs:
         return None
     noise = NORMAL_95 * math.sqrt(sum(0.5 / max(x.snr or 0.0, 0.5) for x in (line, before)))
-    spread = math.hypot(noise, further)
+    spread = math.hypot(noise, math.log(OTHER_CONDITIONS) if other_conditions else 0.0)
     ratio = ours / theirs
     return ratio, (ratio * math.exp(-spread), ratio * math.exp(spread))
 

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from srbval.report.findings.stored import ShownResult
 
 from srbval.bearing import Fault
-from srbval.comparison.predictions import digest, rows_of_predictions
+from srbval.path.predictions import digest, rows_of_predictions
 from srbval.recordings.registry import RegisteredRecording, add, rig_recordings, unopened
-from srbval.report.blocks import Paragraph, Table
-from srbval.studies.rig_inputs.page import rig_scene_section
 from tests.comparison.test_matrix import BEARING, rig_file
 
 PREDICTION: dict[str, Any] = {
@@ -22,9 +17,6 @@ PREDICTION: dict[str, Any] = {
     "values": {"cage ratio": 0.4312, "1000 Hz": -20.0, "harmonic 2": -3.0},
     "parts": {"inputs": {"cage ratio": 0.0004, "1000 Hz": 3.0, "harmonic 2": 2.0}},
 }  # fmt: skip
-
-
-ORIGIN = dict.fromkeys(("made_utc", "git_revision", "command", "processor", "usable_cores", "file"), "x")
 
 
 def content(**changes: Any) -> dict[str, Any]:
@@ -50,7 +42,7 @@ def test_a_record_at_an_opened_operating_point_is_not_unopened(registered: tuple
 def test_rows_are_blind_and_those_of_changed_predictions_are_not(registered: tuple[RegisteredRecording, ...]) -> None:
     rows = rows_of_predictions(content(), registered, BEARING)
     assert {row.quantity for row in rows} == set(PREDICTION["values"])
-    assert {(row.fault, row.used_for) for row in rows} == {(Fault.INNER, "blind")}
+    assert {(row.state, row.used_for) for row in rows} == {(Fault.INNER, "blind")}
     cage = next(row for row in rows if row.quantity == "cage ratio")
     assert cage.rig.value == pytest.approx(BEARING.orders.ftf, abs=1.5 * (cage.rig.ci95 or 0.0))
     assert cage.error == pytest.approx(100 * (0.4312 / cage.rig.value - 1))
@@ -59,37 +51,14 @@ def test_rows_are_blind_and_those_of_changed_predictions_are_not(registered: tup
     assert {row.used_for for row in rows_of_predictions(changed, registered, BEARING)} == {"withheld"}
 
 
-def test_rows_of_an_opened_record_are_not_blind(registered: tuple[RegisteredRecording, ...]) -> None:
+def test_an_opened_record_is_not_blind_and_one_that_is_not_there_or_unreadable_has_no_rows(
+    registered: tuple[RegisteredRecording, ...],
+) -> None:
     opened = PREDICTION | {"nominal_rpm": 877.0}
     rows = rows_of_predictions({"predictions": [opened], "predictions_sha256": digest([opened])}, registered, BEARING)
     assert {row.used_for for row in rows} == {"withheld"}
-
-
-def test_without_the_record_or_a_prediction_there_are_no_rows(registered: tuple[RegisteredRecording, ...]) -> None:
     assert rows_of_predictions(None, registered, BEARING) == ()
     assert rows_of_predictions(content(predictions=[PREDICTION | {"state": "roller"}]), registered, BEARING) == ()
-
-
-def test_a_record_that_cannot_be_read_has_no_rows(registered: tuple[RegisteredRecording, ...]) -> None:
     for entry in registered:
         Path(entry.file).write_bytes(b"not a record any more")
     assert rows_of_predictions(content(), registered, BEARING) == ()
-
-
-@pytest.mark.parametrize("known", [False, True])
-def test_the_report_states_hash_and_outcome(known: bool, registered: tuple[RegisteredRecording, ...]) -> None:
-    stored = {"predictions": content() | {"made_utc": datetime.now(UTC).isoformat()}}
-    results = {
-        kind: ShownResult(kind=kind, command="c", content=stored.get(kind), origin=ORIGIN)
-        for kind in ("rig_inputs", "rig_bands", "amplitudes", "waterfall", "predictions")
-    }
-    rows = rows_of_predictions(content(), registered, BEARING) if known else ()
-    section = rig_scene_section(SimpleNamespace(results=results, predicted=rows))  # type: ignore[arg-type]
-    (said,) = [
-        block.text for block in section.blocks if isinstance(block, Paragraph) and "Predictions stored" in block.text
-    ]
-    assert digest([PREDICTION]) in said
-    assert ("is off by" in said) is known
-    assert ("None of these records is registered" in said) is not known
-    tables = [block.id for block in section.appendix if isinstance(block, Table)]
-    assert tables == ["predictions", *["predicted-rows"] * known]

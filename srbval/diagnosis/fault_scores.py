@@ -12,13 +12,12 @@ import numpy as np
 
 from srbval.bearing import DEFECTS, Fault
 from srbval.reading.analyse import Analysis
-from srbval.reading.families import HARMONICS, Family, families_of, means_nothing
+from srbval.reading.families import HARMONICS, Family, families_of, is_placebo_order
 from srbval.reading.speed_search import whitened_periodogram
 from srbval.recordings import ShaftSpeed
 from srbval.signal import Periodogram
-from srbval.signal.comb_spectrum import CombSpectrum, neg_log_rank
-from srbval.signal.placebo import APART
-from srbval.signal.sideband_group import strongest_group
+from srbval.signal.comb_spectrum import CombSpectrum, strongest_group
+from srbval.signal.false_alarm import APART, neg_log_rank
 
 # Combs are looked for from this order of the shaft up.
 LEAST_ORDER = 1.1
@@ -29,10 +28,10 @@ SILENT = -1.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class PartEvidence:
-    """Of one fault: by how much the evidence of its comb exceeds that of a typical comb of the record.
+class PartScore:
+    """`excess`: by how much the score of a fault's comb exceeds that of a typical comb of the record.
 
-    `found_hz` is its fundamental, `false_alarm` the chance that a meaningless comb is as strong. None where the comb is
+    `found_hz` is its fundamental, `false_alarm` the chance that a placebo is as strong. None where the comb is
     out of the record's reach, `false_alarm` also where nothing is left to rank it among. Where a rolling element shows
     by a group of lines more clearly than by a comb (`strongest_group`), all this is the group's, `spacing_hz` apart.
     """
@@ -45,14 +44,14 @@ class PartEvidence:
 
 
 @dataclass(frozen=True, kw_only=True)
-class FaultEvidence:
-    """Of all faults, and of the strongest comb that neither they nor the shaft explain: excess and order.
+class FaultScores:
+    """Scores of all faults, and excess and order of the strongest comb that neither they nor the shaft explain.
 
     Where that comb is stronger than every fault's, it is that of the whole record; else that of what is left without
     the lines of the strongest fault.
     """
 
-    parts: tuple[PartEvidence, ...]
+    parts: tuple[PartScore, ...]
     unexplained: float
     unexplained_order: float | None
 
@@ -71,20 +70,20 @@ class FaultEvidence:
         return tuple(max(SILENT, value) for value in (*own, last))
 
 
-def fault_evidence(analysis: Analysis) -> FaultEvidence:
-    """The evidence of an analysed record, about the speed that its analysis found."""
+def fault_scores(analysis: Analysis) -> FaultScores:
+    """The scores of an analysed record, about the speed that its analysis found."""
     speed = analysis.speed
     families = families_of(analysis.bearing, speed.value_hz)
     relative = analysis.bearing.largest_slip + speed.ci95_hz / speed.value_hz
     record = whitened_periodogram(analysis.processed, analysis.bearing, speed)
     combs = _combs(record, speed)
-    meaningless = means_nothing(combs.frequency_hz, relative, families, speed)
+    allowed = is_placebo_order(combs.frequency_hz, relative, families, speed)
     typical = combs.typical(relative)
-    parts: list[PartEvidence] = []
+    parts: list[PartScore] = []
     for fault, family in zip(DEFECTS, families, strict=False):
-        evidence, found_hz = combs.highest(family.kinematic_hz, relative)
-        placebos = combs.placebos(meaningless, family.kinematic_hz, relative)
-        part = _part(fault, evidence - typical, found_hz, neg_log_rank(evidence, placebos))
+        score, found_hz = combs.highest(family.kinematic_hz, relative)
+        placebos = combs.placebos(allowed, family.kinematic_hz, relative)
+        part = _part(fault, score - typical, found_hz, neg_log_rank(score, placebos))
         if fault is Fault.ROLLER:  # the last: what is left without the lines of the clearer race
             race = _strongest(parts)
             rest = record if (race.excess or 0.0) <= 0 else _without(record, race, speed)
@@ -95,14 +94,14 @@ def fault_evidence(analysis: Analysis) -> FaultEvidence:
     if unexplained <= max(0.0, strongest.excess or 0.0):
         rest = _without(record, strongest, speed)
         unexplained, order = _strongest_unexplained(_combs(rest, speed), relative, analysis)
-    return FaultEvidence(parts=tuple(parts), unexplained=unexplained, unexplained_order=order)
+    return FaultScores(parts=tuple(parts), unexplained=unexplained, unexplained_order=order)
 
 
 def _part(
     fault: Fault, excess: float, found_hz: float, neg_log_chance: float, spacing_hz: float | None = None
-) -> PartEvidence:
+) -> PartScore:
     reached = not math.isnan(excess)
-    return PartEvidence(
+    return PartScore(
         fault=fault,
         found_hz=found_hz if reached else None,
         excess=excess if reached else None,
@@ -111,16 +110,16 @@ def _part(
     )
 
 
-def _as_group(record: Periodogram, family: Family, relative: float) -> PartEvidence:
+def _as_group(record: Periodogram, family: Family, relative: float) -> PartScore:
     """A rolling element's lines as a group: a cage's frequency apart, shifted against twice the element's spin."""
     group, others = strongest_group(record, family.kinematic_hz, family.sideband_hz, relative)
     if group is None or others.size == 0:
         return _part(Fault.ROLLER, math.nan, math.nan, math.nan)
-    excess = group.evidence - float(np.median(others))
-    return _part(Fault.ROLLER, excess, group.found_hz, neg_log_rank(group.evidence, others), group.spacing_hz)
+    excess = group.score - float(np.median(others))
+    return _part(Fault.ROLLER, excess, group.found_hz, neg_log_rank(group.score, others), group.spacing_hz)
 
 
-def _clearer(comb: PartEvidence, group: PartEvidence) -> PartEvidence:
+def _clearer(comb: PartScore, group: PartScore) -> PartScore:
     """The one of greater excess, its chance that of the better of two."""
     best = _strongest((comb, group))
     chances = [part.false_alarm for part in (comb, group) if part.false_alarm is not None]
@@ -131,11 +130,11 @@ def _combs(record: Periodogram, speed: ShaftSpeed) -> CombSpectrum:
     return CombSpectrum.of(record, LEAST_ORDER * speed.value_hz, HARMONICS)
 
 
-def _strongest(parts: Sequence[PartEvidence]) -> PartEvidence:
+def _strongest(parts: Sequence[PartScore]) -> PartScore:
     return max(parts, key=lambda part: SILENT if part.excess is None else part.excess)
 
 
-def _without(record: Periodogram, part: PartEvidence, speed: ShaftSpeed) -> Periodogram:
+def _without(record: Periodogram, part: PartScore, speed: ShaftSpeed) -> Periodogram:
     """The record with the harmonics of a fault's line, if it was reached, and their sidebands masked."""
     if part.found_hz is None:
         return record
@@ -149,8 +148,8 @@ def _strongest_unexplained(combs: CombSpectrum, relative: float, analysis: Analy
     """Excess over a typical comb and order of the strongest fundamental that means nothing in this bearing."""
     speed = analysis.speed
     families = families_of(analysis.bearing, speed.value_hz)
-    meaningless = means_nothing(combs.frequency_hz, relative / APART, families, speed)
-    if not meaningless.any():
+    allowed = is_placebo_order(combs.frequency_hz, relative / APART, families, speed)
+    if not allowed.any():
         return 0.0, None
-    best = int(np.argmax(np.where(meaningless, combs.evidence, -np.inf)))
-    return float(combs.evidence[best]) - combs.typical(relative), float(combs.frequency_hz[best]) / speed.value_hz
+    best = int(np.argmax(np.where(allowed, combs.score, -np.inf)))
+    return float(combs.score[best]) - combs.typical(relative), float(combs.frequency_hz[best]) / speed.value_hz
