@@ -63,7 +63,8 @@ def test_fault_frequencies_by_name_and_by_bearing() -> None:
 def test_every_command_is_a_function() -> None:
     verbs = {
         "kinematics": "fault_frequencies", "bearing": "find_bearings", "simulate": "simulate", "analyse": "analyse",
-        "data": "list_recordings", "report": "report_recordings", "bench": "run_study", "stability": "run_study", "study": "run_study",
+        "data": "list_recordings", "report": "report_recordings", "bench": "run_study",
+        "stability": "run_study", "study": "run_study",
         "plan": "make_plan", "campaign": "run_campaign", "check": "run_check", "doctor": "doctor",
         "identify": "identify_path", "docs": "build_docs",
     }  # fmt: skip

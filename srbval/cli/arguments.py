@@ -26,7 +26,7 @@ class Parser(argparse.ArgumentParser):
     def __init__(self, *args: Any, takes_rest: bool = False, **kwargs: Any) -> None:
         self.options: list[str] = []
         self.takes_rest = takes_rest
-        super().__init__(*args, **kwargs | {"add_help": not takes_rest})
+        super().__init__(*args, **{"add_help": not takes_rest, **kwargs})
         for name, type_ in TYPES.items():
             self.register("type", name, type_)
 

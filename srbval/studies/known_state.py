@@ -96,7 +96,8 @@ def readings(record: KnownRecord, read: Analysis) -> Iterator[tuple[str, Analysi
     yield record.state.value, read
     if record.state in DEFECTS:
         for factor in WRONG_SPEEDS:
-            wrong = {"value_hz": factor * read.speed.value_hz, "ci95_hz": factor * read.speed.ci95_hz}
-            yield OTHER, dataclasses.replace(read, speed=dataclasses.replace(read.speed, **wrong))
+            value_hz, ci95_hz = factor * read.speed.value_hz, factor * read.speed.ci95_hz
+            wrong = dataclasses.replace(read.speed, value_hz=value_hz, ci95_hz=ci95_hz)
+            yield OTHER, dataclasses.replace(read, speed=wrong)
         other = load_bearing(WRONG_BEARING.get(read.bearing.name, next(iter(WRONG_BEARING))))
         yield OTHER, dataclasses.replace(read, bearing=other)

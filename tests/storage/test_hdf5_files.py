@@ -14,7 +14,8 @@ import xarray
 
 from srbval.bearing import Fault
 from srbval.errors import DataError
-from srbval.recordings import load_recording, write_synthetic_record
+from srbval.recordings import load_recording
+from srbval.recordings.synthetic_record import write_synthetic_record
 from srbval.storage.hdf5_files import (
     END_BYTES,
     SCHEMA_VERSION,

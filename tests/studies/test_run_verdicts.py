@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from srbval.studies.stability.outcome import outcome_store
 
 from srbval.bearing import load_bearing
 from srbval.models.full.state import layout_of

@@ -209,11 +209,11 @@ def _text(confusions_: Sequence[Mapping[str, Any]], naming: Mapping[str, Any]) -
     parts = []
     for row in confusions_:
         if row["dataset"] == ALL:
-            counts = [{"state": state} | said for state, said in row["counts"].items()]
+            counts = [{"state": state, **said} for state, said in row["counts"].items()]
             parts.append(f"{row['method']}, {row['answer']}:\n{printed_columns(__package__, 'counts', counts)}")
     for row in (naming["scores"], naming["wrongly_read"]):
         parts.append(", ".join(f"{name.replace('_', ' ')} {value:.4g}" for name, value in row.items()))
-    methods_ = [row | _per_cent(row) for row in confusions_ if row["healthy"] + row["faulty"]]
+    methods_ = [{**row, **_per_cent(row)} for row in confusions_ if row["healthy"] + row["faulty"]]
     return "\n\n".join([*parts, printed_columns(__package__, "methods", methods_)])
 
 

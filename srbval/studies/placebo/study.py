@@ -16,6 +16,7 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -121,10 +122,10 @@ def distance(chances: Sequence[float]) -> float:
     return float(max(np.max(steps[1:] - ordered), np.max(ordered - steps[:-1])))
 
 
-def _row(name: str, chances: Sequence[float]) -> dict[str, object]:
-    values = np.array([c for c in chances if not math.isnan(c)])
-    rates = {f"below {level}": float(np.mean(values < level)) for level in (0.001, 0.01, 0.05)}
-    return {"of": name, "combs": values.size, "distance": distance(values)} | rates
+def _row(name: str, chances: Sequence[float]) -> dict[str, Any]:
+    values = [c for c in chances if not math.isnan(c)]
+    rates = {f"below {level}": float(np.mean(np.array(values) < level)) for level in (0.001, 0.01, 0.05)}
+    return {"of": name, "combs": len(values), "distance": distance(values)} | rates
 
 
 def left_out(tried: Sequence[RankedComb]) -> list[tuple[str, int, list[float]]]:
@@ -175,7 +176,7 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
     left = [_row(f"{rig}: {DESIGNS[n]} fundamentals", p) for rig, n, p in folds]
     by_noise, ranks = np.array([t.detected_before for t in tried]), np.array([t.placebo[0] for t in tried])
     shares = {f"ranks below {level}": float(np.mean(by_noise & (ranks < level))) for level in LEVELS}
-    content = {
+    content: dict[str, list[dict[str, Any]]] = {
         "combs": [_row("noise only", [t.noise for t in tried]), *designs],
         "by_rig": by_rig,  # "distance by chance": what one time in twenty exceeds
         "design_chosen_on_the_others": [*left, _row("all", [x for *_, p in folds for x in p])],

@@ -69,10 +69,9 @@ def band_reading(side: str, state: Fault, found: Analysis) -> BandReading:
         return read
     line = found.line_of(state)
     levels = (harmonic_level(number)(found, state) for number in HARMONICS)
-    known = line.found_hz is not None and line.ci95_hz is not None
     fields = asdict(read) | {
         "line": line.name, "snr": line.snr, "detected": line.detected,
-        "order": line.found_hz / speed_hz if known else None, "ci95": line.ci95_hz / speed_hz if known else None,
+        "order": line.found_hz and line.found_hz / speed_hz, "ci95": line.ci95_hz and line.ci95_hz / speed_hz,
         "harmonics_db": tuple(None if level is None else level.value for level in levels),
     }  # fmt: skip
     return BandReading(**fields)

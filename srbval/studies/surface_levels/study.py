@@ -46,7 +46,8 @@ def _options(parser: ArgumentParser) -> None:
 
 def _run(options: Namespace, progress: Progress) -> StudyResult:
     measured = load_registered(str(shipped_folder("data_manifest") / HEALTHY), RecordingSettings())
-    rms_rows, over = [{"surface": "H 877, measured (fit)"} | rms(measured)], []
+    rms_rows: list[dict[str, Any]] = [{"surface": "H 877, measured (fit)", **rms(measured)}]
+    over: list[dict[str, Any]] = []
     wanted = {name: one for name, one in surfaces().items() if options.only is None or name in options.only}
     for number, (name, surface) in enumerate(wanted.items()):
         progress(name, number / len(wanted))
@@ -55,15 +56,15 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
         }  # fmt: skip
         run = simulate(load_scene("rig", changes | ({"surface": surface} if surface else {})))
         recording = recording_from_run(run)
-        rms_rows.append({"surface": name} | rms(recording) | {"status": run.status})
+        rms_rows.append({"surface": name, **rms(recording), "status": run.status})
         ours, theirs = levels(recording, None), levels(measured, None)
         difference = {band: ours[band].value - theirs[band].value for band in THIRD_OCTAVES}
-        over.append({"surface": name} | difference | {"mean dB": float(np.mean(list(difference.values())))})
+        over.append({"surface": name, **difference, "mean dB": float(np.mean(list(difference.values())))})
     progress("surfaces", 1.0)
-    shown = [{"status": ""} | row for row in rms_rows]
+    shown = [{**row, "status": row.get("status", "")} for row in rms_rows]
     text = f"RMS in m/s2\n{text_rows(shown)}\n\nmodel over record, dB\n{text_rows(over)}"
-    name = None if options.only else "surface_levels"
-    return StudyResult(name=name, content={"rms": rms_rows, "model_over_record_db": over}, text=text)
+    stored = None if options.only else "surface_levels"
+    return StudyResult(name=stored, content={"rms": rms_rows, "model_over_record_db": over}, text=text)
 
 
 STUDY = Study(

@@ -16,7 +16,7 @@ from srbval.reading.analyse import analyse
 from srbval.reading.pipeline import process
 from srbval.recordings import ShaftSpeed, SpeedSource
 from srbval.studies.naming_alarms.study import SHAFT_HZ, impulsive
-from tests.diagnosis.test_fault_call import faulted_analysis
+from tests.diagnosis.test_baseline_comparison import faulted_analysis
 from tests.reading.test_shaft_speed import BEARING, record
 
 
