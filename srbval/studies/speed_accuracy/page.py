@@ -7,10 +7,7 @@ from functools import partial
 from typing import Any
 
 from srbval.models.run import USABLE
-from srbval.report.badges import Badge
-from srbval.report.blocks import Block, Figure
-from srbval.report.inline import literal
-from srbval.report.model import Section
+from srbval.report import Badge, Block, Figure, Section, literal
 from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
