@@ -32,7 +32,7 @@ _NAMES = {
     "diagnosis.baseline_comparison": ("BaselineComparison", "compare_with_baseline"),
     "diagnosis.diagnose": ("Diagnosis", "diagnose"),
     "path.identify": ("identify as identify_path",),
-    "report.findings.findings": ("Evidence",),
+    "report.findings.findings": ("Findings",),
     "report.findings.gather": ("gather",),
     "studies.harness": ("run_study",),
     "plan.plan": ("make_plan",),
@@ -41,7 +41,7 @@ _NAMES = {
     "campaign.status": ("campaign_status", "verify_campaign"),
     "campaign.export": ("export_campaign",),
     "check.check": ("run_check",),
-    "report.figures.analysis": ("analysis_picture as plot_analysis",),
+    "report.figures.plot": ("plot",),
     "report.reports": ("make_report", "report_recordings", "write_plot"),
     "cli.docs_command": ("build_docs",),
     "cli.doctor_command": ("doctor",),
@@ -53,14 +53,14 @@ _HOME = {
     for module, names in _NAMES.items()
     for name in names
 }
-__all__ = ["Analysis", "BaselineComparison", "Bearing", "ConfigurationError", "DataError", "Diagnosis", "Evidence",
+__all__ = ["Analysis", "BaselineComparison", "Bearing", "ConfigurationError", "DataError", "Diagnosis", "Findings",
            "NumericsError", "Origin", "Recording", "Run", "RunStatus", "Scene", "ShaftSpeed", "Spectrum",
            "SpeedSource", "SrbvalError", "__version__", "add_recordings", "amplitude_spectrum", "analyse",
            "bandpass", "baseline_of", "build_docs", "campaign_status", "compare_with_baseline", "diagnose", "doctor",
            "envelope", "envelope_spectrum", "export_campaign", "fault_frequencies", "fetch_recordings",
            "find_bearings", "gather", "identify_path", "known_bearings", "kurtogram", "list_recordings",
            "load_bearing", "load_campaign", "load_recording", "load_scene", "make_plan", "make_report",
-           "paper_scene", "plot_analysis", "recording_from_run", "report_recordings", "run_campaign", "run_check",
+           "paper_scene", "plot", "recording_from_run", "report_recordings", "run_campaign", "run_check",
            "run_study", "simulate", "verify_campaign", "verify_recordings", "write_plot", "write_run"]  # fmt: skip
 
 if TYPE_CHECKING:
@@ -87,8 +87,8 @@ if TYPE_CHECKING:
     from srbval.recordings.registry import fetch as fetch_recordings
     from srbval.recordings.registry import listing as list_recordings
     from srbval.recordings.registry import verify as verify_recordings
-    from srbval.report.figures.analysis import analysis_picture as plot_analysis
-    from srbval.report.findings.findings import Evidence
+    from srbval.report.figures.plot import plot
+    from srbval.report.findings.findings import Findings
     from srbval.report.findings.gather import gather
     from srbval.report.reports import make_report, report_recordings, write_plot
     from srbval.scene import Scene, load_scene, paper_scene

@@ -25,8 +25,8 @@ def test_a_run_is_a_table_a_picture_and_a_line_of_text() -> None:
     frame = run().to_frame()
     assert len(frame) == run().samples
     assert frame["acceleration_x_m_s2"].to_numpy() == pytest.approx(run().acceleration_m_s2[:, 0])
-    assert len(run().plot().axes) == 3
-    assert run().plot()._repr_png_().startswith(b"\x89PNG")  # shown in a notebook that never imported pyplot
+    assert len(srbval.plot(run()).axes) == 3
+    assert srbval.plot(run())._repr_png_().startswith(b"\x89PNG")  # shown in a notebook that never imported pyplot
     assert repr(run()).startswith("<Run ok: impulse model, skf-22240, outer race, 710 rpm, 0.5 s")
 
 
@@ -34,7 +34,7 @@ def test_an_analysis_is_a_table_a_picture_and_a_line_of_text() -> None:
     frame = analysis().to_frame()
     inner = frame[(frame["name"] == "BPFI") & (frame["harmonic"] == 1)].iloc[0]
     assert inner["found_hz"] == analysis().line("BPFI").found_hz
-    labels = [text.get_text() for axes in srbval.plot_analysis(analysis()).axes for text in axes.texts]
+    labels = [text.get_text() for axes in srbval.plot(analysis()).axes for text in axes.texts]
     assert any(text.startswith("BPFI  135.4 Hz") for text in labels)
     assert repr(analysis()).endswith("BPFI detected>")
     assert repr(analysis().recording) == "<Recording made for the test: measured, inner race, x, 3 s at 12000 Hz>"
@@ -63,7 +63,8 @@ def test_fault_frequencies_by_name_and_by_bearing() -> None:
 def test_every_command_is_a_function() -> None:
     verbs = {
         "kinematics": "fault_frequencies", "bearing": "find_bearings", "simulate": "simulate", "analyse": "analyse",
-        "data": "list_recordings", "report": "report_recordings", "bench": "run_bench", "stability": "run_stability",
+        "data": "list_recordings", "report": "report_recordings", "bench": "run_study",
+        "stability": "run_study", "study": "run_study",
         "plan": "make_plan", "campaign": "run_campaign", "check": "run_check", "doctor": "doctor",
         "identify": "identify_path", "docs": "build_docs",
     }  # fmt: skip

@@ -39,11 +39,11 @@ def _main(options: argparse.Namespace, folder: Path, progress: Progress) -> tupl
     with stage(progress, "Load the program"):
         from srbval.report.reports import make_report
         from srbval.studies.harness import pages
-    made = make_report(
+    found, files = make_report(
         folder, seconds=options.seconds, jobs=options.jobs, formats=_formats(options), appendix=options.appendix,
         pages=pages(), command=own_command(), progress=progress,
     )  # fmt: skip
-    return made.files, {"headline": to_json(made.evidence.headline), "table6": made.evidence.rows}
+    return files, {"headline": to_json(found.headline), "table6": found.data["table6"]}
 
 
 def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple[dict[str, Path], dict[str, Any]]:
@@ -51,8 +51,9 @@ def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple
         from srbval.diagnosis.baseline import load_healthy
         from srbval.recordings.registry import load_registered
         from srbval.report.reports import report_recordings
+        from srbval.report.sections.user_report import user_data
     settings = recording_settings(options)
-    made = report_recordings(
+    records, files = report_recordings(
         [load_registered(file, settings) for file in options.files],
         folder,
         bearing=options.bearing,
@@ -65,4 +66,4 @@ def _own(options: argparse.Namespace, folder: Path, progress: Progress) -> tuple
         command=own_command(),
         progress=progress,
     )
-    return made.files, made.evidence.to_dict()
+    return files, user_data(records)

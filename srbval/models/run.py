@@ -6,7 +6,7 @@ import enum
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -137,19 +137,6 @@ class Run(RunSummary):
                    "roller_force": (self.roller_force_n, "n")}  # fmt: skip
         columns = {f"{n}_{a}_{unit}": v[:, i] for n, (v, unit) in vectors.items() for i, a in enumerate("xyz")}
         return pandas.DataFrame({"time_s": self.time_s} | columns | {"cage_rad_s": self.cage_rad_s})
-
-    def plot(self) -> Any:
-        """A matplotlib figure: acceleration along the sensor's axis in time, its spectrum, the cage's speed.
-
-        Notebooks show what this returns; ``savefig`` writes it.
-        """
-        from srbval.models.sensor import along_sensor
-        from srbval.report.figures.run import run_picture
-
-        return run_picture(
-            self.time_s, along_sensor(self.acceleration_m_s2), self.cage_rad_s / self.scene.shaft_speed_rad_s,
-            title=self._title,
-        )  # fmt: skip
 
     def __repr__(self) -> str:
         return f"<Run {self.status}: {self._title}, {self.seconds:.4g} s, cage {self.cage_ratio:.5f} of the shaft>"

@@ -6,9 +6,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
 
-from srbval.report.badges import Tone
-from srbval.report.blocks import Block, Figure, FigureGrid
-from srbval.report.table import Table, check_identifier
+from srbval.report.blocks import Block, Figure, FigureGrid, Table, Tone, check_identifier
 
 
 class Document(enum.StrEnum):

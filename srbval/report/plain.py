@@ -3,13 +3,12 @@
 Every number is formatted here and only here, so the HTML page and the PDF cannot differ.
 """
 
-import dataclasses
 from typing import Any
 
 from srbval.report import blocks
+from srbval.report.blocks import Cell, Column, Figure, FigureGrid, Table, format_value
 from srbval.report.inline import printable, spans
 from srbval.report.model import Document, Report
-from srbval.report.table import Cell, Column, Table, format_value
 from srbval.storage.json_files import json_text
 
 Plain = dict[str, Any]
@@ -42,7 +41,7 @@ def as_plain(report: Report, document: Document = Document.MAIN, *, with_appendi
             {
                 "id": s.id,
                 "title": printable(s.title),
-                "blocks": [plain_block(b) for b in s.part(document)],
+                "blocks": [_plain_block(b) for b in s.part(document)],
                 "elsewhere": _counted(s.part(other)),
             }
             for s in report.sections
@@ -56,13 +55,12 @@ def _counted(elsewhere: tuple[blocks.Block, ...]) -> str | None:
     if not elsewhere:
         return None
     tables = sum(isinstance(block, Table) for block in elsewhere)
-    pictures = (b.figures if isinstance(b, blocks.FigureGrid) else (b,) for b in elsewhere)
-    figures = sum(isinstance(item, blocks.Figure) for items in pictures for item in items)
-    counts = [f"{n} {what}{'s' * (n > 1)}" for n, what in ((tables, "table"), (figures, "figure")) if n]
-    return ", ".join(counts)
+    figures = sum(len(block.figures) if isinstance(block, FigureGrid) else isinstance(block, Figure)
+                  for block in elsewhere)  # fmt: skip
+    return ", ".join(f"{n} {what}{'s' * (n > 1)}" for n, what in ((tables, "table"), (figures, "figure")) if n)
 
 
-def plain_block(block: blocks.Block) -> Plain:
+def _plain_block(block: blocks.Block) -> Plain:
     """One block as a dict with its `kind`."""
     match block:
         case blocks.Paragraph():
@@ -77,16 +75,16 @@ def plain_block(block: blocks.Block) -> Plain:
         case blocks.KeyValues():
             pairs = [(printable(str(key)), printable(format_value(value, ""))) for key, value in block.pairs.items()]
             return {"kind": "key-values", "pairs": pairs}
-        case blocks.Figure():
+        case Figure():
             return _plain_figure(block)
-        case blocks.FigureGrid():
+        case FigureGrid():
             return {"kind": "grid", "columns": block.columns, "label": printable(block.label),
                     "caption": spans(block.caption), "figures": [_plain_figure(f) for f in block.figures]}  # fmt: skip
         case Table():
             return _plain_table(block)
 
 
-def _plain_figure(block: blocks.Figure) -> Plain:
+def _plain_figure(block: Figure) -> Plain:
     return {
         "kind": "figure",
         "id": block.id,
@@ -98,7 +96,7 @@ def _plain_figure(block: blocks.Figure) -> Plain:
         "synthetic": block.synthetic,
         "badge": block.badge.value if block.badge else None,
         "wide": block.wide,
-        "explore": None if block.explore is None else json_text(dataclasses.asdict(block.explore)),
+        "explore": None if block.explore is None else json_text(block.explore),
     }
 
 

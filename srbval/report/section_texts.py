@@ -17,12 +17,22 @@ from typing import Any, Self
 
 from srbval.bearing import Fault
 from srbval.models.run import USABLE
-from srbval.report.badges import Badge, Tone
-from srbval.report.blocks import Block, Callout, Figure, Listing, Paragraph
+from srbval.report.blocks import (
+    Badge,
+    Block,
+    Callout,
+    Cell,
+    Column,
+    Figure,
+    Listing,
+    Paragraph,
+    Table,
+    Tone,
+    format_value,
+)
 from srbval.report.figures.files import Drawing
 from srbval.report.inline import literal
 from srbval.report.model import Section
-from srbval.report.table import Cell, Column, Table, format_value
 
 Entry = Mapping[str, Any]
 

@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from srbval.errors import ConfigurationError, DataError
-from srbval.report.blocks import FIGURES
+from srbval.report.blocks import FIGURES, Cell, Column, Table
 from srbval.report.html import render_html
 from srbval.report.model import Document, Report
 from srbval.report.pdf import render_pdf, require_typst
-from srbval.report.table import Cell, Column, Table
 from srbval.storage.json_files import write_json
 
 FORMATS = ("html", "pdf", "json")

@@ -159,9 +159,6 @@ TEXTS = ["", " ", "\0", "\ud800", "\udcff", "a\nb", "x" * 1_000_000, "/dev/zero"
 LONG = {
     "simulate": ["srbval.cli.simulate_command._simulate"],
     "report": ["srbval.report.reports.gather"],
-    "bench": [f"srbval.cli.bench_command.{name}"
-              for name in ("run_bench", "measure_sensitivity", "measure_ladder")],
-    "stability": ["srbval.cli.stability_command.run_stability"],
     "plan": ["srbval.cli.plan_command.find_reductions"],
     "campaign": ["srbval.cli.campaign_command.run_campaign"],
     "check": ["srbval.cli.check_command.run_check"],
@@ -175,11 +172,13 @@ NEEDED = {"campaign run": ["table5-smoke", "--dry-run"], "campaign status": ["fo
 
 
 def options() -> Iterator[tuple[list[str], str, dict[str, Any]]]:
-    """Every option and argument of every command and action: the command's words, its name, its settings."""
+    """Every option and argument of every command and action, those that several share once: words, name, settings."""
+    seen: set[str] = set()
     for command, about in COMMANDS["commands"].items():
         for action, table in about.get("actions", {"": about}).items():
             words = [command, action] if action else [command]
-            tables = [COMMANDS["groups"][group] for group in table.get("groups", ())]
+            tables = [COMMANDS["groups"][group] for group in table.get("groups", ()) if group not in seen]
+            seen |= set(table.get("groups", ()))
             for arguments in (*tables, table.get("arguments", {})):
                 for name, settings in arguments.items():
                     yield words, name.split()[-1], settings

@@ -24,8 +24,8 @@ def test_only_a_tolerance_that_is_surely_missed_ends_with_1(
         record="r", state=Fault.OUTER, scene="paper", error_pct=times * limit, uncertainty_pct=0.5 * limit
     )
     found = Headline(quantity="cage ratio", tolerance=TOLERANCE, errors=(one,), rig_scene=())
-    made = SimpleNamespace(files={}, evidence=SimpleNamespace(headline=found, rows=()))
-    monkeypatch.setattr(srbval.report.reports, "make_report", lambda *_, **__: made)
+    findings = SimpleNamespace(headline=found, data={"table6": ()})
+    monkeypatch.setattr(srbval.report.reports, "make_report", lambda *_, **__: (findings, {}))
     assert main(["report", "-o", str(tmp_path / "out"), "--json"]) == code
     said = json.loads(capsys.readouterr().out)["headline"]
     assert said["holds"] is (code == 0)

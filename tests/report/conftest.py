@@ -1,17 +1,19 @@
-"""A small report of synthetic arrays that holds one of every kind of block."""
+"""Two whole reports of the same short runs, with the rig's records and without; and a small one of synthetic arrays."""
 
 from __future__ import annotations
 
 import shlex
 from datetime import UTC, datetime
-from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from srbval.recordings import Origin
 from srbval.recordings.registry.register import shipped_recordings
-from srbval.report import (
+from srbval.report.blocks import (
     Badge,
     Callout,
     Cell,
@@ -22,78 +24,95 @@ from srbval.report import (
     KeyValues,
     Listing,
     Paragraph,
-    Report,
-    Section,
     Table,
     Tone,
-    VerdictBox,
-    literal,
 )
-from srbval.report.figures.acceleration import acceleration_panel
-from srbval.report.figures.spectrum import envelope_spectrum_panel, fault_cursors
-from srbval.report.reports import MadeReport, make_report
+from srbval.report.figures.signals import acceleration_panel
+from srbval.report.figures.spectrum import spectrum_panel
+from srbval.report.findings import gather as gathering
+from srbval.report.findings.findings import Findings
+from srbval.report.findings.records import SpectrumView, fault_cursors
+from srbval.report.inline import literal
+from srbval.report.model import Report, Section, VerdictBox
+from srbval.report.sections.assemble import assemble
+from srbval.report.write import write_report
+from srbval.studies.harness import pages
 
-from .whole import OPTIONS, SECONDS, HostileReport, hostile_file, write_hostile
+from .made import OPTIONS, PATTERN_SECONDS, SECONDS, TEXT, Made, hostile_file, with_hostile_names
 
 HOSTILE = '<script>alert(1)</script> "q" \'s\' #panic("x") $x$ *a* _b_ `c` @ref ../../etc \x00 漢'
 
 
-@pytest.fixture(scope="session")
-def alone(tmp_path_factory: pytest.TempPathFactory) -> tuple[MadeReport, Path]:
-    """A report with no recording of the rig, but one of another rig under a hostile name."""
-    folder = tmp_path_factory.mktemp("alone")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("SRBVAL_RECORDINGS", str(hostile_file(tmp_path_factory.mktemp("other")).parent))
-        patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
-        return make_report(folder / "report", seconds=SECONDS, appendix=True), folder / "report"
+def written(findings: Findings, folder: Path, command: str = "srbval report") -> Made:
+    """All documents of a report."""
+    report = assemble(findings, command=command, pages=pages())
+    return Made(findings, report, write_report(report, folder / "report", appendix=True))
 
 
 @pytest.fixture(scope="session")
-def with_rig(tmp_path_factory: pytest.TempPathFactory) -> tuple[MadeReport, Path]:
+def with_rig(tmp_path_factory: pytest.TempPathFactory) -> Made:
     """The report that everybody gets first, but for its short runs: with the rig's excerpts that come with srbval."""
-    folder = tmp_path_factory.mktemp("rig")
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("SRBVAL_RECORDINGS", raising=False)
         patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
         patch.setattr("srbval.recordings.registry.lookup.shipped_recordings", shipped_recordings)
-        made = make_report(folder / "report", seconds=SECONDS, appendix=True, command=shlex.join(["srbval", *OPTIONS]))
-        return made, folder / "report"
+        patch.setattr("srbval.report.findings.patterns.SECONDS", PATTERN_SECONDS)
+        found = gathering.gather(seconds=SECONDS, stand_in_folder=tmp_path_factory.mktemp("none"), pages=pages())
+        return written(found, tmp_path_factory.mktemp("rig"), shlex.join(["srbval", *OPTIONS]))
 
 
 @pytest.fixture(scope="session")
-def hostile_report(alone: tuple[MadeReport, Path], tmp_path_factory: pytest.TempPathFactory) -> HostileReport:
-    """A whole report in which every text that a recording may bring is hostile, and its files."""
-    return write_hostile(alone[0].evidence, tmp_path_factory.mktemp("hostile"))
+def alone(with_rig: Made, tmp_path_factory: pytest.TempPathFactory) -> Made:
+    """A report of the same runs with no recording of the rig, but one of another rig under a hostile name."""
+    runs = dict(with_rig.findings.runs)
+    cases = [SimpleNamespace(id=fact["id"], purpose=fact["purpose"]) for fact in with_rig.findings.run_facts]
+    kept = [case for case in cases if not case.id.startswith("counterpart")]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SRBVAL_RECORDINGS", str(hostile_file(tmp_path_factory.mktemp("other")).parent))
+        patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
+        patch.setattr(gathering, "_simulate", lambda *_: (kept, {case.id: runs[case.id] for case in kept}))
+        found = gathering.gather(seconds=SECONDS, stand_in_folder=tmp_path_factory.mktemp("stand-ins"), pages=pages())
+        return written(found, tmp_path_factory.mktemp("alone"))
 
 
 @pytest.fixture(scope="session")
-def hostile(hostile_report: HostileReport) -> dict[str, Path]:
-    """The files of that report."""
-    return hostile_report.files
+def hostile(alone: Made, tmp_path_factory: pytest.TempPathFactory) -> Made:
+    """A whole report in which every text that a recording may bring is hostile."""
+    return written(with_hostile_names(alone.findings), tmp_path_factory.mktemp("hostile"), f"srbval report -o '{TEXT}'")
+
+
+def view(origin: str = "measured", **changes: Any) -> Any:
+    """What figures draw of a record of noise with a tall line at 128.1 Hz, a shaft of 11.833 Hz."""
+    rng, time = np.random.default_rng(1), np.arange(12_288) / 61_440
+    noise, height = rng.standard_normal(time.size), rng.random(10_000)
+    height[1281] = 30.0
+    line = SimpleNamespace(kinematic_hz=97.0)
+    analysis = SimpleNamespace(line=lambda _: line, processed=SimpleNamespace(band_hz=(500.0, 1500.0)))
+    given = {
+        "origin": Origin(origin), "shaft_hz": 11.833, "unit": "std. dev.", "window_s": (3.0, 3.2), "time_s": time + 3.0,
+        "acceleration": noise, "envelope": np.abs(noise), "frequency_hz": np.arange(10_000) * 0.1, "amplitude": height,
+        "power_hz": np.arange(1, 500) * 20.0, "power_db": 10 * np.log10(rng.random(499)), "analysis": analysis,
+    }  # fmt: skip
+    return SimpleNamespace(**given | changes)
+
+
+def spectrum(record: Any) -> SpectrumView:
+    """Its envelope spectrum up to 600 Hz with the harmonics of BPFI, over half of it as that of a healthy bearing."""
+    healthy = SimpleNamespace(frequency_hz=record.frequency_hz, amplitude=record.amplitude / 2)
+    cursors = fault_cursors("BPFI", 128.04, 600.0, sideband_hz=record.shaft_hz, sidebands=2)
+    return SpectrumView(record=record, healthy=healthy, cursors=cursors, peaks=((128.1, 30.0),), end_hz=600.0)  # type: ignore[arg-type]
 
 
 @pytest.fixture(scope="session")
 def panels() -> tuple[Figure, ...]:
     """A simulated and a stand-in panel."""
-    rng = np.random.default_rng(7)
-    time = np.arange(4000) / 20_480
-    acceleration = partial(
-        acceleration_panel, time_s=time, acceleration=rng.standard_normal(4000), envelope=np.ones(4000),
-        origin="stand-in", letter="b", title="healthy", window_s=(0.0, float(time[-1])), y_limits=(-4.0, 4.0),
-    )  # fmt: skip
     stand_in = Figure(
         id="fig11b", label="Figure 11b", caption="Acceleration.", alt="Noise without bursts, 195 ms long",
-        draw=acceleration, synthetic=True,
-    )  # fmt: skip
-    frequency = np.arange(1, 6000) * 0.1
-    spectrum = partial(
-        envelope_spectrum_panel, frequency_hz=frequency, amplitude=rng.random(5999), shaft_hz=11.83,
-        origin="simulated", cursors=fault_cursors("BPFO", 96.79, f_max_hz=600), peaks=(),
-        healthy=(frequency, np.zeros(5999)), f_max_hz=600.0, y_limits=(0.0, 1.12),
+        draw=acceleration_panel(view("stand-in"), limit=4.0, letter="b", title="healthy"), synthetic=True,
     )  # fmt: skip
     model = Figure(
         id="fig12a", label="Figure 12a", caption="Envelope spectrum.", alt="Six lines at BPFO's harmonics",
-        draw=spectrum, wide=False,
+        draw=spectrum_panel(spectrum(view("simulated")), top=33.6), wide=False,
     )  # fmt: skip
     return stand_in, model
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import gc
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
@@ -14,6 +12,7 @@ from scipy.io import savemat
 
 from srbval.comparison.other_rigs import read_other_rigs
 from srbval.recordings.registry import RegisteredRecording, add
+from srbval.report.findings import other_rigs_in_background
 from srbval.report.findings.other_rigs_in_background import BackgroundReading
 
 
@@ -26,28 +25,16 @@ def registered(tmp_path: Path) -> tuple[RegisteredRecording, ...]:
     return add(tmp_path).recordings
 
 
-def test_it_gives_what_reading_here_gives(registered: tuple[RegisteredRecording, ...]) -> None:
-    records = BackgroundReading(registered).records()
-    assert len(records) == 2
-    assert records == read_other_rigs(registered)
+def test_it_gives_what_reading_here_gives_and_so_does_a_failed_process(
+    registered: tuple[RegisteredRecording, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here = read_other_rigs(registered)
+    assert len(here) == 2
+    assert BackgroundReading(registered).records() == here
+    monkeypatch.setattr(sys, "executable", shutil.which("false"))
+    assert BackgroundReading(registered).records() == here
 
 
 def test_nothing_to_read_starts_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(subprocess, "Popen", None)
+    monkeypatch.setattr(other_rigs_in_background, "WorkerProcess", None)
     assert BackgroundReading(()).records() == ()
-
-
-def test_a_failed_process_is_replaced_by_reading_here(
-    registered: tuple[RegisteredRecording, ...], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(sys, "executable", shutil.which("false"))
-    assert BackgroundReading(registered).records() == read_other_rigs(registered)
-
-
-def test_the_process_ends_with_its_last_reference(registered: tuple[RegisteredRecording, ...]) -> None:
-    reading = BackgroundReading(registered, jobs=1)
-    process = reading._process
-    assert process is not None
-    del reading
-    gc.collect()
-    assert process.wait(timeout=60) != 0

@@ -15,6 +15,8 @@ from typing import Any
 
 import pytest
 
+from .made import Made
+
 WIDTHS = (390, 1400)
 NARROWEST = 360
 BRIEFLY = ((390, "dark"), (1400, "light"))  # of the appendix, whose hundreds of rows take long
@@ -88,9 +90,8 @@ def violations(page: Any) -> list[str]:
 def whole(request: pytest.FixtureRequest) -> Path:
     """A page of a whole report."""
     report, document = request.param.split(", ")
-    files = request.getfixturevalue("with_rig")[0].files if report == "rig" else request.getfixturevalue("hostile")
-    found: Path = files[document]
-    return found
+    made: Made = request.getfixturevalue("with_rig" if report == "rig" else "hostile")
+    return made.files[document]
 
 
 def test_axe_finds_nothing(chromium: Any, whole: Path) -> None:
@@ -105,9 +106,9 @@ def test_axe_finds_nothing(chromium: Any, whole: Path) -> None:
         assert visit.complaints == []
 
 
-def test_the_answer_comes_before_the_contents(chromium: Any, with_rig: tuple[Any, Path]) -> None:
+def test_the_answer_comes_before_the_contents(chromium: Any, with_rig: Made) -> None:
     """On a telephone, and in the order in which the page is read aloud."""
-    with Visit(chromium, with_rig[0].files["html"], viewport={"width": 390, "height": 844}) as visit:
+    with Visit(chromium, with_rig.files["html"], viewport={"width": 390, "height": 844}) as visit:
         tops = [visit.page.locator(what).bounding_box()["y"] for what in ("h1", "#verdict", "nav", "#records-section")]
         assert tops == sorted(tops)
         assert visit.page.evaluate(
@@ -115,9 +116,9 @@ def test_the_answer_comes_before_the_contents(chromium: Any, with_rig: tuple[Any
         )
 
 
-def test_each_document_leads_to_the_other(chromium: Any, with_rig: tuple[Any, Path]) -> None:
+def test_each_document_leads_to_the_other(chromium: Any, with_rig: Made) -> None:
     for kind in DOCUMENTS:
-        with Visit(chromium, with_rig[0].files[kind]) as visit:
+        with Visit(chromium, with_rig.files[kind]) as visit:
             links = visit.page.evaluate("[...document.querySelectorAll('a[href*=\".html\"]')].map((a) => a.href)")
             assert len(links) > 3
             for link in links:
@@ -137,8 +138,8 @@ def test_nothing_is_cut_asked_for_or_complained_of(chromium: Any, whole: Path, w
         assert visit.complaints == []
 
 
-def test_without_scripts_everything_is_there(chromium: Any, hostile: dict[str, Path]) -> None:
-    with Visit(chromium, hostile["html"], java_script_enabled=False) as visit:
+def test_without_scripts_everything_is_there(chromium: Any, hostile: Made) -> None:
+    with Visit(chromium, hostile.files["html"], java_script_enabled=False) as visit:
         text = visit.page.locator("main").inner_text()
         assert "Figure 12a" in text
         assert "<script>alert(1)</script>" in text
@@ -147,8 +148,8 @@ def test_without_scripts_everything_is_there(chromium: Any, hostile: dict[str, P
         assert visit.complaints == []
 
 
-def test_a_spectrum_can_be_zoomed_and_read_by_keyboard(chromium: Any, hostile: dict[str, Path]) -> None:
-    with Visit(chromium, hostile["html"], viewport={"width": 1000, "height": 900}) as visit:
+def test_a_spectrum_can_be_zoomed_and_read_by_keyboard(chromium: Any, hostile: Made) -> None:
+    with Visit(chromium, hostile.files["html"], viewport={"width": 1000, "height": 900}) as visit:
         page = visit.page
         page.keyboard.press("Tab")
         assert page.evaluate("document.activeElement.textContent") == "Skip to the report"
@@ -167,8 +168,8 @@ def test_a_spectrum_can_be_zoomed_and_read_by_keyboard(chromium: Any, hostile: d
         assert plot.locator("text").all_text_contents() == before
 
 
-def test_the_pointer_zooms_and_reads(chromium: Any, hostile: dict[str, Path]) -> None:
-    with Visit(chromium, hostile["html"], viewport={"width": 1000, "height": 900}) as visit:
+def test_the_pointer_zooms_and_reads(chromium: Any, hostile: Made) -> None:
+    with Visit(chromium, hostile.files["html"], viewport={"width": 1000, "height": 900}) as visit:
         page = visit.page
         page.locator("#fig12a button.open").click()
         plot = page.locator("#fig12a svg.plot")
@@ -184,8 +185,8 @@ def test_the_pointer_zooms_and_reads(chromium: Any, hostile: dict[str, Path]) ->
         assert max(shown) < 400
 
 
-def test_on_paper_there_are_no_controls(chromium: Any, hostile: dict[str, Path]) -> None:
-    with Visit(chromium, hostile["html"]) as visit:
+def test_on_paper_there_are_no_controls(chromium: Any, hostile: Made) -> None:
+    with Visit(chromium, hostile.files["html"]) as visit:
         visit.page.emulate_media(media="print")
         assert not visit.page.locator("nav").is_visible()
         assert not visit.page.locator("button.open").first.is_visible()

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from srbval.report import Cell, Column, Figure, FigureGrid, Report, Section, Table, Tone, VerdictBox
+from srbval.report.blocks import Cell, Column, Figure, FigureGrid, Table, Tone, format_value
 from srbval.report.figures.files import PanelFiles
-from srbval.report.table import format_value
+from srbval.report.model import Report, Section, VerdictBox
 
 
 def nothing(folder: Path, name: str) -> PanelFiles:

@@ -7,18 +7,19 @@ import json
 import re
 import shutil
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from srbval.report import Report, write_report
+from srbval.report.blocks import MISSING
 from srbval.report.inline import printable
-from srbval.report.table import MISSING
+from srbval.report.model import Report
+from srbval.report.write import write_report
 
-from .whole import HostileReport
+from .made import Made
 
 pytest.importorskip("typst")
 
@@ -88,7 +89,7 @@ def unmatched(text: str, cell: dict[str, Any]) -> list[str]:
     return [shown for shown in NUMBER.findall(text) if not any(stands_for(shown, v) for v in values)]
 
 
-def differences(files: dict[str, Path]) -> tuple[int, list[tuple[str, str]]]:
+def differences(files: Mapping[str, Path]) -> tuple[int, list[tuple[str, str]]]:
     """How many numbers the tables of both pages show, and table and text of those that report.json does not hold."""
     tables = {table["id"]: table for table in json.loads(files["json"].read_text("utf-8"))["tables"]}
     pages = [Tables(files[kind].read_text("utf-8")).found for kind in ("html", "appendix_html") if kind in files]
@@ -136,14 +137,14 @@ def written(report: Report, tmp_path_factory: pytest.TempPathFactory) -> dict[st
     return write_report(report, tmp_path_factory.mktemp("parity"))
 
 
-def test_every_number_of_every_table_is_in_report_json(hostile_report: HostileReport) -> None:
-    count, missing = differences(hostile_report.files)
+def test_every_number_of_every_table_is_in_report_json(hostile: Made) -> None:
+    count, missing = differences(hostile.files)
     assert count > LEAST_NUMBERS
     assert missing == []
 
 
-def test_so_are_those_of_a_report_with_the_rig(with_rig: tuple[Any, Path]) -> None:
-    count, missing = differences(with_rig[0].files)
+def test_so_are_those_of_a_report_with_the_rig(with_rig: Made) -> None:
+    count, missing = differences(with_rig.files)
     assert count > LEAST_NUMBERS
     assert missing == []
 
@@ -164,11 +165,11 @@ def test_each_number_of_the_tables_is_on_the_page(report: Report, written: dict[
 
 
 @WITH_PDFTOTEXT
-def test_each_number_of_a_whole_report_is_in_both(hostile_report: HostileReport) -> None:
-    files = hostile_report.files
+def test_each_number_of_a_whole_report_is_in_both(hostile: Made) -> None:
+    files = hostile.files
     page = page_words(files["html"]) + page_words(files["appendix_html"])
     paper = paper_words(files["pdf"]) + paper_words(files["appendix_pdf"])
-    numbers = list(expected_numbers(hostile_report.report))
+    numbers = list(expected_numbers(hostile.report))
     assert len(numbers) > LEAST_NUMBERS
     assert [n for n in numbers if n not in page] == []
     assert [n for n in numbers if n not in paper] == []
@@ -184,6 +185,6 @@ def test_each_number_of_the_tables_is_in_the_pdf(report: Report, written: dict[s
 
 @WITH_PDFTOTEXT
 @pytest.mark.parametrize(("kind", "most"), MOST_PAGES.items())
-def test_a_whole_report_is_no_book(with_rig: tuple[Any, Path], kind: str, most: int) -> None:
-    run = subprocess.run(["pdftotext", with_rig[0].files[kind], "-"], capture_output=True, check=True)
+def test_a_whole_report_is_no_book(with_rig: Made, kind: str, most: int) -> None:
+    run = subprocess.run(["pdftotext", with_rig.files[kind], "-"], capture_output=True, check=True)
     assert run.stdout.count(b"\f") <= most

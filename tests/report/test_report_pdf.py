@@ -8,8 +8,8 @@ from collections import Counter
 import pytest
 
 from srbval.errors import ConfigurationError
-from srbval.report import write_report
 from srbval.report.pdf import render_pdf
+from srbval.report.write import write_report
 
 pytest.importorskip("typst")
 

@@ -6,7 +6,7 @@ import pytest
 
 from srbval.errors import ConfigurationError, DataError
 from srbval.report import write as write_module
-from srbval.report import write_report
+from srbval.report.write import write_report
 
 
 def listing(folder):

@@ -11,22 +11,21 @@ from typing import Any
 
 import pytest
 
-from srbval.report.reports import MadeReport
 from srbval.storage.installation import child_environment
 
-from .whole import OPTIONS
+from .made import OPTIONS, Made
 
 OF_THE_MACHINE = ("provenance",)
 
 
 @pytest.fixture(scope="module")
-def twice(with_rig: tuple[MadeReport, Path], tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+def twice(with_rig: Made, tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """The report made here, and once more by another process, which hashes its own way."""
     home = tmp_path_factory.mktemp("again")
     own = os.environ | child_environment() | {"SRBVAL_HOME": str(home), "PYTHONHASHSEED": "1"}
     own.pop("SRBVAL_RECORDINGS", None)
     subprocess.run([sys.executable, "-m", "srbval", *OPTIONS], cwd=home, capture_output=True, check=True, env=own)
-    return [with_rig[1], home / "made"]
+    return [with_rig.folder, home / "made"]
 
 
 def document(folder: Path) -> dict[str, Any]:

@@ -22,6 +22,7 @@ class PanelFiles:
     data: Path
 
 
+BINS_SHOWN = 1500  # of a spectrum: all of a short one, the least and greatest of each stretch of a long one
 Drawing = Callable[[Path, str], PanelFiles]  # draws a panel into a folder under a name, see `save_panel`
 
 
@@ -89,6 +90,14 @@ def extreme_indices(values: FloatArray, bins: int) -> NDArray[np.intp]:
     for start, stop in pairwise(edges):
         kept |= {start + int(values[start:stop].argmin()), start + int(values[start:stop].argmax())}
     return np.array(sorted(kept))
+
+
+def plotted(frequency_hz: FloatArray, amplitude: FloatArray, end_hz: float, bins: int) -> tuple[FloatArray, FloatArray]:
+    """A spectrum above zero up to `end_hz`, thinned by `extreme_indices`."""
+    inside = (frequency_hz > 0) & (frequency_hz <= end_hz)
+    frequency, height = frequency_hz[inside], amplitude[inside]
+    kept = extreme_indices(height, bins)
+    return frequency[kept], height[kept]
 
 
 def write_csv(path: Path, columns: Mapping[str, ArrayLike]) -> None:

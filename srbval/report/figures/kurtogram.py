@@ -1,51 +1,48 @@
 """A kurtogram: how impulsive each band is, with the band that is used drawn into it."""
 
 import math
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from srbval.arrays import FloatArray
-from srbval.report.figures.files import PanelFiles, save_panel
-from srbval.report.figures.style import HALF, figure_style, new_axes, stamp_stand_in, title_panel
+from srbval.report.figures.style import HALF, new_axes, panel, stamp_stand_in, title_panel
+from srbval.report.findings.records import RecordKurtogram
 from srbval.signal import Kurtogram
 
 USED, BEST = "#ffffff", "#d62728"
 
 
+@panel()
 def kurtogram_panel(
-    folder: Path,
-    name: str,
-    *,
-    picture: Kurtogram,
-    band_hz: tuple[float, float],
-    origin: str,
-    letter: str,
-    title: str,
-    top_hz: float,
-) -> PanelFiles:
-    """Draw kurtosis over frequency and level; `band_hz`, the band used, outlined white, the most impulsive red.
-
-    Frequencies from zero to `top_hz`. Writes picture and CSV.
-    """
+    shown: RecordKurtogram, *, letter: str, title: str, top_hz: float
+) -> tuple[Any, Mapping[str, ArrayLike]]:
+    """Kurtosis over level and frequency, up to `top_hz`; the band used outlined white, the most impulsive one red."""
+    picture, recording, band_hz = shown.kurtogram, shown.analysis.recording, shown.analysis.processed.band_hz
     rows = np.unique(picture.level)
-    with figure_style():
-        figure, axes = new_axes(HALF)
-        axes.grid(False)
-        shown = _draw(axes, picture, rows)
-        widths = [float(np.diff(picture.band_hz[picture.level == level]).max()) for level in rows]
-        axes.set(xlim=(0, top_hz / 1e3), ylim=(len(rows) - 0.5, -0.5), xlabel="Frequency, kHz", ylabel="Band width, Hz")
-        axes.set_yticks(range(len(rows)), labels=[f"{width:.0f}" for width in widths])
-        axes.tick_params(axis="y", labelsize=6.5)
-        _outline(axes, picture.best_hz, _row(rows, widths, picture.best_hz), BEST, ":")
-        _outline(axes, band_hz, _row(rows, widths, band_hz), USED, "-")
-        bar = figure.colorbar(shown, ax=axes, pad=0.02, aspect=18)
-        bar.set_label("Kurtosis less 2", fontsize=7.5)
-        bar.ax.tick_params(labelsize=7.5)
-        title_panel(axes, origin, letter, title, pad=6.0)
-        stamp_stand_in(axes, origin)
-        return save_panel(figure, folder, name, _columns(picture))
+    figure, axes = new_axes(HALF)
+    axes.grid(False)
+    drawn = _draw(axes, picture, rows)
+    widths = [float(np.diff(picture.band_hz[picture.level == level]).max()) for level in rows]
+    top_khz = min(top_hz, recording.fs_hz / 2) / 1e3
+    axes.set(xlim=(0, top_khz), ylim=(len(rows) - 0.5, -0.5), xlabel="Frequency, kHz", ylabel="Band width, Hz")
+    axes.set_yticks(range(len(rows)), labels=[f"{width:.0f}" for width in widths])
+    axes.tick_params(axis="y", labelsize=6.5)
+    _outline(axes, picture.best_hz, _row(rows, widths, picture.best_hz), BEST, ":")
+    _outline(axes, band_hz, _row(rows, widths, band_hz), USED, "-")
+    bar = figure.colorbar(drawn, ax=axes, pad=0.02, aspect=18)
+    bar.set_label("Kurtosis less 2", fontsize=7.5)
+    bar.ax.tick_params(labelsize=7.5)
+    title_panel(axes, recording.origin, letter, title, pad=6.0)
+    stamp_stand_in(axes, recording.origin)
+    return figure, {
+        "low_hz": picture.band_hz[:, 0],
+        "high_hz": picture.band_hz[:, 1],
+        "kurtosis_less_2": picture.kurtosis,
+        "scatter_of_noise": picture.scatter,
+    }
 
 
 def _draw(axes: Any, picture: Kurtogram, rows: FloatArray) -> Any:
@@ -75,12 +72,3 @@ def _outline(axes: Any, band_hz: tuple[float, float], row: float, colour: str, s
     look: dict[str, Any] = {"fill": False, "zorder": 6, "clip_on": False}
     axes.add_patch(Rectangle((low, row - 0.5), high - low, 1.0, edgecolor="black", lw=2.4, **look))
     axes.add_patch(Rectangle((low, row - 0.5), high - low, 1.0, edgecolor=colour, lw=1.3, ls=style, **look))
-
-
-def _columns(picture: Kurtogram) -> dict[str, FloatArray]:
-    return {
-        "low_hz": picture.band_hz[:, 0],
-        "high_hz": picture.band_hz[:, 1],
-        "kurtosis_less_2": picture.kurtosis,
-        "scatter_of_noise": picture.scatter,
-    }

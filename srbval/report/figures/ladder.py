@@ -2,38 +2,39 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
-from srbval.report.figures.files import PanelFiles, save_panel
-from srbval.report.figures.style import BLUE, GREEN, INK, ORANGE, PURPLE, SOFT, VERMILION, figure_style, new_figure
+from numpy.typing import ArrayLike
+
+from srbval.report.figures.style import BLUE, GREEN, INK, ORANGE, PURPLE, SOFT, VERMILION, new_figure, panel
 
 # Shape and colour of each rung, from the bottom of the ladder up.
 MARKS = (("v", ORANGE), ("D", GREEN), ("s", BLUE), ("P", PURPLE), ("o", VERMILION))
 SIZE_INCHES = (7.6, 3.7)
 COLUMNS = 3
+DATA = ("question", "model", "scenes", "unanswered", "median_error_pct", "worst_error_pct", "wall_per_simulated_s")
 LEAST_PCT = 1e-3  # smaller errors are drawn here, with an arrow down
 
 
-def ladder_plot(folder: Path, name: str, *, rows: Sequence[Mapping[str, Any]]) -> PanelFiles:
-    """Draw the rows of `bench.ladder.table.summary`: median error and, as a bar, the worst; write picture and CSV.
+@panel()
+def ladder_plot(rows: Sequence[Mapping[str, Any]]) -> tuple[Any, Mapping[str, ArrayLike]]:
+    """The rows of `plan.table.summary`: median error and, as a bar, the worst.
 
     A rung that never answered stands in the strip above the axis, hollow.
     """
     questions = list(dict.fromkeys(row["question"] for row in rows))
     models = list(dict.fromkeys(row["model"] for row in rows))
-    with figure_style():
-        figure = new_figure(SIZE_INCHES)
-        grid = figure.subplots(math.ceil(len(questions) / COLUMNS), COLUMNS, squeeze=False, sharex=True, sharey=True)
-        for axes, question in zip(grid.flat, questions, strict=False):
-            _panel(axes, [row for row in rows if row["question"] == question], models)
-        for axes in grid[-1]:
-            axes.set_xlabel("Wall time per simulated s, s")
-        for line in grid:
-            line[0].set_ylabel("Error, %")
-        handles, labels = grid.flat[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper center", ncols=len(models), frameon=False)
-        return save_panel(figure, folder, name, _columns(rows))
+    figure = new_figure(SIZE_INCHES)
+    grid = figure.subplots(math.ceil(len(questions) / COLUMNS), COLUMNS, squeeze=False, sharex=True, sharey=True)
+    for axes, question in zip(grid.flat, questions, strict=False):
+        _panel(axes, [row for row in rows if row["question"] == question], models)
+    for axes in grid[-1]:
+        axes.set_xlabel("Wall time per simulated s, s")
+    for line in grid:
+        line[0].set_ylabel("Error, %")
+    handles, labels = grid.flat[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(models), frameon=False)
+    return figure, {name: [math.nan if row[name] is None else row[name] for row in rows] for name in DATA}
 
 
 def _panel(axes: Any, rows: Sequence[Mapping[str, Any]], models: Sequence[str]) -> None:
@@ -57,8 +58,3 @@ def _panel(axes: Any, rows: Sequence[Mapping[str, Any]], models: Sequence[str]) 
         axis.set_minor_locator(NullLocator())
     axes.axhline(0.5, color=SOFT, lw=0.8, ls=(0, (4, 3)))
     axes.margins(x=0.12, y=0.12)
-
-
-def _columns(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Any]]:
-    names = ("question", "model", "scenes", "unanswered", "median_error_pct", "worst_error_pct", "wall_per_simulated_s")
-    return {name: [math.nan if row[name] is None else row[name] for row in rows] for name in names}

@@ -1,70 +1,57 @@
 """Figure 14's kind: the magnitude of the continuous wavelet transform over time and frequency."""
 
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from srbval.arrays import FloatArray
-from srbval.report.figures.files import PanelFiles, rounded, save_panel
-from srbval.report.figures.style import HALF, INK, figure_style, new_axes, row_above, stamp_stand_in, title_panel
+from srbval.bearing import Fault
+from srbval.report.figures.files import rounded
+from srbval.report.figures.style import HALF, INK, new_axes, panel, row_above, stamp_stand_in, title_panel
+from srbval.report.findings.records import RecordView
+from srbval.signal import Scalogram
 
 COLUMNS, ROWS, LEVELS = 320, 110, 64
 CSV_COLUMNS, CSV_ROWS = 180, 40
 
 
+@panel()
 def scalogram_panel(
-    folder: Path,
-    name: str,
-    *,
-    time_s: ArrayLike,
-    frequency_hz: ArrayLike,
-    magnitude: ArrayLike,
-    limits: tuple[float, float],
-    origin: str,
-    window_s: tuple[float, float],
-    edge_s: FloatArray,
-    letter: str = "",
-    title: str = "",
-    period_s: float | None = None,
-    period_name: str = "",
-    line_hz: float | None = None,
-    line_name: str = "",
-) -> PanelFiles:
-    """Draw |CWT| as an image over time and logarithmic frequency; write picture and CSV.
+    record: RecordView, image: Scalogram, state: Fault, *, top: float, letter: str = "", title: str = ""
+) -> tuple[Any, Mapping[str, ArrayLike]]:
+    """|CWT| of the record's envelope as an image over time and logarithmic frequency, colours from zero to `top`.
 
-    `magnitude` has shape [frequencies, times], `frequency_hz` [frequencies] is positive and monotonic,
-    `time_s` [times] uniform. `limits` is the colour scale, shared by all panels of a figure. `period_s`
-    (named `period_name`) puts ticks of that spacing along the top; `line_hz` marks one frequency. What lies
-    nearer than `edge_s`, [frequencies], to either end of `window_s`, the cone of influence, is hatched.
+    The line of `state` is marked, and where the shaft modulates it the shaft's period by ticks along the top. What lies
+    within the cone of influence of either end is hatched.
     """
-    time = np.asarray(time_s, dtype=float)
-    start, stop = window_s
+    start, stop = record.window_s
+    time = image.time_s + start
     inside = (time >= start) & (time <= stop)
-    frequency, image = _on_log_grid(frequency_hz, np.asarray(magnitude, dtype=float)[:, inside])
+    frequency, shown = _on_log_grid(image.frequency_hz, image.amplitude[:, inside])
     span = (0.0, (stop - start) * 1e3)
-    with figure_style():
-        figure, axes = new_axes(HALF)
-        shown = _draw_image(axes, image, frequency, span, limits)
-        axes.set(xlabel="Time, ms", ylabel="Frequency, Hz")
-        _log_ticks(axes, frequency)
-        _hatch_cone(axes, np.asarray(frequency_hz, dtype=float), edge_s, span)
-        if line_hz:
-            _mark_line(axes, line_hz, line_name, span)
-        if period_s:
-            _mark_periods(axes, period_s * 1e3, period_name, span)
-        bar = figure.colorbar(shown, ax=axes, pad=0.02, aspect=18, extend="max")
-        bar.set_label("|CWT|, std. dev.", fontsize=7.5)
-        bar.ax.tick_params(labelsize=7.5)
-        title_panel(axes, origin, letter, title, pad=20.0)
-        stamp_stand_in(axes, origin)
-        return save_panel(figure, folder, name, _columns(image, frequency, span))
+    figure, axes = new_axes(HALF)
+    drawn = _draw_image(axes, shown, frequency, span, top)
+    axes.set(xlabel="Time, ms", ylabel="Frequency, Hz")
+    _log_ticks(axes, frequency)
+    _hatch_cone(axes, image, span)
+    if state.line:
+        level = float(np.log10(record.analysis.line(state.line).kinematic_hz))
+        axes.axhline(level, color="white", lw=0.8, ls="--")
+        axes.text(span[1] / 2, level, state.line, color="white", fontsize=7.5, ha="center", va="bottom")  # off the cone
+    if state.sidebands:
+        _mark_turns(axes, 1e3 / record.shaft_hz, span)
+    bar = figure.colorbar(drawn, ax=axes, pad=0.02, aspect=18, extend="max")
+    bar.set_label("|CWT|, std. dev.", fontsize=7.5)
+    bar.ax.tick_params(labelsize=7.5)
+    title_panel(axes, record.origin, letter, title, pad=20.0)
+    stamp_stand_in(axes, record.origin)
+    return figure, _columns(shown, frequency, span)
 
 
-def _on_log_grid(frequency_hz: ArrayLike, magnitude: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _on_log_grid(frequency: FloatArray, magnitude: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Rows at equal ratios, low to high, and columns averaged to what the picture can show."""
-    frequency = np.asarray(frequency_hz, dtype=float)
     order = np.argsort(frequency)
     logs = np.log(frequency[order])
     wanted = np.linspace(logs[0], logs[-1], min(ROWS, max(len(logs), 2)))
@@ -74,19 +61,13 @@ def _on_log_grid(frequency_hz: ArrayLike, magnitude: FloatArray) -> tuple[FloatA
     return np.exp(wanted), (1 - weight) * columns[above - 1] + weight * columns[above]
 
 
-def _draw_image(
-    axes: Any,
-    image: FloatArray,
-    frequency: FloatArray,
-    span: tuple[float, float],
-    limits: tuple[float, float],
-) -> Any:
+def _draw_image(axes: Any, image: FloatArray, frequency: FloatArray, span: tuple[float, float], top: float) -> Any:
     from matplotlib import colormaps
 
     axes.grid(False)
     extent = (*span, float(np.log10(frequency[0])), float(np.log10(frequency[-1])))
     return axes.imshow(
-        image, origin="lower", aspect="auto", extent=extent, vmin=limits[0], vmax=limits[1],
+        image, origin="lower", aspect="auto", extent=extent, vmin=0.0, vmax=top,
         cmap=colormaps["viridis"].resampled(LEVELS), interpolation="none",
     )  # fmt: skip
 
@@ -99,27 +80,20 @@ def _log_ticks(axes: Any, frequency: FloatArray) -> None:
     axes.tick_params(direction="out")
 
 
-def _hatch_cone(axes: Any, frequency: FloatArray, edge_s: FloatArray, span: tuple[float, float]) -> None:
+def _hatch_cone(axes: Any, image: Scalogram, span: tuple[float, float]) -> None:
     """Hatch where a row also sees the ends of what was transformed; times [s] count from the picture's left edge."""
-    level = np.log10(frequency)
-    inner = (np.clip(edge_s * 1e3, *span), np.clip(span[1] - edge_s * 1e3, *span))
+    level, edge_ms = np.log10(image.frequency_hz), image.edge_s * 1e3
+    inner = (np.clip(edge_ms, *span), np.clip(span[1] - edge_ms, *span))
     for border, outer in zip(inner, span, strict=True):
         axes.fill_betweenx(level, border, outer, facecolor="none", edgecolor="white", hatch="////", lw=0.0)
         axes.plot(border, level, color="white", lw=0.8, scalex=False, scaley=False)
 
 
-def _mark_line(axes: Any, line_hz: float, line_name: str, span: tuple[float, float]) -> None:
-    level = float(np.log10(line_hz))
-    axes.axhline(level, color="white", lw=0.8, ls="--")
-    axes.text(span[1] / 2, level, line_name, color="white", fontsize=7.5, ha="center", va="bottom")  # clear of the cone
-
-
-def _mark_periods(axes: Any, period_ms: float, period_name: str, span: tuple[float, float]) -> None:
-    """Ticks of one period's spacing above the top edge, and what they mean above them."""
+def _mark_turns(axes: Any, period_ms: float, span: tuple[float, float]) -> None:
+    """Ticks of one turn's spacing above the top edge, and what they mean above them."""
     at = np.arange(0.0, span[1], period_ms)
-    blended = axes.get_xaxis_transform()
-    axes.vlines(at, 1.012, 1.05, transform=blended, color=INK, lw=0.9, clip_on=False)
-    label = f"ticks: {period_name} = {period_ms:.2f} ms"
+    axes.vlines(at, 1.012, 1.05, transform=axes.get_xaxis_transform(), color=INK, lw=0.9, clip_on=False)
+    label = f"ticks: 1/fr = {period_ms:.2f} ms"
     axes.text(1.0, 1.0, label, transform=row_above(axes, 8.0), fontsize=7.5, ha="right", va="baseline")
 
 

@@ -1,13 +1,18 @@
 """The look of the figures: one style file, one colour and one line style for each origin."""
 
 import functools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import resources
-from typing import Any
+from pathlib import Path
+from typing import Any, ParamSpec
 
-from srbval.report.figures.files import picture_bytes
+from numpy.typing import ArrayLike
+
+from srbval.report.figures.files import Drawing, PanelFiles, picture_bytes, save_panel
+
+P = ParamSpec("P")
 
 # Width and height of a panel [inch]: half and full width of the text.
 HALF = (4.2, 2.2)
@@ -54,6 +59,29 @@ def figure_style() -> Iterator[None]:
         mpl.rcdefaults()
         mpl.rcParams.update(mpl.rc_params_from_file(path, use_default_template=False))
         yield
+
+
+def panel(
+    suffix: str = ".svg",
+) -> Callable[[Callable[P, tuple[Any, Mapping[str, ArrayLike]]]], Callable[P, Drawing]]:
+    """Make a function that draws a figure, and says what it plots, one that gives a `Drawing` of its arguments.
+
+    The drawing, once it is called with a folder and a name, writes both: picture and data (CSV).
+    """
+
+    def decorate(draw: Callable[P, tuple[Any, Mapping[str, ArrayLike]]]) -> Callable[P, Drawing]:
+        @functools.wraps(draw)
+        def drawing(*args: P.args, **kwargs: P.kwargs) -> Drawing:
+            def write(folder: Path, name: str) -> PanelFiles:
+                with figure_style():
+                    figure, columns = draw(*args, **kwargs)
+                    return save_panel(figure, folder, name, columns, suffix)
+
+            return write
+
+        return drawing
+
+    return decorate
 
 
 def new_figure(inches: tuple[float, float], **looks: Any) -> Any:

@@ -1,6 +1,7 @@
 """The simulated bearing as the figures show it: slots, circles of points, the defect among them, the load zone."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -31,15 +32,6 @@ class RacewayCircle:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class DefectPoints:
-    """Points of one circle of the outer raceway about its defect: along the race [m] and raised by [m], [n] each."""
-
-    circle: float
-    along_m: FloatArray
-    lift_m: FloatArray
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class LoadZone:
     """Contact force of every roller on either race at every moment kept, [n] each; a healthy bearing.
 
@@ -62,33 +54,17 @@ class LoadZone:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BearingViews:
-    """`slot_angle_rad`, [2 M], row 1 first, at the start of a run; `spacing_m` of points on the defect's circle."""
+    """`slot_angle_rad`, [2 M], row 1 first, at the start of a run; `spacing_m` of points on the defect's circle.
+
+    `defect` holds, for every circle of the outer raceway, its points about the defect: along the race and raised by
+    [m], [n] each.
+    """
 
     slot_angle_rad: FloatArray
     circles: tuple[RacewayCircle, ...]
-    defect: tuple[DefectPoints, ...]
+    defect: Mapping[float, tuple[FloatArray, FloatArray]]
     spacing_m: float
     load_zone: LoadZone
-
-
-@dataclass(frozen=True, kw_only=True)
-class LoadSharing:
-    """What carries the radial load in the healthy run [N]: the housing's spring and the rollers."""
-
-    radial_n: float
-    spring_n: float
-    roller_n: float
-    roller_load_share: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class PointPassing:
-    """Frequencies at which rollers pass the points of the raceways, numerical [Hz]."""
-
-    points_per_circle: int
-    shaft_rpm: float
-    outer_hz: float
-    inner_hz: float
 
 
 def load_zone_case(scene: Scene) -> SimulationCase:
@@ -117,22 +93,25 @@ def bearing_views(scene: Scene, geometry: SphericalRollerGeometry, load_zone_run
             for name, circles in (("outer", outer), ("inner", inner))
             for p, circle in circles.items()
         ),
-        defect=tuple(_defect_points(scene, p, circle.radius_m) for p, circle in outer.items()),
+        defect={p: _defect_points(scene, p, circle.radius_m) for p, circle in outer.items()},
         spacing_m=2 * math.pi * outer[DEFECT_CIRCLE].radius_m / scene.contact.points_per_circle,
         load_zone=_load_zone(load_zone_run, slots),
     )
 
 
-def _defect_points(scene: Scene, circle: float, radius_m: float) -> DefectPoints:
+def _defect_points(scene: Scene, circle: float, radius_m: float) -> tuple[FloatArray, FloatArray]:
     defects: tuple[Defect, ...] = (scene.defect,) if circle == DEFECT_CIRCLE else ()
     points = circle_points(scene.contact.points_per_circle, radius_m, defects, scene.load.zone_rad)
     along = wrapped(points.angle - (scene.load.zone_rad + scene.defect.angle_rad)) * radius_m
     order = np.argsort(along)
-    return DefectPoints(circle=circle, along_m=along[order], lift_m=points.lift[order])
+    return along[order], points.lift[order]
 
 
 def _load_zone(run: Run, slots: FloatArray) -> LoadZone:
-    angle = _roller_angles_deg(run, slots)
+    scene = run.scene
+    time = scene.settle_s + np.arange(len(run.load_n)) / scene.detail_rate_hz
+    cage = run.cage_ratio * 2 * math.pi * scene.shaft_hz * time
+    angle = np.degrees(wrapped(slots + cage[:, None] - scene.load.zone_rad))
     outer, inner = (run.load_n[:, race].sum(axis=2) for race in (0, 1))
     return LoadZone(
         angle_deg=angle.ravel(),
@@ -147,31 +126,19 @@ def _load_zone(run: Run, slots: FloatArray) -> LoadZone:
     )
 
 
-def _roller_angles_deg(run: Run, slots: FloatArray) -> FloatArray:
-    """Angle of every roller from the middle of the load zone at every moment kept, [k, 2 M]."""
-    scene = run.scene
-    time = scene.settle_s + np.arange(len(run.load_n)) / scene.detail_rate_hz
-    cage = run.cage_ratio * 2 * math.pi * scene.shaft_hz * time
-    return np.degrees(wrapped(slots + cage[:, None] - scene.load.zone_rad))
-
-
-def load_path(run: Run) -> LoadSharing:
-    """How the load divides between spring and rollers in a run."""
+def load_sharing(run: Run) -> dict[str, float]:
+    """What carries the radial load in a run [N]: the housing's spring and the rollers."""
     radial_n, share = run.scene.load.radial_n, run.roller_load_share
-    return LoadSharing(
-        radial_n=radial_n,
-        spring_n=math.hypot(*(run.displacement_m.mean(axis=0))) * run.scene.housing.stiffness_n_m,
-        roller_n=share * radial_n,
-        roller_load_share=share,
-    )
+    spring_n = math.hypot(*(run.displacement_m.mean(axis=0))) * run.scene.housing.stiffness_n_m
+    return {"radial_n": radial_n, "spring_n": spring_n, "roller_n": share * radial_n, "roller_load_share": share}
 
 
-def point_passing(run: Run) -> PointPassing:
-    """The passing frequencies of the raceways' points in a run."""
+def point_passing(run: Run) -> dict[str, float]:
+    """Frequencies at which rollers pass the points of the raceways in a run, numerical [Hz]."""
     points, shaft_hz = run.scene.contact.points_per_circle, run.scene.shaft_hz
-    return PointPassing(
-        points_per_circle=points,
-        shaft_rpm=60 * shaft_hz,
-        outer_hz=points * run.cage_ratio * shaft_hz,
-        inner_hz=points * (1 - run.cage_ratio) * shaft_hz,
-    )
+    return {
+        "points_per_circle": points,
+        "shaft_rpm": 60 * shaft_hz,
+        "outer_hz": points * run.cage_ratio * shaft_hz,
+        "inner_hz": points * (1 - run.cage_ratio) * shaft_hz,
+    }

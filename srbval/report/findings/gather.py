@@ -1,11 +1,13 @@
 """Gather everything the report shows: run, read, analyse and compare, each with its own progress."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Bearing, Fault, load_bearing
 from srbval.comparison.bias import biases
+from srbval.comparison.comparison import deviation_pct
 from srbval.comparison.counterpart import (
     PAPER_STATES,
     AnalysedRun,
@@ -15,33 +17,39 @@ from srbval.comparison.counterpart import (
     run_counterpart,
 )
 from srbval.comparison.effects import Sensitivity, sensitivity_of
-from srbval.comparison.matrix import Matrix, Point, build_matrix, point_of
-from srbval.comparison.other_rigs import OtherRecord
-from srbval.comparison.speed_and_slip import matrix_rows, published_speeds, table6_rows
+from srbval.comparison.headline import headline
+from srbval.comparison.matrix import Matrix, build_matrix, point_of
+from srbval.comparison.speed_and_slip import matrix_rows, one_speed_reading, published_speeds, table6_rows
 from srbval.comparison.table6 import Table6, measured_rows, published_rows, sum_rules, table6
 from srbval.errors import ConfigurationError, NumericsError
 from srbval.models.kernel_cache import is_compiled, precompile
 from srbval.models.run import Run
 from srbval.models.run_file import scene_dict
+from srbval.plan.calibrated import shipped_calibration
+from srbval.plan.table import summary
 from srbval.progress import Progress, silent, stage
 from srbval.reading.analyse import Analysis, analyse
-from srbval.reading.shown_record import shown_record
 from srbval.recordings import Recording, recording_from_run
-from srbval.recordings.datasets.description import DatasetDescription, dataset
-from srbval.recordings.registry import RegisteredRecording, listing, rig_recordings
+from srbval.recordings.datasets.description import dataset
+from srbval.recordings.registry import RegisteredRecording, RegisterListing, listing, rig_recordings
 from srbval.recordings.synthetic_record import write_synthetic_record
-from srbval.report.findings.bands import RecordKurtogram, cross_bands, record_kurtogram
-from srbval.report.findings.bearing_views import bearing_views, load_path, load_zone_case, point_passing
-from srbval.report.findings.findings import Evidence
-from srbval.report.findings.harmonics import harmonic_patterns, pattern_cases
-from srbval.report.findings.impulse_trains import impulse_trains, train_cases
+from srbval.report.findings.bearing_views import bearing_views, load_sharing, load_zone_case, point_passing
+from srbval.report.findings.findings import Findings
 from srbval.report.findings.other_rigs_in_background import BackgroundReading
-from srbval.report.findings.provenance import provenance, run_facts
-from srbval.report.findings.shown_records import envelope_scalogram, sideband_shares
-from srbval.report.findings.speeds import published_speed_rows, single_speed
-from srbval.report.findings.stored import shown_ladder
-from srbval.report.pages import Page, results_of
+from srbval.report.findings.patterns import clearness, harmonic_patterns, impulse_trains, pattern_cases
+from srbval.report.findings.provenance import TIMED, provenance, run_facts
+from srbval.report.findings.records import (
+    RecordKurtogram,
+    cross_bands,
+    envelope_scalogram,
+    record_kurtogram,
+    record_view,
+    sideband_shares,
+)
+from srbval.report.pages import Page, StoredResults, results_of
+from srbval.scene import LoadPath, RollerFit
 
+SCHEMA_VERSION = 1
 SHORTEST_S = 1.0  # below this the envelope spectrum cannot separate the lines from shaft harmonics
 STAND_IN_SECONDS = 2.0
 RESULTS = ("sensitivity", "verdict_scan", "rig_inputs")  # stored ones that uncertainties and headline are made of
@@ -54,181 +62,167 @@ def gather(
     pages: Iterable[Page] = (),
     jobs: int | None = None,
     progress: Progress = silent,
-) -> Evidence:
+) -> Findings:
     """Run the cases and analyse everything; the rig's recordings are those registered.
 
     `seconds` is the recorded duration of the paper's three runs, `jobs` the runs and records at a time (default: one
     per core), `pages` what the report shows of stored results; `stand_in_folder` receives the stand-ins' files, where
-    any are needed. Raises what simulating and loading
-    raise; a failed run is a `NumericsError` that names it.
+    any are needed. Raises what simulating and loading raise; a failed run is a `NumericsError` that names it.
     """
     if seconds < SHORTEST_S:
         raise ConfigurationError(
             f"{seconds:g} s of simulation are too short to tell fault lines from shaft harmonics; use {SHORTEST_S:g} s "
             "or more."
         )
-    gathering = _Gathering(load_bearing(DEFAULT_BEARING), table6(), jobs, progress)
-    return gathering.evidence(seconds, stand_in_folder, pages)
+    bearing, printed, results = load_bearing(DEFAULT_BEARING), table6(), results_of(pages, *RESULTS)
+    with stage(progress, "Look up the registered recordings"):
+        register = listing(or_none=True)
+        of_rig = rig_recordings(register.recordings)
+        chosen = choose_rig_recordings(printed, of_rig)
+        others = BackgroundReading(register.recordings, jobs=jobs)
+    cases, runs = _simulate(seconds, jobs, progress)
+    with stage(progress, "Analyse the paper's runs"):
+        paper = {s: analyse(recording_from_run(runs[f"paper-{s}"]), bearing=bearing) for s in PAPER_STATES}
+    known = sensitivity_of(results.content("sensitivity"))
+    points = {state: point for state, entry in chosen.items() if (point := point_of(entry)) is not None}
+    with stage(progress, "Fill the validation matrix: the model at every record's speed and load"):
+        matrix = build_matrix(
+            of_rig, bearing=bearing, sensitivity=known, keep_sides_of=set(points.values()), jobs=jobs,
+            counterpart=lambda rig, pool: run_counterpart(rig, pool=pool, progress=progress),
+        )  # fmt: skip
+    sides = {state: matrix.sides[point] for state, point in points.items() if point in matrix.sides}
+    measured = {state: rig for state, (rig, _) in sides.items()}
+    with stage(progress, "Read the stand-ins"):
+        stand_ins = _stand_ins(set(PAPER_STATES) - set(measured), printed, stand_in_folder)
+        found = measured | {state: analyse(record, bearing=bearing) for state, record in stand_ins.items()}
+    models = {state: _model_of(state, model) for state, (_, model) in sides.items()}
+    shown_cases = (*cases, *(side.case for side in models.values()))
+    runs |= {side.case.id: side.run for side in models.values()}
+    return _findings(
+        _Gathered(
+            bearing=bearing, printed=printed, results=results, register=register, known=known, matrix=matrix,
+            registered=tuple(chosen[state] for state in sides), measured=measured, models=models, runs=runs,
+            facts=tuple(run_facts(case, runs[case.id]) for case in shown_cases),
+            analyses={
+                "paper": paper, "model": paper | {state: side.analysis for state, side in models.items()},
+                "rig": {state: found[state] for state in PAPER_STATES},
+            },
+        ),
+        others,
+        progress,
+    )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class _Simulated:
-    """The runs that no recording asks for, and what they say of numerics and open inputs."""
-
-    cases: tuple[SimulationCase, ...]
-    runs: Mapping[str, Run]
-    paper: Mapping[Fault, Analysis]
-
-
-@dataclass(frozen=True)
-class _RigSide:
-    """The records of the rig that figures show, the model's runs at their speeds, stand-ins where there are none."""
-
-    registered: tuple[RegisteredRecording, ...]
-    measured: Mapping[Fault, Analysis]
-    rig: Mapping[Fault, Analysis]
-    models: Mapping[Fault, AnalysedRun]
-
-
-@dataclass(frozen=True)
-class _Gathering:
-    """One gathering under way."""
+@dataclass(frozen=True, kw_only=True)
+class _Gathered:
+    """What was looked up, run and analysed, before anything is made of it; see `Findings`."""
 
     bearing: Bearing
     printed: Table6
-    jobs: int | None
-    progress: Progress
+    results: StoredResults
+    register: RegisterListing
+    known: Sensitivity
+    matrix: Matrix
+    registered: tuple[RegisteredRecording, ...]
+    measured: Mapping[Fault, Analysis]
+    models: Mapping[Fault, AnalysedRun]
+    runs: Mapping[str, Run]
+    facts: tuple[dict[str, Any], ...]
+    analyses: Mapping[str, Mapping[Fault, Analysis]]
 
-    def evidence(self, seconds: float, stand_in_folder: Path, pages: Iterable[Page]) -> Evidence:
-        """All of it, in the order in which one thing needs another."""
-        results = results_of(pages, *RESULTS)
-        with stage(self.progress, "Look up the registered recordings"):
-            register = listing(or_none=True)
-            of_rig = rig_recordings(register.recordings)
-            chosen = choose_rig_recordings(self.printed, of_rig)
-            others = BackgroundReading(register.recordings, jobs=self.jobs)
-        simulated = self._simulate(seconds)
-        known = sensitivity_of(results.content("sensitivity"))
-        keep = {point for entry in chosen.values() if (point := point_of(entry)) is not None}
-        matrix = self._matrix(of_rig, keep, known)
-        rig = self._rig_side(chosen, matrix, stand_in_folder)
-        model_at_rig = dict(simulated.paper) | {state: side.analysis for state, side in rig.models.items()}
-        shown_cases = (*simulated.cases, *(side.case for side in rig.models.values()))
-        runs = dict(simulated.runs) | {side.case.id: side.run for side in rig.models.values()}
-        with stage(self.progress, "Prepare the records that figures show"):
-            sides = {"model": model_at_rig, "rig": rig.rig, "paper": simulated.paper if rig.measured else {}}
-            shown = {name: {s: shown_record(a) for s, a in side.items()} for name, side in sides.items()}
-            scalograms = {
-                name: {s: envelope_scalogram(record) for s, record in shown[name].items()} for name in ("model", "rig")
-            }
-        with stage(self.progress, "Wait for the recordings of other rigs"):
-            other_rigs = others.records()
-        scene, geometry = runs["paper-outer"].scene, self.bearing.geometry
-        assert geometry is not None, "the report's bearing is one the model can run"
-        trains, fits = impulse_trains(runs, self.bearing)
-        return Evidence(
-            bearing=self.bearing,
-            printed=self.printed,
-            runs=runs,
-            run_facts=tuple(run_facts(case, runs[case.id]) for case in shown_cases),
-            scene_values=scene_dict(scene) | {"geometry": vars(geometry)},
-            paper=simulated.paper,
-            model_at_rig=model_at_rig,
-            rig=rig.rig,
-            shown=shown,
-            scalograms=scalograms,
-            sidebands={name: sideband_shares(sides[name][Fault.INNER]) for name in ("model", "rig")},
-            views=bearing_views(scene, geometry, runs["load-zone"]),
-            load_path=load_path(runs["paper-healthy"]),
-            point_passing=point_passing(runs["paper-healthy"]),
-            patterns=harmonic_patterns(runs, self.progress),
-            trains=trains,
-            fits={fit: (record, envelope_scalogram(record)) for fit, record in fits.items()},
-            kurtograms=self._kurtograms(model_at_rig, rig.rig),
-            crossed=cross_bands(model_at_rig, rig.rig),
-            rows=(
-                *published_rows(self.printed, simulated.paper, runs),
-                *measured_rows(
-                    rig.measured,
-                    {s: side.run for s, side in rig.models.items()},
-                    [row for cell in matrix.cells if cell.point in matrix.sides for row in cell.comparisons],
-                ),
-            ),
-            sums=tuple(sum_rules(self.printed, simulated.paper, runs, rig.measured)),
-            known=known,
-            registered=rig.registered,
-            register=register,
-            matrix=matrix,
-            bias=biases(matrix.comparisons, used_for="withheld"),
-            other_rigs=other_rigs,
-            slips=(*matrix_rows(matrix.cells, self.bearing), *table6_rows(self.printed, self.bearing)),
-            single_speed=single_speed(self.printed, self.bearing),
-            published_speeds=published_speed_rows(),
-            speed_source=published_speeds(),
-            datasets=_datasets(rig.registered, other_rigs),
-            results=results,
-            ladder=shown_ladder(),
-            rig_ladder=shown_ladder("rig"),
-            provenance=provenance(runs.values(), rig.registered),
-        )
 
-    def _simulate(self, seconds: float) -> _Simulated:
-        paper = paper_cases(seconds)
-        outer = next(case for case in paper if case.state is Fault.OUTER)
-        cases = (*paper, load_zone_case(outer.scene), *pattern_cases(), *train_cases())
-        missing = [m for m in dict.fromkeys(case.scene.model for case in cases) if not is_compiled(m)]
-        if missing:
-            with stage(self.progress, f"Compile the models ({', '.join(missing)}), once after installation"):
-                precompile(*missing, jobs=self.jobs)
-        runs = run_cases(cases, jobs=self.jobs, progress=self.progress)
-        with stage(self.progress, "Analyse the paper's runs"):
-            analyses = {
-                state: analyse(recording_from_run(runs[f"paper-{state}"]), bearing=self.bearing)
-                for state in PAPER_STATES
-            }
-        return _Simulated(
-            cases=cases,
-            runs=runs,
-            paper=analyses,
-        )
+def _findings(given: _Gathered, others: BackgroundReading, progress: Progress) -> Findings:
+    runs, bearing, analyses = given.runs, given.bearing, given.analyses
+    with stage(progress, "Prepare the records that figures show"):
+        shown = {**analyses, "paper": analyses["paper"] if given.measured else {}}
+        views = {name: {s: record_view(a) for s, a in shown[name].items()} for name in ("model", "rig", "paper")}
+        scalograms = {
+            name: {s: envelope_scalogram(view) for s, view in views[name].items()} for name in ("model", "rig")
+        }  # fmt: skip
+        trains = impulse_trains(runs, bearing)
+        fits = {fit: record_view(trains[fit, LoadPath.HOUSING]) for fit in RollerFit}
+    with stage(progress, "Look for missing harmonics"):
+        patterns = harmonic_patterns(runs)
+    kurtograms = _kurtograms(analyses["model"], analyses["rig"], progress)
+    with stage(progress, "Wait for the recordings of other rigs"):
+        other_rigs = others.records()
+    scene, geometry = runs["paper-outer"].scene, bearing.geometry
+    assert geometry is not None, "the report's bearing is one the model can run"
+    shown_bearing = bearing_views(scene, geometry, runs["load-zone"])
+    ladders = {base: shipped_calibration(base) for base in ("paper", "rig")}
+    data = _compared(given) | {
+        "bias": biases(given.matrix.comparisons, used_for="withheld"),
+        "sensitivity": given.known.defects,
+        "analyses": {
+            f"{name}-{state}": analysis
+            for name, side in (("paper", "paper"), ("beside-rig", "model"), ("rig", "rig"))
+            for state, analysis in analyses[side].items()
+        },
+        "sidebands": {name: sideband_shares(analyses[name][Fault.INNER]) for name in ("model", "rig")},
+        "load_zone": shown_bearing.load_zone,
+        "load_path": load_sharing(runs["paper-healthy"]),
+        "point_passing": point_passing(runs["paper-healthy"]),
+        "harmonic_patterns": patterns,
+        "impulse_trains": [clearness(fit, path, analysis) for (fit, path), analysis in trains.items()],
+        "kurtograms": [_kurtogram_entry(one) for one in kurtograms],
+        "kept_results": {name: result.origin for name, result in given.results.items()},
+        "ladder": summary(ladders["paper"]),
+        "rig_ladder": summary(ladders["rig"]),
+        "other_rigs": other_rigs,
+        "runs": [{key: value for key, value in fact.items() if key != TIMED} for fact in given.facts],
+        "scene": scene_dict(scene) | {"geometry": vars(geometry)},
+        "cautions": cautions([*given.matrix.cells, *other_rigs]),
+    }
+    sets = (*(r.dataset for r in given.registered), *(r.dataset for r in other_rigs))
+    return Findings(
+        data=data, bearing=bearing, printed=given.printed, runs=runs, run_facts=given.facts, analyses=analyses,
+        views=views, scalograms=scalograms, fits={fit: (view, envelope_scalogram(view)) for fit, view in fits.items()},
+        bearing_views=shown_bearing, kurtograms=kurtograms, known=given.known, matrix=given.matrix,
+        datasets={name: dataset(name) for name in sets if name}, speed_source=published_speeds(), ladders=ladders,
+        results=given.results, provenance=provenance(runs.values(), given.registered),
+    )  # fmt: skip
 
-    def _matrix(self, registered: Sequence[RegisteredRecording], keep: set[Point], known: Sensitivity) -> Matrix:
-        with stage(self.progress, "Fill the validation matrix: the model at every record's speed and load"):
-            return build_matrix(
-                registered,
-                bearing=self.bearing,
-                counterpart=lambda rig, pool: run_counterpart(rig, pool=pool, progress=self.progress),
-                sensitivity=known,
-                keep_sides_of=keep,
-                jobs=self.jobs,
-            )
 
-    def _rig_side(self, chosen: Mapping[Fault, RegisteredRecording], matrix: Matrix, folder: Path) -> _RigSide:
-        points = {state: point_of(entry) for state, entry in chosen.items()}
-        sides = {state: matrix.sides[p] for state, p in points.items() if p is not None and p in matrix.sides}
-        measured = {state: rig for state, (rig, _) in sides.items()}
-        with stage(self.progress, "Read the stand-ins"):
-            stand_ins = _stand_ins(set(PAPER_STATES) - set(measured), self.printed, folder)
-            made = {state: analyse(recording, bearing=self.bearing) for state, recording in stand_ins.items()}
-        return _RigSide(
-            registered=tuple(chosen[state] for state in sides),
-            measured=measured,
-            rig={state: (measured | made)[state] for state in PAPER_STATES},
-            models={state: _model_of(state, model) for state, (_, model) in sides.items()},
-        )
+def _compared(given: _Gathered) -> dict[str, Any]:
+    """The part of ``report.json`` on the model against the paper and the rig, and on the register."""
+    printed, bearing, matrix, problems = given.printed, given.bearing, given.matrix, given.register.problems
+    comparisons = [row for cell in matrix.cells if cell.point in matrix.sides for row in cell.comparisons]
+    of_runs = {state: side.run for state, side in given.models.items()}
+    paper, model, rig = (given.analyses[side] for side in ("paper", "model", "rig"))
+    rpm, cage_pct = one_speed_reading(printed, bearing)
+    content = given.results.content
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "status": "ok",
+        "headline": headline(comparisons, content("rig_inputs"), content("verdict_scan")),
+        "table6": (
+            *published_rows(printed, paper, given.runs), *measured_rows(given.measured, of_runs, comparisons)
+        ),
+        "closure": tuple(sum_rules(printed, paper, given.runs, given.measured)),
+        "comparisons": comparisons,
+        "matrix": matrix.cells,
+        "crossed_bands": cross_bands(model, rig),
+        "speed_and_slip": (*matrix_rows(matrix.cells, bearing), *table6_rows(printed, bearing)),
+        "published_speeds": list(published_speed_rows()),
+        "single_speed": {"shaft_rpm": rpm, "cage_pct": cage_pct},
+        "recordings": given.registered,
+        "recordings_not_used": [
+            {"file": Path(r.file).name, "status": r.status.value, "reason": r.reason or ""} for r in problems
+        ],
+        "register_unreadable": given.register.unreadable or None,
+    }  # fmt: skip
 
-    def _kurtograms(
-        self, model: Mapping[Fault, Analysis], rig: Mapping[Fault, Analysis]
-    ) -> tuple[RecordKurtogram, ...]:
-        """Model and rig, outer race and inner race."""
-        wanted = [(fault, side[fault]) for fault in RACE_DEFECTS for side in (model, rig)]
-        found = []
-        for number, (fault, analysis) in enumerate(wanted):
-            self.progress("Look for impulsive bands", number / len(wanted))
-            assert fault.line is not None, "the defects of races have lines"
-            found.append(record_kurtogram(analysis, fault.line))
-        self.progress("Look for impulsive bands", 1.0)
-        return tuple(found)
+
+def _simulate(seconds: float, jobs: int | None, progress: Progress) -> tuple[list[SimulationCase], dict[str, Run]]:
+    """The runs that no recording asks for."""
+    paper = paper_cases(seconds)
+    outer = next(case for case in paper if case.state is Fault.OUTER)
+    cases = [*paper, load_zone_case(outer.scene), *pattern_cases()]
+    missing = [m for m in dict.fromkeys(case.scene.model for case in cases) if not is_compiled(m)]
+    if missing:
+        with stage(progress, f"Compile the models ({', '.join(missing)}), once after installation"):
+            precompile(*missing, jobs=jobs)
+    return cases, dict(run_cases(cases, jobs=jobs, progress=progress))
 
 
 def _model_of(state: Fault, model: AnalysedRun | str) -> AnalysedRun:
@@ -238,11 +232,49 @@ def _model_of(state: Fault, model: AnalysedRun | str) -> AnalysedRun:
     return model
 
 
-def _datasets(
-    registered: Iterable[RegisteredRecording], other_rigs: Iterable[OtherRecord]
-) -> dict[str, DatasetDescription]:
-    names = [*(entry.dataset for entry in registered), *(record.dataset for record in other_rigs)]
-    return {name: dataset(name) for name in names if name}
+def _kurtograms(
+    model: Mapping[Fault, Analysis], rig: Mapping[Fault, Analysis], progress: Progress
+) -> tuple[RecordKurtogram, ...]:
+    """Model and rig, outer race and inner race."""
+    wanted = [(fault, side[fault]) for fault in RACE_DEFECTS for side in (model, rig)]
+    found = []
+    for number, (fault, analysis) in enumerate(wanted):
+        progress("Look for impulsive bands", number / len(wanted))
+        found.append(record_kurtogram(analysis, fault.line or ""))
+    progress("Look for impulsive bands", 1.0)
+    return tuple(found)
+
+
+def _kurtogram_entry(record: RecordKurtogram) -> dict[str, Any]:
+    recording, picture, second = record.analysis.recording, record.kurtogram, record.second_comb
+    return {
+        "file": recording.file,
+        "origin": recording.origin,
+        "state": recording.state,
+        "line": record.line,
+        "band_hz": record.analysis.processed.band_hz,
+        "most_impulsive_hz": picture.best_hz,
+        "kurtosis_less_2": float(picture.kurtosis.max()),
+        "bands": picture.size,
+        "second_comb": None if second is None else second.line(record.line),
+    }
+
+
+def cautions(records: Iterable[Any]) -> list[dict[str, str]]:
+    """What may make the numbers of a recording wrong that this report uses, each file and caution once."""
+    once = dict.fromkeys((Path(record.file).name, caution) for record in records for caution in record.cautions)
+    return [{"file": file, "caution": caution} for file, caution in once]
+
+
+def published_speed_rows() -> Iterator[dict[str, Any]]:
+    """Mean tachometer speed of each state's published record at a nominal speed, and from the outer-race record's."""
+    means = {(mean.state, mean.nominal_rpm): mean.mean_rpm for mean in published_speeds().means}
+    for state, rpm in sorted(means, key=lambda key: (list(Fault).index(key[0]), key[1])):
+        mean = means[state, rpm]
+        yield {
+            "state": state, "nominal_rpm": rpm, "mean_rpm": mean,
+            "from_outer_pct": deviation_pct(mean, means[Fault.OUTER, rpm]),
+        }  # fmt: skip
 
 
 def choose_rig_recordings(

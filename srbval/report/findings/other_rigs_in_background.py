@@ -1,22 +1,19 @@
 """Recordings of other rigs read in the background: by a process of their own, while this one does something else.
 
 Reading lines is Python's own work for the most part, so threads would only take turns with whatever runs here.
-``python -m srbval.report.findings.other_rigs_in_background`` is that process: entries on its standard input, records on its
-output.
+``python -m srbval.report.findings.other_rigs_in_background`` is that process.
 """
 
 import contextlib
-import os
-import pickle
-import subprocess
-import sys
 import threading
 import weakref
 from collections.abc import Sequence
+from typing import Any
 
 from srbval.comparison.other_rigs import OtherRecord, read_other_rigs, usable
+from srbval.processes.machine import one_thread
+from srbval.processes.worker import DiedError, WorkerProcess, serve_calls
 from srbval.recordings.registry import RegisteredRecording
-from srbval.storage.installation import child_environment
 
 
 class BackgroundReading:
@@ -28,48 +25,33 @@ class BackgroundReading:
 
     def __init__(self, registered: Sequence[RegisteredRecording], *, jobs: int | None = None) -> None:
         self._registered, self._jobs = tuple(usable(registered)), jobs
-        self._answer = bytearray()
-        self._process: subprocess.Popen[bytes] | None = None
+        self._answer: list[tuple[OtherRecord, ...]] = []
         if self._registered:
-            self._start()
+            worker = WorkerProcess("srbval.report.findings.other_rigs_in_background")
+            weakref.finalize(self, worker.kill)
+            request = (worker, (self._registered, jobs), self._answer)
+            self._exchange = threading.Thread(target=_ask, args=request, daemon=True)
+            self._exchange.start()
 
     def records(self) -> tuple[OtherRecord, ...]:
         """The records, in the order of data set and file."""
-        if self._process is None:
+        if not self._registered:
             return ()
         self._exchange.join()
-        if self._process.returncode != 0:
-            return read_other_rigs(self._registered, jobs=self._jobs)
-        records: tuple[OtherRecord, ...] = pickle.loads(self._answer)
-        return records
-
-    def _start(self) -> None:
-        self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "srbval.report.findings.other_rigs_in_background"],
-            env=os.environ | child_environment(),
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-        )  # fmt: skip
-        weakref.finalize(self, self._process.kill)
-        request = pickle.dumps((self._registered, self._jobs))
-        self._exchange = threading.Thread(target=_exchange, args=(self._process, request, self._answer), daemon=True)
-        self._exchange.start()
+        return self._answer[0] if self._answer else read_other_rigs(self._registered, jobs=self._jobs)
 
 
-def _exchange(process: subprocess.Popen[bytes], request: bytes, answer: bytearray) -> None:
-    with contextlib.suppress(OSError, ValueError):
-        answer += process.communicate(request)[0]
+def _ask(worker: WorkerProcess, request: Any, answer: list[Any]) -> None:
+    with contextlib.suppress(DiedError):
+        answer.append(worker.call(request))
+    worker.close()
 
 
-def main() -> None:
-    """Read the requested records and write them to standard output."""
-    from threadpoolctl import threadpool_limits
-
-    answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # whatever a library prints must not get into the answer
-    registered, jobs = pickle.load(sys.stdin.buffer)
-    with threadpool_limits(1), answers:
-        pickle.dump(read_other_rigs(registered, jobs=jobs), answers)
+@one_thread()
+def _read(request: tuple[Sequence[RegisteredRecording], int | None]) -> tuple[OtherRecord, ...]:
+    registered, jobs = request
+    return read_other_rigs(registered, jobs=jobs)
 
 
 if __name__ == "__main__":
-    main()
+    serve_calls(lambda: _read)

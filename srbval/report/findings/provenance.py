@@ -1,12 +1,11 @@
-"""Where the evidence comes from: how each run went, versions, revision, machine, seeds and recordings."""
+"""Where the findings come from: how each run went, versions, revision, machine, seeds and recordings."""
 
 import os
 import platform
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from srbval import __version__
 from srbval.comparison.counterpart import SimulationCase
@@ -17,6 +16,7 @@ from srbval.recordings.registry import RIG_EXCERPTS, RegisteredRecording
 from srbval.storage.installation import git_revision, shipped_folder
 
 PACKAGES = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib")
+TIMED = "wall_per_simulated_s"  # differs from one run to the next, so report.json leaves it out
 
 
 def provenance(runs: Iterable[Run], registered: Iterable[RegisteredRecording]) -> dict[str, Any]:
@@ -46,46 +46,25 @@ def _shipped(entries: Sequence[RegisteredRecording]) -> dict[str, Any]:
     return {"recordings_shipped_with_srbval": origin | form}
 
 
-@dataclass(frozen=True, kw_only=True)
-class RunFacts:
-    """How one run went; `step_s` is None where the model has a solver of its own.
+def run_facts(case: SimulationCase, run: Run) -> dict[str, Any]:
+    """How a case's run went; `step_s` is None where the model has a solver of its own.
 
     `numerics`: estimated errors that the step leaves [%], see `step_error.StepError.to_dict`, None where not estimated.
     `energy_imbalance` is relative to what was lost, NaN where a model has no energies.
     """
-
-    JSON_OMITTED: ClassVar = ("wall_per_simulated_s",)  # it differs from one run to the next
-
-    id: str
-    purpose: str
-    model: str
-    shaft_rpm: float
-    seconds: float
-    solver: str
-    step_s: float | None
-    status: str
-    reason: str
-    cage_ratio: float
-    energy_imbalance: float
-    numerics: dict[str, float] | None
-    wall_per_simulated_s: float
-
-
-def run_facts(case: SimulationCase, run: Run) -> RunFacts:
-    """The facts of a case's run."""
     scene, own_solver = run.scene, rung_of(run.scene.model).own_solver
-    return RunFacts(
-        id=case.id,
-        purpose=case.purpose,
-        model=scene.model,
-        shaft_rpm=60 * scene.shaft_hz,
-        seconds=run.seconds,
-        solver=own_solver or scene.solver.name,
-        step_s=None if own_solver else scene.solver.step_s,
-        status=run.status.value,
-        reason=run.reason,
-        cage_ratio=run.cage_ratio,
-        energy_imbalance=run.energy_imbalance,
-        numerics=None if run.step_error is None else run.step_error.to_dict(),
-        wall_per_simulated_s=run.wall_per_simulated_s,
-    )
+    return {
+        "id": case.id,
+        "purpose": case.purpose,
+        "model": scene.model,
+        "shaft_rpm": 60 * scene.shaft_hz,
+        "seconds": run.seconds,
+        "solver": own_solver or scene.solver.name,
+        "step_s": None if own_solver else scene.solver.step_s,
+        "status": run.status.value,
+        "reason": run.reason,
+        "cage_ratio": run.cage_ratio,
+        "energy_imbalance": run.energy_imbalance,
+        "numerics": None if run.step_error is None else run.step_error.to_dict(),
+        TIMED: run.wall_per_simulated_s,
+    }

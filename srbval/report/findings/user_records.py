@@ -1,16 +1,13 @@
-"""The evidence for the user's recordings: lines, what was not seen and why, a healthy record, the model to compare."""
+"""Findings on a user's recordings: lines, what was not detected and why, a healthy record, the model to compare."""
 
-import dataclasses
 import enum
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from srbval.bearing import DEFAULT_BEARING, Bearing, Fault, load_bearing
+from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.comparison.cage_inputs import CageInputs, cage_inputs
 from srbval.comparison.counterpart import SimulationCase, run_cases
 from srbval.diagnosis.baseline import baseline_of, registered_baseline
@@ -23,33 +20,28 @@ from srbval.reading.analyse import Analysis, analyse, bearing_of
 from srbval.reading.band_choice import declared_band
 from srbval.reading.families import OTHER_LINE
 from srbval.reading.lines import Line
-from srbval.reading.shown_record import ShownRecord, shown_record
 from srbval.reading.speed_search import USABLE_SHARE
 from srbval.recordings import Origin, Recording, recording_from_run
-from srbval.report.figures.analysis import (
-    NORMALISED,
-    OWN_UNIT,
-    expected_lines,
-    first_lines,
-    in_own_unit,
-    marked_line,
-    middle_window,
-    own_peaks,
-    spectrum_end_hz,
-)
-from srbval.report.figures.spectrum import Cursor
 from srbval.report.findings.provenance import provenance
+from srbval.report.findings.records import (
+    RecordView,
+    SpectrumView,
+    first_lines,
+    marked_line,
+    record_view,
+    spectrum_view,
+    views_of,
+)
 from srbval.scene import load_scene
 from srbval.signal import LEAST_SNR
 from srbval.signal.comb import FALSE_ALARM, PLACEBO_FALSE_ALARM
 
-SCHEMA_VERSION = 1
 MODEL_TURNS = 30.0  # length of the model's run: enough for its lines
 HIGHEST_SHARE = 0.45  # of a run's rate, where a record's band reaches beyond it
 
 
-class Unseen(enum.StrEnum):
-    """Why a line is not counted as seen."""
+class NotDetected(enum.StrEnum):
+    """Why a line is not counted as detected."""
 
     OUT_OF_REACH = "out of reach"
     HIDDEN = "hidden by the shaft"
@@ -62,8 +54,8 @@ class Unseen(enum.StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ModelResult:
-    """The model at a record's speed, with the defect of `state`: its run, its analysis and arrays for figures.
+class ModelSide:
+    """The model at a record's speed, with the defect of `state`: its run, and what figures show of it.
 
     `stated_load` says whether the record states its load, or the scene's own was taken; `open_cage` what is open of the
     cage's speed, where the model takes that from dimensions.
@@ -74,13 +66,12 @@ class ModelResult:
     state: Fault
     stated_load: bool
     open_cage: CageInputs | None
-    analysis: Analysis
-    shown: ShownRecord
+    view: RecordView
 
     @property
     def lines(self) -> dict[str, tuple[float, float]]:
         """Lines at the cage's mean speed [Hz], with 95 % half widths of what is open of it [%]."""
-        elements, shaft_hz = self.analysis.bearing.rolling_elements, self.analysis.speed.value_hz
+        elements, shaft_hz = self.view.analysis.bearing.rolling_elements, self.view.shaft_hz
         shift, ci95 = (0.0, 0.0) if self.open_cage is None else (self.open_cage.shift, self.open_cage.ci95)
         cage = self.run.cage_ratio * (1 + shift)
         return {
@@ -89,47 +80,34 @@ class ModelResult:
             "FTF": (cage * shaft_hz, 100 * ci95),
         }
 
-    @property
-    def peaks(self) -> tuple[tuple[float, float], ...]:
-        """Frequency [Hz] and height of what was detected in the run."""
-        return own_peaks(self.shown)
+    def to_dict(self) -> dict[str, Any]:
+        """Its entry in ``report.json``."""
+        run = self.run
+        return {
+            "scene": self.base, "model": run.scene.model, "state": self.state, "status": run.status,
+            "cage_ratio": run.cage_ratio, "bpfo_hz": run.bpfo_hz, "bpfi_hz": run.bpfi_hz, "open_cage": self.open_cage,
+            "analysis": self.view.analysis,
+        }  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class OwnRecord:
+class UserRecord:
     """One recording with all that the report says of it.
 
-    `shown` and `healthy` hold the arrays of the figures, in `unit`; `window_s` is what they show in time, and
-    `spectrum_hz` where their spectra end. `marked` is the line whose harmonics are marked there, None where no fault's
-    line was detected, `expected` all that is marked. `unseen` are the first harmonics that were looked for and not
-    counted as seen, with the reason.
-    `model` is a text where the model's run failed, None where there is no model. `naming` is what the record says by
-    itself, None where it is not measured.
+    `view` is its envelope spectrum with that of the healthy record; `marked` the line whose harmonics are marked there,
+    None where no fault's line was detected. `not_detected` are the first harmonics that were looked for and not counted
+    as detected, with the reason. `naming` is what the record says by itself, None where it is not measured. `model` is
+    a text where the model's run failed, None where there is no model.
     """
 
     analysis: Analysis
     call: BaselineComparison
     naming: Diagnosis | None
     baseline: Baseline | None
-    unit: str
-    shown: ShownRecord
-    healthy: ShownRecord | None
-    window_s: tuple[float, float]
-    spectrum_hz: float
+    view: SpectrumView
     marked: Line | None
-    expected: tuple[Cursor, ...]
-    unseen: tuple[tuple[Line, Unseen], ...]
-    model: ModelResult | str | None
-
-    @property
-    def peaks(self) -> tuple[tuple[float, float], ...]:
-        """Frequency [Hz] and height of what was detected, of the lines that were themselves."""
-        return own_peaks(self.shown)
-
-    @property
-    def first_lines(self) -> tuple[Line, ...]:
-        """The first harmonic of every family."""
-        return first_lines(self.analysis)
+    not_detected: tuple[tuple[Line, NotDetected], ...]
+    model: ModelSide | str | None
 
     @property
     def doubted(self) -> bool:
@@ -139,32 +117,19 @@ class OwnRecord:
         return self.call.called is not None and not named and not deep
 
     def to_dict(self) -> dict[str, Any]:
-        """The record's entry in ``report.json``."""
+        """The record's entry in ``report.json``: all numbers; arrays that figures draw lie in their data files."""
         baseline, model = self.baseline, self.model
         return self.analysis.to_dict() | {
             "fault": self.call,
             "naming": self.naming,
-            "unseen": {line.name: why for line, why in self.unseen},
+            "unseen": {line.name: why for line, why in self.not_detected},
             "baseline": baseline
             and {"conditions": baseline.conditions, "remarks": baseline.remarks, "analysis": baseline.analysis},
-            "model": {"failed": model} if isinstance(model, str) else model and _model_entry(model),
+            "model": {"failed": model} if isinstance(model, str) else model,
         }
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class OwnEvidence:
-    """What a report on one's own recordings is made of."""
-
-    bearing: Bearing
-    records: tuple[OwnRecord, ...]
-    provenance: Mapping[str, Any]
-
-    def to_dict(self) -> dict[str, Any]:
-        """The content of ``report.json``: all numbers; arrays that figures draw lie in the figures' data files."""
-        return {"schema_version": SCHEMA_VERSION, "status": "ok", "bearing": self.bearing, "records": self.records}
-
-
-def gather_own(
+def gather_user_records(
     recordings: Sequence[Recording],
     *,
     bearing: str | None = None,
@@ -174,9 +139,10 @@ def gather_own(
     all_channels: bool = False,
     largest_slip_pct: float | None = None,
     progress: Progress = silent,
-) -> OwnEvidence:
+) -> tuple[tuple[UserRecord, ...], dict[str, Any]]:
     """Analyse recordings of one bearing, each against `healthy`, or else the registered healthy record of its rig.
 
+    Returns the records and their provenance.
     `bearing` is a known name or a file, without it that of the recordings' data set. Where neither `band_hz` [Hz] nor
     the data set says which band to demodulate, one is chosen on each record, with its trials counted. The
     model is compared with a measured record where the bearing's dimensions are known and `model` is left True.
@@ -194,34 +160,34 @@ def gather_own(
             other = healthy if healthy is not None else registered_baseline(analysis)
             baseline = None if other is None else baseline_of(analysis, other)
         name = bearing or recording.bearing
-        compared = _model_result(analysis, compare_with_baseline(analysis, baseline), name, progress) if model else None
+        compared = _model_side(analysis, compare_with_baseline(analysis, baseline), name, progress) if model else None
         measured = recording.origin is Origin.MEASURED
         naming = diagnose(analysis, all_channels=all_channels) if measured else None
-        records.append(own_record(analysis, baseline, compared, naming))
-    runs = [record.model.run for record in records if isinstance(record.model, ModelResult)]
+        records.append(user_record(analysis, baseline, compared, naming))
+    runs = [record.model.run for record in records if isinstance(record.model, ModelSide)]
     used = [*recordings, *(r.baseline.analysis.recording for r in records if r.baseline is not None)]
     facts = provenance(runs, ()) | {
         "recordings": {r.name if r.file is None else Path(r.file).name: r.sha256 for r in used}
     }
     facts = {key: value for key, value in facts.items() if value}
-    return OwnEvidence(bearing=records[0].analysis.bearing, records=tuple(records), provenance=facts)
+    return tuple(records), facts
 
 
-def why_unseen(line: Line, analysis: Analysis) -> Unseen | None:
-    """Why a first harmonic is not counted as seen; None where it is."""
+def why_not_detected(line: Line, analysis: Analysis) -> NotDetected | None:
+    """Why a first harmonic is not counted as detected; None where it is."""
     if line.detected:
         return None
     width = analysis.processed.band_hz[1] - analysis.processed.band_hz[0]
     if line.found_hz is None:
         beyond = (1 + analysis.bearing.largest_slip) * line.kinematic_hz > USABLE_SHARE * width
-        return Unseen.OUT_OF_REACH if beyond else Unseen.HIDDEN
+        return NotDetected.OUT_OF_REACH if beyond else NotDetected.HIDDEN
     if line.explained_by is not None:
-        return Unseen.ANOTHER if line.explained_by == OTHER_LINE else Unseen.PART_OF_OTHER
+        return NotDetected.ANOTHER if line.explained_by == OTHER_LINE else NotDetected.PART_OF_OTHER
     if (line.snr or 0.0) <= LEAST_SNR:
-        return Unseen.WEAK
+        return NotDetected.WEAK
     if (line.noise_false_alarm or 0.0) >= FALSE_ALARM:
-        return Unseen.NOISE
-    return Unseen.MEANINGLESS if (line.placebo_false_alarm or 0.0) >= PLACEBO_FALSE_ALARM else Unseen.FLANK
+        return NotDetected.NOISE
+    return NotDetected.MEANINGLESS if (line.placebo_false_alarm or 0.0) >= PLACEBO_FALSE_ALARM else NotDetected.FLANK
 
 
 def _band_is_declared(recording: Recording) -> bool:
@@ -232,47 +198,28 @@ def _band_is_declared(recording: Recording) -> bool:
     return True
 
 
-def own_record(
-    analysis: Analysis,
-    baseline: Baseline | None,
-    model: ModelResult | str | None = None,
-    naming: Diagnosis | None = None,
-) -> OwnRecord:
+def user_record(
+    analysis: Analysis, baseline: Baseline | None, model: ModelSide | str | None = None, naming: Diagnosis | None = None
+) -> UserRecord:
     """What the report says of one analysis, compared with a healthy record and a model where there are any."""
     call = compare_with_baseline(analysis, baseline)
-    compared = [analysis] if baseline is None else [analysis, baseline.analysis]
-    own_unit, window_s = in_own_unit(compared), middle_window(compared)
     marked = marked_line(analysis) if call.line is None else analysis.line(call.line)
-    end_hz = spectrum_end_hz(analysis, marked)
-    shown = shown_record(analysis, window_s=window_s, own_unit=own_unit)
-    return OwnRecord(
+    reasons = ((line, why_not_detected(line, analysis)) for line in first_lines(analysis))
+    return UserRecord(
         analysis=analysis,
         call=call,
         naming=naming,
         baseline=baseline,
-        unit=OWN_UNIT if own_unit else NORMALISED,
-        shown=shown,
-        healthy=None
-        if baseline is None
-        else _on_axis_of(shown, shown_record(baseline.analysis, window_s=window_s, own_unit=own_unit)),
-        window_s=window_s,
-        spectrum_hz=end_hz,
+        view=spectrum_view(*views_of(analysis, None if baseline is None else baseline.analysis), marked),
         marked=marked,
-        expected=expected_lines(analysis, marked, end_hz),
-        unseen=tuple((x, why) for x in first_lines(analysis) if (why := why_unseen(x, analysis)) is not None),
+        not_detected=tuple((line, why) for line, why in reasons if why is not None),
         model=model,
     )
 
 
-def _on_axis_of(shown: ShownRecord, other: ShownRecord) -> ShownRecord:
-    """`other` with its Welch spectrum at the frequencies of `shown`; NaN beyond its own."""
-    level = np.interp(shown.power_hz, other.power_hz, other.power_db, right=math.nan)
-    return dataclasses.replace(other, power_hz=shown.power_hz, power_db=level)
-
-
-def _model_result(
+def _model_side(
     analysis: Analysis, call: BaselineComparison, bearing: str | None, progress: Progress
-) -> ModelResult | str | None:
+) -> ModelSide | str | None:
     """The model at the record's speed with the defect declared or indicated; None where the bearing has no model."""
     recording, geometry, elements = analysis.recording, analysis.bearing.geometry, analysis.bearing.elements
     if (geometry is None and elements is None) or recording.origin is not Origin.MEASURED or bearing is None:
@@ -298,17 +245,8 @@ def _model_result(
         found = analyse(recording_from_run(run), bearing=analysis.bearing, band_hz=own)
     except SrbvalError as error:
         return str(error)
-    return ModelResult(
+    return ModelSide(
         run=run, base=base, state=state, stated_load=recording.radial_n is not None,
-        open_cage=cage_inputs(elements) if geometry is None and elements is not None else None, analysis=found,
-        shown=shown_record(found, window_s=middle_window([found])),
+        open_cage=cage_inputs(elements) if geometry is None and elements is not None else None,
+        view=record_view(found),
     )  # fmt: skip
-
-
-def _model_entry(model: ModelResult) -> dict[str, Any]:
-    run = model.run
-    return {
-        "scene": model.base, "model": run.scene.model, "state": model.state, "status": run.status,
-        "cage_ratio": run.cage_ratio, "bpfo_hz": run.bpfo_hz, "bpfi_hz": run.bpfi_hz, "open_cage": model.open_cage,
-        "analysis": model.analysis,
-    }  # fmt: skip

@@ -1,1 +1,1 @@
-"""What the report says: pure functions from evidence to blocks. They select and word; they compute nothing."""
+"""What the report says: pure functions from findings to blocks. They select and word; they compute nothing."""

@@ -1,14 +1,13 @@
 """The demodulation bands: how impulsive the others are, and each side's line in the other side's band."""
 
 from collections.abc import Iterator
-from functools import partial
 
 from srbval.bearing import Fault
 from srbval.reading.analyse import Analysis
 from srbval.report.blocks import Figure, FigureGrid, Paragraph
 from srbval.report.figures.kurtogram import kurtogram_panel
-from srbval.report.findings.bands import RecordKurtogram
-from srbval.report.findings.findings import Evidence
+from srbval.report.findings.findings import Findings
+from srbval.report.findings.records import RecordKurtogram
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import badge_of, side_of
@@ -18,18 +17,18 @@ ORIGIN_NAME = {"simulated": "model", "measured": "rig", "stand-in": "stand-in"}
 TOP_HZ = 10_240.0  # both sides to the rig's Nyquist frequency
 
 
-def band_section(evidence: Evidence) -> Section:
+def band_section(findings: Findings) -> Section:
     """Kurtograms with the bands used, records that hold two combs, and the table of crossed bands."""
-    panels = [_panel(letter, shown) for letter, shown in zip("abcd", evidence.kurtograms, strict=True)]
-    chains = {"model_chain": evidence.paper[Fault.OUTER].processed.chain,
-              "rig_chain": evidence.rig[Fault.OUTER].processed.chain}  # fmt: skip
+    panels = [_panel(letter, shown) for letter, shown in zip("abcd", findings.kurtograms, strict=True)]
+    chains = {"model_chain": findings.analyses["paper"][Fault.OUTER].processed.chain,
+              "rig_chain": findings.analyses["rig"][Fault.OUTER].processed.chain}  # fmt: skip
     return TEXTS.section(
         appendix=(
             TEXTS.paragraph("intro", **chains),
             FigureGrid(figures=tuple(panels), columns=2, label="Kurtograms", caption=TEXTS.text("grid")),
-            *(remark for shown in evidence.kurtograms for remark in two_combs(shown)),
-            TEXTS.table("crossed-bands", evidence.crossed),
-            TEXTS.paragraph("crossed", sides=list(_crossed_sides(evidence))),
+            *(remark for shown in findings.kurtograms for remark in two_combs(shown)),
+            TEXTS.table("crossed-bands", findings.data["crossed_bands"]),
+            TEXTS.paragraph("crossed", sides=list(_crossed_sides(findings))),
         )
     )
 
@@ -59,23 +58,20 @@ def _comb(analysis: Analysis, name: str) -> str:
 
 
 def _panel(letter: str, shown: RecordKurtogram) -> Figure:
-    name, picture, analysis = f"kurtogram-{letter}", shown.kurtogram, shown.analysis
-    recording, band_hz = analysis.recording, analysis.processed.band_hz
-    state = Fault(recording.state) if recording.state else Fault.HEALTHY
-    plot = partial(
-        kurtogram_panel, picture=picture, band_hz=band_hz, origin=recording.origin.value, letter=letter,
-        title=state.label, top_hz=min(TOP_HZ, recording.fs_hz / 2),
-    )  # fmt: skip
+    analysis = shown.analysis
+    state = Fault(analysis.recording.state or Fault.HEALTHY)
+    plot = kurtogram_panel(shown, letter=letter, title=state.label, top_hz=TOP_HZ)
     return TEXTS.figure(
-        "kurtogram", plot, id=name, badge=badge_of(analysis), letter=letter, side=side_of(analysis), state=state,
-        band_hz=band_hz, picture=picture,
+        "kurtogram", plot, id=f"kurtogram-{letter}", badge=badge_of(analysis), letter=letter, side=side_of(analysis),
+        state=state, band_hz=analysis.processed.band_hz, picture=shown.kurtogram,
     )  # fmt: skip
 
 
-def _crossed_sides(evidence: Evidence) -> Iterator[tuple[str, list[str], list[str]]]:
+def _crossed_sides(findings: Findings) -> Iterator[tuple[str, list[str], list[str]]]:
     """Each side, the lines that the other side's band still shows, and those that it does not."""
-    for origin in dict.fromkeys(row.origin for row in evidence.crossed):
-        other = [row for row in evidence.crossed if row.origin == origin and not row.own]
+    rows = findings.data["crossed_bands"]
+    for origin in dict.fromkeys(row.origin for row in rows):
+        other = [row for row in rows if row.origin == origin and not row.own]
         if other:
             found, lost = ([row.line.name for row in other if row.line.detected is shown] for shown in (True, False))
             yield ORIGIN_NAME[origin], found, lost

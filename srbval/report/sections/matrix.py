@@ -1,11 +1,8 @@
 """The validation matrix: maps, tables, bias and scatter of every registered record of the rig."""
 
 import math
-from collections.abc import Callable, Iterator
-from functools import partial
+from collections.abc import Iterator
 from pathlib import Path
-
-import numpy as np
 
 from srbval.comparison.bias import LEAST_RECORDS
 from srbval.comparison.budget import PRIOR
@@ -13,14 +10,12 @@ from srbval.comparison.compared_quantities import COMPARED, PRESENCE, ComparedQu
 from srbval.comparison.comparison import Comparison, ComparisonVerdict
 from srbval.comparison.counterpart import CONVERGED_POINTS, STARTS, TURNS
 from srbval.comparison.effects import QuantityEffects
-from srbval.comparison.matrix import Matrix, MatrixCell, Point
+from srbval.comparison.matrix import Matrix, MatrixCell
 from srbval.comparison.record_verdict import RecordVerdict
 from srbval.diagnosis.baseline_comparison import Basis
-from srbval.report.badges import Badge, Tone
-from srbval.report.blocks import Block, Figure, FigureGrid, Listing
-from srbval.report.figures.deviation import agreement_plot
-from srbval.report.figures.matrix import heat_map
-from srbval.report.findings.findings import Evidence
+from srbval.report.blocks import Badge, Block, Figure, FigureGrid, Listing, Tone
+from srbval.report.figures.comparison import MapOf, agreement_plot, matrix_map
+from srbval.report.findings.findings import Findings
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import FETCH_COMMAND, VERDICT_TONE
@@ -42,9 +37,9 @@ SHOWN_BY = {
 }
 
 
-def matrix_section(evidence: Evidence) -> Section:
+def matrix_section(findings: Findings) -> Section:
     """Maps, tables and how to read them; only a remark where no record of the rig is registered."""
-    matrix = evidence.matrix
+    matrix = findings.matrix
     blocks: list[Block] = [TEXTS.paragraph("intro", matrix=matrix)]
     if matrix.cells:
         remarks = [cell for cell in matrix.cells if cell.remark]
@@ -52,7 +47,7 @@ def matrix_section(evidence: Evidence) -> Section:
             _maps(matrix),
             TEXTS.table("matrix-table", matrix.cells, remarks=remarks, point=_point, call=_call),
             TEXTS.paragraph("reading"),
-            *(_bias_blocks(evidence) if shown_rows(matrix) else ()),
+            *(_bias_blocks(findings) if shown_rows(matrix) else ()),
         ]
     else:
         blocks.append(TEXTS.callout("empty", tone=Tone.WARNING, size=matrix.size, fetch_command=FETCH_COMMAND))
@@ -79,50 +74,6 @@ def _call(cell: MatrixCell) -> str:
     return f"{call.called.code}: {call.line} {call.ratio:.3g} times the healthy (95 %: {low:.3g} to {high:.3g})"
 
 
-def _maps(matrix: Matrix) -> FigureGrid:
-    figures = (
-        _map(matrix, "deviation", "Deviation, %", (-DEVIATION_LIMIT_PCT, DEVIATION_LIMIT_PCT), "RdBu_r",
-             lambda cell: cell.line.detected_deviation_pct, _deviation_text),
-        _map(matrix, "detectability", "Line over noise, powers of ten", SNR_LIMITS, "Blues",
-             lambda cell: math.log10(max(cell.line.snr or 0.0, 1.0)), _snr_text),
-        _map(matrix, "verdict", "", (-1.6, 1.6), "PiYG",
-             lambda cell: VERDICT_LEVEL.get(cell.verdict), _verdict_text),
-    )  # fmt: skip
-    return FigureGrid(figures=figures, columns=1, label="Validation matrix", caption=TEXTS.text("grid-maps"))
-
-
-def _map(
-    matrix: Matrix,
-    kind: str,
-    label: str,
-    limits: tuple[float, float],
-    colours: str,
-    value: Callable[[MatrixCell], float | None],
-    text: Callable[[MatrixCell], str],
-) -> Figure:
-    grid, name = matrix.grid, f"matrix-{kind}"
-    loads = list(zip(grid.radial_kn, grid.axial_kn, strict=True))
-    rows = [(state, *load) for state in grid.states for load in loads]
-    by_point = {cell.point: cell for cell in matrix.cells}
-    cells = [[by_point.get(Point(*row, rpm)) for rpm in grid.nominal_rpm] for row in rows]
-    numbers = [[math.nan if c is None or (v := value(c)) is None else v for c in line] for line in cells]
-    plot = partial(
-        heat_map,
-        values=np.array(numbers, dtype=np.float64),
-        texts=[["" if c is None else text(c) for c in line] for line in cells],
-        label=label,
-        limits=limits,
-        colours=colours,
-        rows=[f"{state.code}  {radial:g}/{axial:g}" for state, radial, axial in rows],
-        columns=[f"{rpm:g}" for rpm in grid.nominal_rpm],
-        groups=len(loads),
-    )
-    values = "; ".join(
-        f"{c.state.code} {c.radial_kn:g}/{c.axial_kn:g} kN {c.nominal_rpm:g} rpm: {text(c)}" for c in matrix.cells
-    )
-    return TEXTS.figure(name, plot, badge=Badge.MEASURED, matrix=matrix, values=values)
-
-
 def _deviation_text(cell: MatrixCell) -> str:
     deviation = cell.line.detected_deviation_pct
     return "n.d." if deviation is None else f"{deviation:+.2f}"
@@ -136,10 +87,39 @@ def _verdict_text(cell: MatrixCell) -> str:
     return "n.d." if not cell.line.detected else "·" if cell.error_pct is None else f"{cell.error_pct:+.2f}"
 
 
-def _bias_blocks(evidence: Evidence) -> Iterator[Block]:
+MAPS = (
+    MapOf(
+        name="deviation", label="Deviation, %", limits=(-DEVIATION_LIMIT_PCT, DEVIATION_LIMIT_PCT), colours="RdBu_r",
+        value=lambda cell: cell.line.detected_deviation_pct, text=_deviation_text,
+    ),
+    MapOf(
+        name="detectability", label="Line over noise, powers of ten", limits=SNR_LIMITS, colours="Blues",
+        value=lambda cell: math.log10(max(cell.line.snr or 0.0, 1.0)), text=_snr_text,
+    ),
+    MapOf(
+        name="verdict", limits=(-1.6, 1.6), colours="PiYG", value=lambda cell: VERDICT_LEVEL.get(cell.verdict),
+        text=_verdict_text,
+    ),
+)  # fmt: skip
+
+
+def _maps(matrix: Matrix) -> FigureGrid:
+    figures = []
+    for of in MAPS:
+        values = "; ".join(
+            f"{c.state.code} {c.radial_kn:g}/{c.axial_kn:g} kN {c.nominal_rpm:g} rpm: {of.text(c)}"
+            for c in matrix.cells
+        )
+        plot = matrix_map(matrix, of)
+        figures.append(TEXTS.figure(f"matrix-{of.name}", plot, badge=Badge.MEASURED, matrix=matrix, values=values))
+    caption = TEXTS.text("grid-maps")
+    return FigureGrid(figures=tuple(figures), columns=1, label="Validation matrix", caption=caption)
+
+
+def _bias_blocks(findings: Findings) -> Iterator[Block]:
     """Every fault cell's quantities, bias and scatter over them, predicted against measured."""
-    compared = [cell for cell in evidence.matrix.cells if cell.comparisons]
-    shown = shown_rows(evidence.matrix)
+    compared = [cell for cell in findings.matrix.cells if cell.comparisons]
+    shown = shown_rows(findings.matrix)
     sides = [(bool(row.model.value), bool(row.rig.value)) for row in shown if row.kind == PRESENCE.kind]
     shown_by = [(name, sides.count(key)) for key, name in SHOWN_BY.items() if key in sides]
     judged = [cell for cell in compared if cell.judged]
@@ -150,12 +130,12 @@ def _bias_blocks(evidence: Evidence) -> Iterator[Block]:
         yield TEXTS.paragraph("verdicts", prior=PRIOR)
     yield TEXTS.table("matrix-quantities", compared, kinds=COMPARED, point=_point, entry=_entry)
     yield TEXTS.paragraph("carried", turns=TURNS, starts=STARTS, points=CONVERGED_POINTS)
-    if evidence.known.defects:
-        rows = [row for defect in evidence.known.defects for row in defect.quantities]
+    if findings.known.defects:
+        rows = [row for defect in findings.known.defects for row in defect.quantities]
         yield TEXTS.table("inputs", rows, most_by=_most_by)
-    yield TEXTS.table("bias", evidence.bias, shown_by=shown_by, least_records=LEAST_RECORDS)
+    yield TEXTS.table("bias", findings.data["bias"], shown_by=shown_by, least_records=LEAST_RECORDS)
     yield FigureGrid(
-        figures=tuple(_agreement(evidence)), label="Predicted against measured",
+        figures=tuple(_agreement(findings)), label="Predicted against measured",
         caption=TEXTS.text("grid-agreement"),
     )  # fmt: skip
 
@@ -196,13 +176,13 @@ def _most_by(row: QuantityEffects) -> str:
     return ", ".join(f"{name} {100 * row.shares[name]:.0f} %" for name in most)
 
 
-def _agreement(evidence: Evidence) -> Iterator[Figure]:
-    shown = shown_rows(evidence.matrix)
+def _agreement(findings: Findings) -> Iterator[Figure]:
+    shown = shown_rows(findings.matrix)
     for name, label in dict.fromkeys((kind.plot, kind.axis) for kind in COMPARED if kind.plot):
         kinds = {kind.kind for kind in COMPARED if kind.plot == name}
         own = [row for row in shown if row.kind in kinds]
         if own:
-            plot = partial(agreement_plot, rows=own, label=label)
+            plot = agreement_plot(own, label)
             yield TEXTS.figure("agreement", plot, id=f"agreement-{name}", label=label, points=len(own))
 
 

@@ -5,8 +5,7 @@ from collections.abc import Mapping
 from srbval.bearing import Fault
 from srbval.reading.analyse import Analysis
 from srbval.recordings import Origin
-from srbval.report.badges import Badge, Tone
-from srbval.report.blocks import Callout, Paragraph
+from srbval.report.blocks import Badge, Callout, Paragraph, Tone
 from srbval.report.section_texts import Texts
 from srbval.storage.stored_result import StoredResult
 

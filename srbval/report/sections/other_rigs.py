@@ -8,9 +8,8 @@ from srbval.comparison.other_rigs import OtherRecord
 from srbval.diagnosis.baseline_comparison import Basis
 from srbval.reading.lines import RACE_LINES
 from srbval.recordings import SpeedSource
-from srbval.report.badges import Tone
-from srbval.report.blocks import Block, Paragraph
-from srbval.report.findings.findings import Evidence
+from srbval.report.blocks import Block, Paragraph, Tone
+from srbval.report.findings.findings import Findings
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
 
@@ -19,17 +18,17 @@ NEAR_PCT = 0.5
 GRADES = {True: "graded diagnosable", None: "without a grade", False: "graded partly or not"}
 
 
-def other_rigs_section(evidence: Evidence) -> tuple[Section, ...]:
+def other_rigs_section(findings: Findings) -> tuple[Section, ...]:
     """The section, or none where no such recording is registered."""
-    records = evidence.other_rigs
+    records = findings.data["other_rigs"]
     if not records:
         return ()
     read = [record for record in records if not record.refused]
     refused = [record for record in records if record.refused]
-    names = [evidence.datasets[name].title for name in dict.fromkeys(record.dataset for record in records)]
+    names = [findings.datasets[name].title for name in dict.fromkeys(record.dataset for record in records)]
     blocks: list[Block] = [TEXTS.paragraph("intro", records=records, names=names, read=len(read))]
     if read:
-        blocks += [TEXTS.table("other-rigs-table", read, tone=_tone), *_summary(read, evidence)]
+        blocks += [TEXTS.table("other-rigs-table", read, tone=_tone), *_summary(read, findings)]
     if refused:
         blocks.append(TEXTS.table("other-rigs-refused", refused))
     return (TEXTS.section(appendix=blocks),)
@@ -42,11 +41,11 @@ def _tone(record: OtherRecord) -> Tone:
     return Tone.NEUTRAL if record.diagnosable is False else Tone.WARNING
 
 
-def _summary(read: Sequence[OtherRecord], evidence: Evidence) -> Iterator[Paragraph]:
+def _summary(read: Sequence[OtherRecord], findings: Findings) -> Iterator[Paragraph]:
     faults = [r for r in read if r.state in DEFECTS and r.line is not None and r.line.name in RACE_LINES]
     healthy = [r for r in read if r.state not in DEFECTS]
     known = [r for r in faults if r.shown and not (r.speed and r.speed.source is SpeedSource.NOMINAL)]
-    graded = {d.source for r in read if (d := evidence.datasets[r.dataset].diagnosability)}
+    graded = {d.source for r in read if (d := findings.datasets[r.dataset].diagnosability)}
     yield TEXTS.paragraph(
         "shown",
         groups=list(_groups(faults)),
@@ -55,7 +54,7 @@ def _summary(read: Sequence[OtherRecord], evidence: Evidence) -> Iterator[Paragr
     )
     beyond = [r for r in known if r.line and abs(r.line.deviation_pct or 0) > NEAR_PCT]
     yield TEXTS.paragraph("deviations", known=len(known), beyond=beyond, near_pct=NEAR_PCT)
-    yield from _slip_by_load(faults, evidence)
+    yield from _slip_by_load(faults, findings)
     yield from TEXTS.paragraphs("baseline", **_baseline(faults))
     yield from TEXTS.paragraphs("grades", sources=sorted(graded))
 
@@ -77,13 +76,13 @@ def _group(records: Sequence[OtherRecord], name: str) -> dict[str, Any]:
     return {"name": name, "size": len(records), "shown": sum(record.shown for record in records), "missed": []}
 
 
-def _slip_by_load(faults: Sequence[OtherRecord], evidence: Evidence) -> Iterator[Paragraph]:
+def _slip_by_load(faults: Sequence[OtherRecord], findings: Findings) -> Iterator[Paragraph]:
     """What the race lines of a set that states its loads say of the cage, lightest load first."""
     for name in dict.fromkeys(record.dataset for record in faults):
         loaded = [r for r in faults if r.dataset == name and r.radial_n is not None and r.cage_pct is not None]
         if len({record.radial_n for record in loaded}) > 1:
             loaded.sort(key=lambda record: (record.radial_n or 0.0, record.file))
-            yield TEXTS.paragraph("slip-by-load", title=evidence.datasets[name].title, loaded=loaded)
+            yield TEXTS.paragraph("slip-by-load", title=findings.datasets[name].title, loaded=loaded)
 
 
 def _baseline(faults: Sequence[OtherRecord]) -> dict[str, Any]:

@@ -6,9 +6,8 @@ from typing import Any
 
 from srbval.reading.analyse import Analysis
 from srbval.recordings import Origin
-from srbval.report.badges import Tone
-from srbval.report.blocks import Block, Listing
-from srbval.report.findings.findings import Evidence
+from srbval.report.blocks import Block, Listing, Tone
+from srbval.report.findings.findings import Findings
 from srbval.report.model import Section
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import FETCH_COMMAND, badge_of, synthetic_states
@@ -17,30 +16,31 @@ TEXTS = Texts("records")
 MOST_NAMED = 20  # files in a list; report.json has all
 
 
-def records_section(evidence: Evidence) -> Section:
+def records_section(findings: Findings) -> Section:
     """One row per record; a warning where the rig side is synthetic."""
-    synthetic = synthetic_states(evidence.rig)
+    rig = findings.analyses["rig"]
+    synthetic = synthetic_states(rig)
     warning = TEXTS.callout("synthetic", tone=Tone.WARNING, synthetic=synthetic, fetch_command=FETCH_COMMAND)
     return TEXTS.section(
         *((warning,) if synthetic else ()),
         TEXTS.paragraph(
             "kinds",
-            runs=len(evidence.runs),
-            states=len(evidence.rig),
-            measured=sum(a.recording.origin is Origin.MEASURED for a in evidence.rig.values()),
+            runs=len(findings.runs),
+            states=len(rig),
+            measured=sum(a.recording.origin is Origin.MEASURED for a in rig.values()),
             synthetic=synthetic,
         ),
-        *_problems(evidence),
-        TEXTS.table("records", _rows(evidence)),
-        appendix=(TEXTS.paragraph("chain"), TEXTS.table("lines-found", _rows(evidence))),
+        *_problems(findings),
+        TEXTS.table("records", _rows(findings)),
+        appendix=(TEXTS.paragraph("chain"), TEXTS.table("lines-found", _rows(findings))),
     )
 
 
-def _problems(evidence: Evidence) -> Iterator[Block]:
+def _problems(findings: Findings) -> Iterator[Block]:
     """What of the registered data is not used, and what is used with a caution; nothing where all is well."""
-    if evidence.register.unreadable:
-        yield TEXTS.callout("unreadable", tone=Tone.WARNING, why=evidence.register.unreadable)
-    for name, rows in (("not-used", evidence.not_used), ("cautions", evidence.cautions)):
+    if findings.data["register_unreadable"]:
+        yield TEXTS.callout("unreadable", tone=Tone.WARNING, why=findings.data["register_unreadable"])
+    for name, rows in (("not-used", findings.data["recordings_not_used"]), ("cautions", findings.data["cautions"])):
         if rows:
             yield TEXTS.callout(name, tone=Tone.WARNING, count=len(rows), files=len({row["file"] for row in rows}))
             shown = (TEXTS.text(f"{name}-row", row=row) for row in rows[:MOST_NAMED])
@@ -48,9 +48,10 @@ def _problems(evidence: Evidence) -> Iterator[Block]:
             yield Listing(items=(*shown, *more))
 
 
-def _rows(evidence: Evidence) -> Iterator[dict[str, Any]]:
-    at_rig = [evidence.model_at_rig[state] for state in evidence.measured_states]
-    groups = {"paper's speed": evidence.paper.values(), "at the rig's speed": at_rig, "rig side": evidence.rig.values()}
+def _rows(findings: Findings) -> Iterator[dict[str, Any]]:
+    at_rig = [findings.analyses["model"][state] for state in findings.measured_states]
+    paper, rig = (findings.analyses[side].values() for side in ("paper", "rig"))
+    groups = {"paper's speed": paper, "at the rig's speed": at_rig, "rig side": rig}
     for group, analyses in groups.items():
         yield from (_row(group, analysis) for analysis in analyses)
 

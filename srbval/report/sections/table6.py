@@ -1,33 +1,32 @@
-"""The verdict, and Table 6 with uncertainties: at the paper's speed, and at the rig recordings' own."""
+"""The verdict; Table 6 with uncertainties, at the paper's speed and at the recordings' own; speed or slip."""
 
-from collections.abc import Mapping
-from functools import partial
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from srbval.bearing import Fault
 from srbval.comparison.budget import Answer
-from srbval.report.badges import Tone
-from srbval.report.blocks import Block, Figure
-from srbval.report.figures.deviation import Deviation, deviation_plot
-from srbval.report.findings.findings import Evidence
+from srbval.report.blocks import Block, Figure, Tone
+from srbval.report.figures.comparison import deviation_plot
+from srbval.report.findings.findings import Findings
 from srbval.report.model import Section, VerdictBox
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import FETCH_COMMAND, VERDICT_TONE
 from srbval.storage.json_files import to_json
 
-TEXTS, VERDICT = Texts("table6"), Texts("verdict")
+TEXTS, VERDICT, SPEED = Texts("table6"), Texts("verdict"), Texts("speed_and_slip")
+LISTED = 4  # so many measured records are named one by one
 ANSWER_TONE = {Answer.MET: Tone.GOOD, Answer.MISSED: Tone.BAD, Answer.NOT_RESOLVED: Tone.NEUTRAL}
 
 
-def verdict_box(evidence: Evidence) -> VerdictBox:
+def verdict_box(findings: Findings) -> VerdictBox:
     """The answer in plain words, first on the page: all from the comparisons; stand-ins take no part."""
-    found = evidence.headline
+    found = findings.headline
     points = VERDICT.listing(
         "points",
         found=found,
-        judged=[(cell.state, cell.verdict) for cell in evidence.matrix.cells if cell.judged],
-        records=[evidence.rig[one.state] for one in found.errors],
-        study=evidence.known.of(found.errors[0].state) if found.errors else None,
+        judged=[(cell.state, cell.verdict) for cell in findings.matrix.cells if cell.judged],
+        records=[findings.analyses["rig"][one.state] for one in found.errors],
+        study=findings.known.of(found.errors[0].state) if found.errors else None,
         fetch_command=FETCH_COMMAND,
     )
     return VerdictBox(
@@ -37,41 +36,39 @@ def verdict_box(evidence: Evidence) -> VerdictBox:
     )
 
 
-def table6_section(evidence: Evidence) -> Section:
+def table6_section(findings: Findings) -> Section:
     """Both tables and how to read them."""
-    published, measured = (
-        [row for row in evidence.rows if row["rig_source"] == source] for source in ("published", "measured")
-    )
+    rows = findings.data["table6"]
+    published, measured = ([row for row in rows if row["rig_source"] == source] for source in ("published", "measured"))
     blocks: list[Block] = [
         TEXTS.table(
             "table-6-paper-speed",
             map(to_json, published),
-            shaft_rpm=evidence.printed.shaft_rpm,
-            computed=[evidence.paper[row["defect"]].line(row["line"]) for row in published],
+            shaft_rpm=findings.printed.shaft_rpm,
+            computed=[findings.analyses["paper"][row["defect"]].line(row["line"]) for row in published],
         ),
-        _deviations(evidence),
+        _deviations(findings),
     ]
     if not measured:
         blocks.append(TEXTS.callout("no-recording", tone=Tone.WARNING, fetch_command=FETCH_COMMAND))
         return TEXTS.section(*blocks)
-    nominal_rpm = evidence.rig[Fault.OUTER].recording.nominal_rpm
+    nominal_rpm = findings.analyses["rig"][Fault.OUTER].recording.nominal_rpm
     at_rig = TEXTS.table(
         "table-6-rig-speed", map(to_json, measured), nominal_rpm=nominal_rpm, verdict_tone=VERDICT_TONE
     )
     parts = TEXTS.table("uncertainty-parts", measured[0]["uncertainty_parts_pct"], compared=measured)
-    quantities = TEXTS.table("quantities", map(to_json, evidence.comparisons), verdict_tone=VERDICT_TONE)
+    quantities = TEXTS.table("quantities", map(to_json, findings.data["comparisons"]), verdict_tone=VERDICT_TONE)
     return TEXTS.section(*blocks, at_rig, TEXTS.paragraph("how-to-read"), appendix=(parts, quantities))
 
 
-def _deviations(evidence: Evidence) -> Figure:
+def _deviations(findings: Findings) -> Figure:
     """Deviations from kinematics of every source in Table 6."""
-    points = [point for row in evidence.rows for point in _points(row)]
-    return TEXTS.figure("table6-deviations", partial(deviation_plot, points=points))
+    points = [point for row in findings.data["table6"] for point in _points(row)]
+    return TEXTS.figure("table6-deviations", deviation_plot(points))
 
 
-def _points(row: Mapping[str, Any]) -> list[Deviation]:
+def _points(row: Mapping[str, Any]) -> list[dict[str, Any]]:
     """The sources of one row of Table 6, as `report.json` has it."""
-    group = f"{Fault(row['defect']).code} at {row['shaft_rpm']:.0f} rpm"
     sources = [("our model", "simulated", row["model_deviation_pct"], row["model_ci95_hz"])]
     if row["rig_source"] == "measured":
         sources += [("rig, measured", "measured", row["rig_deviation_pct"], row["rig_ci95_hz"])]
@@ -79,9 +76,55 @@ def _points(row: Mapping[str, Any]) -> list[Deviation]:
         sources += [("paper's rig", "published", row["rig_deviation_pct"], None)]
         sources += [("paper's model", "published", row["paper_model_recomputed_pct"], None)]
     return [
-        Deviation(
-            group=group, source=source, kind=kind, deviation_pct=deviation,
-            ci95_pct=100 * ci95 / row["kinematic_hz"] if ci95 else None,
-        )
+        {
+            "group": f"{Fault(row['defect']).code} at {row['shaft_rpm']:.0f} rpm", "source": source, "kind": kind,
+            "deviation_pct": deviation, "ci95_pct": 100 * ci95 / row["kinematic_hz"] if ci95 else None,
+        }
         for source, kind, deviation, ci95 in sources
     ]  # fmt: skip
+
+
+def speed_or_slip_section(findings: Findings) -> Section:
+    """BPFO + BPFI against the number of rollers, and the plain statement; in the appendix what each line says."""
+    inner, rollers = findings.printed.of("inner"), findings.bearing.rolling_elements
+    sums = findings.data["closure"]
+    measured = [r for r in findings.data["speed_and_slip"] if r.origin == "measured" and r.speed_source == "tachometer"]
+    return SPEED.section(
+        SPEED.paragraph("intro", rollers=rollers),
+        SPEED.table(
+            "sum-rule-table",
+            sums,
+            rollers=rollers,
+            slip_difference=next(s.slip_difference for s in sums if s.origin == "simulated"),
+        ),
+        SPEED.callout(
+            "statement",
+            tone=Tone.NEUTRAL,
+            printed_pct=inner.rig_printed_pct,
+            inner_rpm=findings.printed.shaft_rpm * inner.rig_hz / inner.kinematic_hz,
+            rig=next(s for s in sums if s.source == "paper's rig"),
+            measured_sum=next((s for s in sums if s.origin == "measured"), None),
+            measured=measured,
+            listed=LISTED,
+        ),
+        appendix=_each_line(findings, rollers),
+    )
+
+
+def _each_line(findings: Findings, rollers: int) -> Iterator[Block]:
+    """Speed and slip of every line, records with both race lines, and the published speeds."""
+    means = findings.data["published_speeds"]
+    speeds = [
+        {"state": state} | {row["nominal_rpm"]: row for row in means if row["state"] is state}
+        for state in dict.fromkeys(row["state"] for row in means)
+    ]
+    nominal = list(dict.fromkeys(row["nominal_rpm"] for row in means))
+    yield SPEED.paragraph("each-line")
+    yield SPEED.table("speed-and-slip-table", findings.data["speed_and_slip"])
+    for state in findings.measured_states:
+        rig = findings.analyses["rig"][state]
+        if rig.closure.sum_hz is not None:
+            yield SPEED.paragraph("own-sum", name=rig.recording.name, closure=rig.closure, rollers=rollers)
+    yield SPEED.table("published-speeds", speeds, nominal_rpm=nominal, source=findings.speed_source)
+    inner = next(r for r in findings.data["speed_and_slip"] if r.origin == "published" and r.line == "BPFI")
+    yield SPEED.paragraph("inner-line", inner=inner, single=findings.data["single_speed"])

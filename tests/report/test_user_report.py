@@ -1,4 +1,4 @@
-"""The report on one's own recordings: the answer first, every line told, no page too many."""
+"""The report on a user's recordings: the answer first, every line told, no page too many."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import dataclasses
 import functools
 import json
 import re
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -14,11 +16,14 @@ from srbval.bearing import Fault
 from srbval.cli import main
 from srbval.diagnosis.baseline_comparison import OTHER_CONDITIONS
 from srbval.errors import ConfigurationError
+from srbval.recordings import Recording
 from srbval.recordings.speed import nominal_speed
-from srbval.report import Tone
-from srbval.report.findings.user_records import OwnEvidence, Unseen, gather_own
+from srbval.report.blocks import Tone
+from srbval.report.findings.records import first_lines
+from srbval.report.findings.user_records import NotDetected, UserRecord, gather_user_records
+from srbval.report.model import Report
 from srbval.report.reports import write_plot
-from srbval.report.sections.own_report import assemble_own
+from srbval.report.sections.user_report import assemble_user_report
 from tests.reading.test_shaft_speed import BEARING, record
 from tests.report.test_report_pdf import unpacked
 
@@ -34,25 +39,29 @@ def healthy(**changes):
     return dataclasses.replace(plain, state=Fault.HEALTHY, name="healthy one", **changes)
 
 
+def gathered(*recordings: Recording, **options: Any) -> tuple[UserRecord, ...]:
+    return gather_user_records(recordings, bearing=BEARING.name, **options)[0]
+
+
 @functools.cache
-def held() -> OwnEvidence:
-    return gather_own([faulted()], bearing=BEARING.name, healthy=healthy())
+def held() -> tuple[UserRecord, ...]:
+    return gathered(faulted(), healthy=healthy())
 
 
-def headline(evidence: OwnEvidence) -> str:
-    return assemble_own(evidence, command="srbval report").verdict.headline
+def assembled(records: Sequence[UserRecord]) -> Report:
+    return assemble_user_report(records, command="srbval report", provenance={})
 
 
 def test_against_a_healthy_record_the_fault_is_named_first() -> None:
-    report = assemble_own(held(), command="srbval report")
+    report = assembled(held())
     assert report.verdict.tone is Tone.BAD
     assert report.verdict.headline.startswith("Inner race fault: the BPFI line stands")
     assert report.data["records"][0].call.called is Fault.INNER
 
 
 def test_the_answer_says_how_probable_each_class_is_by_the_record_alone() -> None:
-    report = assemble_own(held(), command="srbval report")
-    naming = held().records[0].naming
+    report = assembled(held())
+    naming = held()[0].naming
     assert naming is not None
     assert naming.state == "inner"
     said = next(point for point in report.verdict.points if "By the record alone" in point)
@@ -63,20 +72,20 @@ def test_the_answer_says_how_probable_each_class_is_by_the_record_alone() -> Non
 
 
 def test_a_shallow_line_that_nothing_else_names_leaves_the_part_open(monkeypatch: pytest.MonkeyPatch) -> None:
-    record = held().records[0]
+    record = held()[0]
     assert record.naming is not None
     doubted = dataclasses.replace(record, naming=dataclasses.replace(record.naming, state="undecided"))
     for deep, said in ((True, "Inner race fault"), (False, "Fault, perhaps of the inner race")):
         monkeypatch.setattr("srbval.report.findings.user_records.is_fault_like", lambda *_, deep=deep: deep)
-        assert headline(dataclasses.replace(held(), records=(doubted,))).startswith(f"{said}: the BPFI line")
+        assert assembled([doubted]).verdict.headline.startswith(f"{said}: the BPFI line")
 
 
 def test_without_one_a_line_is_a_sign_and_no_fault_is_called() -> None:
-    evidence = gather_own([faulted()], bearing=BEARING.name)
-    report = assemble_own(evidence, command="srbval report")
+    records = gathered(faulted())
+    report = assembled(records)
     assert report.verdict.tone is Tone.WARNING
     assert report.verdict.headline.startswith("Sign of a fault of the inner race")
-    assert evidence.records[0].call.called is None
+    assert records[0].call.called is None
     assert any(
         "No healthy record was given" in item for s in report.sections if s.id == "limits" for item in s.blocks[0].items
     )
@@ -84,42 +93,42 @@ def test_without_one_a_line_is_a_sign_and_no_fault_is_called() -> None:
 
 def test_a_healthy_record_shows_no_fault() -> None:
     other = dataclasses.replace(record(shaft_hz=25.0, fault=False, seed=4), name="another")
-    evidence = gather_own([other], bearing=BEARING.name, healthy=healthy())
-    assert headline(evidence).startswith("No fault is called")
+    records = gathered(other, healthy=healthy())
+    assert assembled(records).verdict.headline.startswith("No fault is called")
 
 
 def test_every_line_is_either_seen_or_has_a_reason() -> None:
-    for own in held().records:
-        seen = {line.name for line in own.first_lines if line.detected}
-        assert seen | {line.name for line, _ in own.unseen} == {"BPFO", "BPFI", "2xBSF", "FTF"}
-        assert not seen & {line.name for line, _ in own.unseen}
+    for own in held():
+        seen = {line.name for line in first_lines(own.analysis) if line.detected}
+        assert seen | {line.name for line, _ in own.not_detected} == {"BPFO", "BPFI", "2xBSF", "FTF"}
+        assert not seen & {line.name for line, _ in own.not_detected}
 
 
 def test_a_line_above_a_narrow_band_is_out_of_reach() -> None:
-    evidence = gather_own([faulted()], bearing=BEARING.name, band_hz=(1000.0, 1100.0))
-    assert {line.name: why for line, why in evidence.records[0].unseen}["BPFI"] is Unseen.OUT_OF_REACH
+    records = gathered(faulted(), band_hz=(1000.0, 1100.0))
+    assert {line.name: why for line, why in records[0].not_detected}["BPFI"] is NotDetected.OUT_OF_REACH
 
 
 def test_under_other_conditions_the_interval_is_wider_and_the_report_says_why() -> None:
     elsewhere = healthy(speed=nominal_speed(1200.0, 0.5), nominal_rpm=1200.0)
-    evidence = gather_own([faulted()], bearing=BEARING.name, healthy=elsewhere)
-    call = evidence.records[0].call
+    records = gathered(faulted(), healthy=elsewhere)
+    call = records[0].call
     assert call.ratio is not None
     assert call.ratio_ci95 is not None
     assert call.ratio / call.ratio_ci95[0] >= OTHER_CONDITIONS
-    assert evidence.records[0].baseline.conditions == ("1200 rpm instead of 1500 rpm",)
-    points = assemble_own(evidence, command="srbval report").verdict.points
+    assert records[0].baseline.conditions == ("1200 rpm instead of 1500 rpm",)
+    points = assembled(records).verdict.points
     assert any("Less certain" in point and "1200 rpm" in point for point in points)
 
 
 def test_the_record_itself_is_no_baseline() -> None:
     with pytest.raises(ConfigurationError, match="record itself"):
-        gather_own([faulted(sha256="a")], bearing=BEARING.name, healthy=healthy(sha256="a"))
+        gathered(faulted(sha256="a"), healthy=healthy(sha256="a"))
 
 
 def test_two_recordings_are_told_apart() -> None:
-    evidence = gather_own([faulted(), faulted(name="the other")], bearing=BEARING.name)
-    report = assemble_own(evidence, command="srbval report")
+    records = gathered(faulted(), faulted(name="the other"))
+    report = assembled(records)
     assert report.sections[0].id == "overview"
     assert {"spectrum-1", "spectrum-2"} <= {section.id for section in report.sections}
     assert report.verdict.headline == "Signs of a fault in 2 of 2 recordings"
@@ -163,7 +172,7 @@ def test_a_published_record_in_five_pages(
 
 @pytest.mark.parametrize(("suffix", "start"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".html", b"<!DOCTYPE html>")])
 def test_one_picture_in_each_format(suffix: str, start: bytes, tmp_path: Path) -> None:
-    own = held().records[0]
+    own = held()[0]
     path = tmp_path / f"picture{suffix}"
     write_plot(own.analysis, path, baseline=own.baseline)
     assert path.read_bytes().startswith(start)

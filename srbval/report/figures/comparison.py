@@ -1,0 +1,129 @@
+"""Model against rig as pictures: Table 6's deviations, predicted against measured, the validation matrix as a map."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from srbval.comparison.comparison import Comparison, deviation_pct
+from srbval.comparison.matrix import Matrix, MatrixCell, Point
+from srbval.report.figures.style import BLUE, INK, SOFT, VERMILION, new_axes, panel
+
+# kind: (marker, face colour, edge colour); shape and filling tell them apart without colour.
+MARKS = {
+    "published": ("D", "white", INK),
+    "simulated": ("o", BLUE, BLUE),
+    "measured": ("s", VERMILION, VERMILION),
+}
+ROW_INCHES, FRAME_INCHES, WIDTH_INCHES = 0.21, 0.75, 7.6
+CELL_INCHES, MAP_INCHES = (0.56, 0.2), (2.0, 1.0)  # of a map: a cell, and all about its cells
+
+
+@panel()
+def deviation_plot(points: Sequence[Mapping[str, Any]]) -> tuple[Any, Mapping[str, ArrayLike]]:
+    """One row a point, grouped by defect, zero in the middle.
+
+    A point has a `group` (the defect's line), a `source` (whose value it is), its `kind`, a key of `MARKS` (a stand-in
+    is no comparison: it is refused by a KeyError), `deviation_pct`, and `ci95_pct`, the half width of its 95 %
+    interval, None where it is not known.
+    """
+    figure, axes = new_axes((WIDTH_INCHES, FRAME_INCHES + ROW_INCHES * len(points)))
+    axes.axvline(0, color=INK, lw=0.9)
+    for row, point in enumerate(points):
+        _draw_point(axes, row, **point)
+        if row and point["group"] != points[row - 1]["group"]:
+            axes.axhline(row - 0.5, color="#9aa5b1", lw=0.8)
+    axes.set_yticks(range(len(points)), labels=[f"{p['group']} · {p['source']}" for p in points])
+    axes.set(ylim=(len(points) - 0.4, -0.6), xlabel="Deviation from the kinematic frequency, %")
+    axes.margins(x=0.12)
+    return figure, {key: [float("nan") if p[key] is None else p[key] for p in points] for key in points[0]}
+
+
+def _draw_point(axes: Any, row: int, *, kind: str, deviation_pct: float, ci95_pct: float | None, **_: str) -> None:
+    marker, face, edge = MARKS[kind]
+    axes.errorbar(
+        deviation_pct, row, xerr=ci95_pct, marker=marker, ms=6, mfc=face, mec=edge, mew=1.2,
+        ecolor=edge, elinewidth=1.4, capsize=3.5, zorder=5,
+    )  # fmt: skip
+    uncertain = "" if ci95_pct is None else f" ± {ci95_pct:.3f}"
+    axes.annotate(
+        f"{deviation_pct:+.3f}{uncertain}", (1.0, row), xycoords=axes.get_yaxis_transform(),
+        xytext=(6, 0), textcoords="offset points", va="center", fontsize=7.5, annotation_clip=False,
+    )  # fmt: skip
+
+
+@panel()
+def agreement_plot(rows: Sequence[Comparison], label: str) -> tuple[Any, Mapping[str, ArrayLike]]:
+    """Predicted against measured `rows` of one unit, with the line of agreement and the data's 95 % intervals.
+
+    Frequencies are drawn as their deviations from kinematics [%].
+    """
+    figure, axes = new_axes((3.6, 3.4), layout="constrained")
+    rig = [_from_kinematics(row, row.rig.value) for row in rows]
+    model = [_from_kinematics(row, row.model.value) for row in rows]
+    ends = [min(rig + model), max(rig + model)]
+    axes.plot(ends, ends, color=INK, lw=0.9)
+    half = [row.data_ci95 for row in rows]
+    axes.errorbar(rig, model, xerr=half, fmt="o", color=BLUE, ms=4, lw=0.8)
+    axes.set(xlabel=f"Measured {label}", ylabel=f"Predicted {label}")
+    return figure, {"measured": rig, "predicted": model, "measured_ci95": half}
+
+
+def _from_kinematics(row: Comparison, value: float) -> float:
+    return deviation_pct(value, row.rig.kinematic) if row.rig.kinematic else value
+
+
+@dataclass(frozen=True, kw_only=True)
+class MapOf:
+    """What a map of the matrix shows: the `value` of a cell, by colour, and its `text`, written into it.
+
+    `limits` are the ends of the colour scale, named by `label` (without one no scale is drawn); `colours` is a
+    Matplotlib colour map, diverging about zero or rising.
+    """
+
+    name: str
+    value: Callable[[MatrixCell], float | None]
+    text: Callable[[MatrixCell], str]
+    limits: tuple[float, float]
+    colours: str
+    label: str = ""
+
+
+@panel()
+def matrix_map(matrix: Matrix, of: MapOf) -> tuple[Any, Mapping[str, ArrayLike]]:
+    """Speeds across, state and load down, empty where nothing was measured."""
+    grid = matrix.grid
+    loads = list(zip(grid.radial_kn, grid.axial_kn, strict=True))
+    rows = [f"{state.code}  {radial:g}/{axial:g}" for state in grid.states for radial, axial in loads]
+    by_point = {cell.point: cell for cell in matrix.cells}
+    cells = [
+        [by_point.get(Point(state, *load, rpm)) for rpm in grid.nominal_rpm] for state in grid.states for load in loads
+    ]  # fmt: skip
+    values = np.array([[np.nan if c is None or (v := of.value(c)) is None else v for c in line] for line in cells],
+                      dtype=np.float64)  # fmt: skip
+    figure, axes = new_axes(
+        (MAP_INCHES[0] + CELL_INCHES[0] * values.shape[1], MAP_INCHES[1] + CELL_INCHES[1] * len(rows))
+    )
+    image = axes.pcolormesh(
+        np.ma.masked_invalid(values), cmap=of.colours, vmin=of.limits[0], vmax=of.limits[1], edgecolors="#c5ced8",
+        linewidth=0.5,
+    )  # fmt: skip
+    for (row, column), value in np.ndenumerate(values):  # dark on light and light on dark: it reads without its colours
+        if (cell := cells[row][column]) is not None:
+            red, green, blue, _ = image.to_rgba(value) if np.isfinite(value) else (1, 1, 1, 1)
+            dark = 0.3 * red + 0.59 * green + 0.11 * blue < 0.5
+            axes.text(column + 0.5, row + 0.5, of.text(cell), ha="center", va="center", fontsize=7,
+                      color="white" if dark else INK if np.isfinite(value) else SOFT)  # fmt: skip
+    for row in range(len(loads), len(rows), len(loads)):
+        axes.axhline(row, color=INK, lw=0.9)
+    columns = [f"{rpm:g}" for rpm in grid.nominal_rpm]
+    axes.set_xticks(np.arange(len(columns)) + 0.5, labels=columns)
+    axes.set_yticks(np.arange(len(rows)) + 0.5, labels=rows)
+    axes.set(xlabel="Nominal motor speed, rpm", ylim=(len(rows), 0))
+    axes.tick_params(length=0)
+    axes.grid(visible=False)
+    if of.label:
+        figure.colorbar(image, ax=axes, label=of.label, shrink=0.75, pad=0.02, extend="both")
+    return figure, {"point": rows} | {f"rpm_{name}": values[:, i] for i, name in enumerate(columns)}

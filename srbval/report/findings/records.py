@@ -1,0 +1,335 @@
+"""What figures show of a record: signal and envelope in time, spectra with the lines to mark, scalogram, kurtogram."""
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from srbval.arrays import FloatArray
+from srbval.bearing import RACE_DEFECTS, Fault
+from srbval.errors import SrbvalError
+from srbval.reading.analyse import Analysis, analyse
+from srbval.reading.band_choice import band_kurtogram
+from srbval.reading.lines import Line, detected_fault_lines, line_entry
+from srbval.recordings import Origin
+from srbval.report.figures.files import BINS_SHOWN, plotted
+from srbval.signal import Kurtogram, Scalogram, morlet_scalogram, power_density
+from srbval.signal.scalogram import COLUMNS, ROWS
+
+WINDOW_S = (0.3, 0.5)  # shown in Figures 11 and 14: two to three shaft turns, clear of the filter's ends
+WINDOW_TURNS = 3.0  # of the shaft, shown of any other record: a dozen blows or more of a race fault
+SEGMENT_HZ = 20.0  # resolution of the Welch spectra: fine enough for resonances, coarse enough to smooth the rest
+OWN_UNIT, NORMALISED = "m/s²", "std. dev."
+LEAST_HZ = 1.0  # of an envelope spectrum: below lies the slow trend at its very start
+HARMONICS_SHOWN, RACES_SHOWN = 4.4, 2.3  # of the marked line, or of the inner race's where none is: end of a spectrum
+# Peaks taller than this share of the tallest are named. Within this share of a frequency and two bins they are one;
+# as a multiple of shaft, line or cage so many times at most: every frequency is near to some multiple.
+TALL, SAME, MOST_TIMES = 1 / 3, 0.001, 6
+SCALOGRAM_HZ = (40.0, 1000.0)  # shown in Figure 14
+# What draws it, of the transforms that the study `reading_accuracy` tries; the largest error allowed there.
+SCALOGRAM_TRANSFORM, SCALOGRAM_ERROR = "pywt.cwt, symmetric wavelets", 0.005
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RecordView:
+    """One record's arrays for figures; amplitudes in `unit`: standard deviations of the band-passed signal, or m/s².
+
+    `time_s`, `acceleration` and `envelope` lie within `window_s`; `frequency_hz` and `amplitude` are the whole envelope
+    spectrum, `peaks` the name, frequency [Hz] and amplitude of its detected lines; `power_hz` and `power_db`
+    [dB re 1/Hz] a Welch spectrum of the acceleration before demodulation, normalised or in its unit.
+    """
+
+    analysis: Analysis
+    unit: str
+    window_s: tuple[float, float]
+    time_s: FloatArray
+    acceleration: FloatArray
+    envelope: FloatArray
+    frequency_hz: FloatArray
+    amplitude: FloatArray
+    peaks: tuple[tuple[str, float, float], ...]
+    power_hz: FloatArray
+    power_db: FloatArray
+
+    @property
+    def origin(self) -> Origin:
+        """Whether it is measured, simulated or a stand-in."""
+        return self.analysis.recording.origin
+
+    @property
+    def shaft_hz(self) -> float:
+        """The mean speed of its shaft [Hz]."""
+        return self.analysis.speed.value_hz
+
+
+def record_view(analysis: Analysis, *, window_s: tuple[float, float] = WINDOW_S, own_unit: bool = False) -> RecordView:
+    """The arrays of one record; with `own_unit` in m/s² instead of standard deviations."""
+    shown = analysis.processed
+    spread = 1 / shown.scale if own_unit else float(np.std(shown.filtered))
+    time = np.arange(len(shown.filtered)) / shown.fs_hz
+    inside = (time >= window_s[0]) & (time <= window_s[1])
+    scale = shown.scale if own_unit else 1.0
+    power_hz, power = power_density(shown.samples * scale, shown.fs_hz, 1 / SEGMENT_HZ)
+    return RecordView(
+        analysis=analysis,
+        unit=OWN_UNIT if own_unit else NORMALISED,
+        window_s=window_s,
+        time_s=time[inside],
+        acceleration=shown.filtered[inside] / spread,
+        envelope=shown.envelope[inside] / spread,
+        frequency_hz=shown.spectrum.frequency_hz,
+        amplitude=shown.spectrum.amplitude / spread,
+        peaks=tuple(
+            (line.name, line.found_hz, shown.spectrum.height_at(line.found_hz) / spread)
+            for line in analysis.lines
+            if line.detected and line.found_hz is not None
+        ),
+        power_hz=power_hz[1:],
+        power_db=10 * np.log10(np.maximum(power[1:], np.finfo(float).tiny)),
+    )
+
+
+def views_of(analysis: Analysis, healthy: Analysis | None) -> tuple[RecordView, RecordView | None]:
+    """A record and a healthy one, each the middle of its time, both in m/s² where both are in it.
+
+    The healthy one's Welch spectrum is given at the record's frequencies, NaN beyond its own.
+    """
+    sides = [analysis] if healthy is None else [analysis, healthy]
+    own_unit = all(side.recording.unit == "m/s2" for side in sides)
+    whole = min(side.processed.samples.size / side.processed.fs_hz for side in sides)
+    length = min(whole, WINDOW_TURNS / analysis.speed.value_hz)  # the filter's ends are dropped
+    window_s = ((whole - length) / 2, (whole + length) / 2)
+    shown, *other = (record_view(side, window_s=window_s, own_unit=own_unit) for side in sides)
+    if not other:
+        return shown, None
+    level = np.interp(shown.power_hz, other[0].power_hz, other[0].power_db, right=math.nan)
+    return shown, dataclasses.replace(other[0], power_hz=shown.power_hz, power_db=level)
+
+
+@dataclass(frozen=True)
+class Cursor:
+    """One named frequency [Hz] of an axis; a sideband is drawn fainter than a harmonic."""
+
+    name: str
+    frequency_hz: float
+    sideband: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SpectrumView:
+    """The envelope spectrum of `record` from zero to `end_hz`, to be drawn over that of `healthy` where there is one.
+
+    `cursors` are the lines expected, `peaks` the frequency [Hz] and amplitude of those found, `others` further tall
+    peaks by what they are: name, frequency, amplitude (see `tall_peaks`).
+    """
+
+    record: RecordView
+    healthy: RecordView | None
+    cursors: tuple[Cursor, ...]
+    peaks: tuple[tuple[float, float], ...]
+    end_hz: float
+    others: tuple[tuple[str, float, float], ...] = ()
+
+
+def highest_of(record: RecordView, end_hz: float) -> float:
+    """The highest amplitude of an envelope spectrum from `LEAST_HZ` to `end_hz`."""
+    return float(record.amplitude[(record.frequency_hz > LEAST_HZ) & (record.frequency_hz <= end_hz)].max())
+
+
+def spectrum_view(record: RecordView, healthy: RecordView | None = None, marked: Line | None = None) -> SpectrumView:
+    """The spectrum up to a few harmonics of the `marked` line, with one sideband either side of each, and every line.
+
+    Marked as found are those lines alone whose first harmonic was detected.
+    """
+    analysis = record.analysis
+    end = HARMONICS_SHOWN * marked.kinematic_hz if marked else RACES_SHOWN * analysis.line_of(Fault.INNER).kinematic_hz
+    low, high = analysis.processed.band_hz
+    end_hz = min(end, high - low)
+    first = first_lines(analysis)
+    found = [Cursor(line.name, line.kinematic_hz) for line in first if marked is None or line.name != marked.name]
+    fault = None if marked is None else Fault.of_line(marked.name)
+    if marked is not None and fault is not None:
+        spacing_hz = fault.sideband_order(analysis.bearing.orders) * record.shaft_hz
+        found += fault_cursors(
+            marked.name, marked.kinematic_hz, end_hz, sideband_hz=spacing_hz, sideband_name=fault.sidebands or "",
+            sidebands=1 if spacing_hz else 0,
+        )  # fmt: skip
+    shown = sorted((c for c in found if c.frequency_hz <= end_hz), key=lambda c: c.frequency_hz)
+    return SpectrumView(
+        record=record, healthy=healthy, cursors=tuple(shown), peaks=detected_peaks(record), end_hz=end_hz
+    )
+
+
+def first_lines(analysis: Analysis) -> tuple[Line, ...]:
+    """The first harmonic of every family, without sidebands."""
+    return tuple(line for line in analysis.lines if line.is_first)
+
+
+def marked_line(analysis: Analysis) -> Line | None:
+    """The deepest fault line detected, whose harmonics a picture marks."""
+    return next(iter(detected_fault_lines(analysis.lines)), None)
+
+
+def detected_peaks(record: RecordView) -> tuple[tuple[float, float], ...]:
+    """Frequency [Hz] and height of the peaks of those lines whose first harmonic was detected."""
+    detected = tuple(line.name for line in first_lines(record.analysis) if line.detected)
+    return tuple((hz, height) for name, hz, height in record.peaks if name.startswith(detected))
+
+
+def fault_cursors(
+    line: str,
+    frequency_hz: float,
+    end_hz: float,
+    *,
+    sideband_hz: float = 0.0,
+    sideband_name: str = "fr",
+    sidebands: int = 0,
+) -> tuple[Cursor, ...]:
+    """Cursors of all harmonics of `line` up to `end_hz`, each with `sidebands` on either side.
+
+    Named as the field does: ``BPFI``, ``2xBPFI``, ``BPFI-fr``, ``2xBPFI+2fr``.
+    """
+    found = []
+    for harmonic in range(1, int(end_hz // frequency_hz) + 1):
+        name = line if harmonic == 1 else f"{harmonic}x{line}"
+        found.append(Cursor(name, harmonic * frequency_hz))
+        for k in range(-sidebands, sidebands + 1):
+            at = harmonic * frequency_hz + k * sideband_hz
+            if k and 0 < at <= end_hz:
+                times = "" if abs(k) == 1 else str(abs(k))
+                found.append(Cursor(f"{name}{'+' if k > 0 else '-'}{times}{sideband_name}", at, sideband=True))
+    return tuple(sorted(found, key=lambda cursor: cursor.frequency_hz))
+
+
+def tall_peaks(
+    frequency_hz: FloatArray, amplitude: FloatArray, end_hz: float, *, shaft_hz: float, orders: Mapping[str, float],
+    marked_hz: Sequence[float],
+) -> tuple[tuple[str, float, float], ...]:  # fmt: skip
+    """Tall peaks of a spectrum, [n], up to `end_hz` that are not marked already: what they are, frequency, amplitude.
+
+    Named as a small multiple of one of `orders` (name: shaft orders), or by their distance from one within a shaft
+    order, or else by their own order.
+    """
+    frequency, height = plotted(frequency_hz, amplitude, end_hz, BINS_SHOWN)
+    inner = np.flatnonzero((height[1:-1] > height[:-2]) & (height[1:-1] >= height[2:])) + 1
+    inner = inner[height[inner] > TALL * height[inner].max(initial=0.0)]
+    known = [(f"{n}x{name}" if n > 1 else name, n * one)
+             for name, one in orders.items() for n in range(1, MOST_TIMES + 1)]  # fmt: skip
+    found: list[tuple[str, float, float]] = []
+    for at_hz, own in sorted(zip(frequency[inner].tolist(), height[inner].tolist(), strict=True), key=lambda x: -x[1]):
+        same = SAME * at_hz + 2 * float(frequency_hz[1] - frequency_hz[0])
+        if any(abs(at_hz - hz) < same for hz in (*marked_hz, *(hz for _, hz, _ in found))):
+            continue
+        order = at_hz / shaft_hz
+        name, nearest = min(known, key=lambda one: (round(abs(order - one[1]) / (same / shaft_hz)), len(one[0])))
+        if abs(order - nearest) * shaft_hz > same:
+            lines = [one for one in known if "BP" in one[0] and abs(order - one[1]) < 1]
+            name, nearest = min(lines, key=lambda one: abs(order - one[1]), default=("", 0.0))
+            name += f"{order - nearest:+.2f}fr" if name else f"{order:.2f}fr"
+        found.append((name, at_hz, own))
+    return tuple(found)
+
+
+def envelope_scalogram(shown: RecordView) -> Scalogram:
+    """The wavelet transform of the envelope shown."""
+    envelope, fs_hz = shown.envelope - shown.envelope.mean(), shown.analysis.processed.fs_hz
+    return morlet_scalogram(envelope, fs_hz, range_hz=SCALOGRAM_HZ, rows=ROWS, columns=COLUMNS)
+
+
+def sideband_shares(analysis: Analysis) -> dict[str, float] | None:
+    """Sidebands of the inner-race line `at_one` and `at_two` shaft speeds, mean of both sides, as shares of the line.
+
+    None where the line was not read.
+    """
+    line_hz, shaft_hz = analysis.line("BPFI").found_hz, analysis.speed.value_hz
+    if line_hz is None:
+        return None
+    spectrum = analysis.processed.spectrum
+    line, *sides = (spectrum.height_at(line_hz + times * shaft_hz) for times in (0, -1, 1, -2, 2))
+    return {"at_one": (sides[0] + sides[1]) / 2 / line, "at_two": (sides[2] + sides[3]) / 2 / line}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RecordKurtogram:
+    """How impulsive each band of a record is; `line` is its state's.
+
+    `second_comb` is the record in its most impulsive band, where the line stands there at another frequency than in the
+    band used by more than both intervals allow; None elsewhere and for records that were not measured.
+    """
+
+    analysis: Analysis
+    line: str
+    kurtogram: Kurtogram
+    second_comb: Analysis | None
+
+
+def record_kurtogram(analysis: Analysis, line: str) -> RecordKurtogram:
+    """Kurtogram of the signal that is analysed, and the comb of its most impulsive band."""
+    picture = band_kurtogram(analysis.recording, analysis.bearing, analysis.speed)
+    measured = analysis.recording.origin is Origin.MEASURED
+    second = _second_comb(analysis, line, picture) if measured else None
+    return RecordKurtogram(analysis=analysis, line=line, kurtogram=picture, second_comb=second)
+
+
+def _second_comb(analysis: Analysis, line: str, picture: Kurtogram) -> Analysis | None:
+    low, high = picture.best_hz
+    margin = 0.01 * analysis.recording.fs_hz  # clear of zero and of half the sampling rate, where no filter reaches
+    other = analyse(
+        analysis.recording, bearing=analysis.bearing, speed=analysis.speed,
+        band_hz=(max(low, margin), min(high, analysis.recording.fs_hz / 2 - margin)),
+    )  # fmt: skip
+    ours, theirs = analysis.line(line), other.line(line)
+    if not (ours.detected and theirs.detected) or ours.found_hz is None or theirs.found_hz is None:
+        return None
+    apart = abs(ours.found_hz - theirs.found_hz)
+    return other if apart > math.hypot(ours.ci95_hz or 0.0, theirs.ci95_hz or 0.0) else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class CrossBand:
+    """The line of a record's state in one band [Hz]; `own` marks the band in which all else of it is analysed.
+
+    Where the record cannot be read in the band the line has no values, and `why` says so.
+    """
+
+    state: Fault
+    origin: str
+    file: str
+    band_hz: tuple[float, float]
+    own: bool
+    line: Line
+    why: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for ``report.json``."""
+        return vars(self) | line_entry(self.line)
+
+
+def cross_bands(model: Mapping[Fault, Analysis], rig: Mapping[Fault, Analysis]) -> tuple[CrossBand, ...]:
+    """Model and rig, outer and inner race, each in both sides' bands, its own band first.
+
+    Both bands were fixed before these records were looked at, so neither costs a trial.
+    """
+    return tuple(
+        _row(state, side, band_hz)
+        for state in RACE_DEFECTS
+        if state in model and state in rig
+        for side, other in ((model[state], rig[state]), (rig[state], model[state]))
+        for band_hz in dict.fromkeys((side.processed.band_hz, other.processed.band_hz))
+    )
+
+
+def _row(state: Fault, side: Analysis, band_hz: tuple[float, float]) -> CrossBand:
+    line, why, own = side.line_of(state), "", band_hz == side.processed.band_hz
+    if not own:
+        try:
+            line = analyse(side.recording, bearing=side.bearing, speed=side.speed, band_hz=band_hz).line_of(state)
+        except SrbvalError as error:
+            line, why = Line(name=line.name, harmonic=1, kinematic_hz=line.kinematic_hz), str(error)
+    file = side.recording.file or side.recording.name
+    return CrossBand(
+        state=state, origin=side.recording.origin.value, file=file, band_hz=band_hz, own=own, line=line, why=why
+    )

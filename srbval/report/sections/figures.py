@@ -1,0 +1,276 @@
+"""Figures 11 to 14: the model and the rig, each pair on identical axes, and where their peaks lie."""
+
+import dataclasses
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from srbval.bearing import Fault
+from srbval.reading.analyse import Analysis
+from srbval.reading.lines import Line
+from srbval.recordings import Origin
+from srbval.report.blocks import Block, Explore, Figure, FigureGrid, Listing
+from srbval.report.figures.scalogram import scalogram_panel
+from srbval.report.figures.signals import acceleration_panel, band_panel
+from srbval.report.figures.spectrum import spectrum_panel
+from srbval.report.findings.findings import Findings
+from srbval.report.findings.records import (
+    SCALOGRAM_ERROR,
+    SCALOGRAM_HZ,
+    SCALOGRAM_TRANSFORM,
+    SEGMENT_HZ,
+    WINDOW_S,
+    RecordView,
+    SpectrumView,
+    fault_cursors,
+    highest_of,
+    tall_peaks,
+)
+from srbval.report.model import Section
+from srbval.report.section_texts import Texts
+from srbval.report.sections.names import badge_of, side_of, synthetic_states
+from srbval.signal import Scalogram
+
+TEXTS, PAPER_SPEED = Texts("figures"), Texts("paper_speed")
+
+SPECTRUM_HZ = 600.0  # Figures 12 and 13
+SPECTRUM_FIGURES = {"12": Fault.OUTER, "13": Fault.INNER}
+PANEL_LETTERS = {Fault.HEALTHY: "ab", Fault.OUTER: "cd", Fault.INNER: "ef"}
+COLOUR_QUANTILE = 0.995  # top of the shared colour scale, so that one burst does not darken all the rest
+HEAD_ROOM, LABEL_ROOM = 1.12, 1.4  # above the highest value on a shared axis, for the marks of found lines
+BAND_RANGE_DB, BAND_HEAD_DB = 75.0, 8.0  # of the spectra before demodulation: shown in all, above the highest level
+Side = Mapping[Fault, RecordView]
+
+
+def figures_section(findings: Findings) -> Section:
+    """The sixteen panels, the tables of their peaks, and what draws Figure 14."""
+    model, rig = findings.views["model"], findings.views["rig"]
+    height_mm = 1e3 * findings.runs["paper-inner"].scene.defect.height_m
+    sides = {"model": model, "rig": rig}
+    bands = {name: TEXTS.text("band", shown=side[Fault.OUTER].analysis.processed) for name, side in sides.items()}
+    shares = [(side_of(side[Fault.INNER].analysis), findings.data["sidebands"][name]) for name, side in sides.items()]
+    trains = findings.data["impulse_trains"]
+    return TEXTS.section(
+        TEXTS.paragraph("intro", bands=bands, measured=findings.measured_states),
+        _figure_11(model, rig),
+        *(_spectrum_figure(number, model, rig) for number in SPECTRUM_FIGURES),
+        TEXTS.paragraph("sidebands", sides=shares, height_mm=height_mm),
+        _figure_14(findings),
+        TEXTS.paragraph("readings", trains=trains),
+        appendix=(
+            _readings(findings),
+            TEXTS.table("impulse-trains", trains),
+            _band_figure(sides),
+            *(
+                TEXTS.table(f"peaks-{number}", _peaks(state, model[state].analysis, rig[state].analysis))
+                for number, state in SPECTRUM_FIGURES.items()
+            ),
+            *_scalogram_checks(findings),
+            TEXTS.paragraph("once-more"),
+            Listing(items=tuple(_again(model, rig, state) for state in model)),
+        ),
+    )
+
+
+def paper_speed_section(findings: Findings) -> Section:
+    """The model's panels at the paper's own speed, with no rig recording to compare them with."""
+    model, rpm = findings.views["paper"], findings.printed.shaft_rpm
+    limit = _highest_burst(model.values())
+    spectra = [
+        _spectrum_panel(f"fig{n}a-paper-speed", f"{n}a", state, model, model) for n, state in SPECTRUM_FIGURES.items()
+    ]
+    times = [
+        _acceleration_panel(f"fig11{letters[0]}-paper-speed", f"11{letters[0]}", state, model[state], limit)
+        for state, letters in PANEL_LETTERS.items()
+    ]
+    grids = (
+        FigureGrid(figures=tuple(spectra), columns=2, label="Figures 12a and 13a at the paper's speed",
+                   caption=TEXTS.text("grid-paper-spectra")),
+        FigureGrid(figures=tuple(times), columns=2, label="Figure 11 (a, c, e) at the paper's speed",
+                   caption=TEXTS.text("grid-paper-time")),
+    )  # fmt: skip
+    return PAPER_SPEED.section(appendix=(PAPER_SPEED.paragraph("intro", rpm=rpm), *grids), rpm=rpm)
+
+
+def _band_figure(sides: Mapping[str, Side]) -> FigureGrid:
+    """Spectra of all states before demodulation, model above rig, with the bands that are demodulated."""
+    records = [record for side in sides.values() for record in side.values()]
+    top = max(float(record.power_db.max()) for record in records) + BAND_HEAD_DB
+    reach = max(float(record.power_hz[-1]) for record in records)
+    panels = []
+    for (name, side), letter in zip(sides.items(), "ab", strict=True):
+        analysis = side[Fault.OUTER].analysis
+        synthetic = synthetic_states({state: record.analysis for state, record in side.items()})
+        origin, states = Origin.STAND_IN if synthetic else analysis.recording.origin, [s.label for s in side]
+        plot = band_panel(records={state.label: record for state, record in side.items()},
+            limits_db=(top - BAND_RANGE_DB, top), end_hz=reach, letter=letter,
+        )  # fmt: skip
+        figure = TEXTS.figure(
+            "band", plot, id=f"band-{name}", badge=origin.value, side=name, band_hz=analysis.processed.band_hz,
+            synthetic=synthetic, states=states,
+        )  # fmt: skip
+        explore = Explore(
+            x="frequency_hz", x_label="Frequency, Hz", y_label="Power density, dB re 1/Hz",
+            curves={state.replace(" ", "_") + "_db": state for state in states},
+        )  # fmt: skip
+        panels.append(dataclasses.replace(figure, explore=explore))
+    caption = TEXTS.text("grid-band", resolution_hz=SEGMENT_HZ)
+    return FigureGrid(figures=tuple(panels), columns=1, label="Before demodulation", caption=caption)
+
+
+def _figure_11(model: Side, rig: Side) -> FigureGrid:
+    limit = _highest_burst([*model.values(), *rig.values()])
+    panels = [
+        _acceleration_panel(f"fig11{letter}", f"11{letter}", state, side[state], limit)
+        for state, letters in PANEL_LETTERS.items()
+        for side, letter in zip((model, rig), letters, strict=True)
+    ]
+    caption = TEXTS.text("grid-11", window_s=WINDOW_S)
+    return FigureGrid(figures=tuple(panels), columns=2, label="Figure 11", caption=caption)
+
+
+def _acceleration_panel(
+    name: str, letter: str, state: Fault, record: RecordView, limit: float, reading: str = ""
+) -> Figure:
+    period = (f"1/{state.line}", 1 / record.analysis.line(state.line).kinematic_hz) if state.line else None
+    plot = acceleration_panel(record, limit=limit, letter=letter[-1], title=reading or _title(record, state),
+        period=period,
+    )  # fmt: skip
+    return TEXTS.figure("acceleration", plot, **_words(name, letter, record, state))
+
+
+def _spectrum_figure(number: str, model: Side, rig: Side) -> FigureGrid:
+    """Figure 12 or 13."""
+    state = SPECTRUM_FIGURES[number]
+    panels = [
+        _spectrum_panel(f"fig{number}{letter}", f"{number}{letter}", state, side, other)
+        for side, other, letter in ((model, rig, "a"), (rig, model, "b"))
+    ]
+    caption = TEXTS.text("grid-spectrum", state=state)
+    return FigureGrid(figures=tuple(panels), columns=2, label=f"Figure {number}", caption=caption)
+
+
+def _spectrum_panel(name: str, letter: str, state: Fault, side: Side, other: Side) -> Figure:
+    record, line = side[state], state.line
+    assert line is not None, "only the defects of races have a spectrum figure"
+    cursors = fault_cursors(
+        line, record.analysis.line(line).kinematic_hz, SPECTRUM_HZ, sideband_hz=record.shaft_hz,
+        sidebands=2 if state.sidebands else 0,
+    )  # fmt: skip
+    found, orders = (
+        [(hz, height) for n, hz, height in record.peaks if n.startswith(line)],
+        record.analysis.bearing.orders,
+    )
+    others = tall_peaks(
+        record.frequency_hz, record.amplitude, SPECTRUM_HZ, shaft_hz=record.shaft_hz,
+        marked_hz=[*(cursor.frequency_hz for cursor in cursors), *(hz for hz, _ in found)],
+        orders={"fr": 1.0, "BPFO": orders.bpfo, "BPFI": orders.bpfi, "2xBSF": 2 * orders.bsf, "FTF": orders.ftf},
+    )  # fmt: skip
+    view = SpectrumView(
+        record=record, healthy=side[Fault.HEALTHY], cursors=cursors, peaks=tuple(found), end_hz=SPECTRUM_HZ,
+        others=others,
+    )  # fmt: skip
+    top = LABEL_ROOM * max(highest_of(one[state], SPECTRUM_HZ) for one in (side, other))
+    plot = spectrum_panel(view, top=top, letter=letter[-1], title=_title(record, state), brief=True)
+    figure = TEXTS.figure("spectrum", plot, **_words(name, letter, record, state), f_max_hz=SPECTRUM_HZ)
+    curves = {"amplitude": state.label, "healthy_amplitude": "healthy"}
+    return dataclasses.replace(figure, explore=explore_spectrum(view, "Envelope amplitude, std. dev.", curves))
+
+
+def explore_spectrum(view: SpectrumView, y_label: str, curves: Mapping[str, str]) -> Explore:
+    """How scripts show an envelope spectrum again; `curves` names the columns of its data file."""
+    return Explore(
+        x="frequency_hz", x_label="Frequency, Hz", y_label=y_label, curves=curves,
+        marks=tuple((cursor.name, cursor.frequency_hz) for cursor in view.cursors), x_per_order=view.record.shaft_hz,
+    )  # fmt: skip
+
+
+def _peaks(state: Fault, model: Analysis, rig: Analysis) -> Iterator[dict[str, Any]]:
+    """One row per line of the state's family, on both sides."""
+    for line in model.lines:
+        if line.name.startswith(state.line or ""):
+            yield {
+                "name": line.name if line.harmonic == 1 else f"{line.harmonic}x{line.name}",
+                "kinematic_order": line.kinematic_hz / model.speed.value_hz,
+                "model": _peak(line, model),
+                "rig": _peak(line, rig),
+            }
+
+
+def _peak(wanted: Line, analysis: Analysis) -> dict[str, Any]:
+    for line in analysis.lines:
+        if (line.name, line.harmonic) == (wanted.name, wanted.harmonic) and line.detected and line.found_hz is not None:
+            return {
+                "found_hz": line.found_hz, "ci95_hz": line.ci95_hz, "order": line.found_hz / analysis.speed.value_hz,
+                "snr": line.snr, "badge": badge_of(analysis) if wanted.harmonic == 1 else None,
+            }  # fmt: skip
+    return dict.fromkeys(("found_hz", "ci95_hz", "order", "snr", "badge"))
+
+
+def _figure_14(findings: Findings) -> FigureGrid:
+    top = _brightest(image for side in findings.scalograms.values() for image in side.values())
+    panels = [
+        _image_panel(
+            f"fig14{letter}", f"14{letter}", state, findings.views[side][state], findings.scalograms[side][state], top
+        )
+        for state, letters in PANEL_LETTERS.items()
+        for side, letter in zip(("model", "rig"), letters, strict=True)
+    ]
+    return FigureGrid(figures=tuple(panels), columns=2, label="Figure 14", caption=TEXTS.text("grid-14"))
+
+
+def _image_panel(
+    name: str, letter: str, state: Fault, record: RecordView, image: Scalogram, top: float, reading: str = ""
+) -> Figure:
+    title = reading or _title(record, state)
+    plot = scalogram_panel(record, image, state, top=top, letter=letter[-1], title=title)
+    return TEXTS.figure("scalogram", plot, **_words(name, letter, record, state), range_hz=SCALOGRAM_HZ)
+
+
+def _readings(findings: Findings) -> FigureGrid:
+    """Figures 11c and 14c in both readings of the rollers' diameter."""
+    state, limit = Fault.OUTER, _highest_burst(record for record, _ in findings.fits.values())
+    top = _brightest(image for _, image in findings.fits.values())
+    times, images = [], []
+    for fit, (record, image) in findings.fits.items():
+        head = TEXTS.text("fit", fit=fit.value)
+        times.append(_acceleration_panel(f"fig11c-{fit.value}", "11c", state, record, limit, head))
+        images.append(_image_panel(f"fig14c-{fit.value}", "14c", state, record, image, top, head))
+    label, caption = "Figures 11c and 14c, two readings", TEXTS.text("grid-readings")
+    return FigureGrid(figures=(*times, *images), columns=2, label=label, caption=caption)
+
+
+def _scalogram_checks(findings: Findings) -> Iterator[Block]:
+    transforms = findings.results.content("reading_accuracy").get("transforms")
+    if transforms:
+        yield TEXTS.table(
+            "scalogram-checks", transforms, command="srbval study run reading_accuracy", allowed=SCALOGRAM_ERROR,
+            drawn_by=SCALOGRAM_TRANSFORM,
+        )  # fmt: skip
+
+
+def _title(record: RecordView, state: Fault) -> str:
+    return f"{state.label}, {60 * record.shaft_hz:.4g} rpm"
+
+
+def _words(name: str, letter: str, record: RecordView, state: Fault) -> dict[str, Any]:
+    """What caption and alt text of a panel are made of."""
+    who = TEXTS.text("who", side=side_of(record.analysis), state=state, rpm=60 * record.shaft_hz)
+    return {"id": name, "letter": letter, "badge": badge_of(record.analysis), "state": state, "who": who}
+
+
+def _again(model: Side, rig: Side, state: Fault) -> str:
+    """The commands that make a pair of panels again."""
+    own, other = model[state].analysis, rig[state].analysis.recording
+    file = Path(other.file).name if other.file and other.origin is Origin.MEASURED else ""
+    return TEXTS.text("again", state=state, rpm=60 * own.speed.value_hz, model=own, file=file)
+
+
+def _highest_burst(records: Iterable[RecordView]) -> float:
+    return HEAD_ROOM * max(float(abs(record.acceleration).max()) for record in records)
+
+
+def _brightest(images: Iterable[Scalogram]) -> float:
+    return float(np.quantile(np.concatenate([image.amplitude.ravel() for image in images]), COLOUR_QUANTILE))

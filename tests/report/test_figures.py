@@ -1,0 +1,148 @@
+"""Panels: pictures that are there, stamped when synthetic, the same each time, with their data beside."""
+
+import csv
+import sys
+
+import numpy as np
+import pytest
+
+from srbval.bearing import Fault, load_bearing
+from srbval.report.figures.bearing import bearing_scene
+from srbval.report.figures.comparison import deviation_plot
+from srbval.report.figures.files import extreme_indices
+from srbval.report.figures.ladder import ladder_plot
+from srbval.report.figures.scalogram import block_means, scalogram_panel
+from srbval.report.figures.signals import acceleration_panel, band_panel
+from srbval.report.figures.spectrum import spectrum_panel
+from srbval.report.findings.bearing_views import LoadZone
+from srbval.scene import paper_scene
+from srbval.signal import Scalogram
+
+from .conftest import spectrum, view
+
+LARGEST_BYTES = 150_000  # some twenty panels and more must fit into a page of 6 MB
+SCALOGRAM_COLUMNS = [
+    f"magnitude_at_{f:.4g}_hz" for f in np.geomspace(20, 4000, 110)[np.linspace(0, 109, 40).round().astype(int)]
+]
+IMAGE = Scalogram(
+    time_s=np.linspace(0, 0.2, 2048), frequency_hz=np.geomspace(20, 4000, 200),
+    amplitude=np.random.default_rng(3).random((200, 2048)), edge_s=np.full(200, 0.01),
+)  # fmt: skip
+DRAWERS = {
+    "acceleration": lambda record, title: acceleration_panel(record, limit=6.0, title=title, period=("1/BPFO", 0.01)),
+    "spectrum": lambda record, title: spectrum_panel(spectrum(record), top=33.6, title=title),
+    "brief": lambda record, title: spectrum_panel(spectrum(record), top=33.6, title=title, brief=True),
+    "scalogram": lambda record, title: scalogram_panel(record, IMAGE, Fault.INNER, top=1.0, title=title),
+    "band": lambda record, _: band_panel({"outer": record}, limits_db=(-60.0, 10.0), end_hz=10_000.0, letter="a"),
+}
+COLUMNS = {
+    "acceleration": ["time_s", "acceleration_std", "envelope_std"],
+    "spectrum": ["frequency_hz", "shaft_order", "amplitude", "healthy_amplitude"],
+    "scalogram": ["time_s", *SCALOGRAM_COLUMNS],
+    "band": ["frequency_hz", "outer_db"],
+}
+
+
+def draw(kind, folder, origin="measured", title=""):
+    return DRAWERS[kind](view(origin), title)(folder, "a")
+
+
+def rows_of(files):
+    with files.data.open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.mark.parametrize("kind", DRAWERS)
+@pytest.mark.parametrize("origin", ["measured", "stand-in"])
+def test_only_a_stand_in_is_stamped(kind, origin, tmp_path):
+    text = draw(kind, tmp_path, origin).picture.read_text("utf-8")
+    assert ("SYNTHETIC STAND-IN" in text) is (origin == "stand-in")
+    assert {"measured": "Measured", "stand-in": "Synthetic stand-in"}[origin] in text
+
+
+@pytest.mark.parametrize("kind", DRAWERS)
+def test_pictures_are_small_dateless_and_the_same_each_time(kind, tmp_path):
+    first, second = draw(kind, tmp_path / "1"), draw(kind, tmp_path / "2")
+    content = first.picture.read_bytes()
+    assert 5_000 < len(content) < LARGEST_BYTES
+    assert content == second.picture.read_bytes()
+    assert first.data.read_bytes() == second.data.read_bytes()
+    assert b"<dc:date>" not in content
+
+
+def test_a_title_is_text_whatever_it_holds(tmp_path):
+    assert draw("spectrum", tmp_path, title=r"$\frac{1 <b> & " + "x" * 300).picture.stat().st_size > 0
+
+
+@pytest.mark.parametrize("kind", COLUMNS)
+def test_the_plotted_data_lies_beside(kind, tmp_path):
+    rows = rows_of(draw(kind, tmp_path))
+    assert list(rows[0]) == COLUMNS[kind]
+    assert len(rows) * (len(rows[0]) - 1) > 400
+    assert all(np.isfinite(float(value)) for row in rows for value in row.values())
+
+
+def test_the_tallest_line_survives_thinning(tmp_path):
+    top = max(rows_of(draw("spectrum", tmp_path)), key=lambda row: float(row["amplitude"]))
+    assert (float(top["frequency_hz"]), float(top["amplitude"])) == (pytest.approx(128.1), 30.0)
+    values = np.random.default_rng(4).standard_normal(10_000)
+    kept = extreme_indices(values, 100)
+    assert {int(values.argmin()), int(values.argmax()), 0, 9_999} <= set(kept.tolist())
+    assert len(kept) <= 202
+    assert np.all(np.diff(kept) > 0)
+
+
+def test_drawing_leaves_the_user_s_matplotlib_alone(tmp_path):
+    import matplotlib as mpl
+
+    before, pyplot_was_there = dict(mpl.rcParams), "matplotlib.pyplot" in sys.modules
+    draw("acceleration", tmp_path)
+    assert dict(mpl.rcParams) == before
+    assert ("matplotlib.pyplot" in sys.modules) is pyplot_was_there
+
+
+def test_block_means_keep_the_mean():
+    values = np.random.default_rng(5).random((3, 1000))
+    assert block_means(values, 100).mean() == pytest.approx(values.mean())
+    assert block_means(values, 2000) is values
+
+
+def test_the_deviation_plot_keeps_each_point_and_refuses_a_stand_in(tmp_path):
+    points = [
+        {"group": "Outer", "source": "paper, rig", "kind": "published", "deviation_pct": 0.207, "ci95_pct": None},
+        {"group": "Inner", "source": "model", "kind": "simulated", "deviation_pct": -0.16, "ci95_pct": 0.01},
+    ]
+    made = deviation_plot(points)(tmp_path, "d")
+    assert "+0.207" in made.picture.read_text("utf-8")
+    kept = [(r["source"], r["deviation_pct"], r["ci95_pct"]) for r in rows_of(made)]
+    assert kept == [("paper, rig", "0.207", ""), ("model", "-0.16", "0.01")]
+    with pytest.raises(KeyError, match="stand-in"):
+        deviation_plot([points[0] | {"kind": "stand-in"}])(tmp_path, "e")
+
+
+def test_the_scene_shows_rollers_load_and_defect(tmp_path):
+    geometry = load_bearing("skf-22240").geometry
+    angle = np.linspace(-179, 179, 359)
+    force = 1e4 * np.clip(np.cos(np.radians(angle)), 0.0, None)
+    zone = LoadZone(
+        angle_deg=angle, outer_n=force, inner_n=force, moments=1, seconds=1.0, within_deg=30.0, near_n=9.5e3, far_n=0.0,
+        roller_load_share=1.0,
+    )  # fmt: skip
+    made = bearing_scene(paper_scene(defect={"kind": "outer"}), geometry, zone)(tmp_path, "scene")
+    text = made.picture.read_text("utf-8")
+    assert "± 72°" in text  # cos x is a quarter at 75.5 degrees; stretches are 12 degrees wide
+    assert "124.8 kN" in text
+    assert "outer-race defect" in text
+    assert len(rows_of(made)) == geometry.rollers_per_row
+
+
+def test_an_error_below_the_axis_has_an_arrow(tmp_path):
+    row = {"question": "cage-speed", "model": "full", "scenes": 3, "unanswered": 0, "wall_per_simulated_s": 1.0}
+    sizes = [
+        len(ladder_plot([
+            row | {"median_error_pct": median, "worst_error_pct": 1.0},
+            row | {"model": "line", "median_error_pct": 0.5, "worst_error_pct": 2.0},
+        ])(tmp_path, name).picture.read_text("utf-8"))
+        for name, median in (("above", 1.1e-3), ("below", 0.9e-3))
+    ]  # fmt: skip
+    assert sizes[1] > sizes[0] + 200

@@ -1,0 +1,233 @@
+"""The whole report, short: what it writes and claims, that a stand-in never counts, that hostile names stay text."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+from html import unescape
+from html.parser import HTMLParser
+from typing import Any
+
+import pytest
+
+from srbval.bearing import load_bearing
+from srbval.comparison.other_rigs import OtherRecord
+from srbval.reading.analyse import analyse
+from srbval.recordings import load_recording
+from srbval.report.blocks import Callout, Listing
+from srbval.report.findings.findings import Findings
+from srbval.report.findings.gather import cautions
+from srbval.report.findings.records import record_kurtogram
+from srbval.report.sections.bands import two_combs
+from srbval.report.sections.records import MOST_NAMED, records_section
+from tests.readme_table import in_readme, readme_table
+
+from .made import FILE_NAME, FILES, HOSTILE, PANELS, TEXT, Made, functions_called
+
+TALLEST = 1.35  # height over width: a picture as wide as the page leaves room for its caption above the foot
+MOST_WORDS = 3_500
+LARGEST_HTML, LARGEST_PDF = 6_000_000, 8_000_000
+SHOWN = TEXT.replace("\x00", "\ufffd").replace("\u202e", "\ufffd")
+SECTIONS = (
+    "verdict", "records-section", "table-6", "speed-or-slip", "figures", "waterfall", "rig-scene", "speed-accuracy",
+    "stability", "ladder", "limits", "glossary", "provenance",
+)  # fmt: skip
+ROW_KEYS = {
+    "defect", "kinematic_hz", "paper_model_hz", "paper_rig_hz", "model_hz", "model_ci95_hz", "model_deviation_pct",
+    "rig_hz", "rig_ci95_hz", "rig_source", "comparison_error_pct", "validation_uncertainty_pct", "verdict",
+}  # fmt: skip
+NOT_BODY = {"nav", "thead", "tbody", "script", "style", "head"}  # tables count by their captions and notes
+DRAWING_ROOMS = {"report", "studies", "errors", "storage", "bearing", "scene"}  # their functions draw, word or describe
+
+
+class Body(HTMLParser):
+    """Words of a page, without its contents and the cells of its tables; the ids of its sections and figures."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.words, self.sections, self.figures, self._outside = 0, [], [], 0
+        self.feed(page)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self._outside += tag in NOT_BODY
+        if tag in ("section", "figure"):
+            (self.sections if tag == "section" else self.figures).append(dict(attrs)["id"])
+
+    def handle_endtag(self, tag: str) -> None:
+        self._outside -= tag in NOT_BODY
+
+    def handle_data(self, data: str) -> None:
+        if not self._outside:
+            self.words += len(re.findall(r"\w[\w.,'’-]*", data))
+
+
+def test_the_main_document_is_short_and_in_order(with_rig: Made) -> None:
+    main, appendix = (Body(with_rig.text(kind)) for kind in ("html", "appendix_html"))
+    assert main.words <= MOST_WORDS
+    assert tuple(name for name in main.sections if name in SECTIONS) == SECTIONS
+    assert set(main.figures) >= PANELS
+    assert not set(main.figures) & set(appendix.figures)
+    pictures = {path.stem for path in (with_rig.folder / "figures").glob("*.svg")}
+    assert pictures <= {*main.figures, *appendix.figures}
+    assert "verdict" not in appendix.sections
+
+
+@pytest.mark.parametrize("name", ["with_rig", "alone", "hostile"])
+def test_everything_is_written_and_nothing_elsewhere(name: str, request: pytest.FixtureRequest) -> None:
+    made: Made = request.getfixturevalue(name)
+    assert {p.name for p in made.folder.iterdir()} == FILES
+    assert [p.name for p in made.folder.parent.iterdir()] == ["report"]
+    names = [p.name for p in (made.folder / "figures").iterdir()]
+    assert all(re.fullmatch(r"[a-z0-9-]+\.(svg|png|csv)", name) for name in names)
+    assert {f"{panel}.svg" for panel in PANELS} <= set(names)
+    for kind, path in made.files.items():
+        assert path.stat().st_size < (LARGEST_PDF if "pdf" in kind else LARGEST_HTML) or kind == "json", kind
+
+
+def test_no_picture_is_too_tall_for_a_page_with_its_caption(with_rig: Made) -> None:
+    for picture in (with_rig.folder / "figures").glob("*.svg"):
+        size = re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', picture.read_text(encoding="utf-8"))
+        assert size is not None, picture
+        assert float(size[2]) <= TALLEST * float(size[1]), picture
+
+
+def test_json_has_the_keys_of_the_interface(with_rig: Made) -> None:
+    found = with_rig.document()
+    keys = "table6 closure figures speed_accuracy stability ladder recordings provenance headline schema_version status"
+    assert set(keys.split()) <= set(found)
+    assert all(set(row) >= ROW_KEYS for row in found["table6"])
+    assert all({"id", "caption", "alt", "file", "data"} <= set(figure) for figure in found["figures"])
+
+
+def test_model_lines_agree_with_the_cage_within_their_interval(with_rig: Made) -> None:
+    for row in with_rig.document()["table6"]:
+        assert abs(row["model_deviation_pct"]) < 0.35  # Coulomb friction on three circles; 0.30 % converged, play 0
+        assert row["model_hz"] == pytest.approx(row["model_cage_hz"], abs=row["model_ci95_hz"])
+
+
+def test_a_stand_in_never_counts(alone: Made) -> None:
+    found = alone.document()
+    assert {row["rig_source"] for row in found["table6"]} == {"published"}
+    assert {row["verdict"] for row in found["table6"]} == {"insufficient data"}
+    synthetic = {f["id"] for f in found["figures"] if f["synthetic"]}
+    assert synthetic == {
+        "fig11b", "fig11d", "fig11f", "fig12b", "fig13b", "fig14b", "fig14d", "fig14f", "kurtogram-b", "kurtogram-d",
+        "band-rig",
+    }  # fmt: skip
+    for name in synthetic:
+        assert "SYNTHETIC STAND-IN" in (alone.folder / "figures" / f"{name}.svg").read_text(encoding="utf-8")
+    assert found["recordings"] == []
+    assert "srbval data fetch torino-excerpts" in alone.text("html")
+    assert not any(s["origin"] == "measured" for s in found["closure"])
+
+
+def test_with_the_rig_the_rows_are_measured_and_its_sum_closes(with_rig: Made) -> None:
+    found = with_rig.document()
+    measured = [row for row in found["table6"] if row["rig_source"] == "measured"]
+    assert [row["defect"] for row in measured] == ["outer", "inner"]
+    for row in measured:
+        assert row["verdict"] in ("resolved", "agrees", "undecided")
+        assert row["validation_uncertainty_pct"] > 0
+        assert abs(row["comparison_error_pct"]) < 0.5
+        assert row["shaft_rpm"] == row["rig_shaft_rpm"]
+    assert not any(figure["synthetic"] for figure in found["figures"])
+    assert len(found["recordings"]) == 3
+    (rule,) = [s for s in found["closure"] if s["origin"] == "measured"]
+    assert rule["total"] == pytest.approx(19, abs=0.01)
+    assert rule["closed"] is True
+
+
+def test_each_side_is_read_in_both_bands(with_rig: Made) -> None:
+    crossed = with_rig.document()["crossed_bands"]
+    assert len(crossed) == 8
+    assert all(row["detected"] for row in crossed if row["own"])
+
+
+@pytest.mark.recordings
+def test_the_table_in_the_readme_is_that_of_a_report(with_rig: Made) -> None:
+    report = with_rig.document()
+    assert in_readme() == readme_table(report)
+    report["headline"]["errors"][0]["error_pct"] += 0.01
+    assert in_readme() != readme_table(report)
+
+
+def test_nothing_is_computed_while_the_report_is_drawn(alone: Made) -> None:
+    """Methods and properties of the findings are data; every other function that runs is the report's own."""
+    called = functions_called(alone.findings)
+    assert {("report", "assemble"), ("report", "draw_spectrum")} <= called
+    foreign = {(r, f) for r, f in called if r not in DRAWING_ROOMS and "." not in f and f != "<module>"}
+    assert foreign == set()
+
+
+def words(page: str) -> str:
+    return unescape(re.sub(r"<[^>]*>", "", re.sub(r"<(script|style)>.*?</\1>", "", page, flags=re.DOTALL)))
+
+
+def test_hostile_names_are_shown_as_they_are(alone: Made, hostile: Made) -> None:
+    assert FILE_NAME in words(alone.text("appendix_html"))
+    pages = [hostile.text(kind) for kind in ("html", "appendix_html")]
+    assert [page.count("<script>") for page in pages] == [1, 1]
+    assert sum(words(page).count(SHOWN) for page in pages) >= 6
+    assert all("A" * 10_000 in page for page in pages)
+    assert hostile.document()["other_rigs"][-1]["file"] == HOSTILE
+
+
+def problems(findings: Findings) -> tuple[list[str], list[str]]:
+    """Titles of the boxed remarks on the data, and the records that they list."""
+    blocks = records_section(findings).blocks
+    titles = [b.title for b in blocks if isinstance(b, Callout)]
+    return titles, [item for b in blocks if isinstance(b, Listing) for item in b.items]
+
+
+def changed(findings: Findings, **data: Any) -> Findings:
+    return dataclasses.replace(findings, data={**findings.data, **data})
+
+
+def test_nothing_is_said_of_data_where_all_is_well(with_rig: Made) -> None:
+    found = with_rig.document()
+    assert (found["recordings_not_used"], found["register_unreadable"], found["cautions"]) == ([], None, [])
+    assert problems(with_rig.findings) == ([], [])
+
+
+def test_what_vanished_is_named_and_counted(with_rig: Made) -> None:
+    gone = [{"file": f"{n}.mat", "status": "missing", "reason": "it is no longer there"} for n in range(MOST_NAMED + 3)]
+    titles, items = problems(changed(with_rig.findings, recordings_not_used=gone))
+    assert titles == [f"Registered recordings that are not used: {MOST_NAMED + 3}"]
+    assert items[0] == "**0.mat**: missing; it is no longer there"
+    assert len(items) == MOST_NAMED + 1
+    assert items[-1].startswith("3 more")
+
+
+def test_an_unreadable_register_is_said(with_rig: Made) -> None:
+    unreadable = "manifest.json: not a manifest of srbval"
+    found = changed(with_rig.findings, register_unreadable=unreadable)
+    assert problems(found) == (["The register of recordings cannot be read"], [])
+
+
+def test_cautioned_recordings_are_named_once(with_rig: Made) -> None:
+    record = OtherRecord(dataset="cwru", file="set/a.mat", state=None, cautions=("clipped: 3 of 9", "held: 5"))
+    found = cautions([record, record])
+    assert found == [{"file": "a.mat", "caution": "clipped: 3 of 9"}, {"file": "a.mat", "caution": "held: 5"}]
+    titles, items = problems(changed(with_rig.findings, cautions=found))
+    assert titles == ["Recordings used with a caution: 1"]
+    assert items == ["**a.mat**: clipped: 3 of 9", "**a.mat**: held: 5"]
+
+
+@pytest.mark.recordings
+def test_the_outer_race_record_holds_two_combs_and_the_inner_one_does_not(recordings_dir: Any) -> None:
+    def remarks(name: str, line: str) -> list[Any]:
+        recording = load_recording(recordings_dir / "torino" / f"{name}_877rpm_sample.mat")
+        return list(two_combs(record_kurtogram(analyse(recording, bearing=load_bearing("skf-22240")), line)))
+
+    (remark,) = remarks("OR", "BPFO")
+    assert remarks("IR", "BPFI") == []
+    assert "BPFO reads 8.185" in remark.text
+    assert "but 8.14" in remark.text
+
+
+def test_the_report_json_is_strict(hostile: Made) -> None:
+    def refuse(constant: str) -> None:
+        raise AssertionError(constant)
+
+    assert json.loads(hostile.text("json"), parse_constant=refuse)["status"] == "ok"
