@@ -2,7 +2,8 @@
 
 from functools import partial
 
-from srbval.report import Block, Section
+from srbval.report.blocks import Block
+from srbval.report.model import Section
 from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of

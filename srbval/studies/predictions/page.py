@@ -12,7 +12,7 @@ from srbval.comparison.comparison import Comparison
 from srbval.path.amplitudes import THIRD_OCTAVES
 from srbval.path.predictions import rows_of_predictions
 from srbval.recordings.registry import listing
-from srbval.report import Section
+from srbval.report.model import Section
 from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of

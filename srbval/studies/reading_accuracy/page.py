@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from srbval.report import Section
+from srbval.report.model import Section
 from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of

@@ -1,6 +1,6 @@
 """The rig's own scene against the rig's records: the cage speed that follows from its inputs alone."""
 
-from srbval.report import Section
+from srbval.report.model import Section
 from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of

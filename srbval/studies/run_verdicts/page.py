@@ -1,6 +1,6 @@
 """How often runs are right about themselves, from the stored study."""
 
-from srbval.report import Section
+from srbval.report.model import Section
 from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of

@@ -6,7 +6,9 @@ from functools import partial
 from typing import Any
 
 from srbval.models.run import USABLE, RunStatus
-from srbval.report import Badge, Block, Figure, Listing, Section, Tone, literal
+from srbval.report.blocks import Badge, Block, Figure, Listing, Tone
+from srbval.report.inline import literal
+from srbval.report.model import Section
 from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
