@@ -6,7 +6,7 @@ import functools
 import numpy as np
 import pytest
 
-from srbval.report.findings.shown_records import SCALOGRAM_TRANSFORM
+from srbval.report.findings.records import SCALOGRAM_TRANSFORM
 from srbval.signal import analytic_signal, bandpass, envelope, morlet_scalogram
 from srbval.studies.reading_accuracy.scalogram_check import TRANSFORMS, check_scalogram
 from srbval.studies.reading_accuracy.signal_chain import AGREEMENT, BANDS_HZ, FS_HZ, chain_errors

@@ -32,8 +32,7 @@ from srbval.models.simulate import Step, simulate
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows, text_table
 from srbval.reading.analyse import Analysis, analyse
-from srbval.recordings import Recording
-from srbval.recordings.load import recording_from_run
+from srbval.recordings import Recording, recording_from_run
 from srbval.recordings.registry import listing
 from srbval.recordings.registry.lookup import load_entry
 from srbval.scene import Scene, paper_scene

@@ -73,7 +73,7 @@ class Coherences:
             found = cyclic_coherence(even, done.fs_hz, REACH * plain.limit_hz)
             self._known[key] = done.whole, found.step_hz, [found.improved_envelope_spectrum(*band) for band in BANDS]
         _, step_hz, spectra = self._known[key]
-        grid_hz = np.arange(spectra[0].size) * float(step_hz)
+        grid_hz: FloatArray = np.asarray(np.arange(spectra[0].size) * step_hz, dtype=np.float64)
         masked = plain.masked(grid_hz)
         own_hz = np.arange(plain.power.size) * plain.step_hz
         powers = tuple(np.interp(own_hz, grid_hz, exponential_ratio(s, masked)) for s in spectra[:bands])

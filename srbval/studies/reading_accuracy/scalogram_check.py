@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from srbval.arrays import FloatArray
-from srbval.report.findings.shown_records import SCALOGRAM_ERROR, SCALOGRAM_HZ, SCALOGRAM_TRANSFORM
+from srbval.report.findings.records import SCALOGRAM_ERROR, SCALOGRAM_HZ, SCALOGRAM_TRANSFORM
 from srbval.signal import Scalogram, morlet_scalogram
 from srbval.signal.scalogram import BANDWIDTH, COLUMNS, ROWS
 
