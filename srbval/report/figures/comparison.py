@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from srbval.comparison.comparison import Comparison, deviation_pct
+from srbval.comparison.comparison import Comparison
 from srbval.comparison.matrix import Matrix, MatrixCell, Point
 from srbval.report.figures.style import BLUE, INK, SOFT, VERMILION, new_axes, panel
 
@@ -72,7 +72,7 @@ def agreement_plot(rows: Sequence[Comparison], label: str) -> tuple[Any, Mapping
 
 
 def _from_kinematics(row: Comparison, value: float) -> float:
-    return deviation_pct(value, row.rig.kinematic) if row.rig.kinematic else value
+    return 100 * (value / row.rig.kinematic - 1) if row.rig.kinematic else value
 
 
 @dataclass(frozen=True, kw_only=True)

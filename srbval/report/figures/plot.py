@@ -3,10 +3,8 @@
 from typing import Any
 
 import numpy as np
-import scipy.signal
 
 from srbval.models.run import Run
-from srbval.models.sensor import along_sensor
 from srbval.reading.analyse import Analysis
 from srbval.report.figures.files import extreme_indices
 from srbval.report.figures.signals import draw_acceleration
@@ -20,11 +18,10 @@ from srbval.report.figures.style import (
     stamp_stand_in,
     title_panel,
 )
-from srbval.report.findings.records import highest_of, marked_line, spectrum_view, views_of
+from srbval.report.findings.records import highest_of, marked_line, run_spectrum, spectrum_view, views_of
 
 HEAD_ROOM, LABEL_ROOM = 1.12, 2.0  # over the highest value: of a signal in time, of a spectrum with labelled lines
 PLOTTED_BINS = 900
-SEGMENT_HZ = 10.0  # resolution of a run's spectrum
 LEAST_REACH = 1e-3  # of the cage speed's axis, as a share of its mean: rounding is not drawn as a movement
 
 
@@ -61,10 +58,8 @@ def plot_analysis(analysis: Analysis, healthy: Analysis | None) -> Any:
 def plot_run(run: Run) -> Any:
     """See `plot`; drawn in the style that is set."""
     scene, time_s = run.scene, run.time_s
-    acceleration, cage_ratio = along_sensor(run.acceleration_m_s2), run.cage_rad_s / scene.shaft_speed_rad_s
-    rate = scene.output_rate_hz
-    hz, power = scipy.signal.welch(acceleration, rate, nperseg=min(round(rate / SEGMENT_HZ), time_s.size))
-    level = 10 * np.log10(np.maximum(power[1:], np.finfo(float).tiny))
+    cage_ratio, rate = run.cage_rad_s / scene.shaft_speed_rad_s, scene.output_rate_hz
+    acceleration, hz, level_db = run_spectrum(run)
     kept = extreme_indices(acceleration, PLOTTED_BINS)
     mean = float(np.mean(cage_ratio))
     reach = max(LEAST_REACH * mean, 1.1 * float(np.abs(cage_ratio - mean).max()))
@@ -73,7 +68,7 @@ def plot_run(run: Run) -> Any:
     upper, middle, lower = figure.subplots(3, 1, height_ratios=(1.2, 1.2, 0.7))
     upper.plot(time_s[kept], acceleration[kept], **look)
     upper.set(xlabel="Time, s", ylabel="Acceleration, m/s²", xlim=(time_s[0], time_s[-1]))
-    middle.plot(hz[1:] / 1e3, level, **look)
+    middle.plot(hz / 1e3, level_db, **look)
     middle.set(xlabel="Frequency, kHz", ylabel="dB re 1 (m/s²)²/Hz", xlim=(0, rate / 2e3))
     lower.plot(time_s, cage_ratio, color=BLUE, lw=0.9)
     lower.set(

@@ -11,6 +11,8 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import RACE_DEFECTS, Fault
 from srbval.errors import SrbvalError
+from srbval.models.run import Run
+from srbval.models.sensor import along_sensor
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.band_choice import band_kurtogram
 from srbval.reading.lines import Line, detected_fault_lines, line_entry
@@ -22,6 +24,7 @@ from srbval.signal.scalogram import COLUMNS, ROWS
 WINDOW_S = (0.3, 0.5)  # shown in Figures 11 and 14: two to three shaft turns, clear of the filter's ends
 WINDOW_TURNS = 3.0  # of the shaft, shown of any other record: a dozen blows or more of a race fault
 SEGMENT_HZ = 20.0  # resolution of the Welch spectra: fine enough for resonances, coarse enough to smooth the rest
+RUN_SEGMENT_HZ = 10.0  # the same, of a whole run
 OWN_UNIT, NORMALISED = "m/s²", "std. dev."
 LEAST_HZ = 1.0  # of an envelope spectrum: below lies the slow trend at its very start
 HARMONICS_SHOWN, RACES_SHOWN = 4.4, 2.3  # of the marked line, or of the inner race's where none is: end of a spectrum
@@ -90,6 +93,13 @@ def record_view(analysis: Analysis, *, window_s: tuple[float, float] = WINDOW_S,
         power_hz=power_hz[1:],
         power_db=10 * np.log10(np.maximum(power[1:], np.finfo(float).tiny)),
     )
+
+
+def run_spectrum(run: Run) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Of a run, along the sensor's axis: acceleration [m/s²]; frequencies [Hz] and level [dB re 1 (m/s²)²/Hz]."""
+    acceleration = along_sensor(run.acceleration_m_s2)
+    hz, power = power_density(acceleration, run.scene.output_rate_hz, 1 / RUN_SEGMENT_HZ)
+    return acceleration, hz[1:], 10 * np.log10(np.maximum(power[1:], np.finfo(float).tiny))
 
 
 def views_of(analysis: Analysis, healthy: Analysis | None) -> tuple[RecordView, RecordView | None]:
