@@ -21,7 +21,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert reasons[3][0] == "failed"
     assert ": " in reasons[3][1]  # behind the run's own status
     assert reasons[4][0] == "refused"
-    assert "radial_n = -3000.0" in reasons[4][1]
+    assert "radial_n = -3000 " in reasons[4][1]
     assert reasons[5][0] == "refused"
     assert "has no [geometry]" in reasons[5][1]
     assert verify_campaign(folder).ok

@@ -33,10 +33,8 @@ from srbval.progress import Progress
 from srbval.progress.tables import text_rows, text_table
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Recording, recording_from_run
-from srbval.recordings.registry import listing
-from srbval.recordings.registry.lookup import load_entry
-from srbval.scene import Scene, paper_scene
-from srbval.scene.sensor_path import PathMode, SensorPath
+from srbval.recordings.registry import listing, load_entry
+from srbval.scene import PathMode, Scene, SensorPath, paper_scene
 from srbval.signal import NORMAL_95
 from srbval.studies.harness import Study, StudyResult
 from srbval.studies.open_inputs import drawn, open_inputs
