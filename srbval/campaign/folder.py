@@ -205,7 +205,11 @@ class CampaignFolder:
 
     def _lines(self) -> Iterator[bytes]:
         """The lines of the campaign's file, in pieces where they are too long; none of what is no file of its own."""
-        if stat.S_ISREG(self._file.lstat().st_mode):
+        try:
+            regular = stat.S_ISREG(self._file.lstat().st_mode)
+        except ValueError as error:  # no file can have such a name
+            raise DataError(f"{str(self.path)!r} is no folder of a campaign: {error}.") from None
+        if regular:
             with self._file.open("rb") as stream:
                 while line := stream.readline(LONGEST_LINE):
                     yield line

@@ -25,6 +25,7 @@ if TYPE_CHECKING:  # what computes a result does not depend on how it is shown
     from srbval.report.pages import Page
 
 FOLDER = Path(__file__).parent
+TYPES = ("count", "finite", "jobs", "positive", "seed")  # of options; `srbval.cli.arguments` has these and more
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,6 +92,8 @@ def run_study(
     Raises `ConfigurationError` for an unknown study or option, and what the study raises.
     """
     study, parser = load_study(name), argparse.ArgumentParser()
+    for kind in TYPES:
+        parser.register("type", kind, lambda value: value)  # values from Python are what they are
     study.options(parser)
     known = vars(parser.parse_args([]))
     unknown = [option for option in options if option not in known]

@@ -86,7 +86,7 @@ def test_axes_that_make_no_sense_are_refused(axes: list[dict[str, Any]], message
 def test_a_point_without_a_scene_is_a_refused_case() -> None:
     cases = plan_cases(small(axes=[{"kind": "grid", "values": {"load.radial": ["1 kN", "-1 kN", "1 rpm"]}}]))
     assert [bool(c.refused) for c in cases] == [False, True, True]
-    assert "radial_n = -1000.0" in str(cases[1].refused)
+    assert "radial_n = -1000 " in str(cases[1].refused)
     assert totals(cases)["refused"] == 2
 
 

@@ -219,4 +219,4 @@ def test_empty_matrix_says_so() -> None:
 
 
 def evidence_of(matrix: Matrix) -> Any:
-    return SimpleNamespace(matrix=matrix, bias=biases(matrix.comparisons), known=KNOWN)
+    return SimpleNamespace(matrix=matrix, data={"bias": biases(matrix.comparisons)}, known=KNOWN)

@@ -50,11 +50,11 @@ def test_what_is_complete_is_stored_and_what_is_not_only_where_a_file_is_named(
     options = argparse.Namespace(output=None)
     for name, stored in (("fake", True), (None, False)):
         monkeypatch.setattr("srbval.studies.harness.load_study", lambda _, n=name: fake("", name=n))
-        _, content = make_result("fake", options, silent, command="srbval study run fake")
+        _, content = make_result("noise", options, silent, command="srbval study run fake")
         assert ("file" in content) is stored
-        assert (content["kind"], content["command"], content["rows"]) == ("fake", "srbval study run fake", [1])
+        assert (content["command"], content["rows"]) == ("srbval study run fake", [1])
     named = argparse.Namespace(output=str(tmp_path / "own.json"))
-    assert make_result("fake", named, silent, command="")[1]["file"].is_file()
+    assert make_result("noise", named, silent, command="")[1]["file"].is_file()
 
 
 def test_unknown_studies_and_options_are_refused() -> None:

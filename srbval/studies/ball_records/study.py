@@ -21,8 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.stats import t
-from scipy.stats.qmc import LatinHypercube
+from scipy.stats import qmc, t
 
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
 from srbval.comparison.cage_inputs import cage_inputs
@@ -113,7 +112,7 @@ def rows_of(recording: Recording, dataset: str, fault: Fault) -> tuple[list[Row]
     """All quantities that both sides show, and the lines' strengths."""
     analysis = analyse(recording, bearing=load_bearing(recording.bearing or ""))
     scene, rows = scene_of(recording, analysis, fault), []
-    shares = LatinHypercube(d=len(INPUTS), rng=np.random.default_rng(0)).random(DRAWS)
+    shares = qmc.LatinHypercube(d=len(INPUTS), rng=np.random.default_rng(0)).random(DRAWS)
     nominal = read_run(scene, analysis)
     models = [read_run(changed(scene, one), analysis) for one in shares]
     assert analysis.bearing.elements is not None

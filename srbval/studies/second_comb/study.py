@@ -13,8 +13,7 @@ from srbval.bearing import load_bearing
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
-from srbval.recordings.registry import rig_recordings
-from srbval.recordings.registry.lookup import load_entry
+from srbval.recordings.registry import load_entry, rig_recordings
 from srbval.studies.harness import Study, StudyResult
 
 # The paper's bands and what lies above, cut at the drive's tones near 4 and 8 kHz.
