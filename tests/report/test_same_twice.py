@@ -13,9 +13,16 @@ import pytest
 
 from srbval.storage.installation import child_environment
 
-from .made import OPTIONS, Made
+from .made import OPTIONS, PATTERN_SECONDS, Made
 
 OF_THE_MACHINE = ("provenance",)
+AGAIN = f"""
+import sys
+from srbval.cli import main
+from srbval.report.findings import patterns
+patterns.SECONDS = {PATTERN_SECONDS}  # as short as those of the first report
+sys.exit(main(sys.argv[1:]) not in (0, 1))
+"""
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +31,7 @@ def twice(with_rig: Made, tmp_path_factory: pytest.TempPathFactory) -> list[Path
     home = tmp_path_factory.mktemp("again")
     own = os.environ | child_environment() | {"SRBVAL_HOME": str(home), "PYTHONHASHSEED": "1"}
     own.pop("SRBVAL_RECORDINGS", None)
-    subprocess.run([sys.executable, "-m", "srbval", *OPTIONS], cwd=home, capture_output=True, check=True, env=own)
+    subprocess.run([sys.executable, "-c", AGAIN, *OPTIONS], cwd=home, capture_output=True, check=True, env=own)
     return [with_rig.folder, home / "made"]
 
 

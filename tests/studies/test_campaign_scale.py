@@ -47,16 +47,8 @@ def test_the_plan_of_ten_thousand_cases_is_small() -> None:
 def test_ten_thousand_cases_stay_within_the_memory(tmp_path: Path) -> None:
     """Measured with fewer, in a process of its own, so that what other tests loaded does not count."""
     stored = tmp_path / "scale.json"
-    command = [
-        sys.executable,
-        "-m",
-        "srbval.studies.campaign_scale.study",
-        "--cases",
-        str(MEASURED),
-        "--engine",
-        "local",
-    ]
-    subprocess.run([*command, "-o", str(stored)], cwd=ROOT, capture_output=True, check=True)
+    command = [sys.executable, "-m", "srbval", "study", "run", "campaign_scale", "--cases", str(MEASURED)]
+    subprocess.run([*command, "--engine", "local", "-o", str(stored)], cwd=ROOT, capture_output=True, check=True)
     content = json.loads(stored.read_text(encoding="utf-8"))
     assert content["kind"] == "campaign_scale"
     assert content["extrapolated"][0]["cases"] == MANY
