@@ -136,17 +136,11 @@ class CampaignFolder:
                 elif made is not None:
                     found.ended.append(made)
                 lost += made is None and not _is_unfinished(line)
-        except FileNotFoundError:
-            for name in EARLIER:
-                if os.path.lexists(self.path / name):
-                    raise DataError(
-                        f"{self.path / name}: an earlier version wrote it, and its results would not compare; nothing "
-                        "was changed. Choose another -o."
-                    ) from None
-            if not os.path.lexists(self.path / TABLE):
-                raise DataError(f"{self.path}: no campaign here. Start one: {again}") from None
         except OSError as error:
-            found.damage = f"it cannot be read ({error.strerror})"
+            if os.path.isdir(self.path) and not isinstance(error, FileNotFoundError):
+                found.damage = f"it cannot be read ({error.strerror})"
+            else:
+                self._refuse_what_is_no_campaign(again)
         if found.about is not None and sorted(places) == list(range(found.about.cases)):
             found.cases = [places[index] for index in range(len(places))]
             found.damage = f"{lost} of its lines fail their checksum" if lost else ""
@@ -158,6 +152,16 @@ class CampaignFolder:
                     f"{self._file}: damaged ({found.damage}). It is written again, and results are kept: {again}"
                 )
         return found
+
+    def _refuse_what_is_no_campaign(self, again: str) -> None:
+        for name in EARLIER:
+            if os.path.lexists(self.path / name):
+                raise DataError(
+                    f"{self.path / name}: an earlier version wrote it, and its results would not compare; nothing "
+                    "was changed. Choose another -o."
+                ) from None
+        if not os.path.lexists(self.path / TABLE):
+            raise DataError(f"{self.path}: no campaign here. Start one: {again}") from None
 
     def read_results(self, keys: Iterable[str]) -> tuple[dict[str, CaseResult], dict[str, Damaged]]:
         """The results of `keys` that are intact and those that are damaged; the others are missing."""

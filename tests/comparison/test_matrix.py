@@ -98,6 +98,7 @@ def made(folder: Path, counterpart: Any = another_impulse_model, **options: Any)
 def matrix(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Matrix:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SRBVAL_HOME", str(tmp_path_factory.mktemp("home")))
+        patch.delenv("SRBVAL_RECORDINGS", raising=False)
         return made(folder)
 
 
