@@ -45,7 +45,7 @@ def test_these_are_all_there_are() -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_checked_cells_are_tagged_and_stored_with_their_output(name: str) -> None:
     checked = [cell for cell in cells(name) if CHECKED in cell["metadata"].get("tags", ())]
-    assert len(checked) >= 3
+    assert len(checked) >= 2  # digits that differ from one processor to the next are asserted below, not compared
     assert all(cell["outputs"] for cell in checked)
     text = json.dumps(cells(name))
     assert "Traceback" not in text
