@@ -29,7 +29,7 @@ TURNS = 30.0  # length of a run in shaft turns: that of a rig record of 2 s
 # Rate at which the rollers' speeds are recorded, by fault: only the line of a roller's defect needs them.
 DETAIL_HZ = {Fault.ROLLER: 1024.0}
 # Points on a circle from which on levels change by less than 0.1 dB and runs no longer hang on their start; the paper's
-# 500 are its own choice, see `srbval bench --sensitivity`.
+# 500 are its own choice, see `srbval study run sensitivity`.
 CONVERGED_POINTS = 2000
 # Loads of the starts differ by up to this share: a change that no quantity may hang on, but a chaotic run does.
 STARTS, START_SHARE = 8, 1e-5

@@ -90,7 +90,8 @@ def make_plan(
     table = calibration or calibration_of(scene)
     near = neighbours(table, scene)
     if not any(question in entry.reference for entry in table.entries):
-        unasked = f"{MEANING[question].title}: not measured about the scene {table.base}; srbval bench --ladder does so"
+        command = "srbval study run model_hierarchy"
+        unasked = f"{MEANING[question].title}: not measured about the scene {table.base}; {command} does so"
         near = replace(near, outside=(*near.outside, unasked))
     candidates, chosen = _choose(scene, question, tolerance_pct, table, near)
     return Plan(

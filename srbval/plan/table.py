@@ -100,7 +100,7 @@ def load_calibration(path: Path) -> LadderCalibration:
         return found
     except (ArithmeticError, ValueError, LookupError, TypeError, AttributeError) as error:
         raise DataError(
-            f"{path}: not a calibration table ({error!r}). Measure one: srbval bench --ladder -o {path.name}"
+            f"{path}: not a calibration table ({error!r}). Measure one: srbval study run model_hierarchy -o {path.name}"
         ) from error
 
 

@@ -78,7 +78,7 @@ def test_what_is_counted() -> None:
 
 
 def test_the_stored_result_keeps_what_is_asked_for() -> None:
-    """The whole draw, run by ``python -m srbval.studies.held_out.study``."""
+    """The whole draw, run by ``srbval study run held_out``."""
     kept = newest_result("held_out")
     if kept is None:
         pytest.skip("no stored result; srbval study run held_out makes one")

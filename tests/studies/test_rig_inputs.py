@@ -150,7 +150,7 @@ def test_a_failed_run_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_the_stored_result_is_of_the_scene_and_keeps_what_is_asked_for() -> None:
-    """The whole study, run by ``python -m srbval.studies.rig_inputs.study``."""
+    """The whole study, run by ``srbval study run rig_inputs``."""
     kept = newest_result("rig_inputs")
     if kept is None:
         pytest.skip("no stored result; srbval study run rig_inputs makes one")
