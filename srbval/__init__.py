@@ -43,8 +43,7 @@ _NAMES = {
     "check.check": ("run_check",),
     "report.figures.plot": ("plot",),
     "report.reports": ("make_report", "report_recordings", "write_plot"),
-    "cli.docs_command": ("build_docs",),
-    "cli.doctor_command": ("doctor",),
+    "cli.installation_commands": ("build_docs", "doctor"),
     "errors": ("ConfigurationError", "DataError", "NumericsError", "SrbvalError"),
 }
 # Where each name is: its module and what it is called there (``there as here``).
@@ -70,8 +69,7 @@ if TYPE_CHECKING:
     from srbval.campaign.settings import load_campaign
     from srbval.campaign.status import campaign_status, verify_campaign
     from srbval.check.check import run_check
-    from srbval.cli.docs_command import build_docs
-    from srbval.cli.doctor_command import doctor
+    from srbval.cli.installation_commands import build_docs, doctor
     from srbval.diagnosis.baseline import baseline_of
     from srbval.diagnosis.baseline_comparison import BaselineComparison, compare_with_baseline
     from srbval.diagnosis.diagnose import Diagnosis, diagnose

@@ -1,4 +1,4 @@
-"""A labelled data set from a campaign: segments of its signals in one HDF5 file, with a data card."""
+"""A labelled data set from a campaign: segments of its signals, with added noise, in one HDF5 file with a data card."""
 
 import json
 from dataclasses import dataclass
@@ -13,11 +13,13 @@ from srbval import __version__
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.campaign.folder import CampaignFolder, Damaged, result_state
-from srbval.campaign.noise import WHITE, NoiseSpectrum, add_noise, noise_spectrum
 from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.loaders import detect_format
+from srbval.recordings.registry import load_registered
 from srbval.storage.hdf5_files import CHECKED, new_hdf5
 
+WHITE = "white"
+SEGMENT = 2048  # samples per Welch segment: smears the recording's lines, keeps the shape of its spectrum
 # Labels of a segment: unit, what they are, type. Without a defect height and extent are 0; without added noise the
 # ratio is infinite.
 LABELS: dict[str, tuple[str, str, type]] = {
@@ -33,22 +35,28 @@ LABELS: dict[str, tuple[str, str, type]] = {
 }
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class NoiseSpectrum:
+    """Power spectral density of a noise over frequency; `name` says where it is from. White without a density."""
+
+    name: str
+    frequency_hz: FloatArray | None = None
+    density: FloatArray | None = None
+
+
 @dataclass(frozen=True, kw_only=True)
 class ExportSettings:
     """Successive segments of `segment_s`, each without noise and with noise at every ratio of `snr_db`.
 
-    `noise` is ``white`` or a recording whose spectrum it takes; `axis` that of the acceleration.
+    `noise` is ``white`` or a recording whose spectrum it takes.
     """
 
     segment_s: float = 1.0
     snr_db: tuple[float, ...] = ()
     noise: str = WHITE
-    axis: str = "y"
     seed: int = 0
 
     def __post_init__(self) -> None:
-        if self.axis not in ("x", "y", "z"):
-            raise ConfigurationError(f"axis {self.axis!r} must be x, y or z.")
         if self.noise != WHITE and not self.snr_db:
             raise ConfigurationError("a noise spectrum is given, but no ratio: add --snr-db, such as --snr-db 10 0.")
 
@@ -77,7 +85,7 @@ def export_campaign(path: Path, file: Path, settings: ExportSettings) -> Exporte
     try:
         with new_hdf5(file) as out:
             for case in journal.cases:
-                found = _signal(folder.result_path(case.key), settings.axis)
+                found = _signal(folder.result_path(case.key))
                 if found is None:
                     left_out += 1
                     continue
@@ -105,15 +113,15 @@ def export_campaign(path: Path, file: Path, settings: ExportSettings) -> Exporte
     return ExportedSet(file=file, segments=count, samples=length, fs_hz=fs_hz, left_out=left_out)
 
 
-def _signal(path: Path, axis: str) -> tuple[FloatArray, dict[str, Any]] | None:
-    """A case's acceleration and its file's attributes; None where it has none, `DataError` where it is damaged."""
+def _signal(path: Path) -> tuple[FloatArray, dict[str, Any]] | None:
+    """A case's vertical acceleration and the attributes of its file; None without one, `DataError` if damaged."""
     state = result_state(path)
     if isinstance(state, Damaged):
         raise DataError(f"{path}: {state.why} Run the campaign again first.")
     if state is None or not state.ending.usable:
         return None
     raw = detect_format(path).load(path)
-    samples = raw.array(f"acceleration_{axis}_m_s2")
+    samples = raw.array("acceleration_y_m_s2")
     return None if samples is None else (samples, dict(raw.attributes))
 
 
@@ -178,6 +186,46 @@ def _data_card(settings: ExportSettings, spectrum: NoiseSpectrum, facts: dict[st
         )
     if of_recording:
         origin = f"only the spectrum of the added noise was taken from {spectrum.name}."
-    given = {"program": __version__, "axis": settings.axis, "segment_s": settings.segment_s}
+    given = {"program": __version__, "segment_s": settings.segment_s}
     template = (resources.files("srbval.campaign") / "data_card.md").read_text(encoding="utf-8")
     return template.format(**facts | {"title": facts["title"] or "no title"}, **given, noise=noise, noise_origin=origin)
+
+
+def noise_spectrum(noise: str) -> NoiseSpectrum:
+    """``white``, or the spectrum of the recording at that path.
+
+    A recording's is its averaged spectrum (Welch) with all it contains: its machine's lines too, smeared. Above its
+    Nyquist frequency it is zero. Raises what reading a recording raises.
+    """
+    if noise == WHITE:
+        return NoiseSpectrum(name=WHITE)
+    from srbval.signal import power_density
+
+    recording = load_registered(noise)
+    name = recording.channel or (recording.axes or tuple(recording.channels))[-1]
+    samples = recording.channels[name]
+    frequency, density = power_density(samples - samples.mean(), recording.fs_hz, SEGMENT / recording.fs_hz)
+    return NoiseSpectrum(
+        name=f"{recording.name}, channel {name} ({recording.origin.value})", frequency_hz=frequency, density=density
+    )
+
+
+def add_noise(
+    samples: FloatArray, fs_hz: float, *, snr_db: float, spectrum: NoiseSpectrum, random: np.random.Generator
+) -> FloatArray:
+    """`samples`, shape [n], with Gaussian noise of `spectrum`; `snr_db` is the ratio of the variances [dB].
+
+    Raises `ConfigurationError` where the spectrum is zero at all frequencies of this sampling rate.
+    """
+    noise = random.standard_normal(samples.size)
+    if spectrum.frequency_hz is not None and spectrum.density is not None:
+        lines = np.fft.rfft(noise)
+        frequency_hz = np.arange(lines.size) * fs_hz / samples.size
+        gain = np.interp(frequency_hz, spectrum.frequency_hz, np.sqrt(spectrum.density), right=0.0)
+        gain[0] = 0.0
+        noise = np.fft.irfft(lines * gain, samples.size)
+    power = float(np.var(noise))
+    if power == 0:
+        raise ConfigurationError(f"noise of {spectrum.name}: nothing is left of it at {fs_hz:g} Hz; use white noise.")
+    scale = np.sqrt(np.var(samples) / power) * 10 ** (-snr_db / 20)
+    return np.asarray(samples + scale * noise)

@@ -4,7 +4,9 @@ The result files are what counts; the journal says when and at what cost. Every 
 every result a checksum (`storage.json_files`, `storage.hdf5_files`), so that what is read is what was written.
 """
 
+import contextlib
 import os
+import platform
 import re
 import stat
 import time
@@ -13,14 +15,14 @@ from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from srbval.campaign.case import KEY, CampaignCase, CaseResult, version
-from srbval.campaign.case_file import read_result
-from srbval.campaign.lock import HOLDER
+from srbval.campaign.case import KEY, CampaignCase, CaseResult, read_result, version
 from srbval.errors import ConfigurationError, DataError
 from srbval.storage.files import atomic_write, remove_unfinished
-from srbval.storage.json_files import checked_line, from_json, read_checked_line
+from srbval.storage.json_files import checked_line, from_json, parse_json, read_checked_line, write_json
 
 PLAN, TABLE, CASES = "campaign.jsonl", "results.csv", "cases"
+LOCK, HOLDER = "lock", "lock-holder.json"
+LONGEST_HOLDER = 1000  # bytes about a holder
 EARLIER = ("campaign.json", "plan.jsonl", "journal.jsonl")  # in place of `PLAN`, in an earlier version
 SHARDS = "[0-9a-f][0-9a-f]"
 ENTRY = b'{"ended": '
@@ -248,3 +250,61 @@ def _is_unfinished(line: bytes) -> bool:
     """Was its writer killed? What else looks so is damaged."""
     begun = line.startswith(ENTRY[: len(line)]) and not line.endswith(b"\n")
     return begun and b"\0" not in line and WHOLE_CHECK.search(line) is None
+
+
+@contextlib.contextmanager
+def folder_lock(folder: Path) -> Iterator[str | None]:
+    """Hold `folder` exclusively. Yields who held it last if that process was killed, otherwise None.
+
+    The system releases the lock when its process ends, however it ends.
+
+    Raises `ConfigurationError` where another process holds it, `DataError` where the folder cannot be written.
+    """
+    from filelock import FileLock, Timeout
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        acquired = FileLock(folder / LOCK, blocking=False).acquire()
+    except Timeout:
+        raise ConfigurationError(
+            f"{folder}: another campaign runs in this folder{_holder(folder)}. Wait for its end "
+            f"(srbval campaign status {folder}), or choose another -o."
+        ) from None
+    except OSError as error:
+        raise DataError(
+            f"{folder}: cannot be written ({error.strerror}). Choose another folder with -o, or free this one."
+        ) from None
+    with acquired:
+        killed = _holder(folder) or None
+        now = datetime.now(UTC).isoformat(timespec="seconds")
+        with contextlib.suppress(OSError):  # whom to name is not worth a campaign
+            write_json(folder / HOLDER, {"pid": os.getpid(), "host": platform.node(), "since_utc": now})
+        try:
+            yield killed
+        finally:
+            with contextlib.suppress(OSError):
+                (folder / HOLDER).unlink()
+
+
+def holder(folder: Path) -> str | None:
+    """Who runs a campaign in `folder` now; None where nobody does."""
+    from filelock import FileLock, Timeout
+
+    with contextlib.suppress(OSError):
+        if (folder / LOCK).exists():
+            try:
+                FileLock(folder / LOCK, blocking=False).acquire().lock.release()
+            except Timeout:
+                return _holder(folder) or " (process unknown)"
+    return None
+
+
+def _holder(folder: Path) -> str:
+    """Text about who took the lock last and did not release it; empty where it was released."""
+    try:
+        file = folder / HOLDER
+        written = parse_json(file.read_bytes() if file.is_file() and file.stat().st_size < LONGEST_HOLDER else b"")
+        text = f" (process {written['pid']} on {written['host']} since {written['since_utc']})"
+        return text if text.isprintable() else " (process unknown)"
+    except (OSError, ValueError, KeyError, TypeError):
+        return ""

@@ -2,14 +2,13 @@
 
 import json
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from srbval.campaign.case import COMPUTED_BY, CampaignCase
 from srbval.campaign.quantities import Output
-from srbval.campaign.sampling import nested, points
-from srbval.campaign.settings import Campaign
+from srbval.campaign.settings import Campaign, nested
 from srbval.errors import DataError, SrbvalError
 from srbval.models.ladder import AUTO, rung_of
 from srbval.models.run_file import scene_content
@@ -29,12 +28,12 @@ def plan_cases(campaign: Campaign) -> list[CampaignCase]:
 
     Raises `ConfigurationError` where axes contradict each other, and what `make_plan` raises without a calibration.
     """
-    return list(_cases(campaign))
+    return [_case(campaign, index, point) for index, point in enumerate(campaign.points())]
 
 
 def scene_of(campaign: Campaign, point: Mapping[str, Any]) -> Scene:
     """The scene of a point, its model still as the campaign says; raises what reading a scene raises."""
-    return paper_scene(**merge(campaign.scene, nested(dict(point))))
+    return paper_scene(**merge(campaign.scene, nested(point)))
 
 
 def final_scene(campaign: Campaign, case: CampaignCase) -> Scene:
@@ -59,31 +58,28 @@ def totals(cases: Sequence[CampaignCase]) -> dict[str, Any]:
     }
 
 
-def _cases(campaign: Campaign) -> Iterator[CampaignCase]:
-    for index, point in enumerate(points(campaign)):
-        try:
-            scene = scene_of(campaign, point)
-            if scene.model == AUTO:
-                plan = make_plan(scene, question=campaign.question, tolerance_pct=campaign.tolerance_pct)
-                scene = replace(scene, model=plan.chosen)
-            rung_of(scene.model)
-            outputs = " ".join(sorted(campaign.outputs))
-            key = content_key(f"{outputs} {scene_content(scene)}", computed_by=COMPUTED_BY)
-        except DataError:
-            raise
-        except SrbvalError as error:
-            content = f"{json.dumps(point, sort_keys=True, default=str)} {error}"
-            yield CampaignCase(
-                index=index, key=content_key(content, computed_by=COMPUTED_BY), point=point, model="", solver="",
-                weight=0.0, expected_s=None, expected_bytes=FILE_BYTES, refused=str(error),
-            )  # fmt: skip
-            continue
-        weight, expected_s = _cost(scene)
-        columns = max(COLUMNS.get(output, 0) for output in campaign.outputs)
-        yield CampaignCase(
-            index=index, key=key, point=point, model=scene.model, solver=scene.solver.name, weight=weight,
-            expected_s=expected_s, expected_bytes=FILE_BYTES + 8 * columns * scene.samples,
+def _case(campaign: Campaign, index: int, point: Mapping[str, Any]) -> CampaignCase:
+    try:
+        scene = scene_of(campaign, point)
+        if scene.model == AUTO:
+            plan = make_plan(scene, question=campaign.question, tolerance_pct=campaign.tolerance_pct)
+            scene = replace(scene, model=plan.chosen)
+        rung_of(scene.model)
+        key = content_key(f"{' '.join(sorted(campaign.outputs))} {scene_content(scene)}", computed_by=COMPUTED_BY)
+    except DataError:
+        raise
+    except SrbvalError as error:
+        key = content_key(f"{json.dumps(point, sort_keys=True, default=str)} {error}", computed_by=COMPUTED_BY)
+        return CampaignCase(
+            index=index, key=key, point=point, model="", solver="", weight=0.0, expected_s=None,
+            expected_bytes=FILE_BYTES, refused=str(error),
         )  # fmt: skip
+    weight, expected_s = _cost(scene)
+    columns = max(COLUMNS.get(output, 0) for output in campaign.outputs)
+    return CampaignCase(
+        index=index, key=key, point=point, model=scene.model, solver=scene.solver.name, weight=weight,
+        expected_s=expected_s, expected_bytes=FILE_BYTES + 8 * columns * scene.samples,
+    )  # fmt: skip
 
 
 def _cost(scene: Scene) -> tuple[float, float | None]:

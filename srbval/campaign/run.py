@@ -7,11 +7,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from srbval.campaign.case import CampaignCase, CaseResult, CaseTask, Ending
-from srbval.campaign.case_file import write_result
-from srbval.campaign.engines.engine import Engine, Job
-from srbval.campaign.folder import CampaignFolder
-from srbval.campaign.lock import folder_lock
+from srbval.campaign.case import CampaignCase, CaseResult, CaseTask, Ending, write_result
+from srbval.campaign.engines.local import Engine, Job
+from srbval.campaign.folder import CampaignFolder, folder_lock
 from srbval.campaign.planning import final_scene, plan_cases, scene_of
 from srbval.campaign.settings import Campaign
 from srbval.campaign.status import failures, write_table

@@ -1,16 +1,26 @@
-"""What a campaign file says: a base scene, axes laid over it, seeds, repeats, outputs wanted."""
+"""What a campaign file says: a base scene, axes laid over it, seeds, repeats, outputs wanted; and its points.
+
+A point is what a case changes in the base scene, by dotted key of a scene file.
+"""
 
 import enum
+import itertools
 import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 from srbval.campaign.quantities import Output
 from srbval.errors import ConfigurationError
 from srbval.plan.questions import Question
 from srbval.scene import merge, scene_table
-from srbval.storage.tables import build, quantity, read_toml
+from srbval.storage.tables import LONGEST_TEXT, NUMBER_AND_UNIT, Limited, build, limited, quantity, read_toml, shown
+
+MOST_CASES = 2_000_000  # planned in memory, each with a file of its own
+MOST = 1e12  # finite, and beyond whatever makes sense
+MOST_RANGES = 100  # a scene has fewer numbers
 
 
 class Sampling(enum.StrEnum):
@@ -24,11 +34,11 @@ class Sampling(enum.StrEnum):
 
 
 NEEDS = {
-    Sampling.GRID: ("values",),
-    Sampling.ZIP: ("values",),
-    Sampling.LIST: ("cases",),
-    Sampling.LATIN_HYPERCUBE: ("ranges", "samples"),
-    Sampling.SOBOL: ("ranges", "samples"),
+    Sampling.GRID: {"values"},
+    Sampling.ZIP: {"values"},
+    Sampling.LIST: {"cases"},
+    Sampling.LATIN_HYPERCUBE: {"ranges", "samples"},
+    Sampling.SOBOL: {"ranges", "samples"},
 }
 
 
@@ -46,8 +56,7 @@ class Axes:
     samples: int = 0
 
     def __post_init__(self) -> None:
-        given = {n for n in ("values", "cases", "ranges", "samples") if getattr(self, n)}
-        needed = set(NEEDS[self.kind])
+        given, needed = {n for n in ("values", "cases", "ranges", "samples") if getattr(self, n)}, NEEDS[self.kind]
         if given != needed:
             wrong = sorted(needed - given) or sorted(given - needed)
             verb = "needs" if needed - given else "does not use"
@@ -55,9 +64,53 @@ class Axes:
         if self.samples < 0:
             raise ConfigurationError(f"axes: samples = {self.samples} must be above zero.")
 
+    def points(self, seed: int) -> Iterator[dict[str, Any]]:
+        """The points of this block; `seed` is that of its random ones."""
+        if self.kind is Sampling.LIST:
+            yield from map(flat, self.cases)
+            return
+        if self.kind not in (Sampling.GRID, Sampling.ZIP):
+            yield from self._space_filling(seed)
+            return
+        values = flat(self.values)
+        for key, choices in values.items():
+            if not isinstance(choices, list) or not choices:
+                raise ConfigurationError(f"axes.values.{key}: expected a list of choices, found {shown(choices)}.")
+        if self.kind is Sampling.ZIP and len({len(v) for v in values.values()}) > 1:
+            lengths = ", ".join(f"{k} {len(v)}" for k, v in values.items())
+            raise ConfigurationError(f"axes of kind 'zip': all lists must be equally long; they have {lengths}.")
+        combine = zip if self.kind is Sampling.ZIP else itertools.product
+        for choice in combine(*values.values()):
+            yield dict(zip(values, choice, strict=True))
+
+    def most_points(self) -> int:
+        """How many points there are, as far as that can be told without making them."""
+        lengths = [len(choices) for choices in flat(self.values).values() if isinstance(choices, list)]
+        return math.prod(lengths) if self.kind is Sampling.GRID else len(self.cases) + self.samples + sum(lengths[:1])
+
+    def _space_filling(self, seed: int) -> Iterator[dict[str, Any]]:
+        """Latin hypercube (McKay et al. 1979), or scrambled Sobol points (Sobol 1967, Owen 1998)."""
+        from scipy.stats import qmc
+
+        ranges = {key: _range(key, ends) for key, ends in flat(self.ranges).items()}
+        if len(ranges) > MOST_RANGES:
+            raise ConfigurationError(f"axes.ranges: {len(ranges)} keys; the limit is {MOST_RANGES}.")
+        if self.kind is Sampling.SOBOL and self.samples & (self.samples - 1):
+            raise ConfigurationError(
+                f"axes of kind 'sobol': samples = {self.samples} must be a power of two, "
+                f"such as {1 << (self.samples - 1).bit_length()}; others lose the sequence's balance."
+            )
+        method = qmc.LatinHypercube if self.kind is Sampling.LATIN_HYPERCUBE else qmc.Sobol
+        for row in method(d=len(ranges), rng=seed).random(self.samples):
+            point: dict[str, Any] = {}
+            for share, (key, (low, high, text)) in zip(row, ranges.items(), strict=True):
+                value = low + float(share) * (high - low)
+                point[key] = f"{value!r} {text}" if text else value
+            yield point
+
 
 @dataclass(frozen=True, kw_only=True)
-class Campaign:
+class Campaign(Limited):
     """A campaign file. Blocks of `axes` multiply; each point runs `repeats` times, with seeds `seed`, `seed` + 1, ...
 
     `question` and `tolerance_pct` are for scenes whose model is ``auto``. `scene_file`, a file or the name of a bundled
@@ -70,34 +123,40 @@ class Campaign:
     scene: dict = field(default_factory=dict)
     scene_file: str | None = None
     axes: tuple[Axes, ...] = ()
-    seed: int = 0
-    repeats: int = 1
+    seed: int = limited(least=0, most=2**62 - 1, default=0)
+    repeats: int = limited(least=1, default=1)
     outputs: tuple[Output, ...] = (Output.SUMMARY, Output.STATISTICS)
     question: Question = Question.LINES
-    tolerance_pct: float = 0.5
-    limit_factor: float = 20.0
-    least_limit_s: float = quantity("time", default=300.0)
+    tolerance_pct: float = limited(above=0, most=MOST, default=0.5)
+    limit_factor: float = limited(least=0, most=MOST, default=20.0)
+    least_limit_s: float = quantity("time", above=0, default=300.0)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not self.name or not all(c.isalnum() or c in "-_." for c in self.name):
             raise ConfigurationError(f"campaign name = {self.name!r} must be letters, digits, '-', '_' and '.'.")
-        if self.repeats < 1 or not 0 <= self.seed < 2**62:
-            raise ConfigurationError(
-                f"repeats = {self.repeats} must be at least 1, seed = {self.seed} zero or above, and below 2^62."
-            )
         if not self.outputs:
             raise ConfigurationError(f"outputs is empty; name some of {', '.join(Output)}.")
-        if not 0 <= self.limit_factor < math.inf:
-            raise ConfigurationError(f"limit_factor = {self.limit_factor} must be 0 (no limit) or above.")
-        for name in ("tolerance_pct", "least_limit_s"):
-            if not 0 < getattr(self, name) < math.inf:
-                raise ConfigurationError(f"{name} = {getattr(self, name)} must be a positive number.")
 
     def limit_s(self, expected_s: float) -> float | None:
         """Wall time that a case may take which should take `expected_s`; None: no limit."""
-        if not self.limit_factor:
-            return None
-        return max(self.least_limit_s, self.limit_factor * expected_s)
+        return max(self.least_limit_s, self.limit_factor * expected_s) if self.limit_factor else None
+
+    def points(self) -> Iterator[dict[str, Any]]:
+        """The points of all blocks multiplied, each with its repeats' seeds; the first block changes slowest."""
+        cases = self.repeats * math.prod(block.most_points() for block in self.axes)
+        if cases > MOST_CASES:
+            raise ConfigurationError(f"{cases:.3g} cases; the limit is {MOST_CASES}: split the campaign.")
+        for parts in itertools.product(*(list(b.points(self.seed + number)) for number, b in enumerate(self.axes))):
+            point: dict[str, Any] = {}
+            for part in parts:
+                twice = sorted(set(point) & set(part))
+                if twice:
+                    raise ConfigurationError(f"axes: {twice[0]!r} is set by two blocks of axes.")
+                point |= part
+            for repeat in range(self.repeats):
+                seed = {} if "seed" in point else {"seed": self.seed + repeat}
+                yield point | (seed if self.repeats > 1 or self.seed else {})
 
 
 def load_campaign(name: str) -> Campaign:
@@ -121,3 +180,43 @@ def presets() -> dict[str, Path]:
     """The campaigns that come with the program, by name."""
     folder = Path(str(resources.files("srbval.campaign") / "presets"))
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+
+
+def flat(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Nested tables as dotted keys."""
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        inner = flat(value, f"{prefix}{key}.") if isinstance(value, Mapping) else {f"{prefix}{key}": value}
+        twice = [name for name in inner if name in found]
+        if twice:
+            raise ConfigurationError(f"{min(twice)!r} is given twice.")
+        found |= inner
+    return found
+
+
+def nested(point: Mapping[str, Any]) -> dict[str, Any]:
+    """Dotted keys as nested tables."""
+    table: dict[str, Any] = {}
+    for key, value in point.items():
+        *outer, last = key.split(".")
+        inner = table
+        for name in outer:
+            inner = inner.setdefault(name, {})
+            if not isinstance(inner, dict):
+                raise ConfigurationError(f"axes: {key!r} and {name!r} cannot both be set.")
+        inner[last] = value
+    return table
+
+
+def _range(key: str, ends: object) -> tuple[float, float, str]:
+    """Least value, largest value and their unit, empty for plain numbers."""
+    if isinstance(ends, Sequence) and not isinstance(ends, str) and len(ends) == 2:
+        first, second = (NUMBER_AND_UNIT.fullmatch(str(end)[: LONGEST_TEXT + 1]) for end in ends)
+        if first and second and first[2] == second[2]:
+            low, high = float(first[1]), float(second[1])
+            if 0 < high - low < math.inf:
+                return low, high, first[2]
+    raise ConfigurationError(
+        f"axes.ranges.{key}: expected the least and the largest value in one unit, such as ['127 rpm', '997 rpm'], "
+        f"found {shown(ends)}."
+    )

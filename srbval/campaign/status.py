@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.campaign.case import CampaignCase, CaseResult, Ending
-from srbval.campaign.folder import TABLE, CampaignFolder, Damaged
-from srbval.campaign.lock import HOLDER, holder
+from srbval.campaign.folder import HOLDER, TABLE, CampaignFolder, Damaged, holder
 from srbval.errors import DataError
 from srbval.storage.files import atomic_write
 

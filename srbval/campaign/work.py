@@ -9,8 +9,7 @@ from typing import Any
 
 from filelock import FileLock, Timeout
 
-from srbval.campaign.case import CaseResult, CaseTask, Ending, version
-from srbval.campaign.case_file import acceleration_only, read_result, write_result
+from srbval.campaign.case import CaseResult, CaseTask, Ending, acceleration_only, read_result, version, write_result
 from srbval.campaign.quantities import CaseQuantity, Output, quantities_of
 from srbval.errors import DataError, SrbvalError
 from srbval.models.kernel_cache import kernel_cache_folder

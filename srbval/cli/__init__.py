@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from srbval.errors import ConfigurationError, DataError, SrbvalError
-from srbval.processes.ctrl_c import without_ctrl_c
+from srbval.processes.worker import without_ctrl_c
 
 SIGNALLED = 128  # plus the signal's number: the exit code of an interrupted command, as shells have it
 INTERNAL = 70  # an error in srbval itself: EX_SOFTWARE of sysexits.h
@@ -60,8 +60,8 @@ def _run(given: list[str]) -> int:
         parser().print_help(sys.stderr)
         raise ConfigurationError("name a command, for example: srbval report")
     # The module of a command is imported only when it runs: `srbval --help` answers at once.
-    module = "study" if options.command in ("bench", "stability") else options.command
-    code: int = importlib.import_module(f"srbval.cli.{module}_command").run(options)
+    module, function = options.run.split(":")
+    code: int = getattr(importlib.import_module(f"srbval.cli.{module}"), function)(options)
     sys.stdout.flush()
     return code
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from srbval.bearing import DEFECTS
 from srbval.cli.data_command import recording_settings
-from srbval.cli.output import own_command, print_json, print_table
+from srbval.cli.output import answer, own_command, print_table
 from srbval.diagnosis.baseline import baseline_of, load_healthy, on_background, registered_baseline
 from srbval.diagnosis.baseline_comparison import Baseline, compare_with_baseline
 from srbval.diagnosis.diagnose import diagnose, fault_entry
@@ -50,15 +50,18 @@ def run(options: argparse.Namespace) -> int:
     diagnosis = diagnose(result, all_channels=options.channel is None) if measured else None
     if options.plot:
         write_plot(result, Path(options.plot), baseline=baseline, naming=diagnosis, command=own_command())
-    if options.json:
-        fault = to_json(comparison) | fault_entry(comparison, diagnosis)
-        print_json(_selected(result, options.defect) | {"fault": fault})
-    else:
-        _print(result, options.defect)
+    line = LINE_OF_PART[options.defect] if options.defect else ""  # how the names of the lines wanted begin
+
+    def show() -> None:
+        _print(result, line)
         print(comparison.sentence)
         if diagnosis is not None:
             print(diagnosis.sentence)
-    return 0
+
+    document = to_json(result)
+    document["lines"] = [one for one in document["lines"] if one["name"].startswith(line)]
+    document["fault"] = to_json(comparison) | fault_entry(comparison, diagnosis)
+    return answer(options, document, show)
 
 
 def _ask_at_once(recording: Recording, options: argparse.Namespace) -> None:
@@ -92,14 +95,7 @@ def _baseline(result: Analysis, given: Recording | None) -> Baseline | None:
     return baseline
 
 
-def _selected(result: Analysis, defect: str | None) -> dict[str, object]:
-    document = to_json(result)
-    if defect is not None:
-        document["lines"] = [line for line in document["lines"] if line["name"].startswith(LINE_OF_PART[defect])]
-    return document
-
-
-def _print(result: Analysis, defect: str | None) -> None:
+def _print(result: Analysis, wanted: str) -> None:
     recording, speed, shown = result.recording, result.speed, result.processed
     print(f"{recording.file}: {recording.origin.value}, {recording.seconds:.3g} s at {recording.fs_hz:g} Hz")
     print(
@@ -112,7 +108,6 @@ def _print(result: Analysis, defect: str | None) -> None:
     print(f"{shown.tracking.why}\n")
     for caution in recording.cautions:
         print(f"caution: {caution}")
-    wanted = LINE_OF_PART[defect] if defect else ""
     lines = [line.stated() for line in result.lines if line.name.startswith(wanted)]
     print_table(
         COLUMNS,

@@ -61,7 +61,11 @@ class Parser(argparse.ArgumentParser):
         added.add_argument("--json", action="store_true", default=default, help="print one JSON document")
         for arguments in (*(groups[group] for group in table.get("groups", ())), table.get("arguments", {})):
             for names, settings in arguments.items():
-                added.add_argument(*names.split(), **_settings(settings))
+                metavar = settings.get("metavar")
+                several = {"metavar": tuple(metavar)} if isinstance(metavar, list) else {}
+                added.add_argument(*names.split(), **{**settings, **several})
+        if "run" in table:
+            added.set_defaults(run=table["run"])
         if "actions" in table:
             actions = added.add_subparsers(dest="action", metavar="ACTION", required=True, parser_class=Parser)
             for action, about in table["actions"].items():
@@ -85,12 +89,6 @@ def parser() -> Parser:
 def _resembling(word: str, known: Sequence[str]) -> str:
     close = nearest(word, known)
     return f" Did you mean {close}?" if close else ""
-
-
-def _settings(settings: Table) -> dict[str, Any]:
-    """The settings of an argument, with the names of several values as a tuple."""
-    several = isinstance(settings.get("metavar"), list)
-    return {**settings, **({"metavar": tuple(settings["metavar"])} if several else {})}
 
 
 def _between(kind: type, low: float, high: float) -> Callable[[str], float]:

@@ -8,11 +8,9 @@ from pathlib import Path
 
 from srbval.check.check import CheckResult, differences, renewed, run_check, write_junit
 from srbval.check.reference import ReferenceQuantity, read_reference, reference_path, write_reference
-from srbval.cli.output import print_json, print_table
+from srbval.cli.output import answer, print_table
 from srbval.progress import ProgressDisplay, prefixed
 from srbval.storage.json_files import to_json
-
-WITHIN, DRIFTED = 0, 1
 
 
 def run(options: argparse.Namespace) -> int:
@@ -26,11 +24,8 @@ def run(options: argparse.Namespace) -> int:
         write_junit(Path(options.junit), result, seconds=time.perf_counter() - started)
     if options.update:
         return _update(options, path, reference, result)
-    if options.json:
-        print_json(to_json(result), status="ok" if result.ok else "drifted")
-    else:
-        _show(result)
-    return WITHIN if result.ok else DRIFTED
+    status, code = ("ok", 0) if result.ok else ("drifted", 1)
+    return answer(options, result, lambda: _show(result), status=status, code=code)
 
 
 def _show(result: CheckResult) -> None:
@@ -54,16 +49,14 @@ def _update(
     if not options.json and changed:
         rows = [(c["name"], c["old"], c["new"], c["unit"], c["moved"] and round(c["moved"], 2)) for c in changed]
         print_table(("quantity", "reference", "now", "unit", "moved by tolerances"), rows)
-    elif not options.json:
-        print(f"{path}: nothing differs")
     replaced = bool(changed) and (options.yes or _agreed(path))
     if replaced:
         write_reference(path, new)
-    if options.json:
-        print_json(to_json(result) | {"reference": path, "replaced": replaced, "differences": changed})
-    elif changed:
-        print(f"{path}: replaced" if replaced else f"{path}: left as it was; give --yes to replace it")
-    return WITHIN if replaced or result.ok else DRIFTED
+    document = to_json(result) | {"reference": path, "replaced": replaced, "differences": changed}
+    left = f"{path}: replaced" if replaced else f"{path}: left as it was; give --yes to replace it"
+    return answer(
+        options, document, left if changed else f"{path}: nothing differs", code=0 if replaced or result.ok else 1
+    )
 
 
 def _agreed(path: Path) -> bool:

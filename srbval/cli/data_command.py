@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from srbval.bearing import Fault
-from srbval.cli.output import print_json, print_table
+from srbval.cli.output import answer, print_table
 from srbval.errors import ConfigurationError
 from srbval.progress import ProgressDisplay
 from srbval.recordings import RecordingSettings
@@ -22,7 +22,6 @@ from srbval.recordings.registry import (
     verify,
     without_copies,
 )
-from srbval.storage.json_files import to_json
 
 CHANGED = 1
 DAMAGED = (FileStatus.CHANGED, FileStatus.MISSING, FileStatus.TRUNCATED)
@@ -44,13 +43,10 @@ COLUMNS = {
 def run(options: argparse.Namespace) -> int:
     """Run one of the actions; `verify` leaves with 1 where a file is changed, missing or truncated."""
     result = _act(options)
-    if options.json:
-        document = to_json(result)
-        print_json(document, status=document["status"])
-    else:
-        _print(result)
     damaged = any(r.status in DAMAGED for r in result.recordings)
-    return CHANGED if options.action == "verify" and damaged else 0
+    return answer(
+        options, result, lambda: _print(result), code=CHANGED if options.action == "verify" and damaged else 0
+    )
 
 
 def recording_settings(options: argparse.Namespace) -> RecordingSettings:

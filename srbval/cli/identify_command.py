@@ -6,7 +6,7 @@ from pathlib import Path
 
 from srbval.bearing import DEFAULT_BEARING, Fault, load_bearing
 from srbval.cli.data_command import recording_settings
-from srbval.cli.output import print_json, print_table
+from srbval.cli.output import answer, print_table
 from srbval.errors import ConfigurationError
 from srbval.path.defect_size import defect_size, size_runs
 from srbval.path.identify import BAND_HZ, Identified, identify, identify_response, path_toml, simulated_excitation
@@ -19,8 +19,6 @@ from srbval.storage.files import atomic_write
 from srbval.storage.json_files import to_json
 
 COLUMNS = ("mode", "frequency Hz", "u Hz", "damping ratio", "u", "gain", "u", "healthy record differs by, u")
-
-
 SIZE_COLUMNS = ("from", "extent mm", "from mm", "to mm", "scatter dB")
 POWER = 3  # of two: how often inputs are drawn
 
@@ -40,11 +38,7 @@ def run(options: argparse.Namespace) -> int:
     if options.output:
         with atomic_write(Path(options.output)) as part:
             part.write_text(path_toml(found.path), encoding="utf-8")
-    if options.json:
-        print_json(to_json(found) | {"file": options.output})
-    else:
-        _print(found)
-    return 0
+    return answer(options, to_json(found) | {"file": options.output}, lambda: _print(found))
 
 
 def _from_records(options: argparse.Namespace, band_hz: tuple[float, float]) -> Identified:
@@ -88,19 +82,24 @@ def _size(options: argparse.Namespace, band_hz: tuple[float, float]) -> int:
         drawn = [load_scene("rig", merge(own, one)) for one in (draws(rig_inputs(), POWER) if known else ())]
         runs = size_runs(fault, load_scene(options.scene, own), drawn, progress=progress)
     found = defect_size(fault, healthy, runs, path, bearing=load_bearing(bearing), band_hz=band_hz)
-    if options.json:
-        print_json(to_json(found) | {"file": options.file, "healthy": healthy.name, "path": path.source})
-        return 0
-    low, *_, high = map(_mm, found.simulated_m)
-    print(f"{fault.name} over {healthy.name}; path {path.source}\nsimulated {low} to {high} mm; {len(drawn)} draws\n")
-    print_table(SIZE_COLUMNS, [
-        (way, _mm(one.extent_m), _mm(one.low_m) if one.low_m else "below", _mm(one.high_m) if one.high_m else "above",
-         f"{one.scatter_db:.2g}") for way, one in found.sizes.items()
-    ])  # fmt: skip
-    print(f"\na contact passes from entry to exit in {_mm(found.passage_s)} ms")
-    if found.path_is_fitted:
-        print("the path was identified from this record with an assumed size, so the level only returns that size")
-    return 0
+
+    def show() -> None:
+        low, *_, high = map(_mm, found.simulated_m)
+        print(
+            f"{fault.name} over {healthy.name}; path {path.source}\nsimulated {low} to {high} mm; {len(drawn)} draws\n"
+        )
+        rows = [
+            (way, _mm(one.extent_m), _mm(one.low_m) if one.low_m else "below",
+             _mm(one.high_m) if one.high_m else "above", f"{one.scatter_db:.2g}")
+            for way, one in found.sizes.items()
+        ]  # fmt: skip
+        print_table(SIZE_COLUMNS, rows)
+        print(f"\na contact passes from entry to exit in {_mm(found.passage_s)} ms")
+        if found.path_is_fitted:
+            print("the path was identified from this record with an assumed size, so the level only returns that size")
+
+    document = to_json(found) | {"file": options.file, "healthy": healthy.name, "path": path.source}
+    return answer(options, document, show)
 
 
 def _mm(metres: float) -> str:

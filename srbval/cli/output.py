@@ -1,15 +1,32 @@
 """What the commands print: data on standard output, messages on standard error."""
 
+import argparse
 import shlex
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from srbval.progress.tables import text_table
-from srbval.storage.json_files import json_text
+from srbval.storage.json_files import json_text, to_json
 
 SCHEMA_VERSION = 1
+
+
+def answer(
+    options: argparse.Namespace, document: Any, show: str | Callable[[], None], *, status: str = "ok", code: int = 0
+) -> int:
+    """What every command ends with: the `document` (mapping or dataclass) with ``--json``, else the text or `show()`.
+
+    Returns the exit code, `code`.
+    """
+    if options.json:
+        print_json(to_json(document), status=status)
+    elif isinstance(show, str):
+        print(show)
+    else:
+        show()
+    return code
 
 
 def print_json(document: Mapping[str, Any], *, status: str = "ok") -> None:

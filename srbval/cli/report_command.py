@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.cli.data_command import recording_settings
-from srbval.cli.output import own_command, print_json
+from srbval.cli.output import answer, own_command
 from srbval.errors import ConfigurationError
 from srbval.progress import Progress, ProgressDisplay, stage
 from srbval.storage.json_files import to_json
@@ -24,11 +24,9 @@ def run(options: argparse.Namespace) -> int:
     with ProgressDisplay() as progress:
         files, found = (_own if options.files else _main)(options, folder, progress)
     summary = {kind: str(path) for kind, path in files.items()} | {"figures": str(folder / "figures")}
-    if options.json:
-        print_json(summary | {"wall_s": time.perf_counter() - started} | found)
-    else:
-        print("\n".join(summary.values()))
-    return 0 if options.files or found["headline"]["holds"] else 1  # a tolerance is missed
+    code = 0 if options.files or found["headline"]["holds"] else 1  # a tolerance is missed
+    document = summary | {"wall_s": time.perf_counter() - started} | found
+    return answer(options, document, "\n".join(summary.values()), code=code)
 
 
 def _formats(options: argparse.Namespace) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.cli.arguments import Parser
-from srbval.cli.output import own_command, print_json, print_table
+from srbval.cli.output import answer, own_command, print_table
 from srbval.errors import ConfigurationError
 from srbval.progress import ProgressDisplay, prefixed
 from srbval.report.blocks import Tone
@@ -36,34 +36,26 @@ def _run(name: str, command: str, options: argparse.Namespace) -> int:
     parser = Parser(prog=command, description=study.question)
     study.options(parser)
     parser.add_argument("--jobs", metavar="N", type="jobs", help="runs at a time (default: one per core)")
-    parser.add_argument(
-        "-o",
-        "--output",
-        metavar="FILE",
-        help="store it here (default: a complete result is stored for the report)",
-    )
+    told = "store it here (default: a complete result is stored for the report)"
+    parser.add_argument("-o", "--output", metavar="FILE", help=told)
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     given = parser.parse_args(options.rest, argparse.Namespace(json=options.json))
     with ProgressDisplay() as progress:
         found, stored = make_result(
             name, given, prefixed(progress, name.replace("_", " ").capitalize()), command=own_command()
         )
-    if given.json or options.json:
-        print_json(stored)
-    else:
-        print(found.text)
-    return 0 if found.sound else UNSOUND
+    return answer(given, stored, found.text, code=0 if found.sound else UNSOUND)
 
 
 def _list(options: argparse.Namespace) -> int:
     of_page = {page.name: page for page in pages()}
     rows = [_about(name, of_page[name].results if name in of_page else (name,)) for name in study_names()]
-    if options.json:
-        print_json({"studies": rows})
-    else:
-        shown = ("name", "question", "minutes", "made_utc", "stale")
-        print_table(("study", "question", "minutes", "stored", "stale"), [[row[key] for key in shown] for row in rows])
-    return 0
+    shown = {"study": "name", "question": "question", "minutes": "minutes", "stored": "made_utc", "stale": "stale"}
+    return answer(
+        options,
+        {"studies": rows},
+        lambda: print_table(tuple(shown), [[row[key] for key in shown.values()] for row in rows]),
+    )
 
 
 def _about(name: str, results: tuple[str, ...]) -> dict[str, Any]:
@@ -85,8 +77,4 @@ def _page(options: argparse.Namespace) -> int:
         verdict=VerdictBox(tone=Tone.NEUTRAL, headline=load_study(options.name).question),
     )  # fmt: skip
     files = write_report(report, Path(options.output), ("html", "json"), appendix=True)
-    if options.json:
-        print_json({kind: str(path) for kind, path in files.items()})
-    else:
-        print("\n".join(map(str, files.values())))
-    return 0
+    return answer(options, {kind: str(path) for kind, path in files.items()}, "\n".join(map(str, files.values())))

@@ -164,7 +164,7 @@ def scene_keys() -> str:
 
 
 def _keys_of(kind: type, name: str, values: Any) -> Iterator[str]:
-    from srbval.storage.units import SI_SUFFIX, UNITS
+    from srbval.storage.tables import SI_SUFFIX, UNITS
 
     rows: list[tuple[str, ...]] = []
     below: list[tuple[Any, str, Any]] = []

@@ -14,15 +14,31 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import IO, Any
 
-from srbval.processes.ctrl_c import without_ctrl_c
 from srbval.storage.installation import child_environment
 
 GRACE_S = 5.0  # after the limit, for the parent to kill the child before that ends itself
 END_S = 10.0  # for a killed process to end; one that waits for a dead disk does not
+
+
+@contextlib.contextmanager
+def without_ctrl_c() -> Iterator[None]:
+    """Ctrl-C waits until this ends; processes started within never see it, modules imported within do not take it over.
+
+    dask-jobqueue's `runner`, for one, sets a handler that ends the program as if all were done.
+    """
+    masks, handler = hasattr(signal, "pthread_sigmask"), signal.getsignal(signal.SIGINT)
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT]) if masks else ()
+    try:
+        yield
+    finally:
+        if signal.getsignal(signal.SIGINT) is not handler:
+            signal.signal(signal.SIGINT, handler)
+        if masks:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 class DiedError(Exception):

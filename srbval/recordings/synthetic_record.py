@@ -18,7 +18,7 @@ from srbval.errors import ConfigurationError
 from srbval.recordings.load import load_recording
 from srbval.recordings.recording import Recording
 from srbval.scene import BANDS_HZ
-from srbval.storage.hdf5_files import Variable, write_hdf5
+from srbval.storage.hdf5_files import write_hdf5
 
 FS_HZ = 20480.0  # the rig's
 BAND_HZ = BANDS_HZ["1400-2800"]
@@ -67,7 +67,7 @@ def write_synthetic_record(
         "band_high_hz": BAND_HZ[1],
         "note": "SYNTHETIC STAND-IN: seeded stochastic impulse model, not a measurement",
     }
-    variable = Variable(values=signal, units="m s-2", long_name="synthetic stand-in acceleration")
+    variable = (signal, "m s-2", "synthetic stand-in acceleration")
     write_hdf5(Path(path), fs_hz=FS_HZ, variables={"acceleration_m_s2": variable}, attributes=attributes)
     return load_recording(path)
 

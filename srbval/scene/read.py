@@ -11,8 +11,7 @@ from srbval.errors import ConfigurationError, nearest
 from srbval.scene.scene import MOST_DEFECTS, Scene
 from srbval.scene.sensor_path import SensorPath
 from srbval.scene.similar import IN_ITS_MACHINE, NOT_SPHERICAL, WITHOUT_DIMENSIONS, for_size, size_of
-from srbval.storage.tables import build, read_toml
-from srbval.storage.units import SI_SUFFIX
+from srbval.storage.tables import SI_SUFFIX, build, read_toml
 
 PAPER = "paper"
 BUNDLED = (PAPER, "rig")  # the scenes that come with the package, each a file beside this one

@@ -10,7 +10,6 @@ import io
 import os
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -31,15 +30,6 @@ ATTRIBUTES: dict[str, Any] = {
     CHECKSUM: "sha256 of the file, after the end of its HDF5 part",
 }
 CHECKED: dict[str, Any] = {"fletcher32": True}  # option of data sets
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Variable:
-    """A variable over time: samples, shape [n], SI unit as text, and what it is."""
-
-    values: NDArray[np.float64]
-    units: str
-    long_name: str
 
 
 class _PatientFile(io.FileIO):
@@ -94,29 +84,25 @@ def new_hdf5(path: Path) -> Iterator[Any]:
 
 
 def write_hdf5(
-    path: Path,
-    *,
-    fs_hz: float,
-    variables: Mapping[str, Variable],
+    path: Path, *, fs_hz: float, variables: Mapping[str, tuple[NDArray[np.float64], str, str]],
     attributes: Mapping[str, float | str],
-    start_s: float = 0.0,
-) -> None:
+) -> None:  # fmt: skip
     """Write variables over a common `time_s` scale, readable by xarray (engine ``h5netcdf``).
 
-    `attributes` are the file's own, ``srbval_kind``, ``name``, ``state``, ``bearing``, ``shaft_speed_hz``
-    and the rest; `schema_version` and `fs_hz` are added. All variables have the same length; the first sample is
-    at `start_s`. Raises `DataError` where the place cannot be written.
+    `variables` by name: samples, shape [n], SI unit as text, and what it is. `attributes` are the file's own,
+    ``srbval_kind``, ``name``, ``state``, ``bearing``, ``shaft_speed_hz`` and the rest; `schema_version` and `fs_hz` are
+    added. Raises `DataError` where the place cannot be written.
     """
-    length = len(next(iter(variables.values())).values)
+    (length,) = {len(values) for values, *_ in variables.values()}
     with new_hdf5(path) as file:
         file.attrs.update({"fs_hz": fs_hz, **attributes})
-        time = file.create_dataset("time_s", data=start_s + np.arange(length) / fs_hz, **CHECKED)
+        time = file.create_dataset("time_s", data=np.arange(length) / fs_hz, **CHECKED)
         time.attrs.update({"units": "s", "long_name": "time"})
         time.make_scale("time_s")
-        for name, variable in variables.items():
-            dataset = file.create_dataset(name, data=variable.values, **CHECKED)
+        for name, (values, units, long_name) in variables.items():
+            dataset = file.create_dataset(name, data=values, **CHECKED)
             dataset.dims[0].attach_scale(time)
-            dataset.attrs.update({"units": variable.units, "long_name": variable.long_name})
+            dataset.attrs.update({"units": units, "long_name": long_name})
 
 
 def append_checksum(path: Path, summary: bytes = b"") -> None:

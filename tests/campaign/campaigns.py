@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.campaign.case import CaseResult
-from srbval.campaign.engines.engine import Job
+from srbval.campaign.engines.local import Job
 from srbval.campaign.folder import PLAN
 from srbval.campaign.run import CampaignSummary, run_campaign
 from srbval.campaign.settings import Campaign

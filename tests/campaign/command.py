@@ -26,6 +26,7 @@ settle = "0 s"
 kind = "grid"
 values = { shaft_speed = ["300 rpm", "500 rpm", "700 rpm", "900 rpm"], "defect.kind" = ["none", "outer", "inner"] }
 """
+DEATH_TIMEOUT_S = 10  # after which a SLURM job without its scheduler gives up; a minute where nothing is configured
 # The script is removed as soon as `sbatch` returns.
 SLURM = {
     "sbatch": '#!/bin/sh\njob=$(cat "$1")\nbash -c "$job" >/dev/null 2>&1 &\necho "Submitted batch job $!"\n',
@@ -64,7 +65,8 @@ def stand_in_for_slurm(folder: Path, **changes: str) -> dict[str, str]:
     for name, script in (SLURM | changes).items():
         (commands / name).write_text(script)
         (commands / name).chmod(0o755)
-    return {"PATH": f"{commands}{os.pathsep}{os.environ['PATH']}"}
+    path = f"{commands}{os.pathsep}{os.environ['PATH']}"
+    return {"PATH": path, "DASK_JOBQUEUE__SLURM__DEATH_TIMEOUT": str(DEATH_TIMEOUT_S)}
 
 
 START_S = 60  # for the scheduler and its workers to start on a busy machine

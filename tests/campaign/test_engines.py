@@ -18,8 +18,7 @@ import pytest
 
 from srbval.campaign.engines import choose_engine, local
 from srbval.campaign.engines.dask_cluster import cluster_at
-from srbval.campaign.engines.engine import Job
-from srbval.campaign.engines.local import LocalProcesses
+from srbval.campaign.engines.local import Job, LocalProcesses
 from srbval.campaign.run import run_campaign
 from srbval.errors import ConfigurationError, DataError, NumericsError
 from tests.campaign.campaigns import MIXED, content, run_small, six, small

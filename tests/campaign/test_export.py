@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from scipy.signal import welch
 
-from srbval.campaign.export import ExportSettings, export_campaign
-from srbval.campaign.noise import NoiseSpectrum, add_noise
+from srbval.campaign.export import ExportSettings, NoiseSpectrum, add_noise, export_campaign
 from srbval.cli import main
 from srbval.errors import ConfigurationError, DataError
 from tests.campaign.campaigns import FAILING, run_small, small

@@ -18,8 +18,7 @@ from typing import Any
 
 import pytest
 
-from srbval.campaign.case import CaseResult, Ending
-from srbval.campaign.case_file import write_result
+from srbval.campaign.case import CaseResult, Ending, write_result
 from srbval.campaign.export import ExportSettings, export_campaign
 from srbval.campaign.folder import EARLIER, PLAN, TABLE, CampaignFolder
 from srbval.campaign.status import campaign_status, verify_campaign

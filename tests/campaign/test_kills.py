@@ -18,9 +18,8 @@ from tests.marked import listening, marked, reachable, until
 pytestmark = pytest.mark.skipif(not hasattr(os, "killpg"), reason="no process groups here")
 KILLS = int(os.environ.get("SRBVAL_KILLS", "2"))
 LONGEST_START_S = 1.5  # within which every second campaign is killed, its imports included
-GONE_S = 100.0  # for all processes to end; a worker of a lost SLURM scheduler gives up after a minute
+GONE_S = 60.0  # for all processes to end; a worker of a lost SLURM scheduler gives up after `DEATH_TIMEOUT_S`
 ENGINES = [
-    "serial",
     "local",
     pytest.param("dask", marks=pytest.mark.slow),
     pytest.param("slurm", marks=pytest.mark.slow),

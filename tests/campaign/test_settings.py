@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 
 from srbval.campaign.planning import plan_cases, scene_of, totals
-from srbval.campaign.sampling import points
 from srbval.campaign.settings import Campaign, load_campaign, presets
 from srbval.errors import ConfigurationError, DataError
 from srbval.storage.tables import build
@@ -16,7 +15,7 @@ from tests.campaign.campaigns import small
 
 
 def points_of(*axes: dict[str, Any], **more: Any) -> list[dict[str, Any]]:
-    return list(points(build(Campaign, {"name": "c", "axes": list(axes)} | more, "c")))
+    return list(build(Campaign, {"name": "c", "axes": list(axes)} | more, "c").points())
 
 
 def test_blocks_multiply_and_repeats_have_seeds_of_their_own() -> None:
@@ -57,9 +56,9 @@ def test_sampled_points_fill_the_ranges_and_repeat(kind: str) -> None:
         ({"axes": [{"kind": "random"}]}, "'random' is not known"),
         ({"outputs": ["signal"]}, "did you mean 'signals'"),
         ({"outputs": []}, "outputs is empty"),
-        ({"repeats": 0}, "at least 1"),
+        ({"repeats": 0}, "repeats = 0 must be 1 or more"),
         ({"name": "a/b"}, "must be letters"),
-        ({"tolerance_pct": -1.0}, "positive"),
+        ({"tolerance_pct": -1.0}, "above 0"),
     ],
 )
 def test_wrong_files_are_refused(table: dict[str, Any], message: str) -> None:

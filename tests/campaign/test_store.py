@@ -16,9 +16,8 @@ from typing import Any
 import pytest
 
 from srbval.campaign.case import CaseResult
-from srbval.campaign.engines.engine import Job
-from srbval.campaign.folder import PLAN, TABLE, CampaignFolder
-from srbval.campaign.lock import folder_lock
+from srbval.campaign.engines.local import Job
+from srbval.campaign.folder import PLAN, TABLE, CampaignFolder, folder_lock
 from srbval.campaign.quantities import Output, quantities_of
 from srbval.campaign.run import run_campaign
 from srbval.campaign.settings import load_campaign
@@ -74,7 +73,7 @@ def test_two_campaigns_in_one_folder(tmp_path: Path) -> None:
 
 def test_the_lock_of_a_dead_process_is_recognised(tmp_path: Path) -> None:
     code = (
-        "import os, sys; from pathlib import Path; from srbval.campaign.lock import folder_lock\n"
+        "import os, sys; from pathlib import Path; from srbval.campaign.folder import folder_lock\n"
         "with folder_lock(Path(sys.argv[1])): os._exit(9)"
     )
     assert subprocess.run([sys.executable, "-c", code, str(tmp_path)], check=False).returncode == 9

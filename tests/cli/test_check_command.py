@@ -29,46 +29,27 @@ def drift(path: Path) -> None:
     path.write_text(json.dumps(document))
 
 
-def test_json_has_the_keys_of_the_interface(reference: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["check", "--json", "--reference", str(reference)]) == 0
+def test_json_and_junit(reference: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", "--json", "--junit", str(tmp_path / "junit.xml"), "--reference", str(reference)]) == 0
     document = json.loads(capsys.readouterr().out)
     assert document["status"] == "ok"
     assert {check["name"] for check in document["checks"]} == set(ORDERS)
     for check in document["checks"]:
         assert {"name", "value", "low", "high", "unit", "ok"} <= set(check)
         assert check["ok"] is (check["low"] <= check["value"] <= check["high"]) is True
-
-
-def test_drift_leaves_with_one_and_says_what(reference: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    drift(reference)
-    assert main(["check", "--reference", str(reference)]) == 1
-    assert "order_bpfo: 8.17723534 is not within 8.499 to 8.501 1; its tolerance: rounded" in capsys.readouterr().out
-
-
-def test_update_shows_and_leaves_alone_without_agreement(reference: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    drift(reference)
-    before = reference.read_bytes()
-    assert main(["check", "--update", "--reference", str(reference)]) == 1
-    shown = capsys.readouterr().out
-    assert "order_bpfo" in shown
-    assert "-322" in shown
-    assert "left as it was; give --yes to replace it" in shown
-    assert reference.read_bytes() == before
-
-
-def test_update_replaces_when_told_to(reference: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    drift(reference)
-    assert main(["check", "--update", "--yes", "--reference", str(reference)]) == 0
-    capsys.readouterr()
-    assert main(["check", "--json", "--reference", str(reference)]) == 0
-    assert json.loads(capsys.readouterr().out)["ok"] is True
-
-
-def test_junit_is_written(reference: Path, tmp_path: Path) -> None:
-    assert main(["check", "--junit", str(tmp_path / "junit.xml"), "--reference", str(reference)]) == 0
     assert "order_ftf" in (tmp_path / "junit.xml").read_text()
 
 
-def test_a_missing_reference_is_missing_data(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["check", "--reference", str(tmp_path / "none.json")]) == 3
+def test_drift_is_said_and_replaced_only_when_agreed(reference: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    drift(reference)
+    before = reference.read_bytes()
+    assert main(["check", "--reference", str(reference)]) == 1
+    assert "order_bpfo: 8.17723534 is not within 8.499 to 8.501 1; its tolerance: rounded" in capsys.readouterr().out
+    assert main(["check", "--update", "--reference", str(reference)]) == 1
+    shown = capsys.readouterr().out
+    assert all(text in shown for text in ("order_bpfo", "-322", "left as it was; give --yes to replace it"))
+    assert reference.read_bytes() == before
+    assert main(["check", "--update", "--yes", "--reference", str(reference)]) == 0
+    assert main(["check", "--reference", str(reference)]) == 0
+    assert main(["check", "--reference", str(reference.with_name("none.json"))]) == 3
     assert "no such file" in capsys.readouterr().err

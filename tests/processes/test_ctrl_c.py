@@ -8,7 +8,7 @@ import threading
 
 import pytest
 
-from srbval.processes.ctrl_c import without_ctrl_c
+from srbval.processes.worker import without_ctrl_c
 
 pytestmark = pytest.mark.skipif(
     threading.current_thread() is not threading.main_thread(), reason="signals are handled in the main thread"

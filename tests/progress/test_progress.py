@@ -9,7 +9,8 @@ import time
 
 import pytest
 
-from srbval.progress import ProgressDisplay, display, stage
+import srbval.progress
+from srbval.progress import ProgressDisplay, stage
 
 LONGEST_S = 30.0  # on a busy machine a thread may wait long for its turn
 FAST_S = 0.06  # instead of seconds between two lines, so that the tests are short
@@ -34,7 +35,7 @@ def test_lines_report_the_beginning_and_the_end() -> None:
 
 
 def test_a_task_that_does_not_call_is_reported_regularly(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(display, "LINE_EVERY_S", FAST_S)
+    monkeypatch.setattr(srbval.progress, "LINE_EVERY_S", FAST_S)
     stream = io.StringIO()
     with ProgressDisplay(stream) as progress:
         progress("Simulate", 0.25)
@@ -42,7 +43,7 @@ def test_a_task_that_does_not_call_is_reported_regularly(monkeypatch: pytest.Mon
 
 
 def test_a_task_of_unknown_extent_is_reported_while_nothing_else_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(display, "LINE_EVERY_S", FAST_S)
+    monkeypatch.setattr(srbval.progress, "LINE_EVERY_S", FAST_S)
     stream = io.StringIO()
     with ProgressDisplay(stream) as progress:
         with stage(progress, "Compile"):

@@ -25,15 +25,14 @@ import numpy as np
 from srbval.bearing import load_bearing
 from srbval.bearing.catalogue import catalogue_rows, known_bearings
 from srbval.campaign.planning import final_scene, plan_cases
-from srbval.campaign.sampling import MOST_CASES, points_in
-from srbval.campaign.settings import Sampling, load_campaign
+from srbval.campaign.settings import MOST_CASES, Sampling, load_campaign
 from srbval.errors import SrbvalError
 from srbval.models.ladder import RUNGS
 from srbval.models.simulate import simulate
 from srbval.models.solvers import METHODS
 from srbval.processes.machine import peak_bytes
 from srbval.scene import Scene, load_scene, scene_table
-from srbval.storage.units import RANGES, SI_SUFFIX, UNITS
+from srbval.storage.tables import RANGES, SI_SUFFIX, UNITS
 
 SPECIAL = (0.0, -0.0, 1.0, -1.0, math.inf, -math.inf, math.nan, 5e-324, 1.7e308, 2**63 - 1, -(2**63), 10**400, True, [],
            {}, "", "x", "1e400 kN", "nan m")  # fmt: skip
@@ -212,7 +211,7 @@ def scenes_of(folder: Path, number: int) -> list[Scene]:
     if kind == 9:
         (folder / "campaign.toml").write_text("\n".join(f"{k} = {toml(v)}" for k, v in campaign_table(rng).items()))
         campaign = load_campaign(str(folder / "campaign.toml"))
-        if LONG_CAMPAIGN < math.prod((campaign.repeats, *(points_in(axes) for axes in campaign.axes))) <= MOST_CASES:
+        if LONG_CAMPAIGN < math.prod((campaign.repeats, *(axes.most_points() for axes in campaign.axes))) <= MOST_CASES:
             return []  # legal; planning takes minutes
         cases = [case for case in plan_cases(campaign) if not case.refused]
         return [final_scene(campaign, case) for case in cases[:2]]

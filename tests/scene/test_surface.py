@@ -9,7 +9,7 @@ import pytest
 
 from srbval.arrays import FloatArray
 from srbval.cli.arguments import parser
-from srbval.cli.scene_options import scene_of
+from srbval.cli.scene_commands import scene_of
 from srbval.errors import ConfigurationError
 from srbval.models.run import not_validated
 from srbval.models.run_file import scene_dict

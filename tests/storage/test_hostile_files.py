@@ -17,8 +17,7 @@ from srbval.errors import ConfigurationError, DataError, SrbvalError
 from srbval.models.run import RunStatus
 from srbval.models.simulate import simulate, simulate_to_file
 from srbval.scene import SpeedProfile, load_scene, paper_scene
-from srbval.storage.tables import read_toml
-from srbval.storage.units import parse_quantity
+from srbval.storage.tables import parse_quantity, read_toml
 
 LONGEST = SrbvalError.longest + 20
 READERS: list[Callable[[str], object]] = [load_scene, load_bearing, load_campaign]

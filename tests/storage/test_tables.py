@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from srbval.errors import ConfigurationError, DataError
-from srbval.storage.tables import build, quantity, read_toml
-from srbval.storage.units import parse_quantity
+from srbval.storage.tables import build, parse_quantity, quantity, read_toml
 
 ROUNDING = 1e-15  # relative; a product of two floating-point numbers
 

@@ -3,7 +3,7 @@
 import socket
 from importlib import util
 
-from srbval.campaign.engines.engine import Engine
+from srbval.campaign.engines.local import Engine, LocalProcesses
 from srbval.errors import ConfigurationError
 from srbval.processes.machine import usable_cores
 
@@ -35,8 +35,13 @@ def choose_engine(
         raise ConfigurationError(f"--jobs {jobs} must be at least 1.")
     if address is not None and name not in (AUTO, DASK):
         raise ConfigurationError(f"a scheduler's address needs --engine dask, not {name!r}.")
+    if dashboard is not None and name != SLURM:
+        raise ConfigurationError(
+            f"--dashboard needs --engine slurm, not {name!r}: no other engine has one of its own. That of a running "
+            "scheduler is opened where this is started: dask scheduler --dashboard-address HOST:PORT."
+        )
     if dashboard is not None:
-        _check_dashboard(dashboard, name)
+        _check_dashboard(dashboard)
     workers = jobs or usable_cores()
     if address is not None or name == SLURM:
         engine, package = (SLURM, "dask_jobqueue") if address is None else (DASK, "distributed")
@@ -49,17 +54,10 @@ def choose_engine(
         if address is not None:
             return cluster_at(address, **waiting)
         return slurm_cluster(workers, dashboard=dashboard, **waiting)
-    from srbval.campaign.engines.local import LocalProcesses
-
     return LocalProcesses(1, name=SERIAL) if name == SERIAL else LocalProcesses(workers)
 
 
-def _check_dashboard(address: str, engine: str) -> None:
-    if engine != SLURM:
-        raise ConfigurationError(
-            f"--dashboard needs --engine slurm, not {engine!r}: no other engine has one of its own. That of a running "
-            "scheduler is opened where this is started: dask scheduler --dashboard-address HOST:PORT."
-        )
+def _check_dashboard(address: str) -> None:
     host, _, port = address.rpartition(":")
     try:
         if not (host and 0 < int(port) < 65536):

@@ -12,10 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from srbval.campaign.case import CaseResult, CaseTask, version
-from srbval.campaign.engines.engine import KEPT, Job
-from srbval.campaign.engines.local import THREADS, CaseProcess, crashed
+from srbval.campaign.engines.local import KEPT, THREADS, CaseProcess, Job, crashed
 from srbval.errors import ConfigurationError, DataError, SrbvalError
-from srbval.processes.ctrl_c import without_ctrl_c
+from srbval.processes.worker import without_ctrl_c
 from srbval.scene import Scene
 
 AHEAD = 2  # cases with the scheduler per worker: none waits for the next one, and the scheduler holds few

@@ -1,4 +1,4 @@
-"""Worker processes of this machine, one for the engine `serial`; Dask's workers run their cases in such, too.
+"""The interface of an engine, and worker processes of this machine; Dask's workers run their cases in such, too.
 
 Each case has a thread here that starts another process when its own dies. The standard pools of processes, also that of
 pebble, give up everything that is running when one dies at the wrong moment; the standard ones do not say whose case it
@@ -8,11 +8,13 @@ was.
 import itertools
 import queue
 import threading
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
 
 from srbval.campaign.case import CaseResult, CaseTask, Ending
-from srbval.campaign.engines.engine import KEPT, Job
 from srbval.errors import DataError, NumericsError
 from srbval.processes.worker import DiedError, OverLimitError, WorkerProcess
 from srbval.scene import Scene
@@ -21,7 +23,33 @@ AHEAD = 2  # cases with the processes, each: none waits for the next one, and fe
 ATTEMPTS = 3  # per case whose process dies: the system may have killed it because of another process's memory
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 PREPARE_LIMIT_S = 1800.0  # to load and compile everything, which takes a minute or two
+KEPT = "Results received so far are kept; the same command resumes from there."
 WORKER = "srbval.campaign.engines.worker"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job:
+    """What an engine is asked to do: compile for the scenes `precompiled`, then run the `count` `tasks` in order.
+
+    `tasks` are made as they are asked for, so that ten thousand scenes need not be in memory; `folder` is the
+    campaign's.
+    """
+
+    folder: Path
+    precompiled: Sequence[Scene]
+    tasks: Iterable[CaseTask]
+    count: int
+
+
+class Engine(Protocol):
+    """Runs cases somewhere."""
+
+    name: str
+    workers: int
+
+    def run(self, job: Job) -> Generator[CaseResult]:
+        """Results as they come, one per task. Closing the generator ends everything that still runs."""
+        ...
 
 
 class StoppedError(Exception):

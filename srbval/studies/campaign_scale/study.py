@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from srbval.campaign.engines import NAMES, choose_engine
-from srbval.campaign.engines.engine import Engine
+from srbval.campaign.engines.local import Engine
 from srbval.campaign.folder import PLAN
 from srbval.campaign.planning import plan_cases
 from srbval.campaign.run import run_campaign

@@ -1,0 +1,135 @@
+"""``srbval doctor``, ``docs`` and ``completion``: the installation, its documentation, and its words in a shell."""
+
+import argparse
+import os
+import platform
+import webbrowser
+from collections.abc import Iterator
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from srbval import __version__
+from srbval.cli.arguments import parser
+from srbval.cli.output import answer, print_table
+from srbval.errors import ConfigurationError, DataError
+from srbval.progress import ProgressDisplay, stage
+from srbval.storage.cache import KERNELS, cache_folder, cache_use, clear_cache
+from srbval.storage.installation import package_folder, shipped_folder
+
+REQUIRED = ("numpy", "scipy", "numba", "pandas", "PyWavelets", "h5py", "matplotlib", "jinja2", "rich", "pooch",
+            "filelock", "platformdirs", "threadpoolctl")  # fmt: skip
+EXTRAS = {
+    "typst": "pdf", "soundfile": "formats", "npTDMS": "formats", "pyuff": "formats", "pyarrow": "tables",
+    "shtab": "completion", "distributed": "cluster", "sphinx": "docs", "pytest": "test",
+}  # fmt: skip
+MEGABYTE = 1e6  # [bytes]
+PATHS = ("FILE", "DIR", "FOLDER", ".h5", ".toml", ".csv", "SCENE", "RECORDING")  # metavars of what are paths
+
+
+def check_installation(options: argparse.Namespace) -> int:
+    """Check the installation, and clear the cache where asked; exit code 0 when sound, 1 with problems."""
+    cleared = None if options.clear_cache is None else clear_cache(*options.clear_cache)
+    found = doctor()
+    problems = found["problems"]
+
+    def show() -> None:
+        print_table(("what", "is"), list(found["facts"].items()))
+        print()
+        rows = [(use.kind, use.files, f"{use.size_bytes / MEGABYTE:.1f}", use.folder) for use in found["cache"]]
+        print_table(("cache", "files", "MB", "folder"), rows)
+        for use in cleared or ():
+            left = f"; {use.left} files that are not srbval's were left" if use.left else ""
+            print(f"deleted: {use.folder}, {use.files} files, {use.size_bytes / MEGABYTE:.1f} MB{left}")
+        print("\n" + ("\n".join(f"problem: {p}" for p in problems) or "no problems found"))
+
+    status = "problems" if problems else "ok"
+    return answer(options, found | {"cleared": cleared}, show, status=status, code=1 if problems else 0)
+
+
+def doctor() -> dict[str, Any]:
+    """Whether this installation is sound (`ok`), its `problems`, `facts` and the use of its `cache`."""
+    facts: dict[str, Any] = {
+        "srbval": __version__, "python": platform.python_version(), "machine": platform.machine(),
+        "cores": os.cpu_count(), **{name: _version(name) for name in REQUIRED},
+    }  # fmt: skip
+    problems = [f"{name} is not installed: pip install {name}" for name in REQUIRED if facts[name] is None]
+    for name, extra in EXTRAS.items():
+        facts[name] = _version(name) or f'not installed (pip install "srbval[{extra}]")'
+    kernels = cache_folder(KERNELS)
+    existing = next(folder for folder in (kernels, *kernels.parents) if folder.exists())
+    if not os.access(existing, os.W_OK):
+        problems.append(f"compiled kernels cannot be stored: {existing} is not writable; set NUMBA_CACHE_DIR")
+    recordings = os.environ.get("SRBVAL_RECORDINGS")
+    if recordings and not Path(recordings).is_dir():
+        problems.append(f"SRBVAL_RECORDINGS names {recordings}, which is not a folder")
+    facts |= {
+        "kernel cache": str(kernels),
+        "known data sets": str(shipped_folder("data_manifest")),
+        "SRBVAL_RECORDINGS": recordings or "not set",
+        "numba threads": os.environ.get("NUMBA_NUM_THREADS", "default (kernels use one)"),
+    }
+    return {"ok": not problems, "problems": problems, "facts": facts, "cache": cache_use()}
+
+
+def _version(name: str) -> str | None:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def docs(options: argparse.Namespace) -> int:
+    """Build the documentation, print where the first page is, and open it where asked."""
+    with ProgressDisplay() as progress, stage(progress, "Build the documentation"):
+        page = build_docs(Path(options.output))
+    answer(options, {"page": str(page)}, str(page))
+    if options.open:
+        webbrowser.open(page.resolve().as_uri())
+    return 0
+
+
+def build_docs(folder: Path) -> Path:
+    """Build the pages, which need no network, into `folder` from what ships with the program; returns the first one.
+
+    Raises `ConfigurationError` without Sphinx, `DataError` where the folder cannot be written.
+    """
+    try:
+        import myst_parser  # noqa: F401
+        from sphinx.cmd.build import build_main
+    except ImportError:
+        raise ConfigurationError(
+            'building the documentation needs Sphinx, which is not installed: pip install "srbval[docs]". Its text '
+            f"lies in {package_folder() / 'docs'}."
+        ) from None
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as error:  # a path with a NUL or a lone surrogate is a ValueError
+        raise DataError(f"{folder}: cannot be written ({getattr(error, 'strerror', None) or error}).") from None
+    code = build_main(["-q", str(package_folder() / "docs"), str(folder)])
+    if code:
+        raise DataError(f"{folder}: Sphinx could not build the documentation (it ended with {code}; see above).")
+    return folder / "index.html"
+
+
+def completion(options: argparse.Namespace) -> int:
+    """Print the script that completes commands and options in the shell named, by the library shtab."""
+    try:
+        import shtab
+    except ImportError:
+        raise ConfigurationError('completion needs the library shtab: pip install "srbval[completion]"') from None
+    whole = parser()
+    for action in actions_of(whole):
+        if action.choices is None and any(path in str(action.metavar) for path in PATHS):
+            action.complete = shtab.FILE  # type: ignore[attr-defined]
+    script = shtab.complete(whole, shell=options.shell)
+    return answer(options, {"shell": options.shell, "script": script}, script)
+
+
+def actions_of(of: argparse.ArgumentParser) -> Iterator[argparse.Action]:
+    """All arguments of a parser and of the commands below it."""
+    for action in of._actions:
+        yield action
+        if isinstance(action, argparse._SubParsersAction):
+            for inner in action.choices.values():
+                yield from actions_of(inner)

@@ -1,0 +1,168 @@
+"""``srbval simulate``: the bundled model on a scene; ``srbval plan``: the simplest model that answers a question."""
+
+import argparse
+import math
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from srbval.cli.arguments import AUTO as AUTO_STEP
+from srbval.cli.output import answer, print_table
+from srbval.errors import ConfigurationError, DataError, NumericsError
+from srbval.models.ladder import AUTO, rung_of
+from srbval.models.run import RunStatus
+from srbval.models.simulate import Step, simulate, simulate_to_file
+from srbval.progress import ProgressDisplay
+from srbval.scene import Scene, load_scene, paper_scene, scene_table
+from srbval.scene.read import BUNDLED
+from srbval.storage.json_files import to_json
+
+if TYPE_CHECKING:
+    from srbval.plan.questions import Question
+
+# Attributes of a run that are printed under their own names.
+OF_RUN = ("seconds", "wall_s", "compile_s", "wall_per_simulated_s", "cage_ratio", "bpfo_hz", "bpfi_hz",
+          "drive_power_w", "roller_load_share", "energy_imbalance", "band_rms_m_s2", "check_wall_s", "reason",
+          "not_validated")  # fmt: skip
+
+
+def scene_of(options: argparse.Namespace) -> Scene:
+    """The scene named, or the paper's, with what the options change; raises what reading it raises."""
+
+    def scaled(value: float | None, factor: float) -> float | None:
+        return None if value is None else value * factor
+
+    waviness_m = scaled(options.waviness_nm, 1e-9)
+    changes = _given({
+        "bearing": options.bearing,
+        "model": getattr(options, "model", None),  # `plan` has no such option: it chooses the model
+        "seed": options.seed,
+        "duration_s": options.seconds,
+        "shaft_speed_rad_s": options.rpm and options.rpm * 2 * math.pi / 60,
+        "sensor_path": options.sensor_path,
+        "surface": {"roughness_class": options.roughness, "outer_waviness_m": waviness_m,
+                    "inner_waviness_m": waviness_m, "roller_waviness_m": waviness_m},
+        "defect": {"kind": options.defect, "height_m": scaled(options.defect_height_mm, 1e-3)},
+        "load": {"radial_n": scaled(options.radial_kn, 1e3), "axial_n": scaled(options.axial_kn, 1e3)},
+        "solver": {"name": options.solver, "step_s": None if options.dt == AUTO_STEP else options.dt},
+    })  # fmt: skip
+    return load_scene(options.scene, changes) if options.scene else paper_scene(**changes)
+
+
+def _given(table: dict[str, Any]) -> dict[str, Any]:
+    """The table without what is None, and without tables that are empty then."""
+    filled = {k: _given(v) if isinstance(v, dict) else v for k, v in table.items()}
+    return {k: v for k, v in filled.items() if v is not None and v != {}}
+
+
+def run_scene(options: argparse.Namespace) -> int:
+    """Simulate and print what came out; a failed run leaves with exit code 4 and writes no file.
+
+    One whose step leaves more than the tolerances, as it was given by hand or no step was fine enough, is written and
+    printed, with its status, and leaves with exit code 4 as well.
+    """
+    scene, planned = _planned(scene_of(options), options)
+    output = Path(options.output) if options.output else None
+    if output is not None and not output.parent.is_dir():
+        raise DataError(f"{output.parent}: no such folder to write {output.name} to. Create it or choose another -o.")
+    step = _step(options)
+    with ProgressDisplay() as progress:
+        result = (
+            simulate(scene, step=step, progress=progress) if output is None
+            else simulate_to_file(scene, output, step=step, progress=progress)
+        )  # fmt: skip
+    if not result.status.usable:
+        raise NumericsError(f"run failed ({result.status}): {result.reason}. Nothing was written.")
+    scene = result.scene
+    summary = {
+        "model": scene.model,
+        "solver": rung_of(scene.model).own_solver or scene.solver.name,
+        "output_rate_hz": scene.output_rate_hz,
+        "dt_s": rung_of(scene.model).step_s(scene),
+        **{name: getattr(result, name) for name in OF_RUN},
+        "numerics": result.step_error,
+        "file": str(output) if output else None,
+    }
+
+    def show() -> None:
+        rows = [(k, f"{v:.6g}" if isinstance(v, float) else v) for k, v in summary.items() if k != "not_validated"]
+        print_table(("quantity", "value"), rows)
+        print("\n" + "\n".join(f"not validated: {what}" for what in result.not_validated))
+
+    answer(options, summary | planned, show, status=result.status.value)
+    if result.status is RunStatus.INACCURATE:
+        kept = "printed" if output is None else f"printed and written to {output}"
+        finer = "" if step is Step.AUTO else " --dt auto chooses a finer step."
+        print(f"srbval: the run is inaccurate and {kept} as it is: {result.reason}.{finer}", file=sys.stderr)
+        return NumericsError.exit_code
+    return 0
+
+
+def _planned(scene: Scene, options: argparse.Namespace) -> tuple[Scene, dict[str, Any]]:
+    """The scene, its model and output rate chosen by the planner where it asks for that, and the plan for the JSON."""
+    if scene.model != AUTO:
+        return scene, {}
+    from srbval.plan.coarser_output import with_coarser_output  # the planner takes half a second to load
+    from srbval.plan.plan import make_plan
+
+    plan = make_plan(scene, question=_question(options.question), tolerance_pct=options.tolerance)
+    reason = next(c.why for c in plan.candidates if c.model == plan.chosen)
+    print(f"model {plan.chosen} for {plan.question.value} within {plan.tolerance}: {reason}", file=sys.stderr)
+    for outside in plan.outside:
+        print(f"outside the calibration: {outside}", file=sys.stderr)
+    chosen, reduction = with_coarser_output(replace(scene, model=plan.chosen), plan)
+    print(f"{reduction.name}: {'taken' if reduction.taken else 'not taken'}: {reduction.why}", file=sys.stderr)
+    return chosen, {"plan": to_json(plan), "reductions": [reduction]}
+
+
+def _step(options: argparse.Namespace) -> Step:
+    """Chosen, unless an option or the scene's file says what it is."""
+    if options.dt is not None:
+        return Step.AUTO if options.dt == AUTO_STEP else Step.CHECKED
+    solver = {} if options.scene in (None, *BUNDLED) else scene_table(options.scene).get("solver", {})
+    return Step.CHECKED if {"step", "step_s"} & set(solver) else Step.AUTO
+
+
+def choose_model(options: argparse.Namespace) -> int:
+    """Plan and print; exit code 1 where no model, the full one included, keeps the tolerance."""
+    from srbval.plan.coarser_output import find_reductions
+    from srbval.plan.plan import make_plan
+    from srbval.plan.questions import MEANING
+    from srbval.plan.table import load_calibration
+
+    scene, question = scene_of(options), _question(options.question)
+    calibration = load_calibration(Path(options.calibration)) if options.calibration else None
+    plan = make_plan(scene, question=question, tolerance_pct=options.tolerance, calibration=calibration)
+    reductions = (
+        find_reductions(scene, question=plan.question, tolerance_pct=plan.tolerance_pct) if options.reductions else ()
+    )
+
+    def show() -> None:
+        asked = MEANING[plan.question]
+        rows = [
+            (c.model, None if c.error_pct is None else asked.shown(c.error_pct), c.wall_s, "yes" if c.ok else "no",
+             "<-" if c.model == plan.chosen else "", c.why)
+            for c in plan.candidates
+        ]  # fmt: skip
+        print_table(("model", f"error [{asked.unit}]", "wall [s]", "enough", "", "why"), rows)
+        print(f"\nquestion: {plan.question.value}, tolerance {plan.tolerance}: {plan.chosen}")
+        if not plan.met:
+            print("No model keeps the tolerance, not even the full one: choose a smaller step or a wider tolerance.")
+        for reason in plan.outside:
+            print(f"outside the calibration: {reason}", file=sys.stderr)
+        if reductions:
+            print()
+            parts = [(r.name, "yes" if r.taken else "no", r.difference_pct, r.why) for r in reductions]
+            print_table(("reduction of the full model", "taken", "difference [%]", "why"), parts)
+
+    return answer(options, to_json(plan) | {"reductions": reductions}, show, code=0 if plan.met else 1)
+
+
+def _question(name: str) -> "Question":
+    from srbval.plan.questions import Question
+
+    try:
+        return Question(name)
+    except ValueError:
+        raise ConfigurationError(f"question {name!r} is not known. Known: {', '.join(Question)}.") from None
