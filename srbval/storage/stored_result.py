@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 from srbval.errors import DataError
 from srbval.storage.cache import RESULTS, SCENE_RESULTS, cache_folder
 from srbval.storage.installation import shipped_folder
-from srbval.storage.json_files import read_json, write_json
+from srbval.storage.json_files import read_json, rows_text, write_json
 from srbval.storage.sources import content_version, sources_sha256
 
 T = TypeVar("T")
@@ -111,7 +111,7 @@ def store_result(
     cached = cache_folder(RESULTS) / f"{name}.json"
     refused = path is not None and (revision or "").endswith(DIRTY) and _is_shipped(path)
     stored = StoredResult(path=cached if path is None or refused else path, content=stamped_content)
-    write_json(stored.path, stored.content)
+    write_json(stored.path, stored.content, rows_text)
     if refused:
         raise DataError(
             f"{path}: the working tree has changes that no revision holds ({revision}), so that nobody could compute "

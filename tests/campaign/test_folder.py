@@ -26,8 +26,8 @@ from srbval.cli import main
 from srbval.errors import ConfigurationError, DataError, SrbvalError
 from tests.campaign.campaigns import content, damaged_names, files_of, good_results, lines_of, resume, run_small, six
 
-FLIPS = int(os.environ.get("SRBVAL_FLIPS", "60"))
-JOURNALS = int(os.environ.get("SRBVAL_JOURNALS", "60"))
+FLIPS = int(os.environ.get("SRBVAL_FLIPS", "40"))
+JOURNALS = int(os.environ.get("SRBVAL_JOURNALS", "30"))
 BATCH = 20  # flips of different files that one resumed run repairs
 HANG_S = 60  # for one command on a folder of six cases, none of which is run; they take a tenth of a second
 

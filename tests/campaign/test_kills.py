@@ -71,7 +71,7 @@ def test_killed_at_random_moments(engine: str, undisturbed: dict[str, str], tmp_
             if target == WORKER:
                 _assert_goes_on(process, engine)
                 campaign += _finished(process, folder, undisturbed)
-            said = _end(process)
+            said = process.communicate()[1].decode()
             # Python itself has no answer to Ctrl-C while it starts.
             starting = early and how is signal.SIGINT and "numpy" not in said and "campaign" not in said
             assert "Traceback" not in said or starting, said
@@ -131,10 +131,6 @@ def _finished(process: subprocess.Popen[bytes], folder: Path, undisturbed: dict[
     if process.returncode == 0:
         assert content(folder) == undisturbed, sorted(folder.rglob("*"))
     return process.returncode == 0
-
-
-def _end(process: subprocess.Popen[bytes]) -> str:
-    return process.communicate()[1].decode()
 
 
 def _descendants(pid: int) -> list[int]:

@@ -8,10 +8,13 @@ import subprocess
 import sys
 from collections.abc import Iterator
 
+import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from srbval.processes import worker
-from srbval.processes.worker import DiedError, OverLimitError, WorkerProcess
+from srbval.processes.machine import one_thread
+from srbval.processes.worker import DiedError, OverLimitError, WorkerProcess, without_ctrl_c
 from tests.marked import marked, until
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
@@ -56,6 +59,7 @@ def test_it_takes_too_long(request_: str, process: WorkerProcess) -> None:
 PARENT = f"""
 import sys
 from srbval.processes import worker
+from srbval.processes.machine import one_thread
 worker.WorkerProcess({ANSWERER!r}).call(sys.argv[1], limit_s=float(sys.argv[2]))
 """
 
@@ -79,3 +83,39 @@ def test_ctrl_c_does_not_reach_it_even_while_it_starts(capfd: pytest.CaptureFixt
         assert process.call(1, limit_s=60.0) == 1
         process.close()
     assert "KeyboardInterrupt" not in capfd.readouterr().err
+
+
+def test_a_handler_set_within_is_taken_back() -> None:
+    before = signal.getsignal(signal.SIGINT)
+    with without_ctrl_c():
+        signal.signal(signal.SIGINT, lambda *_: sys.exit())  # as dask-jobqueue does when it is imported
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="signals cannot be held back here")
+def test_ctrl_c_within_comes_afterwards() -> None:
+    seen: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: seen.append(number))
+    try:
+        with without_ctrl_c():
+            signal.raise_signal(signal.SIGINT)
+            assert seen == []
+        assert seen == [signal.SIGINT]
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def threads() -> set[int]:
+    assert np.linalg.norm(np.eye(2)) > 0  # the library is loaded
+    return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
+
+
+def test_the_last_to_leave_restores_what_was_before_the_first_came() -> None:
+    with threadpool_limits(2):
+        first, second = one_thread(), one_thread()
+        first.__enter__()
+        second.__enter__()
+        first.__exit__(None, None, None)
+        assert threads() == {1}
+        second.__exit__(None, None, None)
+        assert threads() == {2}

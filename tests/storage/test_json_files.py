@@ -122,14 +122,10 @@ def test_a_dataclass_is_written_with_its_fields_and_named_properties() -> None:
     }
 
 
-def test_keys_keep_the_order_of_fields_then_properties() -> None:
-    assert list(to_json(Part(value=0.0))) == ["value", "side", "doubled"]
-    assert list(to_json({"z": 1, "a": 2})) == ["z", "a"]
-
-
 def test_a_class_with_a_shape_of_its_own_says_so() -> None:
-    assert read([OwnShape(Part(value=1.5))]) == [{"inner": PART, "n": 3}]
     assert to_json(OwnShape(Part(value=1.5))) == {"inner": PART, "n": 3}
+    assert list(to_json(Part(value=0.0))) == ["value", "side", "doubled"]  # fields, then properties
+    assert json_text({"unit": "µm"}) == '{\n  "unit": "µm"\n}\n'
 
 
 UNWRITABLE = {"number key": {1: 2}, "enum key": {Code.ONE: 2}, "object": object(), "set": {"a": {1, 2}}, "class": Part}
@@ -142,34 +138,20 @@ def test_what_json_does_not_know_is_refused(value: Any) -> None:
         json_text(value)
 
 
-def test_a_document_ends_with_a_newline_and_keeps_its_letters() -> None:
-    assert json_text({"unit": "µm"}) == '{\n  "unit": "µm"\n}\n'
-
-
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
     path = tmp_path / "report.json"
-    write_json(path, {"old": 1})
+    old = {"file": "a\udc80b"}  # a damaged file name is valid JSON, too
+    write_json(path, old)
     with pytest.raises(TypeError):
         write_json(path, {"new": object()})
-    assert json.loads(path.read_text()) == {"old": 1}
+    assert json.loads(path.read_text()) == old
     assert list(tmp_path.iterdir()) == [path]
-
-
-def test_a_damaged_file_name_is_still_valid_json(tmp_path: Path) -> None:
-    path = tmp_path / "report.json"
-    document: Mapping[str, str] = {"file": "a\udc80b"}
-    write_json(path, document)
-    assert json.loads(path.read_bytes()) == document
 
 
 @pytest.mark.parametrize("text", ["[" * 20_000, "1" * 5_000, "NaN", "-Infinity", b"\xff\xfe\x00", "{", ""])
 def test_a_damaged_document_is_a_value_error(text: str | bytes) -> None:
     with pytest.raises(ValueError, match=r"\S"):
         parse_json(text)
-
-
-def test_a_document_is_parsed() -> None:
-    assert parse_json(b'{"a": [1, 2.5, null]}') == {"a": [1, 2.5, None]}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

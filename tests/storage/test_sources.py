@@ -95,13 +95,6 @@ def test_lazily_imported_rungs_belong_to_a_run() -> None:
     assert not any(name.startswith(("studies/", "cli/", "report/findings/")) for name in names)
 
 
-def test_stored_ladder_answers_depend_on_what_reads_the_lines() -> None:
-    names = {
-        path.relative_to(package_folder()).as_posix() for path in sources_of("srbval.studies.model_hierarchy.study")
-    }
-    assert {"reading/lines.py", "signal/slip_interval.toml"} <= names
-
-
 def test_every_kernel_of_the_models_is_behind_the_version_of_the_kernel_cache() -> None:
     """Its folder is named by the content of ``*_kernel.py``: a kernel elsewhere could be loaded out of date."""
     models = package_folder() / "models"
