@@ -124,7 +124,7 @@ def version() -> str:
 def write_result(path: Path, result: CaseResult, scene: Scene | None, signals: Run | None = None) -> None:
     """Write a case's numbers, or why it has none, and the `signals` of its run; whole or not at all.
 
-    `scene` is None where none could be made. Raises `OSError` or `DataError` where the file cannot be written.
+    `scene` is None where none could be made. Raises `DataError` where the file cannot be written.
     """
     import h5py
 

@@ -61,34 +61,31 @@ def export_campaign(path: Path, file: Path, settings: ExportSettings) -> Exporte
     folder = CampaignFolder(path)
     journal = folder.journal(planned=True)
     left_out, fs_hz, count = 0, None, 0
-    try:
-        with new_hdf5(file) as out:
-            for case in journal.cases:
-                found = _signal(folder.result_path(case.key))
-                if found is None:
-                    left_out += 1
-                    continue
-                samples, attributes = found
-                rate = float(attributes["fs_hz"])
-                if fs_hz not in (None, rate):
-                    raise DataError(f"{path}: cases differ in output_rate ({fs_hz:g} and {rate:g} Hz); export one.")
-                fs_hz = rate
-                segments, labels = _segments(samples, fs_hz, settings, key=case.key)
-                count += len(segments)
-                _append(out, segments, labels | _case_labels(attributes) | {"case": case.index})
-            if not count or fs_hz is None:
-                raise DataError(
-                    f"{path}: no case holds {settings.segment_s:g} s of signal ({left_out} hold none at all). "
-                    'Ask for outputs = ["acceleration"] in the campaign, or for shorter segments.'
-                )
-            length = out["segments"].shape[1]
-            about: dict[str, Any] = vars(journal.about)
-            counts = {"cases": len(journal.cases) - left_out, "segments": count, "fs_hz": fs_hz}
-            out.attrs.update({"srbval_kind": "data-set", "fs_hz": fs_hz, "campaign": about["name"]})
-            card = _data_card(settings, about | counts)
-            out.attrs.update({"version": about["version"], "data_card": card})
-    except OSError as error:
-        raise DataError(f"{file}: cannot be written ({error.strerror or error}).") from None
+    with new_hdf5(file) as out:
+        for case in journal.cases:
+            found = _signal(folder.result_path(case.key))
+            if found is None:
+                left_out += 1
+                continue
+            samples, attributes = found
+            rate = float(attributes["fs_hz"])
+            if fs_hz not in (None, rate):
+                raise DataError(f"{path}: cases differ in output_rate ({fs_hz:g} and {rate:g} Hz); export one.")
+            fs_hz = rate
+            segments, labels = _segments(samples, fs_hz, settings, key=case.key)
+            count += len(segments)
+            _append(out, segments, labels | _case_labels(attributes) | {"case": case.index})
+        if not count or fs_hz is None:
+            raise DataError(
+                f"{path}: no case holds {settings.segment_s:g} s of signal ({left_out} hold none at all). "
+                'Ask for outputs = ["acceleration"] in the campaign, or for shorter segments.'
+            )
+        length = out["segments"].shape[1]
+        about: dict[str, Any] = vars(journal.about)
+        counts = {"cases": len(journal.cases) - left_out, "segments": count, "fs_hz": fs_hz}
+        out.attrs.update({"srbval_kind": "data-set", "fs_hz": fs_hz, "campaign": about["name"]})
+        card = _data_card(settings, about | counts)
+        out.attrs.update({"version": about["version"], "data_card": card})
     return ExportedSet(file=file, segments=count, samples=length, fs_hz=fs_hz, left_out=left_out)
 
 

@@ -102,11 +102,8 @@ class CampaignFolder:
         self.remove_incomplete()
         about = {"about": About(name=name, title=title, cases=len(cases), version=version())}
         lines = [about, *({"case": case} for case in cases), about, *({"ended": result} for result in old.ended)]
-        try:
-            with atomic_write(self._file) as part:
-                part.write_bytes(b"".join(map(checked_line, lines)))
-        except OSError as error:
-            raise DataError(f"{self.path}: the plan cannot be written ({error.strerror}).") from None
+        with atomic_write(self._file) as part:
+            part.write_bytes(b"".join(map(checked_line, lines)))
         return [Damaged(file=self._file, why=old.damage)] if old.damage else []
 
     def note_end(self, result: CaseResult) -> None:
@@ -277,7 +274,7 @@ def folder_lock(folder: Path) -> Iterator[str | None]:
     with acquired:
         killed = _holder(folder) or None
         now = datetime.now(UTC).isoformat(timespec="seconds")
-        with contextlib.suppress(OSError):  # whom to name is not worth a campaign
+        with contextlib.suppress(DataError):  # whom to name is not worth a campaign
             write_json(folder / HOLDER, {"pid": os.getpid(), "host": platform.node(), "since_utc": now})
         try:
             yield killed

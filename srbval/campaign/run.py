@@ -138,7 +138,7 @@ def _run_pending(
             if result.ending in (Ending.CRASHED, Ending.TIMED_OUT) and not path.exists():
                 try:
                     write_result(path, result, None)
-                except (OSError, DataError):
+                except DataError:
                     result = replace(result, ending=Ending.UNWRITTEN)
             folder.note_end(result)
             ran[result.key] = result
@@ -167,10 +167,6 @@ def _refuse(folder: CampaignFolder, campaign: Campaign, case: CampaignCase) -> C
         scene = scene_of(campaign, case.point)
     except SrbvalError:
         scene = None
-    path = folder.result_path(case.key)
-    try:
-        write_result(path, result, scene)
-    except OSError as error:
-        raise DataError(f"{path}: cannot be written ({error.strerror}). Free some space.") from None
+    write_result(folder.result_path(case.key), result, scene)
     folder.note_end(result)
     return result

@@ -116,11 +116,8 @@ def failures(
 def write_table(folder: CampaignFolder, cases: Sequence[CampaignCase], results: Mapping[str, CaseResult]) -> Path:
     """Write `table_text` and return its path; `DataError` where that fails."""
     path = folder.path / TABLE
-    try:
-        with atomic_write(path) as part:
-            part.write_bytes(table_text(cases, results).encode())
-    except OSError as error:
-        raise DataError(f"{path}: the table cannot be written ({error.strerror}). Free some space.") from None
+    with atomic_write(path) as part:
+        part.write_bytes(table_text(cases, results).encode())
     return path
 
 

@@ -20,24 +20,27 @@ def atomic_write(path: Path) -> Iterator[Path]:
     """Yield a path beside `path` to write to; it replaces `path` on success and is removed on failure.
 
     Data reach the disk before the name changes, so an interruption leaves the old file or none, never
-    half a one. Raises `DataError` where the folder cannot be written.
+    half a one. Raises `DataError` where the folder cannot be written, or the disk is full.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=SUFFIX, dir=path.parent)
         os.close(handle)
+        part = Path(name)
+        try:
+            yield part
+            with part.open("rb") as stream:
+                os.fsync(stream.fileno())
+            os.umask(mask := os.umask(0))
+            part.chmod(0o666 & ~mask)
+            part.replace(path)
+        finally:
+            part.unlink(missing_ok=True)
     except OSError as error:
-        raise DataError(f"{path}: cannot be written ({error.strerror}).") from None
-    part = Path(name)
-    try:
-        yield part
-        with part.open("rb") as stream:
-            os.fsync(stream.fileno())
-        os.umask(mask := os.umask(0))
-        part.chmod(0o666 & ~mask)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+        other = Path(error.filename) if isinstance(error.filename, str) else path
+        if not (other.is_relative_to(path.parent) or path.is_relative_to(other)):  # of another file
+            raise
+        raise DataError(f"{path}: cannot be written ({error.strerror or error}).") from None
 
 
 def remove_unfinished(folder: Path, belongs: Callable[[str], bool]) -> None:

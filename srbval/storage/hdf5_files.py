@@ -63,15 +63,13 @@ CALLED_BY_HDF5 = {_PatientFile.write.__code__, _PatientFile.truncate.__code__}  
 def new_hdf5(path: Path) -> Iterator[Any]:
     """An open HDF5 file that becomes `path`, whole and with its checksum, or nothing; it has `ATTRIBUTES`.
 
-    Raises `DataError` where the place cannot be written; its `check_written` does so as soon as that is known.
+    Raises `DataError` where the place cannot be written; its `check_written` ends the block as soon as that is known.
     """
     import h5py
 
     def check() -> None:
-        if isinstance(error := raw.error, OSError):
-            error = DataError(f"{path}: cannot be written ({error.strerror}).")
-        if error is not None:
-            raise error
+        if raw.error is not None:
+            raise raw.error
 
     with atomic_write(path) as part:
         with _PatientFile(part, "w+") as raw:
