@@ -13,10 +13,13 @@ from srbval import __version__
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
 from srbval.campaign.folder import CampaignFolder, Damaged, result_state
-from srbval.errors import DataError
+from srbval.errors import ConfigurationError, DataError
 from srbval.recordings.loaders import detect_format
+from srbval.recordings.registry import load_registered
 from srbval.storage.hdf5_files import CHECKED, new_hdf5
 
+WHITE = "white"
+SEGMENT = 2048  # samples per Welch segment: smears the recording's lines, keeps the shape of its spectrum
 # Labels of a segment: unit, what they are, type. Without a defect height and extent are 0; without added noise the
 # ratio is infinite.
 LABELS: dict[str, tuple[str, str, type]] = {
@@ -32,13 +35,30 @@ LABELS: dict[str, tuple[str, str, type]] = {
 }
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class NoiseSpectrum:
+    """Power spectral density of a noise over frequency; `name` says where it is from. White without a density."""
+
+    name: str
+    frequency_hz: FloatArray | None = None
+    density: FloatArray | None = None
+
+
 @dataclass(frozen=True, kw_only=True)
 class ExportSettings:
-    """Successive segments of `segment_s`, each without noise and with white noise at every ratio of `snr_db`."""
+    """Successive segments of `segment_s`, each without noise and with noise at every ratio of `snr_db`.
+
+    `noise` is ``white`` or a recording whose spectrum it takes.
+    """
 
     segment_s: float = 1.0
     snr_db: tuple[float, ...] = ()
+    noise: str = WHITE
     seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.noise != WHITE and not self.snr_db:
+            raise ConfigurationError("a noise spectrum is given, but no ratio: add --snr-db, such as --snr-db 10 0.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,6 +80,7 @@ def export_campaign(path: Path, file: Path, settings: ExportSettings) -> Exporte
     """
     folder = CampaignFolder(path)
     journal = folder.journal(planned=True)
+    spectrum = noise_spectrum(settings.noise)
     left_out, fs_hz, count = 0, None, 0
     with new_hdf5(file) as out:
         for case in journal.cases:
@@ -72,7 +93,7 @@ def export_campaign(path: Path, file: Path, settings: ExportSettings) -> Exporte
             if fs_hz not in (None, rate):
                 raise DataError(f"{path}: cases differ in output_rate ({fs_hz:g} and {rate:g} Hz); export one.")
             fs_hz = rate
-            segments, labels = _segments(samples, fs_hz, settings, key=case.key)
+            segments, labels = _segments(samples, fs_hz, settings, spectrum, key=case.key)
             count += len(segments)
             _append(out, segments, labels | _case_labels(attributes) | {"case": case.index})
         if not count or fs_hz is None:
@@ -84,7 +105,7 @@ def export_campaign(path: Path, file: Path, settings: ExportSettings) -> Exporte
         about: dict[str, Any] = vars(journal.about)
         counts = {"cases": len(journal.cases) - left_out, "segments": count, "fs_hz": fs_hz}
         out.attrs.update({"srbval_kind": "data-set", "fs_hz": fs_hz, "campaign": about["name"]})
-        card = _data_card(settings, about | counts)
+        card = _data_card(settings, spectrum, about | counts)
         out.attrs.update({"version": about["version"], "data_card": card})
     return ExportedSet(file=file, segments=count, samples=length, fs_hz=fs_hz, left_out=left_out)
 
@@ -102,7 +123,7 @@ def _signal(path: Path) -> tuple[FloatArray, dict[str, Any]] | None:
 
 
 def _segments(
-    samples: FloatArray, fs_hz: float, settings: ExportSettings, *, key: str
+    samples: FloatArray, fs_hz: float, settings: ExportSettings, spectrum: NoiseSpectrum, *, key: str
 ) -> tuple[NDArray[np.float32], dict[str, Any]]:
     """Segments, shape [k, length], without noise and at each ratio, and the labels that differ between them, [k]."""
     length = max(1, round(settings.segment_s * fs_hz))
@@ -113,7 +134,8 @@ def _segments(
         for snr_db in settings.snr_db:
             # noise of its own for every segment and ratio, the same whatever else is exported
             seeds = [settings.seed, int(key[:16], 16), number, round((snr_db + 1000) * 1000)]
-            rows.append(add_noise(piece, snr_db, np.random.default_rng(seeds)))
+            random = np.random.default_rng(seeds)
+            rows.append(add_noise(piece, fs_hz, snr_db=snr_db, spectrum=spectrum, random=random))
     ratios = [np.inf, *settings.snr_db]
     labels = {
         "snr_db": np.tile(ratios, len(pieces)),
@@ -149,22 +171,58 @@ def _append(out: Any, segments: NDArray[np.float32], labels: dict[str, Any]) -> 
             made.attrs.update({"units": units, "long_name": text})
 
 
-def _data_card(settings: ExportSettings, facts: dict[str, Any]) -> str:
+def _data_card(settings: ExportSettings, spectrum: NoiseSpectrum, facts: dict[str, Any]) -> str:
     """How the set was made and what it is not good for, as Markdown (`data_card.md`)."""
-    noise = "none was added; `snr_db` is infinite throughout."
+    noise, origin = "none was added; `snr_db` is infinite throughout.", "the noise, if any, is synthetic too."
+    of_recording = spectrum.frequency_hz is not None
     if settings.snr_db:
         noise = (
-            "each segment comes without noise (`snr_db` infinite) and with white Gaussian noise at "
-            f"{', '.join(f'{ratio:g}' for ratio in settings.snr_db)} dB, seed {settings.seed}. The "
+            f"each segment comes without noise (`snr_db` infinite) and with {'coloured' if of_recording else 'white'} "
+            f"Gaussian noise at {', '.join(f'{ratio:g}' for ratio in settings.snr_db)} dB, seed {settings.seed}. The "
             "ratio is that of the variances of the whole segment, over all frequencies."
         )
-    given = {"program": __version__, "segment_s": settings.segment_s, "noise": noise}
+    if of_recording:
+        origin = f"only the spectrum of the added noise was taken from {spectrum.name}."
+    given = {"program": __version__, "segment_s": settings.segment_s}
     template = (resources.files("srbval.campaign") / "data_card.md").read_text(encoding="utf-8")
-    return template.format(**facts | {"title": facts["title"] or "no title"} | given)
+    return template.format(**facts | {"title": facts["title"] or "no title"}, **given, noise=noise, noise_origin=origin)
 
 
-def add_noise(samples: FloatArray, snr_db: float, random: np.random.Generator) -> FloatArray:
-    """`samples`, shape [n], with white Gaussian noise; `snr_db` is the ratio of the variances [dB]."""
+def noise_spectrum(noise: str) -> NoiseSpectrum:
+    """``white``, or the spectrum of the recording at that path.
+
+    A recording's is its averaged spectrum (Welch) with all it contains: its machine's lines too, smeared. Above its
+    Nyquist frequency it is zero. Raises what reading a recording raises.
+    """
+    if noise == WHITE:
+        return NoiseSpectrum(name=WHITE)
+    from srbval.signal import power_density
+
+    recording = load_registered(noise)
+    name = recording.channel or (recording.axes or tuple(recording.channels))[-1]
+    samples = recording.channels[name]
+    frequency, density = power_density(samples - samples.mean(), recording.fs_hz, SEGMENT / recording.fs_hz)
+    return NoiseSpectrum(
+        name=f"{recording.name}, channel {name} ({recording.origin.value})", frequency_hz=frequency, density=density
+    )
+
+
+def add_noise(
+    samples: FloatArray, fs_hz: float, *, snr_db: float, spectrum: NoiseSpectrum, random: np.random.Generator
+) -> FloatArray:
+    """`samples`, shape [n], with Gaussian noise of `spectrum`; `snr_db` is the ratio of the variances [dB].
+
+    Raises `ConfigurationError` where the spectrum is zero at all frequencies of this sampling rate.
+    """
     noise = random.standard_normal(samples.size)
-    scale = np.sqrt(np.var(samples) / np.var(noise)) * 10 ** (-snr_db / 20)
+    if spectrum.frequency_hz is not None and spectrum.density is not None:
+        lines = np.fft.rfft(noise)
+        frequency_hz = np.arange(lines.size) * fs_hz / samples.size
+        gain = np.interp(frequency_hz, spectrum.frequency_hz, np.sqrt(spectrum.density), right=0.0)
+        gain[0] = 0.0
+        noise = np.fft.irfft(lines * gain, samples.size)
+    power = float(np.var(noise))
+    if power == 0:
+        raise ConfigurationError(f"noise of {spectrum.name}: nothing is left of it at {fs_hz:g} Hz; use white noise.")
+    scale = np.sqrt(np.var(samples) / power) * 10 ** (-snr_db / 20)
     return np.asarray(samples + scale * noise)

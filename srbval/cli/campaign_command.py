@@ -102,7 +102,9 @@ def _reasons(failed: Sequence[Mapping[str, Any]]) -> Iterator[str]:
 
 
 def _export(options: argparse.Namespace) -> int:
-    settings = ExportSettings(segment_s=options.segment_seconds, snr_db=tuple(options.snr_db), seed=options.seed)
+    settings = ExportSettings(
+        segment_s=options.segment_seconds, snr_db=tuple(options.snr_db), noise=options.noise, seed=options.seed
+    )
     made = export_campaign(Path(options.folder), Path(options.output), settings)
     text = f"{made.segments} segments of {made.samples} samples in {made.file}; {made.left_out} cases left out"
     return answer(options, made, text)

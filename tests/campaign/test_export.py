@@ -8,16 +8,19 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from scipy.signal import welch
 
-from srbval.campaign.export import ExportSettings, add_noise, export_campaign
+from srbval.campaign.export import ExportSettings, NoiseSpectrum, add_noise, export_campaign
 from srbval.cli import main
-from srbval.errors import DataError
+from srbval.errors import ConfigurationError, DataError
 from tests.campaign.campaigns import FAILING, run_small, small
 
 AXES = [
     {"kind": "list", "cases": [{"defect.kind": "none"}, {"defect.kind": "roller", "shaft_speed": "500 rpm"}, FAILING]}
 ]
 ROUNDING_DB = 1e-6  # the ratio is set on the noise that was drawn, so it holds to rounding
+SCATTER = 0.3  # of the density about its shape: 199 averages scatter by 7 %, these are four standard deviations
+LEAKAGE = 1e-6  # of the density beyond the spectrum's last frequency, through the window's side lobes
 
 
 @pytest.fixture(scope="module")
@@ -56,12 +59,31 @@ def test_the_same_settings_give_the_same_samples(folder: Path, tmp_path: Path) -
     assert not np.array_equal(first, noisy("c.h5", snr_db=(0.0,), seed=1))
 
 
+def test_noise_of_a_recording(folder: Path, tmp_path: Path) -> None:
+    settings = ExportSettings(segment_s=2e-3, snr_db=(0.0,), noise=str(_case_with_signals(folder)))
+    assert export_campaign(folder, tmp_path / "set.h5", settings).segments == 8
+    with h5py.File(tmp_path / "set.h5") as found:
+        card = str(found.attrs["data_card"])
+    assert "with coloured Gaussian noise at 0 dB" in card
+    assert "only the spectrum of the added noise was taken from" in card
+
+
+def _case_with_signals(folder: Path) -> Path:
+    for file in (folder / "cases").glob("*/*.h5"):
+        with h5py.File(file) as found:
+            if "acceleration_y_m_s2" in found:
+                return file
+    raise AssertionError("no case with signals")
+
+
 def test_what_cannot_be_exported(folder: Path, tmp_path: Path) -> None:
     with pytest.raises(DataError, match="no case holds 1 s of signal"):
         export_campaign(folder, tmp_path / "set.h5", ExportSettings())
     assert not (tmp_path / "set.h5").exists()
     with pytest.raises(DataError, match="no campaign here"):
         export_campaign(tmp_path, tmp_path / "set.h5", ExportSettings())
+    with pytest.raises(ConfigurationError, match="no ratio"):
+        ExportSettings(noise="recording.mat")
 
 
 def test_commands(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -89,8 +111,22 @@ def test_commands(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert ask("run", str(file), "-o", out, "--engine", "x")[0] == 2
 
 
-@pytest.mark.parametrize("snr_db", [20.0, -10.0])
-def test_noise_keeps_its_ratio(snr_db: float) -> None:
-    samples = np.sin(np.arange(10_000.0))
-    noise = add_noise(samples, snr_db, np.random.default_rng(3)) - samples
+@pytest.mark.parametrize("snr_db", [20.0, 0.0, -10.0])
+def test_noise_keeps_its_ratio_and_its_spectrum(snr_db: float) -> None:
+    fs_hz, random = 10_000.0, np.random.default_rng(3)
+    frequency_hz = np.linspace(0, 2500, 200)
+    spectrum = NoiseSpectrum(name="test", frequency_hz=frequency_hz, density=1 / (100 + frequency_hz) ** 2)
+    samples = np.sin(2 * np.pi * 50 * np.arange(100_000) / fs_hz)
+    noise = add_noise(samples, fs_hz, snr_db=snr_db, spectrum=spectrum, random=random) - samples
     assert 10 * np.log10(np.var(samples) / np.var(noise)) == pytest.approx(snr_db, abs=ROUNDING_DB)
+    found_hz, density = welch(noise, fs_hz, nperseg=1000)
+    inside, outside = (found_hz > 50) & (found_hz < 2000), found_hz > 2700
+    ratio = density[inside] * (100 + found_hz[inside]) ** 2
+    assert np.all(np.abs(ratio / np.median(ratio) - 1) < SCATTER)
+    assert density[outside].max() < LEAKAGE * density[inside].max()
+
+
+def test_a_spectrum_without_power_at_this_rate_is_refused() -> None:
+    spectrum = NoiseSpectrum(name="high", frequency_hz=np.array([0.0, 90.0, 100.0]), density=np.array([0.0, 0.0, 1.0]))
+    with pytest.raises(ConfigurationError, match="nothing is left of it at 100 Hz"):
+        add_noise(np.ones(64), 100.0, snr_db=0.0, spectrum=spectrum, random=np.random.default_rng(0))

@@ -11,7 +11,7 @@ from statistics import median
 import numpy as np
 
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
-from srbval.campaign.noise import WHITE, NoiseSpectrum, add_noise, noise_spectrum
+from srbval.campaign.export import WHITE, NoiseSpectrum, add_noise, noise_spectrum
 from srbval.errors import NumericsError
 from srbval.models.simulate import simulate
 from srbval.progress import Progress, silent
