@@ -49,6 +49,7 @@ class ProgressDisplay:
     """
 
     def __new__(cls, stream: TextIO | None = None) -> Self:
+        """The display that suits the stream."""
         kind: Any = _Bars if (stream or sys.stderr).isatty() else _Lines
         made: Self = object.__new__(kind)
         return made
