@@ -63,28 +63,10 @@ def cut(path: Path) -> None:
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
 
 
-def empty(path: Path) -> None:
-    path.write_bytes(b"")
-
-
-def add_zeros(path: Path) -> None:
-    path.write_bytes(path.read_bytes() + bytes(100))
-
-
-def loop(path: Path) -> None:
-    path.unlink()
-    path.symlink_to(path.name)
-
-
 def folder_in_its_place(path: Path) -> None:
     path.unlink()
     path.mkdir()
     (path / "notes.txt").write_text("mine")
-
-
-def pipe(path: Path) -> None:
-    path.unlink()
-    os.mkfifo(path)
 
 
 def foreign(path: Path) -> None:
@@ -95,14 +77,21 @@ def foreign(path: Path) -> None:
         file["value"] = [1.0, 2.0]
 
 
-def another_case(path: Path) -> None:
-    shutil.copy(next(other for other in good_results(path.parents[2]) if other != path), path)
+DAMAGES: dict[str, Callable[[Path], object]] = {
+    "cut": cut,
+    "zeros added": lambda path: path.write_bytes(path.read_bytes() + bytes(100)),
+    "loop": lambda path: (path.unlink(), path.symlink_to(path.name)),
+    "folder": folder_in_its_place,
+    "foreign": foreign,
+    "another case": lambda path: shutil.copy(next(p for p in good_results(path.parents[2]) if p != path), path),
+    "pipe": lambda path: (path.unlink(), os.mkfifo(path)),
+}
 
 
-@pytest.mark.parametrize("damage", [cut, empty, add_zeros, loop, folder_in_its_place, foreign, another_case, pipe])
-def test_a_damaged_result_is_named_and_run_again(damage: Callable[[Path], None], whole: Path, folder: Path) -> None:
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_damaged_result_is_named_and_run_again(damage: str, whole: Path, folder: Path) -> None:
     path = good_results(folder)[0]
-    damage(path)
+    DAMAGES[damage](path)
     assert damaged_names(folder) == {path.name}
     status = campaign_status(folder)
     assert (status.done, [found.file for found in status.damaged]) == (5, [path])
@@ -113,7 +102,7 @@ def test_a_damaged_result_is_named_and_run_again(damage: Callable[[Path], None],
     assert "damaged results, removed and run again: 1;" in said[0]
     assert content(folder) == content(whole)
     assert verify_campaign(folder).ok
-    if damage is folder_in_its_place:
+    if damage == "folder":
         assert [note.read_text() for note in path.parent.glob("*.aside/notes.txt")] == ["mine"]
 
 
@@ -195,7 +184,7 @@ def test_verify_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert (code, found["ok"], found["damaged"], found["results"]) == (0, True, [], 6)
     assert {path: path.stat().st_mtime_ns for path in before} == before
     path = good_results(folder)[0]
-    add_zeros(path)
+    DAMAGES["zeros added"](path)
     code, found = ask("verify", str(folder))
     assert (code, found["ok"], found["status"]) == (3, False, "damaged")
     assert found["damaged"][0]["file"] == str(path)
@@ -235,7 +224,7 @@ def test_lost_lines_of_the_plan(first: int, last: int, known: bool, whole: Path,
 
 @pytest.mark.parametrize("name", ["small", "other"])
 def test_nobodys_folder_is_refused(name: str, whole: Path, folder: Path) -> None:
-    empty(folder / PLAN)
+    (folder / PLAN).write_bytes(b"")
     kept = files_of(folder)
     with pytest.raises(DataError, match=f"nothing says whose folder it is.*remove {PLAN} and {TABLE}"):
         resume(folder, name=name)
@@ -264,7 +253,7 @@ def test_a_users_own_files_stay(folder: Path) -> None:
     for path in own:
         path.parent.mkdir(exist_ok=True)
         path.write_text("mine")
-    empty(good_results(folder)[0])
+    good_results(folder)[0].write_bytes(b"")
     assert resume(folder)[0].done == 6
     assert [path.read_text() for path in own] == ["mine"] * len(own)
     assert verify_campaign(folder).ok
