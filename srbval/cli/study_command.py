@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from srbval.cli.arguments import Parser
-from srbval.cli.output import answer, own_command, print_table
+from srbval.cli.output import answer, own_command
 from srbval.errors import ConfigurationError
 from srbval.progress import ProgressDisplay, prefixed
+from srbval.progress.tables import text_rows
 from srbval.report.blocks import Tone
 from srbval.report.model import Report, VerdictBox
 from srbval.report.pages import results_of
@@ -51,11 +52,7 @@ def _list(options: argparse.Namespace) -> int:
     of_page = {page.name: page for page in pages()}
     rows = [_about(name, of_page[name].results if name in of_page else (name,)) for name in study_names()]
     shown = {"study": "name", "question": "question", "minutes": "minutes", "stored": "made_utc", "stale": "stale"}
-    return answer(
-        options,
-        {"studies": rows},
-        lambda: print_table(tuple(shown), [[row[key] for key in shown.values()] for row in rows]),
-    )
+    return answer(options, {"studies": rows}, text_rows(rows, shown))
 
 
 def _about(name: str, results: tuple[str, ...]) -> dict[str, Any]:

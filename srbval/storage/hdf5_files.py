@@ -82,9 +82,12 @@ def new_hdf5(path: Path) -> Iterator[Any]:
 
 
 def write_hdf5(
-    path: Path, *, fs_hz: float, variables: Mapping[str, tuple[NDArray[np.float64], str, str]],
+    path: Path,
+    *,
+    fs_hz: float,
+    variables: Mapping[str, tuple[NDArray[np.float64], str, str]],
     attributes: Mapping[str, float | str],
-) -> None:  # fmt: skip
+) -> None:
     """Write variables over a common `time_s` scale, readable by xarray (engine ``h5netcdf``).
 
     `variables` by name: samples, shape [n], SI unit as text, and what it is. `attributes` are the file's own,
