@@ -8,6 +8,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from srbval.studies.speed_accuracy.measured import MeasureErrors, RunTiming, time_scene
+from srbval.studies.speed_accuracy.reference import reference_store, references
+from srbval.studies.speed_accuracy.row import BenchRun, row_of
+from srbval.studies.speed_accuracy.targets import Target, speed_targets
+from srbval.studies.speed_accuracy.work_precision import (
+    non_dominated,
+    observed_order,
+    path_error,
+    with_accuracy,
+    with_pareto,
+)
 
 from srbval.bearing import Fault
 from srbval.cli import main
@@ -20,19 +31,8 @@ from srbval.storage.stored_result import SCHEMA_VERSION, ContentStore
 from srbval.studies.scenes import QUICK, SCENES, BenchSettings, bench_scene, output_rate_hz
 from srbval.studies.speed_accuracy import processes
 from srbval.studies.speed_accuracy import study as bench
-from srbval.studies.speed_accuracy.measured import MeasureErrors, RunTiming, time_scene
 from srbval.studies.speed_accuracy.processes import Processes
-from srbval.studies.speed_accuracy.reference import reference_store, references
-from srbval.studies.speed_accuracy.row import BenchRun, row_of
 from srbval.studies.speed_accuracy.study import BenchResult, run_bench, step_sizes
-from srbval.studies.speed_accuracy.targets import Target, speed_targets
-from srbval.studies.speed_accuracy.work_precision import (
-    non_dominated,
-    observed_order,
-    path_error,
-    with_accuracy,
-    with_pareto,
-)
 
 TINY = BenchSettings(
     timing_s=0.002, timing_settle_s=0.0, repeats=1, accuracy_s=0.01, accuracy_settle_s=0.0, memory_s=0.01, starts=1,

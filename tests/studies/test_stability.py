@@ -10,6 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from srbval.studies.stability.cell import (
+    CAGE_LIMIT,
+    LOAD_RANGE,
+    PLANTED,
+    PLANTED_RPM,
+    UNLIKE,
+    StabilityCell,
+    planted_in,
+)
+from srbval.studies.stability.reference import StabilityReference
 
 from srbval.cli import main
 from srbval.errors import ConfigurationError
@@ -31,18 +41,8 @@ from srbval.storage.json_files import to_json
 from srbval.studies import outcomes as outcome_module
 from srbval.studies.outcomes import RunOutcome, outcome_store
 from srbval.studies.scenes import PAPER_STEP_S
-from srbval.studies.stability.cell import (
-    CAGE_LIMIT,
-    LOAD_RANGE,
-    PLANTED,
-    PLANTED_RPM,
-    UNLIKE,
-    StabilityCell,
-    planted_in,
-)
 from srbval.studies.stability.claims import claims
 from srbval.studies.stability.grid import FULL, RIG, StabilityCase, StabilityGrid, StabilityGroup
-from srbval.studies.stability.reference import StabilityReference
 from srbval.studies.stability.step_limits import StepLimits, balanced, linearise
 from srbval.studies.stability.study import StabilityResult, run_stability
 

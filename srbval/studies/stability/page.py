@@ -15,7 +15,7 @@ from srbval.report.sections.names import missing, origin_of
 from srbval.scene import SolverSettings, paper_scene
 from srbval.storage.stored_result import StoredResult
 from srbval.studies.scenes import RIG_SCENES
-from srbval.studies.stability.figure import MapBlock, stability_map
+from srbval.studies.stability.figure import stability_map
 
 TEXTS = Texts.of_study(__package__)
 MAIN_SCENE = "interference-outer"  # of the one map in the main document
@@ -74,49 +74,43 @@ def _claim(claim: Row) -> Iterator[Block]:
     yield Listing(items=tuple(literal(line) for line in claim["evidence"]))
 
 
-def _main_map(content: Mapping[str, Any], scene: str) -> Figure:
+def _main_map(content: Row, scene: str) -> Figure:
     """Every method at the paper's friction."""
-    grid = content["grid"]
-    velocity, solvers = min(grid["critical_velocity_m_s"]), grid["solvers"]
+    velocity, solvers = min(content["grid"]["critical_velocity_m_s"]), content["grid"]["solvers"]
     rows = [solvers[i : i + BLOCKS_ABREAST] for i in range(0, len(solvers), BLOCKS_ABREAST)]
     return _drawn(content, scene, "stability-map", [[(solver, velocity) for solver in row] for row in rows])
 
 
-def _map(content: Mapping[str, Any], scene: str) -> Figure:
+def _map(content: Row, scene: str) -> Figure:
     """Every method at every friction."""
     grid = content["grid"]
     wanted = [[(s, v) for v in sorted(grid["critical_velocity_m_s"])] for s in grid["solvers"]]
     return _drawn(content, scene, f"stability-{scene}", wanted)
 
 
-def _drawn(content: Mapping[str, Any], scene: str, name: str, wanted: Sequence[Sequence[tuple[str, float]]]) -> Figure:
+def _drawn(content: Row, scene: str, name: str, wanted: Sequence[Sequence[tuple[str, float]]]) -> Figure:
     """The map of a scene with a block for each of the methods and frictions wanted, rows of them."""
-    grid = content["grid"]
     cells = {
-        (c["solver"], c["critical_velocity_m_s"], round(1 / c["dt_s"]), c["rpm"]): c
+        (c["solver"], c["critical_velocity_m_s"], _steps(c), c["rpm"]): c
         for c in content["cells"]
         if c["scene"] == scene
     }
-    steps, rpm = sorted(grid["steps_per_s"], reverse=True), sorted(grid["rpm"])
-
-    def block(solver: str, velocity: float) -> MapBlock:
-        rows = [[cells[solver, velocity, n, r] for r in rpm] for n in steps]
-        return MapBlock(
-            title=f"{solver}, critical velocity {_velocity(velocity)}" if several else solver,
-            statuses=[[c["status"] for c in row] for row in rows],
-            limits_s=[(c["predicted_elastic_limit_dt_s"], c["predicted_limit_dt_s"]) for c in rows[0]],
-        )
-
+    steps, rpm = sorted(content["grid"]["steps_per_s"], reverse=True), sorted(content["grid"]["rpm"])
     several = scene not in RIG_SCENES and len({velocity for row in wanted for _, velocity in row}) > 1
+
+    def block(solver: str, velocity: float) -> tuple[str, list[list[Row]]]:
+        title = f"{solver}, critical velocity {_velocity(velocity)}" if several else solver
+        return title, [[cells[solver, velocity, n, r] for r in rpm] for n in steps]
+
     blocks = [[block(*one) for one in row] for row in wanted]
-    plot = partial(stability_map, blocks=blocks, steps_per_s=steps, rpm=rpm)
     good = [
-        {"title": b.title, "good": [sum(status in WITHIN for status in line) for line in b.statuses]}
-        for b in (b for row in blocks for b in row)
-    ]
+        {"title": title, "good": [sum(c["status"] in WITHIN for c in line) for line in lines]}
+        for row in blocks for title, lines in row
+    ]  # fmt: skip
     return TEXTS.figure(
-        "stability", plot, id=name, badge=Badge.SIMULATED, scene=scene, blocks=good, steps=steps, speeds=len(rpm)
-    )
+        "stability", partial(stability_map, blocks=blocks), id=name, badge=Badge.SIMULATED, scene=scene, blocks=good,
+        steps=steps, speeds=len(rpm),
+    )  # fmt: skip
 
 
 def _limits(cells: Sequence[Row], scenes: Sequence[str]) -> Iterator[dict[str, Any]]:
@@ -145,11 +139,15 @@ def _velocity(m_s: float) -> str:
 def _longest(cells: Sequence[Row], good: Callable[[Row], bool]) -> float | None:
     """Divisor of the longest step such that it and all shorter ones are good at every speed."""
     found = None
-    for steps in sorted({round(1 / c["dt_s"]) for c in cells}, reverse=True):
-        if not all(good(c) for c in cells if round(1 / c["dt_s"]) == steps):
+    for steps in sorted({_steps(c) for c in cells}, reverse=True):
+        if not all(good(c) for c in cells if _steps(c) == steps):
             break
         found = float(steps)
     return found
+
+
+def _steps(cell: Row) -> int:
+    return round(1 / cell["dt_s"])
 
 
 def _per_s(cells: Sequence[Row], name: str) -> float | None:
