@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from srbval.models.sensor import band_rms
-from srbval.plan.measures import Measures, harmonic_pattern, noise_floor, scatter, smooth_mean
+from srbval.plan.measures import harmonic_pattern, noise_floor, scatter, smooth_mean
 from srbval.signal import amplitude_spectrum
-from srbval.studies.speed_accuracy.measured import errors_against
 
 FS = 20480.0
 BAND = (500.0, 1500.0)
@@ -75,28 +74,3 @@ def test_scatter_of_white_noise_is_its_standard_error() -> None:
     expected = math.sqrt(1.5 / values.size) / 10.0
     assert expected / 2 < scatter(values) < 2 * expected
     assert scatter(np.full(1000, 3.0)) == pytest.approx(0.0, abs=ROUNDING)
-
-
-def measures(**changes: object) -> Measures:
-    values: dict[str, object] = {
-        "seconds": 1.0, "cage_ratio": 0.43, "cage_scatter": 1e-6, "defect_hz": 97.0, "noise_floor": 1e-3,
-        "band_rms_m_s2": 1.4, "harmonics": (1.0, 0.5, 0.3, 0.2, 0.1),
-    }  # fmt: skip
-    return Measures(**values | changes)  # type: ignore[arg-type]
-
-
-def test_errors_are_relative_and_without_sign() -> None:
-    worse = measures(
-        cage_ratio=0.43 * 0.999, band_rms_m_s2=1.4 * 1.1, noise_floor=5e-3, harmonics=(1, 0.5, 0.6, 0.2, 0)
-    )
-    errors = errors_against(worse, measures())
-    assert errors.cage_error == pytest.approx(1e-3)
-    assert errors.band_rms_error == pytest.approx(0.1)
-    assert errors.noise_floor_ratio == pytest.approx(5.0)
-    assert errors.harmonic_error == pytest.approx(0.3)
-    assert errors.defect_hz_error == 0.0
-
-
-def test_what_is_missing_has_no_error() -> None:
-    errors = errors_against(measures(defect_hz=None, noise_floor=None, harmonics=None), measures())
-    assert (errors.defect_hz_error, errors.noise_floor_ratio, errors.harmonic_error) == (None, None, None)

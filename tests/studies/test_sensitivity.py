@@ -143,6 +143,6 @@ def test_the_paper_s_points_make_runs_chaotic_and_converged_ones_do_not():
     short = dataclasses.replace(SCENE, duration_s=1.0, shaft_speed_rad_s=90.0)
     spread = {}
     for name, scene in (("paper", short), ("converged", converged(short))):
-        levels = [sensitivity._values(sensitivity.run_unchecked(one))["4xBPFO"] for one in starts(scene)[:4]]
+        levels = [sensitivity.values_of(sensitivity.run_unchecked(one))["4xBPFO"] for one in starts(scene)[:4]]
         spread[name] = np.std(levels)
     assert spread["converged"] < 0.01 < 0.1 < spread["paper"]

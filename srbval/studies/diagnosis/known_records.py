@@ -103,7 +103,7 @@ def readings(record: KnownRecord, read: Analysis) -> Iterator[tuple[str, Analysi
         yield OTHER, dataclasses.replace(read, bearing=other)
 
 
-def write_table(file: Path, records: Iterable[KnownRecord], progress: Progress) -> list[dict[str, object]]:
+def write_table(file: Path, records: Iterable[KnownRecord], progress: Progress) -> list[dict[str, str]]:
     """Write the features of `records` to a CSV `file`, those that cannot be read left out; returns its rows."""
     known, found = list(records), []
     for number, record in enumerate(known):

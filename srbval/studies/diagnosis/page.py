@@ -1,6 +1,6 @@
 """How often faults were diagnosed correctly, by every method, and whether the probabilities hold; as last stored."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -8,28 +8,17 @@ from typing import Any
 from srbval.report.blocks import Block
 from srbval.report.figures.files import PanelFiles, save_panel
 from srbval.report.figures.style import BLUE, INK, SOFT, figure_style, new_axes
-from srbval.report.model import Section
-from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
-from srbval.report.sections.names import missing, origin_of
-
-TEXTS = Texts.of_study(__package__)
+from srbval.studies.appendix_page import appendix_page
 
 
-def section(results: StoredResults) -> Section:
+def blocks(texts: Texts, content: Mapping[str, Any]) -> Iterator[Block]:
     """Counts by method; the reliability diagram of the probabilities."""
-    result = results.get("diagnosis")
-    if result is None:
-        return TEXTS.section(appendix=(missing("diagnosis"),))
-    rows, found = [row for row in result.content["confusions"] if row["dataset"] == "all"], result.content["naming"]
-    blocks: tuple[Block, ...] = (
-        TEXTS.paragraph("naming", rows=rows),
-        origin_of(result),
-        TEXTS.table("fault-naming", rows),
-        TEXTS.paragraph("probabilities", found=found),
-        TEXTS.figure("naming-reliability", partial(reliability_plot, rows=found["reliability"]), found=found),
-    )
-    return TEXTS.section(appendix=blocks)
+    rows, found = [row for row in content["confusions"] if row["dataset"] == "all"], content["naming"]
+    yield texts.paragraph("naming", rows=rows)
+    yield texts.table("fault-naming", rows)
+    yield texts.paragraph("probabilities", found=found)
+    yield texts.figure("naming-reliability", partial(reliability_plot, rows=found["reliability"]), found=found)
 
 
 def reliability_plot(folder: Path, name: str, *, rows: Sequence[Mapping[str, Any]]) -> PanelFiles:
@@ -51,4 +40,4 @@ def reliability_plot(folder: Path, name: str, *, rows: Sequence[Mapping[str, Any
         return save_panel(figure, folder, name, {key: [row[key] for row in rows] for key in rows[0]})
 
 
-PAGE = Page(name="diagnosis", place=120.1, results=("diagnosis",), section=section)
+PAGE = appendix_page(__package__, 120.1, blocks)

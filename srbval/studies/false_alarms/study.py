@@ -122,7 +122,7 @@ def by_chance(analyses: Sequence[tuple[str, Analysis]], repeats: int, count: int
         yield {"rig": rig, "median": float(np.median(distances)), "highest": max(distances), "trials": repeats}
 
 
-def distance(chances: Sequence[float]) -> float:
+def distance(chances: Sequence[float] | FloatArray) -> float:
     """Kolmogorov-Smirnov distance of `chances` from the uniform distribution."""
     return float(kstest(chances, "uniform").statistic)
 

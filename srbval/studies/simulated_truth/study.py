@@ -4,14 +4,14 @@
 third octaves against the true one and its 95 % interval, by Student's factor for what the bands leave over. A rig's
 third octaves share its errors, so that the count's own standard error is taken over rigs.
 
-`rough`: rigs that are runs of the scene `rig` with waves, others on the faulty bearing than on the healthy one. The path
-is known there; what the smooth scene shows behind it is compared with each rig's increment. How far surfaces scatter it,
-half of the rigs tell; scored are the others, and how many of them reject the true path, one with its modes a tenth off,
-one without modes, and a hole 1.5 times as small or large, at one in a hundred.
+`rough`: rigs that are runs of the scene `rig` with waves, others on the faulty bearing than on the healthy one. The
+path is known there; what the smooth scene shows behind it is compared with each rig's increment. How far surfaces
+scatter it, half of the rigs tell; scored are the others, and how many of them reject the true path, one with its modes
+a tenth off, one without modes, and a hole 1.5 times as small or large, at one in a hundred.
 
 `sizes`: the rig scene with another size, other inputs, behind a known path and over a background, with the path known,
-and known to within the covariance of an identified one. Counted as resolved are sizes whose interval is within the sizes
-that were simulated.
+and known to within the covariance of an identified one. Counted as resolved are sizes whose interval is within the
+sizes that were simulated.
 """
 
 import math
@@ -182,6 +182,7 @@ def counted(found: list[tuple[str, Fault, float, DefectSize]]) -> Iterator[Row]:
                 pairs = [(true, one.sizes[way]) for true, one in members]
                 whole = [(true, size) for true, size in pairs if size.low_m and size.high_m]
                 ratio = np.array([size.extent_m / true for true, size in whole])
+                wide = [math.log((s.high_m or 1) / (s.low_m or 1)) for _, s in whole]
                 beyond = ((s.high_m or 0) < 1.5 * true and (s.low_m or 0) > true / 1.5 for true, s in whole)
                 yield {
                     "path": path, "fault": fault or "all", "from": way, "truths": len(pairs), "resolved": len(whole),
@@ -189,7 +190,7 @@ def counted(found: list[tuple[str, Fault, float, DefectSize]]) -> Iterator[Row]:
                     "bias %": 100 * (math.exp(float(np.mean(np.log(ratio)))) - 1),
                     "scatter %": 100 * float(np.std(np.log(ratio))),
                     "covered": sum((s.low_m or 0) <= true <= (s.high_m or math.inf) for true, s in pairs),
-                    "half width %": 50 * float(np.median([math.log((s.high_m or 1) / (s.low_m or 1)) for _, s in whole])),
+                    "half width %": 50 * float(np.median(wide)),
                 }  # fmt: skip
 
 

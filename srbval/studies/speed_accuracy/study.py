@@ -128,7 +128,9 @@ def _value(rows: Sequence[Row], one: Row, solver: str, step_s: float) -> tuple[f
     if row is None or row["status"] not in (*USABLE, RunStatus.ENERGY_OPEN):
         return None, row is not None
     value: float | None = row[one["value"]]
-    return ratio_or_none(value, explicit and explicit[one["value"]]) if "over_ode4" in one else value, True
+    if "over_ode4" in one:
+        value = ratio_or_none(value, None if explicit is None else explicit[one["value"]])
+    return value, True
 
 
 def _row(rows: Sequence[Row], scene: str, solver: str, step_s: float) -> Row | None:

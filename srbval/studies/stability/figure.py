@@ -61,8 +61,10 @@ def stability_map(folder: Path, name: str, *, blocks: Sequence[Sequence[Block]])
         figure.supylabel("Step, s", fontsize=8.5)
         cells = [(title, cell) for row in blocks for title, lines in row for line in lines for cell in line]
         _legend(figure, Counter(cell["status"] for _, cell in cells))
-        columns = {key: [math.nan if cell[key] is None else cell[key] for _, cell in cells] for key in COLUMNS}
-        return save_panel(figure, folder, name, {"block": [title for title, _ in cells]} | columns)
+        columns: dict[str, list[Any]] = {
+            key: [math.nan if cell[key] is None else cell[key] for _, cell in cells] for key in COLUMNS
+        }
+        return save_panel(figure, folder, name, {"block": [title for title, _ in cells], **columns})
 
 
 def _middles(values: Sequence[float]) -> list[float]:
