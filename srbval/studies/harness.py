@@ -44,10 +44,6 @@ class StudyResult:
     sound: bool = True
 
 
-def _no_options(_: argparse.ArgumentParser) -> None:
-    """A study without options of its own."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class Study:
     """A question that takes minutes or hours to answer, and whose answer is stored.
@@ -59,7 +55,7 @@ class Study:
     question: str
     minutes: float
     run: Callable[[argparse.Namespace, Progress], StudyResult]
-    options: Callable[[argparse.ArgumentParser], None] = _no_options
+    options: Callable[[argparse.ArgumentParser], None] = lambda _: None
 
 
 def study_names() -> tuple[str, ...]:

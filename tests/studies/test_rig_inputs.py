@@ -13,7 +13,7 @@ from srbval.check.reference import read_reference, reference_path
 from srbval.errors import NumericsError
 from srbval.models.run import RunStatus
 from srbval.models.simulate import Step
-from srbval.scene import draws, load_scene, rig_inputs
+from srbval.scene import load_scene, rig_inputs
 from srbval.storage.stored_result import newest_result
 from srbval.studies.rig_inputs import study as calibrator
 from srbval.studies.rig_inputs.study import (
@@ -96,19 +96,6 @@ def test_what_has_no_interval_is_not_judged() -> None:
     assert "data" not in found["parts_pct"]
 
 
-def test_inputs_are_drawn_within_their_ranges() -> None:
-    drawn = draws(INPUTS, 4)
-    assert draws(INPUTS, 4) == drawn
-    directions = {changes["load"]["direction"] for changes in drawn}
-    assert directions == {"-90.0 deg", "90.0 deg"}, "one or the other"
-    for changes in drawn:
-        line, load = changes["line_contact"], changes["load"]
-        assert 0.96 <= line["outer_osculation"] <= 0.985
-        assert 2 <= line["traction_slope"] <= 5
-        assert 118.6 <= float(load["radial"].removesuffix(" kN")) <= 131
-    assert len({changes["line_contact"]["traction_slope"] for changes in drawn}) == len(drawn)
-
-
 def test_runs_are_of_the_rig_scene(monkeypatch: pytest.MonkeyPatch) -> None:
     """With the record's speed and defect; every value of every input is run, and every draw."""
     scenes = []
@@ -142,65 +129,48 @@ def test_a_failed_run_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
         cage_ratio(OUTER, {"seed": 1})
 
 
-def test_the_stored_result_is_of_the_scene_and_keeps_what_is_asked_for() -> None:
-    """The whole study, run by ``srbval study run rig_inputs``."""
+@pytest.fixture(scope="module")
+def stored() -> list[dict[str, Any]]:
     kept = newest_result("rig_inputs")
     if kept is None:
         pytest.skip("no stored result; srbval study run rig_inputs makes one")
-    studies = kept.content["studies"]
-    assert [each["of"]["record"] for each in studies] == list(RECORDS)
-    for each in studies:
+    studies: list[dict[str, Any]] = kept.content["studies"]
+    return studies
+
+
+def test_the_stored_result_is_of_the_scene_and_keeps_what_is_asked_for(stored: list[dict[str, Any]]) -> None:
+    """The whole study, run by ``srbval study run rig_inputs``; read again it keeps the runs, and says the same."""
+    assert [each["of"]["record"] for each in stored] == list(RECORDS)
+    for each in stored:
         assert {e["key"]: tuple(e["values"]) for e in each["effects"]} == {one.key: one.values for one in INPUTS}
-    for each in studies[:2]:
+        again = scored({**each, "of": rig_line(each["of"]["record"])})
+        assert again["error_pct"] == pytest.approx(each["error_pct"], abs=100 * READ)
+        assert again["verdict"] == each["verdict"]
+    for each in stored[:2]:
         assert abs(100 * (each["nominal"] / each["of"]["cage_ratio"] - 1)) < ALLOWED_PCT
         assert abs(each["error_pct"]) < each["uncertainty_pct"]
 
 
+@pytest.mark.usefixtures("stored")
 @pytest.mark.parametrize("record", RECORDS)
-def test_the_stored_lines_are_those_of_the_reference(record: str) -> None:
-    """As ``srbval check`` reads them, or those published."""
-    if newest_result("rig_inputs") is None:
-        pytest.skip("no stored result; srbval study run rig_inputs makes one")
-    kept, (_, kind, published) = stored_line(record), RECORDS[record]
-    assert kept == pytest.approx(rig_line(record)), "without recordings"
-    if published is None:
-        order = BEARING.rolling_elements * share(kind, kept["cage_ratio"])
-        checked = read_reference(reference_path())[f"rig_order_{kind}"]
-        assert order == pytest.approx(checked.value, abs=checked.tolerance)
-
-
-@pytest.mark.parametrize("record", ["OR 877", "IR 877"])
-def test_the_stored_lines_are_the_recordings(
+def test_the_stored_lines_are_those_of_the_reference_and_of_the_recordings(
     record: str, recordings_dir: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    if newest_result("rig_inputs") is None:
-        pytest.skip("no stored result; srbval study run rig_inputs makes one")
+    """As ``srbval check`` reads them, or those published; with the records that come with srbval and the whole ones."""
+    kept, (_, kind, published) = stored_line(record), RECORDS[record]
+    assert kept == pytest.approx(rig_line(record), abs=READ)
+    if published is None:
+        checked = read_reference(reference_path())[f"rig_order_{kind}"]
+        order = BEARING.rolling_elements * share(kind, kept["cage_ratio"])
+        assert order == pytest.approx(checked.value, abs=checked.tolerance)
     monkeypatch.setenv("SRBVAL_RECORDINGS", str(recordings_dir))
-    assert stored_line(record) == pytest.approx(rig_line(record), abs=READ)
-
-
-def test_reading_again_keeps_the_runs() -> None:
-    kept = newest_result("rig_inputs")
-    if kept is None:
-        pytest.skip("no stored result; srbval study run rig_inputs makes one")
-    for each in kept.content["studies"]:
-        found = scored({**each, "of": rig_line(each["of"]["record"])})
-        assert found["error_pct"] == pytest.approx(each["error_pct"], abs=100 * READ)
-        assert found["verdict"] == each["verdict"]
+    assert kept == pytest.approx(rig_line(record), abs=READ)
 
 
 @pytest.mark.slow
-def test_some_of_it_measured_anew() -> None:
-    kept = newest_result("rig_inputs")
-    if kept is None:
-        pytest.skip("no stored result; srbval study run rig_inputs makes one")
-    for each in kept.content["studies"][1:3]:  # one of either race, at either speed
-        assert cage_ratio(stored_line(each["of"]["record"]), {}) == pytest.approx(each["nominal"], abs=SAME_RATIO)
-    outer = kept.content["studies"][0]["effects"][0]
-    assert outer["key"] == INPUTS[0].key
-    assert cage_ratio(OUTER, INPUTS[0].changes(INPUTS[0].high)) == pytest.approx(
-        outer["cage_ratios"][-1], abs=SAME_RATIO
-    )
+def test_some_of_it_measured_anew(stored: list[dict[str, Any]]) -> None:
+    for each in stored[1:3]:  # one of either race, at either speed
+        assert cage_ratio(each["of"], {}) == pytest.approx(each["nominal"], abs=SAME_RATIO)
 
 
 def test_the_scenes_own_step_is_fine_at_its_nominal_values() -> None:

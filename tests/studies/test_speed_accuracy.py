@@ -21,7 +21,6 @@ from srbval.scene import RollerFit
 from srbval.storage.json_files import to_json
 from srbval.storage.stored_result import SCHEMA_VERSION, ContentStore, StoredResult
 from srbval.studies.scenes import SCENES, bench_scene, output_rate_hz
-from srbval.studies.speed_accuracy import processes
 from srbval.studies.speed_accuracy import study as bench
 from srbval.studies.speed_accuracy.page import PAGE
 from srbval.studies.speed_accuracy.runs import (
@@ -224,16 +223,6 @@ def test_default_step_is_among_the_steps() -> None:
     assert of_rig in steps
     assert any(abs(s * 61440 - 1) < ROUNDING for s in step_sizes(TINY, [of_rig], accuracy=False))
     assert step_sizes(QUICK, [1 / 61440, 1 / 61440], accuracy=True) == step_sizes(QUICK, [], accuracy=True)
-
-
-def test_processes_read_their_children(monkeypatch: pytest.MonkeyPatch) -> None:
-    def answer(_store: Path, *arguments: str) -> str:
-        if "compile" in arguments:
-            return json.dumps({"compile_s": 2.0, "compile_by_solver_s": {"ode4": 2.0}})
-        return json.dumps({"memory_seconds": 0.01, "peak_bytes": 5}) if "memory" in arguments else "{}"
-
-    monkeypatch.setattr(processes, "_run", answer)
-    assert set(processes.measure_processes(1, 0.01)) == set(APART)
 
 
 def test_a_child_prints_one_document() -> None:

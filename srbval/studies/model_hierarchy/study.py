@@ -63,15 +63,11 @@ def _options(parser: ArgumentParser) -> None:
 
 def _run(options: Namespace, progress: Progress) -> StudyResult:
     """Stored where ``-o`` names a file: the planner reads ``srbval/plan/calibration_<base>.json``."""
+    quick, base = options.quick, options.base
     table = measure_ladder(
-        (quick_grid if options.quick else grid)(options.base),
-        [] if options.quick else between(options.base),
-        base=options.base,
-        seconds=options.seconds,
-        jobs=options.jobs,
-        store=answer_store(),
-        progress=progress,
-    )
+        quick_grid(base) if quick else grid(base), [] if quick else between(base), base=base, seconds=options.seconds,
+        jobs=options.jobs, store=answer_store(), progress=progress,
+    )  # fmt: skip
     rows = summary(table)
     text = f"reference: {table.reference}; {len(table.entries)} scenes of {table.seconds:g} s"
     printed = printed_columns(__package__, "summary", rows)

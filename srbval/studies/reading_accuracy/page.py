@@ -10,7 +10,7 @@ from srbval.studies.appendix_page import appendix_page
 # A line this far above the noise is strong: what is asked of an error is asked from here on.
 STRONG_DB = 16.0
 LEAST_LINES = 20  # detected in a cell, for its coverage to say something
-READING_KEYS = ("accuracy", "false_alarms", "timings", "chains", "transforms")
+READING_KEYS = ("accuracy", "false_alarms", "chains", "transforms")
 COVERAGE = (0.92, 0.98)  # of a 95 % interval, as counted in so many records
 
 

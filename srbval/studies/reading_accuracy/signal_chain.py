@@ -1,7 +1,5 @@
-"""The one-pass signal chain against the paper's chain and the usual library calls: errors and wall times."""
+"""Errors of the one-pass signal chain and of the paper's."""
 
-import statistics
-import timeit
 from typing import Any
 
 import numpy as np
@@ -9,11 +7,9 @@ import scipy.fft
 
 from srbval.arrays import FloatArray
 from srbval.signal import (
-    amplitude_spectrum,
     analytic_signal,
     bandpass,
     butterworth_gain,
-    drop_ends,
     end_s,
     squared_envelope,
     squared_envelope_one_pass,
@@ -24,7 +20,6 @@ BANDS_HZ = ((1400.0, 2800.0), (500.0, 1500.0))  # of the rig's and of the simula
 RECORDS = 5  # the error of a truncated filtered record depends on the few samples at its ends: the worst of so many
 AGREEMENT = 1e-4  # of the largest value
 FAULT_HZ, FAULT_DEPTH = 97.0, 0.3
-ROUNDS = 9
 
 
 def chain_errors(samples: int = SAMPLES, *, seed: int = 0, records: int = RECORDS) -> list[dict[str, Any]]:
@@ -106,27 +101,3 @@ def _fault_line_difference(noise: FloatArray, band_hz: tuple[float, float], end:
         for square in (_one_pass(record, band_hz), squared_envelope(bandpass(record, FS_HZ, band_hz)))
     )
     return float(abs(found / expected - 1))
-
-
-def timings() -> list[dict[str, Any]]:
-    """Record to envelope spectrum: median wall times [s] of two ways, each in one thread, and their ratio."""
-    samples, ours, theirs = np.random.default_rng(0).standard_normal(SAMPLES), [], []
-    for _ in range(ROUNDS):
-        ours.append(timeit.timeit(lambda: _own(samples), number=1))
-        theirs.append(timeit.timeit(lambda: _usual(samples), number=1))
-    own, other = statistics.median(ours), statistics.median(theirs)
-    return [{
-        "what": "envelope spectrum, one pass", "against": "sosfiltfilt, hilbert, abs, rfft", "seconds": own,
-        "against_seconds": other, "ratio": own / other,
-    }]  # fmt: skip
-
-
-def _own(samples: FloatArray) -> object:
-    square, rate = squared_envelope_one_pass(samples, FS_HZ, BANDS_HZ[0])
-    return amplitude_spectrum(drop_ends(square, rate, end_s(BANDS_HZ[0])), rate)
-
-
-def _usual(samples: FloatArray) -> object:
-    import scipy.signal
-
-    return scipy.fft.rfft(np.abs(scipy.signal.hilbert(bandpass(samples, FS_HZ, BANDS_HZ[0]))))

@@ -1,9 +1,8 @@
-"""How well a frequency is read: accuracy against the Cramer-Rao bound, false alarms, the signal chain, timings.
+"""How well a frequency is read: accuracy against the Cramer-Rao bound, false alarms, the signal chain, transforms.
 
 And how the intervals of weak lines cover the truth, on records that their table of factors was not made from; with
 ``--table`` that table is made again. Every piece is kept in the user's cache, so that an interrupted run goes on where
-it was, and one with more records adds to it. On a machine with other work to do ``--rest-of
-reports/reading_accuracy.json`` measures the accuracy only, takes all else from an earlier result, and says so.
+it was, and one with more records adds to it.
 """
 
 import contextlib
@@ -21,19 +20,17 @@ from typing import Any, TypeVar
 from srbval.processes.machine import one_thread, usable_cores
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
-from srbval.storage.json_files import parse_json, to_json
 from srbval.storage.stored_result import ContentStore
 from srbval.studies.harness import Study, StudyResult
 from srbval.studies.reading_accuracy import intervals, trials
 from srbval.studies.reading_accuracy.scalogram_check import TRANSFORMS, check_scalogram
-from srbval.studies.reading_accuracy.signal_chain import chain_errors, timings
+from srbval.studies.reading_accuracy.signal_chain import chain_errors
 from srbval.studies.reading_accuracy.trials import NOISES, cells_of, chances_of, rates_of, summary, trials_of
 
 # Records a task is made of; each has a seed of its own, so that results do not depend on who does it.
 _TASK = 50
 _NOISE_SEED = 1_000_000
 STORE = ContentStore(kind="reading", computed_by="srbval.signal")
-REST = ("false_alarms", "timings", "chains", "transforms", "weak_lines")
 
 Piece = TypeVar("Piece")
 
@@ -42,7 +39,7 @@ Piece = TypeVar("Piece")
 class ReadingSettings:
     """Number of records per cell; durations, line-to-noise ratios, jitter and slip to try.
 
-    `timed`: also what is not Monte-Carlo, the wall times and the errors of the envelope chain and the transforms.
+    `chains`: also what is not Monte-Carlo, the errors of the envelope chain and of the transforms.
     """
 
     trials: int = 1000
@@ -52,7 +49,7 @@ class ReadingSettings:
     snr_db: tuple[float, ...] = (16.0, 25.0, 35.0)
     jitter: tuple[float, ...] = (0.0, 0.001, 0.003, 0.01, 0.03)
     slip: tuple[float, ...] = (0.01, 0.03)
-    timed: bool = True
+    chains: bool = True
 
 
 QUICK_READING = ReadingSettings(
@@ -64,13 +61,7 @@ def run_reading_bench(
     settings: ReadingSettings, *, seed: int = 0, jobs: int = 1, store: ContentStore | None = None,
     progress: Progress = silent,
 ) -> dict[str, list[dict[str, Any]]]:  # fmt: skip
-    """Run all cells in `jobs` processes; deterministic except for the timings, which come first, with no other work.
-
-    Pieces found in `store` are not made again.
-    """
-    timed = timings() if settings.timed else []
-    chains = chain_errors() if settings.timed else []
-    transforms = [check_scalogram(name) for name in TRANSFORMS] if settings.timed else []
+    """Run all cells in `jobs` processes; pieces found in `store` are not made again."""
     cells = cells_of(settings.seconds, settings.snr_db, settings.jitter, settings.slip)
     pieces = functools.partial(_in_pieces, jobs=jobs, store=store)
     works = [functools.partial(trials_of, cell) for cell in cells]
@@ -82,7 +73,8 @@ def run_reading_bench(
     return {
         "accuracy": [summary(cell, found) for cell, found in zip(cells, read, strict=True)],
         "false_alarms": [row for name, found in told if found for row in rates_of(name, found)],
-        "timings": timed, "chains": chains, "transforms": transforms,
+        "chains": chain_errors() if settings.chains else [],
+        "transforms": [check_scalogram(name) for name in TRANSFORMS] if settings.chains else [],
         "weak_lines": intervals.check_weak(settings.weak_records, jobs) if settings.weak_records else [],
     }  # fmt: skip
 
@@ -133,7 +125,6 @@ def _kept(
 def _options(parser: ArgumentParser) -> None:
     parser.add_argument("--quick", action="store_true", help="few records: a first impression, not for publication")
     parser.add_argument("--records", metavar="N", type="count", help="per cell")
-    parser.add_argument("--rest-of", metavar="FILE", help="take all but the accuracy from this result")
     parser.add_argument("--table", action="store_true", help="only make srbval/signal/slip_interval.toml again")
 
 
@@ -142,20 +133,11 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
     if options.table:
         text = f"{intervals.slip_table()}\n{intervals.weak_table(jobs)}"
         return StudyResult(content={"table": text}, text=text)
-    settings, rest = QUICK_READING if options.quick else ReadingSettings(), dict[str, Any]()
+    settings = QUICK_READING if options.quick else ReadingSettings()
     settings = replace(settings, trials=options.records or settings.trials)
-    if options.rest_of:
-        earlier = parse_json(Path(options.rest_of).read_bytes())
-        rest = {key: earlier.get(key, []) for key in REST}
-        made = {key: earlier[key] for key in ("made_utc", "git_revision", "command", "machine")}
-        rest["rest_of"] = earlier.get("rest_of", made)  # that may have taken it from another itself
-        settings = replace(settings, timed=False, noise_records=0, weak_records=0)
     result = run_reading_bench(settings, jobs=jobs, store=STORE, progress=progress)
-    return StudyResult(
-        name=None if options.quick else "reading_accuracy",
-        content=to_json(result) | rest,
-        text="\n\n".join(text_rows(rows) for rows in result.values() if rows),
-    )
+    text = "\n\n".join(text_rows(rows) for rows in result.values() if rows)
+    return StudyResult(name=None if options.quick else "reading_accuracy", content=result, text=text)
 
 
 STUDY = Study(
