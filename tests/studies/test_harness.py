@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import hashlib
 import os
 import shutil
@@ -13,10 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from srbval.bearing import Fault
 from srbval.cli.arguments import Parser
 from srbval.errors import ConfigurationError
 from srbval.progress import silent
+from srbval.recordings.registry import FileStatus, RegisteredRecording
 from srbval.report.pages import StoredResults, results_of
 from srbval.storage.stored_result import SHIPPED_INPUT, newest_result
 from srbval.studies import harness
@@ -31,7 +30,6 @@ from srbval.studies.harness import (
     run_study,
     study_names,
 )
-from srbval.studies.rig_amplitudes import measured_entry
 
 ROOT = FOLDER.parents[1]
 
@@ -73,8 +71,8 @@ def test_inputs_are_named_so_that_those_of_the_program_are_compared_with_its_fil
     own = tmp_path / "torino" / "a.mat"
     own.parent.mkdir()
     own.write_bytes(b"samples")
-    shipped = measured_entry(Fault.HEALTHY, 353.0)
-    found = input_hashes(own, None, newest_result("rig_inputs"), dataclasses.replace(shipped, file=str(own)))
+    entry = RegisteredRecording(file=str(own), sha256="", size_bytes=7, mtime_ns=1, status=FileStatus.OK)
+    found = input_hashes(None, newest_result("rig_inputs"), entry)
     assert found["torino/a.mat"] == hashlib.sha256(b"samples").hexdigest()
     assert all(SHIPPED_INPUT.fullmatch(name) or name == "torino/a.mat" for name in found)
     (excerpt,) = (ROOT / "data_manifest" / "rig_excerpts").glob("H_877*.h5")
