@@ -22,7 +22,8 @@ NAMES = (("id",), ("name",), ("kind", "scene", "used_for", "unit", "records"))
 def differences(old: Any, new: Any, relative: float, where: str = "") -> Iterator[str]:
     """Each difference as ``where: what``; numbers may differ by `relative`, all else must be the same.
 
-    Lists of texts are compared line by line, whatever their order; lists of tables by their entries' names where they have some.
+    Lists of texts are compared line by line, whatever their order; lists of tables by their entries' names where they
+    have some.
     """
     if isinstance(old, dict) and isinstance(new, dict):
         for key in [key for key in {**old, **new} if key not in VOLATILE]:
