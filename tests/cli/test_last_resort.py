@@ -192,20 +192,3 @@ def test_every_option_with_hostile_values(
         assert (document["status"] == "failed") == (code >= 2), document
         if code >= 2:
             one_line(said.err)
-
-
-@pytest.mark.parametrize("band", [("1e308", "1e309"), ("0", "0"), ("-5", "5"), ("1e-12", "1e12"), ("nan", "1")])
-def test_bands(band: tuple[str, str], capfd: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    (tmp_path / "run.csv").write_text("1,2\n2,3\n" * 1000)
-    assert main(
-        ["analyse", str(tmp_path / "run.csv"), "--fs", "1000", "--rpm", "700", "--channel", "0", "--band", *band]
-    ) in (2, 3)
-    one_line(capfd.readouterr().err)
-
-
-def test_seconds_that_never_end(capfd: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    for more in ([], ["-o", str(tmp_path / "run.h5")]):
-        assert main(["simulate", "--seconds", "1e12", *more]) == 2
-        one_line(capfd.readouterr().err)
-        assert main(["simulate", "--seconds", "5e5", *more]) == 2
-        assert "GB" in one_line(capfd.readouterr().err)
