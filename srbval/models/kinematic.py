@@ -77,7 +77,7 @@ class Prescribed:
 
 
 def refuse_axial(scene: Scene) -> None:
-    """`ConfigurationError` for an axial load: the planar rungs have no axial motion."""
+    """`ConfigurationError` for an axial load: the planar models have no axial motion."""
     axial = [scene.load.axial_n] if scene.load_profile is None else list(scene.load_profile.axial_n)
     if any(axial):
         raise ConfigurationError(
@@ -131,7 +131,7 @@ def _phase(
 def prescribed_outputs(
     stats: RunStatistics, settle: int, motion: Prescribed, acceleration: FloatArray, started: float
 ) -> Iterator[tuple[int, Outputs]]:
-    """Outputs of a rung that is computed at once since `started`: `acceleration` in the plane, [whole, 2]."""
+    """Outputs of a model that is computed at once since `started`: `acceleration` in the plane, [whole, 2]."""
     whole, rate = len(acceleration), stats.scene.output_rate_hz
     out = np.full((whole, col.COUNT), np.nan)
     out[:, [col.ACCELERATION_X, col.ACCELERATION_Y]], out[:, col.ACCELERATION_Z] = acceleration, 0.0
@@ -142,7 +142,7 @@ def prescribed_outputs(
 
 
 def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """The rung, see `srbval.models.ladder`. A click between two samples is shared by them, so that lines stay put."""
+    """The model, see `srbval.models.hierarchy`. A click between two samples is shared by both, so lines stay put."""
     started = time.perf_counter()
     scene, rate = stats.scene, stats.scene.output_rate_hz
     motion = Prescribed(scene=scene, orders=stats.bearing.orders)

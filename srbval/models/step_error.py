@@ -15,10 +15,9 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
 from srbval.models import outputs as col
-from srbval.models.full_run import FullRun, full_run
-from srbval.models.ladder import rung_of
+from srbval.models.full_run import FullRun, elastic_limit_s, full_run
+from srbval.models.hierarchy import level_of
 from srbval.models.sensor import along_sensor, band_squares
-from srbval.models.step_limit import elastic_limit_s
 from srbval.scene import BANDS_HZ, Scene
 
 BlockMeans = dict[str, FloatArray]  # of samples, [BLOCKS], by what an error is in; of the bands of the squares
@@ -162,7 +161,7 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
 
 
 def _with_steps(scene: Scene, per_output: int) -> Scene:
-    per_output *= rung_of(scene.model).coarser
+    per_output *= level_of(scene.model).coarser
     return replace(scene, solver=replace(scene.solver, step_s=1 / (scene.output_rate_hz * per_output)))
 
 

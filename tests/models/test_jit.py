@@ -12,13 +12,13 @@ from pathlib import Path
 import pytest
 
 from srbval import paper_scene, simulate
-from srbval.models.kernel_cache import kernel_cache_folder, precompile
+from srbval.models.jit import kernel_cache_folder, precompile
 from srbval.storage.installation import child_environment
 
 ELF, FUNCTION, WEAK = b"\x7fELF\x02\x01", 2, 2
 COMPILED_HERE = """
 import hashlib, srbval
-from srbval.models.kernel_cache import compile_in_this_process
+from srbval.models.jit import compile_in_this_process
 compile_in_this_process("full")
 run = srbval.simulate(srbval.paper_scene(duration="50 ms", settle="0 s", defect={"kind": "inner"}))
 print(hashlib.sha256(run.acceleration_m_s2.tobytes()).hexdigest())

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from srbval.models import kernel_cache
+from srbval.models import jit
 from srbval.storage.installation import child_environment
 from tests.marked import marked, until
 
@@ -25,9 +25,9 @@ print(hashlib.sha256(run.acceleration_m_s2.tobytes()).hexdigest(), misses)
 
 
 def test_a_failed_process_leaves_no_mark(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(kernel_cache, "_requested", set())
-    monkeypatch.setattr(kernel_cache, "_marker", lambda model: tmp_path / model)
-    kernel_cache.precompile("no-such-model-at-all", "nor-this-one")
+    monkeypatch.setattr(jit, "_requested", set())
+    monkeypatch.setattr(jit, "_marker", lambda model: tmp_path / model)
+    jit.precompile("no-such-model-at-all", "nor-this-one")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -36,7 +36,7 @@ def test_the_compiling_process_ends_with_the_one_that_waits_for_it(tmp_path: Pat
     """However that ends: nobody would look after it."""
     marker = {"SRBVAL_TEST": str(tmp_path)}
     env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)} | marker | child_environment()
-    code = "from srbval.models.kernel_cache import precompile; precompile('full')"
+    code = "from srbval.models.jit import precompile; precompile('full')"
     waiting = subprocess.Popen([sys.executable, "-c", code], env=env)
     until(lambda: len(marked(marker)) == 2)
     waiting.kill()

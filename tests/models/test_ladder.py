@@ -10,7 +10,7 @@ import pytest
 
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
 from srbval.errors import ConfigurationError
-from srbval.models.ladder import MODELS, RUNGS, rung_of
+from srbval.models.hierarchy import LEVELS, MODELS, level_of
 from srbval.models.run import Run
 from srbval.models.run_file import write_run
 from srbval.models.simulate import Step, simulate, simulate_to_file
@@ -55,7 +55,7 @@ class TestEveryRung:
             assert run.samples == run.scene.samples == len(run.acceleration_m_s2)
 
     def test_it_fills_what_it_says_and_nothing_else(self, model: str, runs: dict[str, Run]) -> None:
-        run, columns = runs["outer"], rung_of(model).columns
+        run, columns = runs["outer"], level_of(model).columns
         for first, last, values in (
             (0, 3, run.acceleration_m_s2), (3, 6, run.displacement_m), (6, 7, run.cage_rad_s),
             (7, 9, run.cage_tilt_rad), (9, 12, run.roller_force_n), (12, 13, run.depth_m),
@@ -121,7 +121,7 @@ class TestEveryRung:
 def test_every_rung_says_what_it_can_and_cannot_answer() -> None:
     import importlib
 
-    for rung in (rung for rung in RUNGS if rung.name != "full"):
+    for rung in (rung for rung in LEVELS if rung.name != "full"):
         place = rung.parameters or rung.place
         text = importlib.import_module(place.split(":")[0].removesuffix(".rung")).__doc__ or ""
         assert "Answers:" in text, rung.name

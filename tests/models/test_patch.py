@@ -89,7 +89,7 @@ def test_a_raised_piece_adds_what_its_points_do(patch: Patch, depth_m: float, mi
 def test_loads_in_balance_are_those_of_dense_points() -> None:
     line = line_parameters(dense_scene(500), geometry())
     dense = make_parameters(dense_scene(16_000), geometry())
-    state = equilibrium_state(line).state
+    state = equilibrium_state(line)
     assert rates(line, 0.0, state).load_n == pytest.approx(rates(dense, 0.0, state).load_n, rel=LOAD, abs=LOAD_N)
 
 
@@ -106,7 +106,7 @@ def test_friction_of_a_patch_is_that_of_dense_points() -> None:
     """From sticking to sliding."""
     line = line_parameters(dense_scene(500), geometry())
     dense = make_parameters(dense_scene(16_000), geometry())
-    state = equilibrium_state(line).state
+    state = equilibrium_state(line)
     spins = (-3.0, -1.0, -0.5, -0.2, -0.1, 0.0, 0.1, 0.2, 0.5, 1.0, 3.0)
     own, right = (np.array([pull(model, state, spin) for spin in spins]) for model in (line, dense))
     assert np.abs(own - right).max() < TRACTION * np.abs(right).max()
@@ -137,7 +137,7 @@ def test_patches_do_not_see_where_the_cage_stands() -> None:
     line = line_parameters(dense_scene(500), geometry())
     radius = roller_diameter_m(dense_scene(500), geometry()) / 2
     assert radius == pytest.approx(0.02005)
-    state = equilibrium_state(line).state
+    state = equilibrium_state(line)
     turn = 2 * len(line.slot_angle) + 2
     forces = []
     for angle in np.linspace(0, 2 * np.pi / 500, 4):

@@ -10,10 +10,10 @@ import pytest
 from srbval.bearing import load_bearing
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters, geometry_of, make_parameters
-from srbval.models.ladder import rung_of
+from srbval.models.full_run import elastic_limit_s, stiffest_roller, without_friction
+from srbval.models.hierarchy import level_of
 from srbval.models.solvers import METHODS
 from srbval.models.solvers.linear_stability import longest_step
-from srbval.models.step_limit import elastic_limit_s, stiffest_roller, without_friction
 from srbval.scene import load_scene, paper_scene
 from srbval.studies.stability.step_limits import balanced, linearise
 
@@ -27,7 +27,7 @@ def balanced_model(fit: str) -> tuple[Parameters, np.ndarray]:
     geometry = load_bearing("skf-22240").geometry
     assert geometry is not None
     model = make_parameters(paper_scene(**FITS[fit]), geometry)
-    return model, equilibrium_state(model).state
+    return model, equilibrium_state(model)
 
 
 @pytest.mark.parametrize("fit", FITS)
@@ -44,9 +44,9 @@ def test_so_it_does_in_a_bearing_with_two_cages() -> None:
     scene = load_scene("rig")
     assert scene.bodies.cages == 2
     still, at_rest = balanced(scene)
-    model = rung_of(scene.model).make_parameters(scene, geometry_of(load_bearing(scene.bearing)))
+    model = level_of(scene.model).make_parameters(scene, geometry_of(load_bearing(scene.bearing)))
     expected = longest_step(METHODS["imex2"], linearise(without_friction(still), at_rest))
-    found = elastic_limit_s(METHODS["imex2"], model, equilibrium_state(model).state)
+    found = elastic_limit_s(METHODS["imex2"], model, equilibrium_state(model))
     assert found == pytest.approx(expected, rel=SINGLE_ROLLER)
 
 
@@ -56,7 +56,7 @@ def test_the_limit_is_that_at_rest(speed: str) -> None:
     geometry = load_bearing("skf-22240").geometry
     assert geometry is not None
     model = make_parameters(paper_scene(shaft_speed=speed), geometry)
-    found = elastic_limit_s(METHODS["imex2"], model, equilibrium_state(model).state)
+    found = elastic_limit_s(METHODS["imex2"], model, equilibrium_state(model))
     assert found is not None
     assert 4 < found * 61440 < 5
 

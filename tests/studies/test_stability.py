@@ -15,6 +15,7 @@ from srbval.cli import main
 from srbval.errors import ConfigurationError
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.steps import take_steps
+from srbval.models.full_run import without_friction
 from srbval.models.solvers import METHODS, Method
 from srbval.models.solvers.linear_stability import (
     Linear,
@@ -25,7 +26,6 @@ from srbval.models.solvers.linear_stability import (
     step_map,
 )
 from srbval.models.step_error import BLOCKS, KINDS, TOLERANCE
-from srbval.models.step_limit import without_friction
 from srbval.scene import load_scene, paper_scene
 from srbval.storage.json_files import to_json
 from srbval.studies import outcomes as outcome_module

@@ -12,6 +12,7 @@ from srbval.bearing import CIRCLES, Bearing, Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
 from srbval.models.full.contact_kernel import ContactLaw
+from srbval.models.full.frames_kernel import SurfaceHeights
 from srbval.models.full.point_cloud import (
     Circle,
     CirclePoints,
@@ -26,7 +27,6 @@ from srbval.models.full.second_cage_kernel import SecondCage
 from srbval.models.full.slices_kernel import SliceTable
 from srbval.models.full.state import StateLayout
 from srbval.models.full.surface import surface_heights
-from srbval.models.full.surface_kernel import SurfaceHeights
 from srbval.scene import Defect, DefectShape, LoadPath, RollerFit, Scene
 
 IntArray = NDArray[np.int64]

@@ -8,7 +8,8 @@ from srbval.arrays import FloatArray
 from srbval.models import outputs as out_col
 from srbval.models.full import columns as col
 from srbval.models.full.advance_kernel import Recorder, advance
-from srbval.models.full.motion_kernel import CIRCLES, right_hand_side
+from srbval.models.full.forces_kernel import CIRCLES
+from srbval.models.full.motion_kernel import right_hand_side
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.step_kernel import working_space
 from srbval.models.outputs import Outputs

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from srbval.bearing import Fault
-from srbval.models.ladder import rung_of
+from srbval.models.hierarchy import level_of
 from srbval.plan.calibrated import shipped_calibration
 from srbval.plan.cases import CalibrationScene
 from srbval.plan.plan import VACUOUS_PCT, make_plan
@@ -120,7 +120,7 @@ def _checks(
         for tolerance in TOLERANCES_PCT
     ]
     for number, candidate in enumerate(plans[0].candidates):
-        if candidate.error_pct is None or question.value in rung_of(candidate.model).lacks:
+        if candidate.error_pct is None or question.value in level_of(candidate.model).lacks:
             continue
         yield PredictionCheck(
             case=case,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from srbval.models.full import columns as col
-from srbval.models.full.drive_kernel import external_load, shaft_motion
+from srbval.models.full.motion_kernel import external_load, shaft_motion
 from srbval.models.full.parameters import make_parameters
 from srbval.models.full.state import layout_of
 from srbval.models.full.steps import rates, take_steps

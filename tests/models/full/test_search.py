@@ -43,7 +43,7 @@ def looking_at_all(model: Parameters) -> Parameters:
 def shaken(model: Parameters, seed: int) -> np.ndarray:
     """A state about balance: rollers up to 60 um off, ring 40 um, cage tilted by up to 2 mrad, all moving."""
     rng = np.random.default_rng(seed)
-    y = equilibrium_state(model).state.copy()
+    y = equilibrium_state(model).copy()
     layout = layout_of(y)
     n, cage, cage_rate = layout.rollers, layout.cage.start, layout.cage_rate.start
     y[layout.slide] += rng.uniform(-6e-5, 6e-5, n)

@@ -29,7 +29,7 @@ def make_model() -> Parameters:
 def test_pieces_are_bit_identical(name: str, per_detail: int) -> None:
     """Also where details are read in between, and where another model's working space takes over."""
     model = make_model()
-    start = equilibrium_state(model).state
+    start = equilibrium_state(model)
     method, whole, pieces, memory = METHODS[name], start.copy(), start.copy(), np.zeros_like(start)
     at_once = take_steps(model, whole, method, step_s=STEP_S, intervals=14, steps_per_output=PER_OUTPUT).out
     found = []
@@ -48,7 +48,7 @@ def test_pieces_are_bit_identical(name: str, per_detail: int) -> None:
 def test_without_its_memory_a_leapfrog_goes_on_otherwise() -> None:
     """So the memory that the checks above hand on is of consequence."""
     model = make_model()
-    whole = equilibrium_state(model).state
+    whole = equilibrium_state(model)
     pieces = whole.copy()
     take_steps(model, whole, METHODS["imex2"], step_s=STEP_S, intervals=2)
     for first in (0, 1):

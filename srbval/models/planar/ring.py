@@ -1,4 +1,4 @@
-"""The planar rung: tables, static balance, then integration in chunks."""
+"""The planar ring: tables, static balance, then integration in chunks."""
 
 import math
 import time
@@ -12,7 +12,7 @@ from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, Fault
 from srbval.models import outputs as col
 from srbval.models.full.parameters import STANDARD_GRAVITY, geometry_of, outer_ring_mass_kg
-from srbval.models.kernel_cache import precompile
+from srbval.models.jit import precompile
 from srbval.models.kinematic import Prescribed, refuse_axial
 from srbval.models.outputs import Outputs, chunks
 from srbval.models.planar import ring_kernel
@@ -175,7 +175,7 @@ def _longest_step_s(ring: PlanarRing, balance_m: FloatArray) -> float:
 
 
 def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """The rung, see `srbval.models.ladder`."""
+    """The model, see `srbval.models.hierarchy`."""
     scene, ring = stats.scene, make_ring(stats.scene, stats.bearing)
     stats.compile_s = precompile(scene.model)
     started = time.perf_counter()
