@@ -1,4 +1,4 @@
-"""Continuous contact derived from the point cloud: stiffness, raised pieces, friction, the line rung's limit."""
+"""Continuous contact derived from the point cloud: stiffness, raised pieces, friction, the line model's limit."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def test_friction_of_a_patch_is_that_of_dense_points() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("fit", ["play", "printed"])
-def test_the_line_rung_is_the_limit_of_ever_denser_points(fit: str) -> None:
+def test_the_line_model_is_the_limit_of_ever_denser_points(fit: str) -> None:
     """Cage speed, and a healthy bearing without the noise of points passing; with play 0 as with interference."""
     scenes = (dense_scene(500, model="line"), dense_scene(500), dense_scene(DENSE))
     runs = [simulate(replace(s, duration_s=1.0, contact=replace(s.contact, roller_fit=RollerFit(fit)))) for s in scenes]
@@ -127,7 +127,7 @@ def test_the_line_rung_is_the_limit_of_ever_denser_points(fit: str) -> None:
     assert dense.band_rms_m_s2 < paper.band_rms_m_s2
 
 
-def test_the_line_rung_refuses_a_defect_on_a_roller() -> None:
+def test_the_line_model_refuses_a_defect_on_a_roller() -> None:
     with pytest.raises(ConfigurationError, match="full"):
         simulate(paper_scene(model="line", defect={"kind": "roller"}, duration="0.01 s"))
 

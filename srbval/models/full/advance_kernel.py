@@ -14,7 +14,7 @@ from srbval.models.full.second_cage_kernel import cage_angle, relative_energy, r
 from srbval.models.full.state import state_indices
 from srbval.models.full.step_kernel import clear_mean, leapfrog_step, rosenbrock_step, runge_kutta_step
 from srbval.models.jit import exactly_rounded, kernel
-from srbval.models.solvers.method import ROSENBROCK, RUNGE_KUTTA
+from srbval.models.solvers.methods import ROSENBROCK, RUNGE_KUTTA
 
 
 class Recorder(NamedTuple):

@@ -22,16 +22,17 @@ FIRST_TIME = 1  # for `evaluate_contacts`; None: the plan's columns have met the
 
 
 @kernel
-def evaluate_contacts(law, rotation, model, groups, single, first_circle, end_circle, damping, first_time):
+def evaluate_contacts(
+    law, rotation, model, groups, single, first_circle, end_circle, damping, patch, slices, first_time
+):
     """Add the contact forces of the circles from `first_circle` to `end_circle` to the columns of the plan.
 
-    With a patch, all columns but the single ones meet one continuous contact per circle; with slices, all meet slices,
-    a third of the contact for each circle. Single columns of damaged rollers, which have turned by `rotation` relative
+    With a `patch`, all columns but the single ones meet one continuous contact per circle; with `slices`, all meet
+    slices, a third of the contact for each circle. Single columns of damaged rollers, which have turned by `rotation` relative
     to their slots, [2 M] [rad], meet points of their own, the `FIRST_TIME` all of them: those are then set up, and the
     flanks of the defects push along the race. With slices, the openings that single columns stand over are found then.
     """
     races, space, plan = model.races, model.scratch.space, model.scratch.plan
-    slices = model.slices
     if slices is not None:
         if first_time is not None:
             find_openings(
@@ -40,7 +41,7 @@ def evaluate_contacts(law, rotation, model, groups, single, first_circle, end_ci
             )  # fmt: skip
         evaluate_slices(law, slices, groups, single, space, plan, first_circle, end_circle, damping)
         return
-    points, starts, patch = races.points, races.starts, model.patch
+    points, starts = races.points, races.starts
     for group in range(groups):
         race, window = plan[group, col.GROUP_RACE], plan[group, col.GROUP_WINDOW]
         first, end = starts[race, window, first_circle], starts[race, window, end_circle]
@@ -72,13 +73,13 @@ def roller_in(slot, rollers):
 @kernel
 def normal_loads(model, rotation, groups, compacted, single, loads):
     """Fill `loads` with the normal force of each race's circles on each roller; spoils the columns' sums."""
-    space, plan = model.scratch.space, model.scratch.plan
+    space, plan, patch, slices = model.scratch.space, model.scratch.plan, model.patch, model.slices
     law = elastic(model.law, model.law.damping)
     for circle in range(CIRCLES):
         for start in (col.F_X, col.F_Y, col.F_Z):
             for j in range(np.uint64(col.SINGLE + single * col.LANES)):
                 space[start + j] = 0.0
-        evaluate_contacts(law, rotation, model, groups, single, circle, circle + 1, None, None)
+        evaluate_contacts(law, rotation, model, groups, single, circle, circle + 1, None, patch, slices, None)
         scatter_sums(compacted, single, space, plan, None)
         for race in range(2):
             for slot in range(rotation.shape[0]):

@@ -61,7 +61,7 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     # 2. contact forces
     gather_columns(compacted, single, space, plan, spacing, count, damping, model.slices)
     law = law_at_speed(model.law, model.slices, y[at.cage_rate + 2], shaft)
-    evaluate_contacts(law, rotation, model, groups, single, 0, CIRCLES, damping, FIRST_TIME)
+    evaluate_contacts(law, rotation, model, groups, single, 0, CIRCLES, damping, model.patch, model.slices, FIRST_TIME)
     scatter_sums(compacted, single, space, plan, damping)
 
     # 3. every roller's own motion, and its force on ring, shaft and cage

@@ -66,7 +66,7 @@ def test_a_bump_moves_its_points_towards_the_rollers() -> None:
     assert windows.highest[own] == 2e-4
     lifted = np.linalg.norm((windows.points[own] - windows.points[widest])[:3], axis=0)
     assert sorted(lifted)[-2:] == pytest.approx([2e-4, 2e-4])
-    radius = np.hypot(*windows.points[own, :2])[np.argsort(lifted)[-2:]]
+    radius = np.hypot(*windows.points[own][:2])[np.argsort(lifted)[-2:]]
     assert np.all(radius < circles[1].radius_m), "off the outer race means inwards"
 
 

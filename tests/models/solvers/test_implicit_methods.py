@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from srbval.models.solvers import METHODS
-from srbval.models.solvers.method import LEAPFROG, ROSENBROCK
+from srbval.models.solvers.methods import LEAPFROG, ROSENBROCK
 
 
 def growth(name: str, z: complex) -> complex:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from srbval.models.solvers import METHODS
-from srbval.models.solvers.method import RUNGE_KUTTA
+from srbval.models.solvers.methods import RUNGE_KUTTA
 
 ROUNDING = 1e-15  # of sums of a few fractions below one
 EXPLICIT = [name for name, method in METHODS.items() if method.coefficients.family == RUNGE_KUTTA]

@@ -1,4 +1,4 @@
-"""What every rung of the ladder must do: one class, run on all of them."""
+"""What every level of the model hierarchy must do: one class, run on all of them."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def analyses(runs: dict[str, Run]) -> dict[str, Analysis]:
     return {kind: analyse(recording_from_run(run), bearing=bearing) for kind, run in runs.items()}
 
 
-class TestEveryRung:
+class TestEveryLevel:
     """The standard tests of a model."""
 
     def test_it_ends_well(self, runs: dict[str, Run]) -> None:
@@ -118,17 +118,17 @@ class TestEveryRung:
                 simulate(scene)
 
 
-def test_every_rung_says_what_it_can_and_cannot_answer() -> None:
+def test_every_level_says_what_it_can_and_cannot_answer() -> None:
     import importlib
 
-    for rung in (rung for rung in LEVELS if rung.name != "full"):
-        place = rung.parameters or rung.place
-        text = importlib.import_module(place.split(":")[0].removesuffix(".rung")).__doc__ or ""
-        assert "Answers:" in text, rung.name
-        assert "Cannot" in text, rung.name
+    for level in (level for level in LEVELS if level.name != "full"):
+        place = level.parameters or level.place
+        text = importlib.import_module(place.split(":")[0].removesuffix(".ring")).__doc__ or ""
+        assert "Answers:" in text, level.name
+        assert "Cannot" in text, level.name
 
 
-def test_rungs_without_axial_motion_refuse_an_axial_load() -> None:
+def test_levels_without_axial_motion_refuse_an_axial_load() -> None:
     for model in ("impulse", "planar"):
         with pytest.raises(ConfigurationError, match="axial"):
             simulate(scene_of(model, "outer", load={"axial": "49 kN"}))
