@@ -98,9 +98,7 @@ class StepError:
         To what is carried over half of itself is added as its scatter: the order is not that sure.
         """
         expected = {e.of: e for e in coarser.with_steps(FINER).estimates}
-        return replace(
-            self, estimates=tuple(_mean(e, expected[e.of]) if e.of in expected else e for e in self.estimates)
-        )
+        return replace(self, estimates=tuple(_mean(e, expected.get(e.of, e)) for e in self.estimates))
 
     def to_dict(self) -> dict[str, float]:
         """In per cent by kind, the band with the largest error for the RMS, and its standard error."""
@@ -113,6 +111,8 @@ class StepError:
 
 
 def _mean(own: Estimate, expected: Estimate) -> Estimate:
+    if expected is own:
+        return own
     variance, of_expected = own.scatter**2, expected.scatter**2 + (0.5 * expected.error) ** 2
     if not (0 < variance < math.inf and 0 < of_expected < math.inf):
         return own

@@ -28,9 +28,9 @@ def evaluate_contacts(
     """Add the contact forces of the circles from `first_circle` to `end_circle` to the columns of the plan.
 
     With a `patch`, all columns but the single ones meet one continuous contact per circle; with `slices`, all meet
-    slices, a third of the contact for each circle. Single columns of damaged rollers, which have turned by `rotation` relative
-    to their slots, [2 M] [rad], meet points of their own, the `FIRST_TIME` all of them: those are then set up, and the
-    flanks of the defects push along the race. With slices, the openings that single columns stand over are found then.
+    slices, a third of the contact for each circle. Single columns of damaged rollers, which have turned by `rotation`
+    relative to their slots, [2 M] [rad], meet points of their own, the `FIRST_TIME` all of them: those are then set up,
+    and the flanks of the defects push along the race. With slices, the openings under single columns are found then.
     """
     races, space, plan = model.races, model.scratch.space, model.scratch.plan
     if slices is not None:
