@@ -19,8 +19,8 @@ ELF, FUNCTION, WEAK = b"\x7fELF\x02\x01", 2, 2
 COMPILED_HERE = """
 import hashlib, srbval
 from srbval.models.jit import compile_in_this_process
-compile_in_this_process("full")
-run = srbval.simulate(srbval.paper_scene(duration="50 ms", settle="0 s", defect={"kind": "inner"}))
+compile_in_this_process("planar")
+run = srbval.simulate(srbval.paper_scene(model="planar", duration="50 ms", settle="0 s", defect={"kind": "inner"}))
 print(hashlib.sha256(run.acceleration_m_s2.tobytes()).hexdigest())
 """
 
@@ -54,11 +54,10 @@ def test_no_kernel_carries_a_copy_of_another() -> None:
     assert [name for code in codes for name, binding in code if binding == WEAK] == []
 
 
-@pytest.mark.slow
 def test_who_compiles_gets_what_others_load(tmp_path: Path) -> None:
     env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)} | child_environment()
     done = subprocess.run(
         [sys.executable, "-P", "-c", COMPILED_HERE], env=env, capture_output=True, text=True, check=True
     )
-    run = simulate(paper_scene(duration="50 ms", settle="0 s", defect={"kind": "inner"}))
+    run = simulate(paper_scene(model="planar", duration="50 ms", settle="0 s", defect={"kind": "inner"}))
     assert done.stdout.strip() == hashlib.sha256(run.acceleration_m_s2.tobytes()).hexdigest()

@@ -250,10 +250,8 @@ def turn_rollers(y, step, model):
         if row == 1:
             for m in range(at.relative_angle, half):  # none, or a second cage's
                 ct, st = math.cos(turn + y[m]), math.sin(turn + y[m])
-                p_c, p_s = (
-                    model.tilt_sine * (ct * about_x + st * about_y),
-                    model.tilt_sine * (ct * about_y - st * about_x),
-                )
+                p_c = model.tilt_sine * (ct * about_x + st * about_y)
+                p_s = model.tilt_sine * (ct * about_y - st * about_x)
                 along += model.tilt_cosine * y[half + m]
         own, speed = at.rotation + row * (n // 2), at.spin + row * (n // 2)
         for i in range(np.uint64(n // 2)):

@@ -4,7 +4,6 @@ import math
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -97,58 +96,41 @@ class PlanarRing:
         return ring
 
 
-class _ElementSet(NamedTuple):
-    """What the ring stands on: an element between the races, how many of how thick, and the mass of the ring itself."""
-
-    contact: ElementContact
-    plain: ForceTable
-    rollers: int
-    rows: int
-    element_radius_m: float
-    ring_kg: float
-
-
-def _element_set(scene: Scene, bearing: Bearing) -> _ElementSet:
-    """Of a spherical roller bearing, or of any other whose dimensions are known; `ConfigurationError` for the rest."""
-    elements = bearing.elements
-    if bearing.geometry is None and elements is not None:
-        element = element_slot(scene, elements)
-        highest = sum(max(0.0, d.height_m) for d in scene.defects)
-        plain = plain_table(element, highest, element.deepest_m(fullest_n(scene, elements)))
-        return _ElementSet(
-            element, plain, elements.rolling_elements, elements.rows, elements.element_diameter_m / 2, ring_kg=0.0
-        )
-    geometry = geometry_of(bearing, scene.model)
-    slot = make_slot(scene, geometry)
-    plain = plain_table(slot, sum(abs(d.height_m) for d in scene.defects))
-    radius = slot.excess_m[0] + geometry.raceway_radius_m - geometry.roller_centre_distance_m
-    ring_kg = outer_ring_mass_kg(geometry, scene.bodies.density_kg_m3)
-    return _ElementSet(slot, plain, geometry.rollers_per_row, 2, radius, ring_kg)
-
-
 def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
     """The scene's planar ring; `ConfigurationError` for an axial load or a bearing without dimensions."""
     refuse_axial(scene)
-    inside = _element_set(scene, bearing)
-    plain = inside.plain
+    element: ElementContact
+    elements = bearing.elements
+    if bearing.geometry is None and elements is not None:
+        element = own = element_slot(scene, elements)
+        highest = sum(max(0.0, d.height_m) for d in scene.defects)
+        plain = plain_table(element, highest, own.deepest_m(fullest_n(scene, elements)))
+        rollers, of_rows, radius_m = elements.rolling_elements, elements.rows, elements.element_diameter_m / 2
+        mass = scene.housing.mass_kg
+    else:
+        geometry = geometry_of(bearing, scene.model)
+        element = make_slot(scene, geometry)
+        plain = plain_table(element, sum(abs(d.height_m) for d in scene.defects))
+        rollers, of_rows = geometry.rollers_per_row, 2
+        radius_m = element.excess_m[0] + geometry.raceway_radius_m - geometry.roller_centre_distance_m
+        mass = outer_ring_mass_kg(geometry, scene.bodies.density_kg_m3) + scene.housing.mass_kg
     rows, bumps, owners = [], [], []
     for number, defect in enumerate(scene.defects):
         for race in [race for kind, race in KINDS if kind is defect.kind]:
-            bump, race_radius_m, position_step_m = bump_table(inside.contact, plain, defect, race)
+            bump, race_radius_m, position_step_m = bump_table(element, plain, defect, race)
             fixed = defect.angle_rad + (0.0 if defect.kind is Fault.ROLLER else scene.load.zone_rad)
-            rows.append([KINDS[defect.kind, race], fixed, defect.roller - 1, race_radius_m, position_step_m,
-                         inside.element_radius_m])  # fmt: skip
+            kind = KINDS[defect.kind, race]
+            rows.append([kind, fixed, defect.roller - 1, race_radius_m, position_step_m, radius_m])
             bumps.append(bump)
             owners.append(number)
     motion = Prescribed(scene=scene, orders=bearing.orders)
-    mass = inside.ring_kg + scene.housing.mass_kg
     kernel = Ring(
         mass=mass,
         stiffness=scene.housing.stiffness_n_m if scene.load.path is LoadPath.HOUSING else 0.0,
         damping=scene.housing.damping_ns_m,
         weight=-mass * STANDARD_GRAVITY if scene.load.gravity else 0.0,
-        direction_x=motion.direction[0], direction_y=motion.direction[1], rollers=inside.rollers,
-        rows=float(inside.rows),
+        direction_x=motion.direction[0], direction_y=motion.direction[1], rollers=rollers,
+        rows=float(of_rows),
         plain=plain.values, plain_start=plain.start_m, plain_step=plain.step_m,
         defects=np.array(rows, dtype=np.float64).reshape(-1, ring_kernel.DEFECT_COLUMNS),
         bumps=np.array(bumps) if bumps else np.zeros((0, 2, 2)), bump_start=plain.start_m, bump_step=plain.bump_step_m,
