@@ -61,7 +61,7 @@ def simulate(scene: Scene, *, step: Step = Step.CHECKED, progress: Progress = si
     stats = _begun(scene, step)
     with np.errstate(all="ignore"):  # a state that is no longer finite is a status of the run
         parts = list(_recorded(stats, progress))
-    details = {name: np.concatenate([getattr(part, name) for part in parts]) for name in DETAILS}
+    details: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in DETAILS}
     return Run(**vars(stats.summary()), **signals(np.concatenate([part.out for part in parts])), **details)
 
 

@@ -131,9 +131,8 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
     Cages are taken as thin rings at the pitch radius; their mass is the scene's assumption.
     """
     diameter, defects = roller_diameter_m(scene, geometry), _roller_defects(scene, geometry)
-    damage = np.bincount(  # summed height of each roller's defects
-        defects[:, col.DEFECT_ROLLER].astype(int), np.abs(defects[:, col.DEFECT_HEIGHT]), 2 * geometry.rollers_per_row
-    )
+    damage = np.zeros(2 * geometry.rollers_per_row)  # summed height of each roller's defects [m]
+    np.add.at(damage, defects[:, col.DEFECT_ROLLER].astype(int), np.abs(defects[:, col.DEFECT_HEIGHT]))
     roller_mass, roller_axial, roller_transverse = roller_body(geometry, diameter, scene.bodies.density_kg_m3)
     row = np.arange(geometry.rollers_per_row)
     angle = np.append(row, row + scene.bodies.row_stagger) * 2 * math.pi / geometry.rollers_per_row

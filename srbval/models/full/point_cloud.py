@@ -102,7 +102,7 @@ def _refined(points: CirclePoints, count: int, middle: float, extent_rad: float,
     repeated = (np.repeat(column[near], times) for column in (points.lift, points.share / times, points.cell))
     finer = ((points.angle[near, None] + offsets).ravel(), *repeated)
     kept = (column[~near] for column in points)
-    return CirclePoints(*(np.concatenate(both) for both in zip(kept, finer, strict=True)))
+    return CirclePoints._make(np.concatenate(both) for both in zip(kept, finer, strict=True))
 
 
 def window_half_count(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int, highest_m: float) -> int:

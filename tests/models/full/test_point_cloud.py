@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from srbval.bearing import CIRCLES, load_bearing
-from srbval.models.full.parameters import make_parameters, outer_ring_mass_kg, roller_body
+from srbval.models.full.parameters import make_parameters
 from srbval.models.full.point_cloud import (
     DEEPEST_M,
     candidate_windows,
@@ -114,23 +114,6 @@ def test_no_point_beyond_the_window_can_touch(points: int) -> None:
             touching = np.flatnonzero(distance < r)
             offset = np.minimum(touching, points - touching)
             assert offset.max() <= half
-
-
-def test_roller_mass_and_inertia() -> None:
-    """About 0.36 kg of steel; a cylinder's inertia within the barrel's few per cent."""
-    assert GEOMETRY is not None
-    mass, axial, transverse = roller_body(GEOMETRY, 0.04, 7850.0)
-    assert mass == pytest.approx(0.36, abs=MASS_KG)
-    assert axial == pytest.approx(mass * 0.02**2 / 2, rel=BARREL)
-    assert transverse == pytest.approx(mass * (3 * 0.02**2 + 0.037**2) / 12, rel=BARREL)
-
-
-def test_outer_ring_mass() -> None:
-    """Rectangle of revolution less a barrel-shaped bore, by slices."""
-    assert GEOMETRY is not None
-    z = (np.arange(20_000) + 0.5) / 20_000 * 0.098 - 0.049
-    slices = np.pi * (0.18**2 - (0.164**2 - z**2))
-    assert outer_ring_mass_kg(GEOMETRY, 7850.0) == pytest.approx(7850 * slices.mean() * 0.098, rel=SLICES)
 
 
 @pytest.mark.parametrize(("play", "diameter"), [("0 m", 0.04001), ("0.1 mm", 0.03991), ("-0.05 mm", 0.04006)])
