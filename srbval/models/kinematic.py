@@ -7,7 +7,6 @@ one sample and no particular strength, so harmonics, sidebands, noise floor and 
 it takes to be none. A healthy bearing is silent. Needs no geometry: orders are enough.
 """
 
-import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -20,7 +19,7 @@ from srbval.bearing import Fault, FaultOrders
 from srbval.errors import ConfigurationError
 from srbval.models import outputs as col
 from srbval.models.outputs import Outputs, chunks
-from srbval.models.run_statistics import RunStatistics
+from srbval.models.run_statistics import RunStatistics, load_direction
 from srbval.scene import Defect, Scene
 
 CLICK_M_S2 = 1.0  # of no meaning
@@ -68,12 +67,6 @@ class Prescribed:
         if profile is None:
             return np.full(time_s.shape, self.scene.load.radial_n)
         return np.interp(time_s - self.scene.settle_s, profile.time_s, profile.radial_n)
-
-    @property
-    def direction(self) -> FloatArray:
-        """Unit vector of the radial load, [2]."""
-        angle = self.scene.load.direction_rad
-        return np.array([math.cos(angle), math.sin(angle)])
 
 
 def refuse_axial(scene: Scene) -> None:
@@ -153,4 +146,4 @@ def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Ou
         below = place.astype(np.int64)
         np.add.at(clicks, below, CLICK_M_S2 * (1 - (place - below)))
         np.add.at(clicks, below + 1, CLICK_M_S2 * (place - below))
-    return prescribed_outputs(stats, settle, motion, -clicks[:whole, None] * motion.direction, started)
+    return prescribed_outputs(stats, settle, motion, -clicks[:whole, None] * load_direction(scene)[:2], started)

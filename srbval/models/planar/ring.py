@@ -18,7 +18,7 @@ from srbval.models.planar import ring_kernel
 from srbval.models.planar.elements import element_slot, fullest_n
 from srbval.models.planar.ring_kernel import STATE, Motion, Ring, advance_ring
 from srbval.models.planar.statics import ElementContact, ForceTable, bump_table, make_slot, plain_table
-from srbval.models.run_statistics import RunStatistics, load_share
+from srbval.models.run_statistics import RunStatistics, load_direction, load_share
 from srbval.scene import LoadPath, Scene
 
 LONGEST_STEP_S = 1 / 40_000  # a fifth of a radian of the ring's highest mode, 40 steps over the shortest bump
@@ -80,7 +80,8 @@ class PlanarRing:
 
     def balance_m(self) -> FloatArray:
         """Ring displacement, [2], at which load, housing and undamaged rollers balance at time zero."""
-        load = self.motion.radial_n(np.zeros(1))[0] * self.motion.direction + np.array([0.0, self.kernel.weight])
+        load = self.motion.radial_n(np.zeros(1))[0] * load_direction(self.scene)[:2]
+        load += np.array([0.0, self.kernel.weight])
 
         def left(ring: FloatArray) -> FloatArray:
             return load + self.undamaged_force_n(ring) - self.kernel.stiffness * ring
@@ -123,13 +124,13 @@ def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
             rows.append([kind, fixed, defect.roller - 1, race_radius_m, position_step_m, radius_m])
             bumps.append(bump)
             owners.append(number)
-    motion = Prescribed(scene=scene, orders=bearing.orders)
+    motion, (direction_x, direction_y, _) = Prescribed(scene=scene, orders=bearing.orders), load_direction(scene)
     kernel = Ring(
         mass=mass,
         stiffness=scene.housing.stiffness_n_m if scene.load.path is LoadPath.HOUSING else 0.0,
         damping=scene.housing.damping_ns_m,
         weight=-mass * STANDARD_GRAVITY if scene.load.gravity else 0.0,
-        direction_x=motion.direction[0], direction_y=motion.direction[1], rollers=rollers,
+        direction_x=direction_x, direction_y=direction_y, rollers=rollers,
         rows=float(of_rows),
         plain=plain.values, plain_start=plain.start_m, plain_step=plain.step_m,
         defects=np.array(rows, dtype=np.float64).reshape(-1, ring_kernel.DEFECT_COLUMNS),
@@ -164,7 +165,7 @@ def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Ou
     y, rate, trial = np.zeros(STATE), np.zeros((4, STATE)), np.zeros(STATE)
     y[:2] = ring.balance_m()
     load = float(ring.motion.radial_n(np.zeros(1))[0])
-    push = np.array([*(ring.kernel.stiffness * y[:2] - load * ring.motion.direction), 0.0])
+    push = np.array([*(ring.kernel.stiffness * y[:2] - load * load_direction(scene)[:2]), 0.0])
     stats.balanced_share = load_share(scene, push, load)
     stats.wall_s += time.perf_counter() - started
     per_output = math.ceil(1 / (scene.output_rate_hz * _longest_step_s(ring, y[:2])))
