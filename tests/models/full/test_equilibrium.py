@@ -7,15 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models.full.equilibrium import Statics, balance_friction, equilibrium_state
-from srbval.models.full.parameters import Parameters, make_parameters
+from srbval.models.full.parameters import Parameters
 from srbval.models.full.state import layout_of
 from srbval.models.full.steps import rates, take_steps
 from srbval.models.solvers import METHODS
 from srbval.scene import paper_scene
-from tests.verification.harness import rolling_state
+from tests.verification.harness import parameters, rolling_state
 
 LEAST_CLEARANCE_M = 5e-5  # of a bearing with 0.2 mm of play, at its most loaded roller
 BALANCED_N = 1.0  # of 124.8 kN
@@ -50,9 +49,7 @@ SCENES: dict[str, dict[str, Any]] = {
 
 
 def model_of(**changes: Any) -> Parameters:
-    geometry = load_bearing("skf-22240").geometry
-    assert geometry is not None
-    return make_parameters(paper_scene(**changes), geometry)
+    return parameters(paper_scene(**changes))
 
 
 def slides_and_ring(state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
