@@ -12,7 +12,7 @@ from filelock import FileLock, Timeout
 from srbval.campaign.case import CaseResult, CaseTask, Ending, acceleration_only, read_result, version, write_result
 from srbval.campaign.quantities import CaseQuantity, Output, quantities_of
 from srbval.errors import DataError, SrbvalError
-from srbval.models.kernel_cache import kernel_cache_folder
+from srbval.models.jit import kernel_cache_folder
 from srbval.models.run import Run
 from srbval.scene import Scene
 

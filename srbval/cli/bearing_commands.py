@@ -6,7 +6,7 @@ import math
 
 from srbval.bearing import Bearing, fault_frequencies, find_bearings, load_bearing
 from srbval.cli.output import answer, print_table
-from srbval.models.ladder import models_of
+from srbval.models.hierarchy import models_of
 
 LINES = ("bpfo", "bpfi", "bsf", "ftf")
 COLUMNS = ("name", "Z", "d mm", "D mm", "angle deg", *map(str.upper, LINES), "models up to", "title")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from srbval.cli.arguments import AUTO as AUTO_STEP
 from srbval.cli.output import answer, print_table
 from srbval.errors import ConfigurationError, DataError, NumericsError
-from srbval.models.ladder import AUTO, rung_of
+from srbval.models.hierarchy import AUTO, level_of
 from srbval.models.run import RunStatus
 from srbval.models.simulate import Step, simulate, simulate_to_file
 from srbval.progress import ProgressDisplay
@@ -77,9 +77,9 @@ def run_scene(options: argparse.Namespace) -> int:
     scene = result.scene
     summary = {
         "model": scene.model,
-        "solver": rung_of(scene.model).own_solver or scene.solver.name,
+        "solver": level_of(scene.model).own_solver or scene.solver.name,
         "output_rate_hz": scene.output_rate_hz,
-        "dt_s": rung_of(scene.model).step_s(scene),
+        "dt_s": level_of(scene.model).step_s(scene),
         **{name: getattr(result, name) for name in OF_RUN},
         "numerics": result.step_error,
         "file": str(output) if output else None,
