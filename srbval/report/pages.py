@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from itertools import groupby
 from typing import Any, Self
 
-from srbval.report.model import Section
+from srbval.report.blocks import Section
 from srbval.storage.stored_result import StoredResult, newest_result
 
 

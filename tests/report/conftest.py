@@ -24,16 +24,17 @@ from srbval.report.blocks import (
     KeyValues,
     Listing,
     Paragraph,
+    Report,
+    Section,
     Table,
     Tone,
+    VerdictBox,
 )
-from srbval.report.figures.signals import acceleration_panel
-from srbval.report.figures.spectrum import spectrum_panel
+from srbval.report.figures.signals import acceleration_panel, spectrum_panel
 from srbval.report.findings import gather as gathering
 from srbval.report.findings.findings import Findings
 from srbval.report.findings.records import SpectrumView, fault_cursors
-from srbval.report.inline import literal
-from srbval.report.model import Report, Section, VerdictBox
+from srbval.report.plain import literal
 from srbval.report.sections.assemble import assemble
 from srbval.report.write import write_report
 from srbval.studies.harness import pages

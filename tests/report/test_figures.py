@@ -8,12 +8,10 @@ import pytest
 
 from srbval.bearing import Fault, load_bearing
 from srbval.report.figures.bearing import bearing_scene
-from srbval.report.figures.comparison import deviation_plot
-from srbval.report.figures.files import extreme_indices
-from srbval.report.figures.ladder import ladder_plot
-from srbval.report.figures.scalogram import block_means, scalogram_panel
-from srbval.report.figures.signals import acceleration_panel, band_panel
-from srbval.report.figures.spectrum import spectrum_panel
+from srbval.report.figures.comparison import deviation_plot, ladder_plot
+from srbval.report.figures.images import block_means, scalogram_panel
+from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel
+from srbval.report.figures.style import extreme_indices
 from srbval.report.findings.bearing_views import LoadZone
 from srbval.scene import paper_scene
 from srbval.signal import Scalogram

@@ -8,8 +8,8 @@ from importlib import resources
 
 import pytest
 
-from srbval.report.html import render_html
-from srbval.report.model import Document
+from srbval.report.blocks import Document
+from srbval.report.renderers import render_html
 from srbval.report.write import draw_figures
 
 VOID = {"meta", "link", "img", "br", "hr", "input"}

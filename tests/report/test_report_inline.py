@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from srbval.report.inline import literal, printable, spans
+from srbval.report.plain import literal, printable, spans
 
 
 def test_strong_and_code_are_marked():

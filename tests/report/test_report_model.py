@@ -5,9 +5,19 @@ from pathlib import Path
 
 import pytest
 
-from srbval.report.blocks import Cell, Column, Figure, FigureGrid, Table, Tone, format_value
-from srbval.report.figures.files import PanelFiles
-from srbval.report.model import Report, Section, VerdictBox
+from srbval.report.blocks import (
+    Cell,
+    Column,
+    Figure,
+    FigureGrid,
+    Report,
+    Section,
+    Table,
+    Tone,
+    VerdictBox,
+    format_value,
+)
+from srbval.report.figures.style import PanelFiles
 
 
 def nothing(folder: Path, name: str) -> PanelFiles:

@@ -14,9 +14,8 @@ from typing import Any
 
 import pytest
 
-from srbval.report.blocks import MISSING
-from srbval.report.inline import printable
-from srbval.report.model import Report
+from srbval.report.blocks import MISSING, Report
+from srbval.report.plain import printable
 from srbval.report.write import write_report
 
 from .made import Made

@@ -8,7 +8,7 @@ from collections import Counter
 import pytest
 
 from srbval.errors import ConfigurationError
-from srbval.report.pdf import render_pdf
+from srbval.report.renderers import render_pdf
 from srbval.report.write import write_report
 
 pytest.importorskip("typst")

@@ -18,10 +18,9 @@ from srbval.diagnosis.baseline_comparison import OTHER_CONDITIONS
 from srbval.errors import ConfigurationError
 from srbval.recordings import Recording
 from srbval.recordings.speed import nominal_speed
-from srbval.report.blocks import Tone
+from srbval.report.blocks import Report, Tone
 from srbval.report.findings.records import first_lines
 from srbval.report.findings.user_records import NotDetected, UserRecord, gather_user_records
-from srbval.report.model import Report
 from srbval.report.reports import write_plot
 from srbval.report.sections.user_report import assemble_user_report
 from tests.reading.test_shaft_speed import BEARING, record

@@ -16,11 +16,9 @@ from srbval.comparison.other_rigs import OtherRecord
 from srbval.reading.analyse import analyse
 from srbval.recordings import load_recording
 from srbval.report.blocks import Callout, Listing
-from srbval.report.findings.findings import Findings
-from srbval.report.findings.gather import cautions
+from srbval.report.findings.findings import Findings, cautions
 from srbval.report.findings.records import record_kurtogram
-from srbval.report.sections.bands import two_combs
-from srbval.report.sections.records import MOST_NAMED, records_section
+from srbval.report.sections.records import MOST_NAMED, records_section, two_combs
 from tests.readme_table import in_readme, readme_table
 
 from .made import FILE_NAME, FILES, HOSTILE, PANELS, TEXT, Made, functions_called

@@ -1,5 +1,6 @@
-"""Model against rig as pictures: Table 6's deviations, predicted against measured, the validation matrix as a map."""
+"""Model against rig as pictures, the validation matrix as a map, and error against cost of every model."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -9,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from srbval.comparison.comparison import Comparison
 from srbval.comparison.matrix import Matrix, MatrixCell, Point
-from srbval.report.figures.style import BLUE, INK, SOFT, VERMILION, new_axes, panel
+from srbval.report.figures.style import BLUE, GREEN, INK, ORANGE, PURPLE, SOFT, VERMILION, new_axes, new_figure, panel
 
 # kind: (marker, face colour, edge colour); shape and filling tell them apart without colour.
 MARKS = {
@@ -127,3 +128,65 @@ def matrix_map(matrix: Matrix, of: MapOf) -> tuple[Any, Mapping[str, ArrayLike]]
     if of.label:
         figure.colorbar(image, ax=axes, label=of.label, shrink=0.75, pad=0.02, extend="both")
     return figure, {"point": rows} | {f"rpm_{name}": values[:, i] for i, name in enumerate(columns)}
+
+
+# Shape and colour of each fidelity level, the simplest model first.
+LEVEL_MARKS = (("v", ORANGE), ("D", GREEN), ("s", BLUE), ("P", PURPLE), ("o", VERMILION))
+LEVELS_INCHES = (7.6, 3.7)
+LEVEL_COLUMNS = 3
+LEVEL_DATA = (
+    "question",
+    "model",
+    "scenes",
+    "unanswered",
+    "median_error_pct",
+    "worst_error_pct",
+    "wall_per_simulated_s",
+)
+LEAST_PCT = 1e-3  # smaller errors are drawn here, with an arrow down
+
+
+@panel()
+def fidelity_plot(rows: Sequence[Mapping[str, Any]]) -> tuple[Any, Mapping[str, ArrayLike]]:
+    """Error against cost, one panel a question: the rows of `plan.table.summary`, the worst error as a bar.
+
+    A model that never answered stands in the strip above the axis, hollow.
+    """
+    questions = list(dict.fromkeys(row["question"] for row in rows))
+    models = list(dict.fromkeys(row["model"] for row in rows))
+    figure = new_figure(LEVELS_INCHES)
+    grid = figure.subplots(
+        math.ceil(len(questions) / LEVEL_COLUMNS), LEVEL_COLUMNS, squeeze=False, sharex=True, sharey=True
+    )
+    for axes, question in zip(grid.flat, questions, strict=False):
+        _level_panel(axes, [row for row in rows if row["question"] == question], models)
+    for axes in grid[-1]:
+        axes.set_xlabel("Wall time per simulated s, s")
+    for line in grid:
+        line[0].set_ylabel("Error, %")
+    handles, labels = grid.flat[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(models), frameon=False)
+    return figure, {name: [math.nan if row[name] is None else row[name] for row in rows] for name in LEVEL_DATA}
+
+
+def _level_panel(axes: Any, rows: Sequence[Mapping[str, Any]], models: Sequence[str]) -> None:
+    from matplotlib.ticker import NullLocator
+
+    axes.set(xscale="log", yscale="log", title=rows[0]["question"].replace("-", " ").capitalize())
+    for row in rows:
+        marker, colour = LEVEL_MARKS[models.index(row["model"]) % len(LEVEL_MARKS)]
+        look = {"marker": marker, "ms": 7, "color": colour, "mec": INK, "mew": 0.6, "ls": "none", "label": row["model"]}
+        if row["median_error_pct"] is None:
+            axes.plot(row["wall_per_simulated_s"], 1.04, transform=axes.get_xaxis_transform(), clip_on=False,
+                      **look | {"mfc": "white", "mec": colour})  # fmt: skip
+            continue
+        median, worst = (max(row[key], LEAST_PCT) for key in ("median_error_pct", "worst_error_pct"))
+        axes.errorbar(row["wall_per_simulated_s"], median, yerr=[[0.0], [worst - median]], capsize=2.5,
+                      elinewidth=1.1, ecolor=colour, **look)  # fmt: skip
+        if row["median_error_pct"] < LEAST_PCT:
+            axes.annotate("", (row["wall_per_simulated_s"], LEAST_PCT), xytext=(0, -13), textcoords="offset points",
+                          arrowprops={"arrowstyle": "<|-", "color": colour, "lw": 1.1})  # fmt: skip
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_minor_locator(NullLocator())
+    axes.axhline(0.5, color=SOFT, lw=0.8, ls=(0, (4, 3)))
+    axes.margins(x=0.12, y=0.12)

@@ -1,9 +1,8 @@
 """What a campaign costs besides its simulations, from the stored study."""
 
-from srbval.report.model import Section
+from srbval.report.blocks import Section
 from srbval.report.pages import Page, StoredResults
-from srbval.report.section_texts import Texts
-from srbval.report.sections.names import missing, origin_of
+from srbval.report.section_texts import Texts, missing, origin_of
 
 TEXTS = Texts.of_study(__package__)
 WORKERS = "workers_before_the_coordinator_is_full"

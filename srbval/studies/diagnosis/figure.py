@@ -4,8 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from srbval.report.figures.files import PanelFiles, save_panel
-from srbval.report.figures.style import BLUE, INK, SOFT, figure_style, new_axes
+from srbval.report.figures.style import BLUE, INK, SOFT, PanelFiles, figure_style, new_axes, save_panel
 
 
 def reliability_plot(folder: Path, name: str, *, rows: Sequence[Mapping[str, Any]]) -> PanelFiles:

@@ -2,11 +2,9 @@
 
 from functools import partial
 
-from srbval.report.blocks import Block
-from srbval.report.model import Section
+from srbval.report.blocks import Block, Section
 from srbval.report.pages import Page, StoredResults
-from srbval.report.section_texts import Texts
-from srbval.report.sections.names import missing, origin_of
+from srbval.report.section_texts import Texts, missing, origin_of
 from srbval.studies.diagnosis.figure import reliability_plot
 from srbval.studies.diagnosis.study import ALL
 

@@ -4,11 +4,9 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from srbval.report.blocks import Block
-from srbval.report.model import Section
+from srbval.report.blocks import Block, Section
 from srbval.report.pages import Page, StoredResults
-from srbval.report.section_texts import Texts
-from srbval.report.sections.names import missing, origin_of
+from srbval.report.section_texts import Texts, missing, origin_of
 from srbval.storage.stored_result import StoredResult
 
 TEXTS = Texts.of_study(__package__)

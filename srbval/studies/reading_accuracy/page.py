@@ -3,10 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
-from srbval.report.model import Section
+from srbval.report.blocks import Section
 from srbval.report.pages import Page, StoredResults
-from srbval.report.section_texts import Texts
-from srbval.report.sections.names import missing, origin_of
+from srbval.report.section_texts import Texts, missing, origin_of
 
 TEXTS = Texts.of_study(__package__)
 # A line this far above the noise is strong: what is asked of an error is asked from here on.

@@ -5,8 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from srbval.report.figures.files import PanelFiles, save_panel
-from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, figure_style, new_figure
+from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, PanelFiles, figure_style, new_figure, save_panel
 
 RECORD_MARKS = (("o", BLUE), ("s", VERMILION))  # of OR and IR records
 MARGIN = {"%": 0.1, "dB": 3.0}  # of the cage ratio and of levels: within which a model agrees

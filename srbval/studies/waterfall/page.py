@@ -4,11 +4,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from srbval.report.blocks import Badge
-from srbval.report.model import Section
+from srbval.report.blocks import Badge, Section
 from srbval.report.pages import Page, StoredResults
-from srbval.report.section_texts import Texts
-from srbval.report.sections.names import missing, origin_of
+from srbval.report.section_texts import Texts, missing, origin_of
 from srbval.studies.waterfall.figure import waterfall_plot
 
 TEXTS = Texts.of_study(__package__)
