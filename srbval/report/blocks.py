@@ -287,7 +287,8 @@ class Report:
         if self.generated_utc.utcoffset() is None:
             raise ValueError("generated_utc needs a time zone: use datetime.now(UTC).")
         seen = {"verdict", "contents", "main"}  # anchors of the page itself
-        for part in (*self.sections, *self.tables(), *self.figures()):
+        parts: tuple[Section | Table | Figure, ...] = (*self.sections, *self.tables(), *self.figures())
+        for part in parts:
             if part.id in seen:
                 raise ValueError(f"report id {part.id!r} is used twice.")
             seen.add(part.id)

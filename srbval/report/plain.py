@@ -132,7 +132,7 @@ def _plain(value: Any, name: str = "") -> Any:
         parts |= {"rows": [[_cell(*pair) for pair in zip(row, value.columns, strict=True)] for row in value.rows]}
     found = {"kind": kind} | {key: _plain(item, key) for key, item in parts.items()}
     if "tone" in parts:
-        found["sign"] = value.tone.sign
+        found["sign"] = parts["tone"].sign
     return found
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from srbval.bearing import Fault, load_bearing
 from srbval.report.figures.bearing import bearing_scene
-from srbval.report.figures.comparison import deviation_plot, ladder_plot
+from srbval.report.figures.comparison import deviation_plot, fidelity_plot
 from srbval.report.figures.images import block_means, scalogram_panel
 from srbval.report.figures.signals import acceleration_panel, band_panel, spectrum_panel
 from srbval.report.figures.style import extreme_indices
@@ -137,7 +137,7 @@ def test_the_scene_shows_rollers_load_and_defect(tmp_path):
 def test_an_error_below_the_axis_has_an_arrow(tmp_path):
     row = {"question": "cage-speed", "model": "full", "scenes": 3, "unanswered": 0, "wall_per_simulated_s": 1.0}
     sizes = [
-        len(ladder_plot([
+        len(fidelity_plot([
             row | {"median_error_pct": median, "worst_error_pct": 1.0},
             row | {"model": "line", "median_error_pct": 0.5, "worst_error_pct": 2.0},
         ])(tmp_path, name).picture.read_text("utf-8"))

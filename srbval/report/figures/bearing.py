@@ -1,11 +1,10 @@
 """The bearing as the model has it: a section, its point clouds, all of it, the scene along the shaft, the load zone."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from srbval.arrays import FloatArray
 from srbval.bearing import SphericalRollerGeometry
@@ -16,6 +15,7 @@ from srbval.report.figures.style import (
     SOFT,
     VERMILION,
     WIDE,
+    Drawn,
     legend_above,
     new_axes,
     new_figure,
@@ -43,9 +43,7 @@ def _roller_radius(geometry: SphericalRollerGeometry, along_m: FloatArray) -> Fl
 
 
 @panel()
-def axial_section(
-    geometry: SphericalRollerGeometry, circles: Sequence[RacewayCircle]
-) -> tuple[Any, Mapping[str, ArrayLike]]:
+def axial_section(geometry: SphericalRollerGeometry, circles: Sequence[RacewayCircle]) -> Drawn:
     """The paper's Figure 1: upper half of a section in the shaft's plane, with the circles of contact points."""
     figure, axes = new_axes(SECTION_INCHES)
     for side in (1, -1):
@@ -112,7 +110,7 @@ def _draw_dimensions(axes: Any, geometry: SphericalRollerGeometry) -> None:
 
 
 @panel()
-def defect_cloud(views: BearingViews) -> tuple[Any, Mapping[str, ArrayLike]]:
+def defect_cloud(views: BearingViews) -> Drawn:
     """The paper's Figure 5: the points of one row of a raceway about its defect, seen flat and from the side."""
     figure = new_figure(CLOUD_INCHES)
     flat, side = figure.subplots(1, 2)
@@ -136,9 +134,7 @@ def defect_cloud(views: BearingViews) -> tuple[Any, Mapping[str, ArrayLike]]:
 
 
 @panel(".png")
-def whole_bearing(
-    geometry: SphericalRollerGeometry, views: BearingViews, defect_rad: float
-) -> tuple[Any, Mapping[str, ArrayLike]]:
+def whole_bearing(geometry: SphericalRollerGeometry, views: BearingViews, defect_rad: float) -> Drawn:
     """The paper's Figure 8: point clouds of both raceways and all rollers, in three dimensions.
 
     `defect_rad`: where the outer race's middle circle of row 1 is raised.
@@ -187,9 +183,7 @@ def _scatter(axes: Any, circles: Sequence[RacewayCircle], sign: int) -> None:
 
 
 @panel()
-def bearing_scene(
-    scene: Scene, geometry: SphericalRollerGeometry, zone: LoadZone
-) -> tuple[Any, Mapping[str, ArrayLike]]:
+def bearing_scene(scene: Scene, geometry: SphericalRollerGeometry, zone: LoadZone) -> Drawn:
     """One row of rollers of `scene`, whose defect is in the outer race.
 
     Angles are counter-clockwise from the right; the load pushes the outer ring, so that the load zone lies opposite.
@@ -273,7 +267,7 @@ def _draw_defect(axes: Any, radius_mm: float, angle: float) -> None:
 
 
 @panel()
-def load_zone(zone: LoadZone) -> tuple[Any, Mapping[str, ArrayLike]]:
+def load_zone(zone: LoadZone) -> Drawn:
     """The force of every roller on either race at every moment kept."""
     order = np.argsort(zone.angle_deg)
     angle, outer, inner = zone.angle_deg[order], zone.outer_n[order] / 1e3, zone.inner_n[order] / 1e3

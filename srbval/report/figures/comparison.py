@@ -6,11 +6,22 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from srbval.comparison.comparison import Comparison
 from srbval.comparison.matrix import Matrix, MatrixCell, Point
-from srbval.report.figures.style import BLUE, GREEN, INK, ORANGE, PURPLE, SOFT, VERMILION, new_axes, new_figure, panel
+from srbval.report.figures.style import (
+    BLUE,
+    GREEN,
+    INK,
+    ORANGE,
+    PURPLE,
+    SOFT,
+    VERMILION,
+    Drawn,
+    new_axes,
+    new_figure,
+    panel,
+)
 
 # kind: (marker, face colour, edge colour); shape and filling tell them apart without colour.
 MARKS = {
@@ -23,7 +34,7 @@ CELL_INCHES, MAP_INCHES = (0.56, 0.2), (2.0, 1.0)  # of a map: a cell, and all a
 
 
 @panel()
-def deviation_plot(points: Sequence[Mapping[str, Any]]) -> tuple[Any, Mapping[str, ArrayLike]]:
+def deviation_plot(points: Sequence[Mapping[str, Any]]) -> Drawn:
     """One row a point, grouped by defect, zero in the middle.
 
     A point has a `group` (the defect's line), a `source` (whose value it is), its `kind`, a key of `MARKS` (a stand-in
@@ -56,7 +67,7 @@ def _draw_point(axes: Any, row: int, *, kind: str, deviation_pct: float, ci95_pc
 
 
 @panel()
-def agreement_plot(rows: Sequence[Comparison], label: str) -> tuple[Any, Mapping[str, ArrayLike]]:
+def agreement_plot(rows: Sequence[Comparison], label: str) -> Drawn:
     """Predicted against measured `rows` of one unit, with the line of agreement and the data's 95 % intervals.
 
     Frequencies are drawn as their deviations from kinematics [%].
@@ -93,7 +104,7 @@ class MapOf:
 
 
 @panel()
-def matrix_map(matrix: Matrix, of: MapOf) -> tuple[Any, Mapping[str, ArrayLike]]:
+def matrix_map(matrix: Matrix, of: MapOf) -> Drawn:
     """Speeds across, state and load down, empty where nothing was measured."""
     grid = matrix.grid
     loads = list(zip(grid.radial_kn, grid.axial_kn, strict=True))
@@ -147,7 +158,7 @@ LEAST_PCT = 1e-3  # smaller errors are drawn here, with an arrow down
 
 
 @panel()
-def fidelity_plot(rows: Sequence[Mapping[str, Any]]) -> tuple[Any, Mapping[str, ArrayLike]]:
+def fidelity_plot(rows: Sequence[Mapping[str, Any]]) -> Drawn:
     """Error against cost, one panel a question: the rows of `plan.table.summary`, the worst error as a bar.
 
     A model that never answered stands in the strip above the axis, hollow.

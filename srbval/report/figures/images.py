@@ -1,15 +1,23 @@
 """Images: the wavelet transform over time and frequency (Figure 14's kind), and the kurtogram."""
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault
-from srbval.report.figures.style import HALF, INK, new_axes, panel, rounded, row_above, stamp_stand_in, title_panel
+from srbval.report.figures.style import (
+    HALF,
+    INK,
+    Drawn,
+    new_axes,
+    panel,
+    rounded,
+    row_above,
+    stamp_stand_in,
+    title_panel,
+)
 from srbval.report.findings.records import RecordKurtogram, RecordView
 from srbval.signal import Kurtogram, Scalogram
 
@@ -20,7 +28,7 @@ CSV_COLUMNS, CSV_ROWS = 180, 40
 @panel()
 def scalogram_panel(
     record: RecordView, image: Scalogram, state: Fault, *, top: float, letter: str = "", title: str = ""
-) -> tuple[Any, Mapping[str, ArrayLike]]:
+) -> Drawn:
     """|CWT| of the record's envelope as an image over time and logarithmic frequency, colours from zero to `top`.
 
     The line of `state` is marked, and where the shaft modulates it the shaft's period by ticks along the top. What lies
@@ -121,9 +129,7 @@ USED, BEST = "#ffffff", "#d62728"
 
 
 @panel()
-def kurtogram_panel(
-    shown: RecordKurtogram, *, letter: str, title: str, top_hz: float
-) -> tuple[Any, Mapping[str, ArrayLike]]:
+def kurtogram_panel(shown: RecordKurtogram, *, letter: str, title: str, top_hz: float) -> Drawn:
     """Kurtosis over level and frequency, up to `top_hz`; the band used outlined white, the most impulsive one red."""
     picture, recording, band_hz = shown.kurtogram, shown.analysis.recording, shown.analysis.processed.band_hz
     rows = np.unique(picture.level)

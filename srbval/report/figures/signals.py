@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from srbval.recordings import Origin
 from srbval.report.figures.style import (
@@ -16,6 +15,7 @@ from srbval.report.figures.style import (
     INK,
     VERMILION,
     WIDE,
+    Drawn,
     extreme_indices,
     legend_above,
     new_axes,
@@ -41,7 +41,7 @@ def acceleration_panel(
     title: str = "",
     period: tuple[str, float] | None = None,
     inches: tuple[float, float] = HALF,
-) -> tuple[Any, Mapping[str, ArrayLike]]:
+) -> Drawn:
     """Acceleration (light) and envelope (strong) in the record's window, from -`limit` to `limit` in its unit.
 
     Give every panel of a figure the same `limit`. `period`, a name and its length [s], is drawn as a bar, to be
@@ -87,7 +87,7 @@ def _mark_period(axes: Any, name: str, period_s: float) -> None:
 @panel()
 def band_panel(
     records: Mapping[str, RecordView], *, limits_db: tuple[float, float], end_hz: float, letter: str = ""
-) -> tuple[Any, Mapping[str, ArrayLike]]:
+) -> Drawn:
     """One Welch spectrum for each of `records`, by what they are called; the last one's band is shaded.
 
     At most two besides the healthy one, whose name begins so; one alone in the colour of its origin. All are given at
@@ -126,9 +126,7 @@ NAMES_FROM = 0.75  # where a narrow picture's labels begin, above all that is dr
 
 
 @panel()
-def spectrum_panel(
-    view: SpectrumView, *, top: float, letter: str = "", title: str = "", brief: bool = False
-) -> tuple[Any, Mapping[str, ArrayLike]]:
+def spectrum_panel(view: SpectrumView, *, top: float, letter: str = "", title: str = "", brief: bool = False) -> Drawn:
     """An envelope spectrum from zero to `top`, Hz below and shaft orders above.
 
     Give both sides of a comparison the same `top`. `brief`: for panels side by side, of half the width, lines by their

@@ -41,6 +41,7 @@ class PanelFiles:
     data: Path
 
 
+Drawn = tuple[Any, Mapping[str, ArrayLike]]  # a figure, and the plotted columns by unit-named names
 Drawing = Callable[[Path, str], PanelFiles]  # draws a panel into a folder under a name, see `save_panel`
 
 
@@ -53,21 +54,21 @@ def save_panel(
     bytes: no date is stored.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    picture = folder / f"{name}{suffix}"
-    picture.write_bytes(picture_bytes(figure, suffix))
-    data = folder / f"{name}.csv"
-    write_csv(data, columns)
-    return PanelFiles(picture=picture, data=data)
+    files = PanelFiles(picture=folder / f"{name}{suffix}", data=folder / f"{name}.csv")
+    files.picture.write_bytes(picture_bytes(figure, suffix))
+    write_csv(files.data, columns)
+    return files
 
 
 def picture_bytes(figure: Any, suffix: str) -> bytes:
-    """A figure as SVG (``.svg``) or PNG; call it in the style that the figure was drawn in."""
-    return _svg(figure) if suffix == ".svg" else _png(figure)
+    """A figure as SVG (``.svg``) or PNG; call it in the style that the figure was drawn in.
 
-
-def _svg(figure: Any) -> bytes:
-    """SVG with coordinates to a hundredth of a point, on one line, without names nobody asks for: a smaller file."""
+    The SVG has coordinates to a hundredth of a point and no names nobody asks for: a smaller file.
+    """
     buffer = io.BytesIO()
+    if suffix != ".svg":
+        figure.savefig(buffer, format="png", metadata={"Software": None}, dpi="figure")
+        return buffer.getvalue()
     figure.savefig(buffer, format="svg", metadata={"Date": None})
     text = re.sub(rb' d="[^"]*"', lambda path: _short(path[0]), buffer.getvalue())
     text = re.sub(rb'( [xy]|translate\()(="|)([^")]*)', lambda m: m[1] + m[2] + _short(m[3]), text)
@@ -78,12 +79,6 @@ def _svg(figure: Any) -> bytes:
 
 def _short(path: bytes) -> bytes:
     return re.sub(rb"\s*\n", b" ", re.sub(rb"(\.\d\d)\d+", rb"\1", path))
-
-
-def _png(figure: Any) -> bytes:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", metadata={"Software": None}, dpi="figure")
-    return buffer.getvalue()
 
 
 def rounded(values: FloatArray) -> FloatArray:
@@ -150,11 +145,8 @@ ORIGINS = {
 
 
 def origin_style(origin: str) -> OriginStyle:
-    """Style of an origin (``simulated``, ``measured``, ``stand-in``); ValueError for anything else."""
-    try:
-        return ORIGINS[str(origin)]
-    except KeyError:
-        raise ValueError(f"origin {origin!r} is not one of {', '.join(ORIGINS)}.") from None
+    """Style of an origin (``simulated``, ``measured``, ``stand-in``); KeyError for anything else."""
+    return ORIGINS[str(origin)]
 
 
 @contextmanager
@@ -168,15 +160,13 @@ def figure_style() -> Iterator[None]:
         yield
 
 
-def panel(
-    suffix: str = ".svg",
-) -> Callable[[Callable[P, tuple[Any, Mapping[str, ArrayLike]]]], Callable[P, Drawing]]:
+def panel(suffix: str = ".svg") -> Callable[[Callable[P, Drawn]], Callable[P, Drawing]]:
     """Make a function that draws a figure, and says what it plots, one that gives a `Drawing` of its arguments.
 
     The drawing, once it is called with a folder and a name, writes both: picture and data (CSV).
     """
 
-    def decorate(draw: Callable[P, tuple[Any, Mapping[str, ArrayLike]]]) -> Callable[P, Drawing]:
+    def decorate(draw: Callable[P, Drawn]) -> Callable[P, Drawing]:
         @functools.wraps(draw)
         def drawing(*args: P.args, **kwargs: P.kwargs) -> Drawing:
             def write(folder: Path, name: str) -> PanelFiles:
@@ -211,8 +201,7 @@ def new_axes(inches: tuple[float, float], **looks: Any) -> tuple[Any, Any]:
 def title_panel(axes: Any, origin: str, letter: str, title: str, pad: float = 17.0) -> None:
     """Head a panel ``(a) Simulated · title``, in the origin's colour, `pad` points above them."""
     style = origin_style(origin)
-    parts = [f"({letter}) {style.word}" if letter else style.word, title]
-    text = " · ".join(part for part in parts if part)
+    text = " · ".join(filter(None, (f"({letter}) {style.word}" if letter else style.word, title)))
     room = TITLE_CHARACTERS_PER_INCH * axes.figure.get_size_inches()[0]
     if len(text) > 1.4 * room:
         text = text[: int(1.4 * room) - 1] + "…"

@@ -162,13 +162,14 @@ def gather(
     scene, geometry = runs["paper-outer"].scene, bearing.geometry
     assert geometry is not None, "the report's bearing is one the model can run"
     registered = [chosen[state] for state in sides]
+    sets = [*(one.dataset for one in registered), *(one.dataset for one in other_rigs)]
     found = Findings(
         data={}, bearing=bearing, printed=printed, runs=runs, run_facts=tuple(facts), analyses=analyses, views=views,
         scalograms={name: {s: envelope_scalogram(v) for s, v in views[name].items()} for name in ("model", "rig")},
         fits={fit: (view, envelope_scalogram(view)) for fit, view in fits.items()},
         bearing_views=bearing_views(scene, geometry, runs["load-zone"]),
         kurtograms=tuple(_kurtograms(analyses["model"], analyses["rig"], progress)), known=known, matrix=matrix,
-        datasets={r.dataset: dataset(r.dataset) for r in (*registered, *other_rigs) if r.dataset},
+        datasets={name: dataset(name) for name in sets if name},
         speed_source=published_speeds(), ladders={base: shipped_calibration(base) for base in ("paper", "rig")},
         results=results, provenance=provenance(runs.values(), registered),
     )  # fmt: skip
