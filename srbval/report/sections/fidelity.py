@@ -69,15 +69,15 @@ def _cell(row: Row) -> str:
 
 def _patterns(patterns: Mapping[str, Any]) -> Iterator[Block]:
     """Conclusion, each model at the paper's bump, one over bump heights."""
-    rungs = patterns["by_rung"]
-    measured = [row for row in rungs if row["paper_band"] is not None]
+    by_level = patterns["by_rung"]
+    measured = [row for row in by_level if row["paper_band"] is not None]
     yield TEXTS.paragraph(
         "missing-harmonic",
         patterns=patterns,
-        sinc=[row["by_sinc"] for row in rungs],
+        sinc=[row["by_sinc"] for row in by_level],
         pulses=[row["paper_band"] for row in measured if row["model"] in ("impulse", "planar")],
         full=[row["paper_band"] for row in measured if row["model"] == "full"],
         harmonics=lambda values: TEXTS.text("harmonics", values=values),
     )
-    yield TEXTS.table("pattern-rungs-table", rungs, patterns=patterns)
+    yield TEXTS.table("pattern-rungs-table", by_level, patterns=patterns)
     yield TEXTS.table("pattern-table", patterns["by_height"], patterns=patterns)
