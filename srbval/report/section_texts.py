@@ -33,6 +33,7 @@ from srbval.report.blocks import (
     Section,
     Table,
     Tone,
+    VerdictBox,
     format_value,
 )
 from srbval.report.figures.style import Drawing
@@ -92,6 +93,11 @@ class Texts:
         """A boxed remark."""
         entry = self._content["callout"][name]
         return Callout(tone=tone, title=_render(entry.get("title", ""), values), text=_render(entry["text"], values))
+
+    def verdict(self, tone: Tone, of: str = "", /, **values: Any) -> VerdictBox:
+        """The verdict with its text ``headline`` and its list ``points``, of the name `of` added."""
+        points = self.listing(f"points{of}", **values).items
+        return VerdictBox(tone=tone, headline=self.text(f"headline{of}", **values), points=points)
 
     def figure(
         self, name: str, draw: Drawing, /, *, id: str = "", badge: str | None = None, suffix: str = ".svg",

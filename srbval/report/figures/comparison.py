@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -87,25 +86,17 @@ def _from_kinematics(row: Comparison, value: float) -> float:
     return 100 * (value / row.rig.kinematic - 1) if row.rig.kinematic else value
 
 
-@dataclass(frozen=True, kw_only=True)
-class MapOf:
-    """What a map of the matrix shows: the `value` of a cell, by colour, and its `text`, written into it.
-
-    `limits` are the ends of the colour scale, named by `label` (without one no scale is drawn); `colours` is a
-    Matplotlib colour map, diverging about zero or rising.
-    """
-
-    name: str
-    value: Callable[[MatrixCell], float | None]
-    text: Callable[[MatrixCell], str]
-    limits: tuple[float, float]
-    colours: str
-    label: str = ""
-
-
 @panel()
-def matrix_map(matrix: Matrix, of: MapOf) -> Drawn:
-    """Speeds across, state and load down, empty where nothing was measured."""
+def matrix_map(
+    matrix: Matrix, *, value: Callable[[MatrixCell], float | None], text: Callable[[MatrixCell], str],
+    limits: tuple[float, float], colours: str, label: str = "",
+) -> Drawn:  # fmt: skip
+    """Speeds across, state and load down, empty where nothing was measured.
+
+    The `value` of a cell is shown by colour, its `text` written into it. `limits` are the ends of the colour scale,
+    named by `label` (without one no scale is drawn); `colours` is a Matplotlib colour map, diverging about zero or
+    rising.
+    """
     grid = matrix.grid
     loads = list(zip(grid.radial_kn, grid.axial_kn, strict=True))
     rows = [f"{state.code}  {radial:g}/{axial:g}" for state in grid.states for radial, axial in loads]
@@ -113,21 +104,21 @@ def matrix_map(matrix: Matrix, of: MapOf) -> Drawn:
     cells = [
         [by_point.get(Point(state, *load, rpm)) for rpm in grid.nominal_rpm] for state in grid.states for load in loads
     ]  # fmt: skip
-    values = np.array([[np.nan if c is None or (v := of.value(c)) is None else v for c in line] for line in cells],
+    values = np.array([[np.nan if c is None or (v := value(c)) is None else v for c in line] for line in cells],
                       dtype=np.float64)  # fmt: skip
     figure, axes = new_axes(
         (MAP_INCHES[0] + CELL_INCHES[0] * values.shape[1], MAP_INCHES[1] + CELL_INCHES[1] * len(rows))
     )
     image = axes.pcolormesh(
-        np.ma.masked_invalid(values), cmap=of.colours, vmin=of.limits[0], vmax=of.limits[1], edgecolors="#c5ced8",
+        np.ma.masked_invalid(values), cmap=colours, vmin=limits[0], vmax=limits[1], edgecolors="#c5ced8",
         linewidth=0.5,
     )  # fmt: skip
-    for (row, column), value in np.ndenumerate(values):  # dark on light and light on dark: it reads without its colours
+    for (row, column), shown in np.ndenumerate(values):  # dark on light and light on dark: it reads without its colours
         if (cell := cells[row][column]) is not None:
-            red, green, blue, _ = image.to_rgba(value) if np.isfinite(value) else (1, 1, 1, 1)
+            red, green, blue, _ = image.to_rgba(shown) if np.isfinite(shown) else (1, 1, 1, 1)
             dark = 0.3 * red + 0.59 * green + 0.11 * blue < 0.5
-            axes.text(column + 0.5, row + 0.5, of.text(cell), ha="center", va="center", fontsize=7,
-                      color="white" if dark else INK if np.isfinite(value) else SOFT)  # fmt: skip
+            axes.text(column + 0.5, row + 0.5, text(cell), ha="center", va="center", fontsize=7,
+                      color="white" if dark else INK if np.isfinite(shown) else SOFT)  # fmt: skip
     for row in range(len(loads), len(rows), len(loads)):
         axes.axhline(row, color=INK, lw=0.9)
     columns = [f"{rpm:g}" for rpm in grid.nominal_rpm]
@@ -136,8 +127,8 @@ def matrix_map(matrix: Matrix, of: MapOf) -> Drawn:
     axes.set(xlabel="Nominal motor speed, rpm", ylim=(len(rows), 0))
     axes.tick_params(length=0)
     axes.grid(visible=False)
-    if of.label:
-        figure.colorbar(image, ax=axes, label=of.label, shrink=0.75, pad=0.02, extend="both")
+    if label:
+        figure.colorbar(image, ax=axes, label=label, shrink=0.75, pad=0.02, extend="both")
     return figure, {"point": rows} | {f"rpm_{name}": values[:, i] for i, name in enumerate(columns)}
 
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from srbval.comparison.bias import LEAST_RECORDS
 from srbval.comparison.budget import PRIOR
@@ -14,7 +15,7 @@ from srbval.comparison.matrix import Matrix, MatrixCell
 from srbval.comparison.record_verdict import RecordVerdict
 from srbval.diagnosis.baseline_comparison import Basis
 from srbval.report.blocks import Badge, Block, Figure, Listing, Section, Tone
-from srbval.report.figures.comparison import MapOf, agreement_plot, matrix_map
+from srbval.report.figures.comparison import agreement_plot, matrix_map
 from srbval.report.findings.findings import Findings
 from srbval.report.section_texts import FETCH_COMMAND, VERDICT_TONE, Texts
 
@@ -79,32 +80,32 @@ def _number(value: float | None, spec: str) -> str:
     return "n.d." if value is None else format(value, spec)
 
 
-MAPS = (
-    MapOf(
-        name="deviation", label="Deviation, %", limits=(-DEVIATION_LIMIT_PCT, DEVIATION_LIMIT_PCT), colours="RdBu_r",
-        value=lambda cell: cell.line.detected_deviation_pct,
-        text=lambda cell: _number(cell.line.detected_deviation_pct, "+.2f"),
-    ),
-    MapOf(
-        name="detectability", label="Line over noise, powers of ten", limits=SNR_LIMITS, colours="Blues",
-        value=lambda cell: math.log10(max(cell.line.snr or 0.0, 1.0)),
-        text=lambda cell: _number((cell.line.snr or 0) if cell.line.detected else None, ".0f"),
-    ),
-    MapOf(
-        name="verdict", limits=(-1.6, 1.6), colours="PiYG", value=lambda cell: VERDICT_LEVEL.get(cell.verdict),
-        text=_verdict_text,
-    ),
-)  # fmt: skip
+MAPS: dict[str, dict[str, Any]] = {
+    "deviation": {
+        "label": "Deviation, %", "limits": (-DEVIATION_LIMIT_PCT, DEVIATION_LIMIT_PCT), "colours": "RdBu_r",
+        "value": lambda cell: cell.line.detected_deviation_pct,
+        "text": lambda cell: _number(cell.line.detected_deviation_pct, "+.2f"),
+    },
+    "detectability": {
+        "label": "Line over noise, powers of ten", "limits": SNR_LIMITS, "colours": "Blues",
+        "value": lambda cell: math.log10(max(cell.line.snr or 0.0, 1.0)),
+        "text": lambda cell: _number((cell.line.snr or 0) if cell.line.detected else None, ".0f"),
+    },
+    "verdict": {
+        "limits": (-1.6, 1.6), "colours": "PiYG", "value": lambda cell: VERDICT_LEVEL.get(cell.verdict),
+        "text": _verdict_text,
+    },
+}  # fmt: skip
 
 
 def _maps(matrix: Matrix) -> Iterator[Figure]:
-    for of in MAPS:
+    for name, of in MAPS.items():
         values = "; ".join(
-            f"{c.state.code} {c.radial_kn:g}/{c.axial_kn:g} kN {c.nominal_rpm:g} rpm: {of.text(c)}"
+            f"{c.state.code} {c.radial_kn:g}/{c.axial_kn:g} kN {c.nominal_rpm:g} rpm: {of['text'](c)}"
             for c in matrix.cells
         )
-        plot = matrix_map(matrix, of)
-        yield TEXTS.figure(f"matrix-{of.name}", plot, badge=Badge.MEASURED, matrix=matrix, values=values)
+        plot = matrix_map(matrix, **of)
+        yield TEXTS.figure(f"matrix-{name}", plot, badge=Badge.MEASURED, matrix=matrix, values=values)
 
 
 def _bias_blocks(findings: Findings) -> Iterator[Block]:

@@ -19,18 +19,13 @@ ANSWER_TONE = {Answer.MET: Tone.GOOD, Answer.MISSED: Tone.BAD, Answer.NOT_RESOLV
 def verdict_box(findings: Findings) -> VerdictBox:
     """The answer in plain words, first on the page: all from the comparisons; stand-ins take no part."""
     found = findings.headline
-    points = VERDICT.listing(
-        "points",
+    return VERDICT.verdict(
+        ANSWER_TONE[found.answer] if found.errors else Tone.WARNING,
         found=found,
         judged=[(cell.state, cell.verdict) for cell in findings.matrix.cells if cell.judged],
         records=[findings.analyses["rig"][one.state] for one in found.errors],
         study=findings.known.of(found.errors[0].state) if found.errors else None,
         fetch_command=FETCH_COMMAND,
-    )
-    return VerdictBox(
-        tone=ANSWER_TONE[found.answer] if found.errors else Tone.WARNING,
-        headline=VERDICT.text("headline", found=found),
-        points=points.items,
     )
 
 

@@ -40,7 +40,7 @@ def assemble_user_report(
     if brief:
         sections = list(itertools.islice(_sections(records[0], ""), BRIEF_SECTIONS))
     else:
-        table = TEXTS.table("overview-table", records, headline=_headline)
+        table = TEXTS.table("overview-table", records, headline=lambda record: _verdict(record).headline)
         sections = [_section("overview", "", table)] if several else []
         sections += [s for n, r in enumerate(records, start=1) for s in _sections(r, f"-{n}" if several else "")]
         sections += [_section("limits", "", TEXTS.listing("limits", records=records)), provenance_section(origin)]
@@ -62,21 +62,13 @@ def user_data(records: Sequence[UserRecord]) -> dict[str, Any]:
     return {"schema_version": SCHEMA_VERSION, "status": "ok", "bearing": bearing, "records": tuple(records)}
 
 
-def _headline(record: UserRecord) -> str:
-    shown = [line for line in first_lines(record.analysis) if line.detected and Fault.of_line(line.name)]
-    return TEXTS.text("headline", call=record.call, Basis=Basis, shown=shown, doubted=record.doubted)
-
-
 def _verdict(record: UserRecord) -> VerdictBox:
+    shown = [line for line in first_lines(record.analysis) if line.detected and Fault.of_line(line.name)]
     marked = record.marked and record.marked.name
-    also = [x.name for x in first_lines(record.analysis) if x.detected and x.name != marked and Fault.of_line(x.name)]
-    return VerdictBox(
-        tone=_tone(record),
-        headline=_headline(record),
-        points=TEXTS.listing(
-            "points", record=record, analysis=record.analysis, call=record.call, also=also, doubted=record.doubted
-        ).items,
-    )
+    return TEXTS.verdict(
+        _tone(record), record=record, analysis=record.analysis, call=record.call, Basis=Basis, shown=shown,
+        also=[line.name for line in shown if line.name != marked], doubted=record.doubted,
+    )  # fmt: skip
 
 
 def _verdict_of_all(records: Sequence[UserRecord]) -> VerdictBox:
@@ -84,12 +76,7 @@ def _verdict_of_all(records: Sequence[UserRecord]) -> VerdictBox:
     worst = next(tone for tone in (Tone.BAD, Tone.WARNING, Tone.NEUTRAL, Tone.GOOD) if tone in tones)
     called = [record for record in records if record.call.called]
     indicated = [record for record in records if record.call.indicated and not record.call.called]
-    words = {"records": records, "called": called, "indicated": indicated}
-    return VerdictBox(
-        tone=worst,
-        headline=TEXTS.text("headline-of-all", **words),
-        points=TEXTS.listing("points-of-all", **words).items,
-    )
+    return TEXTS.verdict(worst, "-of-all", records=records, called=called, indicated=indicated)
 
 
 def _tone(record: UserRecord) -> Tone:
