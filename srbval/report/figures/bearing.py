@@ -73,8 +73,8 @@ def _draw_row(axes: Any, geometry: SphericalRollerGeometry, circles: Circles, si
     axes.plot(side * inner_z * 1e3, inner * 1e3, color=SOFT, lw=0.8)
     z, r = _outline(geometry)
     axes.fill(side * z * 1e3, r * 1e3, fc="#cfe3f2", ec=INK, lw=1.0, zorder=3)
-    for (raceway, _), circle in circles.items():
-        colour = VERMILION if raceway == "outer" else ORANGE
+    for (race, _), circle in circles.items():
+        colour = VERMILION if race == "outer" else ORANGE
         axes.plot(side * circle.height_m * 1e3, circle.radius_m * 1e3, "o", color=colour, ms=4, zorder=5)
 
 
@@ -179,8 +179,8 @@ def _surface(geometry: SphericalRollerGeometry, angle: float, sign: int) -> tupl
 
 def _scatter(axes: Any, circles: Circles, sign: int) -> None:
     turn = np.linspace(0, 2 * np.pi, 160, endpoint=False)
-    for (raceway, _), circle in circles.items():
-        colour = SOFT if raceway == "outer" else ORANGE
+    for (race, _), circle in circles.items():
+        colour = SOFT if race == "outer" else ORANGE
         axes.scatter(circle.radius_m * np.cos(turn) * 1e3, np.full(turn.size, sign * circle.height_m * 1e3),
                      circle.radius_m * np.sin(turn) * 1e3, s=1.2, color=colour, depthshade=False)  # fmt: skip
 
