@@ -14,15 +14,17 @@ from srbval.storage.installation import child_environment
 
 from .made import OPTIONS, Made
 
-# The runs are those of the first report: that a simulation gives the same bits again is a matter of tests/models.
+# Runs that the figures show are those of the first report: that a simulation gives the same bits again is a matter of
+# tests/models, and seen here in the counterparts of the other records.
 AGAIN = """
 import pickle, sys
 from pathlib import Path
 from srbval.cli import main
 from srbval.report.findings import findings
 runs, facts, models = pickle.loads(Path("runs.pickle").read_bytes())
+simulated = findings.run_counterpart
 findings._simulate = lambda *_: (runs, facts)
-findings.run_counterpart = lambda rig, **_: models[rig.recording.name]
+findings.run_counterpart = lambda rig, **given: models.get(rig.recording.name) or simulated(rig, **given)
 sys.exit(main(sys.argv[1:]) not in (0, 1))
 """
 
