@@ -19,11 +19,7 @@ HEIGHTS_MM = (0.05, 0.1, 0.2, 0.3)
 PAPER_HEIGHT_MM = 0.2
 SWEPT_MODEL = "impulse"
 SECONDS = 1.0
-<<<<<<< HEAD
-BY_LEVEL = [(level.name, fit, PAPER_HEIGHT_MM) for level in RUNGS for fit in RollerFit]
-=======
-BY_RUNG = [(rung.name, fit, PAPER_HEIGHT_MM) for rung in LEVELS for fit in RollerFit]
->>>>>>> main
+BY_LEVEL = [(level.name, fit, PAPER_HEIGHT_MM) for level in LEVELS for fit in RollerFit]
 BY_HEIGHT = [(SWEPT_MODEL, RollerFit.PLAY, height_mm) for height_mm in HEIGHTS_MM]
 PHASES = 40  # of a passage, of which the envelope's mean is taken
 

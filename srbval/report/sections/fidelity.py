@@ -3,15 +3,9 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-<<<<<<< HEAD:srbval/report/sections/fidelity.py
-from srbval.models.ladder import RUNGS
+from srbval.models.hierarchy import LEVELS
 from srbval.report.blocks import Badge, Block, Listing, Section, Table
 from srbval.report.figures.comparison import fidelity_plot
-=======
-from srbval.models.hierarchy import LEVELS
-from srbval.report.blocks import Badge, Block, Listing, Table
-from srbval.report.figures.comparison import ladder_plot
->>>>>>> main:srbval/report/sections/ladder.py
 from srbval.report.findings.findings import Findings
 from srbval.report.section_texts import Texts
 
@@ -19,18 +13,10 @@ TEXTS = Texts("fidelity")
 Row = Mapping[str, Any]
 
 
-<<<<<<< HEAD:srbval/report/sections/fidelity.py
 def fidelity_section(findings: Findings) -> Section:
     """Figure, table, levels, held-out scenes, harmonic pattern."""
     known, rows, rig_rows = findings.ladders["paper"], findings.data["ladder"], findings.data["rig_ladder"]
-    levels = TEXTS.each("rung", [level for level in RUNGS if level.name in known.models])
-=======
-def ladder_section(findings: Findings) -> Section:
-    """Figure, table, rungs, held-out scenes, harmonic pattern."""
-    ladder, rows, rig_rows = findings.ladders["paper"], findings.data["ladder"], findings.data["rig_ladder"]
-    rungs = [rung for rung in LEVELS if rung.name in ladder.models]
-    items = [item for rung in rungs for item in TEXTS.listing("rung", name=rung.name, title=rung.title).items]
->>>>>>> main:srbval/report/sections/ladder.py
+    levels = TEXTS.each("rung", [level for level in LEVELS if level.name in known.models])
     least = list(_amplitudes(rig_rows))
     return TEXTS.section(
         TEXTS.paragraph("intro", ladder=known, least=least),
