@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from srbval.errors import DataError
-from srbval.recordings.loaders.limited import limited_format
+from srbval.recordings.loaders.limited import FileFormat
 from srbval.recordings.raw import RATE_NAME, RawFile, Value, check_claim
 from srbval.storage.hdf5_files import CHECKSUM, checked_summary
 
@@ -177,9 +177,10 @@ def _plain(value: Any) -> float | str | None:
     return float(value) if isinstance(value, int | float | np.integer | np.floating) else None
 
 
-FORMAT = limited_format(
+FORMAT = FileFormat(
     name="HDF5",
     description="HDF5 (MATLAB v7.3 included)",
     matches=lambda head: any(head.startswith(SIGNATURE, at) for at in SIGNATURE_OFFSETS),
-    load=load_hdf5,
+    read=load_hdf5,
+    kind="HDF5 file",
 )
