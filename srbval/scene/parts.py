@@ -32,19 +32,14 @@ class Bodies(Limited):
 
     Two cages, one for each row, turn independently and tilt together.
 
-    `row_stagger`: by how much row 2 is turned against row 1 in the cage, in pitches of its rollers, 0 to below 1;
+    `row_stagger`: by how much row 2 is turned against row 1 in the cage, in pitches of its rollers, where 1 is 0 again;
     models that tell rows apart know it, and the number of cages (full, line, slices).
     """
 
     density_kg_m3: float = quantity("density", above=0)
     cage_mass_kg: float = quantity("mass", above=0)
     cages: int = limited(least=1, most=2)
-    row_stagger: float
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not 0 <= self.row_stagger < 1:
-            raise ConfigurationError(f"row_stagger = {self.row_stagger} must be a share of a pitch, 0 to below 1.")
+    row_stagger: float = limited(least=0, most=1)
 
 
 class RollerFit(enum.StrEnum):

@@ -67,8 +67,3 @@ def test_own_file_with_hostile_texts(tmp_path: Path) -> None:
     recording = load_recording(tmp_path / "run.h5")
     assert recording.bearing is None
     assert len(recording.name) <= 80
-
-
-def test_excerpt_with_hostile_label_is_of_no_state(tmp_path: Path) -> None:
-    path = files.excerpt(tmp_path / "OR_877rpm.mat", condition=SCRIPT)
-    assert load_recording(path).state is None
