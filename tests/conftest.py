@@ -56,10 +56,10 @@ def recordings_dir() -> Path:
 
 @pytest.fixture(autouse=True)
 def _ctrl_c_stays() -> Iterator[None]:
-    """Whoever imports dask-jobqueue gets a Ctrl-C that ends the process as if all were done."""
-    before = signal.getsignal(signal.SIGINT)
+    """Whoever imports dask-jobqueue, or runs the tests in a shell's background, has another Ctrl-C than a user."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
-    signal.signal(signal.SIGINT, before)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(autouse=True)
