@@ -45,9 +45,7 @@ class _Hdf5Reader:
     def __init__(self, path: Path, file: Any) -> None:
         self.path, self.file = path, file
         self.claimed = self.items = 0
-        self.found: dict[str, dict[str, Any]] = {
-            key: {} for key in ("variables", "attributes", "unusable", "units", "rates_hz")
-        }
+        self.found: dict[str, Any] = {key: {} for key in ("variables", "attributes", "unusable", "units", "rates_hz")}
         members = self._members(file)
         self.matlab = any("MATLAB_class" in item.attrs for _, item in members)
         for name, item in members:
