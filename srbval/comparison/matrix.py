@@ -15,7 +15,7 @@ from srbval.comparison.comparison import Comparison, ComparisonVerdict
 from srbval.comparison.counterpart import AnalysedRun
 from srbval.comparison.effects import Sensitivity
 from srbval.comparison.record_verdict import RecordVerdict, holm, record_verdict
-from srbval.diagnosis.baseline_comparison import BaselineComparison, compare_with_baseline
+from srbval.diagnosis.baseline import BaselineComparison, compare_with_baseline
 from srbval.errors import SrbvalError
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.lines import Line, line_entry

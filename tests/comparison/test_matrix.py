@@ -18,7 +18,7 @@ from srbval.comparison.compared_quantities import CAGE_RATIO, HARMONIC, PRESENCE
 from srbval.comparison.counterpart import AnalysedRun
 from srbval.comparison.effects import DefectEffects, QuantityEffects, Sensitivity
 from srbval.comparison.matrix import BASELINE, NOT_DETECTED, Matrix, MatrixCell, build_matrix
-from srbval.diagnosis.baseline_comparison import Basis
+from srbval.diagnosis.baseline import Basis
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Origin, SpeedSource
 from srbval.recordings.registry import add, rig_recordings

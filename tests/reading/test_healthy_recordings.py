@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from srbval.bearing import DEFECTS, Fault, load_bearing
-from srbval.diagnosis.baseline_comparison import compare_with_baseline
+from srbval.diagnosis.baseline import compare_with_baseline
 from srbval.models.simulate import simulate
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.pipeline import SIMULATED_BAND_HZ

@@ -255,7 +255,7 @@ def _kurtogram_entry(record: RecordKurtogram) -> dict[str, Any]:
         "band_hz": record.analysis.processed.band_hz,
         "most_impulsive_hz": picture.best_hz,
         "kurtosis_less_2": float(picture.kurtosis.max()),
-        "bands": picture.size,
+        "bands": picture.kurtosis.size,
         "second_comb": None if second is None else second.line(record.line),
     }
 

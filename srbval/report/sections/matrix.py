@@ -12,7 +12,7 @@ from srbval.comparison.counterpart import CONVERGED_POINTS, STARTS, TURNS
 from srbval.comparison.effects import QuantityEffects
 from srbval.comparison.matrix import Matrix, MatrixCell
 from srbval.comparison.record_verdict import RecordVerdict
-from srbval.diagnosis.baseline_comparison import Basis
+from srbval.diagnosis.baseline import Basis
 from srbval.report.blocks import Badge, Block, Figure, FigureGrid, Listing, Tone
 from srbval.report.figures.comparison import MapOf, agreement_plot, matrix_map
 from srbval.report.findings.findings import Findings

@@ -20,7 +20,7 @@ from srbval.diagnosis.diagnose import channels_of
 from srbval.diagnosis.fault_posterior import KnownFeatures, decide, fit_posterior
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
-from srbval.reading import speed_search
+from srbval.reading import pipeline
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.pipeline import tracked
 from srbval.recordings import ShaftSpeed
@@ -82,12 +82,12 @@ class Coherences:
 
 def shipped(analysis: Analysis) -> Periodogram:
     """As the program does: the squared envelope of the whole band after cepstrum prewhitening."""
-    return speed_search.whitened_periodogram(analysis.processed, analysis.bearing, analysis.speed)
+    return pipeline.whitened_periodogram(analysis.processed, analysis.bearing, analysis.speed)
 
 
 def not_prewhitened(analysis: Analysis) -> Periodogram:
     """The same without the prewhitening."""
-    with mock.patch.object(speed_search, "prewhitened", lambda samples: samples - samples.mean()):
+    with mock.patch.object(pipeline, "prewhitened", lambda samples: samples - samples.mean()):
         return shipped(analysis)
 
 
