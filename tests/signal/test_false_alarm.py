@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from srbval.signal.false_alarm import false_alarm, neg_log_p, true_noise_ratio, upcrossings
+from srbval.signal.false_alarm import false_alarm, neg_log_p, true_noise_ratio
 from srbval.studies.reading_accuracy.study import ReadingSettings, run_reading_bench
 
 BINS = 65
@@ -12,8 +12,6 @@ DRAWS, TAIL_FACTOR = 200_000, 1.2
 RECORDS, LOWEST, HIGHEST = 400, 0.5, 1.4
 # Mean of four such rates, of which two and two are of the same records: three standard errors about 0.9.
 LOWEST_MEAN, HIGHEST_MEAN = 0.625, 1.2
-# Some 500 rises, whose number scatters a little more than a Poisson one.
-RISES, RISE_SCATTER = 1500, 0.15
 # Central difference of a relative step of 1e-5.
 DERIVATIVE = 1e-6
 # With 100,001 bins the sum differs from its limit by a term of the order of the ratio over the bins.
@@ -39,24 +37,6 @@ def test_true_noise_ratio_is_the_slope_of_neg_log_p_and_that_of_known_noise_with
     assert true_noise_ratio(np.array([ratio]), bins)[0] == pytest.approx((above - below) / (2 * step), rel=DERIVATIVE)
     assert true_noise_ratio(np.array([ratio]), np.array([100_001]))[0] == pytest.approx(ratio, rel=KNOWN_NOISE)
     assert true_noise_ratio(np.array([ratio]), np.array([9]))[0] < FEW_BINS * ratio
-
-
-def test_comb_rises_as_often_as_a_count_of_drawn_spectra():
-    """Spectra of noise alone, their true level known: the mean number of rises above a level in the window."""
-    rng = np.random.default_rng(2)
-    half_hz, seconds, level, harmonics = 0.5, 8.0, 6.0, 2
-    sample_s = np.arange(-160, 160) * seconds / 320
-    offset_hz = np.linspace(-half_hz, half_hz, 161)
-    transforms = [np.exp(-2j * np.pi * number * np.outer(offset_hz, sample_s)) for number in range(1, harmonics + 1)]
-    rises = 0
-    for _ in range(RISES):
-        comb = np.zeros(offset_hz.size)
-        for transform in transforms:
-            noise = (rng.standard_normal(320) + 1j * rng.standard_normal(320)) / np.sqrt(640)
-            comb += np.abs(transform @ noise) ** 2
-        rises += np.count_nonzero((comb[:-1] <= level) & (comb[1:] > level))
-    expected = upcrossings(level, level, harmonics, half_hz, seconds)
-    assert rises / RISES == pytest.approx(expected, rel=RISE_SCATTER)
 
 
 def test_a_zero_neg_log_p_is_a_certain_false_alarm_and_a_large_one_does_not_underflow():
