@@ -112,11 +112,10 @@ class BandFilter(enum.StrEnum):
 def squared_envelope(samples: FloatArray, *, fade: int = 0) -> FloatArray:
     """Squared modulus of the analytic signal of band-passed `samples`, [n], in their unit squared.
 
-    Its spectrum ends at the bandwidth of the signal, so nothing is aliased; lines are read from it
-    (Randall & Antoni 2011, Mech. Syst. Signal Process. 25, 485). Not for signals that were not band-passed. A filtered
-    record is cut off at both ends, and the Hilbert kernel carries that inwards as 1/t: some 1e-3 of the largest value
-    50 ms from the ends. With `fade`, that many samples at each end are first brought smoothly to zero, which removes
-    the effect beyond them.
+    Its spectrum ends at the bandwidth of the signal, so nothing is aliased (Randall & Antoni 2011, Mech. Syst. Signal
+    Process. 25, 485). A filtered record is cut off at both ends, and the Hilbert kernel carries that inwards as 1/t:
+    some 1e-3 of the largest value 50 ms from the ends. With `fade`, that many samples at each end are first brought
+    smoothly to zero, which removes the effect beyond them.
     """
     faded = samples
     if fade:
@@ -137,11 +136,9 @@ def analytic_signal(
 ) -> ComplexArray:
     """Band-passed `samples` [n] with their Hilbert transform as imaginary part, [n] at the full rate.
 
-    The real part is `bandpass`, the modulus is the envelope. A modulus is not band-limited and therefore needs the
-    full rate. The record is taken as periodic: drop the ends (`end_s`). Filter and Hilbert transform are one kernel
-    here, which decays with the filter; the Hilbert transform of a record that was filtered before sees the filter's
-    ringing cut off at both ends, and its kernel carries that far inwards as 1/t. Raises `ConfigurationError` for an
-    impossible band.
+    The real part is `bandpass`, the modulus is the envelope, which is not band-limited and needs the full rate. The
+    record is taken as periodic: drop the ends (`end_s`). Filter and Hilbert transform are one kernel here, which decays
+    with the filter. Raises `ConfigurationError` for an impossible band.
     """
     lines, first, length = _band_lines(samples, fs_hz, band_hz, band_filter)
     whole = np.zeros(length, dtype=np.complex128)
