@@ -93,9 +93,9 @@ def test_healthy_model_shows_no_fault(rpm: float, fit: str) -> None:
     assert_nothing_reported(judged, before)
 
 
-def model(rpm: float, fit: str, settle: str, defect: str = "none") -> Analysis:
+def model(rpm: float, fit: str, settle: str) -> Analysis:
     scene = paper_scene(
-        duration_s=TURNS * 60 / rpm, shaft_speed_rad_s=rpm * math.pi / 30, defect={"kind": defect}, settle=settle,
+        duration_s=TURNS * 60 / rpm, shaft_speed_rad_s=rpm * math.pi / 30, defect={"kind": "none"}, settle=settle,
         contact={"roller_fit": fit},
     )  # fmt: skip
     recording = recording_from_run(simulate(scene))
