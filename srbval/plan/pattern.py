@@ -13,7 +13,7 @@ import numpy as np
 from srbval.bearing import RACE_DEFECTS, load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models.planar import ring_kernel
-from srbval.models.planar.rung import make_ring
+from srbval.models.planar.ring import make_ring
 from srbval.models.run import Run
 from srbval.plan.questions import line_heights
 from srbval.reading.analyse import analyse

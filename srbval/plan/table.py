@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from srbval.errors import DataError
-from srbval.models.ladder import rung_of
+from srbval.models.hierarchy import level_of
 from srbval.plan.cases import BASES, CalibrationScene
 from srbval.plan.questions import MEANING, Answer, Question
 from srbval.storage.files import read_limited
@@ -175,7 +175,7 @@ def _row(table: LadderCalibration, question: Question, model: str, cost: dict[st
 def _near(table: LadderCalibration, question: Question, model: str) -> tuple[int | None, int]:
     """On how many scenes a rung is within the margin of an amplitude, of those on which the reference shows it."""
     margin = MEANING[question].margin_pct
-    if margin is None or question.value in rung_of(model).lacks:
+    if margin is None or question.value in level_of(model).lacks:
         return None, 0
     shown = [e for e in (*table.entries, *table.between) if e.reference.get(question) is not None]
     errors = [e.rungs[model].error_pct[question] for e in shown]

@@ -11,7 +11,7 @@ from multiprocessing import get_context
 import numpy as np
 
 from srbval.bearing import Fault, load_bearing
-from srbval.models.kernel_cache import precompile
+from srbval.models.jit import precompile
 from srbval.models.precompile import load_kernels
 from srbval.models.run_file import scene_content
 from srbval.plan.cases import BASES, KINDS, RADIAL_KN, RPM, CalibrationScene

@@ -3,7 +3,7 @@
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 
-from srbval.models.ladder import MODELS
+from srbval.models.hierarchy import MODELS
 from srbval.plan.cases import BASES, CalibrationScene
 from srbval.plan.table import LadderCalibration, summary
 from srbval.progress import Progress, silent
