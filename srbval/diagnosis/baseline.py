@@ -122,19 +122,24 @@ def baseline_of(analysis: Analysis, healthy: Recording) -> Baseline:
     if not _same(rpm, wanted_rpm):
         conditions.append(f"{rpm:.0f} rpm instead of {wanted_rpm:.0f} rpm")
     conditions += [f"{what} {a:.4g} kN instead of {b:.4g} kN" for what, a, b in loads if not _same(a, b)]
-    remarks = {
-        "the load is not stated for both records: it is taken to be the same":
+    remarks = (
+        (
             None in (healthy.radial_n, ours.radial_n),
-        f"another channel, {healthy.channel} instead of {ours.channel}": healthy.channel != ours.channel,
-        f"sampled at {healthy.fs_hz:g} Hz instead of {ours.fs_hz:g} Hz; the same band was used":
+            "the load is not stated for both records: it is taken to be the same",
+        ),
+        (healthy.channel != ours.channel, f"another channel, {healthy.channel} instead of {ours.channel}"),
+        (
             healthy.fs_hz != ours.fs_hz,
-        "not both in m/s2: lines are compared as shares of the mean, not as levels":
-            not ours.unit == healthy.unit == "m/s2",
-        "declared healthy by the user alone": healthy.state is None,
-    }  # fmt: skip
-    return Baseline(
-        analysis=found, conditions=tuple(conditions), remarks=tuple(text for text, holds in remarks.items() if holds)
+            f"sampled at {healthy.fs_hz:g} Hz instead of {ours.fs_hz:g} Hz; the same band was used",
+        ),
+        (
+            not healthy.unit == ours.unit == "m/s2",
+            "not both in m/s2: lines are compared as shares of the mean, not as levels",
+        ),
+        (healthy.state is None, "declared healthy by the user alone"),
     )
+    said = tuple(text for holds, text in remarks if holds)
+    return Baseline(analysis=found, conditions=tuple(conditions), remarks=said)
 
 
 def _same(one: float, other: float) -> bool:

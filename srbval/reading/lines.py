@@ -174,9 +174,11 @@ def read_lines(
         if identity is not None and identity < LEAST_IDENTITY:
             explained = explained or OTHER_LINE
         first = replace(
-            first, detected=reading.detected and explained is None, explained_by=explained,
+            first,
+            detected=reading.detected and explained is None,
+            explained_by=explained,
             identity_probability=identity,
-        )  # fmt: skip
+        )
         lines[family.name] = _lines_of(family, first, reading, within, scale, speed, brief)
         if first.detected:
             stronger.append(first)
@@ -229,8 +231,9 @@ def _lines_of(
     # Not a roller's line: a roller strikes both races per revolution, so its own rate is half its line.
     if shows and first.name in RACE_LINES and (half or 0.0) > max(LEAST_SNR, HALF_SHARE * reading.snr[0]):
         explained = "2/1 a line at half its frequency"
-    first = replace(first, detected=explained is None and shows, explained_by=explained,
-                    half_snr=half, double_snr=double)  # fmt: skip
+    first = replace(
+        first, detected=explained is None and shows, explained_by=explained, half_snr=half, double_snr=double
+    )
     if brief:
         return [first]
 

@@ -174,9 +174,7 @@ def search(processed: Processed, bearing: Bearing, speed: ShaftSpeed) -> SpeedSe
             return (deepest[0].depth or 0.0) if deepest else 0.0
 
         best = max(scales, key=depth) if len(scales) > 1 else 1.0
-        found = SpeedSearch(
-            lines=read(speed, best), speed=speed, tried=len(scales), span=(min(scales), max(scales))
-        )  # fmt: skip
+        found = SpeedSearch(lines=read(speed, best), speed=speed, tried=len(scales), span=(min(scales), max(scales)))
     else:
         found = SpeedSearch(lines=read(estimated), speed=estimated)
     # Trials made before a speed was read from the record still count.
