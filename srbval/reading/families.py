@@ -11,9 +11,8 @@ from scipy.stats import t
 from srbval.arrays import FloatArray
 from srbval.bearing import DEFECTS, LARGEST_SLIP, Bearing
 from srbval.recordings import ShaftSpeed, SpeedSource
-from srbval.signal import NORMAL_95, LineReading
+from srbval.signal import NORMAL_95, LineReading, Periodogram
 from srbval.signal.false_alarm import APART, fundamentals
-from srbval.signal.periodogram import Periodogram
 
 HARMONICS = 5
 # Sidebands of a found line that are taken as its own when a weaker line is read.

@@ -95,6 +95,7 @@ def test_wide_windows_take_a_shaft_harmonic_for_a_fault_line():
 SPACINGS, SPACINGS_COVERED = 40, 0.83
 # The median of 40 intervals scatters by 1.4 %; noise in the sidebands' powers biases it besides.
 MEDIAN_INTERVAL = 0.15
+WEAK_INTERVAL = 0.25  # the line's side lobes add to the noise that a weak sideband near it is compared with
 # Four sidebands of 0.16 of the line's power raise the information by a third: the bound falls by 13 %.
 SHARPER = 0.95
 
@@ -113,11 +114,11 @@ def read_modulated(samples, sideband_hz):
 
 
 @pytest.mark.parametrize(
-    ("seconds", "depth", "snr", "spacing_hz"),
-    [(10.0, 0.8, 160.0, SHAFT_HZ), (4.0, 0.32, 1200.0, 0.43 * SHAFT_HZ)],
+    ("seconds", "depth", "snr", "spacing_hz", "near_bound"),
+    [(10.0, 0.8, 160.0, SHAFT_HZ, MEDIAN_INTERVAL), (4.0, 0.32, 1200.0, 0.43 * SHAFT_HZ, WEAK_INTERVAL)],
     ids=["inner race", "roller: weak sidebands some tens of bins from a strong line, whose side lobes pull at them"],
 )
-def test_spacing_of_the_sidebands_and_line_lie_within_their_intervals(seconds, depth, snr, spacing_hz):
+def test_spacing_of_the_sidebands_and_line_lie_within_their_intervals(seconds, depth, snr, spacing_hz, near_bound):
     rng = np.random.default_rng(1)
     made = {"seconds": seconds, "depth": depth, "snr": snr, "spacing_hz": spacing_hz}
     found = [read_modulated(modulated(rng, **made), 1.0003 * spacing_hz) for _ in range(SPACINGS)]
@@ -125,7 +126,7 @@ def test_spacing_of_the_sidebands_and_line_lie_within_their_intervals(seconds, d
     assert np.mean([abs(r.found_hz - LINE_HZ) < r.ci95_hz for r in found]) > SPACINGS_COVERED
     # Cramer-Rao of four sidebands, each a quarter of the squared depth of the line's power.
     bound_hz = 1.96 * np.sqrt(6) / (2 * np.pi * seconds * np.sqrt(depth**2 * snr))
-    assert np.median([r.sideband_ci95_hz for r in found]) == pytest.approx(bound_hz, rel=MEDIAN_INTERVAL)
+    assert np.median([r.sideband_ci95_hz for r in found]) == pytest.approx(bound_hz, rel=near_bound)
 
 
 def test_sidebands_sharpen_the_line_and_without_them_there_is_no_spacing():
