@@ -167,7 +167,7 @@ class PathFit:
     one_band: bool = False
 
     def path(self, data: FittedTo, *, source: str, used: tuple[str, ...] = ()) -> SensorPath:
-        """As data."""
+        """The fitted path as a scene takes it; its scatter allows for the parameters that followed errors."""
         count = 1 + 3 * self.modes
         own = self.parameters[1:count].reshape(-1, 3).tolist()
         freed = math.sqrt(data.size / (data.size - self.parameters.size))  # errors that parameters follow
@@ -208,12 +208,10 @@ def refit(data: FittedTo, start: PathFit) -> PathFit:
     """The same number of modes fitted to other data, from where another fit ended."""
     count = 1 + 3 * start.modes
     values = start.parameters[:count].copy()
-    extras = [one[0] for one in data.extras]
-    low, high = math.log(data.scale / 100), math.log(100 * data.scale)
-    change = float(np.clip(math.log(data.scale), low, high)) - values[0]
+    change = math.log(data.scale) - values[0]
     values[0] += change
     values[3::3] *= math.exp(change)
-    return _descend(data, np.append(values, extras))
+    return _descend(data, np.append(values, [start for start, _, _ in data.extras]))
 
 
 def inflated(fit: PathFit, other: PathFit) -> tuple[PathFit, list[float]]:

@@ -10,8 +10,16 @@ from xml.etree import ElementTree
 
 import pytest
 
-from srbval.check.check import CheckedQuantity, CheckResult, differences, renewed, write_junit
-from srbval.check.reference import ReferenceQuantity, read_reference, write_reference
+from srbval.check.check import (
+    CheckedQuantity,
+    CheckResult,
+    ReferenceQuantity,
+    differences,
+    read_reference,
+    renewed,
+    write_junit,
+    write_reference,
+)
 from srbval.errors import ConfigurationError, DataError
 
 REPORTS = Path(__file__).parents[2] / "reports"

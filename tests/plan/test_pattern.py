@@ -1,4 +1,4 @@
-"""The paper's remark on Figure 12 (a missing harmonic, eq. 20), tested on every rung."""
+"""The paper's remark on Figure 12 (a missing harmonic, eq. 20), tested on every model."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from srbval.models.simulate import simulate
-from srbval.plan.pattern import WIDE_BAND_HZ, harmonic_heights, missing_harmonic, missing_of, pulse_of
+from srbval.plan.measures import WIDE_BAND_HZ, harmonic_heights, missing_harmonic, missing_of, pulse_of
 from srbval.scene import Scene, paper_scene
 
 # The pulse is not rectangular: its transform passes zero a little earlier than the sinc of its whole length.

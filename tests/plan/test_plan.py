@@ -13,16 +13,16 @@ from srbval.plan import calibrated
 from srbval.plan.calibrated import Margin, calibration_of, margins, neighbours, shipped_calibration
 from srbval.plan.plan import Plan, make_plan
 from srbval.plan.questions import Question, asked_of, pct_of
-from srbval.plan.table import LadderCalibration
+from srbval.plan.table import CalibrationTable
 from srbval.scene import Scene, load_scene, paper_scene
 from srbval.studies.calibration_runs import grid
 
 CHEAPER = 100  # times: what Table 6 needs, against the full model
-HALF = 0.5  # of the full model's cost: what makes the line rung worth having
+HALF = 0.5  # of the full model's cost: what makes the line model worth having
 
 
 @pytest.fixture(scope="module")
-def table() -> LadderCalibration:
+def table() -> CalibrationTable:
     return shipped_calibration()
 
 
@@ -35,14 +35,14 @@ def candidate(plan: Plan, model: str) -> object:
 
 
 @pytest.mark.parametrize("kind", ["outer", "inner"])
-def test_table6_needs_a_rung_a_hundred_times_cheaper(kind: str) -> None:
+def test_table6_needs_a_model_a_hundred_times_cheaper(kind: str) -> None:
     plan = make_plan(paper(kind), question=Question.LINES, tolerance_pct=0.5)
     walls = {c.model: c.wall_s for c in plan.candidates}
     assert plan.met
     assert walls["full"] / walls[plan.chosen] >= CHEAPER  # type: ignore[operator]
 
 
-def test_inner_race_sidebands_are_refused_to_rungs_that_cannot_make_them() -> None:
+def test_inner_race_sidebands_are_refused_to_models_that_cannot_make_them() -> None:
     for tolerance in (0.5, 10.0, 1000.0):
         plan = make_plan(paper("inner"), question=Question.SIDEBANDS, tolerance_pct=tolerance)
         refused = candidate(plan, "kinematic")
@@ -51,12 +51,12 @@ def test_inner_race_sidebands_are_refused_to_rungs_that_cannot_make_them() -> No
         assert plan.chosen != "kinematic"
 
 
-def test_a_rung_without_slip_never_answers_for_slip() -> None:
+def test_a_model_without_slip_never_answers_for_slip() -> None:
     plan = make_plan(paper("outer"), question=Question.SLIP, tolerance_pct=200.0)
     assert plan.chosen not in ("kinematic", "impulse", "planar")
 
 
-def test_a_tighter_tolerance_never_chooses_a_cheaper_rung() -> None:
+def test_a_tighter_tolerance_never_chooses_a_cheaper_model() -> None:
     for question in asked_of(Fault.OUTER):
         walls = []
         for tolerance in (1000.0, 100.0, 10.0, 1.0, 0.1, 0.01):
@@ -65,7 +65,7 @@ def test_a_tighter_tolerance_never_chooses_a_cheaper_rung() -> None:
         assert walls == sorted(walls), question  # type: ignore[type-var]
 
 
-def test_where_no_rung_keeps_the_tolerance_that_is_said() -> None:
+def test_where_no_model_keeps_the_tolerance_that_is_said() -> None:
     plan = make_plan(paper("outer"), question=Question.NOISE_FLOOR, tolerance_pct=1e-6)
     assert (plan.chosen, plan.met) == ("full", False)
     assert "exceeds" in candidate(plan, "full").why  # type: ignore[attr-defined]
@@ -93,19 +93,19 @@ def test_a_scene_outside_what_was_measured_is_said_so_and_left_to_the_full_model
     assert [c.model for c in plan.candidates if c.ok] == ["full"]
 
 
-def test_a_bearing_that_only_the_planar_rung_assembles_gets_it() -> None:
+def test_a_bearing_that_only_the_planar_model_assembles_gets_it() -> None:
     plan = make_plan(paper_scene(defect={"kind": "outer"}, bearing="skf-6205"))
     assert plan.chosen == "planar"
     assert any("bearing" in reason for reason in plan.outside), plan.outside
 
 
-def test_predictions_between_the_calibration_scenes_are_the_worst_of_their_corners(table: LadderCalibration) -> None:
+def test_predictions_between_the_calibration_scenes_are_the_worst_of_their_corners(table: CalibrationTable) -> None:
     scene = paper("outer", shaft_speed="500 rpm", load={"radial": "100 kN"})
     near = neighbours(table, scene)
     assert not near.outside
     assert {e.case.rpm for e in near.entries} == {353.0, 710.0}
     assert {e.case.radial_kn for e in near.entries} == {62.4, 124.8}
-    errors = [e.rungs["kinematic"].error_pct[Question.LINES] for e in near.entries]
+    errors = [e.levels["kinematic"].error_pct[Question.LINES] for e in near.entries]
     bound = max(errors) * margins(table)["play", "kinematic", Question.LINES].factor  # type: ignore[type-var, operator]
     assert near.error_pct("kinematic", Question.LINES) == bound
     for tolerance in (0.99 * bound, 1.01 * bound):
@@ -114,7 +114,7 @@ def test_predictions_between_the_calibration_scenes_are_the_worst_of_their_corne
         assert plan.candidates[0].ok == (bound <= tolerance)
 
 
-def test_on_a_calibration_scene_its_own_entry_speaks(table: LadderCalibration) -> None:
+def test_on_a_calibration_scene_its_own_entry_speaks(table: CalibrationTable) -> None:
     for case in grid():
         (entry,) = neighbours(table, case.scene("full", seconds=10.0)).entries
         assert entry.case == case
@@ -140,13 +140,13 @@ def test_a_defect_on_a_roller_says_why_it_is_left_to_the_full_model() -> None:
     assert "defects on rollers were not measured" in plan.outside[0]
 
 
-def test_the_line_rung_costs_at_most_half_of_the_full_model(table: LadderCalibration) -> None:
-    costs = [[e.rungs[m].wall_per_simulated_s for m in ("line", "full")] for e in table.entries]
+def test_the_line_model_costs_at_most_half_of_the_full_model(table: CalibrationTable) -> None:
+    costs = [[e.levels[m].wall_per_simulated_s for m in ("line", "full")] for e in table.entries]
     assert sum(line for line, _ in costs) <= HALF * sum(full for _, full in costs)  # type: ignore[misc]
 
 
-def test_the_least_rung_for_an_amplitude_depends_on_the_amplitude() -> None:
-    """About the rig's scene: a lower rung's load zone makes the sidebands, none of its contacts makes the level."""
+def test_the_least_model_for_an_amplitude_depends_on_the_amplitude() -> None:
+    """About the rig's scene: a lower model's load zone makes the sidebands, none of its contacts makes the level."""
     scene, three = load_scene("rig", {"defect": {"kind": "inner"}}), pct_of(3.0)
     sidebands, octaves = (
         make_plan(scene, question=question, tolerance_pct=three)
@@ -171,12 +171,12 @@ def test_questions_without_sense_are_refused() -> None:
         make_plan(paper("outer"), tolerance_pct=0.0)
 
 
-def test_a_rung_that_gave_no_answer_is_not_enough() -> None:
+def test_a_model_that_gave_no_answer_is_not_enough() -> None:
     plan = make_plan(paper("none"), question=Question.AMPLITUDE, tolerance_pct=1000.0)
     assert not candidate(plan, "impulse").ok  # type: ignore[attr-defined]
 
 
-def test_settings_that_change_no_answer_are_no_reason(table: LadderCalibration) -> None:
+def test_settings_that_change_no_answer_are_no_reason(table: CalibrationTable) -> None:
     scene = replace(paper("outer"), seed=7, settle_s=0.1, duration_s=12.0)
     assert not neighbours(table, scene).outside
 
@@ -213,7 +213,7 @@ def test_a_margin_covers_what_was_seen_and_too_few_scenes_give_none(monkeypatch:
         ({"bearing": "skf-6205", "defect": {"kind": "outer", "shape": "flat", "extent": "0.4 mm"}}, "planar"),
     ],
 )
-def test_the_chosen_rung_runs_the_scene(changes: dict[str, Any], chosen: str) -> None:
+def test_the_chosen_model_runs_the_scene(changes: dict[str, Any], chosen: str) -> None:
     scene = paper_scene(duration="50 ms", **changes)
     plan = make_plan(scene, question=Question.LINES)
     assert plan.chosen == chosen
@@ -222,7 +222,7 @@ def test_the_chosen_rung_runs_the_scene(changes: dict[str, Any], chosen: str) ->
     assert run.status.usable
 
 
-def test_what_every_rung_refuses_is_said() -> None:
+def test_what_every_model_refuses_is_said() -> None:
     scene = paper_scene(bearing="skf-6205", defect={"kind": "outer"}, load={"axial": "1 kN"})
     plan = make_plan(scene)
     assert plan.chosen == "kinematic"  # it knows no load at all

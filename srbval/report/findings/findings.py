@@ -10,7 +10,7 @@ from srbval.comparison.headline import Headline
 from srbval.comparison.matrix import Matrix
 from srbval.comparison.table6 import Table6
 from srbval.models.run import Run
-from srbval.plan.table import LadderCalibration
+from srbval.plan.table import CalibrationTable
 from srbval.reading.analyse import Analysis
 from srbval.recordings import Origin
 from srbval.recordings.datasets.description import DatasetDescription, PublishedSpeeds
@@ -49,7 +49,7 @@ class Findings:
     matrix: Matrix
     datasets: Mapping[str, DatasetDescription]
     speed_source: PublishedSpeeds
-    ladders: Mapping[str, LadderCalibration]
+    ladders: Mapping[str, CalibrationTable]
     results: StoredResults
     provenance: Mapping[str, Any]
 

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Bearing, Fault, load_bearing
-from srbval.comparison.bias import biases
 from srbval.comparison.comparison import deviation_pct
 from srbval.comparison.counterpart import (
     PAPER_STATES,
@@ -17,7 +16,7 @@ from srbval.comparison.counterpart import (
     run_counterpart,
 )
 from srbval.comparison.effects import Sensitivity, sensitivity_of
-from srbval.comparison.headline import headline
+from srbval.comparison.headline import biases, headline
 from srbval.comparison.matrix import Matrix, build_matrix, point_of
 from srbval.comparison.speed_and_slip import matrix_rows, one_speed_reading, published_speeds, table6_rows
 from srbval.comparison.table6 import Table6, measured_rows, published_rows, sum_rules, table6

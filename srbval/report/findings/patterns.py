@@ -9,7 +9,7 @@ from srbval.bearing import Bearing, Fault
 from srbval.comparison.counterpart import SimulationCase
 from srbval.models.ladder import RUNGS
 from srbval.models.run import Run
-from srbval.plan.pattern import WIDE_BAND_HZ, missing_of
+from srbval.plan.measures import WIDE_BAND_HZ, missing_of
 from srbval.reading.analyse import Analysis, analyse
 from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.recordings import recording_from_run

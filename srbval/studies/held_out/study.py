@@ -13,10 +13,9 @@ import numpy as np
 from srbval.bearing import Fault
 from srbval.models.ladder import rung_of
 from srbval.plan.calibrated import shipped_calibration
-from srbval.plan.cases import CalibrationScene
 from srbval.plan.plan import VACUOUS_PCT, make_plan
 from srbval.plan.questions import MEANING, Question, asked_of
-from srbval.plan.table import Entry, LadderCalibration
+from srbval.plan.table import CalibrationScene, CalibrationTable, Entry
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
 from srbval.storage.json_files import to_json
@@ -78,7 +77,7 @@ class PredictionCheck:
 
 def check_cases(
     cases: Sequence[CalibrationScene],
-    calibration: LadderCalibration,
+    calibration: CalibrationTable,
     *,
     jobs: int | None = None,
     store: ContentStore | None = None,
@@ -94,15 +93,15 @@ def check_cases(
     return [check for entry in entries for check in checks_of(entry, calibration)]
 
 
-def checks_of(entry: Entry, calibration: LadderCalibration) -> Iterable[PredictionCheck]:
+def checks_of(entry: Entry, calibration: CalibrationTable) -> Iterable[PredictionCheck]:
     """Every prediction for the scene of a measured entry."""
     for question in asked_of(Fault(entry.case.kind)):
         if entry.reference.get(question) is not None:
-            measured = {model: rung.error_pct[question] for model, rung in entry.rungs.items()}
+            measured = {model: rung.error_pct[question] for model, rung in entry.levels.items()}
             yield from _checks(entry.case, question, measured, calibration)
 
 
-def checks_again(stored: Iterable[Mapping[str, Any]], calibration: LadderCalibration) -> list[PredictionCheck]:
+def checks_again(stored: Iterable[Mapping[str, Any]], calibration: CalibrationTable) -> list[PredictionCheck]:
     """Stored checks with the predictions that the planner makes now, held against the errors measured then."""
     measured: dict[tuple[CalibrationScene, Question], dict[str, float | None]] = {}
     for row in stored:
@@ -112,7 +111,7 @@ def checks_again(stored: Iterable[Mapping[str, Any]], calibration: LadderCalibra
 
 
 def _checks(
-    case: CalibrationScene, question: Question, measured: Mapping[str, float | None], calibration: LadderCalibration
+    case: CalibrationScene, question: Question, measured: Mapping[str, float | None], calibration: CalibrationTable
 ) -> Iterator[PredictionCheck]:
     scene = case.scene("full", seconds=calibration.seconds)
     plans = [

@@ -7,9 +7,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from srbval.comparison.runs import Attempt, Ended, attempt, run_all
 from srbval.models.run import RunStatus
 from srbval.plan.measures import Measures, measure
-from srbval.plan.timing import Attempt, Ended, attempt, run_all
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
 

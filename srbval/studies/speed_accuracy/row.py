@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
+from srbval.comparison.runs import Ended, right_hand_sides_per_step
 from srbval.plan.measures import Measures
-from srbval.plan.timing import Ended, right_hand_sides_per_step
 from srbval.studies.speed_accuracy.measured import MeasureErrors, RunTiming, TimedRun, plain_or_nulls
 
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from srbval.arrays import FloatArray
+from srbval.comparison.runs import attempt
 from srbval.models.health import default_solver
-from srbval.plan.timing import attempt
 from srbval.progress import Progress, silent
 from srbval.studies.scenes import PAPER_STEP_S, BenchSettings, bench_scene
 from srbval.studies.speed_accuracy.measured import Measured, errors_against, measure_all
