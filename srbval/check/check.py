@@ -5,8 +5,6 @@ A reference has a value for every quantity, how far a new one may be from it, an
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, replace
@@ -81,16 +79,9 @@ def _without_null(table: Any) -> Any:
 
 
 def write_reference(path: Path, quantities: Mapping[str, ReferenceQuantity]) -> None:
-    """Write `path` and, for spreadsheets, the same table beside it as CSV; each completely or not at all."""
-    rows = [asdict(quantity) for quantity in quantities.values()]
-    text = io.StringIO()
-    table = csv.DictWriter(text, fieldnames=list(rows[0]), lineterminator="\n")
-    table.writeheader()
-    table.writerows(rows)
-    origin: dict[str, Any] = {"srbval": __version__, "git_revision": git_revision()}
-    write_json(path, {"schema_version": SCHEMA_VERSION, "kind": KIND, **origin, "quantities": rows})
-    with atomic_write(path.with_suffix(".csv")) as part:
-        part.write_text(text.getvalue(), encoding="utf-8")
+    """Write `path` completely or not at all."""
+    origin = {"schema_version": SCHEMA_VERSION, "kind": KIND, "srbval": __version__, "git_revision": git_revision()}
+    write_json(path, origin | {"quantities": [asdict(quantity) for quantity in quantities.values()]})
 
 
 @dataclass(frozen=True, kw_only=True)
