@@ -133,59 +133,32 @@ def line_heights(envelope: FloatArray, fs_hz: float, lines_hz: Sequence[float]) 
     return heights
 
 
-@dataclass(frozen=True, kw_only=True)
-class Pulse:
-    """Force pulse of a race's defect under a roller in the middle of the load zone, the ring held.
+def pulse_share(scene: Scene) -> float:
+    """Pulse length over the passing period, f tau of the paper's eq. (20): the same at every speed.
 
-    `length_m` along the race from where it is first felt to where it is last; `pitch_m` between two rollers there.
+    The force pulse is that of the scene's first defect under a roller in the middle of the load zone, the ring held,
+    from where it is first felt to where it is last. `ConfigurationError` for a defect that is on no race.
     """
-
-    length_m: float
-    pitch_m: float
-
-    @property
-    def share(self) -> float:
-        """Pulse length over the passing period, f tau of eq. (20): the same at every speed."""
-        return self.length_m / self.pitch_m
-
-
-def pulse_of(scene: Scene) -> Pulse:
-    """The pulse of the scene's first defect, on a race; `ConfigurationError` where there is none."""
     if scene.defect.kind not in RACE_DEFECTS:
         raise ConfigurationError(f"defect {scene.defect.kind.scene_word}: only a race's defect has a pulse length.")
     ring = make_ring(scene, load_bearing(scene.bearing))
-    zone = np.array([math.cos(scene.load.zone_rad), math.sin(scene.load.zone_rad)])
-    at = (-float(ring.balance_m() @ zone) - ring.kernel.bump_start) / ring.kernel.bump_step
-    pulse = ring.kernel.bumps[0, round(at)]
+    kernel, zone = ring.kernel, np.array([math.cos(scene.load.zone_rad), math.sin(scene.load.zone_rad)])
+    pulse = kernel.bumps[0, round((-float(ring.balance_m() @ zone) - kernel.bump_start) / kernel.bump_step)]
     felt = np.flatnonzero(pulse > FELT * pulse.max())
-    return Pulse(
-        length_m=2 * float(felt[-1]) * float(ring.kernel.defects[0, ring_kernel.POSITION_STEP]),
-        pitch_m=2 * math.pi * float(ring.kernel.defects[0, ring_kernel.RACE_RADIUS]) / ring.kernel.rollers,
-    )
+    length_m = 2 * float(felt[-1]) * float(kernel.defects[0, ring_kernel.POSITION_STEP])
+    return length_m / (2 * math.pi * float(kernel.defects[0, ring_kernel.RACE_RADIUS]) / kernel.rollers)
 
 
-@dataclass(frozen=True, kw_only=True)
-class MissingHarmonic:
-    """The missing harmonic: by the sinc of the pulse's length, and as measured in a wide band and in the paper's.
+def missing_of(run: Run) -> dict[str, float | None]:
+    """The harmonic that a usable run with a race's defect lacks: `by_sinc` of its `pulse_share`, and as measured.
 
-    A fraction where the heights pass zero between two harmonics. None: none of the first `PULSE_HARMONICS` is missing.
+    `wide_band` and `paper_band`: a fraction where the heights pass zero between two harmonics, None where none of the
+    first `PULSE_HARMONICS` is missing.
     """
-
-    pulse: Pulse
-    by_sinc: float
-    wide_band: float | None
-    paper_band: float | None
-
-
-def missing_of(run: Run) -> MissingHarmonic:
-    """Read which harmonic a run with a race's defect, usable, lacks."""
-    pulse = pulse_of(run.scene)
-    return MissingHarmonic(
-        pulse=pulse,
-        by_sinc=1 / pulse.share,
-        wide_band=missing_harmonic(harmonic_heights(run, WIDE_BAND_HZ)),
-        paper_band=missing_harmonic(harmonic_heights(run, SIMULATED_BAND_HZ)),
-    )
+    share = pulse_share(run.scene)
+    bands = {"wide_band": WIDE_BAND_HZ, "paper_band": SIMULATED_BAND_HZ}
+    measured = {name: missing_harmonic(harmonic_heights(run, band_hz)) for name, band_hz in bands.items()}
+    return {"pulse_share": share, "by_sinc": 1 / share, **measured}
 
 
 def harmonic_heights(run: Run, band_hz: tuple[float, float]) -> list[float]:

@@ -72,11 +72,7 @@ def harmonic_patterns(runs: Mapping[str, Run]) -> dict[str, Any]:
 
 
 def _missing(run: Run, model: str, fit: RollerFit, height_mm: float) -> dict[str, Any]:
-    missing = missing_of(run)
-    return {
-        "model": model, "roller_fit": fit.value, "height_mm": height_mm, "pulse_share": missing.pulse.share,
-        "by_sinc": missing.by_sinc, "wide_band": missing.wide_band, "paper_band": missing.paper_band,
-    }  # fmt: skip
+    return {"model": model, "roller_fit": fit.value, "height_mm": height_mm, **missing_of(run)}
 
 
 def impulse_trains(runs: Mapping[str, Run], bearing: Bearing) -> dict[tuple[RollerFit, LoadPath], Analysis]:
