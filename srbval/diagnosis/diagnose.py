@@ -18,7 +18,7 @@ from srbval.processes.machine import one_thread
 from srbval.reading.analyse import Analysis
 from srbval.reading.pipeline import process
 
-KNOWN_FILE = "known_records.csv"  # written by ``srbval study run known_records``
+KNOWN_FILE = "known_records.csv"  # written by ``srbval study run diagnosis --table FILE``
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -45,7 +45,7 @@ class Texts:
     """
 
     def __init__(self, name: str, package: str = "srbval.report", folder: str = "texts") -> None:
-        self._place = (package, folder, f"{name}.toml")
+        self._place = (package, f"{folder}/{name}.toml".removeprefix("/"))
 
     @classmethod
     def of_study(cls, package: str) -> Self:
@@ -54,8 +54,8 @@ class Texts:
 
     @cached_property
     def _content(self) -> Entry:
-        package, folder, name = self._place
-        return tomllib.loads((resources.files(package) / folder / name).read_text(encoding="utf-8"))
+        package, path = self._place
+        return tomllib.loads((resources.files(package) / path).read_text(encoding="utf-8"))
 
     def section(self, *blocks: Block, appendix: Iterable[Block] = (), **values: Any) -> Section:
         """The section with these blocks in the main document, and those in the appendix."""

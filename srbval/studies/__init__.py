@@ -1,6 +1,6 @@
 """Studies that srbval carries, one folder each, with their pages in the report; `harness` finds, runs and stores them.
 
-A folder holds ``study.py`` (a `harness.Study` named ``STUDY``: the question, how it is answered, its options), and
-where the report shows it ``page.py`` (a `report.pages.Page` named ``PAGE``) and ``texts.toml``. Nothing outside of a
-folder imports it: deleting a folder removes the study and its page, and nothing else.
+A folder, which needs no ``__init__``, holds ``study.py`` (a `harness.Study` named ``STUDY``: the question, how it is
+answered, its options), and where the report shows it ``page.py`` (a `report.pages.Page` named ``PAGE``) and
+``texts.toml``. Nothing outside of a folder imports it: deleting it removes the study and its page, and nothing else.
 """

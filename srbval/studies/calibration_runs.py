@@ -7,7 +7,6 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
 from functools import lru_cache
 from multiprocessing import get_context
-from typing import Any
 
 import numpy as np
 
@@ -25,11 +24,8 @@ from srbval.scene import Scene
 from srbval.storage.stored_result import ContentStore
 
 SECONDS = 2.0  # eleven revolutions at the slowest speed
-
 WARM_UP_S = 0.01
-
 BETWEEN_SEED = 1
-
 REFINEMENT = 2  # of the reference's step
 
 
@@ -68,17 +64,14 @@ def drawn(seed: int, *, power: int, inner: int | None = None, base: str = "paper
     from scipy.stats import qmc
 
     found, own = [], BASES[base]
+    low, high = zip(*own.ranges, strict=True)
     for number, (kind, fit) in enumerate(itertools.product(KINDS, own.fits)):
         sequence = qmc.Sobol(d=len(own.ranges), scramble=True, rng=np.random.default_rng([seed, number]))
         unit = sequence.random_base2(inner or power if kind is Fault.INNER else power)
-        low, high = zip(*own.ranges, strict=True)
         for rpm, load, *height in qmc.scale(unit, low, high).tolist():
-            found.append(
-                CalibrationScene(
-                    base=base, kind=kind.scene_word, fit=fit, rpm=round(rpm), radial_kn=round(load, 1),
-                    height_mm=0.0 if kind is Fault.HEALTHY else round((height or own.height_mm)[0], 3),
-                )
-            )  # fmt: skip
+            height_mm = 0.0 if kind is Fault.HEALTHY else round((height or own.height_mm)[0], 3)
+            values = {"rpm": round(rpm), "radial_kn": round(load, 1), "height_mm": height_mm}
+            found.append(CalibrationScene(base=base, kind=kind.scene_word, fit=fit, **values))
     return found
 
 
@@ -151,10 +144,6 @@ def measure_case(
     )  # fmt: skip
 
 
-def _answered(stored: dict[str, Any]) -> Answered:
-    return Answered(**stored | {"answers": read_answers(stored["answers"])})
-
-
 @lru_cache(maxsize=64)
 def _healthy(scene: Scene) -> Recording | None:
     tried = attempt(scene)
@@ -163,9 +152,12 @@ def _healthy(scene: Scene) -> Recording | None:
 
 def answer(scene: Scene, store: ContentStore | None = None, *, healthy: Scene | None = None) -> Answered:
     """Run a scene and read its answers, increments over those of `healthy`, or fetch them from `store`."""
-    stored = None if store is None else store.load(scene_content(scene), _answered)
-    if stored is not None:
-        return stored
+    if store is not None:
+        stored = store.load(
+            scene_content(scene), lambda own: Answered(**own | {"answers": read_answers(own["answers"])})
+        )
+        if stored is not None:
+            return stored
     started, worked = time.perf_counter(), time.process_time()
     tried = attempt(scene)
     share = min((time.process_time() - worked) / (time.perf_counter() - started), 1.0)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import importlib
-import pkgutil
 import sys
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
@@ -17,11 +16,12 @@ from srbval.errors import ConfigurationError
 from srbval.processes.machine import this_machine
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
-from srbval.storage.installation import git_revision
+from srbval.storage.installation import git_revision, shipped_folder
 from srbval.storage.json_files import to_json
-from srbval.storage.stored_result import stamped, store_result
+from srbval.storage.stored_result import REPORTS, StoredResult, file_sha256, stamped, store_result
 
 if TYPE_CHECKING:  # what computes a result does not depend on how it is shown
+    from srbval.recordings.registry import RegisteredRecording
     from srbval.report.pages import Page
 
 FOLDER = Path(__file__).parent
@@ -44,10 +44,6 @@ class StudyResult:
     sound: bool = True
 
 
-def _no_options(_: argparse.ArgumentParser) -> None:
-    """A study without options of its own."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class Study:
     """A question that takes minutes or hours to answer, and whose answer is stored.
@@ -59,13 +55,12 @@ class Study:
     question: str
     minutes: float
     run: Callable[[argparse.Namespace, Progress], StudyResult]
-    options: Callable[[argparse.ArgumentParser], None] = _no_options
+    options: Callable[[argparse.ArgumentParser], None] = lambda _: None
 
 
 def study_names() -> tuple[str, ...]:
     """Names of all studies: those of their folders."""
-    found = (one.name for one in pkgutil.iter_modules([str(FOLDER)]) if one.ispkg)
-    return tuple(sorted(name for name in found if (FOLDER / name / "study.py").is_file()))
+    return tuple(sorted(path.parent.name for path in FOLDER.glob("*/study.py")))
 
 
 def load_study(name: str) -> Study:
@@ -122,6 +117,21 @@ def make_result(
         print(f"stored: {stored.path}", file=sys.stderr)
         return found, stored.content | {"file": stored.path}
     return found, stamped(found.name or name, content, command=command, revision=revision)
+
+
+def input_hashes(*read: RegisteredRecording | StoredResult | Path | None) -> dict[str, str]:
+    """SHA-256 of what a study read, by name: ``reports/...`` and ``data_manifest/...`` of what comes with the program.
+
+    Anything else by its folder and file. None is nothing that was read.
+    """
+    shipped, found = [shipped_folder(name).resolve() for name in (REPORTS, "data_manifest")], {}
+    for one in read:
+        if one is not None:
+            path = one if isinstance(one, Path) else one.path if isinstance(one, StoredResult) else Path(one.file)
+            path = path.resolve()
+            root = next((folder.parent for folder in shipped if path.is_relative_to(folder)), path.parents[1])
+            found[path.relative_to(root).as_posix()] = file_sha256(path)
+    return found
 
 
 def printed_columns(package: str, table: str, rows: Sequence[Mapping[str, Any]]) -> str:

@@ -80,12 +80,12 @@ def paper_scenes(turns: float) -> Iterator[Scene]:
 def _defect_effects(own: Scene, inputs: Sequence[OpenInput], count: int, progress: Progress) -> DefectEffects:
     state, base = own.defect.kind, converged(own)
     first, *others = [run_unchecked(one) for one in load_ensemble(base)]
-    begun = [_values(run) for run in (first, *others)]
-    paper = [_values(run_unchecked(one)) for one in load_ensemble(own)] if base is not own else []
+    begun = [values_of(run) for run in (first, *others)]
+    paper = [values_of(run_unchecked(one)) for one in load_ensemble(own)] if base is not own else []
     points = base.contact.points_per_circle
     grids = [with_points(base, n) for n in (points // 2, 2 * points)] if base.model == "full" else []
-    coarse_fine = [_values(run_unchecked(one)) for one in grids]
-    half_step = _values(run_unchecked(replace(base, solver=replace(base.solver, step_s=base.solver.step_s / 2))))
+    coarse_fine = [values_of(run_unchecked(one)) for one in grids]
+    half_step = values_of(run_unchecked(replace(base, solver=replace(base.solver, step_s=base.solver.step_s / 2))))
     shares, runs, rounds = np.empty((0, len(inputs))), list[AnalysedRun](), 0
     fitted: dict[str, Emulator] = {}
     while not rounds or (rounds < STUDY.rounds and not all(_follows(one) for one in fitted.values())):
@@ -133,7 +133,8 @@ def run_unchecked(scene: Scene, band_hz: tuple[float, float] | None = None) -> A
     return analyse_run(case, run, load_bearing(scene.bearing), band_hz)
 
 
-def _values(run: AnalysedRun) -> Values:
+def values_of(run: AnalysedRun) -> Values:
+    """The compared quantities of a run."""
     return {name: value.value for name, value in run.values.items() if name in UNITS}
 
 

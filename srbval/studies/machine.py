@@ -4,8 +4,9 @@ import math
 import os
 import platform
 import time
-from dataclasses import dataclass
+from collections.abc import Callable
 from importlib import metadata
+from typing import Any
 
 import numpy as np
 
@@ -34,23 +35,16 @@ def multiply_adds(x: FloatArray, factor: float, summand: float, sweeps: int) -> 
     return total
 
 
-@dataclass(frozen=True, kw_only=True)
-class SpeedCalibration:
-    """Best and median time of 1e9 multiply-adds on one core [s], and whether their sum was correct."""
-
-    seconds: float
-    median_s: float
-    gflop_s: float
-    right: bool
-
-
 def expected_sum(sweeps: int) -> float:
     """What `multiply_adds` returns from an array of `LENGTH` zeros: a geometric series."""
     return LENGTH * SUMMAND * -math.expm1(sweeps * math.log(FACTOR)) / (1 - FACTOR)
 
 
-def calibrate(repeats: int = REPEATS) -> SpeedCalibration:
-    """Time the kernel `repeats` times after a first call. It does not test memory or branches."""
+def calibrate(repeats: int = REPEATS) -> dict[str, Any]:
+    """Best and median time of 1e9 multiply-adds on one core [s], and whether their sums were `right`.
+
+    The kernel is timed `repeats` times after a first call. It does not test memory or branches.
+    """
     multiply_adds(np.zeros(LENGTH), FACTOR, SUMMAND, 1)
     times, right = [], True
     for _ in range(repeats):
@@ -59,42 +53,25 @@ def calibrate(repeats: int = REPEATS) -> SpeedCalibration:
         total = multiply_adds(x, FACTOR, SUMMAND, SWEEPS)
         times.append((time.perf_counter() - started) * UNIT / (SWEEPS * LENGTH))
         right = right and math.isclose(total, expected_sum(SWEEPS), rel_tol=1e-9)
-    return SpeedCalibration(
-        seconds=min(times), median_s=float(np.median(times)), gflop_s=2 * UNIT / min(times) / 1e9, right=right
-    )
+    best = min(times)
+    return {"seconds": best, "median_s": float(np.median(times)), "gflop_s": 2 * UNIT / best / 1e9, "right": right}
 
 
-@dataclass(frozen=True, kw_only=True)
-class Machine:
-    """Processor, cores that this process may use, versions; load of the last minute and calibration, before and after.
+def machine_before() -> Callable[[], dict[str, Any]]:
+    """Calibrate the machine; what is returned calibrates it once more after the work and describes it.
 
-    `load_before` and `load_after` are None where the system does not tell.
+    Loads of the last minute are None where the system does not tell.
     """
+    load, before = load_average(), calibrate()
 
-    processor: str
-    architecture: str
-    system: str
-    cores: int
-    usable_cores: int
-    versions: dict[str, str]
-    load_before: float | None
-    load_after: float | None
-    calibration: SpeedCalibration
-    calibration_after_s: float
+    def described() -> dict[str, Any]:
+        after_s = calibrate()["seconds"]
+        versions = {"srbval": __version__, "python": platform.python_version()}
+        return {
+            "processor": processor_name(), "architecture": platform.machine(), "system": platform.platform(terse=True),
+            "cores": os.cpu_count() or 1, "usable_cores": usable_cores(),
+            "versions": versions | {name: metadata.version(name) for name in PACKAGES},
+            "load_before": load, "load_after": load_average(), "calibration": before, "calibration_after_s": after_s,
+        }  # fmt: skip
 
-
-def describe_machine(calibration: SpeedCalibration, after: SpeedCalibration, load_before: float | None) -> Machine:
-    """This machine now; `load_before` and `calibration` were read at the start."""
-    versions = {"srbval": __version__, "python": platform.python_version()}
-    return Machine(
-        processor=processor_name(),
-        architecture=platform.machine(),
-        system=platform.platform(terse=True),
-        cores=os.cpu_count() or 1,
-        usable_cores=usable_cores(),
-        versions=versions | {name: metadata.version(name) for name in PACKAGES},
-        load_before=load_before,
-        load_after=load_average(),
-        calibration=calibration,
-        calibration_after_s=after.seconds,
-    )
+    return described

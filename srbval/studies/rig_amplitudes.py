@@ -28,38 +28,42 @@ from srbval.path.identify import BAND_HZ, band_powers, identify
 from srbval.path.path_fit import best_of, fit_path, refit
 from srbval.recordings import Recording, recording_from_run
 from srbval.recordings.datasets.srbval_files import SENSOR
-from srbval.recordings.registry import find_recording, load_entry
+from srbval.recordings.registry import RegisteredRecording, find_recording, load_entry
 from srbval.scene import SensorPath, load_scene, merge
+from srbval.studies.harness import input_hashes
 
 BEARING = load_bearing(DEFAULT_BEARING)
 
 POWER, HEALTHY_DRAWS = 4, 4  # of two: draws of all inputs; how many of them the healthy bearing is run with
-
 SECONDS = 2.0  # of a run, as of the records: 28 turns of the shaft, 200 or more passages
-
 STEP_S = 1 / 61_440  # with the longest contacts the scene's own is beyond the stiffest roller's limit
-
 FINER = {"solver": {"step_s": STEP_S / 2}, "line_contact": {"slices": 31}}
-
 PATH_DRAWS, SEED = 24, 23
-
 WAVE_DRAWS = 6  # seeds of the waves
-
 # Waves that give H 877's level: not measured, see `theory/surface.md`.
 WAVES = {"surface": {f"{body}_waviness": "28 nm" for body in ("outer", "inner", "roller")}}
 FAULTS = {Fault.OUTER: "fit", Fault.INNER: "withheld", Fault.ROLLER: "withheld"}
-
 FAST, SLOW = 877.0, 353.0  # nominal rpm; only the healthy bearing is at hand at both
-
 OF_HEALTHY = "band level, healthy bearing"  # no increment: its bias stands apart
+
+
+def measured_entry(state: Fault, nominal_rpm: float) -> RegisteredRecording:
+    """The register's entry of a record of the rig; `DataError` where there is none."""
+    entry = find_recording(state=state, nominal_rpm=nominal_rpm)
+    if entry is None:
+        raise DataError(f"{state} {nominal_rpm:g} rpm: not registered; srbval data fetch torino-excerpts.")
+    return entry
 
 
 def measured(state: Fault, nominal_rpm: float) -> Recording:
     """A registered record of the rig."""
-    entry = find_recording(state=state, nominal_rpm=nominal_rpm)
-    if entry is None:
-        raise DataError(f"{state} {nominal_rpm:g} rpm: not registered; srbval data fetch torino-excerpts.")
-    return load_entry(entry)
+    return load_entry(measured_entry(state, nominal_rpm))
+
+
+def rig_inputs_read() -> dict[str, str]:
+    """SHA-256 of all records of the rig that are at hand at its fast speed, and of the healthy one at both."""
+    at = [(state, FAST) for state in (Fault.HEALTHY, *FAULTS)]
+    return input_hashes(*(measured_entry(*one) for one in (*at, (Fault.HEALTHY, SLOW))))
 
 
 def run_of(record: Recording, state: Fault, changes: Mapping[str, Any]) -> Run:

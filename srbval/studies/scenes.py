@@ -1,8 +1,7 @@
-"""The scenes that solvers are compared on, with play and with the printed roller diameter; durations, repetitions."""
+"""The scenes that solvers are compared on, with play and with the printed roller diameter."""
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from srbval.bearing import RACE_DEFECTS, Fault
@@ -18,38 +17,6 @@ STATES = (Fault.HEALTHY, *RACE_DEFECTS)
 SCENES = tuple(f"{contact}-{state}" for contact in CONTACTS for state in STATES)
 RIG_SCENES = tuple(f"rig-{state}" for state in STATES)  # on request
 RIG_SHOWN = ("rig-outer",)  # in the report
-
-
-@dataclass(frozen=True, kw_only=True)
-class BenchSettings:
-    """Durations in simulated seconds, and how often things are repeated.
-
-    `timing_s` of each timed run, after `timing_settle_s`; `accuracy_s` of each run that is compared with the reference,
-    after `accuracy_settle_s`; `memory_s` of the run whose memory is read; `reference_budget_s` wall time that one
-    reference may take; `window_s` of the trajectories compared point by point; `steps` step sizes of the work-precision
-    study, as divisors of a second.
-    """
-
-    timing_s: float
-    timing_settle_s: float
-    repeats: int
-    accuracy_s: float
-    accuracy_settle_s: float
-    memory_s: float
-    starts: int
-    reference_budget_s: float
-    window_s: float
-    steps: tuple[int, ...]
-
-
-FULL = BenchSettings(
-    timing_s=0.3, timing_settle_s=0.1, repeats=5, accuracy_s=4.0, accuracy_settle_s=0.25, memory_s=10.0, starts=3,
-    reference_budget_s=60.0, window_s=0.02, steps=(30720, 61440, 122880, 245760),
-)  # fmt: skip
-QUICK = BenchSettings(
-    timing_s=0.05, timing_settle_s=0.05, repeats=2, accuracy_s=0.5, accuracy_settle_s=0.1, memory_s=1.0, starts=1,
-    reference_budget_s=10.0, window_s=0.005, steps=(61440, 122880),
-)  # fmt: skip
 
 
 def base_of(name: str) -> str:
@@ -70,7 +37,7 @@ def bench_scene(
 
     `contact` is laid over its contact table. Raises `ConfigurationError` for an unknown name.
     """
-    check_scenes([name])
+    check_names([name], [])
     reading, state = name.split("-")
     changes = {
         "duration_s": seconds,
@@ -91,15 +58,9 @@ def output_rate_hz(step_s: float) -> float:
     return 1 / (step_s * math.ceil(per_output))
 
 
-def check_scenes(names: Sequence[str]) -> None:
-    """Raise `ConfigurationError` for a name that is none of `SCENES`."""
-    for name in names:
-        if name not in SCENES + RIG_SCENES:
-            raise ConfigurationError(f"scene {name!r} is not known to bench. Known: {', '.join(SCENES + RIG_SCENES)}.")
-
-
-def check_solvers(names: Sequence[str]) -> None:
-    """Raise `ConfigurationError` for a name that is no solver."""
-    for name in names:
-        if name not in SOLVERS:
-            raise ConfigurationError(f"solver {name!r} is not known. Known: {', '.join(SOLVERS)}.")
+def check_names(scenes: Sequence[str], solvers: Sequence[str]) -> None:
+    """Raise `ConfigurationError` for a name that is none of `SCENES` or `RIG_SCENES`, or no solver."""
+    for what, names, known in (("scene", scenes, SCENES + RIG_SCENES), ("solver", solvers, SOLVERS)):
+        for name in names:
+            if name not in known:
+                raise ConfigurationError(f"{what} {name!r} is not known. Known: {', '.join(known)}.")

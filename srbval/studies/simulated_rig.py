@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.signal
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Fault, load_bearing
-from srbval.models.sensor import SensorFilter
+from srbval.models.sensor import SensorFilter, along_sensor
+from srbval.models.simulate import Step, simulate
 from srbval.recordings import Origin, Recording, ShaftSpeed, SpeedSource
-from srbval.scene import PathMode, SensorPath
+from srbval.scene import PathMode, SensorPath, load_scene
 
 FS_HZ, SECONDS, SHAFT_HZ = 20480.0, 2.0, 14.3
 BEARING = load_bearing("skf-22240")
@@ -79,3 +80,20 @@ def record(name: str, state: Fault, samples: FloatArray) -> Recording:
         name=name, origin=Origin.STAND_IN, channels={"a": samples}, channel="a", fs_hz=FS_HZ, unit="m/s2", state=state,
         speed=ShaftSpeed(value_hz=SHAFT_HZ, ci95_hz=0.001, source=SpeedSource.TACHOMETER),
     )  # fmt: skip
+
+
+def ring(state: Fault, nm: float = 0.0, seed: int = 0, size: float = 1.0) -> FloatArray:
+    """Accelerations of the rig scene's ring with waves of that height, its hole `size` times as large."""
+    changes = {"defect": {"kind": state, "extent_m": size * 2e-3}, "shaft_speed": f"{60 * SHAFT_HZ} rpm",
+               "duration": f"{SECONDS} s", "seed": seed}  # fmt: skip
+    if nm:
+        changes["surface"] = {f"{body}_waviness_m": nm * 1e-9 for body in ("outer", "inner", "roller")}
+    run = simulate(load_scene("rig", changes), step=Step.UNCHECKED)
+    assert run.status.usable, run.reason
+    return along_sensor(run.acceleration_m_s2)
+
+
+def behind(run: Recording, random: np.random.Generator, noise: float) -> Recording:
+    """What the sensor shows of it behind the true path, with noise."""
+    shown = SensorFilter(TRUE, FS_HZ).add(run.channels["a"])
+    return replace(run, channels={"a": shown + background(random, noise)})

@@ -16,8 +16,7 @@ from srbval.errors import ConfigurationError, DataError
 from srbval.path.identify import Identified, band_powers, identify, identify_response
 from srbval.path.path_fit import best_of, fit_path, inflated
 from srbval.recordings.frf import read_frf
-from srbval.studies.path_coverage.study import behind, ring
-from srbval.studies.simulated_rig import BEARING, TRUE, SimulatedRig, record, simulated_rig
+from srbval.studies.simulated_rig import BEARING, TRUE, SimulatedRig, behind, record, ring, simulated_rig
 
 BAND_HZ = (400.0, 3150.0)
 BIAS_DB = 0.5  # the most that the mean over the band may be off

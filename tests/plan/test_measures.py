@@ -7,11 +7,12 @@ import math
 import numpy as np
 import pytest
 
+from srbval.bearing import load_bearing
 from srbval.models.sensor import band_rms
 from srbval.models.simulate import simulate
+from srbval.path.amplitudes import HARMONICS, KURTOSIS_BANDS, RMS_BANDS, SIDEBANDS, THIRD_OCTAVES
 from srbval.plan.measures import (
     WIDE_BAND_HZ,
-    Measures,
     harmonic_heights,
     harmonic_pattern,
     missing_harmonic,
@@ -21,9 +22,10 @@ from srbval.plan.measures import (
     scatter,
     smooth_mean,
 )
+from srbval.plan.questions import MEANING, Question, answers, error_pct
+from srbval.recordings import recording_from_run
 from srbval.scene import Scene, paper_scene
 from srbval.signal import amplitude_spectrum
-from srbval.studies.speed_accuracy.measured import errors_against
 
 FS = 20480.0
 BAND = (500.0, 1500.0)
@@ -34,6 +36,7 @@ LINE_SKIRTS = 0.05  # of two lines in the range of 120 lines whose median is tak
 OFF_BIN = 1e-3  # the lines are looked up 1e-5 beside their frequency
 RIPPLE = 1e-6  # a ripple of 0.3 % over 38 periods: 1/n^3 of it remains under the window, 1/n in a plain mean
 ROUNDING = 1e-14
+EQUAL_SAMPLES = 1e-9  # the mean of many equal samples
 # The pulse is not rectangular: its transform passes zero a little earlier than the sinc of its whole length.
 OF_SINC = (0.8, 1.0)
 # Clicks have a flat spectrum; the band of 3000 Hz takes less than half off the tenth harmonic.
@@ -95,29 +98,31 @@ def test_scatter_of_white_noise_is_its_standard_error() -> None:
     assert scatter(np.full(1000, 3.0)) == pytest.approx(0.0, abs=ROUNDING)
 
 
-def measures(**changes: object) -> Measures:
-    values: dict[str, object] = {
-        "seconds": 1.0, "cage_ratio": 0.43, "cage_scatter": 1e-6, "defect_hz": 97.0, "noise_floor": 1e-3,
-        "band_rms_m_s2": 1.4, "harmonics": (1.0, 0.5, 0.3, 0.2, 0.1),
-    }  # fmt: skip
-    return Measures(**values | changes)  # type: ignore[arg-type]
+@pytest.mark.parametrize("kind", ["none", "outer", "inner"])
+def test_lines_stand_where_the_cage_puts_them(kind: str) -> None:
+    run = simulate(paper_scene(model="kinematic", duration="1 s", defect={"kind": kind}))
+    found = answers(run, load_bearing("skf-22240"))[Question.LINES]
+    assert found == pytest.approx((run.bpfi_hz if kind == "inner" else run.bpfo_hz,), rel=EQUAL_SAMPLES)
 
 
-def test_errors_are_relative_and_without_sign() -> None:
-    worse = measures(
-        cage_ratio=0.43 * 0.999, band_rms_m_s2=1.4 * 1.1, noise_floor=5e-3, harmonics=(1, 0.5, 0.6, 0.2, 0)
+def test_amplitudes_are_those_that_are_compared_with_the_rig() -> None:
+    known = {*RMS_BANDS, *THIRD_OCTAVES, *KURTOSIS_BANDS, "depth"}
+    known |= {f"harmonic {n}" for n in HARMONICS} | {f"sidebands {n}" for n in SIDEBANDS}
+    assert {name for meaning in MEANING.values() for name in meaning.read} == known
+    run, healthy = (
+        simulate(paper_scene(model="impulse", duration="1 s", defect={"kind": kind})) for kind in ("inner", "none")
     )
-    errors = errors_against(worse, measures())
-    assert errors.cage_error == pytest.approx(1e-3)
-    assert errors.band_rms_error == pytest.approx(0.1)
-    assert errors.noise_floor_ratio == pytest.approx(5.0)
-    assert errors.harmonic_error == pytest.approx(0.3)
-    assert errors.defect_hz_error == 0.0
+    bare = answers(run, load_bearing("skf-22240"))
+    assert bare[Question.THIRD_OCTAVES] is None, "an increment is over something"
+    found = answers(run, load_bearing("skf-22240"), recording_from_run(healthy))
+    assert all(found[question] for question, meaning in MEANING.items() if meaning.read)
 
 
-def test_what_is_missing_has_no_error() -> None:
-    errors = errors_against(measures(defect_hz=None, noise_floor=None, harmonics=None), measures())
-    assert (errors.defect_hz_error, errors.noise_floor_ratio, errors.harmonic_error) == (None, None, None)
+def test_three_decibels_are_41_per_cent_and_what_the_reference_does_not_show_is_not_asked() -> None:
+    three = error_pct(Question.HARMONIC_LEVELS, (1.0, 9.0, -3.0), (1.0, None, 0.0))
+    assert three == pytest.approx(41.25, abs=0.01)
+    assert MEANING[Question.HARMONIC_LEVELS].text(three) == "3 dB"
+    assert error_pct(Question.HARMONIC_LEVELS, (1.0, None), (1.0, 2.0)) is None, "what a model does not show it lacks"
 
 
 def bumpy(model: str, height_mm: float, **changes: object) -> Scene:

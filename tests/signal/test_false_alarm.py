@@ -2,16 +2,11 @@ import numpy as np
 import pytest
 
 from srbval.signal.false_alarm import false_alarm, neg_log_p, true_noise_ratio, upcrossings
-from srbval.studies.reading_accuracy.study import ReadingSettings, run_reading_bench
 
 BINS = 65
 ONE, FIVE = np.eye(2)[1], np.eye(6)[5]  # all lines of the comb are seen in all of the window
 # 200,000 draws at a tail of a few per mille: five standard errors.
 DRAWS, TAIL_FACTOR = 200_000, 1.2
-# 400 records at a nominal 10 %: three binomial standard errors about 0.93 to 0.97.
-RECORDS, LOWEST, HIGHEST = 400, 0.5, 1.4
-# Mean of four such rates, of which two and two are of the same records: three standard errors about 0.9.
-LOWEST_MEAN, HIGHEST_MEAN = 0.625, 1.2
 # Some 500 rises, whose number scatters a little more than a Poisson one.
 RISES, RISE_SCATTER = 1500, 0.15
 # Central difference of a relative step of 1e-5.
@@ -62,15 +57,3 @@ def test_comb_rises_as_often_as_a_count_of_drawn_spectra():
 def test_a_zero_neg_log_p_is_a_certain_false_alarm_and_a_large_one_does_not_underflow():
     assert false_alarm(0.0, 0.0, FIVE, 1.0, 10.0) == 1.0
     assert 0.0 <= false_alarm(1e4, 1e4, FIVE, 1.0, 10.0) < 1e-300
-
-
-def test_noise_alone_raises_false_alarms_at_the_nominal_rate():
-    settings = ReadingSettings(
-        trials=2, noise_records=RECORDS, seconds=(10.0,), snr_db=(25.0,), jitter=(0.0,), timed=False
-    )
-    rows = run_reading_bench(settings, seed=3).false_alarms
-    assert {(r.noise, r.harmonics) for r in rows} == {(n, h) for n in ("white", "coloured") for h in (1, 5)}
-    tenth = [row.ratio for row in rows if row.nominal == 0.1]
-    assert min(tenth) > LOWEST
-    assert max(tenth) < HIGHEST
-    assert LOWEST_MEAN < np.mean(tenth) < HIGHEST_MEAN

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import hashlib
 import os
 import shutil
 import subprocess
@@ -14,9 +15,21 @@ import pytest
 from srbval.cli.arguments import Parser
 from srbval.errors import ConfigurationError
 from srbval.progress import silent
+from srbval.recordings.registry import FileStatus, RegisteredRecording
 from srbval.report.pages import StoredResults, results_of
+from srbval.storage.stored_result import SHIPPED_INPUT, newest_result
 from srbval.studies import harness
-from srbval.studies.harness import FOLDER, Study, StudyResult, load_study, make_result, pages, run_study, study_names
+from srbval.studies.harness import (
+    FOLDER,
+    Study,
+    StudyResult,
+    input_hashes,
+    load_study,
+    make_result,
+    pages,
+    run_study,
+    study_names,
+)
 
 ROOT = FOLDER.parents[1]
 
@@ -38,23 +51,32 @@ def test_pages_have_places_and_names_of_their_own() -> None:
     assert [page.place for page in found] == sorted(page.place for page in found)
 
 
-def fake(text: str, **changes: object) -> Study:
-    given = {"name": "fake", "content": {"rows": [1]}, "text": text} | changes
-    return Study(question="?", minutes=1, run=lambda *_: StudyResult(**given))  # type: ignore[arg-type]
-
-
 def test_what_is_complete_is_stored_and_what_is_not_only_where_a_file_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    options = argparse.Namespace(output=None)
-    for name, stored in (("fake", True), (None, False)):
-        monkeypatch.setattr("srbval.studies.harness.load_study", lambda _, n=name: fake("", name=n))
+    for name, output, stored in (("fake", None, True), (None, None, False), (None, str(tmp_path / "own.json"), True)):
+        result = StudyResult(name=name, content={"rows": [1]}, text="", inputs={"torino/a.mat": "f00"})
+        study = Study(question="?", minutes=1, run=lambda *_, result=result: result)
+        monkeypatch.setattr("srbval.studies.harness.load_study", lambda _, study=study: study)
+        options = argparse.Namespace(output=output)
         _, content = make_result("noise", options, silent, command="srbval study run fake")
         assert ("file" in content) is stored
         assert (content["command"], content["rows"]) == ("srbval study run fake", [1])
-    named = argparse.Namespace(output=str(tmp_path / "own.json"))
-    assert make_result("noise", named, silent, command="")[1]["file"].is_file()
+        assert not stored or (content["inputs_sha256"] == {"torino/a.mat": "f00"} and content["file"].is_file())
+
+
+def test_inputs_are_named_so_that_those_of_the_program_are_compared_with_its_files(tmp_path: Path) -> None:
+    """As `stored_result.staleness` looks for them; another file by its folder and name."""
+    own = tmp_path / "torino" / "a.mat"
+    own.parent.mkdir()
+    own.write_bytes(b"samples")
+    entry = RegisteredRecording(file=str(own), sha256="", size_bytes=7, mtime_ns=1, status=FileStatus.OK)
+    found = input_hashes(None, newest_result("rig_inputs"), entry)
+    assert found["torino/a.mat"] == hashlib.sha256(b"samples").hexdigest()
+    assert all(SHIPPED_INPUT.fullmatch(name) or name == "torino/a.mat" for name in found)
+    (excerpt,) = (ROOT / "data_manifest" / "rig_excerpts").glob("H_877*.h5")
+    assert list(input_hashes(excerpt)) == [f"data_manifest/rig_excerpts/{excerpt.name}"]
 
 
 def test_unknown_studies_and_options_are_refused() -> None:

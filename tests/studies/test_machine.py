@@ -28,8 +28,8 @@ def test_sum_is_that_of_the_geometric_series(sweeps: int) -> None:
 
 def test_calibration_is_a_positive_time_of_the_right_sum() -> None:
     found = calibrate(repeats=2)
-    assert found.right
-    assert 0 < found.seconds <= found.median_s
+    assert found["right"]
+    assert 0 < found["seconds"] <= found["median_s"]
 
 
 def test_processor_name(tmp_path: Path) -> None:

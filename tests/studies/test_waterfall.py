@@ -48,10 +48,10 @@ def test_measures_are_root_mean_squares_of_what_both_sides_show() -> None:
     parts = {NUMERICS: dict.fromkeys(model, 1.0)}
     found = measures(rows(rig, shown, parts, record="IR", fault=Fault.INNER, used_for="withheld", scene="a"))
     harmonics, sidebands = found
-    assert (harmonics.measure, harmonics.shown, harmonics.compared) == ("harmonics 2-5", 2, 3)
-    assert harmonics.error == pytest.approx(math.sqrt(12.5))
-    assert harmonics.uncertainty == pytest.approx(1.0)
-    assert sidebands.error == -2.0  # of one quantity the sign stays
+    assert (harmonics["measure"], harmonics["shown"], harmonics["compared"]) == ("harmonics 2-5", 2, 3)
+    assert harmonics["error"] == pytest.approx(math.sqrt(12.5))
+    assert harmonics["uncertainty"] == pytest.approx(1.0)
+    assert sidebands["error"] == -2.0  # of one quantity the sign stays
 
 
 def test_the_stored_result() -> None:

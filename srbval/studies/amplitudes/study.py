@@ -7,13 +7,17 @@ outer-race run, so that what both share cancels as it does in use. Beside it fou
 turns the phases at random, which powers do not tell; no path; the planar model behind a path of its own; and the
 outer-race record's own increment. And how far each record repeats from one half of it to the other. Waves on races and
 rollers that would give H 877's level are a further part of the uncertainty.
+
+And what a surface does to the healthy bearing's level: the scene with surfaces of classes and heights against H 877, to
+which the path was fitted, so that nothing there is a prediction; a class reaches waves of 1 to 50 mm by the power law
+alone, see ``theory/surface.md``.
 """
 
 import math
 import statistics
 from argparse import Namespace
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -29,6 +33,7 @@ from srbval.path.amplitudes import (
     RMS_BANDS,
     SURFACES,
     THIRD_OCTAVES,
+    band_power,
     crps,
     half_widths,
     levels,
@@ -40,9 +45,8 @@ from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
 from srbval.recordings import Recording
-from srbval.scene import SensorPath, draws, merge, rig_inputs
+from srbval.scene import SensorPath, draws, load_scene, merge, rig_inputs
 from srbval.signal import NORMAL_95
-from srbval.storage.json_files import to_json
 from srbval.studies.harness import Study, StudyResult
 from srbval.studies.rig_amplitudes import (
     BEARING,
@@ -59,30 +63,15 @@ from srbval.studies.rig_amplitudes import (
     measured,
     of_waves,
     predicted,
+    rig_inputs_read,
     rough_runs,
     run_of,
     shown_by,
     values,
 )
 
-
-@dataclass(frozen=True, kw_only=True)
-class Share:
-    """Of one kind and record: how many quantities the record resolves, how many of them are near, mean and scatter.
-
-    `crps`: mean score of the prediction, with its own uncertainty where it has one; the less the better.
-    """
-
-    record: str
-    used_for: str
-    predictor: str
-    kind: str
-    resolved: int
-    near: int
-    mean_error: float
-    scatter: float | None
-    crps: float
-    unit: str
+CLASSES, HEIGHTS_NM = ("N1", "N3"), (14.0, 28.0, 56.0)  # of surfaces, on every body
+Row = dict[str, Any]
 
 
 def over_angle(record: Recording) -> list[dict[str, Any]]:
@@ -96,24 +85,45 @@ def over_angle(record: Recording) -> list[dict[str, Any]]:
     ]  # fmt: skip
 
 
-def study() -> tuple[list[Comparison], list[Share]]:
+def surfaces(record: Recording, path: SensorPath) -> Row:
+    """RMS per band [m/s2] of the healthy record and of the scene with each surface; its levels over the record [dB]."""
+    made: Row = {name: {"roughness_class": name} for name in CLASSES}
+    for nm in HEIGHTS_NM:
+        made[f"{nm:g} nm"] = {f"{body}_waviness_m": nm * 1e-9 for body in ("outer", "inner", "roller")}
+    theirs = values(levels(record, None))
+    rms, over = [{"surface": f"{record.name}, measured (fit)", **_rms(record), "status": ""}], list[Row]()
+    for name, surface in {"round": {}, **made}.items():
+        run = run_of(record, Fault.HEALTHY, {"surface": surface, "seed": 1} if surface else {})
+        shown = behind(run, path)
+        own = values(levels(shown, None))
+        apart = {band: own[band] - theirs[band] for band in THIRD_OCTAVES}
+        rms.append({"surface": name, **_rms(shown), "status": run.status.value})
+        over.append({"surface": name, **apart, "mean dB": statistics.fmean(apart.values())})
+    return {"rms": rms, "model_over_record_db": over}
+
+
+def _rms(recording: Recording) -> dict[str, float]:
+    return {name: math.sqrt(band_power(recording, band)) for name, band in RMS_BANDS.items()}
+
+
+def study(progress: Progress) -> tuple[list[Comparison], list[Row]]:
     """All comparisons, and what they come to."""
     healthy = measured(Fault.HEALTHY, FAST)
     records = {state: measured(state, FAST) for state in FAULTS}
     common, places = draws(rig_inputs(), POWER), draws(rig_inputs("position"), POWER + 2)
-    changes = {
-        state: [{}, FINER, *map(merge, common, places[i * len(common) : (i + 1) * len(common)])]
-        for i, state in enumerate(FAULTS)
-    }  # fmt: skip
-    runs = {state: [run_of(record, state, one) for one in changes[state]] for state, record in records.items()}
-    planar = {state: run_of(record, state, {"model": "planar"}) for state, record in records.items()}
+    runs, planar = dict[Fault, list[Run]](), dict[Fault, Run]()
+    for i, (state, record) in enumerate(records.items()):
+        progress("runs of the scene", i / len(records))
+        place = places[i * len(common) : (i + 1) * len(common)]
+        runs[state] = [run_of(record, state, one) for one in ({}, FINER, *map(merge, common, place))]
+        planar[state] = run_of(record, state, {"model": "planar"})
     rough = {state: rough_runs(record, state) for state, record in {Fault.HEALTHY: healthy, **records}.items()}
     paths = list(identified_paths(records[Fault.OUTER], healthy, runs[Fault.OUTER]))
     (own_path,) = identified_paths(records[Fault.OUTER], healthy, [planar[Fault.OUTER]])
     as_outer = levels(records[Fault.OUTER], healthy)
-    found: list[Comparison] = []
-    shares: list[Share] = []
-    for state, record in records.items():
+    found, shares = list[Comparison](), list[Row]()
+    for i, (state, record) in enumerate(records.items()):
+        progress("comparisons", i / len(records))
         line = analyse(record, bearing=BEARING).line_of(state)
         assert record.speed is not None
         order = (line.found_hz or line.kinematic_hz) / record.speed.value_hz
@@ -133,8 +143,8 @@ def study() -> tuple[list[Comparison], list[Share]]:
         }
         shares += [share for predictor, compared in guesses.items() for share in _shares(compared, predictor)]
     at_rest = list(_healthy(healthy, [{}, FINER, *common[:HEALTHY_DRAWS]], paths))
-    shares += [share for used in dict.fromkeys(row.record for row in at_rest)
-               for share in _shares([row for row in at_rest if row.record == used], "path")]  # fmt: skip
+    for used in dict.fromkeys(row.record for row in at_rest):
+        shares += _shares([row for row in at_rest if row.record == used], "path")
     return found + at_rest, shares
 
 
@@ -196,23 +206,27 @@ def _healthy(
     )  # fmt: skip
 
 
-def _shares(compared: Sequence[Comparison], predictor: str) -> Iterator[Share]:
-    third_octaves = [row for row in compared if row.quantity in THIRD_OCTAVES]
-    groups = {"third octaves": third_octaves}
+def _shares(compared: Sequence[Comparison], predictor: str) -> Iterator[Row]:
+    """Of each kind: how many quantities the record resolves, how many of them are near, mean and scatter of the errors.
+
+    `crps`: mean score of the prediction, with its own uncertainty where it has one; the less the better.
+    """
+    groups: dict[str, list[Comparison]] = {}
     for row in compared:
-        if row.quantity not in THIRD_OCTAVES:
-            groups.setdefault("RMS per band" if row.kind == "band level" else row.kind, []).append(row)
-    for kind, members in groups.items():
+        other = "RMS per band" if row.kind == "band level" else row.kind
+        groups.setdefault("third octaves" if row.quantity in THIRD_OCTAVES else other, []).append(row)
+    for kind, members in sorted(groups.items(), key=lambda group: group[0] != "third octaves"):
         shown = [row for row in members if row.rig.present]
         errors = [row.error for row in shown]
         if errors:
             limit = VERDICT.near_db if shown[0].error_unit == "dB" else VERDICT.near_pct
-            yield Share(
-                record=shown[0].record, used_for=shown[0].used_for, predictor=predictor, kind=kind, resolved=len(shown),
-                near=sum(abs(error) <= limit for error in errors), mean_error=statistics.fmean(errors),
-                scatter=statistics.stdev(errors) if len(errors) > 1 else None, unit=shown[0].error_unit,
-                crps=statistics.fmean(crps(row.error, model_u(row)) for row in shown),
-            )  # fmt: skip
+            yield {
+                "record": shown[0].record, "used_for": shown[0].used_for, "predictor": predictor, "kind": kind,
+                "resolved": len(shown), "near": sum(abs(error) <= limit for error in errors),
+                "mean_error": statistics.fmean(errors),
+                "scatter": statistics.stdev(errors) if len(errors) > 1 else None,
+                "crps": statistics.fmean(crps(row.error, model_u(row)) for row in shown), "unit": shown[0].error_unit,
+            }  # fmt: skip
 
 
 def model_u(row: Comparison) -> float:
@@ -220,9 +234,9 @@ def model_u(row: Comparison) -> float:
     return math.hypot(*(width for part, width in row.parts.items() if part not in DATA_PARTS)) / NORMAL_95
 
 
-def _run(_: Namespace, __: Progress) -> StudyResult:
-    found, shares = study()
-    rows = [
+def _run(_: Namespace, progress: Progress) -> StudyResult:
+    found, shares = study(progress)
+    table = [
         {"record": row.record, "used_for": row.used_for, "quantity": row.quantity, "rig": row.rig.value,
          "model": row.model.value, "error": row.error, "U": row.uncertainty, "unit": row.error_unit,
          "resolved by the rig": "yes" if row.rig.present else "no", "verdict": row.verdict.value}
@@ -232,12 +246,17 @@ def _run(_: Namespace, __: Progress) -> StudyResult:
         replace(row, kind=OF_HEALTHY) if row.state is Fault.HEALTHY and row.kind == "band level" else row
         for row in found if row.kind != "band level" or row.quantity in THIRD_OCTAVES  # each band once
     ]  # fmt: skip
-    content = {"comparisons": [row.to_dict() for row in found], "shares": shares, "bias": biases(counted),
-               "over_angle": over_angle(measured(Fault.OUTER, FAST))}  # fmt: skip
-    text = f"{text_rows(rows)}\n\n{text_rows([to_json(one) for one in shares])}"
-    return StudyResult(name="amplitudes", content=content, text=text)
+    path = load_scene("rig", {"sensor_path": "rig"}).sensor_path
+    assert path is not None
+    of_surfaces = surfaces(measured(Fault.HEALTHY, FAST), path)
+    content = {
+        "comparisons": [row.to_dict() for row in found], "shares": shares, "bias": biases(counted),
+        "over_angle": over_angle(measured(Fault.OUTER, FAST)), "surfaces": of_surfaces,
+    }  # fmt: skip
+    text = "\n\n".join(text_rows(part) for part in (table, shares, *of_surfaces.values()))
+    return StudyResult(name="amplitudes", content=content, text=text, inputs=rig_inputs_read())
 
 
 STUDY = Study(
-    question="How near are the rig scene's amplitudes to the rig's, fitted and withheld?", minutes=5, run=_run
+    question="How near are the rig scene's amplitudes to the rig's, fitted and withheld?", minutes=9, run=_run
 )

@@ -13,10 +13,9 @@ scatter its standard deviation.
 import math
 import re
 import statistics
-import sys
 from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -29,13 +28,13 @@ from srbval.comparison.compared_quantities import cage_ratio, harmonic_level, si
 from srbval.comparison.other_rigs import usable
 from srbval.models.simulate import Step, simulate
 from srbval.progress import Progress
-from srbval.progress.tables import text_rows, text_table
+from srbval.progress.tables import text_rows
 from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Recording, recording_from_run
-from srbval.recordings.registry import listing, load_entry
+from srbval.recordings.registry import RegisteredRecording, listing, load_entry
 from srbval.scene import PathMode, Scene, SensorPath, paper_scene
 from srbval.signal import NORMAL_95
-from srbval.studies.harness import Study, StudyResult
+from srbval.studies.harness import Study, StudyResult, input_hashes
 from srbval.studies.open_inputs import drawn, open_inputs
 
 SETS = ("cwru", "mfpt", "hit-sm")
@@ -43,34 +42,13 @@ RATE_HZ = 51_200.0  # covers the sets' band up to 10 kHz
 SECONDS = 1.5
 LOAD_N = 500.0  # where the set states none: assumed
 LEAST_RECORDS = 5  # below them no bias is claimed
+Row = dict[str, Any]
 SIZE = re.compile(r"_(?:IR|OR)0(\d\d)")  # of CWRU's names, in thousandths of an inch
 DRAWS = 10
 PATH = "sensor_path."
 INPUTS = open_inputs(Path(__file__).with_name("inputs.toml"))
 QUANTITIES = {"cage ratio [%]": cage_ratio, "2nd [dB]": harmonic_level(2), "3rd [dB]": harmonic_level(3),
               "4th [dB]": harmonic_level(4), "sidebands [dB]": sideband_level}  # fmt: skip
-
-
-@dataclass(frozen=True, kw_only=True)
-class Row:
-    """One quantity of one record: both sides, the run without changed inputs, error, and its 95 % half widths."""
-
-    dataset: str
-    file: str
-    fault: Fault
-    quantity: str
-    model: float
-    nominal: float
-    record: float
-    error: float
-    reading: float
-    speed: float
-    inputs: float
-
-    @property
-    def uncertainty(self) -> float:
-        """All parts together."""
-        return math.hypot(self.reading, self.speed, self.inputs)
 
 
 def scene_of(recording: Recording, analysis: Analysis, fault: Fault) -> Scene:
@@ -86,13 +64,9 @@ def scene_of(recording: Recording, analysis: Analysis, fault: Fault) -> Scene:
 
 def changed(scene: Scene, shares: Sequence[float]) -> Scene:
     """The scene with every input at its share, a path of one resonance to the sensor included."""
-    own = [(one, share) for one, share in zip(INPUTS, shares, strict=True) if not one.keys[0].startswith(PATH)]
-    path = {
-        one.keys[0].removeprefix(PATH): float(one.value(share))
-        for one, share in zip(INPUTS, shares, strict=True)
-        if one.keys[0].startswith(PATH)
-    }
-    direct = path.pop("direct")
+    at = [(one.keys[0].startswith(PATH), one, share) for one, share in zip(INPUTS, shares, strict=True)]
+    path = {one.keys[0].removeprefix(PATH): float(one.value(share)) for of_path, one, share in at if of_path}
+    direct, own = path.pop("direct"), [(one, share) for of_path, one, share in at if not of_path]
     return replace(
         drawn([one for one, _ in own], scene, [share for _, share in own])[0],
         sensor_path=SensorPath(
@@ -108,9 +82,12 @@ def read_run(scene: Scene, analysis: Analysis) -> Analysis:
     return analyse(recording_from_run(run), bearing=analysis.bearing, band_hz=(low, min(high, 0.45 * RATE_HZ)))
 
 
-def rows_of(recording: Recording, dataset: str, fault: Fault) -> tuple[list[Row], dict[str, Any]]:
-    """All quantities that both sides show, and the lines' strengths."""
-    analysis = analyse(recording, bearing=load_bearing(recording.bearing or ""))
+def rows_of(recording: Recording, dataset: str, fault: Fault) -> tuple[list[Row], Row]:
+    """All quantities that both sides show, and the lines' strengths.
+
+    A row has both sides, the run without changed inputs, the error, and its 95 % half widths.
+    """
+    analysis, file = analyse(recording, bearing=load_bearing(recording.bearing or "")), Path(recording.file or "").name
     scene, rows = scene_of(recording, analysis, fault), []
     shares = qmc.LatinHypercube(d=len(INPUTS), rng=np.random.default_rng(0)).random(DRAWS)
     nominal = read_run(scene, analysis)
@@ -125,20 +102,17 @@ def rows_of(recording: Recording, dataset: str, fault: Fault) -> tuple[list[Row]
         if read is cage_ratio:
             scale, value, inputs = 100 / rig.value, own.value * (1 + cage.shift), 100 * cage.ci95
         else:
-            scale, value = 1.0, statistics.fmean(values)
-            inputs = NORMAL_95 * statistics.stdev(values)
-        reading = scale * math.hypot(rig.ci95 or 0.0, own.ci95 or 0.0)
-        rows.append(
-            Row(
-                dataset=dataset, file=Path(recording.file or "").name, fault=fault, quantity=quantity, model=value,
-                nominal=own.value, record=rig.value, error=(value - rig.value) * scale, reading=reading,
-                speed=scale * rig.speed_ci95, inputs=inputs,
-            )
-        )  # fmt: skip
-    size = SIZE.search(Path(recording.file or "").name)
+            scale, value, inputs = 1.0, statistics.fmean(values), NORMAL_95 * statistics.stdev(values)
+        reading, speed = scale * math.hypot(rig.ci95 or 0.0, own.ci95 or 0.0), scale * rig.speed_ci95
+        rows.append({
+            "dataset": dataset, "file": file, "fault": fault, "quantity": quantity, "model": value,
+            "nominal": own.value, "record": rig.value, "error": (value - rig.value) * scale, "reading": reading,
+            "speed": speed, "inputs": inputs, "uncertainty": math.hypot(reading, speed, inputs),
+        })  # fmt: skip
+    size = SIZE.search(file)
     strengths = [s for s in (strength(model, fault) for model in models) if s is not None]
     return rows, {
-        "dataset": dataset, "file": Path(recording.file or "").name, "fault": fault, "mil": size and int(size[1]),
+        "dataset": dataset, "file": file, "fault": fault, "mil": size and int(size[1]),
         "record_db": strength(analysis, fault), "model_db": statistics.fmean(strengths) if strengths else None,
     }  # fmt: skip
 
@@ -149,54 +123,42 @@ def strength(analysis: Analysis, fault: Fault) -> float | None:
     return None if not line.depth else 10 * math.log10(line.depth * analysis.processed.scale**2)
 
 
-def compare(only: str) -> tuple[list[Row], list[dict[str, Any]]]:
-    """Rows of all records whose name holds `only`, and their lines' strengths."""
-    rows: list[Row] = []
-    trend = []
-    for entry in usable(listing().recordings):
-        if entry.dataset not in SETS or entry.state not in RACE_DEFECTS or only not in entry.file:
-            continue
-        recording = load_entry(entry)
-        if recording.bearing is None or load_bearing(recording.bearing).elements is None:
-            continue
-        print(entry.file, file=sys.stderr, flush=True)
-        found, strengths = rows_of(recording, entry.dataset, Fault(entry.state))
-        rows += found
-        trend.append(strengths)
-    return rows, trend
-
-
-def summary_of(rows: list[Row]) -> list[dict[str, Any]]:
+def summary_of(rows: Sequence[Row]) -> Iterator[Row]:
     """Bias and scatter of each quantity by set, and the records within their uncertainty."""
-    groups: dict[tuple[str, str], list[Row]] = {}
-    for row in rows:
-        groups.setdefault((row.dataset, row.quantity), []).append(row)
-    found = []
-    for (name, quantity), own in sorted(groups.items()):
-        errors = [row.error for row in own]
+    for name, quantity in sorted({(row["dataset"], row["quantity"]) for row in rows}):
+        own = [row for row in rows if (row["dataset"], row["quantity"]) == (name, quantity)]
+        errors = [row["error"] for row in own]
         scatter = statistics.stdev(errors) if len(own) > 1 else None
         wide = len(own) >= LEAST_RECORDS and scatter is not None
-        found.append({
+        yield {
             "dataset": name, "quantity": quantity, "records": len(own), "bias": statistics.fmean(errors),
             "ci95": t.ppf(0.975, len(own) - 1) * scatter / math.sqrt(len(own)) if wide and scatter else None,
-            "scatter": scatter, "within": sum(abs(row.error) <= row.uncertainty for row in own),
-        })  # fmt: skip
-    return found
+            "scatter": scatter, "within": sum(abs(row["error"]) <= row["uncertainty"] for row in own),
+        }  # fmt: skip
 
 
 def _options(parser: ArgumentParser) -> None:
     parser.add_argument("--only", metavar="TEXT", default="", help="part of the files' names")
 
 
-def _run(options: Namespace, _: Progress) -> StudyResult:
-    rows, trend = compare(options.only)
-    summary = summary_of(rows)
-    values = [(r.dataset, r.file, r.quantity, r.model, r.record, r.error, r.uncertainty, r.inputs) for r in rows]
-    text = text_table(("set", "file", "quantity", "model", "record", "error", "± 95 %", "of inputs"), values)
-    content = {"rows": [vars(r) | {"uncertainty": r.uncertainty} for r in rows], "summary": summary, "trend": trend}
+def _run(options: Namespace, progress: Progress) -> StudyResult:
+    rows, trend, read = list[Row](), list[Row](), list[RegisteredRecording]()
+    known = [one for one in usable(listing().recordings) if one.dataset in SETS and one.state in RACE_DEFECTS]
+    for number, entry in enumerate(known):
+        progress(Path(entry.file).name, number / len(known))
+        recording = load_entry(entry) if options.only in entry.file else None
+        if recording and recording.bearing and load_bearing(recording.bearing).elements is not None:
+            found, strengths = rows_of(recording, entry.dataset or "", Fault(entry.state or ""))
+            read.append(entry)
+            rows += found
+            trend.append(strengths)
+    progress("records", 1.0)
+    summary = list(summary_of(rows))
+    shown = ("dataset", "file", "quantity", "model", "record", "error", "uncertainty", "inputs")
+    tables = (text_rows(rows, {key: key for key in shown}), *(text_rows(table) for table in (summary, trend) if table))
     return StudyResult(
-        name=None if options.only else "ball_records", content=content,
-        text="\n\n".join([text, *(text_rows(table) for table in (summary, trend) if table)]),
+        name=None if options.only else "ball_records", content={"rows": rows, "summary": summary, "trend": trend},
+        text="\n\n".join(tables), inputs=input_hashes(*read),
     )  # fmt: skip
 
 

@@ -3,7 +3,7 @@
 import tempfile
 import time
 from argparse import ArgumentParser, Namespace
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,63 +16,35 @@ from srbval.campaign.settings import Campaign
 from srbval.processes.machine import peak_bytes
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
-from srbval.storage.json_files import to_json
 from srbval.storage.tables import build
 from srbval.studies.harness import Study, StudyResult
 
 CASE_S = 5.0  # assumed wall time of a real case on one core: 10 s of the full model
-EXTRAPOLATED = ((10_000, 64), (1_000_000, 2000))
+EXTRAPOLATED = ((10_000, 64), (1_000_000, 2000))  # cases and workers, on clusters that fit them
 
 
-@dataclass(frozen=True, kw_only=True)
-class CampaignScale:
-    """What was measured: `planning_s`; `run_s` of the whole run, planning included.
+def extrapolate(found: Mapping[str, Any], cases: int, workers: int) -> dict[str, Any]:
+    """The overhead of `cases` real ones of `CASE_S` on `workers`, each part in proportion to the cases."""
+    share, per_case_s, base = cases / found["cases"], found["coordinator_s"], found["base_bytes"]
+    peak = None if found["peak_bytes"] is None or base is None else base + (found["peak_bytes"] - base) * share
+    return {
+        "cases": cases, "workers": workers, "planning_s": found["planning_s"] * share,
+        "simulation_s": cases * CASE_S / workers, "coordinator_s": per_case_s * cases,
+        "coordinator_share": per_case_s * workers / CASE_S,
+        "workers_before_the_coordinator_is_full": int(CASE_S / per_case_s), "peak_bytes": peak, "files": cases,
+        "files_a_folder": cases / 256, "result_bytes": found["file_bytes"] * cases,
+        "plan_and_journal_bytes": found["plan_and_journal_bytes"] * share,
+    }  # fmt: skip
 
-    `coordinator_s` is this process's CPU time per case; `peak_bytes` its peak memory and `base_bytes` that before the
-    campaign, None where the system does not tell; `file_bytes` is the size of a result without signals.
+
+def measure_scale(cases: int, engine: Engine, *, progress: Progress = silent) -> dict[str, Any]:
+    """Run `cases` tiny cases of the cheapest model in a temporary folder.
+
+    `run_s` of the whole run, planning included; `coordinator_s` is this process's CPU time per case; `peak_bytes` its
+    peak memory and `base_bytes` that before the campaign, None where the system does not tell; `file_bytes` is the size
+    of a result without signals.
     """
-
-    cases: int
-    engine: str
-    workers: int
-    planning_s: float
-    run_s: float
-    coordinator_s: float
-    peak_bytes: int | None
-    base_bytes: int | None
-    plan_and_journal_bytes: int
-    file_bytes: float
-
-    def extrapolate(self, cases: int, workers: int) -> dict[str, Any]:
-        """The overhead of `cases` real ones of `CASE_S` on `workers`, each part in proportion to the cases."""
-        share = cases / self.cases
-        grown = None if self.peak_bytes is None or self.base_bytes is None else self.peak_bytes - self.base_bytes
-        return {
-            "cases": cases,
-            "workers": workers,
-            "planning_s": self.planning_s * share,
-            "simulation_s": cases * CASE_S / workers,
-            "coordinator_s": self.coordinator_s * cases,
-            "coordinator_share": self.coordinator_s * workers / CASE_S,
-            "workers_before_the_coordinator_is_full": int(CASE_S / self.coordinator_s),
-            "peak_bytes": None if grown is None or self.base_bytes is None else self.base_bytes + grown * share,
-            "files": cases,
-            "files_a_folder": cases / 256,
-            "result_bytes": self.file_bytes * cases,
-            "plan_and_journal_bytes": self.plan_and_journal_bytes * share,
-        }
-
-
-def extrapolations(found: CampaignScale) -> list[dict[str, Any]]:
-    """Ten thousand cases and a million, on clusters that fit them."""
-    return [found.extrapolate(cases, workers) for cases, workers in EXTRAPOLATED]
-
-
-def measure_scale(cases: int, engine: Engine, *, progress: Progress = silent) -> CampaignScale:
-    """Run `cases` tiny cases of the cheapest model in a temporary folder."""
-    campaign = tiny(cases)
-    base_bytes = peak_bytes()
-    started = time.perf_counter()
+    campaign, base_bytes, started = tiny(cases), peak_bytes(), time.perf_counter()
     plan_cases(campaign)
     planning_s = time.perf_counter() - started
     with tempfile.TemporaryDirectory(prefix="srbval-scale-") as name:
@@ -81,32 +53,23 @@ def measure_scale(cases: int, engine: Engine, *, progress: Progress = silent) ->
         done = run_campaign(campaign, folder, engine=engine, progress=progress)
         run_s, coordinator_s = time.perf_counter() - started, time.process_time() - cpu_s
         sizes = [path.stat().st_size for path in (folder / "cases").glob("*/*.h5")]
-        return CampaignScale(
-            cases=done.cases,
-            engine=done.engine,
-            workers=done.workers,
-            planning_s=planning_s,
-            run_s=run_s,
-            coordinator_s=coordinator_s / cases,
-            peak_bytes=peak_bytes(),
-            base_bytes=base_bytes,
-            plan_and_journal_bytes=(folder / PLAN).stat().st_size,
-            file_bytes=sum(sizes) / len(sizes),
-        )
+        return {
+            "cases": done.cases, "engine": done.engine, "workers": done.workers, "planning_s": planning_s,
+            "run_s": run_s, "coordinator_s": coordinator_s / cases, "peak_bytes": peak_bytes(),
+            "base_bytes": base_bytes, "plan_and_journal_bytes": (folder / PLAN).stat().st_size,
+            "file_bytes": sum(sizes) / len(sizes),
+        }  # fmt: skip
 
 
 def tiny(cases: int) -> Campaign:
     """A campaign of `cases` different cases, each some milliseconds of work."""
-    return build(
-        Campaign,
-        {
-            "name": "tiny",
-            "outputs": ["summary"],
-            "scene": {"model": "kinematic", "duration": "1 ms", "settle": "0 s", "defect": {"kind": "outer"}},
-            "axes": [{"kind": "grid", "values": {"seed": list(range(cases))}}],
-        },
-        "tiny",
-    )
+    table = {
+        "name": "tiny",
+        "outputs": ["summary"],
+        "scene": {"model": "kinematic", "duration": "1 ms", "settle": "0 s", "defect": {"kind": "outer"}},
+        "axes": [{"kind": "grid", "values": {"seed": list(range(cases))}}],
+    }
+    return build(Campaign, table, "tiny")
 
 
 def _options(parser: ArgumentParser) -> None:
@@ -116,10 +79,8 @@ def _options(parser: ArgumentParser) -> None:
 
 def _run(options: Namespace, progress: Progress) -> StudyResult:
     found = measure_scale(options.cases, choose_engine(options.engine), progress=progress)
-    rows = [to_json(row) for row in extrapolations(found)]
-    return StudyResult(
-        name="campaign_scale", content={"measured": vars(found), "extrapolated": rows}, text=text_rows(rows)
-    )
+    rows = [extrapolate(found, *size) for size in EXTRAPOLATED]
+    return StudyResult(name="campaign_scale", content={"measured": found, "extrapolated": rows}, text=text_rows(rows))
 
 
 STUDY = Study(

@@ -1,32 +1,43 @@
 """How often faults were diagnosed correctly, by every method, and whether the probabilities hold; as last stored."""
 
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
+from pathlib import Path
+from typing import Any
 
 from srbval.report.blocks import Block
-from srbval.report.model import Section
-from srbval.report.pages import Page, StoredResults
+from srbval.report.figures.files import PanelFiles, save_panel
+from srbval.report.figures.style import BLUE, INK, SOFT, figure_style, new_axes
 from srbval.report.section_texts import Texts
-from srbval.report.sections.names import missing, origin_of
-from srbval.studies.diagnosis.figure import reliability_plot
-from srbval.studies.diagnosis.study import ALL
-
-TEXTS = Texts.of_study(__package__)
+from srbval.studies.appendix_page import appendix_page
 
 
-def section(results: StoredResults) -> Section:
+def blocks(texts: Texts, content: Mapping[str, Any]) -> Iterator[Block]:
     """Counts by method; the reliability diagram of the probabilities."""
-    result = results.get("diagnosis")
-    if result is None:
-        return TEXTS.section(appendix=(missing("diagnosis"),))
-    rows, found = [row for row in result.content["confusions"] if row["dataset"] == ALL], result.content["naming"]
-    blocks: tuple[Block, ...] = (
-        TEXTS.paragraph("naming", rows=rows),
-        origin_of(result),
-        TEXTS.table("fault-naming", rows),
-        TEXTS.paragraph("probabilities", found=found),
-        TEXTS.figure("naming-reliability", partial(reliability_plot, rows=found["reliability"]), found=found),
-    )
-    return TEXTS.section(appendix=blocks)
+    rows, found = [row for row in content["confusions"] if row["dataset"] == "all"], content["naming"]
+    yield texts.paragraph("naming", rows=rows)
+    yield texts.table("fault-naming", rows)
+    yield texts.paragraph("probabilities", found=found)
+    yield texts.figure("naming-reliability", partial(reliability_plot, rows=found["reliability"]), found=found)
 
 
-PAGE = Page(name="diagnosis", place=120.1, results=("diagnosis",), section=section)
+def reliability_plot(folder: Path, name: str, *, rows: Sequence[Mapping[str, Any]]) -> PanelFiles:
+    """Draw the rows of `reliability.reliability` over the diagonal, with their bands; write picture and CSV.
+
+    The band of a bin is what right probabilities give in 95 % of draws; the number is that of its records.
+    """
+    said, right, low, high = ([row[key] for row in rows] for key in ("said", "right", "low", "high"))
+    with figure_style():
+        figure, axes = new_axes((3.8, 3.6))
+        axes.plot([0, 1], [0, 1], color=INK, lw=0.9)
+        axes.vlines(said, low, high, color=SOFT, lw=6, alpha=0.35, label="95 % if the probabilities are right")
+        axes.plot(said, right, "o", color=BLUE, ms=6, label="found")
+        for row in rows:
+            at = row["said"], row["right"]
+            axes.annotate(f"{row['records']}", at, xytext=(-7, -3), textcoords="offset points", ha="right")
+        axes.set(xlim=(0, 1.03), ylim=(0, 1.03), xlabel="Probability said", ylabel="Share that was right")
+        axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
+        return save_panel(figure, folder, name, {key: [row[key] for row in rows] for key in rows[0]})
+
+
+PAGE = appendix_page(__package__, 120.1, blocks)

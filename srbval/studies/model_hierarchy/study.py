@@ -5,7 +5,6 @@ from collections.abc import Sequence
 
 from srbval.models.ladder import MODELS
 from srbval.plan.table import BASES, CalibrationScene, CalibrationTable, summary
-from srbval.processes.machine import load_average
 from srbval.progress import Progress, silent
 from srbval.storage.json_files import to_json
 from srbval.storage.stored_result import ContentStore
@@ -19,7 +18,7 @@ from srbval.studies.calibration_runs import (
     quick_grid,
 )
 from srbval.studies.harness import Study, StudyResult, printed_columns
-from srbval.studies.machine import calibrate, describe_machine
+from srbval.studies.machine import machine_before
 
 
 def measure_ladder(
@@ -37,7 +36,7 @@ def measure_ladder(
 
     `jobs`, `store`: see `measure_cases`.
     """
-    load, machine = load_average(), calibrate()
+    machine = machine_before()
     entries = measure_cases(
         [*cases, *between], models=models, seconds=seconds, jobs=jobs, store=store, progress=progress
     )
@@ -49,7 +48,7 @@ def measure_ladder(
         solver=default.name,
         step_s=default.step_s,
         seconds=seconds,
-        machine=to_json(describe_machine(machine, calibrate(), load)),
+        machine=to_json(machine()),
         entries=tuple(entries[: len(cases)]),
         between=tuple(entries[len(cases) :]),
     )
@@ -63,15 +62,11 @@ def _options(parser: ArgumentParser) -> None:
 
 def _run(options: Namespace, progress: Progress) -> StudyResult:
     """Stored where ``-o`` names a file: the planner reads ``srbval/plan/calibration_<base>.json``."""
+    quick, base = options.quick, options.base
     table = measure_ladder(
-        (quick_grid if options.quick else grid)(options.base),
-        [] if options.quick else between(options.base),
-        base=options.base,
-        seconds=options.seconds,
-        jobs=options.jobs,
-        store=answer_store(),
-        progress=progress,
-    )
+        quick_grid(base) if quick else grid(base), [] if quick else between(base), base=base, seconds=options.seconds,
+        jobs=options.jobs, store=answer_store(), progress=progress,
+    )  # fmt: skip
     rows = summary(table)
     text = f"reference: {table.reference}; {len(table.entries)} scenes of {table.seconds:g} s"
     printed = printed_columns(__package__, "summary", rows)

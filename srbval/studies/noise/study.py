@@ -1,12 +1,16 @@
 """How detection degrades with added noise.
 
-The fault lines of simulated bearings are read under added noise of stated ratios and spectra.
+The fault lines of simulated bearings are read under added noise of stated ratios and spectra. A row is one defect,
+noise spectrum and ratio `snr_db`, None without added noise: in how many `draws` the line was found, its median height
+over noise, and the largest deviation of a found line from its frequency without noise, None where none was found.
 """
 
-import argparse
+from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from pathlib import Path
 from statistics import median
+from typing import Any
 
 import numpy as np
 
@@ -20,31 +24,12 @@ from srbval.reading.analyse import analyse
 from srbval.reading.lines import Line
 from srbval.recordings import Recording, recording_from_run
 from srbval.scene import paper_scene
-from srbval.storage.json_files import to_json
-from srbval.studies.harness import Study, StudyResult
+from srbval.studies.harness import Study, StudyResult, input_hashes
 
 RATIOS_DB = (20.0, 15.0, 10.0, 5.0, 0.0, -5.0, -10.0)
 SECONDS = 2.0
 DRAWS = 4  # records with noise of their own for each ratio
 NO_NOISE = "none"
-
-
-@dataclass(frozen=True, kw_only=True)
-class NoiseRow:
-    """One defect, noise spectrum and ratio: in how many `draws` the line was found, and its median height over noise.
-
-    `deviation_pct` is the largest deviation of a found line from its frequency without added noise; None where none was
-    found. `snr_db` is None without added noise.
-    """
-
-    state: str
-    line: str
-    colour: str
-    snr_db: float | None
-    draws: int
-    found: int
-    line_snr: float | None
-    deviation_pct: float | None
 
 
 def noise_study(
@@ -54,35 +39,27 @@ def noise_study(
     seconds: float = SECONDS,
     draws: int = DRAWS,
     progress: Progress = silent,
-) -> list[NoiseRow]:
+) -> list[dict[str, Any]]:
     """The paper's scene with each race defect, `seconds` long, under each of the `noises` (see `noise_spectrum`).
 
     Noise is added to both radial axes, each with the signal-to-noise ratio of `ratios_db` over all frequencies; a draw
     is reproducible by its number. Raises `NumericsError` where a run fails, and what reading a recording raises.
     """
-    spectra = [noise_spectrum(noise) for noise in noises]
-    rows: list[NoiseRow] = []
-    total = len(RACE_DEFECTS) * len(spectra) * len(ratios_db)
-    noisy_rows = 0
-    for fault in RACE_DEFECTS:
-        progress("detection under noise", noisy_rows / total)
-        record = _record(fault, seconds)
+    spectra, rows = [noise_spectrum(noise) for noise in noises], list[dict[str, Any]]()
+    for number, fault in enumerate(RACE_DEFECTS):
+        progress("detection under noise", number / len(RACE_DEFECTS))
+        run = simulate(paper_scene(defect={"kind": fault}, duration_s=seconds))
+        if not run.status.usable:
+            raise NumericsError(f"noise study: the {fault} run failed ({run.status}): {run.reason}")
+        record = recording_from_run(run)
         clean = _line(record, fault)
         rows.append(_row(fault, clean, [clean], NO_NOISE, None))
         for spectrum in spectra:
             for ratio in ratios_db:
                 lines = [_line(noisy, fault) for noisy in _noisy_records(record, spectrum, ratio, draws)]
                 rows.append(_row(fault, clean, lines, spectrum.name, ratio))
-                noisy_rows += 1
-                progress("detection under noise", noisy_rows / total)
+    progress("detection under noise", 1.0)
     return rows
-
-
-def _record(fault: Fault, seconds: float) -> Recording:
-    run = simulate(paper_scene(defect={"kind": fault}, duration_s=seconds))
-    if not run.status.usable:
-        raise NumericsError(f"noise study: the {fault} run failed ({run.status}): {run.reason}")
-    return recording_from_run(run)
 
 
 def _line(record: Recording, fault: Fault) -> Line:
@@ -99,29 +76,27 @@ def _noisy_records(record: Recording, spectrum: NoiseSpectrum, snr_db: float, dr
         yield replace(record, channels=channels)
 
 
-def _row(fault: Fault, clean: Line, lines: Sequence[Line], colour: str, snr_db: float | None) -> NoiseRow:
+def _row(fault: Fault, clean: Line, lines: Sequence[Line], colour: str, snr_db: float | None) -> dict[str, Any]:
     found_hz = [line.found_hz for line in lines if line.detected and line.found_hz is not None]
-    clean_hz = clean.found_hz
-    return NoiseRow(
-        state=fault.value,
-        line=fault.line or "",
-        colour=colour,
-        snr_db=snr_db,
-        draws=len(lines),
-        found=len(found_hz),
-        line_snr=median(line.snr or 0.0 for line in lines),
-        deviation_pct=max((100 * abs(f / clean_hz - 1) for f in found_hz), default=None) if clean_hz else None,
-    )
+    off = [100 * abs(hz / clean.found_hz - 1) for hz in found_hz if clean.found_hz]
+    return {
+        "state": fault.value, "line": fault.line, "colour": colour, "snr_db": snr_db, "draws": len(lines),
+        "found": len(found_hz), "line_snr": median(line.snr or 0.0 for line in lines),
+        "deviation_pct": max(off, default=None),
+    }  # fmt: skip
 
 
-def _options(parser: argparse.ArgumentParser) -> None:
+def _options(parser: ArgumentParser) -> None:
     parser.add_argument("--noise", metavar="white|RECORDING", nargs="+", default=[WHITE], help="colours of the noise")
     parser.add_argument("--seconds", metavar="S", type="positive", default=SECONDS, help="duration of the runs")
 
 
-def _run(options: argparse.Namespace, progress: Progress) -> StudyResult:
-    rows = [to_json(row) for row in noise_study(noises=options.noise, seconds=options.seconds, progress=progress)]
-    return StudyResult(name="noise", content={"rows": rows, "seconds": options.seconds}, text=text_rows(rows))
+def _run(options: Namespace, progress: Progress) -> StudyResult:
+    rows = noise_study(noises=options.noise, seconds=options.seconds, progress=progress)
+    inputs = input_hashes(*(Path(noise) for noise in options.noise if noise != WHITE))
+    return StudyResult(
+        name="noise", content={"rows": rows, "seconds": options.seconds}, text=text_rows(rows), inputs=inputs
+    )
 
 
 STUDY = Study(

@@ -36,6 +36,7 @@ from srbval.studies.rig_amplitudes import (
     measured,
     of_waves,
     predicted,
+    rig_inputs_read,
     rough_runs,
     run_of,
     values,
@@ -90,8 +91,8 @@ def prediction(
         parts[INPUTS] |= half_widths([{CAGE_RATIO.name: one} for one in drawn])
     return {
         "state": point.state.value, "nominal_rpm": point.nominal_rpm, "radial_kn": RADIAL_KN, "axial_kn": AXIAL_KN,
-        "shaft_rpm": _rounded(point.shaft_rpm), "values": _all_rounded(plain),
-        "parts": {part: _all_rounded(of) for part, of in parts.items()},
+        **_rounded({"shaft_rpm": point.shaft_rpm}), "values": _rounded(plain),
+        "parts": {part: _rounded(of) for part, of in parts.items()},
     }  # fmt: skip
 
 
@@ -113,19 +114,17 @@ def predictions() -> Iterator[dict[str, Any]]:
         )
 
 
-def _all_rounded(of: Mapping[str, float]) -> dict[str, float]:
-    return {name: _rounded(value) for name, value in of.items()}
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.{DIGITS}g}")
+def _rounded(of: Mapping[str, float]) -> dict[str, float]:
+    return {name: float(f"{value:.{DIGITS}g}") for name, value in of.items()}
 
 
 def _run(_: Namespace, __: Progress) -> StudyResult:
     found = list(predictions())
     sha256 = digest(found)
-    content = {"predictions": found, "predictions_sha256": sha256}
-    return StudyResult(name="predictions", content=content, text=f"SHA-256 of {len(found)} predictions: {sha256}")
+    return StudyResult(
+        name="predictions", content={"predictions": found, "predictions_sha256": sha256}, inputs=rig_inputs_read(),
+        text=f"SHA-256 of {len(found)} predictions: {sha256}",
+    )  # fmt: skip
 
 
 STUDY = Study(question="What does the rig scene predict of rig records before they are compared?", minutes=10, run=_run)

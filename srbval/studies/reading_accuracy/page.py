@@ -1,31 +1,26 @@
 """How well frequencies are read: the stored Monte Carlo study of the reading."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
-from srbval.report.model import Section
-from srbval.report.pages import Page, StoredResults
+from srbval.report.blocks import Block
 from srbval.report.section_texts import Texts
-from srbval.report.sections.names import missing, origin_of
+from srbval.studies.appendix_page import appendix_page
 
-TEXTS = Texts.of_study(__package__)
 # A line this far above the noise is strong: what is asked of an error is asked from here on.
 STRONG_DB = 16.0
 LEAST_LINES = 20  # detected in a cell, for its coverage to say something
-READING_KEYS = ("accuracy", "false_alarms", "timings", "chains", "transforms")
+READING_KEYS = ("accuracy", "false_alarms", "chains", "transforms")
 COVERAGE = (0.92, 0.98)  # of a 95 % interval, as counted in so many records
 
 
-def section(results: StoredResults) -> Section:
+def blocks(texts: Texts, content: Mapping[str, Any]) -> Iterator[Block]:
     """Error against the Cramer-Rao bound, coverage of the stated intervals, false alarms, the chain."""
-    result = results.get("reading_accuracy")
-    if result is None:
-        return TEXTS.section(appendix=(missing("reading_accuracy"),))
-    rows, chains = result.content["accuracy"], result.content.get("chains")
+    rows = content["accuracy"]
     steady = [row for row in rows if row["jitter"] == 0]
     weak = [row for row in steady if row["weakest_db"] < STRONG_DB]
     coverage = [row["coverage"] for row in rows if row["trials"] * row["detected"] >= LEAST_LINES]
-    intro = TEXTS.paragraph(
+    yield texts.paragraph(
         "intro",
         strong=[row["rmse_over_bound"] for row in steady if row["weakest_db"] >= STRONG_DB],
         strong_db=STRONG_DB,
@@ -35,15 +30,12 @@ def section(results: StoredResults) -> Section:
         trials=min(row["trials"] for row in rows),
         covered=sum(COVERAGE[0] <= share <= COVERAGE[1] for share in coverage),
     )
-    accuracy = TEXTS.table("reading-accuracy", rows)
-    alarms = TEXTS.table("reading-false-alarms", result.content["false_alarms"])
-    of_chains = (TEXTS.table("reading-chains", chains),) if chains else ()
-    return TEXTS.section(appendix=(origin_of(result), intro, accuracy, alarms, *of_chains))
+    yield texts.table("reading-accuracy", rows)
+    yield texts.table("reading-false-alarms", content["false_alarms"])
+    if content.get("chains"):
+        yield texts.table("reading-chains", content["chains"])
 
 
-def data(results: StoredResults) -> Mapping[str, Any]:
-    """What ``report.json`` holds of it."""
-    return {"reading": {key: results.content("reading_accuracy").get(key, []) for key in READING_KEYS}}
-
-
-PAGE = Page(name="reading_accuracy", place=105, results=("reading_accuracy",), section=section, data=data)
+PAGE = appendix_page(
+    __package__, 105, blocks, data=lambda content: {"reading": {key: content.get(key, []) for key in READING_KEYS}}
+)

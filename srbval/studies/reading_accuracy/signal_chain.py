@@ -1,20 +1,15 @@
-"""The one-pass signal chain against the paper's chain and the usual library calls: errors and wall times."""
+"""Errors of the one-pass signal chain and of the paper's."""
 
-import statistics
-import timeit
-from collections.abc import Callable
-from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 import scipy.fft
 
 from srbval.arrays import FloatArray
 from srbval.signal import (
-    amplitude_spectrum,
     analytic_signal,
     bandpass,
     butterworth_gain,
-    drop_ends,
     end_s,
     squared_envelope,
     squared_envelope_one_pass,
@@ -25,12 +20,10 @@ BANDS_HZ = ((1400.0, 2800.0), (500.0, 1500.0))  # of the rig's and of the simula
 RECORDS = 5  # the error of a truncated filtered record depends on the few samples at its ends: the worst of so many
 AGREEMENT = 1e-4  # of the largest value
 FAULT_HZ, FAULT_DEPTH = 97.0, 0.3
-ROUNDS = 3
 
 
-@dataclass(frozen=True, kw_only=True)
-class ChainError:
-    """Errors beyond the ends that are dropped, the worst of `records` records of white noise.
+def chain_errors(samples: int = SAMPLES, *, seed: int = 0, records: int = RECORDS) -> list[dict[str, Any]]:
+    """Errors on white noise beyond the ends that are dropped, a row for each band, the worst of `records` records.
 
     Of the squared envelope, the largest error over its largest value: the true one is that of the same band of a record
     three times as long, of which this is the middle. `one_pass` and `papers_chain` (sosfiltfilt, Hilbert transform,
@@ -44,36 +37,16 @@ class ChainError:
     left out, over the largest line (of noise: the hardest case); `fault_line_less_chain`, the relative difference of
     the line that the noise gets when modulated at `FAULT_HZ` to the depth `FAULT_DEPTH`, as a fault line is.
     """
-
-    low_hz: float
-    high_hz: float
-    samples: int
-    records: int
-    one_pass: float
-    papers_chain: float
-    papers_chain_faded: float
-    one_pass_less_chain: float
-    one_pass_less_faded: float
-    envelope_less_chain: float
-    envelope_rms_less_chain: float
-    agree_beyond_s: float
-    lines_less_chain: float
-    fault_line_less_chain: float
-
-
-def chain_errors(samples: int = SAMPLES, *, seed: int = 0, records: int = RECORDS) -> tuple[ChainError, ...]:
-    """The errors on white noise in both bands."""
-    rng = np.random.default_rng(seed)
+    rng, rows = np.random.default_rng(seed), []
     noise = [rng.standard_normal(3 * samples) for _ in range(records)]
-    return tuple(_worst([_chain_error(whole, samples, band) for whole in noise]) for band in BANDS_HZ)
+    for band_hz in BANDS_HZ:
+        errors = [_chain_error(whole, samples, band_hz) for whole in noise]
+        worst = {name: max(error[name] for error in errors) for name in errors[0]}
+        rows.append({"low_hz": band_hz[0], "high_hz": band_hz[1], "samples": samples, "records": records, **worst})
+    return rows
 
 
-def _worst(errors: list[ChainError]) -> ChainError:
-    worst = {field.name: max(getattr(error, field.name) for error in errors) for field in fields(ChainError)}
-    return ChainError(**worst | {"records": len(errors)})
-
-
-def _chain_error(whole: FloatArray, count: int, band_hz: tuple[float, float]) -> ChainError:
+def _chain_error(whole: FloatArray, count: int, band_hz: tuple[float, float]) -> dict[str, float]:
     gain = butterworth_gain(np.maximum(scipy.fft.rfftfreq(whole.size, 1 / FS_HZ), 1e-9), FS_HZ, band_hz)
     truth = squared_envelope(scipy.fft.irfft(scipy.fft.rfft(whole) * gain, n=whole.size))[count : 2 * count]
     record = whole[count : 2 * count]
@@ -83,26 +56,23 @@ def _chain_error(whole: FloatArray, count: int, band_hz: tuple[float, float]) ->
     chain, faded = squared_envelope(filtered), squared_envelope(filtered, fade=end)
     envelope = np.sqrt(chain)
     difference = np.abs(np.abs(analytic_signal(record, FS_HZ, band_hz)) - envelope)
+    kept = slice(end, -end)
 
     def largest(found: FloatArray, expected: FloatArray) -> float:
-        return float(np.abs(found - expected)[end:-end].max() / truth[end:-end].max())
+        return float(np.abs(found - expected)[kept].max() / truth[kept].max())
 
-    return ChainError(
-        low_hz=band_hz[0],
-        high_hz=band_hz[1],
-        samples=count,
-        records=1,
-        one_pass=largest(ours, truth),
-        papers_chain=largest(chain, truth),
-        papers_chain_faded=largest(faded, truth),
-        one_pass_less_chain=largest(ours, chain),
-        one_pass_less_faded=largest(ours, faded),
-        envelope_less_chain=float(difference[end:-end].max() / envelope[end:-end].max()),
-        envelope_rms_less_chain=float(np.linalg.norm(difference[end:-end]) / np.linalg.norm(envelope[end:-end])),
-        agree_beyond_s=_last_above(difference, AGREEMENT * envelope[end:-end].max()) / FS_HZ,
-        lines_less_chain=_line_difference(ours[end:-end], chain[end:-end]),
-        fault_line_less_chain=_fault_line_difference(record, band_hz, end),
-    )
+    return {
+        "one_pass": largest(ours, truth),
+        "papers_chain": largest(chain, truth),
+        "papers_chain_faded": largest(faded, truth),
+        "one_pass_less_chain": largest(ours, chain),
+        "one_pass_less_faded": largest(ours, faded),
+        "envelope_less_chain": float(difference[kept].max() / envelope[kept].max()),
+        "envelope_rms_less_chain": float(np.linalg.norm(difference[kept]) / np.linalg.norm(envelope[kept])),
+        "agree_beyond_s": _last_above(difference, AGREEMENT * envelope[kept].max()) / FS_HZ,
+        "lines_less_chain": _line_difference(ours[kept], chain[kept]),
+        "fault_line_less_chain": _fault_line_difference(record, band_hz, end),
+    }
 
 
 def _one_pass(record: FloatArray, band_hz: tuple[float, float]) -> FloatArray:
@@ -131,42 +101,3 @@ def _fault_line_difference(noise: FloatArray, band_hz: tuple[float, float], end:
         for square in (_one_pass(record, band_hz), squared_envelope(bandpass(record, FS_HZ, band_hz)))
     )
     return float(abs(found / expected - 1))
-
-
-@dataclass(frozen=True, kw_only=True)
-class ChainTiming:
-    """Median wall times [s] of `what` and of `against`, each in one thread, and their ratio."""
-
-    what: str
-    against: str
-    seconds: float
-    against_seconds: float
-    ratio: float
-
-
-def timings() -> tuple[ChainTiming, ...]:
-    """Record to envelope spectrum."""
-    samples = np.random.default_rng(0).standard_normal(SAMPLES)
-    return (
-        _timing("envelope spectrum, one pass", "sosfiltfilt, hilbert, abs, rfft", ROUNDS * 3,
-                lambda: _own(samples), lambda: _usual(samples)),
-    )  # fmt: skip
-
-
-def _own(samples: FloatArray) -> object:
-    square, rate = squared_envelope_one_pass(samples, FS_HZ, BANDS_HZ[0])
-    return amplitude_spectrum(drop_ends(square, rate, end_s(BANDS_HZ[0])), rate)
-
-
-def _usual(samples: FloatArray) -> object:
-    import scipy.signal
-
-    return scipy.fft.rfft(np.abs(scipy.signal.hilbert(bandpass(samples, FS_HZ, BANDS_HZ[0]))))
-
-
-def _timing(
-    what: str, against: str, rounds: int, ours: Callable[[], object], theirs: Callable[[], object]
-) -> ChainTiming:  # fmt: skip
-    pairs = [(timeit.timeit(ours, number=1), timeit.timeit(theirs, number=1)) for _ in range(rounds)]
-    own, other = (statistics.median(column) for column in zip(*pairs, strict=True))
-    return ChainTiming(what=what, against=against, seconds=own, against_seconds=other, ratio=own / other)

@@ -1,8 +1,8 @@
-"""How well a frequency is read: accuracy against the Cramer-Rao bound, false alarms, the signal chain, timings.
+"""How well a frequency is read: accuracy against the Cramer-Rao bound, false alarms, the signal chain, transforms.
 
-Every piece of it is kept in the user's cache, so that an interrupted run goes on where it was, and one with more
-records adds to it. On a machine with other work to do ``--rest-of reports/reading_accuracy.json`` measures the accuracy
-only, takes the wall times and all else from an earlier result, and says so.
+And how the intervals of weak lines cover the truth, on records that their table of factors was not made from; with
+``--table`` that table is made again. Every piece is kept in the user's cache, so that an interrupted run goes on where
+it was, and one with more records adds to it.
 """
 
 import contextlib
@@ -20,22 +20,12 @@ from typing import Any, TypeVar
 from srbval.processes.machine import one_thread, usable_cores
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_rows
-from srbval.storage.json_files import parse_json, to_json
 from srbval.storage.stored_result import ContentStore
-from srbval.studies import reading_trials
 from srbval.studies.harness import Study, StudyResult
-from srbval.studies.reading_accuracy.scalogram_check import TRANSFORMS, ScalogramCheck, check_scalogram
-from srbval.studies.reading_accuracy.signal_chain import ChainError, ChainTiming, chain_errors, timings
-from srbval.studies.reading_trials import (
-    NOISES,
-    Accuracy,
-    FalseAlarms,
-    cells_of,
-    chances_of,
-    rates_of,
-    summary,
-    trials_of,
-)
+from srbval.studies.reading_accuracy import intervals, trials
+from srbval.studies.reading_accuracy.scalogram_check import TRANSFORMS, check_scalogram
+from srbval.studies.reading_accuracy.signal_chain import chain_errors
+from srbval.studies.reading_accuracy.trials import NOISES, cells_of, chances_of, rates_of, summary, trials_of
 
 # Records a task is made of; each has a seed of its own, so that results do not depend on who does it.
 _TASK = 50
@@ -49,77 +39,51 @@ Piece = TypeVar("Piece")
 class ReadingSettings:
     """Number of records per cell; durations, line-to-noise ratios, jitter and slip to try.
 
-    `timed`: also what is not Monte-Carlo, the wall times and the errors of the envelope chain and the transforms.
+    `chains`: also what is not Monte-Carlo, the errors of the envelope chain and of the transforms.
     """
 
     trials: int = 1000
     noise_records: int = 60_000
+    weak_records: int = intervals.RECORDS
     seconds: tuple[float, ...] = (2.0, 10.0, 30.0)
     snr_db: tuple[float, ...] = (16.0, 25.0, 35.0)
     jitter: tuple[float, ...] = (0.0, 0.001, 0.003, 0.01, 0.03)
     slip: tuple[float, ...] = (0.01, 0.03)
-    timed: bool = True
+    chains: bool = True
 
 
 QUICK_READING = ReadingSettings(
-    trials=60, noise_records=300, seconds=(10.0,), snr_db=(25.0,), jitter=(0.0, 0.01), slip=()
+    trials=60, noise_records=300, weak_records=4, seconds=(10.0,), snr_db=(25.0,), jitter=(0.0, 0.01), slip=()
 )
-
-
-@dataclass(frozen=True, kw_only=True)
-class ReadingBench:
-    """Everything that is measured."""
-
-    accuracy: tuple[Accuracy, ...]
-    false_alarms: tuple[FalseAlarms, ...]
-    timings: tuple[ChainTiming, ...]
-    chains: tuple[ChainError, ...]
-    transforms: tuple[ScalogramCheck, ...]
 
 
 def run_reading_bench(
     settings: ReadingSettings, *, seed: int = 0, jobs: int = 1, store: ContentStore | None = None,
     progress: Progress = silent,
-) -> ReadingBench:  # fmt: skip
-    """Run all cells in `jobs` processes; deterministic except for the timings, which come first, with no other work.
-
-    Pieces found in `store` are not made again.
-    """
-    timed = timings() if settings.timed else ()
-    chains = chain_errors() if settings.timed else ()
-    transforms = tuple(check_scalogram(name) for name in TRANSFORMS) if settings.timed else ()
+) -> dict[str, list[dict[str, Any]]]:  # fmt: skip
+    """Run all cells in `jobs` processes; pieces found in `store` are not made again."""
     cells = cells_of(settings.seconds, settings.snr_db, settings.jitter, settings.slip)
-    read = _in_pieces(
-        [functools.partial(trials_of, cell) for cell in cells],
-        settings.trials,
-        (seed, 0),
-        jobs,
-        store,
-        functools.partial(progress, "reading accuracy"),
-    )
-    noise = _in_pieces(
-        [functools.partial(chances_of, noise) for noise in NOISES],
-        settings.noise_records,
-        (seed, _NOISE_SEED),
-        jobs,
-        store,
-        functools.partial(progress, "false alarms"),
-    )
-    return ReadingBench(
-        accuracy=tuple(summary(cell, trials) for cell, trials in zip(cells, read, strict=True)),
-        false_alarms=tuple(
-            row for name, chances in zip(NOISES, noise, strict=True) if chances for row in rates_of(name, chances)
-        ),
-        timings=timed,
-        chains=chains,
-        transforms=transforms,
-    )
+    pieces = functools.partial(_in_pieces, jobs=jobs, store=store)
+    works = [functools.partial(trials_of, cell) for cell in cells]
+    read = pieces(works, settings.trials, (seed, 0), report=functools.partial(progress, "reading accuracy"))
+    noises = [functools.partial(chances_of, noise) for noise in NOISES]
+    report = functools.partial(progress, "false alarms")
+    noise = pieces(noises, settings.noise_records, (seed, _NOISE_SEED), report=report)
+    told = zip(NOISES, noise, strict=True)
+    return {
+        "accuracy": [summary(cell, found) for cell, found in zip(cells, read, strict=True)],
+        "false_alarms": [row for name, found in told if found for row in rates_of(name, found)],
+        "chains": chain_errors() if settings.chains else [],
+        "transforms": [check_scalogram(name) for name in TRANSFORMS] if settings.chains else [],
+        "weak_lines": intervals.check_weak(settings.weak_records, jobs) if settings.weak_records else [],
+    }  # fmt: skip
 
 
 def _in_pieces(
     works: Sequence[Callable[[int, Sequence[int]], list[Piece]]],
     count: int,
     seed: tuple[int, int],
+    *,
     jobs: int,
     store: ContentStore | None,
     report: Callable[[float], None],
@@ -148,7 +112,7 @@ def _kept(
     """A piece as it lies in `store`, which knows the code that reads; this name knows what the piece is made of."""
     if store is None:
         return work(size, seed)
-    name = f"{work} {size} {seed} {Path(reading_trials.__file__).read_text(encoding='utf-8')}"
+    name = f"{work} {size} {seed} {Path(trials.__file__).read_text(encoding='utf-8')}"
     name = re.sub(r" at 0x[0-9a-f]+", "", name)
     found = store.load(name, lambda table: [tuple(row) for row in table["piece"]])
     if found is None:
@@ -161,27 +125,22 @@ def _kept(
 def _options(parser: ArgumentParser) -> None:
     parser.add_argument("--quick", action="store_true", help="few records: a first impression, not for publication")
     parser.add_argument("--records", metavar="N", type="count", help="per cell")
-    parser.add_argument("--rest-of", metavar="FILE", help="take all but the accuracy from this result")
+    parser.add_argument("--table", action="store_true", help="only make srbval/signal/slip_interval.toml again")
 
 
 def _run(options: Namespace, progress: Progress) -> StudyResult:
-    settings, rest = QUICK_READING if options.quick else ReadingSettings(), dict[str, Any]()
+    jobs = options.jobs or usable_cores()
+    if options.table:
+        text = f"{intervals.slip_table()}\n{intervals.weak_table(jobs)}"
+        return StudyResult(content={"table": text}, text=text)
+    settings = QUICK_READING if options.quick else ReadingSettings()
     settings = replace(settings, trials=options.records or settings.trials)
-    if options.rest_of:
-        earlier = parse_json(Path(options.rest_of).read_bytes())
-        rest = {key: earlier[key] for key in ("false_alarms", "timings", "chains", "transforms")}
-        made = {key: earlier[key] for key in ("made_utc", "git_revision", "command", "machine")}
-        rest["rest_of"] = earlier.get("rest_of", made)  # that may have taken it from another itself
-        settings = replace(settings, timed=False, noise_records=0)
-    result = run_reading_bench(settings, jobs=options.jobs or usable_cores(), store=STORE, progress=progress)
-    parts = (result.accuracy, result.false_alarms, result.timings, result.chains, result.transforms)
-    return StudyResult(
-        name=None if options.quick else "reading_accuracy",
-        content=to_json(result) | rest,
-        text="\n\n".join(text_rows([to_json(row) for row in rows]) for rows in parts if rows),
-    )
+    result = run_reading_bench(settings, jobs=jobs, store=STORE, progress=progress)
+    text = "\n\n".join(text_rows(rows) for rows in result.values() if rows)
+    return StudyResult(name=None if options.quick else "reading_accuracy", content=result, text=text)
 
 
 STUDY = Study(
-    question="How well are frequencies read, against the Cramer-Rao bound?", minutes=25, run=_run, options=_options
-)
+    question="How well are frequencies read, against the Cramer-Rao bound, and do the intervals cover the truth?",
+    minutes=30, run=_run, options=_options,
+)  # fmt: skip

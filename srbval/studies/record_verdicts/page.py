@@ -1,20 +1,8 @@
-"""How often the verdict by record is wrong on simulated rigs, from the stored study."""
+"""How often the verdict by record is wrong on simulated rigs: shares of rigs and records, by truth."""
 
-from srbval.report.model import Section
-from srbval.report.pages import Page, StoredResults
-from srbval.report.section_texts import Texts
-from srbval.report.sections.names import missing, origin_of
+from srbval.studies.appendix_page import appendix_page
 
-TEXTS = Texts.of_study(__package__)
-
-
-def section(results: StoredResults) -> Section:
-    """Shares of rigs and records, by truth."""
-    result = results.get("record_verdicts")
-    if result is None:
-        return TEXTS.section(appendix=(missing("record_verdicts"),))
-    table = TEXTS.table("verdict-rates", result.content["rows"], truths=result.content["truths"])
-    return TEXTS.section(appendix=(origin_of(result), table))
-
-
-PAGE = Page(name="record_verdicts", place=110.1, results=("record_verdicts",), section=section)
+PAGE = appendix_page(
+    __package__, 110.1,
+    lambda texts, content: [texts.table("verdict-rates", content["rows"], truths=content["truths"])],
+)  # fmt: skip

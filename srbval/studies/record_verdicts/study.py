@@ -14,9 +14,14 @@ band and its search for lines.
 
 Read values go through the program's own readings, comparison, verdict and Holm's procedure over the rig's two records.
 Discrepancies: none (how often is a right model called resolved?), at the margin, in all or in one quantity (how often
-is it said to agree?), drawn from the prior (do the intervals hold the error?). The result is stored.
+is it said to agree?), drawn from the prior (do the intervals hold the error?).
+
+Runs of the model, about seven seconds each, stand in a file to which more are added, one a line. Draw number i is the
+same whenever it is made. Those with odd numbers may be used to mend the rule, error rates are counted on the even ones
+alone.
 """
 
+import json
 import math
 from argparse import ArgumentParser, Namespace
 from collections import defaultdict
@@ -24,7 +29,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,24 +38,22 @@ from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Fault, load_bearing
 from srbval.comparison.budget import PRIOR, VERDICT
 from srbval.comparison.compared_quantities import CAGE_RATIO, COMPARED, SHAPE, compare, shape_angle
 from srbval.comparison.comparison import MOUNTING, Comparison, QuantityValue
-from srbval.comparison.counterpart import STARTS
+from srbval.comparison.counterpart import STARTS, TURNS, converged
 from srbval.comparison.effects import DefectEffects, Sensitivity, sensitivity_of
 from srbval.comparison.record_verdict import holm, record_verdict
-from srbval.comparison.spectrum_shape import angle_within, noise_about, with_noise
-from srbval.errors import DataError
+from srbval.comparison.spectrum_shape import angle_within, halves_of, noise_about, with_noise
+from srbval.errors import DataError, SrbvalError
 from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.reading.lines import Line
+from srbval.scene import Scene
 from srbval.signal import LEAST_SNR, NORMAL_95
 from srbval.storage.cache import RESULTS, cache_folder
-from srbval.storage.stored_result import (
-    newest_result,
-)
+from srbval.storage.stored_result import newest_result
 from srbval.studies.emulator import Emulator, fit_emulator
-from srbval.studies.harness import Study, StudyResult
-from srbval.studies.input_effects import coordinates, groups_of, predict
-from srbval.studies.open_inputs import open_inputs
-from srbval.studies.record_verdicts.truths import Truth, make_truths, read_truths
+from srbval.studies.harness import Study, StudyResult, input_hashes
+from srbval.studies.input_effects import coordinates, groups_of, paper_scenes, predict, run_unchecked, values_of
+from srbval.studies.open_inputs import drawn, open_inputs
 
 RIGS, SEED = 500, 20
 KNOWN, KNOWN_MOUNTING_DB = 0.1, 0.3
@@ -65,6 +68,13 @@ MARGINS = {row.kind: row.margin for row in COMPARED if row.margin}
 BEARING = load_bearing(DEFAULT_BEARING)
 
 
+class Truth(NamedTuple):
+    """Quantities of the model by fault, at one draw of the inputs, and its spectra, [2, bins]."""
+
+    values: Mapping[Fault, Mapping[str, float]]
+    halves: Mapping[Fault, FloatArray]
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Setting:
     """Truths, each of a rig, the study that they are judged by, and the scale of the mounting's prior."""
@@ -76,27 +86,42 @@ class Setting:
     mounting_db: float = PRIOR.mounting_db
 
 
-@dataclass(frozen=True, kw_only=True)
-class VerdictRates:
-    """Of one setting, duration and discrepancy: shares of the rigs, and of the errors that their 95 % intervals hold.
+def make_truths(file: Path, count: int, progress: Progress) -> None:
+    """Add draws to `file` until it has `count`, those that failed with the reason."""
+    scenes = {scene.defect.kind: converged(scene) for scene in paper_scenes(TURNS)}
+    made = len(file.read_text(encoding="utf-8").splitlines()) if file.exists() else 0
+    with file.open("a", encoding="utf-8") as out:
+        for number in range(made, count):
+            progress("Simulate truths", number / count)
+            print(json.dumps(_truth(number, scenes)), file=out, flush=True)
 
-    `resolved` counts rigs with any record resolved, `single` records whose own p is below 0.05, `beyond_prior` those
-    that are beyond the prior's discrepancy; `agree` records said to agree, `cage_agrees` in the cage ratio alone;
-    `shape` records whose spectrum's shape is resolved, of every truth that has one once, without a discrepancy.
-    """
 
-    truth: str
-    truths: int
-    seconds: float
-    discrepancy: str
-    rigs: int
-    resolved: float
-    single: float
-    beyond_prior: float
-    agree: float
-    cage_agrees: float
-    shape: float | None
-    coverage: Mapping[str, float]
+def _truth(number: int, scenes: Mapping[Fault, Scene]) -> dict[str, Any]:
+    inputs = open_inputs()
+    at = np.random.default_rng([SEED, number]).random(len(inputs)).tolist()
+    found: dict[str, Any] = {"number": number, "at": at}
+    try:
+        runs = {fault: run_unchecked(*drawn(inputs, scenes[fault], at)) for fault in RACE_DEFECTS}
+    except SrbvalError as error:
+        return found | {"failed": str(error)}
+    halves = {fault.value: halves_of(run.analysis, fault) for fault, run in runs.items()}
+    return found | {
+        "values": {fault.value: dict(values_of(run)) for fault, run in runs.items()},
+        "halves": {fault: None if own is None else own.round(3).tolist() for fault, own in halves.items()},
+    }
+
+
+def read_truths(file: Path) -> list[Truth]:
+    """Those of a file with even numbers; draws that failed are left out."""
+    rows = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
+    return [
+        Truth(
+            {fault: row["values"][fault.value] for fault in RACE_DEFECTS},
+            {f: np.array(own) for f in RACE_DEFECTS if (own := row["halves"][f.value]) is not None},
+        )
+        for row in rows
+        if row["number"] % 2 == 0 and "values" in row
+    ]
 
 
 def emulators(study: DefectEffects) -> dict[str, Emulator]:
@@ -130,10 +155,8 @@ def known_inputs(study: Sensitivity, count: int, seed: int = SEED) -> Setting:
         own = effects_of(study, fault)
         at, truths = (middle + width * (rng.random((n, middle.size)) - 0.5) for n in (len(own.predicted), count))
         fitted = emulators(own)
-        predicted, found[fault] = (
-            np.array([one(at) for one in fitted.values()]),
-            {n: x(truths) for n, x in fitted.items()},
-        )
+        predicted = np.array([one(at) for one in fitted.values()])
+        found[fault] = {name: one(truths) for name, one in fitted.items()}
         scene = [float(one(middle[None])[0]) for one in fitted.values()]
         quantities = tuple(
             replace(one, value=value, shift=float(all_of_it.mean()) - value, deviation=float(all_of_it.std()))
@@ -142,8 +165,7 @@ def known_inputs(study: Sensitivity, count: int, seed: int = SEED) -> Setting:
         effects.append(replace(own, quantities=quantities, predicted=predicted.T.tolist()))
     return Setting(
         name="known inputs", truths=as_truths(found), study=Sensitivity(defects=tuple(effects)),
-        discrepancies=(NONE, MARGIN, ONE),
-        mounting_db=KNOWN_MOUNTING_DB,
+        discrepancies=(NONE, MARGIN, ONE), mounting_db=KNOWN_MOUNTING_DB,
     )  # fmt: skip
 
 
@@ -157,18 +179,15 @@ def effects_of(study: Sensitivity, fault: Fault) -> DefectEffects:
 def as_truths(values: Mapping[Fault, Mapping[str, FloatArray]]) -> list[Truth]:
     """One of each place in arrays by fault and quantity."""
     count = len(next(iter(values[Fault.OUTER].values())))
-    return [
-        Truth(values={f: {n: float(v[i]) for n, v in own.items()} for f, own in values.items()}, halves={})
-        for i in range(count)
-    ]
+    return [Truth({f: {n: float(v[i]) for n, v in own.items()} for f, own in values.items()}, {}) for i in range(count)]
 
 
 def model_values(sensitivity: Sensitivity, fault: Fault) -> dict[str, QuantityValue]:
     """The model's side as the study has it: the scene's own values, means over the starts."""
-    own = sensitivity.of(fault)
-    assert own is not None, "the study has both races"
-    return {one.name: QuantityValue(value=one.value, ci95=2.36 * one.start_sd / math.sqrt(STARTS)) for one in
-            own.quantities}  # fmt: skip
+    return {
+        one.name: QuantityValue(value=one.value, ci95=2.36 * one.start_sd / math.sqrt(STARTS))
+        for one in effects_of(sensitivity, fault).quantities
+    }
 
 
 def record(fault: Fault, values: Mapping[str, float], seconds: float, rng: np.random.Generator) -> Any:
@@ -240,12 +259,11 @@ def rig(setting: Setting, truth: Truth, kind: str, seconds: float, rng: np.rando
     mounting = abs(setting.mounting_db * rng.standard_normal())
     given, found = discrepancies(kind, truth.values, rng), []
     for fault in RACE_DEFECTS:
-        values = {
-            n: v * (1 + given[fault][n])
-            if n == CAGE_RATIO.name
-            else v + given[fault][n] + mounting * rng.standard_normal()
-            for n, v in truth.values[fault].items()
-        }
+        values = {}
+        for name, value in truth.values[fault].items():
+            off = given[fault][name]
+            of_cage = name == CAGE_RATIO.name
+            values[name] = value * (1 + off) if of_cage else value + off + mounting * rng.standard_normal()
         own = record(fault, values, seconds, rng)
         rows = compare(fault, own, model_values(setting.study, fault), setting.study)
         known = {MOUNTING: NORMAL_95 * setting.mounting_db}
@@ -254,39 +272,44 @@ def rig(setting: Setting, truth: Truth, kind: str, seconds: float, rng: np.rando
     return found
 
 
-def rates(setting: Setting, kind: str, seconds: float, rigs: int = RIGS) -> VerdictRates:
-    """Of so many rigs, each truth as often as the others."""
-    rng = np.random.default_rng([SEED, int(seconds), DISCREPANCIES.index(kind)])
-    resolved, single, beyond, agree, cage_agrees, shapes = [], [], [], [], [], []
+def rates(setting: Setting, kind: str, seconds: float, rigs: int = RIGS) -> dict[str, Any]:
+    """Shares of so many rigs, each truth as often as the others, and of the errors that their 95 % intervals hold.
+
+    `resolved` counts rigs with any record resolved, `single` records whose own p is below 0.05, `beyond_prior` those
+    that are beyond the prior's discrepancy; `agree` records said to agree, `cage_agrees` in the cage ratio alone;
+    `shape` records whose spectrum's shape is resolved, of every truth that has one once, without a discrepancy.
+    """
+    rng, limit = np.random.default_rng([SEED, int(seconds), DISCREPANCIES.index(kind)]), VERDICT.false_resolved
+    shares: dict[str, list[bool]] = defaultdict(list)
     held: dict[str, list[bool]] = defaultdict(list)
     for number in range(rigs):
         truth = setting.truths[number % len(setting.truths)]
         made = rig(setting, truth, kind, seconds, rng)
-        judged = [record_verdict(rows, setting.study.of(f)) for f, (rows, *_) in zip(RACE_DEFECTS, made, strict=True)]
-        known = holm([one for one in judged if one is not None])
-        resolved.append(any(one.p_holm < VERDICT.false_resolved for one in known))
-        single += [one.p < VERDICT.false_resolved for one in known]
-        beyond += [one.p_discrepancy < VERDICT.false_resolved for one in known]
-        agree += [one.agrees for one in known]
+        verdicts = [record_verdict(rows, setting.study.of(f)) for f, (rows, *_) in zip(RACE_DEFECTS, made, strict=True)]
+        known = holm([one for one in verdicts if one is not None])
+        shares["resolved"].append(any(one.p_holm < limit for one in known))
+        shares["single"] += [one.p < limit for one in known]
+        shares["beyond_prior"] += [one.p_discrepancy < limit for one in known]
+        shares["agree"] += [one.agrees for one in known]
         if kind == NONE and number < len(setting.truths):
             lines = zip(RACE_DEFECTS, (line for *_, line in made), strict=True)
             ps = [shape_p(effects_of(setting.study, f), truth.halves.get(f), line, rng) for f, line in lines]
-            shapes += [p < VERDICT.false_resolved for p in ps if p is not None]
+            shares["shape"] += [p < limit for p in ps if p is not None]
         for rows, given, _ in made:
             for row in rows:
                 if row.quantity not in given or row.uncertainty is None or not row.both_present:
                     continue
-                share = 100 if row.kind == CAGE_RATIO.name else 1
-                held[row.kind].append(abs(row.error + share * given[row.quantity]) <= row.uncertainty)
-                if row.kind == CAGE_RATIO.name:
-                    cage_agrees.append(row.within_margin)
-    return VerdictRates(
-        truth=setting.name, truths=len(setting.truths), seconds=seconds, discrepancy=kind, rigs=rigs,
-        resolved=float(np.mean(resolved)), single=float(np.mean(single)), beyond_prior=float(np.mean(beyond)),
-        agree=float(np.mean(agree)), cage_agrees=float(np.mean(cage_agrees)),
-        shape=float(np.mean(shapes)) if shapes else None,
-        coverage={name: float(np.mean(own)) for name, own in held.items()},
-    )  # fmt: skip
+                of_cage = row.kind == CAGE_RATIO.name
+                off = row.error + (100 if of_cage else 1) * given[row.quantity]
+                held[row.kind].append(abs(off) <= row.uncertainty)
+                if of_cage:
+                    shares["cage_agrees"].append(row.within_margin)
+    names = ("resolved", "single", "beyond_prior", "agree", "cage_agrees", "shape")
+    return {
+        "truth": setting.name, "truths": len(setting.truths), "seconds": seconds, "discrepancy": kind, "rigs": rigs,
+        **{name: float(np.mean(shares[name])) if shares[name] else None for name in names},
+        "coverage": {name: float(np.mean(own)) for name, own in held.items()},
+    }  # fmt: skip
 
 
 def _options(parser: ArgumentParser) -> None:
@@ -309,11 +332,11 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
         rates(setting, kind, seconds) for setting in settings for seconds in SECONDS for kind in setting.discrepancies
     ]  # fmt: skip
     text = text_rows([
-        {k: v for k, v in vars(row).items() if k != "coverage"} | {k: f"{v:.3f}" for k, v in row.coverage.items()}
+        {k: v for k, v in row.items() if k != "coverage"} | {k: f"{v:.3f}" for k, v in row["coverage"].items()}
         for row in rows
     ])  # fmt: skip
     content = {"truths": len(full.truths), "study_made_utc": stored.made_utc, "rows": rows}
-    return StudyResult(name="record_verdicts", content=content, text=text)
+    return StudyResult(name="record_verdicts", content=content, text=text, inputs=input_hashes(stored, file))
 
 
 STUDY = Study(question="How often is the verdict by record wrong?", minutes=30, run=_run, options=_options)

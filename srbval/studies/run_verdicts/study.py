@@ -11,27 +11,26 @@ import time
 from argparse import ArgumentParser, Namespace
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from srbval.bearing import load_bearing
 from srbval.models.health import CAUTION, default_solver
 from srbval.models.run import USABLE, RunStatus
 from srbval.models.simulate import Step
 from srbval.models.solvers import SOLVERS
 from srbval.models.step_error import TOLERANCE
-from srbval.processes.machine import load_average
 from srbval.progress import Progress, silent
 from srbval.progress.tables import text_table
 from srbval.scene import Scene
+from srbval.scene.similar import is_length, similar_parts
 from srbval.storage.stored_result import ContentStore
 from srbval.studies.harness import Study, StudyResult
-from srbval.studies.machine import Machine, calibrate, describe_machine
+from srbval.studies.machine import machine_before
 from srbval.studies.outcomes import RunOutcome, outcome_store, outcomes
-from srbval.studies.run_verdicts.similar_bearing import similar
 from srbval.studies.scenes import PAPER_STEP_S, RPM, bench_scene
 
-CONVERGING, JUDGING = "converged runs", "runs that judge themselves"
 SCENES = ("play0-outer", "interference-healthy", "interference-inner", "rig-outer", "rig-healthy")
 SPEEDS_RPM = (127.0, 355.0, 859.0, 2000.0, 6000.0)
 STEPS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)  # times the paper's step
@@ -46,6 +45,7 @@ SIZES = (0.25, 0.5, 1.5)  # of bearings, in the scene's
 QUICK_SHARE = 1 / 40
 MOST_FALSE = 0.005  # of the runs that say ok without caution
 REFUSED = "refused"
+OWN = "the scene's"
 DYNAMIC = 5 / 7  # Table 4: dynamic over static friction
 
 
@@ -85,6 +85,18 @@ class Condition:
         return scene if self.size == 1 else similar(scene, self.size, folder)
 
 
+def similar(scene: Scene, size: float, folder: Path) -> Scene:
+    """The scene of a geometrically similar bearing, its file in `folder`, at the same speed; see `scene.similar`."""
+    bearing = load_bearing(scene.bearing)
+    assert bearing.geometry is not None, "a scene of the bench has a bearing with one"
+    path = folder / f"{Path(scene.bearing).stem}-{size:g}.toml"
+    if not path.exists():
+        lengths = {k: v * size if is_length(k, v) else v for k, v in asdict(bearing.geometry).items()}
+        lines = ['title = "similar"', f'source = "{size:g} times {bearing.title}"', "[geometry]"]
+        path.write_text("\n".join(lines + [f"{key} = {value!r}" for key, value in lengths.items()]), encoding="utf-8")
+    return replace(similar_parts(scene, size), bearing=str(path))
+
+
 class Case(NamedTuple):
     """A run that is judged: `times` the paper's step."""
 
@@ -94,116 +106,60 @@ class Case(NamedTuple):
     drawn: bool
 
 
-@dataclass(frozen=True, kw_only=True)
-class JudgedRun:
-    """A run with its verdict on itself, and the converged run of the same condition."""
+def scored(case: Case, own: RunOutcome, right: RunOutcome) -> dict[str, Any]:
+    """A run beside the converged one, `right`, flat as it is stored.
 
-    case: Case
-    own: RunOutcome
-    right: RunOutcome
-
-    @property
-    def off(self) -> bool:
-        """Is an error beyond its tolerance, by more than the chance of two short runs?"""
-        return bool(self.own.beyond(self.right))
-
-    @property
-    def says_ok(self) -> bool:
-        """Ok without caution."""
-        return self.own.status == RunStatus.OK.value and CAUTION not in self.own.reason
-
-    @property
-    def falsely_ok(self) -> bool:
-        """Did it call itself ok, without caution, and is off?"""
-        return self.says_ok and self.off
-
-    @property
-    def right_but_unsure(self) -> bool:
-        """Is it within the tolerances, and calls itself inaccurate, or ok with caution?"""
-        return not (self.off or self.failed or self.says_ok) and bool(self.own.errors_against(self.right))
-
-    @property
-    def failed(self) -> bool:
-        """Did it end in a failure of the numerics?"""
-        return self.own.status not in (*USABLE, REFUSED)
-
-    @property
-    def falsely_failed(self) -> bool:
-        """Did it call itself failed although it is like the converged run, which says that it is not?"""
-        return self.failed and self.right.ok and bool(self.own.errors_against(self.right)) and not self.off
-
-    def to_dict(self) -> dict[str, Any]:
-        """Flat, for JSON: `errors` with their standard errors; the reason of wrong verdicts alone."""
-        found = {e.of: [float(f"{x:.4g}") for x in (e.error, e.scatter)] for e in self.own.errors_against(self.right)}
-        names = ("says_ok", "off", "failed", "falsely_ok", "falsely_failed")
-        wrong = self.falsely_ok or self.falsely_failed
-        return vars(self.case.condition) | {name: getattr(self, name) for name in names} | {
-            "solver": self.case.solver, "step_s": PAPER_STEP_S * self.case.times, "drawn": self.case.drawn,
-            "status": self.own.status, "reason": self.own.reason if wrong else "",
-            "reference_status": self.right.status, "errors": found,
-        }  # fmt: skip
+    `says_ok`: without caution; `off`: an error is beyond its tolerance by more than the chance of two short runs;
+    `failed` by its own word. Wrong are `falsely_ok` and `falsely_failed`: failed, but like the converged run, which is
+    not. `right_but_unsure`: within the tolerances, but inaccurate or ok with caution by its own word. `errors` with
+    their standard errors; the reason of wrong verdicts alone.
+    """
+    errors, beyond = own.errors_against(right), own.beyond(right)
+    says_ok, off = own.status == RunStatus.OK.value and CAUTION not in own.reason, bool(beyond)
+    failed = own.status not in (*USABLE, REFUSED)
+    falsely_failed = failed and right.ok and bool(errors) and not off
+    return vars(case.condition) | {
+        "says_ok": says_ok, "off": off, "failed": failed, "falsely_ok": says_ok and off,
+        "falsely_failed": falsely_failed,
+        "right_but_unsure": not (off or failed or says_ok) and bool(errors), "solver": case.solver,
+        "step_s": PAPER_STEP_S * case.times, "drawn": case.drawn, "status": own.status,
+        "reason": own.reason if falsely_failed or (says_ok and off) else "", "reference_status": right.status,
+        "errors": {e.of: [float(f"{x:.4g}") for x in (e.error, e.scatter)] for e in errors},
+        "beyond": "; ".join(map(str, beyond)),
+    }  # fmt: skip
 
 
-PARTS: Mapping[str, Callable[[Case], str]] = {  # what runs are counted by
-    "scene": lambda case: case.condition.scene,
-    "solver": lambda case: case.solver,
-    "step over the paper's": lambda case: f"{case.times:g}",
-    "speed, rpm": lambda case: _range(case.condition.rpm, (355.0, 1000.0, 2000.0, 6000.0)),
-    "load over the scene's": lambda case: f"{case.condition.load:g}",
-    "friction coefficient": lambda case: _range(case.condition.friction, (0.1, 1.0)),
-    "radial play, um": lambda case: _range(case.condition.play_m and 1e6 * case.condition.play_m, (50.0, 200.0)),
-    "height of the defect, mm": lambda case: _given(case.condition.height_m and 1e3 * case.condition.height_m),
-    "size over the SKF 22240's": lambda case: f"{case.condition.size:g}",
+PARTS: Mapping[str, Callable[[Mapping[str, Any]], str]] = {  # what runs are counted by
+    "scene": lambda run: str(run["scene"]),
+    "solver": lambda run: str(run["solver"]),
+    "step over the paper's": lambda run: f"{run['step_s'] / PAPER_STEP_S:g}",
+    "speed, rpm": lambda run: _range(run["rpm"], (355.0, 1000.0, 2000.0, 6000.0)),
+    "load over the scene's": lambda run: f"{run['load']:g}",
+    "friction coefficient": lambda run: _range(run["friction"], (0.1, 1.0)),
+    "radial play, um": lambda run: _range(run["play_m"] and 1e6 * run["play_m"], (50.0, 200.0)),
+    "height of the defect, mm": lambda run: OWN if run["height_m"] is None else f"{1e3 * run['height_m']:g}",
+    "size over the SKF 22240's": lambda run: f"{run['size']:g}",
 }
 
 
-def _given(value: float | None) -> str:
-    return "the scene's" if value is None else f"{value:g}"
-
-
 def _range(value: float | None, ends: Sequence[float]) -> str:
-    return _given(None) if value is None else f"to {next(end for end in ends if value <= end):g}"
+    return OWN if value is None else f"to {next(end for end in ends if value <= end):g}"
 
 
-@dataclass(frozen=True, kw_only=True)
-class RunVerdicts:
-    """All runs, what they were drawn from, and how often their verdict was wrong."""
-
-    machine: Machine
-    seed: int
-    runs: tuple[JudgedRun, ...]
-
-    @property
-    def sound(self) -> bool:
-        """At most so many runs falsely ok, and none falsely failed?"""
-        counts = self.counts
-        return counts["falsely_ok"] <= MOST_FALSE * max(1, counts["says_ok"]) and counts["falsely_failed"] == 0
-
-    @property
-    def counts(self) -> dict[str, int]:
-        """How many runs there are, by what they say and what is wrong with that."""
-        return _counts(self.runs)
-
-    @property
-    def parts(self) -> Iterator[dict[str, Any]]:
-        """The same by each of `PARTS` and its values."""
-        for name, value_of in PARTS.items():
-            by_value: dict[str, list[JudgedRun]] = {}
-            for run in self.runs:
-                by_value.setdefault(value_of(run.case), []).append(run)
-            for value in sorted(by_value, key=_by_number):
-                yield {"part": name, "value": value} | _counts(by_value[value])
-
-    def to_dict(self) -> dict[str, Any]:
-        """What is written as JSON."""
-        statuses = Counter(run.own.status for run in self.runs)
-        return {"machine": self.machine, "seed": self.seed, "counts": self.counts, "statuses": statuses,
-                "tolerance": TOLERANCE, "parts": list(self.parts), "runs": self.runs}  # fmt: skip
+def parts(runs: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
+    """The counts by each of `PARTS` and its values."""
+    for name, value_of in PARTS.items():
+        by_value: dict[str, list[Mapping[str, Any]]] = {}
+        for run in runs:
+            by_value.setdefault(value_of(run), []).append(run)
+        for value in sorted(by_value, key=_by_number):
+            yield {"part": name, "value": value} | counts(by_value[value])
 
 
-def _counts(runs: Sequence[JudgedRun]) -> dict[str, int]:
+def counts(runs: Sequence[Mapping[str, Any]]) -> dict[str, int]:
+    """How many runs there are, by what they say and what is wrong with that."""
     kinds = ("says_ok", "right_but_unsure", "off", "failed", "falsely_ok", "falsely_failed")
-    return {"runs": len(runs)} | {kind: sum(getattr(run, kind) for run in runs) for kind in kinds}
+    return {"runs": len(runs)} | {kind: sum(run[kind] for run in runs) for kind in kinds}
 
 
 def _by_number(text: str) -> tuple[float, str]:
@@ -244,12 +200,12 @@ def judge_runs(
     store: ContentStore | None = None,
     jobs: int | None = None,
     progress: Progress = silent,
-) -> RunVerdicts:
+) -> dict[str, Any]:
     """Run all conditions, or a `share` of them, and compare; `seed` of the half that is drawn: None for the clock.
 
     Each run that has ended is in the `store`, so that with its seed interrupted work continues where it was.
     """
-    load, calibration, store = load_average(), calibrate(), store or outcome_store()
+    machine, store = machine_before(), store or outcome_store()
     seed = int(time.time()) if seed is None else seed
     chosen = random.Random(seed)
     cases = [
@@ -260,30 +216,29 @@ def judge_runs(
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         references = {case.condition: case.condition.at(default_solver(), REFERENCE, folder) for case in cases}
-        right = outcomes(references, task=CONVERGING, store=store, jobs=jobs, progress=progress)
+        right = outcomes(references, task="converged runs", store=store, jobs=jobs, progress=progress)
         runs = {case: case.condition.at(case.solver, case.times, folder) for case in cases}
-        own = outcomes(runs, task=JUDGING, store=store, step=Step.CHECKED, jobs=jobs, progress=progress)
-    return RunVerdicts(
-        machine=describe_machine(calibration, calibrate(), load),
-        seed=seed,
-        runs=tuple(JudgedRun(case=case, own=own[case], right=right[case.condition]) for case in cases),
-    )
+        task = "runs that judge themselves"
+        own = outcomes(runs, task=task, store=store, step=Step.CHECKED, jobs=jobs, progress=progress)
+    found = [scored(case, own[case], right[case.condition]) for case in cases]
+    return {
+        "machine": machine(), "seed": seed, "counts": counts(found), "tolerance": TOLERANCE,
+        "statuses": Counter(run["status"] for run in found), "parts": list(parts(found)), "runs": found,
+    }  # fmt: skip
 
 
-def _text(result: RunVerdicts) -> str:
+def _text(result: Mapping[str, Any]) -> str:
     """The counts, and every run whose verdict is wrong."""
-    statuses = Counter(run.own.status for run in result.runs)
-    counts = result.counts
-    rows = [
-        (run.case.condition.scene, f"{run.case.condition.rpm:g}", f"{run.case.condition.load:g}", run.case.solver,
-         f"{1 / (PAPER_STEP_S * run.case.times):.0f}", run.own.status, "; ".join(map(str, run.own.beyond(run.right))))
-        for run in result.runs
-        if run.falsely_ok or run.falsely_failed
+    number, rows = result["counts"], [
+        (run["scene"], f"{run['rpm']:g}", f"{run['load']:g}", run["solver"], f"{1 / run['step_s']:.0f}", run["status"],
+         run["beyond"])
+        for run in result["runs"]
+        if run["falsely_ok"] or run["falsely_failed"]
     ]  # fmt: skip
     text = (
-        f"{', '.join(f'{count} {status}' for status, count in statuses.most_common())}\n\n{counts['runs']} runs, seed "
-        f"{result.seed}: {counts['says_ok']} report ok without caution, {counts['falsely_ok']} of them are wrong; "
-        f"{counts['falsely_failed']} report failure but agree with the converged run"
+        f"{', '.join(f'{count} {status}' for status, count in result['statuses'].most_common())}\n\n{number['runs']} "
+        f"runs, seed {result['seed']}: {number['says_ok']} report ok without caution, {number['falsely_ok']} of them "
+        f"are wrong; {number['falsely_failed']} report failure but agree with the converged run"
     )
     columns = ("scene", "rpm", "load", "solver", "1/dt [Hz]", "status", "beyond tolerance")
     return f"{text}\n{text_table(columns, rows)}" if rows else text
@@ -299,8 +254,9 @@ def _options(parser: ArgumentParser) -> None:
 def _run(options: Namespace, progress: Progress) -> StudyResult:
     share = QUICK_SHARE if options.quick else 1.0
     result = judge_runs(seed=options.seed, share=share, jobs=options.jobs, progress=progress)
-    name = None if options.quick else "run_verdicts"
-    return StudyResult(name=name, content=result, text=_text(result), sound=result.sound)
+    name, number = None if options.quick else "run_verdicts", result["counts"]
+    sound = number["falsely_ok"] <= MOST_FALSE * max(1, number["says_ok"]) and number["falsely_failed"] == 0
+    return StudyResult(name=name, content=result, text=_text(result), sound=sound)
 
 
 STUDY = Study(

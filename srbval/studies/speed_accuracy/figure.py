@@ -47,7 +47,9 @@ def speed_accuracy_plot(
             _ticks(ax.xaxis, ax.get_xlim())
             _ticks(ax.yaxis, ax.get_ylim())
         _legend(figure, solvers)
-        return save_panel(figure, folder, name, _columns(runs, panels))
+        names = ("solver", "dt_s", COST, *panels, "status")
+        columns = {key: [math.nan if run[key] is None else run[key] for run in runs] for key in names}
+        return save_panel(figure, folder, name, columns)
 
 
 def _panel(ax: Any, runs: Sequence[Row], solvers: Sequence[str], value: str, *, front: bool) -> None:
@@ -133,8 +135,3 @@ def _legend(figure: Any, solvers: Sequence[str]) -> None:
     handles.append(Line2D([], [], color=GREEN, lw=1.6, alpha=0.55, label="front"))
     figure.legend(handles=handles, loc="outside upper center", ncols=len(handles), fontsize=7, frameon=False,
                   columnspacing=0.9, handletextpad=0.3, handlelength=1.4)  # fmt: skip
-
-
-def _columns(runs: Sequence[Row], panels: Mapping[str, str]) -> dict[str, list[Any]]:
-    names = ("solver", "dt_s", COST, *panels, "status")
-    return {name: [math.nan if run[name] is None else run[name] for run in runs] for name in names}

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -13,7 +12,7 @@ from srbval.report.model import Section
 from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
-from srbval.scene import SolverSettings, paper_scene
+from srbval.scene import paper_scene
 from srbval.studies.scenes import PAPER_STEP_S
 from srbval.studies.speed_accuracy.figure import speed_accuracy_plot
 
@@ -36,59 +35,61 @@ def section(results: StoredResults) -> Section:
 
     A remark where nothing is stored. The bench of the rig's scene is shown beside the paper's where there is one.
     """
-    result, rig, default = results.get(NAMES[0]), results.get(NAMES[1]), paper_scene().solver
+    result, rig = results.get(NAMES[0]), results.get(NAMES[1])
     if result is None:
         return TEXTS.section(missing(NAMES[0]))
     content = result.content
-    rows = [_marked(row, default) for row in content["runs"]]
+    rows = _marked(content)
     known = [r["own_cage_error"] for r in content["reference"].values() if r["own_cage_error"] is not None]
-    intro: Block = TEXTS.paragraph(
-        "intro",
-        runs=len(rows),
-        failed=sum(row["status"] not in USABLE for row in rows),
-        reference_error=max(known, default=math.nan),
-    )
-    charts, shown = [*_charts(content, rows)], _shown(rows)
+    failed = sum(row["status"] not in USABLE for row in rows)
+    intro = TEXTS.paragraph("intro", runs=len(rows), failed=failed, reference_error=max(known, default=math.nan))
+    charts, shown = list(_charts(content, rows)), _shown(rows)
     chart = next((chart for chart in charts if chart.id.endswith(MAIN_SCENES[0])), charts[0])
     blocks: list[Block] = [one for one in charts if one is not chart]
     if rig is not None:
-        own_steps = rig.content.get("default_step_s", {})
-        of_rig = [
-            _marked(row, replace(default, step_s=own_steps.get(row["scene"], default.step_s)))
-            for row in rig.content["runs"]
-        ]
+        of_rig = _marked(rig.content)
         blocks += [TEXTS.paragraph("rig", runs=of_rig), origin_of(rig), *_charts(rig.content, of_rig)]
         shown += _shown(of_rig)
-    table = TEXTS.table("speed-accuracy-table", shown, further_notes=list(_reasons(shown)))
-    targets = TEXTS.table("speed-accuracy-targets", content["targets"])
-    paths = [path for one in (content, results.content(NAMES[1])) for path in one.get("trajectories", ())]
-    few = TEXTS.table("speed-accuracy-few", _few(shown))
-    return TEXTS.section(intro, chart, few, appendix=(origin_of(result), *blocks, table, *_orders(paths), targets))
+    paths = [path for name in NAMES for path in results.content(name).get("trajectories", ())]
+    return TEXTS.section(
+        intro,
+        chart,
+        TEXTS.table("speed-accuracy-few", _few(shown)),
+        appendix=(
+            origin_of(result),
+            *blocks,
+            TEXTS.table("speed-accuracy-table", shown, further_notes=list(_reasons(shown))),
+            *_orders(paths),
+            TEXTS.table("speed-accuracy-targets", content["targets"]),
+        ),
+    )
 
 
 def _orders(paths: Sequence[Row]) -> Iterator[Block]:
     """The order that each solver was observed to have, where the converged run vouches for one."""
     told = [path for path in paths if path["reference_error"] < CONVERGED]
-    scenes = list(dict.fromkeys(path["scene"] for path in told))
-    rows = [
-        {
-            "solver": solver,
-            "scenes": {path["scene"]: path["observed_order"] for path in told if path["solver"] == solver},
-        }
-        for solver in dict.fromkeys(path["solver"] for path in told)
-    ]
-    if rows:
+    by_solver: dict[str, dict[str, float | None]] = {}
+    for path in told:
+        by_solver.setdefault(path["solver"], {})[path["scene"]] = path["observed_order"]
+    if told:
+        scenes = list(dict.fromkeys(path["scene"] for path in told))
         without = list(dict.fromkeys(path["scene"] for path in paths if path not in told))
-        window_s = told[0]["window_s"]
-        yield TEXTS.table("observed-orders", rows, scenes=scenes, without=without, window_s=window_s)
+        rows = [{"solver": solver, "scenes": of_scenes} for solver, of_scenes in by_solver.items()]
+        yield TEXTS.table("observed-orders", rows, scenes=scenes, without=without, window_s=told[0]["window_s"])
 
 
-def _marked(row: Row, default: SolverSettings) -> dict[str, Any]:
-    """A stored row with its step as a divisor of a second and the marks that it is shown with."""
-    is_default = row["solver"] == default.name and math.isclose(row["dt_s"], default.step_s, rel_tol=1e-6)
-    is_paper = row["solver"] == PAPER_SOLVER and math.isclose(row["dt_s"], PAPER_STEP_S, rel_tol=1e-6)
-    marks = {"default": is_default, "the paper's": is_paper, "on the front": row["pareto"]}
-    return {**row, "steps_per_s": 1 / row["dt_s"], "marks": [mark for mark, holds in marks.items() if holds]}
+def _marked(content: Row) -> list[dict[str, Any]]:
+    """The stored rows with their steps as divisors of a second and the marks that they are shown with."""
+    default, own_steps, found = paper_scene().solver, content.get("default_step_s", {}), []
+    for row in content["runs"]:
+        step_s = own_steps.get(row["scene"], default.step_s)
+        marks = {
+            "default": row["solver"] == default.name and math.isclose(row["dt_s"], step_s, rel_tol=1e-6),
+            "the paper's": row["solver"] == PAPER_SOLVER and math.isclose(row["dt_s"], PAPER_STEP_S, rel_tol=1e-6),
+            "on the front": row["pareto"],
+        }
+        found.append({**row, "steps_per_s": 1 / row["dt_s"], "marks": [mark for mark, holds in marks.items() if holds]})
+    return found
 
 
 def _shown(rows: Sequence[Row]) -> list[Row]:
@@ -104,28 +105,22 @@ def _few(rows: Sequence[Row]) -> list[Row]:
     return sorted(kept, key=lambda row: (MAIN_SCENES.index(row["scene"]), row["wall_per_simulated_s"]))
 
 
-def _charts(content: Mapping[str, Any], rows: Sequence[Row]) -> Iterator[Figure]:
-    for scene in dict.fromkeys(row["scene"] for row in rows):
-        if scene in content["reference"]:
-            yield _chart(content, [row for row in rows if row["scene"] == scene], scene)
-
-
-def _chart(content: Mapping[str, Any], rows: Sequence[Row], scene: str) -> Figure:
-    reference, name = content["reference"][scene], f"speed-accuracy-{scene}"
-    plot = partial(
-        speed_accuracy_plot,
-        runs=rows,
-        panels=PANELS,
-        fronts=("cage_error", "band_rms_error"),
-        floors={
-            "cage_error": reference["own_cage_error"],
-            "band_rms_error": reference["own_band_rms_error"],
-            "noise_floor": reference["noise_floor"],
-        },
-    )
-    return TEXTS.figure(
-        "speed-accuracy", plot, id=name, badge=Badge.SIMULATED, scene=scene, runs=len(rows), rows=_shown(rows)
-    )
+def _charts(content: Mapping[str, Any], every: Sequence[Row]) -> Iterator[Figure]:
+    for scene, reference in content["reference"].items():
+        if rows := [row for row in every if row["scene"] == scene]:
+            floors = {
+                "cage_error": "own_cage_error",
+                "band_rms_error": "own_band_rms_error",
+                "noise_floor": "noise_floor",
+            }
+            plot = partial(
+                speed_accuracy_plot, runs=rows, panels=PANELS, fronts=("cage_error", "band_rms_error"),
+                floors={panel: reference[key] for panel, key in floors.items()},
+            )  # fmt: skip
+            yield TEXTS.figure(
+                "speed-accuracy", plot, id=f"speed-accuracy-{scene}", badge=Badge.SIMULATED, scene=scene,
+                runs=len(rows), rows=_shown(rows),
+            )  # fmt: skip
 
 
 def _reasons(rows: Sequence[Row]) -> Iterator[str]:

@@ -1,105 +1,47 @@
 """Speed against accuracy: the cost and the error of every solver, the complete benchmark."""
 
 import math
+import tomllib
 from argparse import ArgumentParser, Namespace
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
+from srbval.models.run import USABLE, RunStatus
 from srbval.models.solvers import SOLVERS
-from srbval.processes.machine import load_average
 from srbval.progress import Progress, silent
-from srbval.scene import load_scene
+from srbval.scene import load_scene, paper_scene
 from srbval.storage.json_files import to_json
 from srbval.storage.stored_result import ContentStore
 from srbval.studies.harness import Study, StudyResult, printed_columns
-from srbval.studies.machine import Machine, calibrate, describe_machine
-from srbval.studies.scenes import (
-    FULL,
-    PAPER_STEP_S,
-    QUICK,
-    RIG_SHOWN,
-    SCENES,
+from srbval.studies.machine import machine_before
+from srbval.studies.scenes import PAPER_STEP_S, RIG_SHOWN, SCENES, base_of, check_names
+from srbval.studies.speed_accuracy.processes import measure_processes
+from srbval.studies.speed_accuracy.runs import (
+    WALL,
     BenchSettings,
-    base_of,
-    check_scenes,
-    check_solvers,
+    Row,
+    ratio_or_none,
+    references,
+    timed_row,
+    trajectories,
+    with_accuracy,
 )
-from srbval.studies.speed_accuracy.processes import Processes, measure_processes
-from srbval.studies.speed_accuracy.reference import SceneReference, references
-from srbval.studies.speed_accuracy.row import BenchRun
-from srbval.studies.speed_accuracy.speed import speed_rows
-from srbval.studies.speed_accuracy.targets import Target, accuracy_targets, speed_targets
-from srbval.studies.speed_accuracy.work_precision import Trajectory, trajectories, with_accuracy
 
+FULL = BenchSettings(
+    timing_s=0.3, timing_settle_s=0.1, repeats=5, accuracy_s=4.0, accuracy_settle_s=0.25, memory_s=10.0, starts=3,
+    reference_budget_s=60.0, window_s=0.02, steps=(30720, 61440, 122880, 245760),
+)  # fmt: skip
+QUICK = BenchSettings(
+    timing_s=0.05, timing_settle_s=0.05, repeats=2, accuracy_s=0.5, accuracy_settle_s=0.1, memory_s=1.0, starts=1,
+    reference_budget_s=10.0, window_s=0.005, steps=(61440, 122880),
+)  # fmt: skip
 VERDICT = {True: "met", False: "NOT MET", None: "not measured"}
-COST = {
-    "scene": "scene",
-    "solver": "solver",
-    "1/dt [Hz]": "steps_per_s",
-    "wall s/s": "wall_per_simulated_s",
-    "median": "wall_median_per_simulated_s",
-    "calibrations/s": "wall_in_calibrations",
-    "us/RHS": "us_per_rhs",
-    "core share": "core_share",
-    "status": "status",
-}
-ACCURACY = {
-    "scene": "scene",
-    "solver": "solver",
-    "1/dt [Hz]": "steps_per_s",
-    "wall s/s": "wall_per_simulated_s",
-    "cage error": "cage_error",
-    "cage scatter": "cage_scatter",
-    "noise floor": "noise_floor",
-    "500-1500 Hz RMS [m/s2]": "band_rms_m_s2",
-    "its error": "band_rms_error",
-    "harmonic error": "harmonic_error",
-    "Pareto": "on_front",
-    "status": "status",
-}
-REFERENCES = {
-    "reference": "scene",
-    "solver": "solver",
-    "1/dt [Hz]": "steps_per_s",
-    "cage/shaft": "cage_ratio",
-    "cage error": "own_cage_error",
-    "noise floor": "noise_floor",
-    "500-1500 Hz RMS [m/s2]": "band_rms_m_s2",
-    "its error": "own_band_rms_error",
-    "computed": "when",
-    "status": "status",
-}
-TRAJECTORIES = {
-    "trajectory": "scene",
-    "solver": "solver",
-    "error": "coarse",
-    "half the step": "middle",
-    "quarter": "fine",
-    "observed order": "observed_order",
-    "of reference": "reference_error",
-}
-
-
-@dataclass(frozen=True, kw_only=True)
-class BenchResult:
-    """All that a benchmark measured; `references` and `trajectories` are empty where only speed was asked for.
-
-    `default_step_s`: of each scene.
-    """
-
-    machine: Machine
-    default_step_s: dict[str, float]
-    references: dict[str, SceneReference]
-    runs: tuple[BenchRun, ...]
-    trajectories: tuple[Trajectory, ...]
-    processes: Processes | None
-    targets: tuple[Target, ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """What is written as JSON."""
-        return {"reference" if name == "references" else name: value for name, value in vars(self).items()}
+REAL_TIME = 1.0  # wall seconds per simulated second
+CLOSEST_LIMIT = 2e-6  # of the cage speed
+MEMORY_SECONDS = 10.0  # of the run whose memory has a limit
 
 
 def run_bench(
@@ -111,36 +53,40 @@ def run_bench(
     store: ContentStore | None = None,
     accuracy: bool = True,
     progress: Progress = silent,
-) -> BenchResult:
-    """Time `solvers` on `scenes` and, for `accuracy`, compare them with converged references.
+) -> dict[str, Any]:
+    """Time `solvers` on `scenes` and, for `accuracy`, compare them with converged runs.
 
-    `processes` adds compile time, start-up and memory; references are in the store, the user's cache by default.
+    `processes` adds compile time, start-up and memory; converged runs are in the store, the user's cache by default.
     Timed parts run one after the other on one core; the machine should have nothing else to do. Raises
     `ConfigurationError` for an unknown scene or solver; a failed run is a row with its status.
     """
-    check_scenes(scenes)
-    check_solvers(solvers)
-    load = load_average()
-    calibration = calibrate()
+    check_names(scenes, solvers)
+    machine = machine_before()
     defaults = {name: load_scene(base_of(name)).solver.step_s for name in scenes}
     steps = step_sizes(settings, defaults.values(), accuracy=accuracy)
-    rows = speed_rows(scenes, solvers, steps, settings, calibration.seconds, progress)
-    measured_processes = measure_processes(settings, progress) if processes else None
-    found: dict[str, SceneReference] = {}
-    paths: list[Trajectory] = []
+    rows, every = list[Row](), [(scene, solver, step) for scene in scenes for solver in solvers for step in steps]
+    for number, (name, solver, step) in enumerate(every):
+        progress("time the solvers", number / len(every))
+        rows.append(timed_row(name, settings.timed(name, solver, step), settings.repeats))
+    progress("time the solvers", 1.0)
+    apart = measure_processes(settings.starts, settings.memory_s, progress) if processes else None
+    found, paths = dict[str, Row](), list[Row]()
     if accuracy:
-        found = references(scenes, settings, store=store, progress=progress)
+        found = references(scenes, settings, store=store or reference_store(), progress=progress)
         rows = with_accuracy(rows, found, settings, progress)
-        paths = trajectories(scenes, solvers, settings, progress)
-    return BenchResult(
-        machine=describe_machine(calibration, calibrate(), load),
-        default_step_s=defaults,
-        references=found,
-        runs=tuple(rows),
-        trajectories=tuple(paths),
-        processes=measured_processes,
-        targets=(*speed_targets(rows, measured_processes), *(accuracy_targets(rows) if accuracy else ())),
-    )
+        paths = trajectories(scenes, solvers, settings.window_s, progress)
+    described = machine()
+    calibration_s = described["calibration"]["seconds"]
+    rows = [row | {"wall_in_calibrations": row[WALL] and row[WALL] / calibration_s} for row in rows]
+    return {
+        "machine": described, "default_step_s": defaults, "reference": found, "runs": rows, "trajectories": paths,
+        "processes": apart, "targets": list(targets(rows, apart, accuracy=accuracy)),
+    }  # fmt: skip
+
+
+def reference_store() -> ContentStore:
+    """Where converged runs are stored: the user's cache."""
+    return ContentStore(kind="reference", computed_by="srbval.studies.speed_accuracy.runs")
 
 
 def step_sizes(settings: BenchSettings, defaults_s: Iterable[float], *, accuracy: bool) -> list[float]:
@@ -152,41 +98,81 @@ def step_sizes(settings: BenchSettings, defaults_s: Iterable[float], *, accuracy
     return sorted(steps, reverse=True)
 
 
-def _text(result: BenchResult) -> str:
+def targets(rows: Sequence[Row], processes: Mapping[str, Any] | None, *, accuracy: bool) -> Iterator[Row]:
+    """The limits of ``targets.toml`` with what this run of the benchmark measured, None where it did not.
+
+    Those of runs that are compared, and the least error of any at real time or faster, for `accuracy` alone.
+    """
+    table = tomllib.loads(Path(__file__).with_name("targets.toml").read_text(encoding="utf-8"))
+    default = paper_scene().solver
+    for one in table["row"]:
+        yield _target(one, *_value(rows, one, one["solver"], PAPER_STEP_S))
+    known = dict(processes or {})
+    if known and known["peak_bytes"] is not None and known["memory_seconds"] >= MEMORY_SECONDS * 0.999:
+        known["peak_mb"] = known["peak_bytes"] / 1e6
+    for one in table["process"]:
+        yield _target(one, known.get(one["value"]), False)
+    if accuracy:
+        for one in table["compared"]:
+            value, attempted = _value(rows, one, default.name, default.step_s)
+            yield _target(one | {"name": one["name"].format(solver=default.name)}, value, attempted)
+        good = (row for row in rows if row["status"] in USABLE and (row[WALL] or math.inf) <= REAL_TIME)
+        errors = [row["cage_error_bound"] for row in good if row["cage_error_bound"] is not None]
+        name = "least cage error of a run at real time or faster, any scene"
+        yield _target({"name": name, "limit": CLOSEST_LIMIT, "unit": "1"}, min(errors, default=None), True)
+
+
+def _value(rows: Sequence[Row], one: Row, solver: str, step_s: float) -> tuple[float | None, bool]:
+    """The value of a target, None where its run is not measurable, and whether there is such a run."""
+    row, explicit = _row(rows, one["scene"], solver, step_s), _row(rows, one["scene"], "ode4", PAPER_STEP_S)
+    if row is None or row["status"] not in (*USABLE, RunStatus.ENERGY_OPEN):
+        return None, row is not None
+    value: float | None = row[one["value"]]
+    if "over_ode4" in one:
+        value = ratio_or_none(value, None if explicit is None else explicit[one["value"]])
+    return value, True
+
+
+def _row(rows: Sequence[Row], scene: str, solver: str, step_s: float) -> Row | None:
+    own = (r for r in rows if (r["scene"], r["solver"]) == (scene, solver))
+    return next((r for r in own if math.isclose(r["dt_s"], step_s, rel_tol=1e-6)), None)
+
+
+def _target(one: Row, value: float | None, attempted: bool) -> Row:
+    """Without a value nothing was measured here or, `attempted`, the run that should have given it failed: not met."""
+    met = value <= one["limit"] if value is not None else False if attempted else None
+    return {key: one[key] for key in ("name", "limit", "unit")} | {"value": value, "attempted": attempted, "met": met}
+
+
+def _text(result: Mapping[str, Any]) -> str:
     columns = partial(printed_columns, __package__)
-    rows = [_with_steps(run) for run in result.runs]
-    parts = [_machine_text(result.machine), columns("cost", rows)]
-    if result.references:
+    rows = [_with_steps(run) for run in result["runs"]]
+    parts = [_machine_text(result["machine"]), columns("cost", rows)]
+    if result["reference"]:
         when = {True: "earlier, stored", False: "now"}
-        references = [_with_steps(reference) for reference in result.references.values()]
-        paths = [to_json(path) for path in result.trajectories]
+        converged = [_with_steps(one) | {"when": when[one["cached"]]} for one in result["reference"].values()]
         steps = ("coarse", "middle", "fine")
-        parts += [
-            columns("references", [table | {"when": when[table["cached"]]} for table in references]),
-            columns("accuracy", [{**row, "on_front": _front(row)} for row in rows]),
-            columns("trajectories", [path | dict(zip(steps, path["errors"], strict=True)) for path in paths]),
-        ]
-    if result.targets:
-        parts.append(columns("targets", [to_json(t) | {"verdict": VERDICT[t.met]} for t in result.targets]))
+        paths = [path | dict(zip(steps, path["errors"], strict=True)) for path in result["trajectories"]]
+        fronts = {True: "front, within the reference's error", False: "front"}
+        flagged = [row | {"on_front": fronts[row["reference_limited"]] if row["pareto"] else ""} for row in rows]
+        parts += [columns("references", converged), columns("accuracy", flagged), columns("trajectories", paths)]
+    if result["targets"]:
+        parts.append(columns("targets", [one | {"verdict": VERDICT[one["met"]]} for one in result["targets"]]))
     return "\n\n".join(parts)
 
 
-def _front(row: Mapping[str, Any]) -> str:
-    return ("front, within the reference's error" if row["reference_limited"] else "front") if row["pareto"] else ""
+def _with_steps(row: Row) -> Row:
+    return row | {"steps_per_s": round(1 / row["dt_s"])}
 
 
-def _with_steps(measured: object) -> dict[str, Any]:
-    table = to_json(measured)
-    return table | {"steps_per_s": round(1 / table["dt_s"])}
-
-
-def _machine_text(machine: Machine) -> str:
-    calibration = machine.calibration
-    load = " and ".join("-" if value is None else f"{value:.2f}" for value in (machine.load_before, machine.load_after))
+def _machine_text(machine: Mapping[str, Any]) -> str:
+    calibration, loads = machine["calibration"], (machine["load_before"], machine["load_after"])
+    load = " and ".join("-" if value is None else f"{value:.2f}" for value in loads)
+    cores = f"{machine['usable_cores']} of {machine['cores']} cores"
     return (
-        f"{machine.processor}, {machine.usable_cores} of {machine.cores} cores, load before and after: {load}\n"
-        f"calibration: {calibration.seconds:.4f} s, afterwards {machine.calibration_after_s:.4f} s for 1e9 "
-        f"multiply-adds ({calibration.gflop_s:.1f} Gflop/s)"
+        f"{machine['processor']}, {cores}, load before and after: {load}\n"
+        f"calibration: {calibration['seconds']:.4f} s, afterwards {machine['calibration_after_s']:.4f} s for 1e9 "
+        f"multiply-adds ({calibration['gflop_s']:.1f} Gflop/s)"
     )
 
 
@@ -206,12 +192,12 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
     if options.seconds:
         settings = replace(settings, accuracy_s=options.seconds)
     scenes = tuple(options.scenes or SCENES)
-    found = run_bench(
+    found = to_json(run_bench(
         scenes=scenes, solvers=tuple(options.solvers or SOLVERS), settings=settings, accuracy=not options.speed_only,
         progress=progress,
-    )  # fmt: skip
+    ))  # fmt: skip
     if options.quick:
-        found = replace(found, targets=())  # a first impression is no verdict
+        found["targets"] = []  # a first impression is no verdict
     part = options.quick or options.speed_only or options.solvers or options.seconds
     name = None if part else {SCENES: "speed_accuracy", RIG_SHOWN: "rig_speed_accuracy"}.get(scenes)
     return StudyResult(name=name, content=found, text=_text(found))

@@ -1,8 +1,8 @@
 """The stability map: a block a solver, steps down, speeds across, a colour and a sign for each run's end."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -31,32 +31,18 @@ UNKNOWN = ("!", "#39424d", "white", "other failure")
 WIDE_BLOCKS = 2  # abreast, with room for the speeds in full size
 ROW_INCHES, GAP_INCHES, HEAD_INCHES, WIDTH_INCHES = 0.165, 0.34, 0.75, 7.6
 TALLEST_INCHES = 9.9  # fits a page of the PDF with its caption
+COLUMNS = ("dt_s", "rpm", "status", "predicted_elastic_limit_dt_s", "predicted_limit_dt_s")  # of the CSV
+Block = tuple[str, Sequence[Sequence[Mapping[str, Any]]]]
 
 
-@dataclass(frozen=True, kw_only=True)
-class MapBlock:
-    """One solver at one friction: `statuses` [steps, speeds], both axes as in the map.
+def stability_map(folder: Path, name: str, *, blocks: Sequence[Sequence[Block]]) -> PanelFiles:
+    """Draw `blocks`, rows of them (the last one may be shorter); write picture and CSV.
 
-    `limits_s`: for each speed the predicted step limits [s], elastic and whole; None where there is none.
+    A block is a title and its cells as they are stored, [steps (short to long), speeds], all with the same axes. The
+    predicted limits of its speeds are drawn as lines: solid elastic, dashed whole.
     """
-
-    title: str
-    statuses: Sequence[Sequence[str]]
-    limits_s: Sequence[tuple[float | None, float | None]]
-
-
-def stability_map(
-    folder: Path,
-    name: str,
-    *,
-    blocks: Sequence[Sequence[MapBlock]],
-    steps_per_s: Sequence[int],
-    rpm: Sequence[float],
-) -> PanelFiles:
-    """Draw `blocks`, rows of them (the last one may be shorter), for steps (short to long) and speeds; picture and CSV.
-
-    Limits are drawn as lines: solid elastic, dashed whole.
-    """
+    first = blocks[0][0][1]
+    steps_per_s, rpm = [round(1 / line[0]["dt_s"]) for line in first], [cell["rpm"] for cell in first[0]]
     with figure_style():
         height = min(TALLEST_INCHES, HEAD_INCHES + len(blocks) * (GAP_INCHES + len(steps_per_s) * ROW_INCHES))
         figure = new_figure((WIDTH_INCHES, height))
@@ -64,39 +50,41 @@ def stability_map(
         for line, row in zip(axes, blocks, strict=True):
             for ax, block in zip(line, row, strict=False):
                 _draw(ax, block, steps_per_s)
-                ax.set_xticks([])
-                ax.set_yticks([])
             for ax in line[len(row) :]:
                 ax.set_visible(False)
         for ax in axes[:, 0]:
             ax.set_yticks(_middles(steps_per_s), labels=[f"1/{n}" for n in steps_per_s], fontsize=6.5)
         for ax in axes[-1]:
-            ax.set_xticks(
-                _middles(rpm), labels=[f"{r:g}" for r in rpm], fontsize=7 if len(blocks[0]) <= WIDE_BLOCKS else 5
-            )
+            size = 7 if len(blocks[0]) <= WIDE_BLOCKS else 5
+            ax.set_xticks(_middles(rpm), labels=[f"{r:g}" for r in rpm], fontsize=size)
             ax.set_xlabel("Shaft speed, rpm")
         figure.supylabel("Step, s", fontsize=8.5)
-        _legend(figure, blocks)
-        return save_panel(figure, folder, name, _columns(blocks, steps_per_s, rpm))
+        cells = [(title, cell) for row in blocks for title, lines in row for line in lines for cell in line]
+        _legend(figure, Counter(cell["status"] for _, cell in cells))
+        columns: dict[str, list[Any]] = {
+            key: [math.nan if cell[key] is None else cell[key] for _, cell in cells] for key in COLUMNS
+        }
+        return save_panel(figure, folder, name, {"block": [title for title, _ in cells], **columns})
 
 
 def _middles(values: Sequence[float]) -> list[float]:
     return [i + 0.5 for i in range(len(values))]
 
 
-def _draw(ax: Any, block: MapBlock, steps_per_s: Sequence[int]) -> None:
+def _draw(ax: Any, block: Block, steps_per_s: Sequence[int]) -> None:
+    title, lines = block
     places: dict[str, list[tuple[int, int]]] = {}
-    for i, row in enumerate(block.statuses):
-        for j, status in enumerate(row):
-            places.setdefault(status, []).append((j, i))
+    for i, line in enumerate(lines):
+        for j, cell in enumerate(line):
+            places.setdefault(cell["status"], []).append((j, i))
     for status, own in places.items():
         _fill(ax, own, *LOOKS.get(status, UNKNOWN)[:3])
-    for which, style, width in ((0, "-", 1.6), (1, (0, (2, 1.5)), 1.3)):
-        heights = [_place(limits[which], steps_per_s) for limits in block.limits_s]
-        for j, height in enumerate(heights):
+    for limit, style, width in zip(COLUMNS[-2:], ("-", (0, (2, 1.5))), (1.6, 1.3), strict=True):
+        for j, cell in enumerate(lines[0]):
+            height = _place(cell[limit], steps_per_s)
             ax.plot([j, j + 1], [height, height], color=INK, ls=style, lw=width, clip_on=False, solid_capstyle="butt")
-    ax.set(xlim=(0, len(block.statuses[0])), ylim=(len(steps_per_s), 0))
-    ax.set_title(block.title, fontsize=7.5, pad=3, color=INK)
+    ax.set(xlim=(0, len(lines[0])), ylim=(len(steps_per_s), 0), xticks=[], yticks=[])
+    ax.set_title(title, fontsize=7.5, pad=3, color=INK)
     ax.tick_params(length=0)
     ax.grid(visible=False)
     for spine in ax.spines.values():
@@ -134,40 +122,16 @@ def _place(limit_s: float | None, steps_per_s: Sequence[int]) -> float:
     return float(np.interp(math.log2(limit_s), *known))
 
 
-def _legend(figure: Any, blocks: Sequence[Sequence[MapBlock]]) -> None:
+def _legend(figure: Any, counts: Mapping[str, int]) -> None:
     from matplotlib.lines import Line2D
 
-    counts: dict[str, int] = {}
-    for block in (b for row in blocks for b in row):
-        for status in (s for row in block.statuses for s in row):
-            counts[status] = counts.get(status, 0) + 1
-    known = [s for s in LOOKS if s in counts] + [s for s in counts if s not in LOOKS]
-    handles = [_sign(status, counts[status]) for status in known]
+    handles = []
+    for status in [*(s for s in LOOKS if s in counts), *(s for s in counts if s not in LOOKS)]:
+        sign, face, _, meaning = LOOKS.get(status, UNKNOWN)
+        label = f"{sign}  {status}: {meaning} ({counts[status]})".strip()
+        handles.append(Line2D([], [], marker="s", ls="", ms=8, mfc=face, mec=SOFT, mew=0.4, label=label))
     handles += [
         Line2D([], [], color=INK, lw=1.6, label="predicted limit, friction left out"),
         Line2D([], [], color=INK, lw=1.3, ls=(0, (2, 1.5)), label="predicted limit (at the edge: beyond the map)"),
     ]
     figure.legend(handles=handles, loc="outside upper left", ncols=2, fontsize=7, frameon=False, handletextpad=0.6)
-
-
-def _sign(status: str, count: int) -> Any:
-    from matplotlib.lines import Line2D
-
-    sign, face, _, meaning = LOOKS.get(status, UNKNOWN)
-    return Line2D([], [], marker="s", ls="", ms=8, mfc=face, mec=SOFT, mew=0.4,
-                  label=f"{sign}  {status}: {meaning} ({count})".strip())  # fmt: skip
-
-
-def _columns(
-    blocks: Sequence[Sequence[MapBlock]], steps_per_s: Sequence[int], rpm: Sequence[float]
-) -> dict[str, list[Any]]:
-    rows = [
-        (block.title, 1 / steps, speed, status, *block.limits_s[j])
-        for block in (b for row in blocks for b in row)
-        for steps, line in zip(steps_per_s, block.statuses, strict=True)
-        for j, (speed, status) in enumerate(zip(rpm, line, strict=True))
-    ]
-    names = ("block", "dt_s", "rpm", "status", "predicted_elastic_limit_dt_s", "predicted_limit_dt_s")
-    return {
-        name: [math.nan if row[i] is None else row[i] for row in rows] for i, name in enumerate(names)
-    }  # fmt: skip

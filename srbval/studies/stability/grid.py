@@ -6,14 +6,31 @@ import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models.solvers import SOLVERS
 from srbval.scene import Scene
-from srbval.studies.scenes import RIG_SHOWN, RPM, bench_scene, check_scenes, check_solvers
+from srbval.studies.scenes import RIG_SHOWN, RPM, bench_scene, check_names
 
 WHOLE_HZ = 256.0  # durations are multiples of 1/256 s, and so of every output interval in use
+
+
+class StabilityGroup(NamedTuple):
+    """What the cells of one part of the map have in common, the converged run among it."""
+
+    scene: str
+    rpm: float
+    critical_velocity_m_s: float
+
+
+class StabilityCase(NamedTuple):
+    """One run of the map, or a converged one."""
+
+    group: StabilityGroup
+    solver: str
+    steps_per_s: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,8 +38,8 @@ class StabilityGrid:
     """Every combination of these is a cell.
 
     `steps_per_s` are the step sizes as divisors of a second; `seconds` the least duration of a run, or `passages` of
-    a roller over the outer race where these take longer; `settle_passages` precede it. References run
-    `reference_steps_per_s`, and once more at half as many.
+    a roller over the outer race where these take longer; `settle_passages` precede it. Converged runs take
+    `reference_steps_per_s`, and once more half as many.
     """
 
     scenes: tuple[str, ...]
@@ -36,8 +53,7 @@ class StabilityGrid:
     reference_steps_per_s: int
 
     def __post_init__(self) -> None:
-        check_scenes(self.scenes)
-        check_solvers(self.solvers)
+        check_names(self.scenes, self.solvers)
         for steps in (*self.steps_per_s, self.reference_steps_per_s):
             if not 1000 <= steps <= 10**7:
                 raise ConfigurationError(f"--steps-per-s {steps}: steps must lie between 1/1000 s and 1/10000000 s.")
@@ -46,55 +62,30 @@ class StabilityGrid:
                 raise ConfigurationError(f"--rpm {rpm:g}: speeds of the map must lie between 0 and 20000 rpm.")
 
     @property
-    def groups(self) -> Iterator[StabilityGroup]:
-        """Scene, speed and critical velocity: what shares a reference."""
-        for scene, velocity, rpm in itertools.product(self.scenes, self.critical_velocity_m_s, self.rpm):
-            yield StabilityGroup(scene=scene, rpm=rpm, critical_velocity_m_s=velocity)
+    def groups(self) -> list[StabilityGroup]:
+        """Scene, speed and critical velocity: what shares a converged run."""
+        every = itertools.product(self.scenes, self.critical_velocity_m_s, self.rpm)
+        return [StabilityGroup(scene, rpm, velocity) for scene, velocity, rpm in every]
 
     @property
     def cases(self) -> Iterator[StabilityCase]:
         """Every cell of the map."""
-        for group in self.groups:
-            for solver, steps in itertools.product(self.solvers, self.steps_per_s):
-                yield StabilityCase(group=group, solver=solver, steps_per_s=steps)
+        return itertools.starmap(StabilityCase, itertools.product(self.groups, self.solvers, self.steps_per_s))
 
     def scene(self, case: StabilityCase) -> Scene:
         """The scene that a case runs."""
-        group = case.group
+        name, rpm, velocity = case.group
         scene = bench_scene(
-            group.scene, solver=case.solver, step_s=case.step_s, seconds=1.0, settle_s=0.0,
-            contact={"critical_velocity_m_s": group.critical_velocity_m_s},
+            name, solver=case.solver, step_s=1 / case.steps_per_s, seconds=1.0, settle_s=0.0,
+            contact={"critical_velocity_m_s": velocity},
         )  # fmt: skip
-        passage = 1 / load_bearing(scene.bearing).orders.at(group.rpm / 60).bpfo_hz
+        passage_s = 1 / load_bearing(scene.bearing).orders.at(rpm / 60).bpfo_hz
         return replace(
             scene,
-            shaft_speed_rad_s=group.rpm * RPM,
-            duration_s=_whole(max(self.seconds, self.passages * passage)),
-            settle_s=_whole(self.settle_passages * passage),
+            shaft_speed_rad_s=rpm * RPM,
+            duration_s=_whole(max(self.seconds, self.passages * passage_s)),
+            settle_s=_whole(self.settle_passages * passage_s),
         )
-
-
-@dataclass(frozen=True, kw_only=True)
-class StabilityGroup:
-    """What the cells of one part of the map have in common."""
-
-    scene: str
-    rpm: float
-    critical_velocity_m_s: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class StabilityCase:
-    """One run of the map, or a reference."""
-
-    group: StabilityGroup
-    solver: str
-    steps_per_s: int
-
-    @property
-    def step_s(self) -> float:
-        """The solver's step [s]."""
-        return 1 / self.steps_per_s
 
 
 def _whole(seconds: float) -> float:

@@ -1,7 +1,7 @@
 """Where each method fails, from the stored stability maps of the paper's scenes and of the rig's."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -13,9 +13,8 @@ from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
 from srbval.scene import SolverSettings, paper_scene
-from srbval.storage.stored_result import StoredResult
 from srbval.studies.scenes import RIG_SCENES
-from srbval.studies.stability.figure import MapBlock, stability_map
+from srbval.studies.stability.figure import stability_map
 
 TEXTS = Texts.of_study(__package__)
 MAIN_SCENE = "interference-outer"  # of the one map in the main document
@@ -32,8 +31,9 @@ def section(results: StoredResults) -> Section:
     if result is None:
         return TEXTS.section(missing(NAMES[0]))
     content = result.content
-    cells, grid, references = content["cells"], content["grid"], content["references"]
-    scenes = list(dict.fromkeys(c["scene"] for c in cells))
+    cells, grid, references, claims = (content[name] for name in ("cells", "grid", "references", "claims"))
+    velocity, solvers = min(grid["critical_velocity_m_s"]), grid["solvers"]
+    abreast = [solvers[i : i + BLOCKS_ABREAST] for i in range(0, len(solvers), BLOCKS_ABREAST)]
     main_scene = MAIN_SCENE if MAIN_SCENE in grid["scenes"] else grid["scenes"][0]
     outcomes = TEXTS.listing(
         "outcomes",
@@ -43,127 +43,103 @@ def section(results: StoredResults) -> Section:
         references=references,
         unlike=[c for c in cells if c["status"] == "unlike-reference"],
     )
-    reference_error = max(max(r["own_cage_error"], r["own_load_error"]) for r in references)
+    blocks: list[Block] = [
+        origin_of(result),
+        TEXTS.paragraph(
+            "how", grid=grid, reference_error=max(max(r["own_cage_error"], r["own_load_error"]) for r in references)
+        ),
+    ]
+    for claim in claims:
+        blocks.append(TEXTS.callout("claim", tone=CLAIM_TONE[claim["borne_out"]], claim=claim))
+        blocks.append(Listing(items=tuple(literal(line) for line in claim["evidence"])))
+    blocks += [*_maps(content, "stability-limits"), outcomes]
+    if rig is not None:
+        blocks += [TEXTS.paragraph("rig", counts=rig.content["counts"]), origin_of(rig)]
+        blocks += _maps(rig.content, "rig-stability-limits")
     return TEXTS.section(
         TEXTS.paragraph("intro", grid=grid, counts=content["counts"]),
-        Listing(items=tuple(TEXTS.text("claim", claim=claim) for claim in content["claims"])),
-        _main_map(content, main_scene),
-        appendix=(
-            origin_of(result),
-            TEXTS.paragraph("how", grid=grid, reference_error=reference_error),
-            *(block for claim in content["claims"] for block in _claim(claim)),
-            *(_map(content, scene) for scene in grid["scenes"]),
-            TEXTS.table("stability-limits", _limits(cells, scenes), scenes=scenes),
-            outcomes,
-            *(_rig(rig) if rig else ()),
-        ),
+        Listing(items=tuple(TEXTS.text("claim", claim=claim) for claim in claims)),
+        _map(content, main_scene, "stability-map", [[(solver, velocity) for solver in row] for row in abreast]),
+        appendix=blocks,
     )
 
 
-def _rig(result: StoredResult) -> Iterator[Block]:
-    """Map and limits of the rig's scene."""
-    cells, scenes = result.content["cells"], result.content["grid"]["scenes"]
-    yield TEXTS.paragraph("rig", counts=result.content["counts"])
-    yield origin_of(result)
-    yield from (_map(result.content, scene) for scene in scenes)
-    yield TEXTS.table("rig-stability-limits", _limits(cells, scenes), scenes=scenes)
-
-
-def _claim(claim: Row) -> Iterator[Block]:
-    yield TEXTS.callout("claim", tone=CLAIM_TONE[claim["borne_out"]], claim=claim)
-    yield Listing(items=tuple(literal(line) for line in claim["evidence"]))
-
-
-def _main_map(content: Mapping[str, Any], scene: str) -> Figure:
-    """Every method at the paper's friction."""
-    grid = content["grid"]
-    velocity, solvers = min(grid["critical_velocity_m_s"]), grid["solvers"]
-    rows = [solvers[i : i + BLOCKS_ABREAST] for i in range(0, len(solvers), BLOCKS_ABREAST)]
-    return _drawn(content, scene, "stability-map", [[(solver, velocity) for solver in row] for row in rows])
-
-
-def _map(content: Mapping[str, Any], scene: str) -> Figure:
-    """Every method at every friction."""
+def _maps(content: Row, table: str) -> Iterator[Block]:
+    """Every method at every friction, scene by scene, and the limits of all."""
     grid = content["grid"]
     wanted = [[(s, v) for v in sorted(grid["critical_velocity_m_s"])] for s in grid["solvers"]]
-    return _drawn(content, scene, f"stability-{scene}", wanted)
+    yield from (_map(content, scene, f"stability-{scene}", wanted) for scene in grid["scenes"])
+    scenes = list(dict.fromkeys(c["scene"] for c in content["cells"]))
+    yield TEXTS.table(table, _limits(content["cells"], scenes), scenes=scenes)
 
 
-def _drawn(content: Mapping[str, Any], scene: str, name: str, wanted: Sequence[Sequence[tuple[str, float]]]) -> Figure:
+def _map(content: Row, scene: str, name: str, wanted: Sequence[Sequence[tuple[str, float]]]) -> Figure:
     """The map of a scene with a block for each of the methods and frictions wanted, rows of them."""
-    grid = content["grid"]
     cells = {
-        (c["solver"], c["critical_velocity_m_s"], round(1 / c["dt_s"]), c["rpm"]): c
+        (c["solver"], c["critical_velocity_m_s"], _steps(c), c["rpm"]): c
         for c in content["cells"]
         if c["scene"] == scene
     }
-    steps, rpm = sorted(grid["steps_per_s"], reverse=True), sorted(grid["rpm"])
-
-    def block(solver: str, velocity: float) -> MapBlock:
-        rows = [[cells[solver, velocity, n, r] for r in rpm] for n in steps]
-        return MapBlock(
-            title=f"{solver}, critical velocity {_velocity(velocity)}" if several else solver,
-            statuses=[[c["status"] for c in row] for row in rows],
-            limits_s=[(c["predicted_elastic_limit_dt_s"], c["predicted_limit_dt_s"]) for c in rows[0]],
-        )
-
+    steps, rpm = sorted(content["grid"]["steps_per_s"], reverse=True), sorted(content["grid"]["rpm"])
     several = scene not in RIG_SCENES and len({velocity for row in wanted for _, velocity in row}) > 1
+
+    def block(solver: str, velocity: float) -> tuple[str, list[list[Row]]]:
+        title = f"{solver}, critical velocity {_velocity(velocity)}" if several else solver
+        return title, [[cells[solver, velocity, n, r] for r in rpm] for n in steps]
+
     blocks = [[block(*one) for one in row] for row in wanted]
-    plot = partial(stability_map, blocks=blocks, steps_per_s=steps, rpm=rpm)
     good = [
-        {"title": b.title, "good": [sum(status in WITHIN for status in line) for line in b.statuses]}
-        for b in (b for row in blocks for b in row)
-    ]
+        {"title": title, "good": [sum(c["status"] in WITHIN for c in line) for line in lines]}
+        for row in blocks for title, lines in row
+    ]  # fmt: skip
     return TEXTS.figure(
-        "stability", plot, id=name, badge=Badge.SIMULATED, scene=scene, blocks=good, steps=steps, speeds=len(rpm)
-    )
+        "stability", partial(stability_map, blocks=blocks), id=name, badge=Badge.SIMULATED, scene=scene, blocks=good,
+        steps=steps, speeds=len(rpm),
+    )  # fmt: skip
 
 
 def _limits(cells: Sequence[Row], scenes: Sequence[str]) -> Iterator[dict[str, Any]]:
-    """For each method and scene: the longest step with every run ok, and what linear theory gives."""
+    """For each method and scene: the longest step with every run ok, and what linear theory gives [divisors of 1 s]."""
     for solver, velocity in dict.fromkeys((c["solver"], c["critical_velocity_m_s"]) for c in cells):
         own = [c for c in cells if (c["solver"], c["critical_velocity_m_s"]) == (solver, velocity)]
-        by_scene = {scene: [c for c in own if c["scene"] == scene] for scene in scenes}
-        yield {
-            "method": solver if own[0]["scene"] in RIG_SCENES else f"{solver}, {_velocity(velocity)}",
-            "scenes": {
-                scene: {
-                    "ok": _longest(rows, lambda c: c["status"] in WITHIN),
-                    "stable": _longest(rows, lambda c: bool(c["stable"])),
-                    "elastic_limit": _per_s(rows, "predicted_elastic_limit_dt_s"),
-                    "limit": _per_s(rows, "predicted_limit_dt_s"),
-                }
-                for scene, rows in by_scene.items()
-            },
-        }
+        of_scenes = {}
+        for scene in scenes:
+            rows = [c for c in own if c["scene"] == scene]
+            of_scenes[scene] = {
+                "ok": _longest(rows, {_steps(c) for c in rows if c["status"] not in WITHIN}),
+                "stable": _longest(rows, {_steps(c) for c in rows if not c["stable"]}),
+                "elastic_limit": _least(c["predicted_elastic_limit_dt_s"] for c in rows),
+                "limit": _least(c["predicted_limit_dt_s"] for c in rows),
+            }
+        name = solver if own[0]["scene"] in RIG_SCENES else f"{solver}, {_velocity(velocity)}"
+        yield {"method": name, "scenes": of_scenes}
 
 
 def _velocity(m_s: float) -> str:
     return f"{m_s:g} m/s" if m_s >= 0.1 else f"{1e3 * m_s:g} mm/s"
 
 
-def _longest(cells: Sequence[Row], good: Callable[[Row], bool]) -> float | None:
-    """Divisor of the longest step such that it and all shorter ones are good at every speed."""
-    found = None
-    for steps in sorted({round(1 / c["dt_s"]) for c in cells}, reverse=True):
-        if not all(good(c) for c in cells if round(1 / c["dt_s"]) == steps):
-            break
-        found = float(steps)
-    return found
+def _steps(cell: Row) -> int:
+    return round(1 / cell["dt_s"])
 
 
-def _per_s(cells: Sequence[Row], name: str) -> float | None:
-    least = min((c[name] for c in cells if c[name] is not None), default=math.inf)
-    return 1 / least if math.isfinite(least) else None
+def _longest(cells: Sequence[Row], bad: set[int]) -> float | None:
+    """Divisor of the longest step such that neither it nor a shorter one is among the `bad` ones."""
+    good = [steps for steps in {_steps(c) for c in cells} if steps > max(bad, default=0)]
+    return float(min(good)) if good else None
+
+
+def _least(limits_s: Iterable[float | None]) -> float | None:
+    known = [limit for limit in limits_s if limit is not None]
+    return 1 / min(known) if known else None
 
 
 def _default(cells: Sequence[Row], solver: SolverSettings) -> str:
     """How the default solver fares at its default step."""
     own = [c for c in cells if c["solver"] == solver.name and math.isclose(c["dt_s"], solver.step_s, rel_tol=1e-6)]
     failed = [c for c in own if c["status"] not in WITHIN]
-    return TEXTS.text(
-        "default", solver=solver, own=own, good=len(own) - len(failed), failed=failed, velocity=_velocity
-    )  # fmt: skip
+    good = len(own) - len(failed)
+    return TEXTS.text("default", solver=solver, own=own, good=good, failed=failed, velocity=_velocity)
 
 
 PAGE = Page(

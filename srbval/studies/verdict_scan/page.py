@@ -1,23 +1,9 @@
-"""What would be stated of the cage ratio with each input alone over its range, from the stored study."""
+"""What would be stated of the cage ratio with each input alone over its range; reading and numerics of each record."""
 
-from srbval.report.model import Section
-from srbval.report.pages import Page, StoredResults
-from srbval.report.section_texts import Texts
-from srbval.report.sections.names import missing, origin_of
+from srbval.studies.appendix_page import appendix_page
 
-TEXTS = Texts.of_study(__package__)
-
-
-def section(results: StoredResults) -> Section:
-    """One row for each input, reading and numerics of each record."""
-    result = results.get("verdict_scan")
-    if result is None:
-        return TEXTS.section(appendix=(TEXTS.paragraph("intro"), missing("verdict_scan")))
-    table = TEXTS.table("verdict-scan-table", result.content["rows"])
-    return TEXTS.section(appendix=(TEXTS.paragraph("intro"), origin_of(result), table))
-
-
-PAGE = Page(
-    name="verdict_scan", place=115, results=("verdict_scan",), section=section,
-    data=lambda results: {"verdict_scan": results.content("verdict_scan").get("rows", [])},
+PAGE = appendix_page(
+    __package__, 115,
+    lambda texts, content: (texts.paragraph("intro"), texts.table("verdict-scan-table", content["rows"])),
+    data=lambda content: {"verdict_scan": content.get("rows", [])},
 )  # fmt: skip

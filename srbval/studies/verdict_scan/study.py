@@ -13,12 +13,12 @@ from argparse import Namespace
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
 from srbval.bearing import DEFAULT_BEARING, RACE_DEFECTS, Fault, FaultOrders, load_bearing
-from srbval.comparison.budget import SCAN, TOLERANCE, Answer
+from srbval.comparison.budget import SCAN, TOLERANCE
 from srbval.comparison.compared_quantities import cage_of, cage_ratio
 from srbval.comparison.comparison import QuantityValue, deviation_pct
 from srbval.comparison.counterpart import TURNS, AnalysedRun, converged, with_points
@@ -28,40 +28,18 @@ from srbval.errors import DataError, NumericsError
 from srbval.models.simulate import Step, simulate
 from srbval.progress import Progress, silent
 from srbval.reading.analyse import Analysis, analyse
-from srbval.recordings.registry import find_recording, load_entry
+from srbval.recordings.registry import RegisteredRecording, find_recording, load_entry
 from srbval.scene import Scene
 from srbval.storage.json_files import to_json
 from srbval.storage.stored_result import newest_result
-from srbval.studies.harness import Study, StudyResult, printed_columns
+from srbval.studies.harness import Study, StudyResult, input_hashes, printed_columns
 from srbval.studies.input_effects import NOMINAL_RPM, paper_scenes, run_unchecked
 from srbval.studies.open_inputs import BAND, OpenInput, drawn, open_inputs
 
+Row = dict[str, Any]
 NOMINAL = "all nominal"
 HARMONICS = range(1, 6)
 HALF_DIGITS = (-SCAN.half_digit_m, 0.0, SCAN.half_digit_m)
-
-
-@dataclass(frozen=True, kw_only=True)
-class ScanRow:
-    """The cage ratio's error at each of the `values` of one thing, with the 95 % half width that the record leaves [%].
-
-    `scene` and `defect` say whose, `kind` what is varied: an input, numerics, the geometry or the record's reading.
-    """
-
-    JSON_PROPERTIES: ClassVar = ("answers",)
-
-    scene: str
-    defect: Fault
-    kind: str
-    name: str
-    values: tuple[str, ...]
-    errors_pct: tuple[float, ...]
-    ci95_pct: tuple[float, ...]
-
-    @property
-    def answers(self) -> tuple[Answer, ...]:
-        """What would be stated at each value."""
-        return tuple(map(TOLERANCE.answer, self.errors_pct, self.ci95_pct))
 
 
 @dataclass(frozen=True)
@@ -72,42 +50,46 @@ class _Record:
     rig: Analysis
     scene: Scene
 
-    def row(self, kind: str, name: str, pairs: Iterable[tuple[str, float, QuantityValue | None]], **of: str) -> ScanRow:
-        """A row of what is varied, the model's ratio and the record's, by default as it stands in the comparison."""
+    def row(self, kind: str, name: str, pairs: Iterable[tuple[str, float, QuantityValue | None]], **of: str) -> Row:
+        """The cage ratio's error at each value of what is varied: the model's ratio against the record's.
+
+        That is by default the one as it stands in the comparison; `ci95_pct` is the 95 % half width that the record
+        leaves, `answers` what would be stated.
+        """
         own = cage_ratio(self.rig, self.state)
-        found = [(value, model, rig or own) for value, model, rig in pairs]
-        return ScanRow(
-            scene=of.get("scene", "paper"), defect=self.state, kind=kind, name=name,
-            values=tuple(value for value, _, _ in found),
-            errors_pct=tuple(deviation_pct(model, rig.value) for _, model, rig in found if rig),
-            ci95_pct=tuple(
-                100 * math.hypot(rig.ci95 or 0.0, rig.speed_ci95) / rig.value for _, _, rig in found if rig
-            ),
-        )  # fmt: skip
+        found = [(value, deviation_pct(model, one.value), 100 * math.hypot(one.ci95 or 0.0, one.speed_ci95) / one.value)
+                 for value, model, rig in pairs if (one := rig or own)]  # fmt: skip
+        return {
+            "scene": of.get("scene", "paper"), "defect": self.state, "kind": kind, "name": name,
+            "values": [value for value, *_ in found], "errors_pct": [error for _, error, _ in found],
+            "ci95_pct": [u for *_, u in found], "answers": [TOLERANCE.answer(error, u) for _, error, u in found],
+        }  # fmt: skip
 
 
-def scan(rig_study: Mapping[str, Any] | None, *, progress: Progress = silent) -> tuple[ScanRow, ...]:
+def entry_of(state: Fault) -> RegisteredRecording:
+    """The rig's record with a fault of a race; `DataError` where there is none."""
+    entry = find_recording(state=state, nominal_rpm=NOMINAL_RPM)
+    if entry is None:
+        raise DataError(f"no recording of the rig with a fault of the {state} race at {NOMINAL_RPM:g} rpm is there.")
+    return entry
+
+
+def scan(rig_study: Mapping[str, Any] | None, *, progress: Progress = silent) -> list[Row]:
     """All rows, of both races; `rig_study` is the stored study of the scene ``rig``.
 
     Raises `DataError` without a record of either race, and what running the model raises.
     """
-    rows: list[ScanRow] = []
+    rows, bearing = list[Row](), load_bearing(DEFAULT_BEARING)
     for scene in paper_scenes(TURNS):
         state = scene.defect.kind
-        if state not in RACE_DEFECTS:
-            continue
-        entry = find_recording(state=state, nominal_rpm=NOMINAL_RPM)
-        if entry is None:
-            raise DataError(
-                f"no recording of the rig with a fault of the {state} race at {NOMINAL_RPM:g} rpm is there."
-            )
-        record = _Record(state, analyse(load_entry(entry), bearing=load_bearing(DEFAULT_BEARING)), converged(scene))
-        rows += _model_rows(record, progress)
-        rows += _rig_scene_rows(record, (rig_study or {}).get("studies", ()))
-    return tuple(rows)
+        if state in RACE_DEFECTS:
+            record = _Record(state, analyse(load_entry(entry_of(state)), bearing=bearing), converged(scene))
+            rows += _model_rows(record, progress)
+            rows += _rig_scene_rows(record, (rig_study or {}).get("studies", ()))
+    return rows
 
 
-def _model_rows(record: _Record, progress: Progress) -> Iterator[ScanRow]:
+def _model_rows(record: _Record, progress: Progress) -> Iterator[Row]:
     """Everything of the paper's scene, and of how the record is read against its nominal run."""
     what, nominal = f"Scan each input, {record.state}", run_unchecked(record.scene)
     own = nominal.values["cage ratio"].value
@@ -137,7 +119,7 @@ def _model_rows(record: _Record, progress: Progress) -> Iterator[ScanRow]:
     progress(what, 1.0)
 
 
-def _reading_rows(record: _Record, model: float) -> Iterator[ScanRow]:
+def _reading_rows(record: _Record, model: float) -> Iterator[Row]:
     """The record's band, and with it its comb, the kinematics that it is searched about, its reading and speed."""
     rig, state = record.rig, record.state
     bands = {f"{low:g} to {high:g} Hz": _read(record, band_hz=(low, high)) for low, high in SCAN.bands_hz}
@@ -157,7 +139,7 @@ def _reading_rows(record: _Record, model: float) -> Iterator[ScanRow]:
     )
 
 
-def _rig_scene_rows(record: _Record, studies: Iterable[Mapping[str, Any]]) -> Iterator[ScanRow]:
+def _rig_scene_rows(record: _Record, studies: Iterable[Mapping[str, Any]]) -> Iterator[Row]:
     """Those of the scene ``rig``, by its stored study of the same record."""
     for study in studies:
         if study["of"]["kind"] != record.state or study["uncertainty_pct"] is None:
@@ -259,7 +241,7 @@ def _by_frequency(record: _Record, hz: float, ci95_hz: float, *, shaft_hz: float
 
 def _run(_: Namespace, progress: Progress) -> StudyResult:
     rig = newest_result("rig_inputs")
-    rows = [to_json(row) for row in scan(rig.content if rig else None, progress=progress)]
+    rows = to_json(scan(rig.content if rig else None, progress=progress))
     shown = [
         row | {
             "first": row["values"][0], "last": row["values"][-1], "least_pct": min(row["errors_pct"]),
@@ -267,8 +249,10 @@ def _run(_: Namespace, progress: Progress) -> StudyResult:
         }
         for row in rows
     ]  # fmt: skip
-    content = {"rig_scene": rig and rig.origin, "rows": rows}
-    return StudyResult(name="verdict_scan", content=content, text=printed_columns(__package__, "scan", shown))
+    return StudyResult(
+        name="verdict_scan", content={"rig_scene": rig and rig.origin, "rows": rows},
+        text=printed_columns(__package__, "scan", shown), inputs=input_hashes(rig, *map(entry_of, RACE_DEFECTS)),
+    )  # fmt: skip
 
 
 STUDY = Study(

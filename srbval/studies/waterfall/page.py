@@ -1,17 +1,24 @@
 """From the paper's scene to the rig's, one change at a time: what each buys in frequency, level and pattern."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from srbval.report.blocks import Badge
+from srbval.report.figures.files import PanelFiles, save_panel
+from srbval.report.figures.style import BLUE, GREEN, INK, VERMILION, figure_style, new_figure
 from srbval.report.model import Section
 from srbval.report.pages import Page, StoredResults
 from srbval.report.section_texts import Texts
 from srbval.report.sections.names import missing, origin_of
-from srbval.studies.waterfall.figure import waterfall_plot
 
 TEXTS = Texts.of_study(__package__)
+RECORD_MARKS = (("o", BLUE), ("s", VERMILION))  # of OR and IR records
+MARGIN = {"%": 0.1, "dB": 3.0}  # of the cage ratio and of levels: within which a model agrees
+PANELS_ACROSS, WATERFALL_INCHES = 3, (7.6, 5.6)
+APART = 0.16  # of a row, between the records
 FORMAT = {"%": "+.3f", "dB": "+.1f"}
 
 
@@ -51,6 +58,43 @@ def _text(row: Mapping[str, Any]) -> str:
         return "not shown"
     of = f", {row['shown']} of {row['compared']}" if row["shown"] < row["compared"] else ""
     return f"{row['error']:{FORMAT[row['unit']]}} [{row['uncertainty']:{FORMAT[row['unit']][1:]}}]{of}"
+
+
+def waterfall_plot(folder: Path, name: str, *, rows: Sequence[Mapping[str, Any]]) -> PanelFiles:
+    """Draw error and uncertainty over the steps, top to bottom; write picture and CSV."""
+    steps, measures = (list(dict.fromkeys(row[key] for row in rows)) for key in ("step", "measure"))
+    with figure_style():
+        figure = new_figure(WATERFALL_INCHES)
+        grid = figure.subplots(math.ceil(len(measures) / PANELS_ACROSS), PANELS_ACROSS, squeeze=False, sharey=True)
+        for axes, measure in zip(grid.flat, measures, strict=False):
+            _waterfall_panel(axes, [row for row in rows if row["measure"] == measure], steps)
+            axes.set_title(measure)
+        for axes in grid[:, 0]:
+            axes.set_yticks(range(len(steps)), labels=steps)
+        grid[0, 0].set_ylim(len(steps) - 0.5, -0.5)
+        return save_panel(figure, folder, name, _waterfall_columns(rows))
+
+
+def _waterfall_panel(axes: Any, rows: Sequence[Mapping[str, Any]], steps: Sequence[str]) -> None:
+    unit = rows[0]["unit"]
+    axes.axvspan(-MARGIN[unit], MARGIN[unit], color=GREEN, alpha=0.16, lw=0, zorder=0)
+    axes.axvline(0, color=INK, lw=0.9)
+    for place, record in enumerate(dict.fromkeys(row["record"] for row in rows)):
+        marker, colour = RECORD_MARKS["IR" in record]
+        for row in (row for row in rows if row["record"] == record and row["error"] is not None):
+            at = steps.index(row["step"]) + APART * (2 * place - 1)
+            face = "white" if row["used_for"] == "fit" else colour
+            axes.errorbar(
+                row["error"], at, xerr=row["uncertainty"], marker=marker, ms=4.5, mec=colour, mfc=face, ecolor=colour,
+                elinewidth=1.0, capsize=2.0, zorder=5,
+            )  # fmt: skip
+    axes.set_xlabel(f"Error, {unit}")
+
+
+def _waterfall_columns(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Any]]:
+    texts = {key: [row[key] for row in rows] for key in ("step", "record", "used_for", "measure", "unit")}
+    numbers = {key: [math.nan if row[key] is None else row[key] for row in rows] for key in ("error", "uncertainty")}
+    return texts | numbers
 
 
 PAGE = Page(

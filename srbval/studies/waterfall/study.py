@@ -7,6 +7,7 @@ identified from H 877 and OR 877, and the height of the waves of the last step i
 there on these records are `fit`. Every bearing has waves of its own, and each start other ones.
 """
 
+import itertools
 import math
 import statistics
 from argparse import Namespace
@@ -30,10 +31,18 @@ from srbval.progress import Progress
 from srbval.progress.tables import text_rows
 from srbval.recordings import Recording
 from srbval.scene import Scene, SensorPath, draws, load_scene, merge, rig_inputs
-from srbval.storage.json_files import to_json
 from srbval.storage.tables import read_toml
-from srbval.studies.harness import Study, StudyResult
-from srbval.studies.rig_amplitudes import BEARING, OF_HEALTHY, WAVES, behind, drawn_paths, line_order, measured
+from srbval.studies.harness import Study, StudyResult, input_hashes
+from srbval.studies.rig_amplitudes import (
+    BEARING,
+    OF_HEALTHY,
+    WAVES,
+    behind,
+    drawn_paths,
+    line_order,
+    measured,
+    measured_entry,
+)
 
 SECONDS, STEP_S = 1.0, 1 / 81_920  # the model of continuous races takes two of its steps in one
 FINER = {"solver": {"step_s": STEP_S / 2}, "line_contact": {"slices": 31}}
@@ -54,24 +63,6 @@ class WaterfallStep:
 
     name: str
     changes: Mapping[str, Any]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Measure:
-    """Error and uncertainty (95 %) of one measure of a record at one step, root mean squares where it is of several.
-
-    `shown` of its `compared` quantities show on both sides; without one there is no error.
-    """
-
-    step: str
-    record: str
-    used_for: str
-    measure: str
-    error: float | None
-    uncertainty: float | None
-    unit: str
-    shown: int
-    compared: int
 
 
 def steps() -> tuple[WaterfallStep, ...]:
@@ -156,26 +147,23 @@ def compared(step: WaterfallStep, rig: Mapping[Fault, Mapping[str, QuantityValue
             yield replace(row, used_for="fit") if fitted else row
 
 
-def measures(found: Sequence[Comparison]) -> list[Measure]:
-    """What the rows of one step come to, record by record."""
-    made = []
-    for record in dict.fromkeys(row.record for row in found):
+def measures(found: Sequence[Comparison]) -> Iterator[dict[str, Any]]:
+    """Error and uncertainty (95 %) of each measure of the records at one step, root mean squares of several quantities.
+
+    `shown` of its `compared` quantities show on both sides; without one there is no error.
+    """
+    for record, (measure, names) in itertools.product(dict.fromkeys(row.record for row in found), MEASURES.items()):
         own = {row.quantity: row for row in found if row.record == record}
-        for measure, names in MEASURES.items():
-            of = [own[name] for name in names if name in own]
-            shown = [row for row in of if row.both_present]
-            if not of:
-                continue
-            single = shown[0].error if len(of) == len(shown) == 1 else None
-            made.append(
-                Measure(
-                    step=of[0].scene, record=record, used_for=of[0].used_for, measure=measure, shown=len(shown),
-                    compared=len(of), unit=of[0].error_unit,
-                    error=single if single is not None else _rms([row.error for row in shown]),
-                    uncertainty=_rms([row.uncertainty or 0.0 for row in shown]),
-                )
-            )  # fmt: skip
-    return made
+        of = [own[name] for name in names if name in own]
+        shown = [row for row in of if row.both_present]
+        if of:
+            single = len(of) == len(shown) == 1
+            yield {
+                "step": of[0].scene, "record": record, "used_for": of[0].used_for, "measure": measure,
+                "error": shown[0].error if single else _rms([row.error for row in shown]),
+                "uncertainty": _rms([row.uncertainty or 0.0 for row in shown]), "unit": of[0].error_unit,
+                "shown": len(shown), "compared": len(of),
+            }  # fmt: skip
 
 
 def _rms(values: Sequence[float]) -> float | None:
@@ -185,7 +173,7 @@ def _rms(values: Sequence[float]) -> float | None:
 def _run(_: Namespace, progress: Progress) -> StudyResult:
     healthy = measured(Fault.HEALTHY, 877.0)
     rig = {state: of_rig(state, healthy) for state in RACE_DEFECTS}
-    found, summary = list[Comparison](), list[Measure]()
+    found, summary = list[Comparison](), list[dict[str, Any]]()
     for number, step in enumerate(steps()):
         progress(f"step {step.name}", number / len(steps()))
         own = list(compared(step, rig))
@@ -202,7 +190,8 @@ def _run(_: Namespace, progress: Progress) -> StudyResult:
     content = {
         "seconds": SECONDS, "bias": biases(paper), "measures": summary, "rows": [row.to_dict() for row in found],
     }  # fmt: skip
-    return StudyResult(name="waterfall", content=content, text=text_rows([to_json(one) for one in summary]))
+    inputs = input_hashes(*(measured_entry(state, 877.0) for state in STATES))
+    return StudyResult(name="waterfall", content=content, text=text_rows(summary), inputs=inputs)
 
 
 STUDY = Study(

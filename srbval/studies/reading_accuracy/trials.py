@@ -5,8 +5,9 @@ Records are synthetic: combs with slip in noise, and noise only.
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -94,26 +95,6 @@ class AccuracyCell:
         return comb_record(rng, self.seconds, snr_db=self.snr_db, jitter=self.jitter, amplitudes=PROFILES[self.profile])
 
 
-@dataclass(frozen=True, kw_only=True)
-class Accuracy(AccuracyCell):
-    """One cell; all figures but `detected` are of the lines detected, for a frequency is stated of no other.
-
-    `weakest_db` is the weakest harmonic's line-to-noise ratio, `detected` the share of `trials`. `rmse_over_bound` is
-    against noise alone, so above one with slip; `informed_over_bound` is that of a fit that is given the noise, the
-    strength of every harmonic and that nothing slips (None with jitter). `coverage` is the 95 % interval's;
-    `ci95_over_error` the median half width over 1.96 root-mean-square errors: one where it is no wider than needed.
-    """
-
-    weakest_db: float
-    trials: int
-    detected: float
-    rmse_hz: float
-    rmse_over_bound: float
-    informed_over_bound: float | None
-    coverage: float
-    ci95_over_error: float
-
-
 Trial = tuple[bool, float, float, float]  # detected, error, half width, the informed fit's error [Hz]
 
 
@@ -149,19 +130,26 @@ def _informed_hz(cell: AccuracyCell, record: FloatArray) -> float:
     return LINE_HZ + float(place[top] + offset * (place[1] - place[0]))
 
 
-def summary(cell: AccuracyCell, trials: Sequence[Trial]) -> Accuracy:
-    """The cell's row."""
+def summary(cell: AccuracyCell, trials: Sequence[Trial]) -> dict[str, Any]:
+    """The cell's row; all figures but `detected` are of the lines detected, for a frequency is stated of no other.
+
+    `weakest_db` is the weakest harmonic's line-to-noise ratio, `detected` the share of `trials`. `rmse_over_bound` is
+    against noise alone, so above one with slip; `informed_over_bound` is that of a fit that is given the noise, the
+    strength of every harmonic and that nothing slips (None with jitter). `coverage` is the 95 % interval's;
+    `ci95_over_error` the median half width over 1.96 root-mean-square errors: one where it is no wider than needed.
+    """
     detected, error, half, informed = (np.array(column) for column in zip(*trials, strict=True))
     error, half = error[detected], half[detected]
     amplitudes = PROFILES[cell.profile]
     bound = cramer_rao_hz(cell.seconds, cell.snr_db, amplitudes)
     rmse = _rms(error)
-    return Accuracy(
-        **vars(cell), weakest_db=cell.snr_db + 20 * float(np.log10(min(amplitudes))), trials=len(trials),
-        detected=float(np.mean(detected)), rmse_hz=rmse, rmse_over_bound=rmse / bound,
-        informed_over_bound=None if cell.jitter else _rms(informed) / bound,
-        coverage=float(np.mean(np.abs(error) <= half)), ci95_over_error=float(np.median(half)) / (NORMAL_95 * rmse),
-    )  # fmt: skip
+    return vars(cell) | {
+        "weakest_db": cell.snr_db + 20 * math.log10(min(amplitudes)), "trials": len(trials),
+        "detected": float(np.mean(detected)), "rmse_hz": rmse, "rmse_over_bound": rmse / bound,
+        "informed_over_bound": None if cell.jitter else _rms(informed) / bound,
+        "coverage": float(np.mean(np.abs(error) <= half)),
+        "ci95_over_error": float(np.median(half)) / (NORMAL_95 * rmse),
+    }  # fmt: skip
 
 
 def _rms(values: FloatArray) -> float:
@@ -186,40 +174,20 @@ NOISES = ("white", "coloured")
 NOISE_SECONDS = 4.0
 
 
-@dataclass(frozen=True, kw_only=True)
-class FalseAlarms:
-    """How often noise alone fell below a nominal false-alarm probability, over that probability."""
-
-    noise: str
-    harmonics: int
-    nominal: float
-    records: int
-    observed: float
-    ratio: float
-
-
 def chances_of(noise: str, count: int, seed: Sequence[int]) -> list[tuple[float, ...]]:
     """False-alarm probabilities of `count` noise records, one per entry of `HARMONICS`; 1 where nothing peaks."""
     rng = np.random.default_rng(seed)
     records = (noise_record(rng, NOISE_SECONDS, coloured=noise == "coloured") for _ in range(count))
-    return [tuple(_chance(record, harmonics) for harmonics in HARMONICS) for record in records]
+    readings = ([read_record(record, harmonics) for harmonics in HARMONICS] for record in records)
+    return [tuple(1.0 if one is None else one.noise_false_alarm for one in both) for both in readings]
 
 
-def _chance(record: np.ndarray, harmonics: int) -> float:
-    reading = read_record(record, harmonics)
-    return 1.0 if reading is None else reading.noise_false_alarm
-
-
-def rates_of(noise: str, chances: Sequence[tuple[float, ...]]) -> list[FalseAlarms]:
-    """One row per number of harmonics and nominal rate."""
+def rates_of(noise: str, chances: Sequence[tuple[float, ...]]) -> Iterator[dict[str, Any]]:
+    """How often noise alone fell below a nominal false-alarm probability, over it: by number of harmonics and rate."""
     stated = np.array(chances)
-    rows = []
     for (column, harmonics), nominal in itertools.product(enumerate(HARMONICS), RATES):
         observed = float(np.mean(stated[:, column] < nominal))
-        rows.append(
-            FalseAlarms(
-                noise=noise, harmonics=harmonics, nominal=nominal, records=len(chances), observed=observed,
-                ratio=observed / nominal,
-            )
-        )  # fmt: skip
-    return rows
+        yield {
+            "noise": noise, "harmonics": harmonics, "nominal": nominal, "records": len(chances), "observed": observed,
+            "ratio": observed / nominal,
+        }  # fmt: skip

@@ -1,18 +1,40 @@
-"""Registered recordings of known state, and which bearing of its rig each is of."""
+"""Registered recordings of known state, which bearing of its rig each is of, and the features that they teach.
 
+Each is read once as what it is; a faulty one also with a shaft speed wrong by 13 % and by -10 % and with another
+bearing, which must come out as something else. `write_table` makes ``srbval/diagnosis/known_records.csv`` of them.
+"""
+
+import contextlib
+import csv
 import dataclasses
 import re
-import tomllib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 
 from srbval.bearing import DEFECTS, Bearing, Fault, load_bearing
 from srbval.diagnosis.fault_posterior import OTHER
-from srbval.reading.analyse import Analysis
+from srbval.diagnosis.fault_scores import fault_scores
+from srbval.errors import SrbvalError
+from srbval.progress import Progress
+from srbval.reading.analyse import Analysis, analyse
 from srbval.recordings import Origin, Recording, RecordingSettings
 from srbval.recordings.registry import FileStatus, RegisteredRecording, load_entry, rig_of, without_copies
+from srbval.storage.tables import read_toml
+
+COLUMNS = ("rig", "specimen", "state", *(fault.value for fault in DEFECTS), "unexplained")
+HEAD = "# Features of records of known state; written by srbval study run diagnosis --table FILE\n"
+WRONG_SPEEDS = (1.13, 0.9)
+# Of this bearing; the first one's of any other. No fault order of the wrong one is a race's of the right one.
+WRONG_BEARING = {"mfpt-nice": "skf-6203"}
+# Which bearing of its rig a record is of, by its file's name; IMS has two channels per bearing.
+SPECIMENS = {
+    "cwru": r"_((?:IR|OR|B)\d+|Normal).*_\d\d?k?(DE|FE)|_((?:IR|OR|B)\d+|Normal)",
+    "hit-sm": r"^(Normal|IR\d|OR\d)",
+    "mfpt": r"^(Inner|Outer|baseline)",
+    "uestc": r"^([NBIO])_",
+    "torino": r"^(H|IR|OR|Roller)_",
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,43 +65,21 @@ class KnownRecord:
 
 def known_records(registered: Iterable[RegisteredRecording]) -> list[KnownRecord]:
     """Those of `registered` that are measured, whole and of known state, in the order of rig and file."""
-    assumed = tomllib.loads((resources.files("srbval.studies") / "known_state.toml").read_text(encoding="utf-8"))
-    found = []
+    assumed, found = read_toml(Path(__file__).with_name("known_state.toml")), []
     for entry in without_copies(r for r in registered if r.dataset and r.origin is Origin.MEASURED):
         if entry.status is not FileStatus.OK:
             continue
-        bearing, dataset = assumed["bearing"].get(entry.dataset), entry.dataset
+        bearing, settings = assumed["bearing"].get(entry.dataset), entry.settings or RecordingSettings()
         if entry.state is not None:
             found.append(KnownRecord(entry=entry, state=entry.state, bearing=bearing))
+            continue
         for rule in assumed["healthy"]:
-            if entry.state is None and rule["dataset"] == dataset and re.search(rule["file"], Path(entry.file).name):
-                settings = entry.settings or RecordingSettings()
-                found += [
-                    KnownRecord(
-                        entry=dataclasses.replace(
-                            entry, channel=name, settings=dataclasses.replace(settings, channel=name)
-                        ),
-                        state=Fault.HEALTHY,
-                        bearing=bearing,
-                    )
-                    for name in rule["channels"]
-                ]
+            if rule["dataset"] == entry.dataset and re.search(rule["file"], Path(entry.file).name):
+                for name in rule["channels"]:
+                    own = dataclasses.replace(settings, channel=name)
+                    of_channel = dataclasses.replace(entry, channel=name, settings=own)
+                    found.append(KnownRecord(entry=of_channel, state=Fault.HEALTHY, bearing=bearing))
     return sorted(found, key=lambda r: (r.rig, r.entry.file, r.entry.channel or ""))
-
-
-WRONG_SPEEDS = (1.13, 0.9)
-
-# Of this bearing; the first one's of any other. No fault order of the wrong one is a race's of the right one.
-WRONG_BEARING = {"mfpt-nice": "skf-6203"}
-
-# Which bearing of its rig a record is of, by its file's name; IMS has two channels per bearing.
-SPECIMENS = {
-    "cwru": r"_((?:IR|OR|B)\d+|Normal).*_\d\d?k?(DE|FE)|_((?:IR|OR|B)\d+|Normal)",
-    "hit-sm": r"^(Normal|IR\d|OR\d)",
-    "mfpt": r"^(Inner|Outer|baseline)",
-    "uestc": r"^([NBIO])_",
-    "torino": r"^(H|IR|OR|Roller)_",
-}
 
 
 def specimen(record: KnownRecord) -> str:
@@ -101,3 +101,22 @@ def readings(record: KnownRecord, read: Analysis) -> Iterator[tuple[str, Analysi
             yield OTHER, dataclasses.replace(read, speed=wrong)
         other = load_bearing(WRONG_BEARING.get(read.bearing.name, next(iter(WRONG_BEARING))))
         yield OTHER, dataclasses.replace(read, bearing=other)
+
+
+def write_table(file: Path, records: Iterable[KnownRecord], progress: Progress) -> list[dict[str, str]]:
+    """Write the features of `records` to a CSV `file`, those that cannot be read left out; returns its rows."""
+    known, found = list(records), []
+    for number, record in enumerate(known):
+        progress("read the records", number / len(known))
+        with contextlib.suppress(SrbvalError):
+            recording, bearing = record.load()
+            for state, analysis in readings(record, analyse(recording, bearing=bearing)):
+                values = (f"{value:.2f}" for value in fault_scores(analysis).features)
+                found.append(dict(zip(COLUMNS, (record.rig, specimen(record), state, *values), strict=True)))
+    progress("read the records", 1.0)
+    with file.open("w", newline="", encoding="utf-8") as stream:
+        stream.write(HEAD)
+        writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(found)
+    return found

@@ -1,0 +1,32 @@
+"""The page of a study that shows its one result in the report's appendix."""
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from srbval.report.blocks import Block
+from srbval.report.model import Section
+from srbval.report.pages import Page, StoredResults
+from srbval.report.section_texts import Texts
+from srbval.report.sections.names import missing, origin_of
+
+
+def appendix_page(
+    package: str,
+    place: float,
+    blocks: Callable[[Texts, Mapping[str, Any]], Iterable[Block]],
+    data: Callable[[Mapping[str, Any]], Mapping[str, Any]] = lambda _: {},
+) -> Page:
+    """The page of the study in `package`: where its result comes from, and `blocks` of its texts and the content.
+
+    Without a result, which command makes it. `data` are keys of ``report.json``, of the content, empty without one.
+    """
+    name, texts = package.rpartition(".")[2], Texts.of_study(package)
+
+    def section(results: StoredResults) -> Section:
+        result = results.get(name)
+        shown = [missing(name)] if result is None else [origin_of(result), *blocks(texts, result.content)]
+        return texts.section(appendix=shown)
+
+    return Page(
+        name=name, place=place, results=(name,), section=section, data=lambda results: data(results.content(name))
+    )
