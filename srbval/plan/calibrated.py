@@ -88,7 +88,12 @@ def neighbours(calibration: CalibrationTable, scene: Scene) -> Neighbours:
     )
     same = [e for e in calibration.entries if (e.case.kind, e.case.fit) == (case.kind, case.fit)]
     if not same:
-        outside.insert(0, _unmeasured(case))
+        outside.insert(
+            0,
+            "defects on rollers were not measured: no question reads their line, and the line model has none"
+            if case.kind == Fault.ROLLER
+            else f"no scene with defect {case.kind} and roller fit {case.fit} was measured",
+        )
         same = [e for e in calibration.entries if e.case.kind == case.kind] or list(calibration.entries)
         case = replace(case, kind=same[0].case.kind, fit=same[0].case.fit)
     for axis in AXES:
@@ -97,12 +102,6 @@ def neighbours(calibration: CalibrationTable, scene: Scene) -> Neighbours:
             span = " to ".join(f"{end:g}" for end in dict.fromkeys((known[0], known[-1])))
             outside.append(f"{axis.replace('_', ' in ')} = {value:.6g} lies beyond the measured {span}")
     return Neighbours(entries=tuple(corners(same, case)), outside=tuple(outside), margin=margins(calibration))
-
-
-def _unmeasured(case: CalibrationScene) -> str:
-    if case.kind == Fault.ROLLER:
-        return "defects on rollers were not measured: no question reads their line, and the line model has none"
-    return f"no scene with defect {case.kind} and roller fit {case.fit} was measured"
 
 
 def _unlike(calibration: CalibrationTable, scene: Scene) -> list[str]:
@@ -195,17 +194,12 @@ def margins(calibration: CalibrationTable) -> Mapping[Key, Margin]:
         near = corners(calibration.entries, entry.case)
         for model in calibration.models:
             for question in entry.reference:
-                ratio = _measured_over_predicted(entry, near, model, question)
-                if ratio is not None:
-                    seen.setdefault((entry.case.fit, model, question), []).append(ratio)
+                measured = entry.levels[model].error_pct.get(question)
+                predicted = largest_error_pct(near, model, question)
+                if measured is not None and predicted:
+                    seen.setdefault((entry.case.fit, model, question), []).append(measured / predicted)
     return {
         key: Margin(factor=max(1.0, *ratios), scenes=len(ratios))
         for key, ratios in seen.items()
         if len(ratios) >= LEAST_SCENES
     }
-
-
-def _measured_over_predicted(entry: Entry, near: Sequence[Entry], model: str, question: Question) -> float | None:
-    measured = entry.levels[model].error_pct.get(question)
-    predicted = largest_error_pct(near, model, question)
-    return measured / predicted if measured is not None and predicted else None
