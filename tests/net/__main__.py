@@ -12,7 +12,7 @@ from typing import Any
 
 from tests.net import commands, recorded, reports, trajectories
 from tests.net.child import Checkout, scratch_folder
-from tests.net.difference import allowed_changes, differences
+from tests.net.difference import allowed_changes, differences, renamed, renamed_keys
 from tests.net.speed import compare_speed
 
 # By item: what records it (name of an entry -> what was seen), and by how much its numbers may differ, relative.
@@ -50,7 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _compared(item: str, options: argparse.Namespace) -> int:
     """Print what differs in an item; the number of differences that are not allowed."""
-    old = json.loads((options.folder / f"{item}.json").read_text(encoding="utf-8"))
+    old = renamed(json.loads((options.folder / f"{item}.json").read_text(encoding="utf-8")), renamed_keys())
     if options.now:
         new = json.loads((options.now / f"{item}.json").read_text(encoding="utf-8"))
     else:
