@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from srbval.models.kernel_cache import precompile
+from srbval.models.jit import precompile
 
 REPORT = "tests/report"
 

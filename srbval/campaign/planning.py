@@ -12,7 +12,7 @@ from srbval.campaign.sampling import nested, points
 from srbval.campaign.settings import Campaign
 from srbval.comparison.runs import right_hand_sides_per_step
 from srbval.errors import DataError, SrbvalError
-from srbval.models.ladder import AUTO, rung_of
+from srbval.models.hierarchy import AUTO, level_of
 from srbval.models.run_file import scene_content
 from srbval.plan.calibrated import calibration_of, neighbours
 from srbval.plan.plan import make_plan
@@ -66,7 +66,7 @@ def _cases(campaign: Campaign) -> Iterator[CampaignCase]:
             if scene.model == AUTO:
                 plan = make_plan(scene, question=campaign.question, tolerance_pct=campaign.tolerance_pct)
                 scene = replace(scene, model=plan.chosen)
-            rung_of(scene.model)
+            level_of(scene.model)
             outputs = " ".join(sorted(campaign.outputs))
             key = content_key(f"{outputs} {scene_content(scene)}", computed_by=COMPUTED_BY)
         except DataError:
@@ -88,7 +88,7 @@ def _cases(campaign: Campaign) -> Iterator[CampaignCase]:
 
 def _cost(scene: Scene) -> tuple[float, float | None]:
     """In right-hand sides of the full model; and the wall time [s] that the calibration tells, if it does."""
-    seconds, lesser = scene.settle_s + scene.duration_s, rung_of(scene.model).own_solver is not None
+    seconds, lesser = scene.settle_s + scene.duration_s, level_of(scene.model).own_solver is not None
     each = right_hand_sides_per_step(scene.solver.name) or 1
     weight = LESSER_WEIGHT * seconds * scene.output_rate_hz if lesser else seconds * each / scene.solver.step_s
     try:

@@ -13,7 +13,7 @@ from srbval.campaign.case import CaseResult, CaseTask, Ending, version
 from srbval.campaign.case_file import acceleration_only, read_result, write_result
 from srbval.campaign.quantities import CaseQuantity, Output, quantities_of
 from srbval.errors import DataError, SrbvalError
-from srbval.models.kernel_cache import kernel_cache_folder
+from srbval.models.jit import kernel_cache_folder
 from srbval.models.run import Run
 from srbval.scene import Scene
 

@@ -74,7 +74,7 @@ def _balance(scene: Scene) -> dict[str, float]:
     load_kernels([scene.model])
     model = make_parameters(scene, bearing.geometry)
     try:
-        state = equilibrium_state(model).state
+        state = equilibrium_state(model)
     except ConfigurationError:  # the reference scenes have one: the model is at fault
         return {"ring_um": math.nan, "roller_share": math.nan}
     ring = state[len(state) // 2 - 3 : len(state) // 2]

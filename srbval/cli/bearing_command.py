@@ -6,7 +6,7 @@ import math
 
 from srbval.bearing import Bearing, find_bearings
 from srbval.cli.output import print_json, print_table
-from srbval.models.ladder import models_of
+from srbval.models.hierarchy import models_of
 
 
 def run(options: argparse.Namespace) -> int:

@@ -10,7 +10,7 @@ from srbval.cli.arguments import AUTO as AUTO_STEP
 from srbval.cli.output import print_json, print_table
 from srbval.cli.scene_options import scene_of
 from srbval.errors import DataError, NumericsError
-from srbval.models.ladder import AUTO, rung_of
+from srbval.models.hierarchy import AUTO, level_of
 from srbval.models.run import RunStatus, RunSummary
 from srbval.models.simulate import Step, simulate, simulate_to_file
 from srbval.progress import ProgressDisplay
@@ -88,9 +88,9 @@ def _summary(result: RunSummary, output: Path | None) -> dict[str, Any]:
     scene = result.scene
     return {
         "model": scene.model,
-        "solver": rung_of(scene.model).own_solver or scene.solver.name,
+        "solver": level_of(scene.model).own_solver or scene.solver.name,
         "output_rate_hz": scene.output_rate_hz,
-        "dt_s": rung_of(scene.model).step_s(scene),
+        "dt_s": level_of(scene.model).step_s(scene),
         **{name: getattr(result, name) for name in OF_RUN},
         "numerics": result.step_error,
         "file": str(output) if output else None,

@@ -1,1 +1,1 @@
-"""Models of a bearing in motion, one file or folder per rung of the ladder, and the solvers that run them."""
+"""Models of a bearing in motion, one file or folder for each level of fidelity, and the solvers that run them."""

@@ -1,6 +1,8 @@
-"""A run of a rung with the full model's equations: from static balance, advanced interval by interval."""
+"""A run with the full model's equations: from static balance, interval by interval; the longest step it can take.
 
-from __future__ import annotations
+The rollers are the lightest bodies on the stiffest springs, so the one that bounces fastest between the races limits
+the step. Friction is left out of that: taken explicitly it chatters between bounds but does not diverge.
+"""
 
 from dataclasses import dataclass, replace
 
@@ -8,13 +10,19 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
-from srbval.models.full.equilibrium import equilibrium_state
+from srbval.models.full.equilibrium import equilibrium_state, rolling_speeds
+from srbval.models.full.motion_kernel import shaft_motion
 from srbval.models.full.parameters import Parameters, geometry_of
-from srbval.models.full.steps import take_steps
-from srbval.models.ladder import check_known, rung_of
+from srbval.models.full.slices_kernel import law_at_speed
+from srbval.models.full.state import layout_of
+from srbval.models.full.steps import rates, take_steps
+from srbval.models.hierarchy import check_known, level_of
 from srbval.models.outputs import Outputs
 from srbval.models.solvers import METHODS, Method
+from srbval.models.solvers.linear_stability import Linear, longest_step
 from srbval.scene import Scene
+
+SLIDE_M, SLIDE_RATE_M_S = 1e-10, 1e-6  # differences: far below the contacts' smoothing, far above rounding
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,7 +49,7 @@ class FullRun:
             memory=self.memory,
         )  # fmt: skip
 
-    def with_finer_steps(self, times: int) -> FullRun:
+    def with_finer_steps(self, times: int) -> "FullRun":
         """The same run from where it stands, with so many steps in one; this one is not changed by it."""
         return replace(
             self,
@@ -54,14 +62,55 @@ class FullRun:
 def full_run(scene: Scene, bearing: Bearing) -> FullRun:
     """The scene's run at its start, with its model and solver; `ConfigurationError` where there is no such thing."""
     check_known("solver", scene.solver.name, tuple(METHODS))
-    rung = rung_of(scene.model)
-    model = rung.make_parameters(scene, geometry_of(bearing))
-    state = equilibrium_state(model).state
+    level = level_of(scene.model)
+    model = level.make_parameters(scene, geometry_of(bearing))
+    state = equilibrium_state(model)
     return FullRun(
-        model=model,
-        method=METHODS[scene.solver.name],
-        state=state,
-        memory=np.zeros_like(state),
-        output_rate_hz=scene.output_rate_hz,
-        steps_per_output=rung.steps_per_output(scene),
-    )
+        model=model, method=METHODS[scene.solver.name], state=state, memory=np.zeros_like(state),
+        output_rate_hz=scene.output_rate_hz, steps_per_output=level.steps_per_output(scene),
+    )  # fmt: skip
+
+
+def elastic_limit_s(method: Method, model: Parameters, state: FloatArray) -> float | None:
+    """Longest step at which the stiffest roller's bouncing decays [s]; None where no step looked at fails.
+
+    Linear about the displacements in `state`, one of static balance, shape [4 M + 12], with shaft and all else at rest:
+    moving past a point that just touches, the damper would look like a spring. Neither deeper contacts later, as on a
+    defect, nor other bodies moving along are in it: `srbval stability` makes the whole model linear.
+    """
+    at_rest = state.copy()
+    at_rest[layout_of(state).half :] = 0.0
+    return longest_step(method, stiffest_roller(without_friction(held(model)), at_rest))
+
+
+def stiffest_roller(model: Parameters, state: FloatArray) -> Linear:
+    """The roller with the stiffest contacts, along its slot, everything else held.
+
+    A slide's acceleration depends on its own roller's slide and speed alone, so all rollers are moved at once.
+    """
+    layout = layout_of(state)
+
+    def slope(part: slice, size: float) -> FloatArray:
+        there, back = state.copy(), state.copy()
+        there[part] += size
+        back[part] -= size
+        difference = rates(model, 0.0, there).rate - rates(model, 0.0, back).rate
+        found: FloatArray = difference[layout.slide_rate] / (2 * size)
+        return found
+
+    stiffness, damping = slope(layout.slide, SLIDE_M), slope(layout.slide_rate, SLIDE_RATE_M_S)
+    one = slice(int(np.argmin(stiffness)), int(np.argmin(stiffness)) + 1)
+    return Linear(motion=np.ones((1, 1)), stiffness=stiffness[one, None], damping=damping[one, None])
+
+
+def held(model: Parameters) -> Parameters:
+    """The model with its shaft held at angle zero; friction in oil keeps the slope that it has at the shaft's speed."""
+    if model.slices is not None:
+        law = law_at_speed(model.law, model.slices, rolling_speeds(model)[0], shaft_motion(0.0, model.drive)[0])
+        model = model._replace(law=law, slices=model.slices._replace(critical_ratio=0.0))
+    return model._replace(drive=model.drive._replace(speed=np.zeros((3, 1))))
+
+
+def without_friction(model: Parameters) -> Parameters:
+    """The model with its elastic and damping forces alone."""
+    return model._replace(law=model.law._replace(static_friction=0.0, dynamic_friction=0.0))

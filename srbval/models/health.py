@@ -14,16 +14,12 @@ ode4 at the paper's step, twice and four times that, and by imex2 at a quarter o
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from srbval.models.ladder import rung_of
-from srbval.models.run import RunStatus
-from srbval.scene import LoadPath, RollerFit, Scene, paper_scene
+from srbval.models.full.point_cloud import DEEPEST_M
+from srbval.models.hierarchy import level_of
+from srbval.models.run import RunStatus, RunSummary
+from srbval.scene import LoadPath, RollerFit, paper_scene
 from srbval.scene.scene import step_text
-
-if TYPE_CHECKING:
-    from srbval.models.step_error import StepError
 
 # Of the cage speed of pure rolling: the paper's innermost and outermost circle alone. Outside, rollers slip on all of
 # their length. Of the truths 31 are at 0.979 or below, the others at 0.985 or above.
@@ -49,7 +45,7 @@ VOUCHED = 2.0
 # imex2 at the paper's step up to 0.056; at four times that, where rollers carry all, 0.21 to 0.92, which is how far the
 # rollers' forces are off, and cages up to 19 %. One run of drawn scenes, at 0.14, is like its truth.
 FORCE_LIMIT = 0.2
-# Of 290 runs at steps above `step_limit.elastic_limit_s` two held, 6 % above it; 10 % above, none did.
+# Of 290 runs at steps above `full_run.elastic_limit_s` two held, 6 % above it; 10 % above, none did.
 STEP_LIMIT = 1.1
 # Of that limit: steps at which a slow cage is believed though the energy balance is open. Up to it 155 runs of cages
 # that are slow in truth are off by 2 % at most but for three (4 to 8 %); imex2 from 0.84 on by up to 32 %.
@@ -57,57 +53,20 @@ SHORT = 0.5
 SLIDING = 0.01  # error in the speed of a sliding or rattling cage: told to a per cent, not read to five digits
 
 
-@dataclass(frozen=True, kw_only=True)
-class HealthIndicators:
-    """What a run is assessed by: means over the run, deepest penetration, depth that the contact search covers.
-
-    `rolling_ratio` is the cage ratio of pure rolling, `cage_course` that at the run's start and end; `balanced_share`
-    of the load is what the rollers carry in static balance; `energy_imbalance`: see `run_statistics.EnergyBalance`;
-    `missing_n`, along the load: see `run_statistics.MomentumBalance`; `idle_share`: share of the time without contact;
-    `step_limit_s`: see `step_limit.elastic_limit_s`, `default_limit_s`: that of the default solver; `step_error`: None
-    where it was not estimated. What a model does not have is NaN and passes.
-    """
-
-    finite: bool
-    deepest_m: float
-    limit_m: float
-    cage_ratio: float
-    rolling_ratio: float
-    load_share: float
-    balanced_share: float
-    energy_imbalance: float
-    missing_n: float = math.nan
-    cage_course: tuple[float, ...] = (math.nan, math.nan)
-    idle_share: float = 0.0
-    step_s: float = math.nan
-    step_limit_s: float = math.nan
-    default_limit_s: float = math.inf
-    step_error: StepError | None = None
-
-    @property
-    def too_long(self) -> bool:
-        """Is the step longer than the contacts allow?"""
-        return self.step_s > STEP_LIMIT * self.step_limit_s
-
-
-def assess(scene: Scene, run: HealthIndicators) -> tuple[RunStatus, str]:
-    """Status of a run and the reason for it, with advice that is of use for this scene."""
-    failure = _failure(scene, run)
+def assess(run: RunSummary) -> tuple[RunStatus, str]:
+    """Status of a run by its figures, and the reason for it, with advice that is of use for this scene."""
+    failure = _failure(run)
     if failure is not None:
         return failure
-    status, seen = _behaviour(scene, run)
+    status, seen = _behaviour(run)
     if abs(run.energy_imbalance) > ENERGY_CAUTION:
         seen.append(
             f"{CAUTION}{abs(run.energy_imbalance):.0%} of the losses have no source, so part of the noise is "
-            f"numerical; {_remedy(scene, run)}"
+            f"numerical; {_remedy(run)}"
         )
     elif not math.isnan(run.energy_imbalance):
         seen.append(f"energy closes to {abs(run.energy_imbalance):.1%} of the losses")
-    return _with_step_error(status, "; ".join(seen), run.step_error)
-
-
-def _with_step_error(status: RunStatus, reason: str, error: StepError | None) -> tuple[RunStatus, str]:
-    """Status and reason of a run that has not failed, once its step's error counts."""
+    reason, error = "; ".join(seen), run.step_error
     if error is None:
         return status, reason
     slides = [e for e in error.certain if status is not RunStatus.OK and e.kind == "cage" and abs(e.error) <= SLIDING]
@@ -124,16 +83,16 @@ def _with_step_error(status: RunStatus, reason: str, error: StepError | None) ->
     return status, reason
 
 
-def _failure(scene: Scene, run: HealthIndicators) -> tuple[RunStatus, str] | None:
+def _failure(run: RunSummary) -> tuple[RunStatus, str] | None:
     """What no motion of the model does; None where there is nothing of it."""
-    remedy = _remedy(scene, run)
+    scene, remedy = run.scene, _remedy(run)
     if not run.finite:
         return RunStatus.NOT_FINITE, f"the state is no longer finite; {remedy}"
-    if run.deepest_m > run.limit_m:
+    if run.deepest_m > DEEPEST_M:
         lighter = "reduce the load, or raise the contacts' stiffness"
         return RunStatus.TOO_DEEP, (
             f"penetration reached {run.deepest_m * 1e6:.4g} um, the contact search reaches "
-            f"{run.limit_m * 1e6:.0f} um; {lighter if _sound(scene, run) else remedy}"
+            f"{DEEPEST_M * 1e6:.0f} um; {lighter if _sound(run) else remedy}"
         )
     missing = abs(run.missing_n) / scene.mean_radial_n if scene.mean_radial_n else 0.0
     if missing > FORCE_LIMIT:
@@ -141,9 +100,9 @@ def _failure(scene: Scene, run: HealthIndicators) -> tuple[RunStatus, str] | Non
             f"forces do not balance: the ring's motion misses {missing:.0%} of the load, the limit is {FORCE_LIMIT:.0%}"
             f"; {remedy}"
         )
-    if _load_lost(scene, run):
+    if _load_lost(run):
         return RunStatus.LOAD_LOST, f"{_carried(run)}; {remedy}"
-    if not _driven(run) and not _sound(scene, run):
+    if not _driven(run) and not _sound(run):
         return RunStatus.CAGE_LOST, (
             f"the cage turned at {run.cage_ratio:.4f} of the shaft, pure rolling is {run.rolling_ratio:.4f}, and "
             f"{abs(run.energy_imbalance):.0%} of the losses have no source; {remedy}"
@@ -154,31 +113,32 @@ def _failure(scene: Scene, run: HealthIndicators) -> tuple[RunStatus, str] | Non
             f"energy does not close: {abs(run.energy_imbalance):.0%} of the losses have no source, the limit is "
             f"{ENERGY_LIMIT:.0%}; friction chatters from step to step; {remedy}"
         )
-    if run.too_long:
+    if _too_long(run):
         return RunStatus.STEP_TOO_LONG, (
             f"the step of {run.step_s * 1e6:.4g} us is longer than the {run.step_limit_s * 1e6:.4g} us up to which "
-            f"a roller's bouncing between the races decays; the longest step below that is {_finer(scene, run)} (--dt)"
+            f"a roller's bouncing between the races decays; the longest step below that is {_finer(run)} (--dt)"
         )
     return None
 
 
-def _behaviour(scene: Scene, run: HealthIndicators) -> tuple[RunStatus, list[str]]:
+def _behaviour(run: RunSummary) -> tuple[RunStatus, list[str]]:
     """What the scene's bearing does, in words, and what would change it."""
-    unloaded, seen = _unloaded(scene, run), []
+    unloaded, seen = _unloaded(run), []
     if unloaded:
-        seen = [f"{_carried(run)}, the housing spring the rest" if scene.mean_radial_n else "there is no load to carry"]
+        rest = f"{_carried(run)}, the housing spring the rest"
+        seen = [rest if run.scene.mean_radial_n else "there is no load to carry"]
     if not _driven(run):
-        return RunStatus.SKIDDING, [_slip_text(scene, run), *seen, _relief(scene, skids=True)]
+        return RunStatus.SKIDDING, [_slip_text(run), *seen, _relief(run, skids=True)]
     if unloaded:
-        seen += ["fault lines come from rollers that rattle, or are absent", _relief(scene, skids=False)]
+        seen += ["fault lines come from rollers that rattle, or are absent", _relief(run, skids=False)]
         return RunStatus.ROLLERS_UNLOADED, seen
     return RunStatus.OK, ["the cage is driven, the load is carried"]
 
 
-def _slip_text(scene: Scene, run: HealthIndicators) -> str:
+def _slip_text(run: RunSummary) -> str:
     slip, faster = run.cage_ratio / run.rolling_ratio - 1, (1 - run.cage_ratio) / (1 - run.rolling_ratio) - 1
     first, last = run.cage_course
-    drifts = scene.speed_profile is None and abs(last - first) > DRIFT * run.rolling_ratio
+    drifts = run.scene.speed_profile is None and abs(last - first) > DRIFT * run.rolling_ratio
     return (
         f"the rollers slide: the cage turned at {run.cage_ratio:.4f} of the shaft, {abs(slip):.1%} "
         f"{'below' if slip < 0 else 'above'} pure rolling ({run.rolling_ratio:.4f})"
@@ -188,42 +148,49 @@ def _slip_text(scene: Scene, run: HealthIndicators) -> str:
     )
 
 
-def _unloaded(scene: Scene, run: HealthIndicators) -> bool:
+def _unloaded(run: RunSummary) -> bool:
     """Whether the load flows past the rollers, or there is none to press them."""
-    load, contact, beside = scene.load, scene.contact, scene.load.path is LoadPath.HOUSING
+    scene, load, contact = run.scene, run.scene.load, run.scene.contact
+    beside = load.path is LoadPath.HOUSING
     if scene.mean_radial_n:
-        return beside and (run.balanced_share < LEAST_SHARE or run.load_share < LEAST_PART * run.balanced_share)
+        return beside and (run.balanced_share < LEAST_SHARE or run.roller_load_share < LEAST_PART * run.balanced_share)
     axial = load.axial_n or (scene.load_profile is not None and any(scene.load_profile.axial_n))
     pressed = contact.roller_fit is RollerFit.PRINTED or contact.radial_play_m < 0
     return not (axial or pressed or (load.gravity and not beside))
 
 
-def _load_lost(scene: Scene, run: HealthIndicators) -> bool:
+def _load_lost(run: RunSummary) -> bool:
     """Whether the rollers do not carry what they should, on evidence that it is the integrator's doing."""
-    beside = scene.load.path is LoadPath.HOUSING
-    if not scene.mean_radial_n or (beside and run.balanced_share < LEAST_SHARE):
+    beside = run.scene.load.path is LoadPath.HOUSING
+    if not run.scene.mean_radial_n or (beside and run.balanced_share < LEAST_SHARE):
         return False
-    missing = run.load_share < (LEAST_PART * run.balanced_share if beside else CARRIED)
+    missing = run.roller_load_share < (LEAST_PART * run.balanced_share if beside else CARRIED)
     return run.idle_share > IDLE_SHARE or (missing and not abs(run.energy_imbalance) <= ENERGY_OPEN)
 
 
-def _driven(run: HealthIndicators) -> bool:
+def _too_long(run: RunSummary) -> bool:
+    """Whether the step is longer than the contacts allow."""
+    return run.step_s > STEP_LIMIT * run.step_limit_s
+
+
+def _driven(run: RunSummary) -> bool:
     low, high = (share * run.rolling_ratio for share in CAGE_RANGE)
     return not (run.cage_ratio < low or run.cage_ratio > high)
 
 
-def _sound(scene: Scene, run: HealthIndicators) -> bool:
+def _sound(run: RunSummary) -> bool:
     """Is no failure of the integration to be seen? Energy may be open in a speed ramp, and where steps are short."""
     wild = abs(run.energy_imbalance) > ENERGY_CAUTION and not run.step_s < SHORT * run.step_limit_s
-    return not (run.idle_share > IDLE_SHARE or run.too_long or (wild and scene.speed_profile is None))
+    return not (run.idle_share > IDLE_SHARE or _too_long(run) or (wild and run.scene.speed_profile is None))
 
 
-def _carried(run: HealthIndicators) -> str:
-    return f"the rollers carry {run.load_share:.2%} of the load ({run.balanced_share:.2%} in static balance)"
+def _carried(run: RunSummary) -> str:
+    return f"the rollers carry {run.roller_load_share:.2%} of the load ({run.balanced_share:.2%} in static balance)"
 
 
-def _relief(scene: Scene, *, skids: bool) -> str:
+def _relief(run: RunSummary, *, skids: bool) -> str:
     """What puts load on the rollers of this scene, or takes speed from them."""
+    scene = run.scene
     loose = scene.contact.roller_fit is RollerFit.PLAY and scene.contact.radial_play_m > 0
     less_play = f"a radial play below {scene.contact.radial_play_m * 1e6:.4g} um"
     beside = scene.load.path is LoadPath.HOUSING and scene.mean_radial_n > 0
@@ -231,22 +198,22 @@ def _relief(scene: Scene, *, skids: bool) -> str:
     return f"to load the rollers: {', '.join(helps)}{', less speed' if skids else ''}"
 
 
-def _remedy(scene: Scene, run: HealthIndicators) -> str:
+def _remedy(run: RunSummary) -> str:
     """What helps against a failure of the integration: never what the scene has already."""
-    if rung_of(scene.model).own_solver:
+    if level_of(run.scene.model).own_solver:
         return "take the full model (--model full)"
-    if scene.solver.name == default_solver() or run.step_s > run.default_limit_s:
-        return f"take a step of {_finer(scene, run)} (--dt)"
-    return f"take the solver {default_solver()} (--solver), or a step of {_finer(scene, run)} (--dt)"
+    if run.scene.solver.name == default_solver() or run.step_s > run.default_limit_s:
+        return f"take a step of {_finer(run)} (--dt)"
+    return f"take the solver {default_solver()} (--solver), or a step of {_finer(run)} (--dt)"
 
 
-def _finer(scene: Scene, run: HealthIndicators) -> str:
+def _finer(run: RunSummary) -> str:
     """The longest step of the scene that its contacts allow, or half of its own where they allow that."""
-    rung, rate = rung_of(scene.model), scene.output_rate_hz
-    steps = 2 * rung.steps_per_output(scene)
+    scene, level, rate = run.scene, level_of(run.scene.model), run.scene.output_rate_hz
+    steps = 2 * level.steps_per_output(scene)
     if run.step_s > run.step_limit_s:
         steps = math.ceil(1 / (rate * run.step_limit_s))
-    return step_text(rate * ((steps - 1) * rung.coarser + 1))  # the longest that the rung makes so many steps of
+    return step_text(rate * ((steps - 1) * level.coarser + 1))  # the longest that the level makes so many steps of
 
 
 def default_solver() -> str:

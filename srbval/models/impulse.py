@@ -27,7 +27,7 @@ from srbval.bearing import Fault
 from srbval.models.kinematic import Prescribed, passages, prescribed_outputs, refuse_axial
 from srbval.models.outputs import Outputs
 from srbval.models.planar import ring_kernel
-from srbval.models.planar.rung import PlanarRing, make_ring
+from srbval.models.planar.ring import PlanarRing, make_ring
 from srbval.models.run_statistics import RunStatistics
 from srbval.scene import Scene
 
@@ -39,7 +39,7 @@ HIGHEST_SHARE = 4.08  # of the load over the number of elements, line contact, n
 
 
 def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """The rung, see `srbval.models.ladder`."""
+    """The model, see `srbval.models.hierarchy`."""
     started = time.perf_counter()
     motion = Prescribed(scene=stats.scene, orders=stats.bearing.orders)
     acceleration = np.diff(_ring_velocity(stats, whole + 1), axis=0) * stats.scene.output_rate_hz

@@ -7,7 +7,6 @@ one sample and no particular strength, so harmonics, sidebands, noise floor and 
 it takes to be none. A healthy bearing is silent. Needs no geometry: orders are enough.
 """
 
-import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -20,7 +19,7 @@ from srbval.bearing import Fault, FaultOrders
 from srbval.errors import ConfigurationError
 from srbval.models import outputs as col
 from srbval.models.outputs import Outputs, chunks
-from srbval.models.run_statistics import RunStatistics
+from srbval.models.run_statistics import RunStatistics, load_direction
 from srbval.scene import Defect, Scene
 
 CLICK_M_S2 = 1.0  # of no meaning
@@ -69,15 +68,9 @@ class Prescribed:
             return np.full(time_s.shape, self.scene.load.radial_n)
         return np.interp(time_s - self.scene.settle_s, profile.time_s, profile.radial_n)
 
-    @property
-    def direction(self) -> FloatArray:
-        """Unit vector of the radial load, [2]."""
-        angle = self.scene.load.direction_rad
-        return np.array([math.cos(angle), math.sin(angle)])
-
 
 def refuse_axial(scene: Scene) -> None:
-    """`ConfigurationError` for an axial load: the planar rungs have no axial motion."""
+    """`ConfigurationError` for an axial load: the planar models have no axial motion."""
     axial = [scene.load.axial_n] if scene.load_profile is None else list(scene.load_profile.axial_n)
     if any(axial):
         raise ConfigurationError(
@@ -131,7 +124,7 @@ def _phase(
 def prescribed_outputs(
     stats: RunStatistics, settle: int, motion: Prescribed, acceleration: FloatArray, started: float
 ) -> Iterator[tuple[int, Outputs]]:
-    """Outputs of a rung that is computed at once since `started`: `acceleration` in the plane, [whole, 2]."""
+    """Outputs of a model that is computed at once since `started`: `acceleration` in the plane, [whole, 2]."""
     whole, rate = len(acceleration), stats.scene.output_rate_hz
     out = np.full((whole, col.COUNT), np.nan)
     out[:, [col.ACCELERATION_X, col.ACCELERATION_Y]], out[:, col.ACCELERATION_Z] = acceleration, 0.0
@@ -142,7 +135,7 @@ def prescribed_outputs(
 
 
 def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """The rung, see `srbval.models.ladder`. A click between two samples is shared by them, so that lines stay put."""
+    """The model, see `srbval.models.hierarchy`. A click between two samples is shared by both, so lines stay put."""
     started = time.perf_counter()
     scene, rate = stats.scene, stats.scene.output_rate_hz
     motion = Prescribed(scene=scene, orders=stats.bearing.orders)
@@ -153,4 +146,4 @@ def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Ou
         below = place.astype(np.int64)
         np.add.at(clicks, below, CLICK_M_S2 * (1 - (place - below)))
         np.add.at(clicks, below + 1, CLICK_M_S2 * (place - below))
-    return prescribed_outputs(stats, settle, motion, -clicks[:whole, None] * motion.direction, started)
+    return prescribed_outputs(stats, settle, motion, -clicks[:whole, None] * load_direction(scene)[:2], started)

@@ -1,9 +1,19 @@
 """The full model with continuous contacts: each circle of a race meets a roller in a patch, not in points.
 
-Same bodies, joints, load and solvers; only the contact differs. With K_c / s held and the points dense (see
-below) a circle's normal force at a penetration d is K_c/s (4/3) sqrt(2/kappa) d^(3/2), its damper
-2 C_c/s sqrt(2 d/kappa), its elastic energy 2/5 F d. The depth rate is that in the patch's middle: elsewhere along it
-rolling adds as much as it takes. Slip is not one over the patch: at xi = x over its half length the penetration is
+Same bodies, joints, load and solvers; only the contact differs. A circle of points at spacing s, each a spring K_c,
+meets a roller that would penetrate it by d at the nearest place. A point at distance x along the race is met by
+d - kappa x^2 / 2, kappa the curvature of the gap (roller's plus race's, the concave outer race counting negative). With
+s going to zero and K_c / s held, the sum over the points becomes
+
+    F(d) = K_c / s * integral of max(0, d - kappa x^2 / 2) dx = K_c / s * (4/3) * sqrt(2 / kappa) * d^(3/2),
+
+its damper 2 C_c / s sqrt(2 d / kappa), its elastic energy 2/5 F d. A contact of about three points, the paper's,
+follows it within some per cent, as its roller rolls from point to point. A defect raises a piece of the race: within
+the piece d + h takes the place of d, beside it nothing changes, and a roller touches a high one before and after it
+touches the race.
+
+The depth rate is that in the patch's middle: elsewhere along it rolling adds as much as it takes. Slip is not one over
+the patch: at xi = x over its half length the penetration is
 d (1 - xi^2), and a race that turns by W against a roller of radius rho slips W d (1 + 1/(kappa rho)) xi^2 faster than
 in the middle, by some 20 mm/s at the edge; and turning about the tilted normal it slips across, by some 10 mm/s at
 either end. Both are far above the critical velocity. So the patch is taken in three parts of equal load, each with its
@@ -18,24 +28,13 @@ Without points passing by, three of the full model's steps may be taken in one: 
 
 Answers: all questions, without the excitation by points passing. Cannot answer: point passing itself; defects on
 rollers.
-
-A circle of points at spacing s, each a spring K_c, meets a roller that would penetrate it by d at the nearest place. A
-point at distance x along the race is met by d - kappa x^2 / 2, kappa the curvature of the gap (roller's plus race's,
-the concave outer race counting negative). With s going to zero and K_c / s held, the sum over the points becomes
-
-    F(d) = K_c / s * integral of max(0, d - kappa x^2 / 2) dx = K_c / s * (4/3) * sqrt(2 / kappa) * d^(3/2),
-
-a 3/2-power law; the touched length is 2 sqrt(2 d / kappa), so that many points over s are damped by C_c each. A
-contact of about three points, the paper's, follows it within some per cent, as its roller rolls from point to point.
-
-A defect raises a piece of the race. Within the piece d + h takes the place of d, beside it nothing changes; so it
-covers only its own length of the patch, and a roller touches a high one before and after it touches the race.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -134,18 +133,12 @@ class Patch:
         return area
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Piece:
+class Piece(NamedTuple):
     """A raised piece in parts of length `part_m`: their `offset_m` from its middle and `height_m`, both [parts]."""
 
     offset_m: FloatArray
     height_m: FloatArray
     part_m: float
-
-    @property
-    def length_m(self) -> float:
-        """Along the race."""
-        return self.part_m * len(self.offset_m)
 
 
 def patches(geometry: SphericalRollerGeometry, contact: Contact, roller_radius_m: float, *, inner: bool) -> list[Patch]:

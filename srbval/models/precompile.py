@@ -1,6 +1,6 @@
 """Fill or load the kernel cache by the shortest run of a model.
 
-``python -m srbval.models.precompile MODEL`` is the process that `kernel_cache.precompile` starts.
+``python -m srbval.models.precompile MODEL`` is the process that `jit.precompile` starts.
 """
 
 import contextlib
@@ -9,7 +9,7 @@ import threading
 from collections.abc import Iterable
 
 from srbval.errors import SrbvalError
-from srbval.models.kernel_cache import WITHOUT_KERNELS, compile_in_this_process, precompile
+from srbval.models.jit import WITHOUT_KERNELS, compile_in_this_process, precompile
 from srbval.models.simulate import Step, simulate
 from srbval.processes.worker import end_with_input
 from srbval.scene import paper_scene

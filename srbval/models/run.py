@@ -52,12 +52,16 @@ USABLE = ("ok", "inaccurate", "skidding", "rollers-unloaded")  # also of statuse
 class RunSummary:
     """How a run ended and its figures; the recorded time starts after the scene's settling time.
 
-    `cage_ratio` is the mean cage speed over the mean shaft speed; `roller_load_share` the part of the mean radial load
-    that the rollers carry, NaN without a load, the housing spring carries the rest; `drive_power_w` the mean power that
-    the shaft's drive puts in, `energy_imbalance` work in less stored less lost, as a share of what was lost, both NaN
-    where a model has no energies. `step_error`: what the step leaves, None where it was not estimated; `check_wall_s`:
-    what that, or choosing the step, took; `band_rms_m_s2`: along the sensor's axis, by the names of
-    `scene.BANDS_HZ`.
+    `cage_ratio` is the mean cage speed over the mean shaft speed, `rolling_ratio` that of pure rolling, `cage_course`
+    that at the run's start and end; `roller_load_share` the part of the mean radial load that the rollers carry, NaN
+    without a load, the housing spring carries the rest, `balanced_share` what they carry in static balance;
+    `drive_power_w` the mean power that the shaft's drive puts in, `energy_imbalance` work in less stored less lost, as
+    a share of what was lost, both NaN where a model has no energies; `missing_n`, along the load: see
+    `run_statistics.MomentumBalance`; `deepest_m`: penetration; `idle_share`: of the time without contact.
+
+    `step_error`: what the step leaves, None where it was not estimated; `step_limit_s`: see
+    `full_run.elastic_limit_s`, `default_limit_s`: that of the default solver; `check_wall_s`: what estimating the
+    error, or choosing the step, took; `band_rms_m_s2`: along the sensor's axis, by the names of `scene.BANDS_HZ`.
     """
 
     scene: Scene
@@ -66,11 +70,21 @@ class RunSummary:
     reason: str
     samples: int
     cage_ratio: float
+    rolling_ratio: float
     roller_load_share: float
     energy_imbalance: float
     wall_s: float
     compile_s: float
+    finite: bool = True
+    deepest_m: float = -math.inf
+    balanced_share: float = math.nan
+    missing_n: float = math.nan
+    cage_course: tuple[float, float] = (math.nan, math.nan)
+    idle_share: float = 0.0
     drive_power_w: float = math.nan
+    step_s: float = math.nan
+    step_limit_s: float = math.nan
+    default_limit_s: float = math.inf
     check_wall_s: float = 0.0
     step_error: StepError | None = None
     band_rms_m_s2: Mapping[str, float] = field(default_factory=dict)
@@ -139,12 +153,11 @@ class Run(RunSummary):
         return pandas.DataFrame({"time_s": self.time_s} | columns | {"cage_rad_s": self.cage_rad_s})
 
     def __repr__(self) -> str:
-        return f"<Run {self.status}: {self._title}, {self.seconds:.4g} s, cage {self.cage_ratio:.5f} of the shaft>"
-
-    @property
-    def _title(self) -> str:
         scene = self.scene
-        return f"{scene.model} model, {scene.bearing}, {scene.defect.kind.label}, {60 * scene.shaft_hz:.5g} rpm"
+        return (
+            f"<Run {self.status}: {scene.model} model, {scene.bearing}, {scene.defect.kind.label}, "
+            f"{60 * scene.shaft_hz:.5g} rpm, {self.seconds:.4g} s, cage {self.cage_ratio:.5f} of the shaft>"
+        )
 
 
 @dataclass(frozen=True, eq=False)

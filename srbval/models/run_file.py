@@ -5,7 +5,6 @@ Written chunk by chunk into a file aside that takes its place only when the run 
 
 import contextlib
 import dataclasses
-import enum
 import json
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
@@ -108,7 +107,7 @@ def write_run(run: Run, path: Path) -> None:
     Raises `DataError` where the place cannot be written.
     """
     with run_writer(path, run.scene) as writer:
-        writer.append({f.name: getattr(run, f.name) for f in dataclasses.fields(run)})
+        writer.append(vars(run))
         writer.finish(run)
 
 
@@ -120,12 +119,8 @@ def scene_dict(scene: Any) -> dict[str, Any]:
     for name in ("sensor_path", "surface"):
         if table[name] is None:  # content of scenes without one is as it was
             del table[name]
-    plain: dict[str, Any] = json.loads(json.dumps(table, default=_plain))
+    plain: dict[str, Any] = json.loads(json.dumps(table, default=lambda other: str(getattr(other, "value", other))))
     return plain
-
-
-def _plain(value: object) -> str:
-    return str(value.value) if isinstance(value, enum.Enum) else str(value)
 
 
 def _attributes(run: RunSummary) -> dict[str, Any]:
@@ -161,11 +156,10 @@ def scene_content(scene: Scene) -> str:
 
     Where a bearing's file lies does not matter.
     """
-    name, content = _bearing_content(scene.bearing)
+    name, content = _name_and_content(scene.bearing)
     return json.dumps(scene_dict(scene) | {"bearing": name}, sort_keys=True) + content
 
 
 @cache
-def _bearing_content(name: str) -> tuple[str, str]:
-    bearing = load_bearing(name)
-    return bearing.name, repr(bearing)
+def _name_and_content(bearing: str) -> tuple[str, str]:
+    return load_bearing(bearing).name, repr(load_bearing(bearing))

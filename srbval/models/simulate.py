@@ -1,7 +1,5 @@
 """Run a scene: choose the model, integrate in chunks, judge the result; in memory or straight to a file."""
 
-from __future__ import annotations
-
 import enum
 import math
 import os
@@ -10,7 +8,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,19 +16,23 @@ from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models import outputs as col
+from srbval.models.full.parameters import Parameters, geometry_of
+from srbval.models.full.state import layout_of
+from srbval.models.full_run import elastic_limit_s, full_run
 from srbval.models.health import default_solver
-from srbval.models.kernel_cache import WITHOUT_KERNELS, precompile
-from srbval.models.ladder import rung_of
+from srbval.models.hierarchy import level_of
+from srbval.models.jit import WITHOUT_KERNELS, precompile
 from srbval.models.outputs import Outputs, chunks
 from srbval.models.run import EnergyFlow, Run, RunSummary
+from srbval.models.run_file import run_writer
 from srbval.models.run_statistics import MomentumBalance, RunStatistics, load_share
+from srbval.models.solvers import METHODS
+from srbval.models.step_error import step_error, with_chosen_step
 from srbval.progress import Progress, silent
 from srbval.scene import Scene
 
-if TYPE_CHECKING:
-    from srbval.models.full.parameters import Parameters
-
 COPIES = 3  # of the signals that are in memory at once when they are put together
+DETAILS = ("spin_rad_s", "load_n", "sensor_m_s2")  # of a chunk, beside the columns
 
 
 class Step(enum.StrEnum):
@@ -58,15 +60,9 @@ def simulate(scene: Scene, *, step: Step = Step.CHECKED, progress: Progress = si
     """
     stats = _begun(scene, step)
     with np.errstate(all="ignore"):  # a state that is no longer finite is a status of the run
-        chunks = list(_recorded(stats, progress))
-    out = np.concatenate([chunk.out for chunk in chunks])
-    return Run(
-        **vars(stats.summary()),
-        **signals(out),
-        spin_rad_s=np.concatenate([chunk.spin_rad_s for chunk in chunks]),
-        load_n=np.concatenate([chunk.load_n for chunk in chunks]),
-        sensor_m_s2=np.concatenate([chunk.sensor_m_s2 for chunk in chunks]),
-    )
+        parts = list(_recorded(stats, progress))
+    details: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in DETAILS}
+    return Run(**vars(stats.summary()), **signals(np.concatenate([part.out for part in parts])), **details)
 
 
 def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, progress: Progress = silent) -> RunSummary:
@@ -75,13 +71,10 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
     The file is there only if the run is usable; otherwise as `simulate`. Raises `DataError` where the place cannot be
     written.
     """
-    from srbval.models.run_file import run_writer
-
     stats = _begun(scene, step, path.parent)
     with np.errstate(all="ignore"), run_writer(path, stats.scene) as writer:
-        for chunk in _recorded(stats, progress):
-            details = {name: getattr(chunk, name) for name in ("spin_rad_s", "load_n", "sensor_m_s2")}
-            writer.append(signals(chunk.out) | details)
+        for part in _recorded(stats, progress):
+            writer.append(signals(part.out) | {name: getattr(part, name) for name in DETAILS})
         summary = stats.summary()
         if summary.status.usable:
             writer.finish(summary)
@@ -90,16 +83,12 @@ def simulate_to_file(scene: Scene, path: Path, *, step: Step = Step.CHECKED, pro
 
 def _begun(scene: Scene, step: Step, folder: Path | None = None) -> RunStatistics:
     """Statistics of a run that has room, its step chosen or its step's error estimated where that is wanted."""
-    from srbval.models.full.parameters import geometry_of
-    from srbval.models.full_run import full_run
-    from srbval.models.step_error import step_error, with_chosen_step
-
-    stats = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing))
-    rung_of(scene.model).check_surface(scene)
-    if rung_of(scene.model).parameters is not None:
+    stats, level = RunStatistics(scene=scene, bearing=load_bearing(scene.bearing)), level_of(scene.model)
+    level.check_surface(scene)
+    if level.parameters is not None:
         geometry_of(stats.bearing, scene.model)  # refused at once, before kernels are compiled
     check_room(stats, folder)
-    if step is not Step.UNCHECKED and rung_of(scene.model).parameters is not None:
+    if step is not Step.UNCHECKED and level.parameters is not None:
         started = time.perf_counter()
         precompile(scene.model)
         full_run(scene, stats.bearing).advance(0, 0)  # loads them
@@ -158,10 +147,9 @@ def signals(out: FloatArray) -> dict[str, Any]:
 def _recorded(stats: RunStatistics, progress: Progress) -> Iterator[Outputs]:
     """The recorded chunks of the scene's model; `stats` are kept up to date."""
     scene = stats.scene
-    rung = rung_of(scene.model)
     settle = round(scene.settle_s * scene.output_rate_hz)
     whole = settle + scene.samples
-    for first, steps in rung.run(stats, settle, whole):
+    for first, steps in level_of(scene.model).run(stats, settle, whole):
         progress("Simulate", (first + len(steps.out)) / whole)
         lost = stats.lost(steps.out)
         if first >= settle or lost:
@@ -172,12 +160,7 @@ def _recorded(stats: RunStatistics, progress: Progress) -> Iterator[Outputs]:
 
 
 def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """The rungs with the full model's equations, see `ladder`: from static balance, with the scene's solver."""
-    from srbval.models.full.state import layout_of
-    from srbval.models.full_run import full_run
-    from srbval.models.solvers import METHODS
-    from srbval.models.step_limit import elastic_limit_s
-
+    """The levels with the full model's equations, see `hierarchy`: from static balance, with the scene's solver."""
     scene = stats.scene
     stats.compile_s += precompile(scene.model)
     run = full_run(scene, stats.bearing)
@@ -187,10 +170,9 @@ def full_model(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[
         mass_kg=model.ring_mass, stiffness_n_m=model.housing_stiffness, damping_ns_m=model.housing_damping,
         weight_n=-model.ring_mass * model.gravity,
     )  # fmt: skip
-    stats.step_s, stats.step_limit_s, stats.default_limit_s = (
-        run.step_s,
-        *(elastic_limit_s(method, model, run.state) or math.inf for method in (run.method, METHODS[default_solver()])),
-    )
+    methods = run.method, METHODS[default_solver()]
+    limits = (elastic_limit_s(method, model, run.state) or math.inf for method in methods)
+    stats.step_s, stats.step_limit_s, stats.default_limit_s = run.step_s, *limits
     started = time.perf_counter()
     run.advance(0, 0)
     stats.compile_s += time.perf_counter() - started

@@ -22,6 +22,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,14 +125,11 @@ def _races(races: list[Openings], height_m: float, on_rollers: int) -> Races:
     )  # fmt: skip
 
 
-@dataclass(frozen=True, kw_only=True)
-class Openings:
+class Openings(NamedTuple):
     """Windows of a race: `rows`, one [col.SLICE_ROWS, slices] each, first that of the sound race, then one per defect.
 
-    `of_rollers`: the same for each defect on a roller.
-
-    `middle_rad`: angle of each defect's middle from x; `window_of`, shape [2 rows, POSITIONS]: which window a roller at
-    a position meets.
+    `of_rollers`: the same for each defect on a roller. `middle_rad`: angle of each defect's middle from x; `window_of`,
+    shape [2 rows, POSITIONS]: which window a roller at a position meets.
     """
 
     rows: list[FloatArray]
@@ -251,10 +249,6 @@ class SlicedContact:
     def _circle_gap(self) -> float:
         return self.geometry.raceway_radius_m * self.geometry.tilt_rad / 2
 
-    def _length(self, defect: Defect) -> float:
-        points = defect.points * 2 * math.pi * self.radius_m / self.points_per_circle
-        return defect.extent_m if defect.extent_m is not None else points
-
     def _rows(self, edges: FloatArray, defect: Defect | None) -> FloatArray:
         """Rows of the slices between `edges` along the roller, with a defect's opening."""
         middle, width = (edges[1:] + edges[:-1]) / 2, np.diff(edges)
@@ -276,7 +270,8 @@ class SlicedContact:
         if defect is not None:
             low, high = self._across(defect)
             inside = (middle > low) & (middle < high)
-            half = np.full(len(middle), self._length(defect) / 2)
+            points = defect.points * 2 * math.pi * self.radius_m / self.points_per_circle
+            half = np.full(len(middle), (defect.extent_m if defect.extent_m is not None else points) / 2)
             if defect.shape is DefectShape.HOLE:
                 centre = defect.axial_m if defect.axial_m is not None else (defect.circle - 2) * self._circle_gap()
                 half = np.sqrt(np.maximum(0.0, half**2 - (middle - centre) ** 2))

@@ -15,10 +15,9 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.bearing import Bearing
 from srbval.models import outputs as col
-from srbval.models.full_run import FullRun, full_run
-from srbval.models.ladder import rung_of
+from srbval.models.full_run import FullRun, elastic_limit_s, full_run
+from srbval.models.hierarchy import level_of
 from srbval.models.sensor import along_sensor, band_squares
-from srbval.models.step_limit import elastic_limit_s
 from srbval.scene import BANDS_HZ, Scene
 
 BlockMeans = dict[str, FloatArray]  # of samples, [BLOCKS], by what an error is in; of the bands of the squares
@@ -46,20 +45,14 @@ class Estimate:
     error: float
     scatter: float
 
-    @property
-    def beyond(self) -> bool:
-        """Is it larger than the tolerance, by more than chance?"""
-        return not abs(self.error) <= TOLERANCE[self.kind] + SIGNIFICANT * self.scatter
-
-    @property
-    def certain(self) -> bool:
-        """Is it beyond, however chance may have it?"""
-        return not abs(self.error) <= TOLERANCE[self.kind] + CERTAIN * self.scatter
+    def beyond(self, errors: float = SIGNIFICANT) -> bool:
+        """Is it larger than the tolerance, by more than so many standard errors?"""
+        return not abs(self.error) <= TOLERANCE[self.kind] + errors * self.scatter
 
     @property
     def open(self) -> bool:
         """Is it neither certainly beyond its tolerance nor certainly within?"""
-        return not self.certain and abs(self.error) * (1 + ORDER) + self.scatter > TOLERANCE[self.kind]
+        return not self.beyond(CERTAIN) and abs(self.error) * (1 + ORDER) + self.scatter > TOLERANCE[self.kind]
 
     def __str__(self) -> str:
         return f"{self.of} by {self.error:+.2g} (standard error {self.scatter:.1g}, tolerance {TOLERANCE[self.kind]:g})"
@@ -74,13 +67,13 @@ class StepError:
 
     @property
     def beyond(self) -> bool:
-        """Is any of them beyond its tolerance?"""
-        return any(estimate.beyond for estimate in self.estimates)
+        """Is any of them beyond its tolerance, by more than chance?"""
+        return any(estimate.beyond() for estimate in self.estimates)
 
     @property
     def certain(self) -> tuple[Estimate, ...]:
         """What is beyond it, however chance may have it."""
-        return tuple(estimate for estimate in self.estimates if estimate.certain)
+        return tuple(estimate for estimate in self.estimates if estimate.beyond(CERTAIN))
 
     @property
     def open(self) -> tuple[Estimate, ...]:
@@ -104,8 +97,8 @@ class StepError:
 
         To what is carried over half of itself is added as its scatter: the order is not that sure.
         """
-        expected = {(e.kind, e.of): e for e in coarser.with_steps(FINER).estimates}
-        return replace(self, estimates=tuple(_mean(e, expected.get((e.kind, e.of))) for e in self.estimates))
+        expected = {e.of: e for e in coarser.with_steps(FINER).estimates}
+        return replace(self, estimates=tuple(_mean(e, expected.get(e.of, e)) for e in self.estimates))
 
     def to_dict(self) -> dict[str, float]:
         """In per cent by kind, the band with the largest error for the RMS, and its standard error."""
@@ -117,8 +110,8 @@ class StepError:
         return found
 
 
-def _mean(own: Estimate, expected: Estimate | None) -> Estimate:
-    if expected is None:
+def _mean(own: Estimate, expected: Estimate) -> Estimate:
+    if expected is own:
         return own
     variance, of_expected = own.scatter**2, expected.scatter**2 + (0.5 * expected.error) ** 2
     if not (0 < variance < math.inf and 0 < of_expected < math.inf):
@@ -143,7 +136,11 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
     The scene's own step is where the search begins, or the longest below the limit of stability; then 2, 4, 8 and 16
     times finer ones. The finest where none is fine enough: the errors say so.
     """
-    steady = _steady(scene)
+    steady, coarser = _steady(scene), level_of(scene.model).coarser
+
+    def stepping(per_output: int) -> Scene:
+        return replace(scene, solver=replace(scene.solver, step_s=1 / (scene.output_rate_hz * per_output * coarser)))
+
     run = full_run(steady, bearing)
     limit_s = elastic_limit_s(run.method, run.model, run.state) or math.inf
     start = run.with_finer_steps(max(1, math.ceil(run.step_s / limit_s)))
@@ -152,18 +149,13 @@ def with_chosen_step(scene: Scene, bearing: Bearing) -> tuple[Scene, StepError]:
     for level in range(1, LEVELS + 1):
         for finer in (1, 2, FINER):
             if not error.with_steps(finer).beyond:
-                return _with_steps(scene, steps * finer), error.with_steps(finer)
+                return stepping(steps * finer), error.with_steps(finer)
         if level < LEVELS:
             steps *= FINER
             if error.lost:
                 piece = _Piece(steady, bearing, start.with_finer_steps(FINER**level))
             error = piece.error(1 if error.lost else FINER**level).with_coarser(error)
-    return _with_steps(scene, steps * FINER), error.with_steps(FINER)
-
-
-def _with_steps(scene: Scene, per_output: int) -> Scene:
-    per_output *= rung_of(scene.model).coarser
-    return replace(scene, solver=replace(scene.solver, step_s=1 / (scene.output_rate_hz * per_output)))
+    return stepping(steps * FINER), error.with_steps(FINER)
 
 
 def _steady(scene: Scene) -> Scene:
@@ -237,9 +229,8 @@ def _difference(of: str, first: FloatArray, second: FloatArray) -> Estimate:
 
     means = np.array([first, second])
     whole = means.mean(axis=1)
-    if not np.all(np.isfinite(means)):
-        return Estimate(kind=kind, of=of, error=math.inf, scatter=0.0)
-    if not np.any(whole):
-        return Estimate(kind=kind, of=of, error=0.0, scatter=0.0)
+    finite = bool(np.all(np.isfinite(means)))
+    if not (finite and np.any(whole)):
+        return Estimate(kind=kind, of=of, error=0.0 if finite else math.inf, scatter=0.0)
     pairs = means.reshape(2, -1, 2).mean(axis=2)
     return Estimate(kind=kind, of=of, error=float(error(whole)), scatter=max(scatter(means), scatter(pairs)))

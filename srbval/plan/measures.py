@@ -16,7 +16,7 @@ from srbval.arrays import FloatArray
 from srbval.bearing import RACE_DEFECTS, load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models.planar import ring_kernel
-from srbval.models.planar.rung import make_ring
+from srbval.models.planar.ring import make_ring
 from srbval.models.run import Run
 from srbval.models.sensor import band_rms, hann
 from srbval.reading.analyse import analyse

@@ -7,9 +7,9 @@ from typing import ClassVar
 from srbval.bearing import Bearing, load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models.full.parameters import geometry_of
+from srbval.models.hierarchy import LEVELS, FidelityLevel, level_of
 from srbval.models.kinematic import refuse_axial
-from srbval.models.ladder import RUNGS, Rung, rung_of
-from srbval.models.planar.rung import make_ring
+from srbval.models.planar.ring import make_ring
 from srbval.plan.calibrated import Neighbours, calibration_of, neighbours
 from srbval.plan.questions import MEANING, Question, asked_of
 from srbval.plan.table import CalibrationTable
@@ -112,7 +112,7 @@ def _choose(
 
     Where none is enough, the reference model; where that refuses, the last model that does not and knows the question.
     """
-    rungs, bearing = [rung for rung in RUNGS if rung.name in table.models], load_bearing(scene.bearing)
+    rungs, bearing = [rung for rung in LEVELS if rung.name in table.models], load_bearing(scene.bearing)
     refused = {rung.name: refusal(rung, scene, bearing) or "" for rung in rungs if not rung.runs(bearing)}
     while True:
         able = [r for r in rungs if r.name not in refused]
@@ -127,14 +127,14 @@ def _choose(
         ]  # fmt: skip
         enough = [c for c in candidates if c.ok]
         chosen = min(enough, key=lambda c: math.inf if c.wall_s is None else c.wall_s).model if enough else reference
-        why = refusal(rung_of(chosen), scene, bearing)
+        why = refusal(level_of(chosen), scene, bearing)
         if why is None:
             return tuple(candidates), chosen
         refused[chosen] = why
 
 
 def _judge(
-    rung: Rung, scene: Scene, question: Question, tolerance_pct: float, near: Neighbours, reference: str
+    rung: FidelityLevel, scene: Scene, question: Question, tolerance_pct: float, near: Neighbours, reference: str
 ) -> Candidate:
     error = near.error_pct(rung.name, question)
     pace = near.wall_per_simulated_s(rung.name)
@@ -151,7 +151,7 @@ def _judge(
 
 
 def _verdict(
-    rung: Rung, question: Question, error: float | None, tolerance_pct: float, near: Neighbours, reference: str
+    rung: FidelityLevel, question: Question, error: float | None, tolerance_pct: float, near: Neighbours, reference: str
 ) -> tuple[bool, str]:
     lacking = rung.lacks.get(question.value)
     if lacking is not None:
@@ -172,7 +172,7 @@ def _verdict(
     return error <= tolerance_pct, f"errs by up to {bound}, which {verb} {asked.text(tolerance_pct)}"
 
 
-def refusal(rung: Rung, scene: Scene, bearing: Bearing) -> str | None:
+def refusal(rung: FidelityLevel, scene: Scene, bearing: Bearing) -> str | None:
     """Why the model refuses the scene; None where it assembles it."""
     try:
         rung.check_surface(scene)

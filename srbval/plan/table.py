@@ -13,7 +13,7 @@ import numpy as np
 
 from srbval.bearing import Fault
 from srbval.errors import DataError
-from srbval.models.ladder import rung_of
+from srbval.models.hierarchy import level_of
 from srbval.plan.questions import MEANING, Answer, Question
 from srbval.scene import Scene, load_scene, merge
 from srbval.storage.files import read_limited
@@ -254,7 +254,7 @@ def _row(table: CalibrationTable, question: Question, model: str, cost: dict[str
 def _near(table: CalibrationTable, question: Question, model: str) -> tuple[int | None, int]:
     """On how many scenes a model is within the margin of an amplitude, of those on which the reference shows it."""
     margin = MEANING[question].margin_pct
-    if margin is None or question.value in rung_of(model).lacks:
+    if margin is None or question.value in level_of(model).lacks:
         return None, 0
     shown = [e for e in (*table.entries, *table.between) if e.reference.get(question) is not None]
     errors = [e.levels[model].error_pct[question] for e in shown]

@@ -12,7 +12,7 @@ import numpy as np
 
 from srbval.bearing import Fault, load_bearing
 from srbval.comparison.runs import attempt
-from srbval.models.kernel_cache import precompile
+from srbval.models.jit import precompile
 from srbval.models.precompile import load_kernels
 from srbval.models.run_file import scene_content
 from srbval.plan.questions import Answer, Question, answers, asked_of, error_pct

@@ -3,7 +3,8 @@
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any, TypeVar
+from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from srbval.plan.measures import smooth_mean
 from srbval.progress import Progress
 from srbval.reading.pipeline import SIMULATED_BAND_HZ
 from srbval.scene import Scene
+from srbval.storage.json_files import from_json
 from srbval.storage.stored_result import ContentStore
 
 Key = TypeVar("Key")
@@ -77,7 +79,7 @@ def outcomes(
 ) -> dict[Key, RunOutcome]:
     """The outcome of every scene: from `store`, or run now and stored as soon as the run has ended."""
     content = {key: f"{scene_content(scene)} {step}" for key, scene in scenes.items()}
-    found = {key: store.load(text, _from_stored) for key, text in content.items()}
+    found = {key: store.load(text, partial(from_json, RunOutcome)) for key, text in content.items()}
 
     def read(key: Key, tried: Attempt, wall_s: float) -> RunOutcome:
         outcome = outcome_of(tried, wall_s)
@@ -104,8 +106,3 @@ def outcome_of(tried: Attempt, wall_s: float) -> RunOutcome:
         status=tried.status, reason=tried.reason, **dict(zip(MEASURED, measured, strict=True)),
         seconds=scene.duration_s, settle_s=scene.settle_s, wall_s=wall_s, means=means,
     )  # fmt: skip
-
-
-def _from_stored(table: dict[str, Any]) -> RunOutcome:
-    values: dict[str, Any] = {name: math.nan if value is None else value for name, value in table.items()}
-    return RunOutcome(**values)

@@ -84,7 +84,7 @@ def test_a_circle_ten_micrometres_off_is_caught(
 
     def off(geometry: object, at: float) -> Circle:
         circle = as_it_is(geometry, at)
-        return replace(circle, radius_m=circle.radius_m + sign * TEN_MICROMETRES) if at == p else circle
+        return circle._replace(radius_m=circle.radius_m + sign * TEN_MICROMETRES) if at == p else circle
 
     monkeypatch.setattr(parameters, race, off)
     assert failed(run_check(REFERENCE, groups=["statics"]))

@@ -1,9 +1,10 @@
-"""What kernels are made of: their bits must not depend on what else is in memory."""
+"""Kernels: compiled by another process, loaded by every run; their bits do not depend on what else is in memory."""
 
 from __future__ import annotations
 
 import hashlib
 import os
+import signal
 import struct
 import subprocess
 import sys
@@ -12,16 +13,26 @@ from pathlib import Path
 import pytest
 
 from srbval import paper_scene, simulate
-from srbval.models.kernel_cache import kernel_cache_folder, precompile
+from srbval.models import jit
 from srbval.storage.installation import child_environment
+from tests.marked import marked, until
 
 ELF, FUNCTION, WEAK = b"\x7fELF\x02\x01", 2, 2
 COMPILED_HERE = """
 import hashlib, srbval
-from srbval.models.kernel_cache import compile_in_this_process
-compile_in_this_process("full")
-run = srbval.simulate(srbval.paper_scene(duration="50 ms", settle="0 s", defect={"kind": "inner"}))
+from srbval.models.jit import compile_in_this_process
+compile_in_this_process("planar")
+run = srbval.simulate(srbval.paper_scene(model="planar", duration="50 ms", settle="0 s", defect={"kind": "inner"}))
 print(hashlib.sha256(run.acceleration_m_s2.tobytes()).hexdigest())
+"""
+
+SHORT_PLANAR = "srbval.paper_scene(model='planar', duration='5 ms', settle='0 s', defect={'kind': 'outer'})"
+REPORT = f"""
+import hashlib, srbval
+from srbval.models.planar import ring_kernel
+run = srbval.simulate({SHORT_PLANAR})
+misses = sum(sum(f.stats.cache_misses.values()) for f in vars(ring_kernel).values() if hasattr(f, "stats"))
+print(hashlib.sha256(run.acceleration_m_s2.tobytes()).hexdigest(), misses)
 """
 
 
@@ -46,19 +57,49 @@ def functions(machine_code: bytes) -> list[tuple[str, int]]:
 @pytest.mark.skipif(sys.platform != "linux", reason="reads ELF objects")
 def test_no_kernel_carries_a_copy_of_another() -> None:
     """A copy would be weak: the linker takes whichever came into memory first, and they differ in the last digits."""
-    precompile("full", "line", "planar", "slices")
-    stored = [path.read_bytes() for path in kernel_cache_folder().rglob("*_kernel.*.nbc")]
+    jit.precompile("full", "line", "planar", "slices")
+    stored = [path.read_bytes() for path in jit.kernel_cache_folder().rglob("*_kernel.*.nbc")]
     codes = [functions(content[content.index(ELF) :]) for content in stored]
     assert len(codes) >= 2
     assert all(codes)
     assert [name for code in codes for name, binding in code if binding == WEAK] == []
 
 
-@pytest.mark.slow
 def test_who_compiles_gets_what_others_load(tmp_path: Path) -> None:
     env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)} | child_environment()
     done = subprocess.run(
         [sys.executable, "-P", "-c", COMPILED_HERE], env=env, capture_output=True, text=True, check=True
     )
-    run = simulate(paper_scene(duration="50 ms", settle="0 s", defect={"kind": "inner"}))
+    run = simulate(paper_scene(model="planar", duration="50 ms", settle="0 s", defect={"kind": "inner"}))
     assert done.stdout.strip() == hashlib.sha256(run.acceleration_m_s2.tobytes()).hexdigest()
+
+
+def test_a_failed_process_leaves_no_mark(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(jit, "_requested", set())
+    monkeypatch.setattr(jit, "_marker", lambda model: tmp_path / model)
+    jit.precompile("no-such-model-at-all", "nor-this-one")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here")
+def test_the_compiling_process_ends_with_the_one_that_waits_for_it(tmp_path: Path) -> None:
+    """However that ends: nobody would look after it."""
+    marker = {"SRBVAL_TEST": str(tmp_path)}
+    env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)} | marker | child_environment()
+    code = "from srbval.models.jit import precompile; precompile('full')"
+    waiting = subprocess.Popen([sys.executable, "-c", code], env=env)
+    until(lambda: len(marked(marker)) == 2)
+    waiting.kill()
+    waiting.wait()
+    until(lambda: not marked(marker))
+    assert not list(tmp_path.rglob("compiled-full-*"))
+
+
+def test_the_first_process_loads_what_another_compiled(tmp_path: Path) -> None:
+    env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)} | child_environment()
+    first, second = (
+        subprocess.run([sys.executable, "-c", REPORT], env=env, capture_output=True, text=True, check=True).stdout
+        for _ in range(2)
+    )
+    assert first.split()[1] == "0"
+    assert first == second

@@ -36,7 +36,7 @@ def file(tmp_path: Path, request: pytest.FixtureRequest) -> Path:
 @pytest.mark.parametrize("file", ["orders", "elements", "geometry"], indirect=True)
 @pytest.mark.parametrize("model", ["kinematic", "impulse"])
 @pytest.mark.parametrize(("kind", "name"), [("inner", "BPFI")])
-def test_the_lower_rungs_put_the_line_where_kinematics_does(file: Path, model: str, kind: str, name: str) -> None:
+def test_the_simpler_models_put_the_line_where_kinematics_does(file: Path, model: str, kind: str, name: str) -> None:
     scene = srbval.paper_scene(bearing=str(file), model=model, duration=SECONDS, defect={"kind": kind})
     run = srbval.simulate(scene)
     bearing = srbval.load_bearing(file)

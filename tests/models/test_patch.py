@@ -1,4 +1,4 @@
-"""Continuous contact derived from the point cloud: stiffness, raised pieces, friction, the line rung's limit."""
+"""Continuous contact derived from the point cloud: stiffness, raised pieces, friction, the line model's limit."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def test_a_raised_piece_adds_what_its_points_do(patch: Patch, depth_m: float, mi
 def test_loads_in_balance_are_those_of_dense_points() -> None:
     line = line_parameters(dense_scene(500), geometry())
     dense = make_parameters(dense_scene(16_000), geometry())
-    state = equilibrium_state(line).state
+    state = equilibrium_state(line)
     assert rates(line, 0.0, state).load_n == pytest.approx(rates(dense, 0.0, state).load_n, rel=LOAD, abs=LOAD_N)
 
 
@@ -106,7 +106,7 @@ def test_friction_of_a_patch_is_that_of_dense_points() -> None:
     """From sticking to sliding."""
     line = line_parameters(dense_scene(500), geometry())
     dense = make_parameters(dense_scene(16_000), geometry())
-    state = equilibrium_state(line).state
+    state = equilibrium_state(line)
     spins = (-3.0, -1.0, -0.5, -0.2, -0.1, 0.0, 0.1, 0.2, 0.5, 1.0, 3.0)
     own, right = (np.array([pull(model, state, spin) for spin in spins]) for model in (line, dense))
     assert np.abs(own - right).max() < TRACTION * np.abs(right).max()
@@ -115,7 +115,7 @@ def test_friction_of_a_patch_is_that_of_dense_points() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("fit", ["play", "printed"])
-def test_the_line_rung_is_the_limit_of_ever_denser_points(fit: str) -> None:
+def test_the_line_model_is_the_limit_of_ever_denser_points(fit: str) -> None:
     """Cage speed, and a healthy bearing without the noise of points passing; with play 0 as with interference."""
     scenes = (dense_scene(500, model="line"), dense_scene(500), dense_scene(DENSE))
     runs = [simulate(replace(s, duration_s=1.0, contact=replace(s.contact, roller_fit=RollerFit(fit)))) for s in scenes]
@@ -127,7 +127,7 @@ def test_the_line_rung_is_the_limit_of_ever_denser_points(fit: str) -> None:
     assert dense.band_rms_m_s2 < paper.band_rms_m_s2
 
 
-def test_the_line_rung_refuses_a_defect_on_a_roller() -> None:
+def test_the_line_model_refuses_a_defect_on_a_roller() -> None:
     with pytest.raises(ConfigurationError, match="full"):
         simulate(paper_scene(model="line", defect={"kind": "roller"}, duration="0.01 s"))
 
@@ -137,7 +137,7 @@ def test_patches_do_not_see_where_the_cage_stands() -> None:
     line = line_parameters(dense_scene(500), geometry())
     radius = roller_diameter_m(dense_scene(500), geometry()) / 2
     assert radius == pytest.approx(0.02005)
-    state = equilibrium_state(line).state
+    state = equilibrium_state(line)
     turn = 2 * len(line.slot_angle) + 2
     forces = []
     for angle in np.linspace(0, 2 * np.pi / 500, 4):

@@ -81,13 +81,3 @@ def test_what_slices_cannot_tell_apart_is_refused(changes: dict[str, Any], words
     scene: Scene = paper_scene(**changes)
     with pytest.raises(ConfigurationError, match=words):
         slice_parameters(scene, geometry())
-
-
-def test_lubrication_sets_the_limit_of_friction() -> None:
-    dry, oil = sliced(traction="dry"), sliced(traction="lubricated", traction_slope=2.5, traction_limit=0.05)
-    assert (dry.law.static_friction, dry.law.dynamic_friction) == (0.7, 0.5)
-    assert (oil.law.static_friction, oil.law.dynamic_friction) == (0.05, 0.05)
-    assert dry.slices is not None
-    assert oil.slices is not None
-    assert dry.slices.critical_ratio == 0.0
-    assert oil.slices.critical_ratio == pytest.approx(0.02)

@@ -17,6 +17,7 @@ from srbval.models.simulate import Step, simulate, simulate_to_file
 from srbval.models.step_error import (
     BLOCKS,
     CAGE,
+    CERTAIN,
     FINER,
     LEVELS,
     TOLERANCE,
@@ -66,7 +67,7 @@ def test_the_scatter_is_that_of_the_means() -> None:
 
 def test_lost_samples_are_an_infinite_error() -> None:
     lost = difference(RMS, np.full(64, np.nan), np.ones(64))
-    assert lost.beyond
+    assert lost.beyond()
     assert math.isinf(lost.error)
 
 
@@ -84,8 +85,10 @@ def test_lost_samples_are_an_infinite_error() -> None:
 def test_beyond_open_or_neither(error: float, scatter: float, beyond: bool, open_: bool) -> None:
     for sign in (1, -1):
         estimate = Estimate(kind="band_rms", of="RMS", error=sign * error, scatter=scatter)
-        assert (estimate.beyond, estimate.open) == (beyond, open_)
-        assert estimate.certain == (beyond and not open_), "by one standard error a finer step, by two a verdict"
+        assert (estimate.beyond(), estimate.open) == (beyond, open_)
+        assert estimate.beyond(CERTAIN) == (beyond and not open_), (
+            "by one standard error a finer step, by two a verdict"
+        )
 
 
 def test_two_pairs_of_steps_are_weighed_by_their_variances() -> None:

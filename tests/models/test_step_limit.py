@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from srbval.bearing import load_bearing
 from srbval.models.full.equilibrium import equilibrium_state
-from srbval.models.full.parameters import Parameters, make_parameters
+from srbval.models.full.parameters import Parameters
+from srbval.models.full_run import elastic_limit_s, stiffest_roller, without_friction
 from srbval.models.solvers import METHODS
-from srbval.models.step_limit import elastic_limit_s, stiffest_roller, without_friction
 from srbval.scene import paper_scene
+from tests.verification.harness import parameters
 
 EULER = 1e-4  # of c / k, which holds where an oscillation is damped far below critical: 3e-6 seen
 PER_POINT = 1e-4  # of the points counted by stiffness and by damping: differences of forces, 2e-7 seen
@@ -20,19 +20,15 @@ FITS: dict[str, dict[str, Any]] = {"play 0": {}, "interference": {"contact": {"r
 
 
 def balanced_model(fit: str) -> tuple[Parameters, np.ndarray]:
-    geometry = load_bearing("skf-22240").geometry
-    assert geometry is not None
-    model = make_parameters(paper_scene(**FITS[fit]), geometry)
-    return model, equilibrium_state(model).state
+    model = parameters(paper_scene(**FITS[fit]))
+    return model, equilibrium_state(model)
 
 
 @pytest.mark.parametrize("speed", ["127 rpm", "3000 rpm"])
 def test_the_limit_is_that_at_rest(speed: str) -> None:
     """A turning shaft drives points past rollers that they just touch; that is no stiffness."""
-    geometry = load_bearing("skf-22240").geometry
-    assert geometry is not None
-    model = make_parameters(paper_scene(shaft_speed=speed), geometry)
-    found = elastic_limit_s(METHODS["imex2"], model, equilibrium_state(model).state)
+    model = parameters(paper_scene(shaft_speed=speed))
+    found = elastic_limit_s(METHODS["imex2"], model, equilibrium_state(model))
     assert found is not None
     assert 4 < found * 61440 < 5
 

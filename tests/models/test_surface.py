@@ -21,11 +21,11 @@ from srbval.arrays import FloatArray
 from srbval.bearing import load_bearing
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
+from srbval.models.full.frames_kernel import SurfaceHeights
 from srbval.models.full.parameters import Parameters, geometry_of, state_layout
 from srbval.models.full.steps import rates
 from srbval.models.full.surface import felt_share
-from srbval.models.full.surface_kernel import SurfaceHeights
-from srbval.models.ladder import MODELS, rung_of
+from srbval.models.hierarchy import MODELS, level_of
 from srbval.models.simulate import Step, simulate
 from srbval.scene import load_scene
 
@@ -43,7 +43,7 @@ def scene_of(model: str = "line", **surface: Any) -> Any:
 
 def smooth(model: str) -> Parameters:
     scene = scene_of(model)
-    found: Parameters = rung_of(model).make_parameters(scene, geometry_of(load_bearing(scene.bearing)))
+    found: Parameters = level_of(model).make_parameters(scene, geometry_of(load_bearing(scene.bearing)))
     return found
 
 
@@ -175,7 +175,7 @@ def test_a_contact_feels_a_wave_as_an_elastic_half_plane_does(reach: float, phas
 def test_a_seed_says_all() -> None:
     def made(seed: int) -> SurfaceHeights:
         scene = load_scene("rig", {"seed": seed, "surface": {"roughness_class": "N3"}})
-        found: Parameters = rung_of("slices").make_parameters(scene, geometry_of(load_bearing(scene.bearing)))
+        found: Parameters = level_of("slices").make_parameters(scene, geometry_of(load_bearing(scene.bearing)))
         return found.surface
 
     first, again, other = made(1), made(1), made(2)

@@ -28,7 +28,7 @@ from srbval.campaign.planning import final_scene, plan_cases
 from srbval.campaign.sampling import MOST_CASES, points_in
 from srbval.campaign.settings import Sampling, load_campaign
 from srbval.errors import SrbvalError
-from srbval.models.ladder import RUNGS
+from srbval.models.hierarchy import LEVELS
 from srbval.models.simulate import simulate
 from srbval.models.solvers import METHODS
 from srbval.processes.machine import peak_bytes
@@ -116,7 +116,7 @@ def toml(value: Any) -> str:
 def scene_table(rng: np.random.Generator) -> dict[str, Any]:
     """A scene that is short, whose other values are hostile."""
     table: dict[str, Any] = {
-        "model": RUNGS[rng.integers(len(RUNGS))].name,
+        "model": LEVELS[rng.integers(len(LEVELS))].name,
         "solver": {"name": str(rng.choice(list(METHODS)))},
     }
     rate = float(rng.choice([RATE_HZ, RATE_HZ, 1000.0, 1e6, 300.0 if table["model"] in ("full", "line") else 1.0]))

@@ -18,8 +18,8 @@ from typing import Any
 
 import pytest
 
-from srbval.models.kernel_cache import precompile
-from srbval.models.ladder import RUNGS
+from srbval.models.hierarchy import LEVELS
+from srbval.models.jit import precompile
 from srbval.models.run import RunStatus
 from srbval.models.solvers import METHODS
 
@@ -90,6 +90,6 @@ def test_hostile_values_end_with_a_message_or_a_status(tmp_path: Path) -> None:
     assert set(statuses) <= set(RunStatus)
     assert sum(statuses.values()) > CASES / 6, "the solver is reached"
     if CASES >= 1000:
-        assert {model for model, _, _ in runs} == {rung.name for rung in RUNGS}
+        assert {model for model, _, _ in runs} == {rung.name for rung in LEVELS}
         assert {solver for _, solver, _ in runs} >= set(METHODS)
         assert len(statuses) >= 5

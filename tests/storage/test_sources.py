@@ -89,9 +89,9 @@ def test_no_import_of_this_package_is_overlooked() -> None:
         assert names <= set(module._imported(text)), source
 
 
-def test_lazily_imported_rungs_belong_to_a_run() -> None:
+def test_lazily_imported_models_belong_to_a_run() -> None:
     names = {path.relative_to(package_folder()).as_posix() for path in sources_of("srbval.models.simulate")}
-    assert {"models/full/contact_kernel.py", "models/planar/rung.py", "bearing/geometry.py"} <= names
+    assert {"models/full/contact_kernel.py", "models/planar/ring.py", "bearing/geometry.py"} <= names
     assert not any(name.startswith(("studies/", "cli/", "report/findings/")) for name in names)
 
 

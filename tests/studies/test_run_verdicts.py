@@ -11,10 +11,9 @@ import pytest
 
 from srbval.bearing import load_bearing
 from srbval.models.full.state import layout_of
-from srbval.models.full_run import full_run
+from srbval.models.full_run import elastic_limit_s, full_run
 from srbval.models.health import CAUTION
 from srbval.models.step_error import BLOCKS
-from srbval.models.step_limit import elastic_limit_s
 from srbval.studies.outcomes import RunOutcome, outcome_store
 from srbval.studies.run_verdicts.study import (
     MOST_FALSE,

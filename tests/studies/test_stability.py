@@ -23,11 +23,11 @@ from srbval.errors import ConfigurationError
 from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters, geometry_of
 from srbval.models.full.steps import take_steps
-from srbval.models.ladder import rung_of
+from srbval.models.full_run import elastic_limit_s, without_friction
+from srbval.models.hierarchy import level_of
 from srbval.models.solvers import METHODS, Method
 from srbval.models.solvers.linear_stability import longest_step, spectral_radius, step_map
 from srbval.models.step_error import BLOCKS, KINDS, TOLERANCE
-from srbval.models.step_limit import elastic_limit_s, without_friction
 from srbval.report.pages import StoredResults
 from srbval.scene import Scene, load_scene, paper_scene
 from srbval.storage.json_files import to_json
@@ -370,8 +370,8 @@ def test_friction_at_rest_has_the_slope_of_the_steepest_contact(rest: tuple[Para
     ids=["play 0", "interference", "rig"],
 )
 def test_one_roller_tells_the_whole_bearings_limit(scene: Scene, solvers: tuple[str, ...]) -> None:
-    model = rung_of(scene.model).make_parameters(scene, geometry_of(load_bearing(scene.bearing)))
-    state = equilibrium_state(model).state
+    model = level_of(scene.model).make_parameters(scene, geometry_of(load_bearing(scene.bearing)))
+    state = equilibrium_state(model)
     still, at_rest = balanced(scene)
     whole = linearise(without_friction(still), at_rest)
     for name in solvers:

@@ -14,9 +14,8 @@ from srbval.bearing import SphericalRollerGeometry, load_bearing
 from srbval.models.full import columns as col
 from srbval.models.full.columns import FAR_M
 from srbval.models.full.damping_kernel import BORDER, factor, solve
-from srbval.models.full.drive_kernel import external_load
 from srbval.models.full.equilibrium import rolling_speeds
-from srbval.models.full.motion_kernel import WITH_DAMPING, right_hand_side
+from srbval.models.full.motion_kernel import WITH_DAMPING, external_load, right_hand_side
 from srbval.models.full.parameters import Parameters as Parameters
 from srbval.models.full.parameters import make_parameters, state_layout
 from srbval.models.full.state import layout_of as layout_of

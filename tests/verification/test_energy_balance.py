@@ -106,7 +106,7 @@ def test_balance_over_time(method: str, name: str) -> None:
 
 
 @pytest.mark.parametrize("rpm", [127, 710, 3000])
-@pytest.mark.parametrize("kind", ["none", "outer", "inner"])
+@pytest.mark.parametrize("kind", ["outer", "inner"])
 @pytest.mark.parametrize("fit", FITS)
 def test_balance_at_the_default_step(fit: str, kind: str, rpm: int) -> None:
     changes = {"contact": FITS[fit], "defect": {"kind": kind}, "shaft_speed": f"{rpm} rpm"}

@@ -49,7 +49,7 @@ def test_cage_speed_converges_with_the_number_of_slices(name: str) -> None:
 def test_order_in_the_step_at_running_speed(name: str, method: str) -> None:
     scene = paper_scene(**merged(MOVING, CASES[name]))
     model = slices_model(scene)
-    y = equilibrium_state(model, cage_angle_rad=scene.load.zone_rad + OVER_RAD).state
+    y = equilibrium_state(model, cage_angle_rad=scene.load.zone_rad + OVER_RAD)
     recorded(model, y, step_s=RUN_STEP_S, steps=SETTLING_STEPS, method="imex2")
     coarse, fine = errors(model, y, method, STEPS, WINDOW_S)
     assert np.log2(coarse / fine) == pytest.approx(ORDERS[method], abs=ORDER)

@@ -63,7 +63,7 @@ RUN = 3e-3  # of the losses; 1.2e-3 seen with axial load, which tilts the cage, 
 
 def moving(scene: Scene, model: Parameters, seed: int, tilt_rad: float = 0.0) -> FloatArray:
     """A state in balance, then everything moved a little: rollers, cage, ring, and all their velocities."""
-    y = equilibrium_state(model, cage_angle_rad=scene.load.zone_rad + OVER_RAD).state
+    y = equilibrium_state(model, cage_angle_rad=scene.load.zone_rad + OVER_RAD)
     rng, where = np.random.default_rng(seed), layout_of(y)
     y[where.slide] += rng.normal(0, 3e-6, where.rollers)
     y[where.rotation] = rng.normal(0, 0.04, where.rollers)
@@ -121,7 +121,7 @@ def test_balance_over_a_run(name: str) -> None:
     """With the default method at 1/40960 s; the drive's work alone is the losses, but for what the run stores."""
     scene = paper_scene(**merged(RIG, CASES[name]))
     model, world = slices_model(scene), World(scene, geometry())
-    y = equilibrium_state(model).state
+    y = equilibrium_state(model)
     recorded(model, y, step_s=RUN_STEP_S, steps=SETTLING_STEPS, method="imex2")
 
     def stored(state: FloatArray) -> float:

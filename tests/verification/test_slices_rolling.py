@@ -102,7 +102,7 @@ def test_table_of_torque_balances(
 
 def ratio_of_run(scene: Scene, model: Parameters) -> FloatArray:
     """Cage over shaft speed in each output interval after settling."""
-    y = equilibrium_state(model).state
+    y = equilibrium_state(model)
     memory, turned = np.zeros_like(y), []
     for i in range(SETTLING_OUTPUTS + OUTPUTS):
         take_steps(
@@ -163,7 +163,7 @@ def test_three_slices_where_the_paper_has_its_circles(kind: str, published: floa
     rows[:, 0, col.SLICE_STIFFNESS] = rows[:, 0, col.SLICE_STIFFNESS].mean()
     model = model._replace(slices=model.slices._replace(rows=rows))
     found = float(ratio_of_run(scene, model).mean())
-    y = equilibrium_state(model).state
+    y = equilibrium_state(model)
     slide, c, s = y[layout_of(y).slide], model.tilt_cosine, model.tilt_sine
     radial, axial = places[:, None, :, 0], places[:, None, :, 1]
     ring = SlicedBearing.like(model, scene).slot_and_axis(y[layout_of(y).ring])

@@ -61,7 +61,7 @@ def load_on_ring(scene: Scene) -> FloatArray:
 @pytest.mark.parametrize("name", CASES)
 def test_loads_and_displacement_are_those_of_the_integral(name: str) -> None:
     scene, model = case_of(name)
-    state = equilibrium_state(model).state
+    state = equilibrium_state(model)
     found = rates(model, 0.0, state).load_n.sum(axis=2)
     bearing = SlicedBearing.like(model, scene)
     ring, slide = bearing.balance(load_on_ring(scene))
@@ -80,7 +80,7 @@ def pressed(osculation: float, slide_m: float, slices: int = 11) -> tuple[Parame
     """A model and a state in which every roller is pressed into the outer race alone."""
     profiles = {"outer_osculation": osculation, "inner_osculation": osculation, "slices": slices}
     model = slices_model(paper_scene(**merged(STATIC, {"line_contact": profiles})))
-    y = np.zeros_like(equilibrium_state(model).state)
+    y = np.zeros_like(equilibrium_state(model))
     g = geometry()
     gap = g.raceway_radius_m - g.roller_centre_distance_m - model.law.roller_radius
     y[layout_of(y).slide] = gap + slide_m
@@ -124,7 +124,7 @@ def test_approach_and_stiffness_at_a_working_load() -> None:
 def test_load_along_the_roller(name: str) -> None:
     """The most loaded roller's slices carry what the integral has between their ends."""
     scene, model = case_of(name)
-    state = equilibrium_state(model).state
+    state = equilibrium_state(model)
     bearing = SlicedBearing.like(model, scene)
     where = layout_of(state)
     assert model.slices is not None

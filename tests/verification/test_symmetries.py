@@ -176,7 +176,7 @@ def test_rates_at_an_instant(name: str, defect: str) -> None:
     assert image.load_n == pytest.approx(found.load_n[:, symmetry.rollers], abs=INSTANT * found.load_n.max())
 
 
-@pytest.mark.parametrize("defect", DEFECTS)
+@pytest.mark.parametrize("defect", ["outer", "roller"])
 @pytest.mark.parametrize("name", SYMMETRIES)
 @pytest.mark.parametrize("method", METHODS)
 def test_signal_over_a_short_window(method: str, name: str, defect: str) -> None:

@@ -12,9 +12,9 @@ from srbval.models.full.frames_kernel import cage_axes, cage_tilt, slot_axes
 from srbval.models.full.motion_kernel import right_hand_side
 from srbval.models.full.second_cage_kernel import cage_angle, relative_energy, roller_cage_omega, turn_of_second
 from srbval.models.full.state import state_indices
-from srbval.models.full.step_kernel import clear_mean, leapfrog_of, leapfrog_step, rosenbrock_step, runge_kutta_step
+from srbval.models.full.step_kernel import clear_mean, leapfrog_step, rosenbrock_step, runge_kutta_step
 from srbval.models.jit import exactly_rounded, kernel
-from srbval.models.solvers.method import ROSENBROCK, RUNGE_KUTTA
+from srbval.models.solvers.methods import ROSENBROCK, RUNGE_KUTTA
 
 
 class Recorder(NamedTuple):
@@ -48,7 +48,6 @@ def advance(y, ahead, first_step, step, steps_per_output, method, model, work, r
     at = state_indices(rollers, half)
     out, per_detail = recorder.out, recorder.per_detail
     mean = work.mean
-    leapfrog = leapfrog_of(method, work)
     interval = step * steps_per_output
     for i in range(out.shape[0]):
         if per_detail > 0 and i % per_detail == 0:
@@ -73,7 +72,7 @@ def advance(y, ahead, first_step, step, steps_per_output, method, model, work, r
             elif method.family == ROSENBROCK:
                 rosenbrock_step(y, t, step, method, model, work)
             else:
-                leapfrog_step(y, t, step, leapfrog, model, work, ahead)
+                leapfrog_step(y, t, step, method, model, work, ahead)
         out[i, out_col.ACCELERATION_X] = (y[v] - v0) / interval
         out[i, out_col.ACCELERATION_Y] = (y[v + 1] - v1) / interval
         out[i, out_col.ACCELERATION_Z] = (y[v + 2] - v2) / interval

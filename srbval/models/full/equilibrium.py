@@ -32,14 +32,13 @@ cage (0.2 s) there, and in proportion at other speeds.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
-from srbval.models.full.drive_kernel import external_load, shaft_motion
+from srbval.models.full.motion_kernel import external_load, shaft_motion
 from srbval.models.full.parameters import Parameters, state_layout
 from srbval.models.full.point_cloud import DEEPEST_M
 from srbval.models.full.steps import rates
@@ -63,22 +62,10 @@ NOTICED_RAD_S2 = 1e-3  # rounding leaves 1e-9; the lightest rolling contact make
 SPIN_HALVINGS = 20  # 7e-5 rad/s of a spin: 1.4 um/s of slip, a thousandth of the critical velocity
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Equilibrium:
-    """A start: `state`, shape [4 M + 12], and how well it is balanced.
+def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> FloatArray:
+    """The state, [4 M + 12], in static balance of ring and slides at time zero, with friction balanced too.
 
-    `residual_n`: what is left of the force along each slot and on the ring, [2 M + 3], without friction;
-    `iterations` of the ring; `converged`: every residual is below `BALANCED_N`.
-    """
-
-    state: FloatArray
-    residual_n: FloatArray
-    iterations: int
-    converged: bool
-
-
-def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> Equilibrium:
-    """Static balance of ring and slides at time zero, then cage speed and spins at which friction balances.
+    So cage speed and spins follow the displacements, see `balance_friction`.
 
     The forces are the load, the housing spring (none if its stiffness is 0), gravity, the frictionless contacts and
     the rollers' centrifugal force at the rolling cage speed, which presses unloaded rollers outwards. The cage is
@@ -89,42 +76,39 @@ def equilibrium_state(model: Parameters, *, cage_angle_rad: float = 0.0) -> Equi
     Raises `ConfigurationError` if a roller is pressed deeper into a raceway than the contact search reaches, or if
     more than `UNCARRIED` of the load is carried by nothing.
     """
-    statics = _Statics(model, cage_angle_rad)
-    ring, slide = np.zeros(3), np.zeros(statics.rollers)
-    ring, slide, iterations = _balance(statics, ring, slide)
+    statics = Statics(model, cage_angle_rad)
+    ring, slide = _balance(statics)
     slide_n, ring_n, deepest = statics.forces(slide, ring)
-    residual_n = np.concatenate([slide_n, ring_n])
     if deepest > DEEPEST_M:
         raise ConfigurationError(
             f"load or fit overload the contact: a roller would penetrate a race by {deepest * 1e6:.4g} um; "
             f"the limit is {DEEPEST_M * 1e6:.4g} um; reduce the load or the interference, or raise the stiffness."
         )
-    _check_carried(model, float(np.abs(residual_n).max()))
-    return Equilibrium(
-        state=balance_friction(model, statics.state(slide, ring)),
-        residual_n=residual_n,
-        iterations=iterations,
-        converged=bool(np.abs(residual_n).max() < BALANCED_N),
-    )
-
-
-def _check_carried(model: Parameters, left_n: float) -> None:
+    left_n = max(float(np.abs(slide_n).max()), float(np.abs(ring_n).max()))
     allowed = BALANCED_N + UNCARRIED * float(np.hypot(*external_load(0.0, model.drive)))
     if left_n > allowed:
         raise ConfigurationError(
             f"no static balance: {left_n:.4g} N of the load remain uncarried, the limit is {allowed:.4g} N; "
             "the rollers meet the races too late or too far from their middle: reduce the play, or the load."
         )
+    y = statics.y.copy()
+    y[statics.layout.slide], y[statics.layout.ring] = slide, ring
+    return balance_friction(model, y)
 
 
-class _Statics:
-    """The model at rest, without friction: forces as a function of slides [2 M] and ring displacement [3], in m."""
+class Statics:
+    """The model at rest, without friction, its shaft held as at time zero.
+
+    Forces are a function of slides [2 M] and ring displacement [3], in m.
+    """
 
     def __init__(self, model: Parameters, cage_angle_rad: float) -> None:
-        self.rollers = len(model.slot_angle)
         self.layout = state_layout(model)
         self.cage_speed, _ = rolling_speeds(model)
-        self.rest = _at_rest(model)
+        _, angle = shaft_motion(0.0, model.drive)
+        held = model.drive._replace(speed=np.array([[0.0], [0.0], [angle]]))
+        law = model.law._replace(static_friction=0.0, dynamic_friction=0.0)
+        self.rest = model._replace(drive=held, law=law)
         self.y = np.zeros(2 * self.layout.half)
         self.y[self.layout.cage] = 0.0, 0.0, cage_angle_rad
 
@@ -141,33 +125,20 @@ class _Statics:
         """Loss of force along each slot per slide, [2 M], in N/m: one roller's slide moves no other."""
         return (slide_n - self.forces(slide + NUDGE_M, ring)[0]) / NUDGE_M
 
-    def state(self, slide: FloatArray, ring: FloatArray) -> FloatArray:
-        """State at rest with these displacements, [4 M + 12]."""
-        y = self.y.copy()
-        y[self.layout.slide], y[self.layout.ring] = slide, ring
-        return y
 
-
-def _at_rest(model: Parameters) -> Parameters:
-    """The model with its friction off and its shaft held where it is at time zero."""
-    _, angle = shaft_motion(0.0, model.drive)
-    held = model.drive._replace(speed=np.array([[0.0], [0.0], [angle]]))
-    law = model.law._replace(static_friction=0.0, dynamic_friction=0.0)
-    return model._replace(drive=held, law=law)
-
-
-def _balance(statics: _Statics, ring: FloatArray, slide: FloatArray) -> tuple[FloatArray, FloatArray, int]:
-    """Newton iteration for the ring, the slides following; the last state is returned, converged or not."""
-    slide, ring_n = _follow(statics, ring, slide)
-    for iteration in range(RING_STEPS):
+def _balance(statics: Statics) -> tuple[FloatArray, FloatArray]:
+    """Ring and slides by Newton iteration for the ring, the slides following; the last ones, converged or not."""
+    ring = np.zeros(3)
+    slide, ring_n = _follow(statics, ring, np.zeros(statics.layout.rollers))
+    for _ in range(RING_STEPS):
         if np.abs(ring_n).max() < RING_TOLERANCE_N:
-            return ring, slide, iteration
+            break
         step = _ring_step(statics, ring, slide, ring_n)
         ring, slide, ring_n = _line_search(statics, ring, slide, ring_n, step)
-    return ring, slide, RING_STEPS
+    return ring, slide
 
 
-def _follow(statics: _Statics, ring: FloatArray, slide: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _follow(statics: Statics, ring: FloatArray, slide: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Slides in balance with the given ring, near `slide`, and the force then left on the ring [N]."""
     model = statics.rest
     clearance = abs(model.race_radius[0] - model.law.roller_radius - model.centre_distance)
@@ -185,7 +156,7 @@ def _follow(statics: _Statics, ring: FloatArray, slide: FloatArray) -> tuple[Flo
     return slide, ring_n
 
 
-def _ring_step(statics: _Statics, ring: FloatArray, slide: FloatArray, ring_n: FloatArray) -> FloatArray:
+def _ring_step(statics: Statics, ring: FloatArray, slide: FloatArray, ring_n: FloatArray) -> FloatArray:
     """Newton step of the ring with the slides following (Schur complement), shape [3], shortened to the longest."""
     slide_n, _, _ = statics.forces(slide, ring)
     stiffness = statics.slide_stiffness(slide, ring, slide_n)
@@ -201,7 +172,7 @@ def _ring_step(statics: _Statics, ring: FloatArray, slide: FloatArray, ring_n: F
 
 
 def _line_search(
-    statics: _Statics, ring: FloatArray, slide: FloatArray, ring_n: FloatArray, step: FloatArray
+    statics: Statics, ring: FloatArray, slide: FloatArray, ring_n: FloatArray, step: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Shorten `step` until the force along it is no longer reversed; a convex potential then has fallen."""
     share, first = 1.0, float(ring_n @ step)

@@ -4,15 +4,18 @@ Newton-Euler in the generalised speeds (slides, spins, cage angular velocity, ri
 Kane's method; the equations and the layout of the state stand at `srbval.models.full`.
 """
 
-import math
-
 import numpy as np
 
 from srbval.models.full import columns as col
-from srbval.models.full.contact_kernel import Candidates, contact_columns, elastic
-from srbval.models.full.drive_kernel import external_load, shaft_motion
-from srbval.models.full.frames_kernel import cage_axes, cage_tilt, read_rollers, roller_frames, tilted_about_x
-from srbval.models.full.roller_defect_kernel import RollerSurface, flank_forces, raised_points
+from srbval.models.full.forces_kernel import CIRCLES, FIRST_TIME, evaluate_contacts, normal_loads
+from srbval.models.full.frames_kernel import (
+    add_heights,
+    cage_axes,
+    cage_tilt,
+    read_rollers,
+    roller_frames,
+    tilted_about_x,
+)
 from srbval.models.full.search_kernel import (
     gather_columns,
     plan_contacts,
@@ -21,12 +24,10 @@ from srbval.models.full.search_kernel import (
     spacing_of_windows,
 )
 from srbval.models.full.second_cage_kernel import eliminate_relative_rate, fill_relative_rates, second_cage_torque
-from srbval.models.full.slices_kernel import evaluate_slices, find_openings, law_at_speed
+from srbval.models.full.slices_kernel import law_at_speed
 from srbval.models.full.state import state_indices
-from srbval.models.full.surface_kernel import add_heights
 from srbval.models.jit import kernel, kernel_part
 
-CIRCLES = 3
 WITH_DAMPING = 1  # for `right_hand_side`; None: without
 
 
@@ -51,19 +52,16 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     # 1. every roller: its frame, and the points of both races within its reach
     read_rollers(y, at, n // 2, space)
     roller_frames(y, at, slots, tilt, shaft, shaft_angle, count, model, second)
-    add_heights(model.surface, y[at.rotation : at.rotation + n], count, space)
+    rotation = y[at.rotation : at.rotation + n]
+    add_heights(model.surface, rotation, count, space)
     groups, compacted, single, deepest = plan_contacts(scratch.slots, races, space, plan, count)
     spacing = spacing_of_windows(count, model.patch)
     prepare_columns(groups, scratch.slots, space, plan, spacing, damping)
 
     # 2. contact forces
     gather_columns(compacted, single, space, plan, spacing, count, damping, model.slices)
-    if single > 0:
-        raise_points(single, y, model, model.slices)
     law = law_at_speed(model.law, model.slices, y[at.cage_rate + 2], shaft)
-    evaluate_contacts(law, races, groups, single, space, plan, 0, CIRCLES, damping, model.patch, model.slices)
-    if single > 0:
-        push_flanks(single, y, model, damping, model.slices)
+    evaluate_contacts(law, rotation, model, groups, single, 0, CIRCLES, damping, model.patch, model.slices, FIRST_TIME)
     scatter_sums(compacted, single, space, plan, damping)
 
     # 3. every roller's own motion, and its force on ring, shaft and cage
@@ -181,7 +179,7 @@ def right_hand_side(t, y, model, rate, totals, loads, damping):
     ring_motion(t, y, at, model, (on_ring_x, on_ring_y, on_ring_z), rate, totals)
 
     if loads.shape[0] > 0:
-        normal_loads(model, groups, compacted, single, loads)
+        normal_loads(model, rotation, groups, compacted, single, loads)
 
 
 @kernel_part
@@ -207,120 +205,29 @@ def ring_motion(t, y, at, model, on_ring, rate, totals):
 
 
 @kernel
-def evaluate_contacts(law, races, groups, single, space, plan, first_circle, end_circle, damping, patch, slices):
-    """Add the contact forces of the circles from `first_circle` to `end_circle` to the columns of the plan.
-
-    With a `patch`, all columns but the single ones meet one continuous contact per circle; with `slices`, all meet
-    slices, a third of the contact for each circle.
-    """
-    if slices is not None:
-        evaluate_slices(law, slices, groups, single, space, plan, first_circle, end_circle, damping)
-        return
-    points, starts = races.points, races.starts
-    for group in range(groups):
-        race, window = plan[group, col.GROUP_RACE], plan[group, col.GROUP_WINDOW]
-        first, end = starts[race, window, first_circle], starts[race, window, end_circle]
-        candidates = Candidates(points, race, window, first, end)
-        start, stop = plan[group, col.GROUP_FIRST], plan[group, col.GROUP_END]
-        contact_columns(law, candidates, space, start, stop, damping, patch)
-    for i in range(single):
-        row = col.FIRST_SINGLE + i
-        race, window, base = plan[row, col.SINGLE_RACE], plan[row, col.SINGLE_WINDOW], plan[row, col.SINGLE_BASE]
-        first, end = starts[race, base, first_circle], starts[race, base, end_circle]
-        candidates = Candidates(points, race, window, first, end)
-        start = col.SINGLE + i * col.LANES
-        contact_columns(law, candidates, space, start, start + col.LANES, damping, None)
+def shaft_motion(t, drive):
+    """Speed and angle of the shaft at time `t`: linear between the table's entries, constant outside."""
+    table = drive.speed
+    last = table.shape[1] - 1
+    if t <= table[0, 0]:
+        return table[1, 0], table[2, 0] + table[1, 0] * (t - table[0, 0])
+    if t >= table[0, last]:
+        return table[1, last], table[2, last] + table[1, last] * (t - table[0, last])
+    i = np.searchsorted(table[0], t) - 1
+    since = t - table[0, i]
+    slope = (table[1, i + 1] - table[1, i]) / (table[0, i + 1] - table[0, i])
+    return table[1, i] + slope * since, table[2, i] + (table[1, i] + 0.5 * slope * since) * since
 
 
 @kernel
-def raise_points(single, y, model, slices):
-    """Give the single columns of damaged rollers points of their own: the race's, as their surface meets them.
-
-    With `slices`, find the openings that the rollers of single columns stand over.
-    """
-    if slices is not None:
-        n = model.slot_angle.shape[0]
-        rotation = y[n : 2 * n]
-        find_openings(
-            slices, single, model.scratch.plan, model.scratch.space, rotation, model.law.roller_radius,
-            model.races.window_of.shape[2], model.roller_defects, n, model.spare_of,
-        )  # fmt: skip
-        return
-    plan = model.scratch.plan
-    for i in range(single):
-        row = col.FIRST_SINGLE + i
-        roller = damaged_roller(row, model)
-        if roller >= 0:
-            plan[row, col.SINGLE_WINDOW] = spare_window(roller, model)
-            raised_points(
-                surface_of(roller, y, model), candidates_of(row, model), plan[row, col.SINGLE_WINDOW],
-                model.scratch.space, col.SINGLE + i * col.LANES,
-            )  # fmt: skip
-
-
-@kernel
-def push_flanks(single, y, model, damping, slices):
-    """Add the forces of the flanks of defects on rollers along the races, see `flank_forces`."""
-    if slices is not None:
-        return
-    for i in range(single):
-        row = col.FIRST_SINGLE + i
-        roller = damaged_roller(row, model)
-        if roller >= 0:
-            flank_forces(
-                model.law, surface_of(roller, y, model), candidates_of(row, model), spare_window(roller, model),
-                model.scratch.space, col.SINGLE + i * col.LANES, damping,
-            )  # fmt: skip
-
-
-@kernel
-def spare_window(roller, model):
-    """The window that a damaged roller has for its own points."""
-    return model.races.points.shape[1] - 1 - model.spare_of[roller]
-
-
-@kernel
-def candidates_of(row, model):
-    """All of a race's points that the single column of a `row` of the plan may meet, as they lie on the race."""
-    plan, races = model.scratch.plan, model.races
-    race, base = plan[row, col.SINGLE_RACE], plan[row, col.SINGLE_BASE]
-    return Candidates(races.points, race, base, 0, races.starts[race, base, CIRCLES])
-
-
-@kernel
-def damaged_roller(row, model):
-    """Number of the roller that the single column of a `row` of the plan belongs to; -1 if it is not damaged."""
-    slot = model.scratch.plan[row, col.SINGLE_FROM] % col.RACE
-    return roller_in(slot, model) if model.scratch.space[col.DAMAGE + np.uint64(slot)] > 0.0 else -1
-
-
-@kernel
-def roller_in(slot, model):
-    """Number of the roller in a slot: the rows stand in turn there, one after the other in the state."""
-    return slot // 2 + (slot % 2) * (model.slot_angle.shape[0] // 2)
-
-
-@kernel
-def surface_of(roller, y, model):
-    """Surface of a damaged roller at its angle in state `y`."""
-    at = state_indices(model.slot_angle.shape[0], y.shape[0] // 2)
-    rotation = y[at.rotation + roller]
-    return RollerSurface(model.law.roller_radius, model.circle_half_gap, model.roller_defects, roller, rotation)
-
-
-@kernel
-def normal_loads(model, groups, compacted, single, loads):
-    """Fill `loads` with the normal force of each race's circles on each roller; spoils the columns' sums."""
-    races, space, plan = model.races, model.scratch.space, model.scratch.plan
-    law = elastic(model.law, model.law.damping)
-    for circle in range(CIRCLES):
-        for start in (col.F_X, col.F_Y, col.F_Z):
-            for j in range(np.uint64(col.SINGLE + single * col.LANES)):
-                space[start + j] = 0.0
-        evaluate_contacts(law, races, groups, single, space, plan, circle, circle + 1, None, model.patch, model.slices)
-        scatter_sums(compacted, single, space, plan, None)
-        for race in range(2):
-            for slot in range(model.slot_angle.shape[0]):
-                j = np.uint64(race * col.RACE + slot)
-                square = space[col.F_X + j] ** 2 + space[col.F_Y + j] ** 2 + space[col.F_Z + j] ** 2
-                loads[race, roller_in(slot, model), circle] = math.sqrt(square)
+def external_load(t, drive):
+    """Radial and axial load at time `t`: linear between the table's entries, constant outside."""
+    table = drive.load
+    last = table.shape[1] - 1
+    if t <= table[0, 0]:
+        return table[1, 0], table[2, 0]
+    if t >= table[0, last]:
+        return table[1, last], table[2, last]
+    i = np.searchsorted(table[0], t) - 1
+    share = (t - table[0, i]) / (table[0, i + 1] - table[0, i])
+    return table[1, i] + share * (table[1, i + 1] - table[1, i]), table[2, i] + share * (table[2, i + 1] - table[2, i])

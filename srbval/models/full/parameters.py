@@ -12,6 +12,7 @@ from srbval.bearing import CIRCLES, Bearing, Fault, SphericalRollerGeometry
 from srbval.errors import ConfigurationError
 from srbval.models.full import columns as col
 from srbval.models.full.contact_kernel import ContactLaw
+from srbval.models.full.frames_kernel import SurfaceHeights
 from srbval.models.full.point_cloud import (
     Circle,
     CirclePoints,
@@ -26,8 +27,7 @@ from srbval.models.full.second_cage_kernel import SecondCage
 from srbval.models.full.slices_kernel import SliceTable
 from srbval.models.full.state import StateLayout
 from srbval.models.full.surface import surface_heights
-from srbval.models.full.surface_kernel import SurfaceHeights
-from srbval.scene import Defect, DefectShape, LoadPath, RollerFit, Scene
+from srbval.scene import DefectShape, LoadPath, RollerFit, Scene
 
 IntArray = NDArray[np.int64]
 STANDARD_GRAVITY = 9.80665  # m/s2
@@ -130,7 +130,9 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
 
     Cages are taken as thin rings at the pitch radius; their mass is the scene's assumption.
     """
-    diameter = roller_diameter_m(scene, geometry)
+    diameter, defects = roller_diameter_m(scene, geometry), _roller_defects(scene, geometry)
+    damage = np.zeros(2 * geometry.rollers_per_row)  # summed height of each roller's defects [m]
+    np.add.at(damage, defects[:, col.DEFECT_ROLLER].astype(int), np.abs(defects[:, col.DEFECT_HEIGHT]))
     roller_mass, roller_axial, roller_transverse = roller_body(geometry, diameter, scene.bodies.density_kg_m3)
     row = np.arange(geometry.rollers_per_row)
     angle = np.append(row, row + scene.bodies.row_stagger) * 2 * math.pi / geometry.rollers_per_row
@@ -165,23 +167,20 @@ def make_parameters(scene: Scene, geometry: SphericalRollerGeometry) -> Paramete
         housing_damping=scene.housing.damping_ns_m,
         gravity=-STANDARD_GRAVITY if scene.load.gravity else 0.0,
         drive=_drive(scene),
-        races=_races(scene, geometry, diameter / 2),
-        roller_defects=_roller_defects(scene, geometry),
-        spare_of=np.cumsum(_damaged(scene, geometry) > 0) - 1,
-        scratch=_scratch(geometry, angle, _damaged(scene, geometry)),
+        races=_races(scene, geometry, diameter / 2, int(np.count_nonzero(damage))),
+        roller_defects=defects,
+        spare_of=np.cumsum(damage > 0) - 1,
+        scratch=_scratch(angle, damage),
         circle_half_gap=_axial_position(geometry, 3) / 2,
         surface=surface_heights(scene, geometry, diameter / 2),
         second_cage=SecondCage(cage_axial / 2) if scene.bodies.cages == 2 else None,
     )
 
 
-def roller_body(
-    geometry: SphericalRollerGeometry, diameter_m: float, density_kg_m3: float
-) -> tuple[float, float, float]:
+def roller_body(geometry: SphericalRollerGeometry, diameter_m: float, density: float) -> tuple[float, float, float]:
     """Mass [kg] and moments of inertia about its axis and across it [kg m2] of a barrel roller.
 
-    Solid of revolution of the raceway's profile arc, `diameter_m` at its middle.
-
+    Solid of revolution of the raceway's profile arc, `diameter_m` at its middle, of a `density` [kg/m3].
     Integrals over the width: m = rho pi int r^2 dz, I_a = rho pi/2 int r^4 dz,
     I_t = I_a/2 + rho pi int r^2 z^2 dz (any text on rigid bodies). No end chamfers, no bore.
     """
@@ -189,9 +188,9 @@ def roller_body(
     nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     z, dz = half * nodes, half * weights
     radius = diameter_m / 2 - geometry.raceway_radius_m + np.sqrt(geometry.raceway_radius_m**2 - z**2)
-    axial = density_kg_m3 * math.pi / 2 * float(np.sum(radius**4 * dz))
-    mass = density_kg_m3 * math.pi * float(np.sum(radius**2 * dz))
-    return mass, axial, axial / 2 + density_kg_m3 * math.pi * float(np.sum(radius**2 * z**2 * dz))
+    axial = density * math.pi / 2 * float(np.sum(radius**4 * dz))
+    mass = density * math.pi * float(np.sum(radius**2 * dz))
+    return mass, axial, axial / 2 + density * math.pi * float(np.sum(radius**2 * z**2 * dz))
 
 
 def outer_ring_mass_kg(geometry: SphericalRollerGeometry, density_kg_m3: float) -> float:
@@ -233,7 +232,8 @@ def roller_diameter_m(scene: Scene, geometry: SphericalRollerGeometry) -> float:
     return diameter
 
 
-def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float) -> Races:
+def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float, spares: int) -> Races:
+    """Both races' windows side by side, with `spares` for damaged rollers, and what the search needs."""
     circles = [[circle(geometry, p) for p in CIRCLES] for circle in (outer_circle, inner_circle)]
     count, bumps = scene.contact.points_per_circle, sum(max(0.0, d.height_m) for d in scene.defects)
     radii = [[-c.radius_m for c in circles[0]], [c.radius_m for c in circles[1]]]
@@ -242,16 +242,15 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
         candidate_windows(own, _rows(scene, own, kind), count, half)
         for kind, own in zip((Fault.OUTER, Fault.INNER), circles, strict=True)
     ]
-    windows = max(len(race.highest) for race in both) + int(np.count_nonzero(_damaged(scene, geometry)))
-    width = max(race.points.shape[2] for race in both)
+    windows = max(len(race.highest) for race in both) + spares
+    width = max(window.shape[1] for race in both for window in race.points)
     points = np.full((2, windows, col.POINT_ROWS, width), col.FAR_M)
-    highest = np.zeros((2, windows))
-    starts = np.zeros((2, windows, 4), dtype=np.int64)
+    highest, starts = np.zeros((2, windows)), np.zeros((2, windows, 4), dtype=np.int64)
     for i, race in enumerate(both):
-        used, _, candidates = race.points.shape
-        points[i, :used, :, :candidates] = race.points
-        highest[i, :used] = race.highest
-        starts[i, :used] = race.starts
+        used = len(race.points)
+        highest[i, :used], starts[i, :used] = race.highest, race.starts
+        for window, candidates in enumerate(race.points):
+            points[i, window, :, : candidates.shape[1]] = candidates
     outer, inner = (
         RaceSearch(
             2 * math.pi / count * min(abs(x) for x in r),
@@ -261,15 +260,9 @@ def _races(scene: Scene, geometry: SphericalRollerGeometry, roller_radius: float
         for race, r in zip(both, radii, strict=True)
     )
     return Races(
-        points=points,
-        starts=starts,
-        window_of=np.array([race.window_of for race in both]),
-        highest=highest,
-        plain=2 * half + 1,
-        height=max(c.height_m for own in circles for c in own),
-        outer=outer,
-        inner=inner,
-    )
+        points=points, starts=starts, window_of=np.array([race.window_of for race in both]), highest=highest,
+        plain=2 * half + 1, height=max(c.height_m for own in circles for c in own), outer=outer, inner=inner,
+    )  # fmt: skip
 
 
 def own_stretch(window_of: IntArray, plain: int) -> tuple[float, float]:
@@ -314,35 +307,16 @@ def _drive(scene: Scene) -> Drive:
 
 
 def _roller_defects(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
-    rows = [
-        (
-            _roller_index(d, geometry),
-            d.angle_rad,
-            _axial_position(geometry, d.circle) * (3 - 2 * d.row),
-            d.height_m,
-            d.extent_m or 0.0,
-            float(d.shape is DefectShape.COSINE),
-        )
-        for d in scene.defects
-        if d.kind is Fault.ROLLER
-    ]
+    """Defects on rollers as the kernels read them, see `columns`."""
+    rows, count = [], geometry.rollers_per_row
+    for d in scene.defects:
+        if d.kind is Fault.ROLLER:
+            if d.roller > count:
+                raise ConfigurationError(f"defect roller = {d.roller}: a row has {count} rollers, counted from 1.")
+            axial = _axial_position(geometry, d.circle) * (3 - 2 * d.row)
+            roller, cosine = (d.row - 1) * count + d.roller - 1, d.shape is DefectShape.COSINE
+            rows.append((roller, d.angle_rad, axial, d.height_m, d.extent_m or 0.0, cosine))
     return np.array(rows, dtype=np.float64).reshape(-1, col.DEFECT_COLUMNS)
-
-
-def _damaged(scene: Scene, geometry: SphericalRollerGeometry) -> FloatArray:
-    sizes = np.zeros(2 * geometry.rollers_per_row)
-    for defect in scene.defects:
-        if defect.kind is Fault.ROLLER:
-            sizes[_roller_index(defect, geometry)] += abs(defect.height_m)
-    return sizes
-
-
-def _roller_index(defect: Defect, geometry: SphericalRollerGeometry) -> int:
-    if defect.roller > geometry.rollers_per_row:
-        raise ConfigurationError(
-            f"defect roller = {defect.roller}: a row has {geometry.rollers_per_row} rollers, counted from 1."
-        )
-    return (defect.row - 1) * geometry.rollers_per_row + defect.roller - 1
 
 
 def _axial_position(geometry: SphericalRollerGeometry, circle: int) -> float:
@@ -350,14 +324,12 @@ def _axial_position(geometry: SphericalRollerGeometry, circle: int) -> float:
     return geometry.raceway_radius_m * math.sin((CIRCLES[circle - 1] - 1) * geometry.tilt_rad)
 
 
-def _scratch(geometry: SphericalRollerGeometry, slot_angle: FloatArray, damage: FloatArray) -> Scratch:
+def _scratch(slot_angle: FloatArray, damage: FloatArray) -> Scratch:
     """Space for every roller on both races, and for a single column of each; what never changes filled in."""
     count = len(slot_angle)
     slots = -(-count // col.LANES) * col.LANES
     if col.SINGLE + 2 * count * col.LANES > col.STRIDE or slots + col.LANES > col.RACE:
-        raise ConfigurationError(
-            f"rollers_per_row = {geometry.rollers_per_row}: the full model has room for 48 rollers a row."
-        )
+        raise ConfigurationError(f"rollers_per_row = {count // 2}: the full model has room for 48 rollers a row.")
     space = col.aligned_zeros(col.ROWS * col.STRIDE)
     space[int(col.O_X) : int(col.O_X) + col.STRIDE] = col.FAR_M
     both_rows = {

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +21,7 @@ MOST_BYTES = 2e8  # of candidate points of both races; a scene of the paper's ha
 SAGITTA_SHARE = 0.98  # of what a point stands clear by its circle's curvature: circles are not quite parallel-axis
 
 
-@dataclass(frozen=True, kw_only=True)
-class Circle:
+class Circle(NamedTuple):
     """One circle of points: radius and height above the mid-plane [m], and the surface normal there.
 
     The normal (`normal_radial`, `normal_axial`) points off the raceway, towards the rollers; the height is
@@ -37,13 +36,8 @@ class Circle:
 
 def outer_circle(geometry: SphericalRollerGeometry, p: float) -> Circle:
     """Circle p of the outer raceway, eq. (17): on a sphere about the bearing centre."""
-    c, s = math.cos(p * geometry.tilt_rad), math.sin(p * geometry.tilt_rad)
-    return Circle(
-        radius_m=geometry.raceway_radius_m * c,
-        height_m=geometry.raceway_radius_m * s,
-        normal_radial=-c,
-        normal_axial=-s,
-    )
+    radius, c, s = geometry.raceway_radius_m, math.cos(p * geometry.tilt_rad), math.sin(p * geometry.tilt_rad)
+    return Circle(radius * c, radius * s, -c, -s)
 
 
 def inner_circle(geometry: SphericalRollerGeometry, p: float) -> Circle:
@@ -51,17 +45,11 @@ def inner_circle(geometry: SphericalRollerGeometry, p: float) -> Circle:
 
     As printed, with a plus, the inner raceway would lie outside the outer one.
     """
-    c, s = math.cos(p * geometry.tilt_rad), math.sin(p * geometry.tilt_rad)
-    return Circle(
-        radius_m=geometry.inner_centre_radial_m - geometry.raceway_radius_m * c,
-        height_m=geometry.inner_centre_axial_m - geometry.raceway_radius_m * s,
-        normal_radial=c,
-        normal_axial=s,
-    )
+    radius, c, s = geometry.raceway_radius_m, math.cos(p * geometry.tilt_rad), math.sin(p * geometry.tilt_rad)
+    return Circle(geometry.inner_centre_radial_m - radius * c, geometry.inner_centre_axial_m - radius * s, c, s)
 
 
-@dataclass(frozen=True, kw_only=True)
-class CirclePoints:
+class CirclePoints(NamedTuple):
     """Points of one circle of one row: angle [rad], displacement along the normal [m], share of K_c and C_c.
 
     `cell` is the undisplaced, unrefined point that each stands at or takes the place of. All arrays are [n].
@@ -76,17 +64,17 @@ class CirclePoints:
 def circle_points(count: int, radius_m: float, defects: Sequence[Defect], zone_rad: float) -> CirclePoints:
     """`count` points evenly spaced (eq. 16), with the circle's defects; angles of defects count from `zone_rad`."""
     cell = np.arange(count)
-    points = CirclePoints(angle=cell * 2 * math.pi / count, lift=np.zeros(count), share=np.ones(count), cell=cell)
+    points = CirclePoints(cell * 2 * math.pi / count, np.zeros(count), np.ones(count), cell)
     for defect in defects:
         middle = zone_rad + defect.angle_rad
         if defect.extent_m is None:
             first = round(middle / (2 * math.pi) * count - (defect.points - 1) / 2)
             moved = np.isin(points.cell, np.arange(first, first + defect.points) % count)
-            points = replace(points, lift=points.lift + np.where(moved, defect.height_m, 0.0))
+            points = points._replace(lift=points.lift + np.where(moved, defect.height_m, 0.0))
         else:
             points = _refined(points, count, middle, defect.extent_m / radius_m, defect.refinement)
             across = wrapped(points.angle - middle) * radius_m / defect.extent_m
-            points = replace(points, lift=points.lift + defect.height_m * cross_section(across, defect.shape))
+            points = points._replace(lift=points.lift + defect.height_m * cross_section(across, defect.shape))
     return points
 
 
@@ -111,48 +99,40 @@ def _refined(points: CirclePoints, count: int, middle: float, extent_rad: float,
             f"defects with a refinement of {times} leave more than {MOST_POINTS} points in a circle; refine less."
         )
     offsets = (np.arange(times) - (times - 1) / 2) * spacing / times
-    angle = (points.angle[near, None] + offsets).ravel()
-    again = [np.repeat(column[near], times) for column in (points.lift, points.share / times, points.cell)]
-    kept = [column[~near] for column in (points.angle, points.lift, points.share, points.cell)]
-    angle, lift, share, cell = (
-        np.concatenate([k, n]) for k, n in zip(kept, [angle, *again], strict=True)
-    )  # fmt: skip
-    return CirclePoints(angle=angle, lift=lift, share=share, cell=cell)
+    repeated = (np.repeat(column[near], times) for column in (points.lift, points.share / times, points.cell))
+    finer = ((points.angle[near, None] + offsets).ravel(), *repeated)
+    kept = (column[~near] for column in points)
+    return CirclePoints._make(np.concatenate(both) for both in zip(kept, finer, strict=True))
 
 
-def reach_m(depth_m: float, roller_radius_m: float, race_radius_m: float) -> float:
-    """Half width of the touched arc at `depth_m` of penetration.
+def window_half_count(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int, highest_m: float) -> int:
+    """How many points either side of the nearest one a roller can touch: up to `DEEPEST_M` deep, bumps besides.
 
     A point at distance x along the race stands x^2/2 (1/r + 1/R) clear of a roller that just touches the
     race (parallel-axis circles; R negative for the outer, concave race).
     """
-    return math.sqrt(2 * depth_m / (1 / roller_radius_m + 1 / race_radius_m))
-
-
-def window_half_count(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int, highest_m: float) -> int:
-    """How many points either side of the nearest one a roller can touch: up to `DEEPEST_M` deep, bumps besides."""
     spacing = 2 * math.pi * abs(race_radius_m) / points_per_circle
-    return max(1, math.floor(reach_m(DEEPEST_M + highest_m, roller_radius_m, race_radius_m) / spacing + 0.5))
+    reach_m = math.sqrt(2 * (DEEPEST_M + highest_m) / (1 / roller_radius_m + 1 / race_radius_m))
+    return max(1, math.floor(reach_m / spacing + 0.5))
 
 
 def clearance_aside_m(roller_radius_m: float, race_radius_m: float, *, points_per_circle: int) -> float:
-    """Least clearance of a point one spacing aside of a roller that just touches [m], see `reach_m`."""
+    """Least clearance of a point one spacing aside of a roller that just touches [m], see `window_half_count`."""
     spacing = 2 * math.pi * abs(race_radius_m) / points_per_circle
     return SAGITTA_SHARE * spacing**2 / 2 * (1 / roller_radius_m + 1 / race_radius_m)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Windows:
+class Windows(NamedTuple):
     """Candidate points about each point of a race, in the frame of that point's meridian; those of row 2 mirrored.
 
-    `points`, shape [W, col.POINT_ROWS, candidates]: see `columns`. `starts`, [W, 4]: where each circle's begin, and the
+    `points`, W arrays [col.POINT_ROWS, candidates]: see `columns`. `starts`, [W, 4]: where each circle's begin, and the
     end of the last. The first windows hold undisplaced points, window ``c - 1`` the c nearest of each circle: about the
     nearest point for odd c, about the point before the roller for even c. `window_of`, [2, points]: which window
     belongs to a nearest point, the last undisplaced one or one of its own. `highest`, [W]: highest displacement in it
     [m].
     """
 
-    points: FloatArray
+    points: list[FloatArray]
     starts: IntArray
     window_of: IntArray
     highest: FloatArray
@@ -184,11 +164,10 @@ def candidate_windows(
         for nearest in special[row]:
             window_of[row, nearest] = len(found)
             found.append(_window(circles, points, int(nearest), wide, count))
-            highest.append(max(0.0, *(float(_lift_near(c, int(nearest), wide, count)) for c in points)))
-    whole = [np.concatenate(window, axis=1) for window in found]
-    widest = max(window.shape[1] for window in whole)
+            near = (np.isin(circle.cell, (nearest + wide) % count) for circle in points)
+            highest.append(max(0.0, *(float(c.lift[own].max()) for c, own in zip(points, near, strict=True))))
     return Windows(
-        points=np.array([_with_padding(window, widest) for window in whole]),
+        points=[np.concatenate(window, axis=1) for window in found],
         starts=np.array([np.cumsum([0, *(part.shape[1] for part in window)]) for window in found]),
         window_of=window_of,
         highest=np.array(highest),
@@ -203,11 +182,6 @@ def _near_special(points: Sequence[CirclePoints], half: int, count: int) -> IntA
         marked[1 + cell] = marked[1 + count + cell] = marked[1 + 2 * count + cell] = 1
     before = np.cumsum(marked)  # how many there are before a point
     return np.flatnonzero(before[count + half + 1 : 2 * count + half + 1] > before[count - half : 2 * count - half])
-
-
-def _lift_near(points: CirclePoints, nearest: int, offsets: IntArray, count: int) -> float:
-    near = np.isin(points.cell, (nearest + offsets) % count)
-    return float(points.lift[near].max())
 
 
 def _window(
@@ -225,10 +199,3 @@ def _window(
         normal = (circle.normal_radial * c, circle.normal_radial * s, circle.normal_axial + 0 * c)
         columns.append(np.array([radius * c, radius * s, height, own.share[near], *normal]))
     return columns
-
-
-def _with_padding(window: FloatArray, candidates: int) -> FloatArray:
-    full = np.zeros((window.shape[0], candidates))
-    full[0] = col.FAR_M
-    full[:, : window.shape[1]] = window
-    return full

@@ -102,12 +102,8 @@ def second_cage_torque(second, model, y, at, slots, totals, torque_on_cages, axi
         h_z = (arm + cross) * b_z - along * x_z - about * z_z
         g_x, g_y, g_z = g_x - h_x, g_y - h_y, g_z - h_z
         torque -= h_x * t_x + h_y * t_y + h_z * t_z
-    totals[col.RELATIVE_X], totals[col.RELATIVE_Y], totals[col.RELATIVE_Z], totals[col.RELATIVE_AXIAL] = (
-        a_x,
-        a_y,
-        a_z,
-        axial,
-    )
+    totals[col.RELATIVE_X], totals[col.RELATIVE_Y], totals[col.RELATIVE_Z] = a_x, a_y, a_z
+    totals[col.RELATIVE_AXIAL] = axial
     return torque, (g_x, g_y, g_z)
 
 
@@ -118,12 +114,8 @@ def eliminate_relative_rate(second, totals, torque, on_cages, inertia):
         return on_cages, inertia
     g_x, g_y, g_z = on_cages
     m00, m11, m22, m01, m02, m12 = inertia
-    a_x, a_y, a_z, per = (
-        totals[col.RELATIVE_X],
-        totals[col.RELATIVE_Y],
-        totals[col.RELATIVE_Z],
-        1.0 / totals[col.RELATIVE_AXIAL],
-    )
+    a_x, a_y, a_z = totals[col.RELATIVE_X], totals[col.RELATIVE_Y], totals[col.RELATIVE_Z]
+    per = 1.0 / totals[col.RELATIVE_AXIAL]
     f = per * torque
     return (g_x - f * a_x, g_y - f * a_y, g_z - f * a_z), (
         m00 - per * a_x * a_x, m11 - per * a_y * a_y, m22 - per * a_z * a_z,

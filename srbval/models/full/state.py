@@ -1,5 +1,6 @@
 """Layout of the full model's state vector, see the table at `srbval.models.full`."""
 
+import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -42,35 +43,20 @@ state_indices = kernel(indices_of)  # for kernels
 class StateLayout:
     """The parts of the state of so many rollers as slices, so that ``y[layout.ring]`` is the ring's displacement.
 
-    `half` is the number of coordinates, with which the velocities begin; `coordinates` and `velocities` are the parts
-    of either half in order, `parts` all of them; `shaft_cage_rate` is the cage's angular velocity about the shaft.
-    `relative_angle` and `relative_rate` are empty with one cage, and then not among the parts.
+    `half` is the number of coordinates, with which the velocities begin; `velocities` are the parts of that half in
+    order, `parts` those of both; `shaft_cage_rate` is the cage's angular velocity about the shaft. `relative_angle` and
+    `relative_rate` are empty with one cage, and then not among the parts.
     """
 
     def __init__(self, rollers: int, cages: int = 1) -> None:
         self.rollers = rollers
         self.half = half = 2 * rollers + CAGE_AND_RING + cages - 1
-        first = indices_of(rollers, half)
-        self.slide, self.rotation = slice(0, first.rotation), slice(first.rotation, first.cage)
-        self.cage, self.ring = slice(first.cage, first.ring), slice(first.ring, first.relative_angle)
-        self.slide_rate, self.spin = slice(half, first.spin), slice(first.spin, first.cage_rate)
-        self.cage_rate, self.ring_rate = (
-            slice(first.cage_rate, first.ring_rate),
-            slice(first.ring_rate, first.relative_rate),
-        )
-        self.relative_angle, self.relative_rate = (
-            slice(first.relative_angle, half),
-            slice(first.relative_rate, 2 * half),
-        )
-        self.shaft_cage_rate = slice(first.ring_rate - 1, first.ring_rate)
-        self.coordinates: tuple[slice, ...] = (self.slide, self.rotation, self.cage, self.ring)
-        self.velocities: tuple[slice, ...] = (self.slide_rate, self.spin, self.cage_rate, self.ring_rate)
-        if cages > 1:
-            self.coordinates, self.velocities = (
-                (*self.coordinates, self.relative_angle),
-                (*self.velocities, self.relative_rate),
-            )
-        self.parts = self.coordinates + self.velocities
+        parts = [slice(*ends) for ends in itertools.pairwise((*indices_of(rollers, half), 2 * half))]
+        self.slide, self.rotation, self.cage, self.ring, self.relative_angle = parts[:5]
+        self.slide_rate, self.spin, self.cage_rate, self.ring_rate, self.relative_rate = parts[5:]
+        self.shaft_cage_rate = slice(self.ring_rate.start - 1, self.ring_rate.start)
+        self.velocities = parts[5:] if cages > 1 else parts[5:-1]
+        self.parts = (parts[:5] if cages > 1 else parts[:4]) + self.velocities
 
 
 def layout_of(state: NDArray[np.float64]) -> StateLayout:

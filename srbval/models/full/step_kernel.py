@@ -11,9 +11,8 @@ import numpy as np
 from srbval.arrays import FloatArray
 from srbval.models.full import columns as col
 from srbval.models.full.damping_kernel import BORDER, factor, solve
-from srbval.models.full.drive_kernel import shaft_motion
 from srbval.models.full.frames_kernel import cage_tilt, tilted_about_x
-from srbval.models.full.motion_kernel import WITH_DAMPING, right_hand_side
+from srbval.models.full.motion_kernel import WITH_DAMPING, right_hand_side, shaft_motion
 from srbval.models.full.power_kernel import add_implicit_powers, shaft_row
 from srbval.models.full.state import state_indices
 from srbval.models.jit import kernel, kernel_part
@@ -139,29 +138,9 @@ def rosenbrock_step(y, t, step, method, model, work):
             y[m] += b[s] * u[s, m]
 
 
-class Leapfrog(NamedTuple):
-    """What a leapfrog reads at each step, see `Coefficients`; `before`: its one evaluation, share of the step.
-
-    `first`, `second`, [size]: working space.
-    """
-
-    b: FloatArray
-    implicit: float
-    before: float
-    share: float
-    first: FloatArray
-    second: FloatArray
-
-
-@kernel_part
-def leapfrog_of(method, work):
-    """`Leapfrog` of a method."""
-    return Leapfrog(method.b, method.implicit_coefficient, method.c[0], method.ahead, work.rates[0], work.rates[1])
-
-
 @kernel_part
 def leapfrog_step(y, t, step, method, model, work, ahead):
-    """Advance `y` in place from time `t` by `step`; add the totals to the mean. `method`: a `Leapfrog`.
+    """Advance `y` in place from time `t` by `step`; add the totals to the mean. `method`: `Coefficients`.
 
     `ahead`, [size]: predicted change of the velocities up to where forces are linearised; renewed for the next
     step. With x the velocities less the predicted ones, a their accelerations and J the damping, the equation is
@@ -171,7 +150,8 @@ def leapfrog_step(y, t, step, method, model, work, ahead):
     solution that at gamma h k1 - ahead: the `beyond` of `power_kernel`.
     """
     size = y.shape[0]
-    b, implicit, before, share, first, second = method
+    b, implicit, before, share = method.b, method.implicit_coefficient, method.c[0], method.ahead
+    first, second = work.rates[0], work.rates[1]
     totals, factors, beyond, braked = work.totals, work.factors, work.trial, work.braked
     first_rate, end = np.uint64(size // 2), np.uint64(size)
     per = 1.0 / (implicit * step)
@@ -270,10 +250,8 @@ def turn_rollers(y, step, model):
         if row == 1:
             for m in range(at.relative_angle, half):  # none, or a second cage's
                 ct, st = math.cos(turn + y[m]), math.sin(turn + y[m])
-                p_c, p_s = (
-                    model.tilt_sine * (ct * about_x + st * about_y),
-                    model.tilt_sine * (ct * about_y - st * about_x),
-                )
+                p_c = model.tilt_sine * (ct * about_x + st * about_y)
+                p_s = model.tilt_sine * (ct * about_y - st * about_x)
                 along += model.tilt_cosine * y[half + m]
         own, speed = at.rotation + row * (n // 2), at.spin + row * (n // 2)
         for i in range(np.uint64(n // 2)):

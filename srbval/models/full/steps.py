@@ -1,6 +1,6 @@
 """The full model's kernels behind documented calls: rates of a state, and steps of a method."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -8,15 +8,15 @@ from srbval.arrays import FloatArray
 from srbval.models import outputs as out_col
 from srbval.models.full import columns as col
 from srbval.models.full.advance_kernel import Recorder, advance
-from srbval.models.full.motion_kernel import CIRCLES, right_hand_side
+from srbval.models.full.forces_kernel import CIRCLES
+from srbval.models.full.motion_kernel import right_hand_side
 from srbval.models.full.parameters import Parameters
 from srbval.models.full.step_kernel import working_space
 from srbval.models.outputs import Outputs
 from srbval.models.solvers import Method
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Rates:
+class Rates(NamedTuple):
     """Time derivative of a state, and the contact forces in it.
 
     `rate` has the state's shape; `totals`, shape [col.TOTALS], see `columns`; `load_n`: normal forces, shape
@@ -56,16 +56,12 @@ def take_steps(
     memory = np.zeros_like(state) if memory is None else memory
     rollers = len(model.slot_angle)
     details = -(-intervals // intervals_per_detail) if intervals_per_detail else 0
-    steps = Outputs(
-        out=np.zeros((intervals, out_col.COUNT)),
-        spin_rad_s=np.zeros((details, rollers)),
-        load_n=np.zeros((details, 2, rollers, CIRCLES)),
-    )
-    onset_s = method.coefficients.onset * step_s
-    model = model._replace(law=model.law._replace(onset_s=onset_s))
+    out, spins = np.zeros((intervals, out_col.COUNT)), np.zeros((details, rollers))
+    loads = np.zeros((details, 2, rollers, CIRCLES))
+    model = model._replace(law=model.law._replace(onset_s=method.coefficients.onset * step_s))
     advance(
         state, memory, first_interval * steps_per_output, step_s, steps_per_output, method.coefficients, model,
         working_space(len(state), len(method.coefficients.b)),
-        Recorder(steps.out, intervals_per_detail, steps.spin_rad_s, steps.load_n),
+        Recorder(out, intervals_per_detail, spins, loads),
     )  # fmt: skip
-    return steps
+    return Outputs(out=out, spin_rad_s=spins, load_n=loads)

@@ -6,8 +6,8 @@ import numpy as np
 
 from srbval.arrays import FloatArray
 from srbval.bearing import SphericalRollerGeometry
+from srbval.models.full.frames_kernel import SurfaceHeights
 from srbval.models.full.point_cloud import inner_circle, outer_circle
-from srbval.models.full.surface_kernel import SurfaceHeights
 from srbval.scene import Scene
 
 YOUNG_N_M2, POISSON = 2.07e11, 0.3  # bearing steel, ISO/TS 16281

@@ -202,8 +202,7 @@ def fullest_n(scene: Scene, elements: RollingElements) -> float:
     return FULLEST * HIGHEST_SHARE[elements.shape] * max(load, 1.0) / carried
 
 
-@dataclass(frozen=True, kw_only=True)
-class Ellipse:
+class Ellipse(NamedTuple):
     """A contact under 1 N: approach of the bodies [m], half axes across and along the race [m].
 
     The approach grows with the load to the 2/3, the axes with its cube root.

@@ -74,7 +74,8 @@ class Slot:
         circle = defect.circle - 1
         patch = self.patches[race][circle]
         part = piece(defect, patch.spacing_m)
-        reach_m = math.sqrt(2 * (deepest_m + max(0.0, defect.height_m)) / patch.curvature_1_m) + part.length_m / 2
+        half_m = part.part_m * len(part.offset_m) / 2
+        reach_m = math.sqrt(2 * (deepest_m + max(0.0, defect.height_m)) / patch.curvature_1_m) + half_m
         return (lambda middle: DefectHeight(race, circle, part, middle)), reach_m, patch.race_radius_m
 
     def press(self, approach_m: FloatArray, raised: DefectHeight | None = None) -> FloatArray:

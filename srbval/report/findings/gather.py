@@ -21,7 +21,7 @@ from srbval.comparison.matrix import Matrix, build_matrix, point_of
 from srbval.comparison.speed_and_slip import matrix_rows, one_speed_reading, published_speeds, table6_rows
 from srbval.comparison.table6 import Table6, measured_rows, published_rows, sum_rules, table6
 from srbval.errors import ConfigurationError, NumericsError
-from srbval.models.kernel_cache import is_compiled, precompile
+from srbval.models.jit import is_compiled, precompile
 from srbval.models.run import Run
 from srbval.models.run_file import scene_dict
 from srbval.plan.calibrated import shipped_calibration

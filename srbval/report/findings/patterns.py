@@ -7,7 +7,7 @@ import numpy as np
 
 from srbval.bearing import Bearing, Fault
 from srbval.comparison.counterpart import SimulationCase
-from srbval.models.ladder import RUNGS
+from srbval.models.hierarchy import LEVELS
 from srbval.models.run import Run
 from srbval.plan.measures import WIDE_BAND_HZ, missing_of
 from srbval.reading.analyse import Analysis, analyse
@@ -19,7 +19,7 @@ HEIGHTS_MM = (0.05, 0.1, 0.2, 0.3)
 PAPER_HEIGHT_MM = 0.2
 SWEPT_MODEL = "impulse"
 SECONDS = 1.0
-BY_RUNG = [(rung.name, fit, PAPER_HEIGHT_MM) for rung in RUNGS for fit in RollerFit]
+BY_RUNG = [(rung.name, fit, PAPER_HEIGHT_MM) for rung in LEVELS for fit in RollerFit]
 BY_HEIGHT = [(SWEPT_MODEL, RollerFit.PLAY, height_mm) for height_mm in HEIGHTS_MM]
 PHASES = 40  # of a passage, of which the envelope's mean is taken
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from srbval import __version__
 from srbval.comparison.counterpart import SimulationCase
-from srbval.models.ladder import rung_of
+from srbval.models.hierarchy import level_of
 from srbval.models.run import Run
 from srbval.recordings.datasets.description import dataset
 from srbval.recordings.registry import RIG_EXCERPTS, RegisteredRecording
@@ -52,7 +52,7 @@ def run_facts(case: SimulationCase, run: Run) -> dict[str, Any]:
     `numerics`: estimated errors that the step leaves [%], see `step_error.StepError.to_dict`, None where not estimated.
     `energy_imbalance` is relative to what was lost, NaN where a model has no energies.
     """
-    scene, own_solver = run.scene, rung_of(run.scene.model).own_solver
+    scene, own_solver = run.scene, level_of(run.scene.model).own_solver
     return {
         "id": case.id,
         "purpose": case.purpose,

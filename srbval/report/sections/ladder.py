@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from srbval.models.ladder import RUNGS
+from srbval.models.hierarchy import LEVELS
 from srbval.report.blocks import Badge, Block, Listing, Table
 from srbval.report.figures.ladder import ladder_plot
 from srbval.report.findings.findings import Findings
@@ -17,7 +17,7 @@ Row = Mapping[str, Any]
 def ladder_section(findings: Findings) -> Section:
     """Figure, table, rungs, held-out scenes, harmonic pattern."""
     ladder, rows, rig_rows = findings.ladders["paper"], findings.data["ladder"], findings.data["rig_ladder"]
-    rungs = [rung for rung in RUNGS if rung.name in ladder.models]
+    rungs = [rung for rung in LEVELS if rung.name in ladder.models]
     items = [item for rung in rungs for item in TEXTS.listing("rung", name=rung.name, title=rung.title).items]
     least = list(_amplitudes(rig_rows))
     return TEXTS.section(

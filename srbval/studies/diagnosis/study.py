@@ -24,7 +24,6 @@ from srbval.diagnosis.baseline_comparison import compare_with_baseline
 from srbval.diagnosis.diagnose import diagnose
 from srbval.errors import DataError, SrbvalError
 from srbval.progress import Progress, silent
-from srbval.progress.tables import text_rows
 from srbval.reading.analyse import analyse
 from srbval.reading.band_choice import band_kurtogram, declared_band
 from srbval.reading.lines import detected_fault_lines
@@ -35,7 +34,6 @@ from srbval.signal import amplitude_spectrum, drop_ends, end_s, normalise, squar
 from srbval.storage.json_files import to_json
 from srbval.studies.diagnosis.known_records import KnownRecord, known_records, write_table
 from srbval.studies.diagnosis.reliability import naming_scores
-from srbval.studies.diagnosis.variants import variant_rows
 from srbval.studies.harness import Study, StudyResult, input_hashes, printed_columns
 
 ALL = "all"
@@ -176,7 +174,7 @@ def _text(content: Row) -> str:
             rows.append(row | words)
     for scores in (content["naming"]["scores"], content["naming"]["wrongly_read"]):
         parts.append(", ".join(f"{name.replace('_', ' ')} {value:.4g}" for name, value in scores.items()))
-    return "\n\n".join([*parts, printed_columns(__package__, "methods", rows), text_rows(content["variants"])])
+    return "\n\n".join([*parts, printed_columns(__package__, "methods", rows)])
 
 
 def _options(parser: ArgumentParser) -> None:
@@ -198,15 +196,12 @@ def _run(options: Namespace, progress: Progress) -> StudyResult:
         rows = write_table(Path(options.table), records, progress)
         return StudyResult(content={"rows": rows}, text=f"{len(rows)} rows written to {options.table}")
     scored = score(records, methods(registered), progress=progress)
-    content: Row = to_json({
-        "confusions": list(confusions(scored)), "naming": naming_scores(), "variants": variant_rows(records, progress),
-        "records": scored,
-    })  # fmt: skip
+    content: Row = to_json({"confusions": list(confusions(scored)), "naming": naming_scores(), "records": scored})
     inputs = input_hashes(*(record.entry for record in records))
     return StudyResult(name="diagnosis", content=content, text=_text(content), inputs=inputs)
 
 
 STUDY = Study(
     question="How often are faults in the registered recordings diagnosed correctly, against two simple methods?",
-    minutes=7, run=_run, options=_options,
+    minutes=2, run=_run, options=_options,
 )  # fmt: skip

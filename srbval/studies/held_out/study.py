@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from srbval.bearing import Fault
-from srbval.models.ladder import rung_of
+from srbval.models.hierarchy import level_of
 from srbval.plan.calibrated import shipped_calibration
 from srbval.plan.plan import VACUOUS_PCT, make_plan
 from srbval.plan.questions import MEANING, Question, asked_of
@@ -80,7 +80,7 @@ def _checks(
         for tolerance in TOLERANCES_PCT
     ]
     for number, one in enumerate(plans[0].candidates):
-        if one.error_pct is not None and question.value not in rung_of(one.model).lacks:
+        if one.error_pct is not None and question.value not in level_of(one.model).lacks:
             enough = [plan.tolerance_pct for plan in plans if plan.candidates[number].ok]
             chosen = [plan.tolerance_pct for plan in plans if plan.met and plan.chosen == one.model]
             yield check(

@@ -3,7 +3,7 @@
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 
-from srbval.models.ladder import MODELS
+from srbval.models.hierarchy import MODELS
 from srbval.plan.table import BASES, CalibrationScene, CalibrationTable, summary
 from srbval.progress import Progress, silent
 from srbval.storage.json_files import to_json
@@ -21,7 +21,7 @@ from srbval.studies.harness import Study, StudyResult, printed_columns
 from srbval.studies.machine import machine_before
 
 
-def measure_ladder(
+def measure_models(
     cases: Sequence[CalibrationScene],
     between: Sequence[CalibrationScene] = (),
     *,
@@ -63,7 +63,7 @@ def _options(parser: ArgumentParser) -> None:
 def _run(options: Namespace, progress: Progress) -> StudyResult:
     """Stored where ``-o`` names a file: the planner reads ``srbval/plan/calibration_<base>.json``."""
     quick, base = options.quick, options.base
-    table = measure_ladder(
+    table = measure_models(
         quick_grid(base) if quick else grid(base), [] if quick else between(base), base=base, seconds=options.seconds,
         jobs=options.jobs, store=answer_store(), progress=progress,
     )  # fmt: skip

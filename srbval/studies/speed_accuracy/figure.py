@@ -23,15 +23,14 @@ def speed_accuracy_plot(
     *,
     runs: Sequence[Row],
     panels: Mapping[str, str],
-    fronts: Sequence[str],
+    fronts: Mapping[str, str],
     floors: Mapping[str, float | None],
 ) -> PanelFiles:
     """Draw one panel for each of `panels` (value's name, axis label); write picture and CSV.
 
     `runs` are rows of the stored bench with the `marks` that they are shown with; a value of None was not measured. The
-    default solver at its default step has a ring. `fronts` names those values of which less is better, so that a front
-    is drawn; `floors`: what the converged run itself vouches for, drawn as a dashed line. A failed run without a cost
-    stands at the left edge.
+    default solver at its default step has a ring. `fronts` names for values the flag of the runs on their front, a
+    line; `floors`: what the converged run itself vouches for, dashed. A failed run without a cost stands at the left.
     """
     solvers = list(dict.fromkeys(run["solver"] for run in runs))
     with figure_style():
@@ -40,7 +39,7 @@ def speed_accuracy_plot(
         for place, (value, label) in enumerate(panels.items()):
             above, ax = rows[0][place], rows[1][place]
             _failed(above, runs, solvers, first=place == 0)
-            _panel(ax, runs, solvers, value, front=value in fronts)
+            _panel(ax, runs, solvers, value, fronts.get(value, ""))
             _floor(ax, floors.get(value))
             ax.set(xlabel="Wall s per simulated s", ylabel=label)
             ax.axvline(1.0, color="#9aa5b1", lw=0.7, ls=":")
@@ -52,7 +51,7 @@ def speed_accuracy_plot(
         return save_panel(figure, folder, name, columns)
 
 
-def _panel(ax: Any, runs: Sequence[Row], solvers: Sequence[str], value: str, *, front: bool) -> None:
+def _panel(ax: Any, runs: Sequence[Row], solvers: Sequence[str], value: str, front: str) -> None:
     ax.set(xscale="log", yscale="log")
     drawn = []
     for run in runs:
@@ -68,7 +67,7 @@ def _panel(ax: Any, runs: Sequence[Row], solvers: Sequence[str], value: str, *, 
         own = sorted((x, y) for x, y, name in drawn if name == solver)
         ax.plot([x for x, _ in own], [y for _, y in own], color=_look(solvers, solver)[1], lw=0.7, alpha=0.4, zorder=1)
     ax.margins(0.08)
-    best = _front([(x, y) for x, y, _ in drawn]) if front else []
+    best = sorted((run[COST], run[value]) for run in runs if run.get(front))
     ax.plot([x for x, _ in best], [y for _, y in best], color=GREEN, lw=1.6, alpha=0.55, zorder=2)
 
 
@@ -108,15 +107,6 @@ def _failed(above: Any, runs: Sequence[Row], solvers: Sequence[str], *, first: b
     above.grid(visible=False)
     if first:
         above.set_ylabel("failed", rotation=0, ha="right", va="center", color="#a3161f", fontsize=7.5)
-
-
-def _front(drawn: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Points that no cheaper or equally cheap one beats, cheapest first."""
-    front: list[tuple[float, float]] = []
-    for point in sorted(drawn):
-        if not front or point[1] < front[-1][1]:
-            front.append(point)
-    return front
 
 
 def _look(solvers: Sequence[str], solver: str) -> tuple[str, str]:

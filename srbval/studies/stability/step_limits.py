@@ -18,10 +18,10 @@ from srbval.models.full.equilibrium import equilibrium_state
 from srbval.models.full.parameters import Parameters, geometry_of
 from srbval.models.full.state import StateLayout, layout_of
 from srbval.models.full.steps import rates
-from srbval.models.ladder import rung_of
+from srbval.models.full_run import held, without_friction
+from srbval.models.hierarchy import level_of
 from srbval.models.solvers import METHODS
 from srbval.models.solvers.linear_stability import Linear, longest_step
-from srbval.models.step_limit import held, without_friction
 from srbval.scene import Scene
 
 # Differences: far below a point's smoothing width of 1e-8 m and the 1 mm/s at which friction turns over (at most 0.2 m
@@ -37,9 +37,9 @@ def balanced(scene: Scene, *, pitches: float = 0.0) -> tuple[Parameters, FloatAr
     The cage is turned by `pitches` of the rollers' spacing.
     """
     geometry = geometry_of(load_bearing(scene.bearing))
-    model = rung_of(scene.model).make_parameters(scene, geometry)
+    model = level_of(scene.model).make_parameters(scene, geometry)
     angle = pitches * 2 * math.pi / geometry.rollers_per_row
-    state = equilibrium_state(model, cage_angle_rad=angle).state
+    state = equilibrium_state(model, cage_angle_rad=angle)
     state[len(state) // 2 :] = 0.0
     return held(model), state
 

@@ -1,40 +1,18 @@
-"""The right-hand side in the scenes that `tests/verification` does not take up, and what drives it.
-
-The independent formulation is that of `tests/verification/world.py`; orders of the methods, conservation laws and
-compiled against plain Python stand there too.
-"""
+"""A bump all round a roller, and what drives the model; the equations of motion are tested in `tests/verification`."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from srbval.models.full import columns as col
-from srbval.models.full.drive_kernel import external_load, shaft_motion
+from srbval.models.full.motion_kernel import external_load, shaft_motion
 from srbval.models.full.parameters import make_parameters
-from srbval.models.full.state import layout_of
-from srbval.models.full.steps import rates, take_steps
-from srbval.models.solvers import METHODS
+from srbval.models.full.steps import rates
 from srbval.scene import paper_scene
 from tests.verification.harness import geometry, rolling_state
-from tests.verification.world import GRAVITY, World
 
-ROUNDING = 1e-9  # of two formulations that subtract lengths of 0.16 m to find micrometres of penetration
-GROWN_ROUNDING = 1e-8  # the same for the net force of a run's state, in which forces on the ring nearly cancel
 WHOLE_POINTS = 0.02  # share of a point's extra force by which the roller's curvature changes it
 UNCHANGED = 1e-6  # of the largest load: what leans from the slope of the bump on neighbouring circles
-
-
-def test_evaluating_only_near_rollers_loses_nothing() -> None:
-    """Rollers that are passed over as too far from a race carry no force in the independent formulation."""
-    scene = paper_scene()
-    model = make_parameters(scene, geometry())
-    y = rolling_state(model)
-    take_steps(model, y, METHODS["ode4"], step_s=scene.solver.step_s, intervals=1800)
-    t = 1800 * scene.solver.step_s
-    expected = World(scene, geometry()).contacts(t, y).on_ring
-    found = rates(model, t, y).totals[col.RING_FORCE]
-    assert found == pytest.approx(expected, abs=GROWN_ROUNDING * float(np.linalg.norm(expected)))
 
 
 def test_a_bump_on_a_roller_presses_like_a_thicker_roller() -> None:
@@ -87,16 +65,3 @@ def test_the_load_follows_its_profile() -> None:
     assert external_load(0.5, drive) == pytest.approx((25e3, 7.5e3))
     assert external_load(9.0, drive) == pytest.approx((100e3, 0.0))
     assert scene.mean_radial_n == pytest.approx(50e3)
-
-
-def test_gravity_pulls_down_on_everything() -> None:
-    """Free flight: every slide and the ring fall with the component of g along their direction."""
-    free = {"contact": {"radial_play": "3 mm"}, "load": {"radial": "0 N"}}
-    scene = paper_scene(**free | {"load": {"gravity": True, "radial": "0 N"}})
-    model, without = (make_parameters(s, geometry()) for s in (scene, paper_scene(**free)))
-    y = rolling_state(without)
-    layout = layout_of(y)
-    difference = rates(model, 0.0, y).rate - rates(without, 0.0, y).rate
-    assert difference[layout.ring_rate] == pytest.approx([0.0, -GRAVITY, 0.0])
-    up = World(scene, geometry()).slots(y)[:, 1, 0]
-    assert difference[layout.slide_rate] == pytest.approx(-GRAVITY * up, abs=ROUNDING)

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from srbval.bearing import CIRCLES, load_bearing
-from srbval.models.full.parameters import make_parameters, outer_ring_mass_kg, roller_body
+from srbval.bearing import CIRCLES
 from srbval.models.full.point_cloud import (
     DEEPEST_M,
     candidate_windows,
@@ -18,22 +17,18 @@ from srbval.models.full.point_cloud import (
     wrapped,
 )
 from srbval.scene import Defect, paper_scene
+from tests.verification.harness import geometry, parameters
 
-GEOMETRY = load_bearing("skf-22240").geometry
-assert GEOMETRY is not None
+GEOMETRY = geometry()
 LEAST_CLEARANCE = 0.97  # of the true one: the rest is the circles' own curvature
 ROUNDED_TABLE_1_M = 2e-5  # Table 1 gives hundredths of a millimetre
 ROUNDING = 1e-12  # of a length
-SLICES = 1e-6  # of a volume, from 20 000 slices
-MASS_KG = 0.01  # of a roller, estimated to hundredths
-BARREL = 0.05  # of a cylinder's inertia: the barrel is thinner at its ends
 DIAMETER_M = 1e-5  # as Table 1 rounds it
 
 
 @pytest.mark.parametrize("p", CIRCLES)
 def test_both_raceways_face_the_roller(p: float) -> None:
     """Each circle lies one roller radius from the roller's profile, the inner one with eq. (17)'s sign mended."""
-    assert GEOMETRY is not None
     reach = GEOMETRY.roller_centre_distance_m
     centre = np.array([reach * math.cos(GEOMETRY.tilt_rad), reach * math.sin(GEOMETRY.tilt_rad)])
     slot = centre / reach
@@ -53,7 +48,6 @@ def made(**changes: object) -> Defect:
 
 
 def test_a_bump_moves_its_points_towards_the_rollers() -> None:
-    assert GEOMETRY is not None
     circles = [outer_circle(GEOMETRY, p) for p in CIRCLES]
     plain = [circle_points(500, c.radius_m, (), 0.0) for c in circles]
     moved = circle_points(500, circles[1].radius_m, [made()], math.pi / 2)
@@ -66,13 +60,12 @@ def test_a_bump_moves_its_points_towards_the_rollers() -> None:
     assert windows.highest[own] == 2e-4
     lifted = np.linalg.norm((windows.points[own] - windows.points[widest])[:3], axis=0)
     assert sorted(lifted)[-2:] == pytest.approx([2e-4, 2e-4])
-    radius = np.hypot(*windows.points[own, :2])[np.argsort(lifted)[-2:]]
+    radius = np.hypot(*windows.points[own][:2])[np.argsort(lifted)[-2:]]
     assert np.all(radius < circles[1].radius_m), "off the outer race means inwards"
 
 
 def test_a_pit_as_drilled_on_the_rig() -> None:
     """2 mm wide, 0.5 mm deep, eight times finer points: stiffness conserved, width right."""
-    assert GEOMETRY is not None
     radius = outer_circle(GEOMETRY, 1.0).radius_m
     pit = circle_points(500, radius, [made(height="-0.5 mm", extent="2 mm", refinement=8)], 1.0)
     assert pit.share.sum() == pytest.approx(500)
@@ -86,7 +79,6 @@ def test_a_pit_as_drilled_on_the_rig() -> None:
 @pytest.mark.parametrize("sign", [-1, 1])
 def test_a_point_aside_stands_clear_by_no_less_than_said(points: int, sign: int) -> None:
     """Against circles that meet: exact, and no more than what the circles' curvature leaves out below it."""
-    assert GEOMETRY is not None
     r = GEOMETRY.zero_play_diameter_m / 2
     radius = (inner_circle if sign > 0 else outer_circle)(GEOMETRY, 1.0).radius_m
     said = clearance_aside_m(r, sign * radius, points_per_circle=points)
@@ -99,7 +91,6 @@ def test_a_point_aside_stands_clear_by_no_less_than_said(points: int, sign: int)
 @pytest.mark.parametrize("points", [500, 4000])
 def test_no_point_beyond_the_window_can_touch(points: int) -> None:
     """Brute force: a roller at every phase between two points, pressed in as deep as the search allows."""
-    assert GEOMETRY is not None
     r = GEOMETRY.zero_play_diameter_m / 2
     for radius, sign in (
         (outer_circle(GEOMETRY, 1.0).radius_m, -1),
@@ -116,27 +107,9 @@ def test_no_point_beyond_the_window_can_touch(points: int) -> None:
             assert offset.max() <= half
 
 
-def test_roller_mass_and_inertia() -> None:
-    """About 0.36 kg of steel; a cylinder's inertia within the barrel's few per cent."""
-    assert GEOMETRY is not None
-    mass, axial, transverse = roller_body(GEOMETRY, 0.04, 7850.0)
-    assert mass == pytest.approx(0.36, abs=MASS_KG)
-    assert axial == pytest.approx(mass * 0.02**2 / 2, rel=BARREL)
-    assert transverse == pytest.approx(mass * (3 * 0.02**2 + 0.037**2) / 12, rel=BARREL)
-
-
-def test_outer_ring_mass() -> None:
-    """Rectangle of revolution less a barrel-shaped bore, by slices."""
-    assert GEOMETRY is not None
-    z = (np.arange(20_000) + 0.5) / 20_000 * 0.098 - 0.049
-    slices = np.pi * (0.18**2 - (0.164**2 - z**2))
-    assert outer_ring_mass_kg(GEOMETRY, 7850.0) == pytest.approx(7850 * slices.mean() * 0.098, rel=SLICES)
-
-
 @pytest.mark.parametrize(("play", "diameter"), [("0 m", 0.04001), ("0.1 mm", 0.03991), ("-0.05 mm", 0.04006)])
 def test_diameter_follows_from_the_play(play: str, diameter: float) -> None:
-    assert GEOMETRY is not None
-    model = make_parameters(paper_scene(contact={"radial_play": play}), GEOMETRY)
+    model = parameters(paper_scene(contact={"radial_play": play}))
     assert 2 * model.law.roller_radius == pytest.approx(diameter, abs=DIAMETER_M)
-    printed = make_parameters(paper_scene(contact={"roller_fit": "printed"}), GEOMETRY)
+    printed = parameters(paper_scene(contact={"roller_fit": "printed"}))
     assert 2 * printed.law.roller_radius == pytest.approx(0.0401, rel=ROUNDING)

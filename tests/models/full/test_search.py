@@ -7,15 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from srbval.bearing import load_bearing
 from srbval.models.full.equilibrium import equilibrium_state
-from srbval.models.full.parameters import Parameters, make_parameters
+from srbval.models.full.parameters import Parameters
 from srbval.models.full.state import layout_of
 from srbval.models.full.steps import rates, take_steps
 from srbval.models.solvers import METHODS
 from srbval.scene import paper_scene
+from tests.verification.harness import parameters
 
-GEOMETRY = load_bearing("skf-22240").geometry
 STEP_S = 1 / 61440
 NO_CLEARANCE_M = 1e-30  # so that every roller within reach is given the widest window
 # Points out of contact add zeros, but windows about another point turn the axes by another angle: rounding.
@@ -43,7 +42,7 @@ def looking_at_all(model: Parameters) -> Parameters:
 def shaken(model: Parameters, seed: int) -> np.ndarray:
     """A state about balance: rollers up to 60 um off, ring 40 um, cage tilted by up to 2 mrad, all moving."""
     rng = np.random.default_rng(seed)
-    y = equilibrium_state(model).state.copy()
+    y = equilibrium_state(model).copy()
     layout = layout_of(y)
     n, cage, cage_rate = layout.rollers, layout.cage.start, layout.cage_rate.start
     y[layout.slide] += rng.uniform(-6e-5, 6e-5, n)
@@ -60,8 +59,7 @@ def shaken(model: Parameters, seed: int) -> np.ndarray:
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_nothing_that_touches_is_missed(scene: str) -> None:
-    assert GEOMETRY is not None
-    model = make_parameters(paper_scene(**SCENES[scene]), GEOMETRY)
+    model = parameters(paper_scene(**SCENES[scene]))
     everything = looking_at_all(model)
     for seed in range(20):
         y = shaken(model, seed)
@@ -75,8 +73,7 @@ def test_nothing_that_touches_is_missed(scene: str) -> None:
 @pytest.mark.parametrize("solver", ["imex2", "ros2"])
 def test_nothing_that_begins_to_touch_is_missed(scene: str, solver: str) -> None:
     """Implicit methods let an approaching point act a little before it touches."""
-    assert GEOMETRY is not None
-    model = make_parameters(paper_scene(**SCENES[scene]), GEOMETRY)
+    model = parameters(paper_scene(**SCENES[scene]))
     everything = looking_at_all(model)
     for seed in range(10):
         few, all_ = shaken(model, seed), shaken(model, seed)

@@ -1,10 +1,9 @@
-"""The planar rung: tables, static balance, then integration in chunks."""
+"""The planar ring: tables, static balance, then integration in chunks."""
 
 import math
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -12,14 +11,14 @@ from srbval.arrays import FloatArray
 from srbval.bearing import Bearing, Fault
 from srbval.models import outputs as col
 from srbval.models.full.parameters import STANDARD_GRAVITY, geometry_of, outer_ring_mass_kg
-from srbval.models.kernel_cache import precompile
+from srbval.models.jit import precompile
 from srbval.models.kinematic import Prescribed, refuse_axial
 from srbval.models.outputs import Outputs, chunks
 from srbval.models.planar import ring_kernel
 from srbval.models.planar.elements import element_slot, fullest_n
 from srbval.models.planar.ring_kernel import STATE, Motion, Ring, advance_ring
 from srbval.models.planar.statics import ElementContact, ForceTable, bump_table, make_slot, plain_table
-from srbval.models.run_statistics import RunStatistics, load_share
+from srbval.models.run_statistics import RunStatistics, load_direction, load_share
 from srbval.scene import LoadPath, Scene
 
 LONGEST_STEP_S = 1 / 40_000  # a fifth of a radian of the ring's highest mode, 40 steps over the shortest bump
@@ -81,7 +80,8 @@ class PlanarRing:
 
     def balance_m(self) -> FloatArray:
         """Ring displacement, [2], at which load, housing and undamaged rollers balance at time zero."""
-        load = self.motion.radial_n(np.zeros(1))[0] * self.motion.direction + np.array([0.0, self.kernel.weight])
+        load = self.motion.radial_n(np.zeros(1))[0] * load_direction(self.scene)[:2]
+        load += np.array([0.0, self.kernel.weight])
 
         def left(ring: FloatArray) -> FloatArray:
             return load + self.undamaged_force_n(ring) - self.kernel.stiffness * ring
@@ -97,58 +97,41 @@ class PlanarRing:
         return ring
 
 
-class _ElementSet(NamedTuple):
-    """What the ring stands on: an element between the races, how many of how thick, and the mass of the ring itself."""
-
-    contact: ElementContact
-    plain: ForceTable
-    rollers: int
-    rows: int
-    element_radius_m: float
-    ring_kg: float
-
-
-def _element_set(scene: Scene, bearing: Bearing) -> _ElementSet:
-    """Of a spherical roller bearing, or of any other whose dimensions are known; `ConfigurationError` for the rest."""
-    elements = bearing.elements
-    if bearing.geometry is None and elements is not None:
-        element = element_slot(scene, elements)
-        highest = sum(max(0.0, d.height_m) for d in scene.defects)
-        plain = plain_table(element, highest, element.deepest_m(fullest_n(scene, elements)))
-        return _ElementSet(
-            element, plain, elements.rolling_elements, elements.rows, elements.element_diameter_m / 2, ring_kg=0.0
-        )
-    geometry = geometry_of(bearing, scene.model)
-    slot = make_slot(scene, geometry)
-    plain = plain_table(slot, sum(abs(d.height_m) for d in scene.defects))
-    radius = slot.excess_m[0] + geometry.raceway_radius_m - geometry.roller_centre_distance_m
-    ring_kg = outer_ring_mass_kg(geometry, scene.bodies.density_kg_m3)
-    return _ElementSet(slot, plain, geometry.rollers_per_row, 2, radius, ring_kg)
-
-
 def make_ring(scene: Scene, bearing: Bearing) -> PlanarRing:
     """The scene's planar ring; `ConfigurationError` for an axial load or a bearing without dimensions."""
     refuse_axial(scene)
-    inside = _element_set(scene, bearing)
-    plain = inside.plain
+    element: ElementContact
+    elements = bearing.elements
+    if bearing.geometry is None and elements is not None:
+        element = own = element_slot(scene, elements)
+        highest = sum(max(0.0, d.height_m) for d in scene.defects)
+        plain = plain_table(element, highest, own.deepest_m(fullest_n(scene, elements)))
+        rollers, of_rows, radius_m = elements.rolling_elements, elements.rows, elements.element_diameter_m / 2
+        mass = scene.housing.mass_kg
+    else:
+        geometry = geometry_of(bearing, scene.model)
+        element = make_slot(scene, geometry)
+        plain = plain_table(element, sum(abs(d.height_m) for d in scene.defects))
+        rollers, of_rows = geometry.rollers_per_row, 2
+        radius_m = element.excess_m[0] + geometry.raceway_radius_m - geometry.roller_centre_distance_m
+        mass = outer_ring_mass_kg(geometry, scene.bodies.density_kg_m3) + scene.housing.mass_kg
     rows, bumps, owners = [], [], []
     for number, defect in enumerate(scene.defects):
         for race in [race for kind, race in KINDS if kind is defect.kind]:
-            bump, race_radius_m, position_step_m = bump_table(inside.contact, plain, defect, race)
+            bump, race_radius_m, position_step_m = bump_table(element, plain, defect, race)
             fixed = defect.angle_rad + (0.0 if defect.kind is Fault.ROLLER else scene.load.zone_rad)
-            rows.append([KINDS[defect.kind, race], fixed, defect.roller - 1, race_radius_m, position_step_m,
-                         inside.element_radius_m])  # fmt: skip
+            kind = KINDS[defect.kind, race]
+            rows.append([kind, fixed, defect.roller - 1, race_radius_m, position_step_m, radius_m])
             bumps.append(bump)
             owners.append(number)
-    motion = Prescribed(scene=scene, orders=bearing.orders)
-    mass = inside.ring_kg + scene.housing.mass_kg
+    motion, (direction_x, direction_y, _) = Prescribed(scene=scene, orders=bearing.orders), load_direction(scene)
     kernel = Ring(
         mass=mass,
         stiffness=scene.housing.stiffness_n_m if scene.load.path is LoadPath.HOUSING else 0.0,
         damping=scene.housing.damping_ns_m,
         weight=-mass * STANDARD_GRAVITY if scene.load.gravity else 0.0,
-        direction_x=motion.direction[0], direction_y=motion.direction[1], rollers=inside.rollers,
-        rows=float(inside.rows),
+        direction_x=direction_x, direction_y=direction_y, rollers=rollers,
+        rows=float(of_rows),
         plain=plain.values, plain_start=plain.start_m, plain_step=plain.step_m,
         defects=np.array(rows, dtype=np.float64).reshape(-1, ring_kernel.DEFECT_COLUMNS),
         bumps=np.array(bumps) if bumps else np.zeros((0, 2, 2)), bump_start=plain.start_m, bump_step=plain.bump_step_m,
@@ -175,14 +158,14 @@ def _longest_step_s(ring: PlanarRing, balance_m: FloatArray) -> float:
 
 
 def run(stats: RunStatistics, settle: int, whole: int) -> Iterator[tuple[int, Outputs]]:
-    """The rung, see `srbval.models.ladder`."""
+    """The model, see `srbval.models.hierarchy`."""
     scene, ring = stats.scene, make_ring(stats.scene, stats.bearing)
     stats.compile_s = precompile(scene.model)
     started = time.perf_counter()
     y, rate, trial = np.zeros(STATE), np.zeros((4, STATE)), np.zeros(STATE)
     y[:2] = ring.balance_m()
     load = float(ring.motion.radial_n(np.zeros(1))[0])
-    push = np.array([*(ring.kernel.stiffness * y[:2] - load * ring.motion.direction), 0.0])
+    push = np.array([*(ring.kernel.stiffness * y[:2] - load * load_direction(scene)[:2]), 0.0])
     stats.balanced_share = load_share(scene, push, load)
     stats.wall_s += time.perf_counter() - started
     per_output = math.ceil(1 / (scene.output_rate_hz * _longest_step_s(ring, y[:2])))

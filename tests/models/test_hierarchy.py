@@ -1,4 +1,4 @@
-"""What every rung of the ladder must do: one class, run on all of them."""
+"""What every level of the model hierarchy must do: one class, run on all of them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 
 from srbval.bearing import RACE_DEFECTS, Fault, load_bearing
 from srbval.errors import ConfigurationError
-from srbval.models.ladder import MODELS, RUNGS, rung_of
+from srbval.models.hierarchy import LEVELS, MODELS, level_of
 from srbval.models.run import Run
 from srbval.models.run_file import write_run
 from srbval.models.simulate import Step, simulate, simulate_to_file
@@ -46,7 +46,7 @@ def analyses(runs: dict[str, Run]) -> dict[str, Analysis]:
     return {kind: analyse(recording_from_run(run), bearing=bearing) for kind, run in runs.items()}
 
 
-class TestEveryRung:
+class TestEveryLevel:
     """The standard tests of a model."""
 
     def test_it_ends_well(self, runs: dict[str, Run]) -> None:
@@ -55,7 +55,7 @@ class TestEveryRung:
             assert run.samples == run.scene.samples == len(run.acceleration_m_s2)
 
     def test_it_fills_what_it_says_and_nothing_else(self, model: str, runs: dict[str, Run]) -> None:
-        run, columns = runs["outer"], rung_of(model).columns
+        run, columns = runs["outer"], level_of(model).columns
         for first, last, values in (
             (0, 3, run.acceleration_m_s2), (3, 6, run.displacement_m), (6, 7, run.cage_rad_s),
             (7, 9, run.cage_tilt_rad), (9, 12, run.roller_force_n), (12, 13, run.depth_m),
@@ -67,21 +67,18 @@ class TestEveryRung:
                 assert np.isnan(values).all()
 
     @pytest.mark.parametrize("kind", RACE_DEFECTS)
-    def test_its_fault_line_is_where_the_defect_puts_it(self, kind: Fault, analyses: dict[str, Analysis]) -> None:
+    def test_its_fault_line_is_where_the_defect_and_its_own_cage_put_it(
+        self, kind: Fault, runs: dict[str, Run], analyses: dict[str, Analysis]
+    ) -> None:
         line = analyses[kind].line_of(kind)
         assert line.detected
         assert line.found_hz == pytest.approx(line.kinematic_hz, rel=LINE_TOLERANCE)
-        other = analyses[kind].line_of(Fault.INNER if kind is Fault.OUTER else Fault.OUTER)
-        assert not other.detected
-
-    @pytest.mark.parametrize("kind", RACE_DEFECTS)
-    def test_its_line_is_that_of_its_own_cage(
-        self, kind: Fault, runs: dict[str, Run], analyses: dict[str, Analysis]
-    ) -> None:
-        run, line = runs[kind], analyses[kind].line_of(kind)
+        run = runs[kind]
         own_hz = run.bpfo_hz if kind == "outer" else run.bpfi_hz
         assert line.found_hz == pytest.approx(own_hz, abs=RESOLUTIONS / SECONDS)
         assert run.bpfo_hz + run.bpfi_hz == pytest.approx(run.rolling_elements * run.scene.shaft_hz, rel=ROUNDING)
+        other = analyses[kind].line_of(Fault.INNER if kind is Fault.OUTER else Fault.OUTER)
+        assert not other.detected
 
     def test_the_same_scene_gives_the_same_run(self, model: str) -> None:
         scene = paper_scene(model=model, duration_s=0.02, settle_s=0.01, defect={"kind": "inner"})
@@ -118,17 +115,17 @@ class TestEveryRung:
                 simulate(scene)
 
 
-def test_every_rung_says_what_it_can_and_cannot_answer() -> None:
+def test_every_level_says_what_it_can_and_cannot_answer() -> None:
     import importlib
 
-    for rung in (rung for rung in RUNGS if rung.name != "full"):
-        place = rung.parameters or rung.place
-        text = importlib.import_module(place.split(":")[0].removesuffix(".rung")).__doc__ or ""
-        assert "Answers:" in text, rung.name
-        assert "Cannot" in text, rung.name
+    for level in (level for level in LEVELS if level.name != "full"):
+        place = level.parameters or level.place
+        text = importlib.import_module(place.split(":")[0].removesuffix(".ring")).__doc__ or ""
+        assert "Answers:" in text, level.name
+        assert "Cannot" in text, level.name
 
 
-def test_rungs_without_axial_motion_refuse_an_axial_load() -> None:
+def test_levels_without_axial_motion_refuse_an_axial_load() -> None:
     for model in ("impulse", "planar"):
         with pytest.raises(ConfigurationError, match="axial"):
             simulate(scene_of(model, "outer", load={"axial": "49 kN"}))

@@ -1,6 +1,6 @@
-"""The ladder of models, cheapest first: one entry a rung, one interface.
+"""The hierarchy of models, cheapest first: one entry for each level of fidelity, one interface.
 
-A rung is a function ``run(stats, settle, whole)`` that yields `outputs.Outputs` of consecutive output intervals with
+A level is a function ``run(stats, settle, whole)`` that yields `outputs.Outputs` of consecutive output intervals with
 the number of their first; the first `settle` of the `whole` are not recorded. It keeps the statistics' `wall_s` and
 `compile_s`.
 """
@@ -17,11 +17,10 @@ from srbval.scene import Scene
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rung:
+class FidelityLevel:
     """A model's `name`, what it is in a few words, and where its function stands, as ``module:function``.
 
     `parameters`: where the one stands that assembles its parameters, of a model with the full model's equations.
-
     `columns`: those of `outputs` that it fills; the others are NaN.
     `own_solver`: what integrates it, where that is not the scene's choice. `coarser`: how many of the scene's
     steps it takes in one, as far as the output interval allows. `lacks`: questions that it cannot answer whatever the
@@ -30,9 +29,9 @@ class Rung:
 
     name: str
     title: str
-    place: str
+    place: str = "srbval.models.simulate:full_model"
     parameters: str | None = None
-    columns: tuple[int, ...]
+    columns: tuple[int, ...] = tuple(range(col.COUNT))
     own_solver: str | None = None
     coarser: int = 1
     lacks: Mapping[str, str] = field(default_factory=dict)
@@ -40,7 +39,8 @@ class Rung:
 
     def runs(self, bearing: Bearing) -> bool:
         """Is enough known of the bearing?"""
-        return KNOWN_OF_BEARING.index(self.needs) <= known_of(bearing)
+        known = 2 if bearing.geometry is not None else int(bearing.elements is not None)
+        return KNOWN_OF_BEARING.index(self.needs) <= known
 
     def check_surface(self, scene: Scene) -> None:
         """Refuse a scene with a surface where the model has no continuous contacts."""
@@ -55,12 +55,12 @@ class Rung:
         return -(-scene.steps_per_output // self.coarser)
 
     def step_s(self, scene: Scene) -> float | None:
-        """Solver step; None where the rung has a method of its own."""
+        """Solver step; None where the level has a method of its own."""
         return None if self.own_solver else 1 / (scene.output_rate_hz * self.steps_per_output(scene))
 
     @property
     def run(self) -> Callable[..., Any]:
-        """The rung's function, imported only when it is asked for."""
+        """The level's function, imported only when it is asked for."""
         return _imported(self.place)
 
     @property
@@ -78,11 +78,6 @@ CONTINUOUS = ("line", "slices")  # models whose contacts feel waves shorter than
 KNOWN_OF_BEARING = ("orders", "elements", "geometry")  # the tables of a bearing's file, the richest last
 
 
-def known_of(bearing: Bearing) -> int:
-    """Which of `KNOWN_OF_BEARING` the bearing has."""
-    return 2 if bearing.geometry is not None else int(bearing.elements is not None)
-
-
 def _imported(place: str) -> Callable[..., Any]:
     module, name = place.split(":")
     function: Callable[..., Any] = getattr(importlib.import_module(module), name)
@@ -91,12 +86,10 @@ def _imported(place: str) -> Callable[..., Any]:
 
 VIBRATION = (col.ACCELERATION_X, col.ACCELERATION_Y, col.ACCELERATION_Z, col.CAGE_SPEED)
 PLANAR = tuple(range(col.DEEPEST + 1))
-ALL = tuple(range(col.COUNT))
 NO_NOISE = "nothing in it rattles or chatters"
 NO_SLIP = "its cage turns as in pure rolling"
-FULL_MODEL = "srbval.models.simulate:full_model"
-RUNGS = (
-    Rung(
+LEVELS = (
+    FidelityLevel(
         name="kinematic",
         title="clicks at the passages of pure rolling",
         place="srbval.models.kinematic:run",
@@ -111,7 +104,7 @@ RUNGS = (
             **dict.fromkeys(("amplitude", "levels", "third-octaves"), "its clicks have no strength"),
         },
     ),
-    Rung(
+    FidelityLevel(
         name="impulse",
         title="force pulses with random slip and load zone into one resonance",
         place="srbval.models.impulse:run",
@@ -120,51 +113,45 @@ RUNGS = (
         needs="orders",
         lacks={"noise-floor": NO_NOISE, "slip": NO_SLIP},
     ),
-    Rung(
+    FidelityLevel(
         name="planar",
         title="planar ring on kinematic rollers, 2 free coordinates",
-        place="srbval.models.planar.rung:run",
+        place="srbval.models.planar.ring:run",
         columns=PLANAR,
         own_solver="ode4, own step",
         needs="elements",
         lacks={"noise-floor": NO_NOISE, "slip": NO_SLIP},
     ),
-    Rung(
+    FidelityLevel(
         name="line",
         title="the full model with continuous contacts instead of points",
-        place=FULL_MODEL,
         parameters="srbval.models.line:line_parameters",
-        columns=ALL,
         coarser=3,
     ),
-    Rung(
+    FidelityLevel(
         name="full",
         title="point clouds against barrel rollers, 82 free coordinates",
-        place=FULL_MODEL,
         parameters="srbval.models.full.parameters:make_parameters",
-        columns=ALL,
     ),
-    Rung(
+    FidelityLevel(
         name="slices",
         title="the full model with contacts cut into slices along the roller, profile radii of their own",
-        place=FULL_MODEL,
         parameters="srbval.models.slices:slice_parameters",
-        columns=ALL,
     ),
 )
-MODELS = tuple(rung.name for rung in RUNGS)
+MODELS = tuple(level.name for level in LEVELS)
 AUTO = "auto"  # no model: leave the choice to the planner, where there is one
 
 
-def rung_of(name: str) -> Rung:
-    """The rung of that name; `ConfigurationError` with the nearest one for an unknown name."""
+def level_of(name: str) -> FidelityLevel:
+    """The level of that name; `ConfigurationError` with the nearest one for an unknown name."""
     check_known("model", name, MODELS)
-    return next(rung for rung in RUNGS if rung.name == name)
+    return LEVELS[MODELS.index(name)]
 
 
 def models_of(bearing: Bearing) -> tuple[str, ...]:
-    """Names of the rungs that can simulate the bearing, cheapest first."""
-    return tuple(rung.name for rung in RUNGS if rung.runs(bearing))
+    """Names of the models that can simulate the bearing, cheapest first."""
+    return tuple(level.name for level in LEVELS if level.runs(bearing))
 
 
 def check_known(what: str, name: str, known: tuple[str, ...]) -> None:

@@ -1,0 +1,171 @@
+"""Kernels: forces of all contacts that a plan names, those of damaged rollers among them.
+
+A height h of a roller's surface is met as if the race's point stood h higher, along its own normal n_p. The spring
+force S then also does work on the angle th from the defect to the point, d(depth) = -(n n_p) h'(th) d(th): besides
+-S n a force on the roller -S (n n_p) h'(th) / rho along the direction e_th in which th grows, at the distance rho of
+the race's point, follows from the spring's potential energy (virtual work: Goldstein, Poole & Safko, Classical
+Mechanics, 2002, sect. 1.4).
+"""
+
+import math
+
+import numpy as np
+
+from srbval.models.full import columns as col
+from srbval.models.full.contact_kernel import Candidates, contact_columns, elastic, place_of_point
+from srbval.models.full.search_kernel import scatter_sums
+from srbval.models.full.slices_kernel import evaluate_slices, find_openings
+from srbval.models.jit import kernel
+
+CIRCLES = 3
+FIRST_TIME = 1  # for `evaluate_contacts`; None: the plan's columns have met their points before
+
+
+@kernel
+def evaluate_contacts(
+    law, rotation, model, groups, single, first_circle, end_circle, damping, patch, slices, first_time
+):
+    """Add the contact forces of the circles from `first_circle` to `end_circle` to the columns of the plan.
+
+    With a `patch`, all columns but the single ones meet one continuous contact per circle; with `slices`, all meet
+    slices, a third of the contact for each circle. Single columns of damaged rollers, which have turned by `rotation`
+    relative to their slots, [2 M] [rad], meet points of their own, the `FIRST_TIME` all of them: those are then set up,
+    and the flanks of the defects push along the race. With slices, the openings under single columns are found then.
+    """
+    races, space, plan = model.races, model.scratch.space, model.scratch.plan
+    if slices is not None:
+        if first_time is not None:
+            find_openings(
+                slices, single, plan, space, rotation, model.law.roller_radius, races.window_of.shape[2],
+                model.roller_defects, rotation.shape[0], model.spare_of,
+            )  # fmt: skip
+        evaluate_slices(law, slices, groups, single, space, plan, first_circle, end_circle, damping)
+        return
+    points, starts = races.points, races.starts
+    for group in range(groups):
+        race, window = plan[group, col.GROUP_RACE], plan[group, col.GROUP_WINDOW]
+        first, end = starts[race, window, first_circle], starts[race, window, end_circle]
+        candidates = Candidates(points, race, window, first, end)
+        start, stop = plan[group, col.GROUP_FIRST], plan[group, col.GROUP_END]
+        contact_columns(law, candidates, space, start, stop, damping, patch)
+    for i in range(single):
+        row, start = col.FIRST_SINGLE + i, col.SINGLE + i * col.LANES
+        race, base = plan[row, col.SINGLE_RACE], plan[row, col.SINGLE_BASE]
+        slot = plan[row, col.SINGLE_FROM] % col.RACE
+        damaged, roller = space[col.DAMAGE + np.uint64(slot)] > 0.0, roller_in(slot, rotation.shape[0])
+        on_race = Candidates(points, race, base, 0, starts[race, base, CIRCLES])
+        if first_time is not None and damaged:
+            plan[row, col.SINGLE_WINDOW] = points.shape[1] - 1 - model.spare_of[roller]
+            raised_points(model, roller, rotation[roller], on_race, plan[row, col.SINGLE_WINDOW], space, start)
+        window = plan[row, col.SINGLE_WINDOW]
+        candidates = Candidates(points, race, window, starts[race, base, first_circle], starts[race, base, end_circle])
+        contact_columns(law, candidates, space, start, start + col.LANES, damping, None)
+        if first_time is not None and damaged:
+            flank_forces(model, roller, rotation[roller], on_race, window, space, start, damping)
+
+
+@kernel
+def roller_in(slot, rollers):
+    """Number of the roller in a slot: the rows stand in turn there, one after the other in the state."""
+    return slot // 2 + (slot % 2) * (rollers // 2)
+
+
+@kernel
+def normal_loads(model, rotation, groups, compacted, single, loads):
+    """Fill `loads` with the normal force of each race's circles on each roller; spoils the columns' sums."""
+    space, plan, patch, slices = model.scratch.space, model.scratch.plan, model.patch, model.slices
+    law = elastic(model.law, model.law.damping)
+    for circle in range(CIRCLES):
+        for start in (col.F_X, col.F_Y, col.F_Z):
+            for j in range(np.uint64(col.SINGLE + single * col.LANES)):
+                space[start + j] = 0.0
+        evaluate_contacts(law, rotation, model, groups, single, circle, circle + 1, None, patch, slices, None)
+        scatter_sums(compacted, single, space, plan, None)
+        for race in range(2):
+            for slot in range(rotation.shape[0]):
+                j = np.uint64(race * col.RACE + slot)
+                square = space[col.F_X + j] ** 2 + space[col.F_Y + j] ** 2 + space[col.F_Z + j] ** 2
+                loads[race, roller_in(slot, rotation.shape[0]), circle] = math.sqrt(square)
+
+
+@kernel
+def raised_points(model, roller, rotation, candidates, spare, space, column):
+    """Fill the window `spare` of a race with candidates as a damaged roller meets them in the frame of `column`."""
+    points, race, window, first, last = candidates
+    for i in range(first, last):
+        radial, tangential = points[race, window, col.POINT_RADIAL, i], points[race, window, col.POINT_TANGENTIAL, i]
+        axial = points[race, window, col.POINT_AXIAL, i]
+        p_x, p_y, p_z = place_of_point(radial, tangential, axial, space, np.uint64(column))
+        lift, _ = lift_at(model, roller, rotation, p_x, p_y, p_z)
+        points[race, spare, col.POINT_RADIAL, i] = radial + lift * points[race, window, col.NORMAL_RADIAL, i]
+        points[race, spare, col.POINT_TANGENTIAL, i] = (
+            tangential + lift * points[race, window, col.NORMAL_TANGENTIAL, i]
+        )
+        points[race, spare, col.POINT_AXIAL, i] = axial + lift * points[race, window, col.NORMAL_AXIAL, i]
+        points[race, spare, col.POINT_SHARE, i] = points[race, window, col.POINT_SHARE, i]
+
+
+@kernel
+def lift_at(model, roller, rotation, x, y, z):
+    """Height of a damaged roller's surface at a point in its slot axes [m], and its rise with the angle [m/rad].
+
+    The edges of a flat defect have no rise: their effect is left out.
+    """
+    radius, defects = model.law.roller_radius, model.roller_defects
+    lift, rise = 0.0, 0.0
+    for d in range(defects.shape[0]):
+        if defects[d, col.DEFECT_ROLLER] != roller or abs(z - defects[d, col.DEFECT_AXIAL]) > model.circle_half_gap:
+            continue
+        away = math.atan2(y, x) - rotation - defects[d, col.DEFECT_ANGLE]
+        away -= 2.0 * math.pi * math.floor(away / (2.0 * math.pi) + 0.5)
+        away *= radius / defects[d, col.DEFECT_EXTENT]
+        if abs(away) <= 0.5:
+            cosine = 0.5 + 0.5 * math.cos(2.0 * math.pi * away)
+            lift += defects[d, col.DEFECT_HEIGHT] * (cosine if defects[d, col.DEFECT_COSINE] > 0.0 else 1.0)
+            if defects[d, col.DEFECT_COSINE] > 0.0:
+                per_radian = math.pi * radius / defects[d, col.DEFECT_EXTENT]
+                rise -= defects[d, col.DEFECT_HEIGHT] * per_radian * math.sin(2.0 * math.pi * away)
+    return lift, rise
+
+
+@kernel
+def flank_forces(model, roller, rotation, candidates, spare, space, column, damping):
+    """Add the forces along the race of the flanks of a roller's defects to the sums of its `column`.
+
+    `spare`: the window that `raised_points` filled from the candidates. `column` is the first of a lane group of its
+    own; the next one stores its sums meanwhile. Only the spring pushes: the damper's share of the work on the angle is
+    left out of force and energy balance alike.
+    """
+    points, race, window, first, last = candidates
+    j = np.uint64(column)
+    store = j + np.uint64(1)
+    last_row = col.LAST_SUM if damping is None else col.LAST_DAMPING_SUM
+    spring = elastic(model.law, 0.0)
+    for i in range(first, last):
+        x, y, z = place_of_point(
+            points[race, window, col.POINT_RADIAL, i], points[race, window, col.POINT_TANGENTIAL, i],
+            points[race, window, col.POINT_AXIAL, i], space, j,
+        )  # fmt: skip
+        _, rise = lift_at(model, roller, rotation, x, y, z)
+        if rise == 0.0:
+            continue
+        for row in range(col.FIRST_SUM, last_row):
+            start = np.uint64(row * col.STRIDE)
+            space[start + store], space[start + j] = space[start + j], 0.0
+        contact_columns(spring, Candidates(points, race, spare, i, i + 1), space, column, column + 1, damping, None)
+        f_x, f_y, f_z = space[col.F_X + j], space[col.F_Y + j], space[col.F_Z + j]
+        for row in range(col.FIRST_SUM, last_row):
+            start = np.uint64(row * col.STRIDE)
+            space[start + j], space[start + store] = space[start + store], 0.0
+        n_a, n_b = points[race, window, col.NORMAL_RADIAL, i], points[race, window, col.NORMAL_TANGENTIAL, i]
+        n_z = points[race, window, col.NORMAL_AXIAL, i]
+        normal_x = n_a * space[col.A_X + j] + n_b * space[col.B_X + j] + n_z * space[col.Z_X + j]
+        normal_y = n_a * space[col.A_Y + j] + n_b * space[col.B_Y + j] + n_z * space[col.Z_Y + j]
+        normal_z = n_a * space[col.A_Z + j] + n_b * space[col.B_Z + j] + n_z * space[col.Z_Z + j]
+        # e_th / rho = (-y, x) / rho^2
+        push = (f_x * normal_x + f_y * normal_y + f_z * normal_z) * rise / (x * x + y * y)
+        space[col.F_X + j] -= push * y
+        space[col.F_Y + j] += push * x
+        space[col.T_X + j] -= z * push * x
+        space[col.T_Y + j] -= z * push * y
+        space[col.T_Z + j] += push * (x * x + y * y)
